@@ -15,11 +15,13 @@ import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import BinaryIO
 
 from platformdirs import PlatformDirs
 
 from heatlens.base.errors import InputError
 
+FILE_MOST_BYTES = 16_000_000_000  # larger ones do not fit the memory of a usual machine
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -63,21 +65,37 @@ def absolute(path: str | os.PathLike[str]) -> str:
     return os.path.abspath(os.path.expanduser(path))
 
 
-def file_bytes(path: Path) -> bytes:
-    """Return the content of a file; raise OSError for a pipe or a device, which may never end."""
-    return file_and_status(path)[0]
+def file_bytes(path: Path, most: int = FILE_MOST_BYTES) -> bytes:
+    """Return the content of a file, of at most `most` bytes.
+
+    Raises OSError for a larger one, and as `opened_file` does.
+    """
+    return file_and_status(path, most)[0]
 
 
-def file_and_status(path: Path) -> tuple[bytes, os.stat_result]:
+def file_and_status(path: Path, most: int = FILE_MOST_BYTES) -> tuple[bytes, os.stat_result]:
     """Return the content and the status of the same opened file; raises OSError as `file_bytes`."""
+    with opened_file(path) as file:
+        status = os.fstat(file.fileno())
+        if status.st_size > most:
+            raise OSError(errno.EFBIG, f"it has more than {most / 1e6:.0f} MB", str(path))
+        return file.read(), status
+
+
+def opened_file(path: Path) -> BinaryIO:
+    """Open a file to read it; raise OSError for a pipe or a device, which may never end.
+
+    All files are opened for reading here (`tests/files/test_guarded_reading.py`).
+    """
     # Opening a pipe that nobody writes to must not block. The status is that of the open file,
     # because another file could take its name between a check and the reading.
     opened = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    with open(opened, "rb") as file:
-        status = os.fstat(opened)
-        if not stat.S_ISREG(status.st_mode):
-            raise OSError(errno.EINVAL, "it is not a file", str(path))
-        return file.read(), status
+    if not stat.S_ISREG(os.fstat(opened).st_mode):
+        is_folder = stat.S_ISDIR(os.fstat(opened).st_mode)
+        os.close(opened)
+        kind = errno.EISDIR if is_folder else errno.EINVAL
+        raise OSError(kind, "it is a folder" if is_folder else "it is not a file", str(path))
+    return open(opened, "rb")
 
 
 @cache

@@ -10,6 +10,7 @@ Focus at infinity, for which renderers have no common sign, is INFINITE_M away.
 import re
 from collections.abc import Sequence
 
+from heatlens.base.paths import file_bytes
 from heatlens.base.stopping import temporary_folder
 from heatlens.camera.placement import camera_to_world
 from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
@@ -60,7 +61,7 @@ def usd_bytes(
     with temporary_folder() as folder, quiet_library():
         path = folder / f"camera{suffix}"
         stage.GetRootLayer().Export(str(path))
-        return path.read_bytes()
+        return file_bytes(path)
 
 
 def _stage(camera: CameraSamples, meters_per_unit: float) -> UsdObject:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.base.errors import HeatlensError, InputError
+from heatlens.base.paths import file_bytes
 from heatlens.base.stopping import temporary_folder
 from heatlens.commands.export_options import job_of
 from heatlens.commands.options.device_option import add_device_option, use_device
@@ -110,7 +111,7 @@ def _made(task: PartTask, tell: Any) -> list[PartDone]:
 
 def _part_done(done: FrameDone, task: PartTask) -> PartDone:
     remarks = tuple((remark.key, remark.sentence) for remark in done.remarks)
-    data = done.path.read_bytes() if task.fetch else None
+    data = file_bytes(done.path) if task.fetch else None
     driver = None if done.was_there else (_driver(), library().get_worker().address)
     of = done.frame, done.was_there, done.surfaces_lost
     return PartDone(*of, remarks, data, driver, done.pace)

@@ -15,13 +15,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
-from PIL import Image
-
 from heatlens.base.errors import InputError
+from heatlens.base.paths import opened_file
 from heatlens.export.frame_files import IMAGE_DESCRIPTION
 from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.files.movie_read import av
+from heatlens.files.opened_by_ending import movie_for_reading, picture_at
 from heatlens.plate.exr.exr_scan import CutError, end_of_chunks, scanned_headers
 from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 
@@ -78,7 +78,7 @@ def _fingerprint(path: Path) -> str | None:
 
 
 def _exr_fingerprint(path: Path) -> str | None:
-    with path.open("rb") as file:
+    with opened_file(path) as file:
         mark = scanned_headers(file)[0].get(JOB_ATTRIBUTE)
     return None if mark is None else mark.decode("ascii", "replace")
 
@@ -87,7 +87,10 @@ def _picture_mark(path: Path) -> str | None:
     """Read the text of a PNG, the comment of a JPEG, or the description of a TIFF."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of files that were cut off
-        with Image.open(path) as image:
+        image = picture_at(path)
+        if image is None:
+            raise ValueError(f"{path} is not a picture of an export")
+        with image:
             info, tags = image.info, image.getexif()
     if JOB_ATTRIBUTE in info:
         return str(info[JOB_ATTRIBUTE])
@@ -98,7 +101,7 @@ def _picture_mark(path: Path) -> str | None:
 def _movie_comment(path: Path) -> object:
     library = av()
     try:
-        with library.open(str(path)) as container:
+        with movie_for_reading(library, path) as container:
             return container.metadata.get("comment")
     except library.error.FFmpegError as error:
         raise ValueError(f"{path} is not a complete movie") from error
@@ -149,7 +152,7 @@ def is_whole(path: Path, suffix: str = "") -> bool:
     """
     check = _CHECKS[(suffix or path.suffix).lower()]
     try:
-        with path.open("rb") as file:
+        with opened_file(path) as file:
             size = os.fstat(file.fileno()).st_size
             return size > 0 and check(file, size)
     except (OSError, struct.error, ValueError, LookupError):  # the structure itself is cut off

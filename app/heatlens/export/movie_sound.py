@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from heatlens.export.plan import ExportPlan
 from heatlens.files.movie_read import av, movie_at
+from heatlens.files.opened_by_ending import movie_for_reading
 from heatlens.files.picture_formats import in_movie
 from heatlens.model.curves.frames import exact_rate
 from heatlens.source.source import StampedFile
@@ -111,7 +112,7 @@ class _Reader:
         self._begin()
 
     def _begin(self) -> None:
-        self._container = av().open(f"file:{self.path}", options={"protocol_whitelist": "file"})
+        self._container = movie_for_reading(av(), self.path)
         self.pieces = self._decoded()
         self._kept, self._at = np.zeros((0, 2), np.int16), 0
 
@@ -138,7 +139,7 @@ class _Reader:
         """Yield the sound piece by piece, beginning where the picture begins."""
         library, streams = av(), self._container.streams
         shown = streams.video[0]
-        begin = float((shown.start_time or 0) * shown.time_base)
+        begin = float((shown.start_time or 0) * (shown.time_base or 0))
         resampler = library.AudioResampler(_FORMAT, _LAYOUT, _RATE)
         lead: int | None = None
         for frame in chain(self._container.decode(streams.audio[0]), [None]):

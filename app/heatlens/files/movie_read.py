@@ -19,6 +19,7 @@ from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
 from heatlens.base.outside_text import one_line
 from heatlens.base.paths import unreadable
+from heatlens.files.opened_by_ending import movie_for_reading
 
 if TYPE_CHECKING:
     from av import VideoFrame, VideoStream
@@ -33,9 +34,6 @@ _HD, _SD = 1, 5  # FFmpeg's numbers for the matrices of Rec.709 and Rec.601
 _MATRICES = {1: 1, 4: 4, 5: 5, 6: 5, 7: 7, 9: 9}  # H.273 to FFmpeg's, of those that it converts
 _SMALL_HEIGHT_PX = 576  # up to this height, colours without a tag are those of SD
 _MAX_SIDE_PX = 1 << 14
-# The demuxer is that of the extension, so that no text in a file sends FFmpeg to other addresses.
-_FORMATS = {".mxf": "mxf", ".webm": "matroska", ".mkv": "matroska"}
-_PLACES_READ = {"protocol_whitelist": "file"}
 
 
 def av() -> ModuleType:
@@ -81,8 +79,7 @@ class Movie:
         self._next: int | None = None  # number of the next decoded frame; None before a seek
         self._library = av()
         with self._failures_told():
-            kind = _FORMATS.get(path.suffix.lower(), "mov")
-            self._container = self._library.open(f"file:{path}", format=kind, options=_PLACES_READ)
+            self._container = movie_for_reading(self._library, path)
             self._stream = self._picture_stream()
             self._times = self._all_times()
         self._numbers: dict[int | None, int] = {time: at for at, time in enumerate(self._times)}

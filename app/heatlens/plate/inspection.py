@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from heatlens.base.errors import InputError, LensError
+from heatlens.base.paths import opened_file
 from heatlens.model.boxes import Box
 from heatlens.model.focus.plausibility import DepthSpan, Doubt, doubts, span_doubts
 from heatlens.model.lens.lens import Lens
@@ -131,7 +132,7 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
 
 def _deep_parts(path: Path, headers: Sequence[Header]) -> list[Facts]:
     """Return the facts of each part, whose pixels are not read."""
-    with path.open("rb") as file:
+    with opened_file(path) as file:
         raw = scanned_headers(file)
     kinds = [
         {channel.name.decode(errors="replace"): channel.numpy_type for channel in channels_of(one)}

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from heatlens.base.paths import file_bytes, unreadable
+from heatlens.base.paths import file_bytes, opened_file, unreadable
 
 
 class FilesBeside:
@@ -73,7 +73,7 @@ def files_of_obj(path: Path) -> tuple[Path, ...]:
 def _library_of(path: Path) -> str | None:
     """Return the name after the first `mtllib`; a backslash continues a line."""
     try:
-        with path.open("rb") as file:
+        with opened_file(path) as file:
             if not path.stat().st_size:
                 return None
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:

@@ -1,6 +1,5 @@
 """Read the pictures of materials as 8-bit RGBA from the bytes of a PNG, JPEG or WebP."""
 
-import io
 import warnings
 from collections.abc import Sequence
 
@@ -9,6 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from heatlens.base.errors import InputError
+from heatlens.files.opened_by_ending import picture_of
 
 _FORMATS = ("PNG", "JPEG", "WEBP")
 # GPUs allow no larger textures; a damaged header can claim any size.
@@ -27,7 +27,7 @@ def read_picture(
     """
     held = sum(picture.size // 4 for picture in before)
     try:
-        with warnings.catch_warnings(), Image.open(io.BytesIO(data), formats=_FORMATS) as image:
+        with warnings.catch_warnings(), picture_of(data) as image:
             warnings.simplefilter("ignore")  # warnings about odd but readable headers
             _check_size(image, what)
             if held + image.width * image.height > _TOGETHER_MOST:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.base.errors import InputError
+from heatlens.base.paths import opened_file
 from heatlens.model.shot.framing import Framing, WorldAxis
 from heatlens.scene.scene import Array, Motion, Scene
 from heatlens.scene.scene_bounds import bounds_m
@@ -101,7 +102,7 @@ def _likely_axis(path: Path) -> WorldAxis:
 
 def _is_of_blender(path: Path) -> bool:
     """Return True for a file whose first lines name Blender, which writes metres."""
-    with path.open("rb") as file:
+    with opened_file(path) as file:
         return b"Blender" in file.read(_HEAD_BYTES)
 
 

@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.base.paths import opened_file
 from heatlens.base.stopping import unfinished
 from heatlens.files.html_page import check_pages, page_of
 from heatlens.measure.chart import write_figure
@@ -193,7 +194,7 @@ def _files_of(folder: Path) -> set[str]:
     would give a file are ignored.
     """
     try:
-        with (folder / NUMBERS).open("rb") as file:
+        with opened_file(folder / NUMBERS) as file:
             record = json.loads(file.read(_RECORD_MOST_BYTES))
     except (OSError, ValueError, RecursionError):
         return set()

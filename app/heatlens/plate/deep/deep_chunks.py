@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
-from heatlens.base.paths import unreadable
+from heatlens.base.paths import opened_file, unreadable
 from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_scan import (
     CutError,
@@ -72,7 +72,7 @@ class DeepPart:
         """
         self._path = path
         try:
-            with path.open("rb") as file:
+            with opened_file(path) as file:
                 headers = scanned_headers(file)
                 self._read_header(headers[part])
                 places = self._places(file, headers, part)
@@ -103,7 +103,7 @@ class DeepPart:
 
         Raises InputError for damaged samples.
         """
-        with self._path.open("rb") as file:
+        with opened_file(self._path) as file:
             for chunks in self._grouped():
                 try:
                     yield self._band(file, chunks, channels)

@@ -16,7 +16,7 @@ from threading import Lock
 import numpy as np
 
 from heatlens.base.errors import InputError
-from heatlens.base.paths import estimates_dir
+from heatlens.base.paths import estimates_dir, file_bytes
 from heatlens.files.atomic_file import FOR_THE_USER, replacing
 from heatlens.model.depth_words import DepthModelOutput
 from heatlens.plate.estimate.network import Network, as_display, resized
@@ -115,7 +115,7 @@ def estimate_kept(network: Network, seen: FloatImage) -> FloatImage:
     digest = hashlib.blake2b(seen.tobytes(), digest_size=16, key=network.key.encode())
     path = estimates_dir() / f"{digest.hexdigest()}{_SUFFIX}"
     with suppress(OSError, ValueError):  # it is missing or damaged
-        kept: FloatImage = np.load(path, allow_pickle=False)
+        kept: FloatImage = np.load(BytesIO(file_bytes(path)), allow_pickle=False)
         os.utime(path)
         return kept
     values = network.estimate(seen)

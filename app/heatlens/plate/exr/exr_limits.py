@@ -6,7 +6,7 @@ import struct
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.base.paths import unreadable
+from heatlens.base.paths import file_bytes, opened_file, unreadable
 from heatlens.plate.exr.exr_scan import MAGIC, CutError, RawHeader, channels_of, scanned_headers
 
 # No GPU takes a larger texture; a damaged header can claim any size.
@@ -24,7 +24,7 @@ def for_library(path: str | os.PathLike[str]) -> str | io.BytesIO:
     """Return the name of a file for the OpenEXR library, or the content if that is not UTF-8."""
     name = os.fspath(path)
     is_utf8 = os.fsencode(name) == name.encode("utf-8", "backslashreplace")
-    return name if is_utf8 else io.BytesIO(Path(path).read_bytes())
+    return name if is_utf8 else io.BytesIO(file_bytes(Path(path)))
 
 
 def check_exr(path: Path) -> None:
@@ -35,7 +35,7 @@ def check_exr(path: Path) -> None:
     if not os.path.isfile(path):  # opening a pipe would wait for its writer
         raise unreadable(path)
     try:
-        with path.open("rb") as file:
+        with opened_file(path) as file:
             _check_magic(path, file.read(len(MAGIC)))
             file.seek(0)
             headers, size = scanned_headers(file), os.fstat(file.fileno()).st_size

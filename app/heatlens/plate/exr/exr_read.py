@@ -11,6 +11,7 @@ from pathlib import Path
 import OpenEXR
 
 from heatlens.base.errors import InputError
+from heatlens.base.paths import opened_file
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.exr.exr_limits import check_exr, for_library
 from heatlens.plate.header.channel_choice import ColorChoice, choose_color
@@ -52,7 +53,7 @@ def is_deep_file(path: Path) -> bool:
     if not os.path.isfile(path):  # opening a pipe would wait for its writer
         return False
     try:
-        with path.open("rb") as file:
+        with opened_file(path) as file:
             start = file.read(8)
     except OSError:  # the code that reads the file reports this with more detail
         return False

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
+from heatlens.base.paths import opened_file
+
 MAGIC = b"\x76\x2f\x31\x01"
 _MANY_PARTS = 0x1000
 _PARTS_MOST = 1000
@@ -109,7 +111,7 @@ def _numbers(file: BinaryIO, form: str) -> tuple[int, ...]:
 def is_whole_exr(path: Path) -> bool:
     """Return True if every chunk of every part of the file at `path` ends within the file."""
     try:
-        with path.open("rb") as file:
+        with opened_file(path) as file:
             end = end_of_chunks(file)
             return end is None or 0 < end <= os.fstat(file.fileno()).st_size
     except (OSError, struct.error, ValueError, LookupError):  # the structure itself is cut off

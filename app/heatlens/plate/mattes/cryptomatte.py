@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
+from heatlens.base.paths import file_bytes
 from heatlens.plate.header.channels import ChannelRef, Header, Part, flat_channels, pixels_of
 from heatlens.plate.plate import FloatImage
 
@@ -23,6 +24,7 @@ METADATA = "cryptomatte/"  # prefix of the attributes
 _EXPONENT, _EXPONENT_ONE = 0x7F800000, 1 << 23
 _LEAVES = {"r": 0, "red": 0, "g": 1, "green": 1, "b": 2, "blue": 2, "a": 3, "alpha": 3}
 _HEX = 16
+_MANIFEST_MOST_BYTES = 64_000_000
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,9 @@ class Cryptomatte:
     def _sidecar(self) -> str:
         # Only a file beside the plate is read, whatever path a header names.
         name = Path(self.header.get("manif_file", "").replace("\\", "/")).name
-        return (self.folder / name).read_text("utf-8") if name else "{}"
+        if not name:
+            return "{}"
+        return file_bytes(self.folder / name, _MANIFEST_MOST_BYTES).decode("utf-8")
 
     def id_of(self, name: str) -> int:
         """Return the id of a name, or of `#1f2e3d4c`, which stands for a thing without a name.

@@ -16,19 +16,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageOps, UnidentifiedImageError, features
+from PIL import Image, ImageOps, features
 
 from heatlens.base.errors import InputError
 from heatlens.base.outside_text import one_line
-from heatlens.base.paths import unreadable
+from heatlens.base.paths import file_bytes, opened_file, unreadable
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for, is_bounded
+from heatlens.files.opened_by_ending import input_by_openimageio, picture_at
 from heatlens.files.picture_formats import in_movie
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.exr.exr_limits import MAX_SIDE_PX
@@ -42,6 +44,7 @@ _HEAD_BYTES = 4096  # start of an AVIF that holds its description
 _FOLDER, _FILE = "rgb", "metadata.json"
 _LONG_SIDE_MM = 36.0  # of the full frame, on which phones tell their focal lengths
 _SAME_ASPECT = 0.02
+_CAPTURE_MOST_BYTES = 256_000_000  # metadata.json of a capture holds the pose of each frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,11 +120,10 @@ def _opened(path: Path) -> Iterator[Image.Image | None]:
         _with_heic(path)
     if not os.path.isfile(path):  # opening a pipe would wait for its writer
         raise unreadable(path)
-    with path.open("rb") as file:  # raises an OSError that says why it cannot be opened
+    with opened_file(path) as file:  # raises an OSError that says why it cannot be opened
         _check_avif(path, file.read(_HEAD_BYTES))
-    try:
-        image = Image.open(path)
-    except UnidentifiedImageError:
+    image = picture_at(path)
+    if image is None:
         yield None
         return
     with image:
@@ -172,7 +174,7 @@ def _by_openimageio(path: Path) -> NDArray[np.generic]:
 
 
 def _read_by(library: ModuleType, path: Path) -> NDArray[np.generic]:
-    opened = library.ImageInput.open(str(path))
+    opened = input_by_openimageio(library, path)
     if opened is None:
         said = one_line(library.geterror())
         raise InputError(f"{path} is not a picture that heatlens can read ({said}).")
@@ -189,7 +191,7 @@ def _read_by(library: ModuleType, path: Path) -> NDArray[np.generic]:
 def _array(path: Path) -> NDArray[np.generic]:
     """Read values (H, W, C) of a NumPy file that holds only numbers."""
     with refusals(path):
-        values = np.load(path, allow_pickle=False)
+        values = np.load(BytesIO(file_bytes(path)), allow_pickle=False)
         values = values.squeeze() if values.ndim > 2 and 1 in values.shape else values
         if values.ndim not in (2, 3) or values.dtype.kind not in "fui" or not values.size:
             raise InputError(
@@ -267,7 +269,7 @@ def capture_info(path: Path, size: tuple[int, int]) -> dict[str, object]:
 
 @lru_cache(maxsize=4)  # all frames of a capture share one file
 def _read(file: Path, changed_ns: int) -> dict[str, Any]:
-    found = json.loads(file.read_text("utf-8"))
+    found = json.loads(file_bytes(file, _CAPTURE_MOST_BYTES).decode("utf-8"))
     return {name: found[name] for name in ("K", "w", "h", "fps") if name in found}
 
 

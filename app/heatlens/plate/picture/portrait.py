@@ -15,16 +15,16 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.base.outside_text import one_line
+from heatlens.base.paths import file_bytes
+from heatlens.files.opened_by_ending import picture_of
 from heatlens.model.depth_words import DepthConvention
 from heatlens.plate.coc_line import depth_at_m
 from heatlens.plate.plate import FloatImage, Plate
@@ -101,7 +101,7 @@ def _map_of_google(path: Path, xmp: str) -> bytes | None:
 
 def _items_after(path: Path, lengths: list[int]) -> Iterator[bytes]:
     """Yield the files that are appended to the picture, with the given lengths in order."""
-    data = path.read_bytes()
+    data = file_bytes(path)
     start = len(data) - sum(lengths)
     if start < 0:  # the first length is the picture's own
         start, lengths = len(data) - sum(lengths[1:]), lengths[1:]
@@ -113,7 +113,7 @@ def _items_after(path: Path, lengths: list[int]) -> Iterator[bytes]:
 def _is_grey(data: bytes) -> bool:
     """Return True if the bytes are a picture with one channel."""
     try:
-        return Image.open(BytesIO(data)).mode in ("L", "I;16", "I", "F")
+        return picture_of(data).mode in ("L", "I;16", "I", "F")
     except Exception:  # for damaged bytes, Pillow can raise anything
         return False
 
@@ -121,7 +121,7 @@ def _is_grey(data: bytes) -> bool:
 def _grey(path: Path, data: bytes) -> FloatImage:
     """Decode a picture to values of 0 to 1."""
     with _refusing_damaged_map(path):
-        image = Image.open(BytesIO(data))
+        image = picture_of(data)
         values = np.asarray(image if image.mode in ("L", "I;16") else image.convert("L"))
     fraction: FloatImage = values.astype(np.float32) / np.float32(np.iinfo(values.dtype).max)
     return fraction
@@ -214,7 +214,7 @@ def portrait_header(
     point = _region_of_focus(text) or _subject(tags, stored)
     if point is not None:
         found[FOCUS_POINT] = _upright(point, turned or tags.get(_ORIENTATION, 1))
-    told = _F_STOP.search(path.read_bytes()) if path.suffix.lower() in _WITH_F_STOP else None
+    told = _F_STOP.search(file_bytes(path)) if path.suffix.lower() in _WITH_F_STOP else None
     f_stop = _value(told[1]) if told else None
     if f_stop is not None and _F_STOPS[0] <= f_stop <= _F_STOPS[1]:
         found["aperture"] = f_stop

@@ -18,7 +18,7 @@ from typing import NoReturn
 from urllib.parse import unquote
 
 from heatlens.base.errors import InputError
-from heatlens.base.paths import file_bytes, unreadable
+from heatlens.base.paths import file_bytes, opened_file, unreadable
 from heatlens.files.json_record import JsonEntry
 from heatlens.scene.gltf.compressed import meshopt_bytes
 from heatlens.scene.gltf.json_values import Record
@@ -198,7 +198,7 @@ def named_files(path: Path) -> tuple[Path, ...]:
 def _text_of(path: Path) -> bytes:
     """Return the JSON of a .gltf or .glb without its buffers."""
     try:
-        with path.open("rb") as file:
+        with opened_file(path) as file:
             head = file.read(_HEAD_BYTES)
             if not head.startswith(_MAGIC):
                 return head + file.read()

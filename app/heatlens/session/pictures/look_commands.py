@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from heatlens.files.opened_by_ending import picture_of
 from heatlens.model.lens.lens import Lens
 from heatlens.model.marks.mark import free_letter
 from heatlens.model.shot.look import Look
@@ -150,7 +151,7 @@ def pixels_of_still(text: str) -> NDArray[np.uint8] | None:
     """Return the picture of a still, (H, W, 3); None for an invalid text."""
     try:
         data = base64.b64decode(text, validate=True)
-        with Image.open(BytesIO(data), formats=["JPEG"]) as image:
+        with picture_of(data, ("JPEG",)) as image:
             if max(image.size) > _SIDE_MOST:
                 return None
             return np.asarray(image.convert("RGB"), np.uint8)

@@ -17,6 +17,7 @@ from PIL import Image
 
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError, InputError
+from heatlens.base.paths import opened_file
 from heatlens.gpu.textures import download
 from heatlens.model.lens.lens import Lens
 from heatlens.plate.picture.picture_write import (
@@ -92,7 +93,7 @@ def _run(tool: Tool, path: Path) -> str:
     The tools keep running to serve the clipboard, and keep inherited pipes open. Their output
     therefore goes to a file: a pipe would never end.
     """
-    with tempfile.TemporaryFile() as words, path.open("rb") as picture:
+    with tempfile.TemporaryFile() as words, opened_file(path) as picture:
         stdin = picture if tool.reads_stdin else subprocess.DEVNULL
         try:
             done = subprocess.run(

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import moderngl
 from imgui_bundle import ImVec2, imgui
-from PIL import Image
 
 from heatlens.base.outside_text import printable
-from heatlens.base.paths import data_dir
+from heatlens.base.paths import data_dir, file_bytes
+from heatlens.files.opened_by_ending import picture_of
 from heatlens.session.files.start_choices import Card
 from heatlens.ui import theme
 from heatlens.ui.widgets import fitted
@@ -50,7 +50,7 @@ class CardPictures:
     def texture(self, name: str) -> moderngl.Texture:
         """Return a picture of assets/ as a texture; the first frame of an animation."""
         if name not in self._textures:
-            with Image.open(data_dir("assets") / name) as file:
+            with picture_of(file_bytes(data_dir("assets") / name)) as file:
                 picture = file.convert("RGBA")
             texture = self._ctx.texture(picture.size, 4, picture.tobytes())
             texture.build_mipmaps()
