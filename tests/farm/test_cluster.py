@@ -16,7 +16,10 @@ from heatlens.commands.worker import made_part
 from heatlens.documents.shot_file import write_shot
 from heatlens.export.plan import planned
 from heatlens.farm import cluster as cluster_export
-from heatlens.farm.cluster import ClusterMaker, PartTask, connected, topic_of
+from heatlens.farm import connection
+from heatlens.farm.answers import parts_of_answer
+from heatlens.farm.cluster import ClusterMaker, PartTask, topic_of
+from heatlens.farm.connection import connected
 from heatlens.version import __version__
 from support.dask_cluster import children_of, dask_cluster, wait_for
 from support.exports import MANY, exported, files_in, shot_of, write_plates
@@ -103,7 +106,7 @@ def test_what_a_worker_cannot_do_is_told_with_its_address(tmp_path, cluster, cha
     words = ("export", missing, f"--output={tmp_path}/n.exr", "--f-stop=2", "--focus-distance=2")
     task = replace(PartTask(words, "1", __version__, False, "topic"), **changes)
     with connected(cluster.address) as client, pytest.raises(InputError) as told:
-        client.submit(made_part, task, pure=False).result()
+        parts_of_answer(client.submit(made_part, task, pure=False).result())
     assert expected in str(told.value) and "worker tcp://127.0.0.1" in str(told.value)
     assert not list(tmp_path.iterdir())
 
@@ -154,7 +157,7 @@ def test_workers_need_no_encoder(capsys, shot_file, tmp_path, lost):
 
 NOBODY = ("tcp://127.0.0.1:1", "bad://x:1", "localhost", "")
 IMPATIENT = (
-    "from heatlens.farm import cluster; cluster.PATIENCE_S = 1;"
+    "from heatlens.farm import connection; connection.PATIENCE_S = 1;"
     "from heatlens.commands.main import main; raise SystemExit(main())"
 )
 
@@ -219,7 +222,7 @@ def test_a_worker_that_dies_with_its_answer_is_not_awaited(
             own.work("another")
         wait(maker)
 
-    monkeypatch.setattr(cluster_export, "PATIENCE_S", 1)
+    monkeypatch.setattr(connection, "PATIENCE_S", 1)
     monkeypatch.setattr(cluster_export, "answer_of", worker_dies_first)
     monkeypatch.setattr(ClusterMaker, "_wait_for_workers", another_comes)
     words = "--cluster", own.address, "--fetch"
@@ -301,7 +304,7 @@ def test_a_connection_that_breaks_in_the_middle_of_an_answer_is_told():
             raise CommClosedError("in <TCP (closed)>: Stream is closed")
 
     task = PartTask((), "", "", False, "")
-    maker = ClusterMaker(Lost(), lambda task: [], task, None, print)
+    maker = ClusterMaker(Lost(), lambda task: b"", task, None, print)
     with pytest.raises(InputError, match="The scheduler has gone"):
         list(maker([]))
 

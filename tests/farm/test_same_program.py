@@ -10,7 +10,8 @@ from farm.test_bundle import QUICK
 from farm.test_openjd import arguments
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
-from heatlens.farm.cluster import ClusterMaker, PartDone, PartTask
+from heatlens.farm.answers import PartDone
+from heatlens.farm.cluster import ClusterMaker, PartTask
 from heatlens.version import __version__
 from support.dask_cluster import HEATLENS
 from support.exports import exported, files_in, refused
@@ -57,18 +58,18 @@ def test_the_same_program_is_not_told(capsys, shot_file, tmp_path, session_conte
 @pytest.mark.parametrize("strict", [False, True])
 def test_workers_with_different_drivers_are_named(strict):
     told: list[str] = []
-    maker = ClusterMaker(None, lambda task: [], PartTask((), "", "", False, ""), 1, told.append)
+    maker = ClusterMaker(None, lambda task: b"", PartTask((), "", "", False, ""), 1, told.append)
     maker._strict = strict
-    maker._compare(PartDone(1, False, "", (), None, ("software", "tcp://a")))
+    maker._compare(PartDone(1, False, "", (), ("software", "tcp://a")))
     maker._compare(PartDone(2, True, "", ()))
-    maker._compare(PartDone(3, False, "", (), None, ("software", "tcp://b")))
+    maker._compare(PartDone(3, False, "", (), ("software", "tcp://b")))
     assert not told
     if strict:
         with pytest.raises(InputError, match=r"software \(tcp://a\), GPU \(tcp://c\)"):
-            maker._compare(PartDone(4, False, "", (), None, ("GPU", "tcp://c")))
+            maker._compare(PartDone(4, False, "", (), ("GPU", "tcp://c")))
         return
     for _ in range(2):
-        maker._compare(PartDone(4, False, "", (), None, ("GPU", "tcp://c")))
+        maker._compare(PartDone(4, False, "", (), ("GPU", "tcp://c")))
     assert len(told) == 1 and "software (tcp://a), GPU (tcp://c)" in told[0]
 
 

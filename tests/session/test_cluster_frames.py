@@ -8,8 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from heatlens.farm import cluster as farm_cluster
-from heatlens.farm import frame_cluster
+from heatlens.farm import connection, frame_cluster
 from heatlens.farm.frame_worker import _rendered
 from heatlens.gpu.textures import download
 from heatlens.model.curves.frames import FrameRange
@@ -180,7 +179,7 @@ def test_a_worker_killed_in_the_middle_loses_no_frame(begin, own, tmp_path, mome
 def test_without_a_scheduler_the_window_says_so_once_and_renders(
     begin, tmp_path, monkeypatch, address
 ):
-    monkeypatch.setattr(farm_cluster, "PATIENCE_S", 1)
+    monkeypatch.setattr(connection, "PATIENCE_S", 1)
     session = begin(sequence_files(tmp_path, FIRST, LAST), address)
     filled(session)
     until(session, lambda: "No Dask scheduler" in session.messages.text, "the sentence")
@@ -240,7 +239,7 @@ def test_a_worker_that_dies_with_its_answer_is_not_awaited(begin, own, tmp_path,
             wait_for(lambda: "Lost all workers" in own.said("scheduler"))
         choose(service)
 
-    monkeypatch.setattr(farm_cluster, "PATIENCE_S", 1)
+    monkeypatch.setattr(connection, "PATIENCE_S", 1)
     monkeypatch.setattr(frame_cluster._Service, "_choose", worker_dies_first)
     session = begin(sequence_files(tmp_path, FIRST, LAST), own.address)
     until(session, lambda: "No worker" in session.time.pull.cluster.told, "the loss")

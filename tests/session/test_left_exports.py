@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from heatlens.farm.cluster import connected
+from heatlens.farm.connection import connected
 from heatlens.session.exports.export_settings import ExportSettings
 from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.session.settings.preferences import Preferences

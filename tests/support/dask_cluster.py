@@ -12,6 +12,7 @@ from pathlib import Path
 from support.slurm import free_ports
 
 PATIENCE_S = 60.0
+QUIET = ("--no-dashboard", "--dashboard-address", "127.0.0.1:0")
 HEATLENS = (sys.executable, "-P", "-m", "heatlens")
 
 
@@ -24,8 +25,8 @@ class DaskCluster:
         self.address = f"tcp://127.0.0.1:{self.port}"
         self._running: dict[str, subprocess.Popen[bytes]] = {}
 
-    def schedule(self) -> None:
-        words = ("--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard")
+    def schedule(self, *more: str) -> None:
+        words = ("--host", "127.0.0.1", "--port", str(self.port), *QUIET, *more)
         line = [sys.executable, "-m", "distributed.cli.dask_scheduler", *words]
         self._start("scheduler", line)
         wait_for(lambda: "Scheduler at" in self.said("scheduler"))
@@ -37,6 +38,11 @@ class DaskCluster:
         line = [*HEATLENS, "worker", self.address, *more]
         line = ["bash", "-c", f'{limit}; exec "$@"', "bash", *line] if limit else line
         self._start(name, line, environment)
+
+    def lie(self, name: str, how: str, **environment: str) -> None:
+        """Start a worker that does not do what it says, see `support/lying_worker.py`."""
+        line = [sys.executable, "-P", "-m", "support.lying_worker", self.address, how]
+        self._start(name, line, {"PYTHONPATH": str(Path(__file__).parents[1]), **environment})
 
     def export(self, name: str, *words: object) -> "subprocess.Popen[bytes]":
         """Start an export on this cluster."""

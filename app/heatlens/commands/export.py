@@ -35,7 +35,8 @@ from heatlens.export.job import read_job
 from heatlens.export.movie_sound import heard
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone, export_frames
-from heatlens.farm.cluster import ClusterMaker, PartTask, connected, topic_of
+from heatlens.farm.cluster import ClusterMaker, PartTask, topic_of
+from heatlens.farm.connection import connected
 from heatlens.farm.elsewhere import Make, made_elsewhere
 from heatlens.farm.job import typed
 from heatlens.farm.processes import ProcessMaker
@@ -70,6 +71,9 @@ _NEEDED = {
     "chunk": ("submit", "cluster"),
     "fetch": ("cluster",),
 }
+_ELSEWHERE = (
+    " The workers may have written to disks of their own: --fetch brings the files to this machine."
+)
 _WAYS = ("submit", "cluster", "processes", "part")
 
 
@@ -177,13 +181,16 @@ def _steps(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[Fram
     words = tuple(typed(task_words(args, plan)))
     with ExitStack() as stack:
         make: Make = ProcessMaker(words, args.processes or 1, say, args.device)
+        advice = ""
         if args.cluster is not None:
             task = PartTask(words, "", __version__, args.fetch, topic_of(plan, args.fetch))
             client = stack.enter_context(connected(args.cluster))
             strict = plan.job.shot.plate_options.strict
             make = ClusterMaker(client, made_part, task, args.chunk, say, strict)
             stack.callback(make.forget)
-        yield stack.enter_context(closing(made_elsewhere(plan, make, headless_renderer)))
+            advice = "" if args.fetch else _ELSEWHERE
+        steps = made_elsewhere(plan, make, headless_renderer, advice)
+        yield stack.enter_context(closing(steps))
 
 
 def _check_together(args: argparse.Namespace) -> None:

@@ -1,14 +1,14 @@
 """`heatlens worker`: make frames for exports on other machines, as a worker of a Dask cluster."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from heatlens.base.errors import HeatlensError, InputError
+from heatlens.base.errors import InputError
 from heatlens.base.paths import file_bytes
 from heatlens.base.stopping import temporary_folder
 from heatlens.commands.export_options import job_of
@@ -18,8 +18,17 @@ from heatlens.commands.output.say import say
 from heatlens.export.job import ExportJob
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone, export_frames
-from heatlens.farm import cluster
-from heatlens.farm.cluster import NO_ANSWER, PartDone, PartTask, checked_address, library, no_answer
+from heatlens.farm import connection
+from heatlens.farm.answers import FetchedPart, PartDone, answered, packed_parts, part_text
+from heatlens.farm.cluster import PartTask
+from heatlens.farm.connection import (
+    NO_ANSWER,
+    check_own,
+    checked_address,
+    library,
+    no_answer,
+    who_answers,
+)
 from heatlens.farm.frame_worker import renderer
 from heatlens.farm.processes import device_words, started, stop
 from heatlens.sequence.names import parse_frames
@@ -39,6 +48,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--processes", type=whole, default=1, metavar="N", help="work with N processes (default 1)"
     )
+    parser.add_argument(
+        "--host",
+        metavar="ADDRESS",
+        help="address of this machine to listen on (default: the one that reaches the scheduler, "
+        "so a scheduler on this machine has workers that no network reaches)",
+    )
     add_device_option(parser, has_processes=True)
 
 
@@ -51,10 +66,14 @@ def run(args: argparse.Namespace) -> int:
     if args.processes < 1:
         raise InputError(f"--processes must be 1 or more, got {args.processes}.")
     use_device(args)
+    if args.host is not None:
+        check_own(args.host)
     if args.processes > 1:
         return _several(args)
     try:
-        asyncio.run(_work(args.address))
+        with temporary_folder() as folder:  # else Dask takes a known name in a shared folder
+            own = who_answers(args.address).own_host
+            asyncio.run(_work(args.address, args.host or own, folder))
     except NO_ANSWER as error:
         raise no_answer(args.address) from error
     say("the scheduler has ended")
@@ -67,6 +86,7 @@ def _several(args: argparse.Namespace) -> int:
         processes = []
         for number in range(args.processes):
             words = ["worker", args.address, *device_words(args.device, number)]
+            words += [f"--host={args.host}"] if args.host else []
             process = started(words, is_shown=True, count=args.processes)
             processes.append(undone.enter_context(process))
             undone.callback(stop, processes[-1])
@@ -77,24 +97,33 @@ def _several(args: argparse.Namespace) -> int:
     return 0
 
 
-async def _work(address: str) -> None:
-    """Work with one thread, because only the thread that made an OpenGL context can draw."""
-    told: dict[str, Any] = {"nthreads": 1, "memory_limit": 0, "death_timeout": cluster.PATIENCE_S}
+async def _work(address: str, host: str, folder: Path) -> None:
+    """Work with one thread, because only the thread that made an OpenGL context can draw.
+
+    It listens on `host` alone, and shows its page of Dask to this machine alone.
+    """
+    told: dict[str, Any] = {
+        "nthreads": 1,
+        "memory_limit": 0,
+        "death_timeout": connection.PATIENCE_S,
+    }
+    told |= {"host": host, "dashboard_address": "127.0.0.1:0", "local_directory": str(folder)}
     async with library().Worker(address, **told) as worker:
         say(f"works for {address}")
         await worker.finished()
 
 
-def made_part(task: PartTask) -> list[PartDone]:
-    """Make the frames of a task, on the thread of a worker. Raises InputError that names it."""
+def made_part(task: PartTask) -> bytes:
+    """Make the frames of a task, on the thread of a worker; return them as an answer."""
     worker = library().get_worker()
-    try:
-        return _made(task, lambda done: worker.log_event(task.topic, done))
-    except HeatlensError as error:
-        raise InputError(f"{error} (worker {worker.address})") from None
+
+    def tell(done: PartDone) -> None:
+        worker.log_event(task.topic, {"frame": part_text(done)})
+
+    return answered(lambda: packed_parts(_made(task, tell)), worker.address)
 
 
-def _made(task: PartTask, tell: Any) -> list[PartDone]:
+def _made(task: PartTask, tell: Callable[[PartDone], None]) -> list[FetchedPart]:
     if task.version != __version__:
         raise InputError(
             f"A worker has heatlens {__version__}, but {task.version} sent the work: install the "
@@ -105,16 +134,17 @@ def _made(task: PartTask, tell: Any) -> list[PartDone]:
         for done in steps:
             found.append(_part_done(done, task))
             if not task.fetch:
-                tell(asdict(found[-1]))
+                tell(found[-1][0])
     return found
 
 
-def _part_done(done: FrameDone, task: PartTask) -> PartDone:
+def _part_done(done: FrameDone, task: PartTask) -> FetchedPart:
     remarks = tuple((remark.key, remark.sentence) for remark in done.remarks)
     data = file_bytes(done.path) if task.fetch else None
     driver = None if done.was_there else (_driver(), library().get_worker().address)
     of = done.frame, done.was_there, done.surfaces_lost
-    return PartDone(*of, remarks, data, driver, done.pace)
+    size = None if data is None else len(data)
+    return PartDone(*of, remarks, driver, done.pace, size), data
 
 
 def _driver() -> str:

@@ -4,44 +4,32 @@ Dask's scheduler gives tasks to workers, and again to others if a worker is lost
 each frame by an event, so that progress is shown before a task of several frames is done.
 """
 
-import logging
 import queue
-import re
 import signal
 import uuid
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
 
-from heatlens.base.errors import HeatlensError, InputError
-from heatlens.base.extras import import_extra
-from heatlens.base.stopping import Stopped, StopSignals
+from heatlens.base.errors import InputError
+from heatlens.base.outside_text import printable
+from heatlens.base.stopping import Stopped, StopSignals, temporary_folder
+from heatlens.export.finished import is_finished
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.run import FrameDone
 from heatlens.export.sequence_check import Remark
+from heatlens.farm.answers import FetchedPart, PartDone, answer_of, part_of_text, parts_of_answer
+from heatlens.farm.connection import is_loss, not_data
 from heatlens.farm.dask_types import Client, Future
+from heatlens.farm.data_only import NotDataError
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.json_record import digest
 from heatlens.sequence.names import frames_text, parse_frames
 
-PATIENCE_S = 10  # time limit for an answer of the scheduler
-_ADDRESS = re.compile(r"(tcp|tls|wss?)://(\[[\da-f:.]+\]|[^\s/:]+):\d{1,5}")
 # The signal that leaves an export to the cluster; Windows has none.
 LEAVE: signal.Signals | None = getattr(signal, "SIGHUP", None)
-NO_ANSWER = (OSError, ValueError, TimeoutError)  # raised if there is no answer
-_LOSSES = ("FutureCancelledError", "CancelledError", "CommClosedError")  # the scheduler has died
 _LOOK_S = 2.0  # interval between checks for lost workers
 _TASKS_OF_A_WORKER, _FRAMES_MOST = 4, 8  # tasks are short, so that all workers end at one time
-
-
-def library() -> Any:
-    """Import Dask. Raises InputError that says what to install."""
-    found = import_extra("distributed", "A cluster", "cluster")
-    for name in ("distributed", "distributed.client"):  # they would log every lost connection
-        logging.getLogger(name).setLevel(logging.CRITICAL)
-    return found
 
 
 @dataclass(frozen=True)
@@ -62,55 +50,8 @@ class PartTask:
     topic: str
 
 
-@dataclass(frozen=True)
-class PartDone:
-    """A frame that a worker has made, see `FrameDone`.
-
-    data    its file if it is fetched
-    driver  OpenGL driver and address of the worker; None for a frame that was there
-    """
-
-    frame: int
-    was_there: bool
-    surfaces_lost: str
-    remarks: Sequence[Sequence[str]]
-    data: bytes | None = None
-    driver: tuple[str, str] | None = None
-    pace: str = ""
-
-
-Work = Callable[[PartTask], list[PartDone]]
-Event = dict[str, Any]  # of a finished frame
-
-
-@contextmanager
-def connected(address: str) -> Iterator[Client]:
-    """Yield a client of the scheduler at `address`. Raises InputError if it does not answer."""
-    checked_address(address)
-    try:
-        client = library().Client(address, timeout=PATIENCE_S, set_as_default=False)
-    except NO_ANSWER as error:
-        raise no_answer(address) from error
-    try:
-        yield client
-    finally:
-        client.close(timeout=PATIENCE_S)
-
-
-def checked_address(text: str) -> str:
-    """Return the address in a text. Raises InputError if it is none."""
-    address = text.strip()
-    if not _ADDRESS.fullmatch(address):
-        raise no_answer(repr(address))
-    return address
-
-
-def no_answer(address: str) -> InputError:
-    """Return the error for a scheduler that does not answer."""
-    return InputError(
-        f"No Dask scheduler answers at {address}. Start one with `dask scheduler`, and name its "
-        "address, such as tcp://192.168.1.20:8786."
-    )
+Work = Callable[[PartTask], bytes]  # which makes an answer, see `farm/answers.py`
+Event = dict[str, object]  # of a finished frame
 
 
 class ClusterMaker:
@@ -142,21 +83,21 @@ class ClusterMaker:
 
     def __call__(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
         """Yield the frames as they are finished. Raises InputError where one fails."""
-        with _loss_told():
+        with _loss_told(self._client):
             yield from self._made(frames)
 
     def _made(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
         self._wait_for_workers()
-        waiting = {frame.frame: frame.path for frame in frames}
+        waiting = {frame.frame: frame for frame in frames}
         self._client.subscribe_topic(self._task.topic, lambda event: self._news.put(event[1]))
         old = self._taken_over(waiting)
         pending = old | self._sent(sorted(waiting.keys() - _frames_of(old)))
         with self._kept(pending) as stops:
             while pending:
                 news = self._next(stops)
-                found: list[PartDone] | None
+                found: list[FetchedPart] | None
                 if isinstance(news, dict):
-                    found = [PartDone(**{name: news[name] for name in news.keys() - {"worker"}})]
+                    found = [(part_of_text(news.get("frame")), None)]
                 else:
                     pending.remove(news)
                     if news in old and news.status == "error":  # perhaps it is mended now
@@ -165,10 +106,10 @@ class ClusterMaker:
                     found = _result(news, self._patience)
                     if found is None:
                         pending.add(self._awaited_again(news))
-                for done in found or ():
+                for done, data in found or ():
                     self._compare(done)
                     if done.frame in waiting:
-                        yield _stored(done, waiting.pop(done.frame))
+                        yield self._stored(done, data, waiting.pop(done.frame))
 
     def _awaited_again(self, future: Future) -> Future:
         """Have a task announce itself again: it is made anew, or its answer takes longer."""
@@ -212,9 +153,18 @@ class ClusterMaker:
             with suppress(OSError, TimeoutError):  # the scheduler has gone
                 self._client.unpublish_dataset(self._task.topic)
 
+    def _stored(self, done: PartDone, data: bytes | None, frame: PlannedFrame) -> FrameDone:
+        """Write the file of a frame if it was fetched. Raises InputError for another frame's."""
+        if self._task.fetch:
+            _write_fetched(data or b"", frame)
+        remarks = tuple(Remark(*told) for told in done.remarks)
+        maker = done.driver[1] if done.driver else ""
+        lost = done.surfaces_lost
+        return FrameDone(done.frame, frame.path, done.was_there, lost, remarks, maker, done.pace)
+
     def _compare(self, done: PartDone) -> None:
         """Tell of a driver that no worker had before. Raises InputError if that is refused."""
-        driver, worker = done.driver or ("", "")
+        driver, worker = map(printable, done.driver or ("", ""))
         if not driver or driver in self._drivers:
             return
         self._drivers[driver] = worker
@@ -269,36 +219,28 @@ def _frames_text(future: Future) -> str:
     return str(future.key).rpartition(":")[2]
 
 
-def answer_of(future: Future, patience: float = 1.0) -> Any:
-    """Return what a task has found, or None if its worker has died with it, as far as is known.
+def _result(future: Future, patience: float) -> list[FetchedPart] | None:
+    """Return the frames of a task, or None as `answer_of` does. Raises InputError with a sentence.
 
-    The scheduler would wait for ever for a worker. `patience` is in usual limits of time.
+    Whatever has failed, finished frames are kept.
     """
-    with suppress(TimeoutError):
-        return future.result(timeout=patience * PATIENCE_S)
-    return None
-
-
-def _result(future: Future, patience: float) -> list[PartDone] | None:
-    """Return `answer_of` a task. Raises InputError with a sentence for an error of Dask."""
-    name = f"frames {_frames_text(future)}"
     try:
-        found: list[PartDone] | None = answer_of(future, patience)
-    except HeatlensError:
-        raise
-    except library().scheduler.KilledWorker as error:
-        raise InputError(
-            f"{name}: the workers that made them died, {error.last_worker.address} the last; "
-            "their memory may be too small. Finished frames are kept."
-        ) from error
-    return found
+        answer = answer_of(future, patience)
+        return None if answer is None else parts_of_answer(answer)
+    except InputError as error:
+        if future.status != "error":
+            raise
+        told = f"frames {_frames_text(future)}: {error} Finished frames are kept."
+        raise InputError(told) from error
 
 
 @contextmanager
-def _loss_told() -> Iterator[None]:
+def _loss_told(client: Client) -> Iterator[None]:
     """Turn the errors of Dask after the loss of its scheduler into an InputError."""
     try:
         yield
+    except NotDataError as error:
+        raise not_data(client.scheduler.address) from error
     except Exception as error:
         if not is_loss(error):
             raise
@@ -307,18 +249,17 @@ def _loss_told() -> Iterator[None]:
         ) from error
 
 
-def is_loss(error: Exception) -> bool:
-    """Return True for the errors of Dask after the loss of its scheduler."""
-    return isinstance(error, NO_ANSWER) or type(error).__name__ in _LOSSES
-
-
-def _stored(done: PartDone, path: Path) -> FrameDone:
-    if done.data is not None:
-        write_whole(path, done.data)
-    remarks = tuple(Remark(*told) for told in done.remarks)
-    maker = done.driver[1] if done.driver else ""
-    lost = done.surfaces_lost
-    return FrameDone(done.frame, path, done.was_there, lost, remarks, maker, done.pace)
+def _write_fetched(data: bytes, frame: PlannedFrame) -> None:
+    """Write a file that a worker has sent, once it is seen that it is that of the frame."""
+    with temporary_folder() as folder:
+        seen = replace(frame, path=folder / frame.path.name)
+        seen.path.write_bytes(data)
+        if not is_finished(seen):
+            raise InputError(
+                f"frame {frame.frame}: what a worker has sent is not the finished file of this "
+                "frame. Finished frames are kept."
+            )
+    write_whole(frame.path, data)
 
 
 def topic_of(plan: ExportPlan, fetch: bool) -> str:

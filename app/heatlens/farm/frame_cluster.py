@@ -14,9 +14,19 @@ from heatlens.base.background import Threads
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import told_error
 from heatlens.defocus.line_solver import SolverName
-from heatlens.farm.cluster import answer_of, connected, is_loss, library
+from heatlens.farm.answers import answer_of
+from heatlens.farm.connection import connected, is_loss, not_data
 from heatlens.farm.dask_types import Client, Future
-from heatlens.farm.frame_worker import Program, program_of, program_on, rendered, sent
+from heatlens.farm.data_only import NotDataError
+from heatlens.farm.frame_worker import (
+    Program,
+    picture_in,
+    program_in,
+    program_of,
+    program_on,
+    rendered,
+    sent,
+)
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.kept_pictures import KeptPicture, RenderedPicture
 
@@ -176,6 +186,8 @@ class FrameCluster:
                     _Service(self, client).run()
             except HeatlensError as error:
                 self.tell((), f"{error} {ON_THIS_MACHINE}")
+            except NotDataError:
+                self.tell((), f"{not_data(self.address)} {ON_THIS_MACHINE}")
             except Exception as error:
                 gone = f"The scheduler at {self.address} has gone."
                 told = gone if is_loss(error) else told_error(error, "Dask failed")
@@ -199,6 +211,7 @@ class _Service:
         self._of, self._client = of, client
         self._programs: dict[str, Future] = {}  # futures of the program of each worker
         self._known: dict[str, Program] = {}  # those that have been told
+        self._failed: dict[str, str] = {}  # why a worker has told none
         self._look_at = 0.0  # time of the next check of the workers
         self._under_way: dict[str, _UnderWay] = {}  # by the key of the frame
         self._here = program_on(*of.here)
@@ -275,10 +288,19 @@ class _Service:
     def _learn_programs(self) -> None:
         """Forget the programs of workers that are gone, and keep those that workers have told."""
         self._known = {it: found for it, found in self._known.items() if it in self._programs}
+        self._failed = {it: why for it, why in self._failed.items() if it in self._programs}
         for it, future in self._programs.items():
-            is_new = it not in self._known and future.status == "finished"
-            if is_new and (found := answer_of(future)) is not None:
-                self._known[it] = found
+            is_new = it not in self._known and it not in self._failed
+            if is_new and future.status in ("finished", "error"):
+                self._learn(it, future)
+
+    def _learn(self, worker: str, future: Future) -> None:
+        try:
+            answer = answer_of(future)
+            if answer is not None:
+                self._known[worker] = program_in(answer)
+        except HeatlensError as error:
+            self._failed[worker] = str(error)
 
     def _choose(self) -> None:
         self._learn_programs()
@@ -293,20 +315,20 @@ class _Service:
     def _why_none(self) -> str:
         if not self._programs:
             return f"No worker is at {self._of.address}."
-        failed = (it.exception() for it in self._programs.values() if it.status == "error")
-        told = (str(error) for error in failed if isinstance(error, HeatlensError))
-        return next(told, f"The workers at {self._of.address} have another heatlens.")
+        return next(
+            iter(self._failed.values()),
+            f"The workers at {self._of.address} have another heatlens.",
+        )
 
 
 def _answers(sent: _UnderWay) -> Iterator[Answer]:
     """Yield the answer of a worker; none if the frame was recalled, or it died with its answer."""
     key = sent.wish.key
     try:
-        picture = answer_of(sent.future)
+        answer = answer_of(sent.future)
+        picture = None if answer is None else picture_in(answer)
     except HeatlensError as error:
         yield Answer(key, None, str(error))
-    except library().scheduler.KilledWorker:
-        yield Answer(key, None, "The workers that rendered a frame have died.")
     else:
         if picture is not None:
             yield Answer(key, picture)

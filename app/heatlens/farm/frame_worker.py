@@ -6,15 +6,22 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
-from heatlens.base.errors import HeatlensError, InputError
+from heatlens.base.errors import InputError
 from heatlens.defocus.line_solver import SOLVERS, SolverName
-from heatlens.farm.cluster import library
+from heatlens.farm.answers import OTHER, answered, opened, packed
+from heatlens.farm.connection import library
 from heatlens.farm.inputs import plain_path
 from heatlens.model.shot.framing import Framing, WorldAxis
 from heatlens.render import FrameRenderer, headless_renderer
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.rendered_frames.frame_key import program_contents
-from heatlens.rendered_frames.kept_pictures import KeptPicture, RenderedPicture
+from heatlens.rendered_frames.kept_pictures import (
+    KeptPicture,
+    RenderedPicture,
+    decoded,
+    decoded_whole,
+    encoded,
+)
 from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import Stamp
@@ -26,10 +33,22 @@ Program = tuple[str, ...]
 _SLICE_S, _READING_S = 0.1, 0.002  # between two looks whether the frame is still wanted
 
 
-def program_of(solver: SolverName) -> Program:
-    """Return what identifies the renderer of this worker: programs that are equal draw alike."""
-    info = _filler(solver).renderer.ctx.info
-    return program_on(str(info["GL_RENDERER"]), str(info["GL_VERSION"]), solver)
+def program_of(solver: SolverName) -> bytes:
+    """Answer what identifies the renderer of this worker: programs that are equal draw alike."""
+
+    def told() -> bytes:
+        info = _filler(solver).renderer.ctx.info
+        here = program_on(str(info["GL_RENDERER"]), str(info["GL_VERSION"]), solver)
+        return packed({"program": here})
+
+    return answered(told, library().get_worker().address)
+
+
+def program_in(answer: bytes) -> Program:
+    """Return the program of a worker. Raises InputError with the sentence of the worker."""
+    entry, _ = opened(answer)
+    told = entry.members(("program",), ("program",))["program"]
+    return tuple(item.text() for item in told.items())
 
 
 def program_on(driver: str, version: str, solver: str) -> Program:
@@ -51,19 +70,34 @@ def _unread(path: Path) -> Any:
     raise AssertionError(f"{path} is read by the worker.")
 
 
-def rendered(
-    job: FrameJob, solver: SolverName, is_kept: bool
-) -> RenderedPicture | KeptPicture | None:
-    """Render a frame; return None if it has been recalled. Raises InputError with the worker.
+def rendered(job: FrameJob, solver: SolverName, is_kept: bool) -> bytes:
+    """Answer with a frame, or with none if it has been recalled.
 
-    With `is_kept` the picture is returned as it is kept.
+    With `is_kept` the picture is sent as it is kept.
     """
     worker = library().get_worker()
-    try:
+
+    def made() -> bytes:
         picture = _rendered(job, _filler(solver), worker)
-    except HeatlensError as error:
-        raise InputError(f"{error} (worker {worker.address})") from None
-    return picture.kept() if picture is not None and is_kept else picture
+        if picture is None:
+            return packed({"recalled": True})
+        sent = picture.kept() if is_kept else picture
+        return packed({"kept": is_kept}, [encoded(sent, "")])
+
+    return answered(made, worker.address)
+
+
+def picture_in(answer: bytes) -> RenderedPicture | KeptPicture | None:
+    """Return the picture of an answer; None if it was recalled. Raises InputError."""
+    entry, data = opened(answer)
+    told = entry.members(("recalled", "kept"))
+    if "recalled" in told:
+        return None
+    is_kept = "kept" in told and told["kept"].flag()
+    picture = decoded(data, "") if is_kept else decoded_whole(data, "")
+    if picture is None:
+        raise InputError(OTHER)
+    return picture
 
 
 def _rendered(job: FrameJob, filler: FrameFiller, worker: Any) -> RenderedPicture | None:

@@ -30,6 +30,7 @@ from heatlens.gpu.textures import FloatArray
 from heatlens.model.boxes import Box
 
 HalfImage = npt.NDArray[np.float16]
+_Parts = tuple[npt.NDArray[Any], Box, Box, float]  # of a picture
 
 _HALF_MOST = 65504.0  # the largest half float; larger values would become infinite
 _MAGIC = b"HLframe1"
@@ -76,7 +77,7 @@ def half_of(pixels: FloatArray) -> HalfImage:
     return np.clip(pixels, -_HALF_MOST, _HALF_MOST).astype(np.float16)
 
 
-def encoded(picture: KeptPicture, key: str) -> bytes:
+def encoded(picture: KeptPicture | RenderedPicture, key: str) -> bytes:
     """Return the bytes of a file that holds `picture` under `key`."""
     height, width = picture.pixels.shape[:2]
     windows = [box.corners for box in (picture.data_window, picture.display_window)]
@@ -89,6 +90,17 @@ def encoded(picture: KeptPicture, key: str) -> bytes:
 
 def decoded(data: bytes, key: str) -> KeptPicture | None:
     """Return the picture that `encoded` wrote under `key`; None for other or damaged data."""
+    found = _decoded(data, key, np.float16)
+    return None if found is None else KeptPicture(*found)
+
+
+def decoded_whole(data: bytes, key: str) -> RenderedPicture | None:
+    """Return a picture in full precision as `decoded` returns one in half floats."""
+    found = _decoded(data, key, np.float32)
+    return None if found is None else RenderedPicture(*found)
+
+
+def _decoded(data: bytes, key: str, floats: type[np.floating[Any]]) -> _Parts | None:
     if len(data) < _HEAD.size:
         return None
     magic, check, count = _HEAD.unpack_from(data)
@@ -96,22 +108,23 @@ def decoded(data: bytes, key: str) -> KeptPicture | None:
         return None
     try:
         facts = json.loads(data[_HEAD.size : _HEAD.size + count])
-        return _picture(facts, data, _HEAD.size + count) if facts["key"] == key else None
+        pixels = np.frombuffer(data, floats, offset=_HEAD.size + count)
+        return _picture(facts, pixels) if facts["key"] == key else None
     except (ValueError, KeyError, TypeError):  # intact, but written by another program
         return None
 
 
-def _picture(facts: dict[str, Any], data: bytes, offset: int) -> KeptPicture:
+def _picture(facts: dict[str, Any], floats: npt.NDArray[Any]) -> _Parts:
     """Return the picture of a description. Raises ValueError if no renderer could have made it."""
     width, height = facts["size"]
-    pixels = np.frombuffer(data, np.float16, offset=offset).reshape(height, width, 4)
+    pixels = floats.reshape(height, width, 4)
     aspect, corners = float(facts["pixel_aspect"]), np.array(facts["windows"])
     is_whole = corners.dtype.kind == "i" and np.abs(corners).max() < 1 << 31
     is_possible = is_whole and 0 < aspect < math.inf and (corners[:, 2:] > corners[:, :2]).all()
     if not (is_possible and np.isfinite(pixels).all()):
         raise ValueError("this is not a rendered picture")
     data_window, display_window = (Box(*map(int, box)) for box in corners)
-    return KeptPicture(pixels, data_window, display_window, aspect)
+    return pixels, data_window, display_window, aspect
 
 
 _FREE_SHARE = 4  # the default limit is a quarter of the free memory

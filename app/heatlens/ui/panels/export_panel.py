@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.outside_text import printable
 from heatlens.export.options import ExportOptions, in_panel
-from heatlens.farm.cluster import checked_address
+from heatlens.farm.connection import checked_address
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.option import options_of
 from heatlens.model.shot.settings import Quality
