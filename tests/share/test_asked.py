@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.session.door.door import REQUESTS, Door
-from heatlens.share.asked import check, is_command, parsed, turns_lens
+from heatlens.share.asked import SHARED, check, parsed, turns_lens
 from heatlens.share.shared import SharedSession
 from support.evening import begun, settled, write_plates
 
@@ -39,6 +39,9 @@ def asked(door, *messages):
         {"do": "Reload"},
         {"do": "Copy picture"},
         {"do": "Clear rendered frames"},
+        {"do": "Render frames ahead"},
+        {"do": "Next shot"},
+        {"do": "Previous shot"},
         {"do": "Fly"},
         {"change": "lens", "image": "/etc/passwd"},
         {"change": "lens", "sensor_width_mm": 20},
@@ -59,17 +62,23 @@ def test_what_is_refused_gets_a_sentence_and_changes_nothing(door, message):
 
 
 def test_no_request_that_names_a_file_is_shared(door):
-    menus = {command.name: command.menu for command in door.commands}
-    allowed = [name for name in REQUESTS if _passes({"do": name}, menus)]
+    allowed = [name for name in REQUESTS if _passes({"do": name})]
     for name in allowed:
         assert not {"path", "name"} & set(REQUESTS[name].__slots__) or name == "TakeLook"
     assert {"Open", "Save"}.isdisjoint(allowed) and "Focus" in allowed
-    assert not [c.name for c in door.commands if c.menu == "File" and is_command(c.name, c.menu)]
 
 
-def _passes(message, menus):
+def test_who_adds_a_command_says_whether_pages_have_it(door):
+    """Those that open, write or delete files, or choose between sources, stay in the window."""
+    kept = {"Render frames ahead", "Clear rendered frames", "Next shot", "Previous shot"}
+    own = {command.name for command in door.commands if command.menu == "File"}
+    assert {command.name for command in door.commands} == SHARED | own | kept
+    assert not SHARED & (own | kept)
+
+
+def _passes(message):
     try:
-        check(message, menus)
+        check(message)
     except InputError:
         return False
     return True
@@ -123,9 +132,8 @@ def test_any_text_is_an_object_or_refused(text):
 
 @given(_MESSAGES)
 def test_any_object_is_allowed_or_refused_in_a_sentence(message):
-    menus = {"Undo": "Edit", "Reload": "File"}
     try:
-        check(message, menus)
+        check(message)
     except InputError as error:
         assert str(error).endswith(".")
 

@@ -13,11 +13,8 @@ from heatlens.files.json_record import read_json, record_to_json
 from heatlens.model.shot.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.guides import NO_GUIDES, Guides
-from heatlens.model.view.view import DisplayOptions
+from heatlens.model.view.view import DisplayOptions, check_exposure
 from heatlens.source.named import checked_source, has_camera
-
-_STOPS_MOST = 30.0  # beyond this, everything is white or black
-_GAMMA_MOST = 10.0
 
 
 @dataclass(frozen=True)
@@ -33,15 +30,8 @@ class DisplayLook:
     guides: Guides = NO_GUIDES  # guides drawn into the picture
 
     def __post_init__(self) -> None:
-        if not abs(self.exposure_stops) <= _STOPS_MOST:
-            raise InputError(
-                f"The exposure must be within {_STOPS_MOST:g} stops, got {self.exposure_stops:g}."
-            )
-        if not 1 / _GAMMA_MOST <= self.gamma <= _GAMMA_MOST:
-            raise InputError(
-                f"The gamma must be within 1/{_GAMMA_MOST:g} and {_GAMMA_MOST:g}, got "
-                f"{self.gamma:g}."
-            )
+        """Check the exposure and the gamma."""
+        check_exposure(self.exposure_stops, self.gamma)
 
 
 @dataclass(frozen=True)

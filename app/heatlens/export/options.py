@@ -10,6 +10,7 @@ from functools import partial
 from typing import Literal
 
 from heatlens.export.burn_in import USUAL
+from heatlens.model.curves.frames import check_frames_per_second
 from heatlens.model.option import option_field, options_of
 
 FRAMES, EXR, LOOK = "frames", "EXR", "look"  # groups: options of all files, of EXR, of all others
@@ -93,6 +94,11 @@ class ExportOptions:
         metavar="NAME",
     )
     unit: Literal["m", "ft"] = _look("m", "unit", "unit of the burn-in's distance (default m)")
+
+    def __post_init__(self) -> None:
+        """Raise InputError for an impossible frame rate."""
+        if self.fps is not None:
+            check_frames_per_second(self.fps)
 
 
 def of_group(group: str) -> tuple[str, ...]:

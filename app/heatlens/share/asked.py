@@ -7,14 +7,37 @@ import json
 from collections.abc import Mapping
 
 from heatlens.base.errors import InputError
+from heatlens.model.curves.interpolation import Interpolation
+from heatlens.model.shot.settings import Method
+from heatlens.model.view.guides import MATTES
+from heatlens.session.door.named_commands import LOOKS_NAMED
 
 MESSAGE_MOST = 4096  # bytes
 _DEPTH_MOST = 8  # nested braces and brackets
-_MENUS = ("Edit", "Lens", "Play", "Animate", "View", "Compare")
-_NOT_SHARED = (
-    "Render frames ahead",
-    "Clear rendered frames",
-)  # commands that change the kept frames on disk
+# Commands of the shot, the playhead and the view. None of them opens, writes or deletes a file.
+SHARED = frozenset(
+    (
+        *("Undo", "Redo", "Focus nearer", "Focus farther", "Open 1/3 stop", "Close 1/3 stop"),
+        *("Focus at infinity", "Focus on the other surface here", "Reset lens"),
+        *("Keep the size of a mark", "Keep this look", "Back to the lens before"),
+        *(f"Look {number + 1}" for number in range(LOOKS_NAMED)),
+        *("Next quality", "Next bokeh", "Play or stop", "Play backwards", "Next frame"),
+        *("Previous frame", "First frame", "Last frame", "Next key", "Previous key"),
+        *("Set in point", "Set out point", "Clear in and out", "Set key", "Delete keys"),
+        *("Set mark here", "Reverse the pull", "Record a pull", "Hold the focus from here"),
+        *("Auto key", "Select all keys", "Copy keys", "Paste keys", "Move keys later"),
+        *("Move keys earlier", "Show curve", "Set camera key", "Camera follows the focal length"),
+        *("Focal length follows the camera", "Depth of field", "Pixel grid", "Values in pixels"),
+        *("Focus peaking", "Loupe", "Grade of the shot", "Fit", "1:1", "Zoom in", "Zoom out"),
+        *("Ruler", "Brighter", "Darker", "Reset exposure and gamma", "Metres or feet"),
+        *("Near, in focus, far", "Plane in focus", "Circle of confusion", "Depth", "Layers"),
+        *("Safe areas", "Thirds", "Centre cross", "Frame selected", "Wipe", "Flip to B"),
+        *("Difference", "Grid of looks", "More gain", "Less gain", "B is the reference"),
+        *(f"Interpolate {how} after key" for how in Interpolation),
+        *(f"Matte {name}" for name in MATTES),
+        *(f"Compare with {method or 'pinhole'}" for method in (None, *Method)),
+    )
+)
 _REQUESTS = ("Go", "Focus", "NudgeFocus", "FocusAt", "MarkAt", "Pull", "TakeLook", "MoveCamera")
 _FIELDS: Mapping[str, tuple[str, ...]] = {
     "lens": ("focal_length_mm", "f_stop", "focus_distance_m"),
@@ -43,13 +66,8 @@ def _is_shallow(value: object, left: int) -> bool:
     return left > 0 and all(_is_shallow(item, left - 1) for item in inner)
 
 
-def is_command(name: str, menu: str) -> bool:
-    """Return True for a named command that a page may do."""
-    return menu in _MENUS and name not in _NOT_SHARED
-
-
-def check(message: Mapping[str, object], menus: Mapping[str, str]) -> None:
-    """Raise InputError for forbidden messages; `menus` has the menu of each named command."""
+def check(message: Mapping[str, object]) -> None:
+    """Raise InputError for messages that ask for what is not shared."""
     if "change" in message:
         of = message["change"]
         allowed = _FIELDS.get(of, ()) if isinstance(of, str) else ()
@@ -58,11 +76,7 @@ def check(message: Mapping[str, object], menus: Mapping[str, str]) -> None:
             may = ", ".join(allowed) or f"{', '.join(_FIELDS)} after 'change'"
             raise InputError(f"A page cannot change {wrong[0]!r}; it can change {may}.")
     name = message.get("do")
-    if (
-        isinstance(name, str)
-        and name not in _REQUESTS
-        and not is_command(name, menus.get(name, ""))
-    ):
+    if isinstance(name, str) and name not in _REQUESTS and name not in SHARED:
         raise InputError(
             f"A page has no {name!r}: files are opened and written only in the window."
         )

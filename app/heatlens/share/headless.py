@@ -6,6 +6,8 @@ from threading import Event
 
 import moderngl
 
+from heatlens.base.errors import HeatlensError
+from heatlens.base.faults import faults_reported
 from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.preview.shown import Shown
 from heatlens.session.door.door import Door
@@ -17,6 +19,7 @@ from heatlens.share.tap import Seen, Tap
 
 _LEAST_S = 0.004  # shortest sleep
 _STILL_PX = 320
+_AFTER_ERROR_S = 0.5
 _PULSE_S = 0.1  # longest time between news to the pages while a picture is being rendered
 
 
@@ -49,7 +52,19 @@ class HeadlessLoop:
             self.turn()
 
     def turn(self) -> None:
-        """Follow the pages, take what has arrived, render for a slice, and publish the news."""
+        """Follow the pages, and show them what that makes; an error is told, and the loop goes on.
+
+        One that stays is told again after a while, so that it does not keep the processor busy.
+        """
+        try:
+            with faults_reported("The picture could not be drawn"):
+                self._turn()
+        except HeatlensError as error:
+            self._session.say_error(error)
+            self._tap.publish(None, lambda: None)
+            self._news.wait(_AFTER_ERROR_S)
+
+    def _turn(self) -> None:
         session, scheduler = self._session, self._session.time.scheduler
         self._news.clear()
         is_touched = self._shared.follow(self.door)

@@ -12,7 +12,7 @@ from heatlens.model.view.view_geometry import PictureShape
 from heatlens.session.door.door import Door
 from heatlens.session.door.state import CommandState
 from heatlens.session.session import Session
-from heatlens.share.asked import is_command
+from heatlens.share.asked import SHARED
 
 _DIGITS = 3  # decimals of the histogram's heights
 
@@ -23,7 +23,6 @@ class PageState:
     def __init__(self, session: Session, door: Door) -> None:
         self._session = session
         self._door = door
-        self._menus = {command.name: command.menu for command in door.commands}
         self._scale_of: DepthHistogram | None = None
         self._scale: Mapping[str, object] | None = None
 
@@ -34,7 +33,7 @@ class PageState:
         told["commands"] = {
             command.name: _of_command(command)
             for command in state.commands
-            if is_command(command.name, self._menus[command.name])
+            if command.name in SHARED
         }
         return told | self._more()
 

@@ -114,7 +114,7 @@ class SharedSession:
         return bool(asked)
 
     def _follow(self, door: Door, menus: Mapping[str, str], it: _Asked) -> None:
-        check(it.message, menus)
+        check(it.message)
         if turns_lens(it.message, menus) and not self.hands.take(it.hand):
             raise InputError(f"{self.hands.holder or 'Another hand'} has the lens.".capitalize())
         door.follow(it.message)

@@ -16,7 +16,7 @@ from heatlens.model.depth_words import (
     KnownDistance,
     parse_known_distance,
 )
-from heatlens.model.option import option_field, options_of
+from heatlens.model.option import check_range, option_field, options_of
 from heatlens.model.units import parse_scene_unit_m
 
 SPIKE_FROM = 2.0  # ratio to the brightest neighbour from which a pixel is a spike
@@ -266,6 +266,10 @@ class PlateOptions:
         }
         for name, kind in kinds.items():
             object.__setattr__(self, name, _member(kind, name, getattr(self, name)))
+        check_range("near end of the depth in metres", self.near_m, 0.0, math.inf)
+        check_range("far end of the depth in metres", self.far_m, 0.0, math.inf)
+        check_range("focal length in mm", self.focal_length_mm, 0.0, math.inf)
+        check_range("sensor width in mm", self.sensor_width_mm, 0.0, math.inf)
         told = options_of(PlateOptions)
         for name, words in (("neighbours", "Neighbours"), ("lift_highlights_stops", _LIFT)):
             value = getattr(self, name)

@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Literal, get_args
 
+from heatlens.base.errors import InputError
 from heatlens.model.lens.lens import Lens
-from heatlens.model.option import option_field
+from heatlens.model.option import check_range, option_field
 from heatlens.model.shot.settings import Method
 from heatlens.model.view.guides import NO_GUIDES, USUAL_PEAKING, Guides, Peaking
 
@@ -41,11 +43,28 @@ class Against(StrEnum):
 
 GRID_MOST = 4  # looks beside each other
 DIFFERENCE_GAINS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+ZOOM_LEAST, ZOOM_MOST = 1 / 64, 256.0  # pixels of the screen for one of the picture
+STOPS_MOST = 30.0  # of exposure: beyond this, everything is white or black
+_GAMMA_MOST = 10.0
+_PLACE_MOST_PX = 1e7  # of the middle of the viewport, far outside any picture
+DistanceUnit = Literal["m", "ft"]
+
+
+def check_exposure(exposure_stops: float, gamma: float) -> None:
+    """Raise InputError if the exposure or the gamma of a view is out of range."""
+    if not abs(exposure_stops) <= STOPS_MOST:
+        raise InputError(
+            f"The exposure must be within {STOPS_MOST:g} stops, got {exposure_stops:g}."
+        )
+    if not 1 / _GAMMA_MOST <= gamma <= _GAMMA_MOST:
+        raise InputError(
+            f"The gamma must be within 1/{_GAMMA_MOST:g} and {_GAMMA_MOST:g}, got {gamma:g}."
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class ViewState:
-    """Viewer state: not saved in the shot, not undoable.
+    """Viewer state: not saved in the shot, not undoable. Raises InputError out of its ranges.
 
     zoom             pixels of the screen for one of the picture, None: the picture fits
     center_px        point of the display window that lies in the middle of the viewport, None: its
@@ -87,7 +106,7 @@ class ViewState:
     display: str = ""
     view: str = ""
     input_space: str = ""
-    unit: str = "m"
+    unit: DistanceUnit = "m"
     pixel_grid: bool = True
     pixel_values: bool = True
     is_peaking: bool = False
@@ -96,6 +115,17 @@ class ViewState:
     is_graded: bool = True
     loupe: bool = False
 
+    def __post_init__(self) -> None:
+        """Check the numbers, whoever sets them: a page, the command line or a panel."""
+        check_exposure(self.exposure_stops, self.gamma)
+        check_range("zoom", self.zoom, ZOOM_LEAST, ZOOM_MOST)
+        check_range("place of the handle", self.wipe, 0.0, 1.0)
+        check_range("gain", self.difference_gain, DIFFERENCE_GAINS[0], DIFFERENCE_GAINS[-1])
+        for place in self.center_px or ():
+            check_range("place in the middle", place, -_PLACE_MOST_PX, _PLACE_MOST_PX)
+        if self.unit not in get_args(DistanceUnit):
+            raise InputError(f"The unit of distances should be m or ft, got {self.unit!r}.")
+
     @property
     def has_overlay(self) -> bool:
         """Return True if colours are laid over the picture: an overlay, peaking or both."""
@@ -103,7 +133,12 @@ class ViewState:
 
     def exposed_through(self, lens: Lens) -> "ViewState":
         """Return the view with its exposure reduced by the transmission of a lens (T-stop)."""
-        return replace(self, exposure_stops=self.exposure_stops + lens.transmission_stops)
+        return self.exposed_by(lens.transmission_stops)
+
+    def exposed_by(self, stops: float) -> "ViewState":
+        """Return the view brighter by this, as far as an exposure goes."""
+        exposure = self.exposure_stops + stops
+        return replace(self, exposure_stops=min(max(exposure, -STOPS_MOST), STOPS_MOST))
 
 
 PLAIN_VIEW = "sRGB curve"
@@ -113,6 +148,8 @@ NO_GRADE = "none"
 @dataclass(frozen=True)
 class DisplayOptions:
     """The view of an OpenColorIO config that pictures and movies are made with.
+
+    Raises InputError if the exposure or the gamma is out of range.
 
     ocio            path or name of the config; None: $OCIO, else a built-in one
     display, view   names in the config; None: its defaults
@@ -151,3 +188,7 @@ class DisplayOptions:
         "file, FILE#ID, 'SLOPE OFFSET POWER SATURATION', or none (default: that of the shot)",
         metavar="GRADE",
     )
+
+    def __post_init__(self) -> None:
+        """Check the exposure and the gamma."""
+        check_exposure(self.exposure_stops, self.gamma)

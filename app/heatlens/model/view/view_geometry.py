@@ -8,11 +8,9 @@ screen     physical pixels: `framebuffer_scale` of them are one window unit
 import math
 from dataclasses import dataclass, replace
 
-from heatlens.model.view.view import ViewState
+from heatlens.model.view.view import ZOOM_LEAST, ZOOM_MOST, ViewState
 
 Point = tuple[float, float]
-
-ZOOM_LEAST, ZOOM_MOST = 1 / 64, 256.0
 
 
 @dataclass(frozen=True, slots=True)

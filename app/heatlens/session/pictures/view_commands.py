@@ -150,8 +150,7 @@ class ViewCommands(Commands):
 
     def expose(self, steps: int) -> None:
         """Change the exposure of the view by a number of quarter stops."""
-        stops = self._view.state.exposure_stops + steps * _EXPOSURE_STEP
-        self.change(exposure_stops=stops)
+        self._view.state = self._view.state.exposed_by(steps * _EXPOSURE_STEP)
 
     def reset_exposure_and_gamma(self) -> None:
         """Reset exposure and gamma of the view."""

@@ -1,0 +1,127 @@
+"""Messages of pages that a session draws: commands, requests and changes with values at the edges.
+
+    python tests/fuzz/page_messages.py --messages 20000 --seed 7
+
+Each is followed by the loop of `heatlens serve` with a renderer, and what it makes is drawn. It
+ends at the first message after which the loop has a fault, and prints the last ones.
+"""
+
+import argparse
+import json
+import random
+import sys
+import tempfile
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+from threading import Event
+from typing import get_type_hints
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path(__file__).parents[1])]
+from heatlens.base.errors import HeatlensError, InputError
+from heatlens.model.lens.lens import Lens
+from heatlens.model.shot.settings import DefocusSettings
+from heatlens.model.view.view import ViewState
+from heatlens.session.door.door import REQUESTS
+from heatlens.session.session import Session
+from heatlens.share.asked import _FIELDS, SHARED, parsed
+from heatlens.share.headless import HeadlessLoop
+from heatlens.share.shared import SharedSession
+
+_EDGES = (0, 1, -1, 0.1, 2000, -2000, 30, 31, 1e-300, 1e300, -1e300, 2**63, -(2**63), 1.5, 64, 0.01)
+_ODD = ("inf", "", "m", "ft", "01:00", "x" * 300, "\x1b[2J", None, True, [], [1, 2], {}, {"a": 1})
+_SLOW = {"Compare with raytraced", "Compare with accumulation", "Compare with scatter"}
+_CHANGED = {"lens": Lens, "blur": DefocusSettings, "view": ViewState}
+
+
+def messages(count: int, seed: int) -> Iterator[dict[str, object]]:
+    """Yield messages as they come out of the parser; most have a sense."""
+    chance = random.Random(seed)
+    names = sorted(SHARED - _SLOW)
+    for _ in range(count):
+        kind = chance.random()
+        if kind < 0.3:
+            yield {"do": chance.choice(names)}
+            continue
+        try:
+            drawn = _request(chance) if kind < 0.6 else _change(chance)
+            yield parsed(json.dumps(drawn))
+        except InputError:
+            continue
+
+
+def _value(chance: random.Random) -> object:
+    kind = chance.random()
+    if kind < 0.5:
+        return chance.choice(_EDGES)
+    return chance.uniform(-50, 50) if kind < 0.8 else chance.choice(_ODD)
+
+
+def _request(chance: random.Random) -> dict[str, object]:
+    name = chance.choice(sorted(REQUESTS.keys() - {"Open", "Save"}))
+    own = [it.name for it in fields(REQUESTS[name])]
+    return {"do": name} | {it: _value(chance) for it in own if chance.random() < 0.9}
+
+
+def _change(chance: random.Random) -> dict[str, object]:
+    of = chance.choice(sorted(_CHANGED))
+    every = sorted(get_type_hints(_CHANGED[of]))
+    own = _FIELDS[of] if chance.random() < 0.9 else every
+    return {"change": of} | {chance.choice(own): _value(chance) for _ in range(2)}
+
+
+class Played:
+    """A shared session that draws for one page which is never there."""
+
+    def __init__(self, session: Session) -> None:
+        self.session, self.shared = session, SharedSession()
+        self.loop = HeadlessLoop(session, self.shared, Event())
+        self.faults: list[str] = []
+        self.refused = 0
+        say = session.say_error
+        session.say_error = lambda error: (self._hear(error), say(error))
+
+    def _hear(self, error: HeatlensError) -> None:
+        if not isinstance(error, InputError):
+            self.faults.append(str(error))
+
+    def _reply(self, sentence: str) -> None:
+        self.refused += 1
+        if "fault of heatlens" in sentence:
+            self.faults.append(sentence)
+
+    def play(self, drawn: Iterator[dict[str, object]], turns: int = 2) -> int:
+        """Follow the messages, and draw after each. Raises AssertionError with the last of them."""
+        last: deque[object] = deque(maxlen=5)
+        count = 0
+        for count, message in enumerate(drawn, 1):  # noqa: B007
+            last.append(message)
+            self.shared.clients = self.shared.waiting = 1
+            self.shared.ask("a page", message, self._reply)
+            for _ in range(turns):
+                self.loop.turn()
+            assert not self.faults, f"{self.faults}, after {list(last)}"
+        return count
+
+
+def main() -> None:
+    from heatlens.render import headless_renderer
+    from support.evening import session_of, write_plates
+
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--messages", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        source = write_plates(Path(folder))
+        session = session_of(Path(folder), headless_renderer(), source=source)
+        played = Played(session)
+        count = played.play(messages(args.messages, args.seed))
+        session.close()
+    print(f"{count} messages, {played.refused} refused in a sentence, 0 faults")
+
+
+if __name__ == "__main__":
+    main()
