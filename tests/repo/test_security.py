@@ -8,7 +8,7 @@ from heatlens.plate.exr import exr_limits
 from heatlens.scene import picture_read, scene
 from heatlens.scene.gltf import file as gltf_file
 from heatlens.scene.gltf import nodes as gltf_nodes
-from heatlens.share import client, server
+from heatlens.share import client, connections, picture, server
 from heatlens.share.asked import MESSAGE_MOST
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,8 +32,11 @@ def test_every_bound_is_told_as_it_is():
         f"for each megabyte of its files, and {limits.GIGABYTES_MOST:g} GB",
         limits.SECONDS,
         limits.GIGABYTES,
-        f"{server.HANDS_MOST} hands, {server.LOOKERS_MOST} lookers",
-        f"{server._CONNECTIONS_MOST} connections",
+        f"{server.HANDS_MOST} hands and {server.LOOKERS_MOST} lookers",
+        f"{connections.STRANGERS_MOST} connections without a right link",
+        f"link and {connections.GUESTS_MOST} with one",
+        f"idle one ends after {connections.KEPT_S:.0f} seconds",
+        f"of a picture {picture._ENCODED_MOST} sizes are kept",
         f"{MESSAGE_MOST // 1024} kB and come {client._A_SECOND:.0f} a second",
         f"nothing for {client._STALLED_S:.0f} seconds",
     ):

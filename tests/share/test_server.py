@@ -1,10 +1,13 @@
 """The server against whoever reaches its port, without a session: what is refused, and limits."""
 
 import asyncio
+import base64
+import contextlib
 import http.client
 import json
 import random
 import socket
+import struct
 
 import aiohttp
 import pytest
@@ -91,7 +94,7 @@ def test_only_get_is_answered(server):
 
 
 def test_a_connection_that_asks_for_nothing_is_closed(shared, monkeypatch):
-    monkeypatch.setattr(server_file, "_REQUEST_S", 0.1)
+    monkeypatch.setattr(server_file, "REQUEST_S", 0.1)
     made = opened(shared)
     with socket.create_connection(("127.0.0.1", made.port)) as line:
         line.settimeout(20)
@@ -103,25 +106,96 @@ def test_a_connection_that_asks_for_nothing_is_closed(shared, monkeypatch):
     made.close()
 
 
-def test_200_connections_do_not_keep_the_others_out_for_long(shared, monkeypatch):
-    monkeypatch.setattr(server_file, "_REQUEST_S", 0.5)
-    made = opened(shared)
-    lines = [socket.create_connection(("127.0.0.1", made.port)) for _ in range(200)]
+@pytest.mark.parametrize("asked", [b"", b"GET /wrong/ HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n"])
+@pytest.mark.parametrize("role", Role)
+def test_strangers_who_hold_200_connections_keep_nobody_out(server, monkeypatch, asked, role):
+    """A link is let in at once, at the first try, while they hold them and ask for nothing more."""
+    monkeypatch.setattr(server_file, "REQUEST_S", 600.0)  # no stranger is sent away meanwhile
+    text = asked % server.port if asked else b""
+    lines = []
+    for _ in range(200):
+        lines.append(socket.create_connection(("127.0.0.1", server.port)))
+        lines[-1].sendall(text)
 
     async def comes_in():
-        for _ in range(200):
-            try:
-                async with peer(made) as it:
-                    await until(lambda: it.hello, "hello")
-                    return
-            except aiohttp.ClientError:
-                await asyncio.sleep(0.05)
-        raise AssertionError("nobody was let in")
+        assert answer(server, f"/{getattr(server.links, role)}/")[0] == 200
+        async with peer(server, role) as it:
+            await until(lambda: it.hello, "hello")
 
     asyncio.run(comes_in())
     for line in lines:
         line.close()
-    made.close()
+
+
+def test_a_refusal_ends_its_connection(server):
+    for path in ("/wrong/", f"/{server.links.hand}/nothing"):
+        with socket.create_connection(("127.0.0.1", server.port)) as line:
+            line.settimeout(20)
+            line.sendall(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n\r\n".encode())
+            with line.makefile("rb") as file:
+                assert b"Connection: close" in file.read()  # which ends, because the server closes
+
+
+def test_a_page_that_asks_nothing_more_is_let_go(server):
+    with socket.create_connection(("127.0.0.1", server.port)) as line:
+        line.settimeout(60)
+        link = f"/{server.links.look}/main.js"
+        line.sendall(f"GET {link} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n\r\n".encode())
+        with line.makefile("rb") as file:
+            assert b"200 OK" in file.read()
+
+
+@pytest.mark.parametrize(
+    "sent", [b"GET / HTTP/1.1\r\n\r\n", b"\x16\x03\x01" * 50, b"PUT * x\r\n\r\n"]
+)
+def test_nobody_is_told_what_the_server_is_made_of(server, sent):
+    with socket.create_connection(("127.0.0.1", server.port)) as line:
+        line.settimeout(20)
+        line.sendall(sent)
+        said = line.recv(65536)
+    assert b"aiohttp" not in said and b"Python" not in said
+    for path in ("/", f"/{server.links.hand}/", f"/{server.links.hand}/socket"):
+        assert answer(server, path)[2]["Server"] == "heatlens"
+
+
+def test_a_script_that_takes_all_places_makes_room_for_another_address(server, monkeypatch):
+    """The latest of the address with the most places goes; two of one address share nothing."""
+    addresses = iter(["10.0.0.1"] * LOOKERS_MOST + ["10.0.0.2", "10.0.0.1"])
+    monkeypatch.setattr(server_file, "_address_of", lambda request: next(addresses))
+
+    async def play():
+        peers = [peer(server, Role.LOOK) for _ in range(LOOKERS_MOST)]
+        here = [await it.__aenter__() for it in peers]
+        async with peer(server, Role.LOOK) as other:
+            await until(lambda: other.hello and here[-1].end == 1008, "the place")
+            assert server.who() == (0, LOOKERS_MOST)
+            with pytest.raises(aiohttp.WSServerHandshakeError):
+                await peer(server, Role.LOOK).__aenter__()
+        for it in peers:
+            await it.__aexit__(None, None, None)
+
+    asyncio.run(play())
+
+
+def test_a_client_that_goes_is_no_fault(server, no_fault_is_hidden):
+    """It sends pings, takes nothing and resets the connection: no report is written."""
+    key = base64.b64encode(bytes(16)).decode()
+    head = f"GET /{server.links.look}/socket HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n"
+    head += "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+    said = []
+    server._log = said.append
+    for _ in range(3):
+        with socket.create_connection(("127.0.0.1", server.port)) as line:
+            line.sendall(f"{head}Sec-WebSocket-Key: {key}\r\n\r\n".encode())
+            assert b"101" in line.recv(4096)
+            hello = b'{"hello":1}'
+            line.sendall(bytes([0x81, 0x80 | len(hello)]) + bytes(4) + hello)
+            line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            with contextlib.suppress(OSError):
+                line.sendall((bytes([0x89, 0x80 | 100]) + bytes(4) + bytes(100)) * 20_000)
+    assert answer(server, f"/{server.links.look}/")[0] == 200
+    asyncio.run(until(lambda: server.who() == (0, 0), "their end"))
+    assert not [it for it in said if "fault" in it]
 
 
 def test_clients_are_limited_by_their_role(server):

@@ -11,6 +11,8 @@ from PIL import Image
 from heatlens.model.boxes import Box
 from heatlens.plate.picture.picture_write import scaled_window
 
+_WIDTH_STEP = 160  # pixels; clients scale what they get to what they show
+_ENCODED_MOST = 8  # sizes of a picture that are kept
 Pixels = NDArray[np.uint8]
 
 
@@ -38,12 +40,18 @@ class Picture:
     _lock: Lock = field(default_factory=Lock)
 
     def coded(self, coding: Coding) -> bytes:
-        """Return the picture as a PNG or JPEG file, encoded once for all clients."""
+        """Return the picture as a PNG or JPEG file, encoded once for all clients.
+
+        Its width is the next step above that of `coding`, so that widths are few.
+        """
         with self._lock:  # other clients wait for the result instead of encoding it again
-            coding = Coding(min(coding.width, self.pixels.shape[1]), coding.quality)
-            if coding not in self._encoded:
-                self._encoded[coding] = _encoded(self.pixels, coding)
-            return self._encoded[coding]
+            step = -(-coding.width // _WIDTH_STEP) * _WIDTH_STEP
+            coding = Coding(min(step, self.pixels.shape[1]), coding.quality)
+            file = self._encoded.pop(coding, None) or _encoded(self.pixels, coding)
+            self._encoded[coding] = file  # the latest last
+            while len(self._encoded) > _ENCODED_MOST:
+                del self._encoded[next(iter(self._encoded))]
+            return file
 
 
 def _encoded(pixels: Pixels, coding: Coding) -> bytes:

@@ -15,11 +15,18 @@ from heatlens.base.faults import faults_reported
 from heatlens.share.address import Address, Links, Role
 from heatlens.share.asked import MESSAGE_MOST
 from heatlens.share.client import Client
+from heatlens.share.connections import (
+    KEPT_S,
+    REQUEST_S,
+    SERVER,
+    Connection,
+    Connections,
+    giving_way,
+)
 from heatlens.share.shared import SharedSession
 
 HANDS_MOST, LOOKERS_MOST = 4, 16
-_CONNECTIONS_MOST = 128
-_REQUEST_S = 5.0  # a connection without a request is closed after this time
+_MOST = {Role.HAND: HANDS_MOST, Role.LOOK: LOOKERS_MOST}
 _HEARTBEAT_S = 5.0
 _START_S = 10.0
 _KINDS = {
@@ -30,6 +37,7 @@ _KINDS = {
     "webmanifest": "application/manifest+json",
 }
 _HEADERS = {
+    "Server": SERVER,
     "Cache-Control": "no-store",
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
     "img-src 'self' blob: data:; connect-src 'self' {socket}; manifest-src 'self'; "
@@ -38,13 +46,6 @@ _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
-
-
-class _Refusing(asyncio.Protocol):
-    """Closes a connection beyond the limit."""
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        transport.close()
 
 
 class ShareServer:
@@ -59,9 +60,9 @@ class ShareServer:
         self._shared = shared
         self._log = log
         self._files = _page_files()
-        self._clients: set[Client] = set()
+        self._clients: dict[Client, str] = {}  # with their addresses, the latest last
         self._counted = 0
-        self._silent: set[web.RequestHandler] = set()  # connections that have asked for nothing
+        self._connections = Connections()
         self._end = asyncio.Event()
         self._thread = Thread(target=self._run, name="share", daemon=True)
         self._is_up = Event()
@@ -134,21 +135,13 @@ class ShareServer:
 
     def _connected(self) -> asyncio.Protocol:
         """Return the handler of a new connection, which is closed if it sends no request."""
-        if len(self._server.connections) >= _CONNECTIONS_MOST:
-            return _Refusing()
-        handler = self._server()
-        self._silent.add(handler)
-        self._loop.call_later(_REQUEST_S, self._close_if_silent, handler)
-        return handler
-
-    def _close_if_silent(self, handler: web.RequestHandler) -> None:
-        if handler in self._silent and handler.transport is not None:
-            handler.transport.abort()
-        self._silent.discard(handler)
+        connection = Connection(self._server, loop=self._loop, keepalive_timeout=KEPT_S)
+        self._connections.came(connection)
+        self._loop.call_later(REQUEST_S, self._connections.end_stranger, connection)
+        return connection
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
         """Answer a request; after a fault of the program, say so and write a report."""
-        self._silent.discard(request.protocol)
         try:
             with faults_reported("A request could not be answered"):
                 return await self._answered(request)
@@ -168,6 +161,7 @@ class ShareServer:
         role = self.links.role_of(token)
         if role is None:
             return self._refusal(404, "This link is wrong, or no longer shared.")
+        self._connections.showed_link(request.protocol)
         if request.method != "GET":
             return self._refusal(405, "Only GET is answered.")
         if name == "socket":
@@ -183,30 +177,48 @@ class ShareServer:
         return web.Response(body=found, content_type=kind, charset="utf-8", headers=self._headers)
 
     def _refusal(self, status: int, sentence: str) -> web.Response:
-        return web.Response(status=status, text=f"{sentence}\n", headers=self._headers)
+        """Refuse a request, and end its connection."""
+        response = web.Response(status=status, text=f"{sentence}\n", headers=self._headers)
+        response.force_close()
+        return response
 
     async def _talk(self, request: web.BaseRequest, role: Role) -> web.StreamResponse:
         """Serve a WebSocket until it closes."""
-        most = HANDS_MOST if role is Role.HAND else LOOKERS_MOST
-        if [client.role for client in self._clients].count(role) >= most:
+        where = _address_of(request)
+        if not await self._has_place(role, where):
+            most = _MOST[role]
             return self._refusal(503, f"There are {most} of this kind already.")
         if not web.WebSocketResponse().can_prepare(request):
             return self._refusal(426, "This is the place of a WebSocket.")
+        self._connections.became_client(request.protocol)
         socket = web.WebSocketResponse(
             heartbeat=_HEARTBEAT_S, max_msg_size=MESSAGE_MOST, compress=False
         )
+        socket.headers["Server"] = SERVER
         self._counted += 1
         client = Client(socket, request.transport, role, self._counted, self._shared)
-        self._clients.add(client)
+        self._clients[client] = where
         try:
-            await socket.prepare(request)
-            await client.serve(self._count, self._log)
+            with suppress(ConnectionError):  # the client has gone, which is no fault of ours
+                await socket.prepare(request)
+                await client.serve(self._count, self._log)
         finally:
-            self._clients.discard(client)
+            self._clients.pop(client, None)
             self._count()
             if client.greeted:
                 self._log(f"{client.name} has gone.")
         return socket
+
+    async def _has_place(self, role: Role, where: str) -> bool:
+        """Return True if there is a place; another address with more of them may free one."""
+        here = {it: address for it, address in self._clients.items() if it.role is role}
+        if len(here) < _MOST[role]:
+            return True
+        leaving = giving_way(here, where)
+        if leaving is not None:
+            del self._clients[leaving]
+            await leaving.part("Others have no place: there are many from this address.")
+        return leaving is not None
 
     def _count(self) -> None:
         """Tell the loop how many clients there are, and how many can take a picture."""
@@ -220,6 +232,11 @@ class ShareServer:
     def _tell_clients(self) -> None:
         for client in self._clients:
             client.announce()
+
+
+def _address_of(request: web.BaseRequest) -> str:
+    where = None if request.transport is None else request.transport.get_extra_info("peername")
+    return str(where[0]) if where else ""
 
 
 def _page_files() -> dict[str, bytes]:

@@ -140,7 +140,7 @@ class Preferences:
         if self.path is None:  # an earlier call has failed
             return
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             with locked(path.with_suffix(".lock")):
                 with suppress(InputError):  # missing or damaged: write everything again
                     now = merged(_remembered(read_json(path))[0], before, now)

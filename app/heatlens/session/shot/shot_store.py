@@ -117,5 +117,5 @@ def _found(path: Path, is_asked: bool) -> Found:
 
 
 def _kept(path: Path, shot: Shot) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)  # it names unreleased work
     write_autosave(path, shot)
