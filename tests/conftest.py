@@ -49,7 +49,19 @@ def pytest_configure() -> None:
     sys.dont_write_bytecode = False
     for environment in (os.environ, ENVIRONMENT):
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    # What a shell starts in the background ignores Ctrl-C, and hands that on to what it starts.
+    heard_by_children()
+
+
+def heard_by_children() -> None:
+    """Let what the tests start obey every signal, whatever started the tests.
+
+    A shell's background ignores Ctrl-C, and nohup that the terminal has gone; both would be handed
+    on. A signal with a handler has its usual effect in a child, and none here.
+    """
+    for name in ("SIGHUP", "SIGTERM", "SIGQUIT", "SIGUSR1", "SIGUSR2", "SIGTSTP", "SIGCHLD"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, lambda *_: None)
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 

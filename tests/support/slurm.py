@@ -78,6 +78,7 @@ class Slurm:
         (folder / "slurm.conf").write_text(conf)
         paths = (str(BIN), os.environ["PATH"], "/usr/sbin")
         told = {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": os.pathsep.join(paths)}
+        told["SBATCH_OUTPUT"] = f"{folder}/slurm-%j.out"
         self.environment = os.environ | told
         self._running: dict[str, subprocess.Popen[bytes]] = {}
 
@@ -105,7 +106,7 @@ class Slurm:
         assert program is not None
         with (self.folder / f"{name}.log").open("ab") as log:
             self._running[name] = subprocess.Popen(
-                [program, *words], stdout=log, stderr=log, env=self.environment
+                [program, *words], stdout=log, stderr=log, env=self.environment, cwd=self.folder
             )
 
     def kill(self, name: str) -> None:
@@ -126,9 +127,10 @@ class Slurm:
         return run.stdout
 
     def submitted(self, script: str, folder: Path) -> "subprocess.CompletedProcess[str]":
-        """Run a script as a user would."""
+        """Run a script as a user would; what its jobs print goes to files of the folder."""
+        told = {"SBATCH_OUTPUT": f"{folder}/slurm-%j.out"}  # where the folder of a job is unknown
         return subprocess.run(
-            ["sh"], input=script, capture_output=True, text=True, env=self.environment,
+            ["sh"], input=script, capture_output=True, text=True, env=self.environment | told,
             cwd=folder, check=False, timeout=60,
         )  # fmt: skip
 
