@@ -146,6 +146,22 @@ def test_a_looker_turns_nothing(page, still):
     assert page.run(hidden)
 
 
+@pytest.mark.parametrize("size", [SIZES["tablet lying"], SIZES["small phone"]])
+def test_the_end_of_the_server_is_told_in_a_sentence(browser, tmp_path, size):
+    browser.size(*size)
+    served = Served(tmp_path, PLATE)
+    browser.open(served.hand)
+    browser.until(lambda: browser.focus, "the numbers")
+    assert not browser.run("return document.getElementById('cut').offsetParent")
+    served.stop()
+    browser.until(lambda: "goes on once it is there again" in browser.text("cut"), "the sentence")
+    box = browser.run(
+        "const b = document.getElementById('cut').getBoundingClientRect();"
+        "return [b.left, b.top, innerWidth - b.right, innerHeight - b.bottom, b.width]"
+    )
+    assert min(box) > 0, box
+
+
 @pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)
 def test_everything_lies_within_reach_on_every_screen(browser, sequence, size):
     browser.size(*size)

@@ -180,10 +180,11 @@ def test_a_preview_has_the_detail_in_focus_that_the_window_draws(session):
 
 
 def test_the_same_picture_is_encoded_once(monkeypatch):
-    picture = Picture(1, 1, np.zeros((20, 40, 4), np.uint8), False)
-    one = picture.coded(Coding(100, 80))
-    assert picture.coded(Coding(40, 80)) is one
-    assert picture.coded(Coding(20, 80)) is not one
+    picture = Picture(1, 1, np.zeros((20, 400, 4), np.uint8), False)
+    one = picture.coded(Coding(1000, 80))
+    assert picture.coded(Coding(400, 80)) is one
+    assert picture.coded(Coding(200, 80)) is not one
+    assert picture.coded(Coding(201, 80)) is picture.coded(Coding(200, 80))
     assert replace(Coding(20, 80), quality=None) != Coding(20, 80)
 
 

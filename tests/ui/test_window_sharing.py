@@ -63,7 +63,7 @@ def test_both_hands_turn_and_the_last_touch_wins_after_a_rest(gui):
             gui.screen._door.change(replace(lens, focus_distance_m=1.5))
             assert session.facts.lens.focus_distance_m == 1.25
             assert "Ann (1) has the lens" in session.messages.text
-            assert "Ann" in sharing.who()
+            assert sharing.who() == "Shared: Ann (1)"
             now[0] += REST_S + 0.01
             gui.screen._door.change(replace(lens, focus_distance_m=1.5))
             assert session.facts.lens.focus_distance_m == 1.5

@@ -59,7 +59,7 @@ class Sharing:
         """Return a sentence on the connected clients, and on the one that has the lens."""
         hands, lookers = (0, 0) if self._server is None else self._server.who()
         words = f"{hands} turning, {lookers} looking" if hands or lookers else "nobody is here"
-        return f"SharedSession: {self.shared.hands.holder or words}"
+        return f"Shared: {self.shared.hands.holder or words}"
 
 
 def squares_of(link: str) -> tuple[tuple[bool, ...], ...]:

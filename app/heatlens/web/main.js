@@ -45,6 +45,8 @@ const more = new More($("more"), link, page);
 
 // What is heard
 
+let whyCut = ""; // a sentence while the line is cut
+
 function hello({ role }) {
   body.classList.toggle("look", role !== "hand");
   wheel.isEnabled = picture.isEnabled = role === "hand";
@@ -53,7 +55,9 @@ function hello({ role }) {
 function line(isOpen, why) {
   body.classList.toggle("waiting", !isOpen);
   $("dot").title = isOpen ? "Connected" : "Waiting for heatlens";
-  if (why) note(why, true);
+  whyCut = isOpen ? "" : why || whyCut || "heatlens cannot be reached.";
+  $("cut").textContent = isOpen ? "" : `${whyCut} This page goes on once it is there again.`;
+  $("cut").hidden = isOpen;
 }
 
 function problem(sentence) {
