@@ -28,6 +28,13 @@ def named(walls):
     return [mark.name for mark in walls.editing.shot.marks]
 
 
+def pulled(walls):
+    """Make the pull, and wait for the frame of its arrival."""
+    marks = walls.time.marks
+    marks.pulls.make()
+    until(walls, lambda: not marks.distances.is_waited_for, "the pull")
+
+
 def test_marks_are_set_on_what_is_seen_and_on_the_focus(walls, marks):
     marks.set_point(LEFT)
     marks.set_here()
@@ -84,7 +91,7 @@ def test_the_focus_goes_to_a_mark_as_one_step(walls, marks):
 
 
 def test_a_pull_goes_from_here_or_from_a_mark(walls, marks):
-    marks.pulls.make()
+    pulled(walls)
     assert walls.messages.text and marks.pulls.made == 0
     marks.set_point(LEFT)
     marks.set_point(RIGHT)
@@ -92,16 +99,16 @@ def test_a_pull_goes_from_here_or_from_a_mark(walls, marks):
     marks.pulls.lengthen(6)
     assert marks.pulls.frames == 6
     walls.time.timeline.go(FIRST + 2)
-    marks.pulls.make()
+    pulled(walls)
     assert [focus(walls, FIRST + at) for at in (0, 2, 8, 20)] == pytest.approx([4, 4, 8, 8])
     assert marks.pulls.made == 1
     walls.editing.undo()
     marks.pulls.origin, marks.pulls.shape = "A", PullShape.LINEAR
-    marks.pulls.make()
+    pulled(walls)
     assert [focus(walls, FIRST + at) for at in (2, 5, 8)] == pytest.approx([2.0, 3.2, 8.0])
     marks.pulls.target, marks.pulls.frames = "A", 0
     before = walls.editing.shot
-    marks.pulls.make()
+    pulled(walls)
     assert walls.editing.shot == before and "0 frames" in walls.messages.text
 
 
@@ -121,7 +128,7 @@ def test_a_pull_is_suggested_as_long_as_the_last_where_it_fits(walls, marks):
     assert f"frame {LAST + 18}" in marks.pulls.past_end and f"{LAST} is the last" in (
         marks.pulls.past_end
     )
-    marks.pulls.make()
+    pulled(walls)
     assert walls.messages.text == marks.pulls.past_end
     walls.time.timeline.go(LAST - 18)
     assert marks.pulls.past_end == ""
@@ -139,7 +146,7 @@ def test_a_pull_is_offered_to_the_next_mark(walls, marks):
     for _ in range(3):
         marks.pulls.begin()
         offered.append(marks.pulls.target)
-        marks.pulls.make()
+        pulled(walls)
         walls.time.timeline.go(walls.editing.frame + 6)
     assert offered == ["B", "C", "A"]
     assert [focus(walls, FIRST + at) for at in (0, 6, 12, 18)] == pytest.approx([2, 8, 5, 2])
@@ -151,7 +158,7 @@ def test_off_all_marks_a_pull_is_offered_to_the_one_after_the_last_pull(walls, m
     walls.lens.commands.focus(0.3)
     marks.pulls.begin()
     assert marks.pulls.target == "A"
-    marks.pulls.make()
+    pulled(walls)
     walls.time.timeline.go(FIRST)
     marks.pulls.begin()
     assert marks.pulls.target == "B"
@@ -194,7 +201,7 @@ def test_a_pull_between_in_and_out_is_reversed_and_a_focus_held(walls, marks):
     assert "two keys" in walls.messages.text
     marks.set_point(LEFT)
     marks.pulls.lengthen(8)
-    marks.pulls.make()
+    pulled(walls)
     ends = focus(walls, FIRST), focus(walls, FIRST + 8)
     marks.pulls.reverse()
     assert (focus(walls, FIRST + 8), focus(walls, FIRST)) == ends

@@ -131,7 +131,7 @@ def test_a_click_corrects_a_tracked_surface(card):
     mark = tracked(session)
     assert marks.distances.of_m(mark, 10) == pytest.approx(WALL_M)
     session.time.timeline.go(10)
-    until(session, lambda: session.editing.frame == 10, "the last frame")
+    until(session, lambda: session.source.is_settled_at(10), "the last frame")
     settled(session)
     marks.correct(mark)
     x, y = walk.pixel(10)

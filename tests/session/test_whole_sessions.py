@@ -433,6 +433,7 @@ def test_tracks_and_marks_of_a_stretch_hold_their_interpolation(walls):
     assert isinstance(walls.editing.shot.marks[0], PointMark)
     walls.time.marks.pulls.lengthen(LAST - FIRST)
     walls.time.marks.pulls.make()
+    until(walls, lambda: not walls.time.marks.distances.is_waited_for, "the pull")
     walls.time.keys.choose_all()
     walls.time.keys.interpolate(Interpolation.LINEAR)
     keys = walls.editing.shot.curves.of(FOCUS).keys

@@ -142,6 +142,7 @@ def _key_a_pull(session: Session) -> None:
     session.time.marks.pulls.origin, session.time.marks.pulls.target = near.name, far.name
     session.time.marks.pulls.lengthen(12)
     session.time.marks.pulls.make()
+    until(session, lambda: not session.time.marks.distances.is_waited_for, "the pull")
     end = FIRST + 14
     ends = [session.facts.shot.lens_at(frame).focus_distance_m for frame in (FIRST, end, LAST)]
     np.testing.assert_allclose(ends, [NEAR_M, FAR_M, FAR_M])

@@ -162,7 +162,7 @@ class Screen:
         session, ui = self._session, self.ui
         if ui.shows_keys:
             ui.shows_keys = keys_window(self.actions, session.facts.has_camera)
-        pull_popup(session.time, ui)
+        pull_popup(session.time, ui, session.facts.unit)
         rendered_popup(session.time, ui.timeline)
         shot_question(session.files.documents)
         quit_question(ui, session.files.exports.run)

@@ -1,5 +1,6 @@
 """The commands for focus pulls between marks."""
 
+from collections.abc import Callable
 from math import inf
 
 from heatlens.model.focus.coc import sharp_dioptres
@@ -12,8 +13,7 @@ from heatlens.model.shot.pull import (
     shaped_pull,
 )
 from heatlens.session.marks.live_following import LiveFollowing
-from heatlens.session.marks.mark_measuring import MarkDistances
-from heatlens.session.messages import reported
+from heatlens.session.marks.mark_distances import MarkAt, MarkDistances
 from heatlens.session.shared import Commands, Shared
 from heatlens.session.time.timeline import Timeline
 
@@ -46,6 +46,7 @@ class FocusPulls(Commands):
         left = self._last_frame - self._editing.frame
         self.frames = int(min(self._wished_frames, left)) if left > 0 else self._wished_frames
         self.target = self._next_mark().name
+        self._distances.forget_read()
 
     def _next_mark(self) -> Mark:
         """Return the mark after the one in focus, or after the last one that was pulled to.
@@ -84,30 +85,48 @@ class FocusPulls(Commands):
             return ""
         return f"The pull ends at frame {end}, but {last:g} is the last: the focus will not arrive."
 
-    def make(self) -> None:
-        """Set keys for a pull from the playhead to the chosen mark."""
+    @property
+    def arrival(self) -> int:
+        """The frame at which the focus arrives, or the last one where the pull ends after it."""
+        return int(min(self._editing.frame + self.frames, self._last_frame))
+
+    @property
+    def arrival_at(self) -> MarkAt:
+        """What is known of the chosen mark at the frame of arrival, which is read for that."""
+        target = self._editing.shot.mark_named(self.target)
+        return MarkAt() if target is None else self._distances.measured(target, self.arrival)
+
+    def make(self, then: Callable[[], None] = lambda: None) -> None:
+        """Set keys for a pull from the playhead to where the chosen mark is on arrival.
+
+        `then` is called once they are set: frames that are not in memory are read before.
+        """
         named = self._editing.shot.mark_named
         target, origin = named(self.target), named(self.origin)
         if target is None:
             self._say("Choose the mark to pull to.")
             return
-        start = self._editing.frame
         if self._live.live is not None:
             self._live.pull_to(target, self.frames)
             self.made += 1
+            then()
             return
-        with reported(self._say):
-            from_m = self._editing.lens.focus_distance_m
-            if origin is not None:
-                from_m = self._distances.asked_focus_m(origin, start)
-            to_m = self._distances.asked_focus_m(target, start + self.frames)
-            frames, ease = self.frames, self.ease_percent
-            shape, shot = self.shape, self._editing.shot
+        start, frames = self._editing.frame, self.frames
+        here_m, past_end = self._editing.lens.focus_distance_m, self.past_end
+        shape, ease = self.shape, self.ease_percent
+        places = ((target, self.arrival),) + (() if origin is None else ((origin, start),))
+
+        def pull(focus_m: tuple[float, ...]) -> None:
+            to_m, from_m = focus_m[0], (*focus_m, here_m)[1]
+            shot = self._editing.shot
             self._editing.do(shaped_pull(shot, from_m, to_m, start, frames, shape, ease))
             self._pulled_to = target.name
             self.made += 1
-            if self.past_end:
-                self._say(self.past_end)
+            then()
+            if past_end:
+                self._say(past_end)
+
+        self._distances.ask(places, pull)
 
     def reverse(self) -> None:
         """Reverse the focus in time between in and out point."""

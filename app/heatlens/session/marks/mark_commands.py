@@ -25,14 +25,8 @@ from heatlens.plate.mattes.mattes import has_things
 from heatlens.plate.plate import Plate
 from heatlens.session.marks.focus_pulls import FocusPulls
 from heatlens.session.marks.live_following import LiveFollowing
-from heatlens.session.marks.mark_measuring import (
-    MarkDistances,
-    SurfaceTracking,
-    on_thing,
-    plates_at,
-    reading_options,
-    smoothed,
-)
+from heatlens.session.marks.mark_distances import MarkDistances, plates_at, reading_options
+from heatlens.session.marks.mark_measuring import SurfaceTracking, on_thing, smoothed
 from heatlens.session.messages import Worker, reported
 from heatlens.session.scenes.scene_commands import Following, SceneCommands
 from heatlens.session.shared import Commands, Shared
@@ -59,7 +53,13 @@ class MarkCommands(Commands, Worker):
         self.live = LiveFollowing(shared)
         self.distances = MarkDistances(shared, timeline, scenes, self.things)
         self.pulls = FocusPulls(shared, timeline, self.distances, self.live)
-        self.workers: tuple[Worker, ...] = (self, self.things, self.tracking, self.live)
+        self.workers: tuple[Worker, ...] = (
+            self,
+            self.things,
+            self.tracking,
+            self.live,
+            self.distances,
+        )
 
     @property
     def is_reading(self) -> bool:
@@ -80,7 +80,7 @@ class MarkCommands(Commands, Worker):
         read again for that, on a thread.
         """
         plate = self._source.plate
-        if plate is None:
+        if plate is None or not self._shows_the_playhead():
             return
         pixel = self._source.frame_px(self._editing.lens, pixel)
         with reported(self._say):
@@ -98,6 +98,14 @@ class MarkCommands(Commands, Worker):
                 self._picker.start(lambda: on_thing(plate, point))
             else:
                 self._add(point)
+
+    def _shows_the_playhead(self) -> bool:
+        """Return True if the picture is that of the playhead's frame; else say that it is not."""
+        frame, picture = self._editing.frame, self._source.picture
+        is_shown = self._source.is_settled_at(frame) and not (picture.problem or picture.is_black)
+        if not is_shown:
+            self._say(picture.problem or f"Frame {frame} is not shown yet: try again when it is.")
+        return is_shown
 
     def pick_thing(self, take: Callable[[str, str], None], field: str) -> None:
         """Let the next click that would set a mark tell the thing of an option."""
@@ -128,6 +136,8 @@ class MarkCommands(Commands, Worker):
         if cache is None or frames is None:
             self._say("Only surfaces in a sequence of plates can be tracked.")
             return
+        if not self._shows_the_playhead():
+            return
         click = Click(self._editing.frame, point.x_px, point.y_px)
         new = (
             mark.corrected(click) if isinstance(mark, TrackMark) else TrackMark(mark.name, (click,))
@@ -144,7 +154,7 @@ class MarkCommands(Commands, Worker):
         """Put the mark on the place in the world that is at its point now."""
         plate = self._source.plate
         with reported(self._say):
-            if plate is not None:
+            if plate is not None and self._shows_the_playhead():
                 self.change(mark, world_mark(plate, mark, self._editing.lens))
 
     def correct(self, mark: TrackMark) -> None:
@@ -178,10 +188,14 @@ class MarkCommands(Commands, Worker):
         self._editing.do(replace(self._editing.shot, marks=marks))
 
     def go(self, mark: Mark) -> None:
-        """Focus on the mark."""
-        with reported(self._say):
-            distance_m = self.distances.asked_focus_m(mark, None)
-            self._editing.choose_lens(replace(self._editing.lens, focus_distance_m=distance_m))
+        """Focus on the mark where it is at the playhead, once that frame is read."""
+        frame = self._editing.frame
+
+        def focus(focus_m: tuple[float, ...]) -> None:
+            if self._editing.frame == frame:  # the playhead has not gone on meanwhile
+                self._editing.choose_lens(replace(self._editing.lens, focus_distance_m=focus_m[0]))
+
+        self.distances.ask(((mark, frame),), focus)
 
     def follow(self, mark: Mark) -> None:
         """Keep the focus on a mark from in to out; read or draw frames that are not in memory."""

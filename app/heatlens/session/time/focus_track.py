@@ -126,6 +126,10 @@ class ThingDistances(Worker):
             self._reader.start(lambda: (plate, thing, _measured(plate, thing)))
         return known.get(thing)
 
+    def is_measured(self, plate: Plate, mark: MatteMark) -> bool:
+        """Return True if the distance of a thing on a plate is known, or that it is hidden."""
+        return (mark.matte, mark.part) in self._known.get(plate, {})
+
     def poll(self) -> None:
         """Take over a measured distance; call this once a frame."""
         found = self._reader.poll()

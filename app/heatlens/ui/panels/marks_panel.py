@@ -19,6 +19,7 @@ from heatlens.model.view.view_geometry import Point
 from heatlens.session.desks import TimeDesk
 from heatlens.session.facts import Facts
 from heatlens.session.marks.mark_commands import MarkCommands
+from heatlens.session.marks.mark_distances import MarkAt
 from heatlens.session.messages import reported
 from heatlens.session.pictures.picture_view import PictureView
 from heatlens.ui import probe, theme, topmost, widgets
@@ -100,13 +101,16 @@ def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
             commands.change(mark, replace(mark, name=name))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
-    distance_m = commands.distances.of_m(mark)
-    imgui.text(
-        "not seen" if distance_m is None else measured_text(desk.editing.lens, distance_m, unit)
-    )
+    imgui.text(_distance_text(desk, commands.distances.at(mark), unit))
     widgets.tooltip(mark.meaning)
     imgui.table_next_column()
     _row_buttons(desk, mark)
+
+
+def _distance_text(desk: TimeDesk, at: MarkAt, unit: str) -> str:
+    if at.distance_m is not None:
+        return measured_text(desk.editing.lens, at.distance_m, unit)
+    return "not seen" if at.is_known else "measuring"
 
 
 def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
@@ -175,7 +179,7 @@ def _close_focus(desk: TimeDesk, unit: str) -> None:
             desk.editing.edit_lens(replace(lens, close_focus_m=typed_m))
 
 
-def pull_popup(desk: TimeDesk, ui: UiState) -> None:
+def pull_popup(desk: TimeDesk, ui: UiState, unit: str) -> None:
     """Draw the popup that sets up a focus pull; Enter or its button makes the keys."""
     pulls = desk.marks.pulls
     if ui.opens_pull:
@@ -191,15 +195,15 @@ def pull_popup(desk: TimeDesk, ui: UiState) -> None:
     if imgui.begin_popup(_PULL):
         topmost.answers_keys_itself()
         imgui.text(f"Pull the focus from frame {desk.editing.frame}")
-        _pull_fields(desk)
+        _pull_fields(desk, unit)
         pressed = _pull_button("Pull", "pull", False)
         imgui.same_line()
         goes_on = _pull_button("Pull, go on", "pull and go on", True, _GO_ON_TIP)
         if pressed or goes_on:
-            pulls.make()
-            start = desk.editing.frame  # select its keys, which shows the grips to stretch it
+            start = desk.editing.frame
             end = start + pulls.frames
-            desk.keys.choose_between(LensParameter.FOCUS_DISTANCE, start, end)
+            # Its keys are selected, which shows the grips to stretch it.
+            pulls.make(partial(desk.keys.choose_between, LensParameter.FOCUS_DISTANCE, start, end))
             imgui.close_current_popup()
         if goes_on:
             desk.timeline.go(end)
@@ -209,7 +213,7 @@ def pull_popup(desk: TimeDesk, ui: UiState) -> None:
         imgui.end_popup()
 
 
-def _pull_fields(desk: TimeDesk) -> None:
+def _pull_fields(desk: TimeDesk, unit: str) -> None:
     pulls = desk.marks.pulls
     names = [mark.name for mark in desk.editing.shot.marks]
     chosen = widgets.choice("from", pulls.origin or _HERE, [_HERE, *names])
@@ -228,6 +232,8 @@ def _pull_fields(desk: TimeDesk) -> None:
         ease = pulls.ease_percent
         tip = "0 starts and stops abruptly, 100 most gently"
         pulls.ease_percent = widgets.slider("ease", ease, 0.0, 100.0, "%.0f %%", tip)
+    far = _distance_text(desk, pulls.arrival_at, unit)
+    imgui.text(f"{printable(pulls.target)} at frame {pulls.arrival}: {far}")
     if pulls.past_end:
         imgui.text_wrapped(pulls.past_end)
 
