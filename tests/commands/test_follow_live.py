@@ -157,7 +157,7 @@ def test_show_tells_what_is_followed(shot, capsys):
         (("--live",), "--follow"),
         (("--follow", "A=cryptomatte:hero", "--follow-pull", "B@3+3"), "no such mark"),
         (("--follow", "A=cryptomatte:hero", "--follow-pull", "B@3"), "B@1040+18"),
-        (("--follow", "A=objectId:99", "--live"), "hidden"),
+        (("--follow", "A=objectId:99", "--live"), "objectId is 99"),
     ],
 )
 def test_what_cannot_be_followed_is_refused(shot, tmp_path, capsys, words, told):

@@ -39,9 +39,10 @@ def test_only_a_thing_keeps_all_else(tmp_path):
 
 
 def test_a_frame_without_the_thing_is_whole_or_all_sharp(tmp_path):
-    path = matte_plate(tmp_path / "p.exr", 3.0)
-    assert read(path, never_blur="objectId:8").cutout is None
-    only = read(path, only_blur="objectId:8").cutout
+    path = matte_plate(tmp_path / "p.1001.exr", None)
+    matte_plate(tmp_path / "p.1002.exr", 3.0)
+    assert read(path, never_blur="objectId:7").cutout is None
+    only = read(path, only_blur="objectId:7").cutout
     np.testing.assert_array_equal(only.ground, read(path).color)
     with pytest.raises(InputError, match="nothing"):
         read(path, never_blur="matte:nothing")

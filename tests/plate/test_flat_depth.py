@@ -34,7 +34,12 @@ def test_the_median_of_a_thing_is_the_depth_of_all_of_it(tmp_path, rng):
     assert mended[INSIDE] == pytest.approx(3.0)
     depth[INSIDE] = 3.0
     assert mended == pytest.approx(depth)
-    assert depth_of(path, "objectId:8") == pytest.approx(depth_of(path, None))  # not in the frame
+
+
+def test_a_frame_without_the_thing_keeps_its_depth(tmp_path):
+    path = matte_plate(tmp_path / "p.1001.exr", None)
+    matte_plate(tmp_path / "p.1002.exr", 3.0)
+    assert depth_of(path, "objectId:7") == pytest.approx(depth_of(path, None))
 
 
 def test_a_plane_leans_as_the_thing_does(tmp_path, rng):

@@ -56,7 +56,8 @@ def test_ids_and_plain_mattes_are_mattes_too(tmp_path):
     assert np.array_equal(matte_of(plate, "objectId:7"), hero)
     assert np.array_equal(matte_of(plate, "OBJECTID:7"), hero)
     assert matte_of(plate, "matte:mask.A") == pytest.approx(hero / 2)
-    assert not matte_of(plate, "objectId:8").any()
+    with pytest.raises(UnknownThingError, match="has: 0, 7"):
+        matte_of(plate, "objectId:8")
 
 
 def test_a_manifest_may_lie_beside_the_file_but_nowhere_else(tmp_path):

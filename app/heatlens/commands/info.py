@@ -15,6 +15,7 @@ from heatlens.commands.options.value_types import number
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import tell
 from heatlens.commands.reel_options import add_media_options, reel_of
+from heatlens.commands.sources.of_plates import thing_lines
 from heatlens.commands.sources.source_commands import Facts, Line, commands_for
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file
@@ -161,6 +162,7 @@ def _lines(facts: Facts) -> list[Line]:
         near, far = format_distance(facts["near_m"]), format_distance(facts["far_m"])
         span = f"{near} (frame {facts['near_frame']}) to {far} (frame {facts['far_frame']})"
         lines.append(("  range", span))
+    lines += thing_lines(facts["things"])
     lines += [("behind", f"{name} {words}") for name, words in facts["behind"].items()]
     near = facts["neighbours"]
     if near["count"]:

@@ -6,9 +6,13 @@ from pathlib import Path
 from statistics import fmean
 
 from heatlens.base.errors import InputError
+from heatlens.files.picture_formats import is_picture
 from heatlens.frame_cache.sequence_reader import NeighbourReader
 from heatlens.model.focus.plausibility import span_doubts
 from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.plate.mattes.cryptomatte import thing_names
+from heatlens.plate.mattes.things import require_things
+from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.plate import BehindReport, Plate, depth_span
 from heatlens.sequence.depth_files import PlateFiles
 from heatlens.sequence.names import frames_text
@@ -23,8 +27,10 @@ def sequence_facts(
     """Return frames, gaps, sizes, the depths of the shot, and faults of single frames.
 
     Reads every frame, and calls `tell` with each one first. Lengths are in metres; values that no
-    frame has are None. A sentence that applies to several frames is given once.
+    frame has are None. A sentence that applies to several frames is given once. Raises InputError
+    where no frame has a thing that the options name.
     """
+    require_things(sequence.path_at(sequence.present[0]), options)
     survey = _Survey(options)
     reader = NeighbourReader(options, sequence)
     for frame in sequence.present:
@@ -39,8 +45,21 @@ def sequence_facts(
         "frame_count": len(sequence.present),
         "missing": frames_text(sequence.missing) if sequence.missing else None,
         **survey.facts(),
+        "things": _things(sequence, survey.damaged),
         "neighbours": _neighbours(sequence, reader, survey.damaged),
     }
+
+
+def _things(sequence: Sequence, damaged: Collection[int]) -> dict[str, list[str]]:
+    """Return the names of things in the Cryptomattes of all frames."""
+    found: dict[str, set[str]] = {}
+    for frame in sequence.present:
+        path = sequence.path_at(frame)
+        if frame in damaged or is_picture(path):
+            continue
+        for layer, names in thing_names(path.parent, read_headers(path)).items():
+            found.setdefault(layer, set()).update(names)
+    return {layer: sorted(names) for layer, names in found.items()}
 
 
 def _neighbours(sequence: Sequence, reader: NeighbourReader, damaged: Collection[int]) -> Facts:

@@ -30,6 +30,8 @@ from heatlens.plate.header.channels import (
     views_of,
 )
 from heatlens.plate.header.primaries import HeaderPrimaries, header_primaries
+from heatlens.plate.mattes.cryptomatte import thing_names
+from heatlens.plate.mattes.things import require_things
 from heatlens.plate.parts.header_read import read_headers
 from heatlens.plate.parts.picture_parts import FOR_THE_EYE
 from heatlens.plate.picture.highlights import clipped_note
@@ -48,8 +50,9 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     Lengths are in metres or millimetres as their names say; windows are [x0, y0, x1, y1],
     half-open. If no colour or no depth can be read, its entry is {"problem": sentence}. Infinity
     becomes "infinity" and NaN becomes None, because JSON has neither. Raises InputError only if the
-    file itself cannot be read.
+    file itself cannot be read, or no frame has a thing that the options name.
     """
+    require_things(path, options)
     if is_deep_file(path):
         return _deep_facts(read_plate(path, options), options)
     all_parts = color_file_parts(path, options)
@@ -67,6 +70,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         **_size_facts(window, shown),
         "pixel_aspect_ratio": aspect,
         "views": list(views_of(headers)),
+        "things": thing_names(path.parent, headers),
         "parts": [
             _part_facts(header, {name: pixels.dtype.str for name, pixels in channels.items()})
             for header, channels in all_parts
@@ -107,6 +111,7 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
         "pixel_aspect_ratio": plate.pixel_aspect_ratio,
         "is_for_the_eye": False,
         "views": list(views_of(headers)),
+        "things": thing_names(plate.path.parent, headers),
         "parts": _deep_parts(plate.path, headers),
         "behind": _reports(plate),
         "camera": {name: _json_value(value) for name, value in asdict(plate.camera).items()},

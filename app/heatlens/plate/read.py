@@ -42,7 +42,7 @@ from heatlens.plate.header.channels import (
 )
 from heatlens.plate.header.placement import rigid_at
 from heatlens.plate.mattes.cutout import with_cutout
-from heatlens.plate.mattes.mattes import with_flat_depth
+from heatlens.plate.mattes.flat_depth import with_flat_depth
 from heatlens.plate.parts.header_read import carried
 from heatlens.plate.parts.picture_parts import FOR_THE_EYE
 from heatlens.plate.picture.highlights import lifted

@@ -10,6 +10,7 @@ from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say
 from heatlens.commands.sources.source_commands import commands_for
 from heatlens.model.focus.live_focus import Follow, LiveFocus, Pursuit
+from heatlens.model.marks.marks import MatteMark
 from heatlens.model.marks.track_mark import TrackMark
 from heatlens.model.shot.pull import baked
 from heatlens.model.shot.shot import Shot
@@ -66,8 +67,11 @@ def followed_name(args: argparse.Namespace) -> str | None:
 def shot_with_tracks(args: argparse.Namespace, shot: Shot) -> Shot:
     """Return the shot with its tracked surfaces followed; say where they are in doubt.
 
-    Raises InputError where they cannot be followed.
+    Raises InputError where they cannot be followed, and for a thing that no frame has.
     """
+    for mark in shot.marks:
+        if isinstance(mark, MatteMark):
+            commands_for(args.plate).check_thing(args, mark)
     marks = [
         commands_for(args.plate).tracked(args, shot, mark) if isinstance(mark, TrackMark) else mark
         for mark in shot.marks

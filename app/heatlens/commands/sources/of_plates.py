@@ -19,6 +19,7 @@ from heatlens.defocus.quality import unused_behind_notes
 from heatlens.frame_cache.sequence_reader import NeighbourReader, SequenceReader, settled_options
 from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens.lens import LensModel
+from heatlens.model.marks.marks import MatteMark
 from heatlens.model.marks.track_mark import TrackMark
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings
@@ -26,6 +27,7 @@ from heatlens.model.shot.shot import Shot
 from heatlens.plate.exr.exr_write import behind_path, write_behind
 from heatlens.plate.header.timecode import rate_at
 from heatlens.plate.inspection import inspect
+from heatlens.plate.mattes.things import require_thing, require_things
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.plate.tracking.tracked_mark import tracked
@@ -34,6 +36,7 @@ from heatlens.sequence.sequence import find_sequence
 
 if TYPE_CHECKING:
     from heatlens.render import FrameRenderer  # `info` draws nothing
+_THINGS_TOLD = 20
 _CAMERA_LINES = (
     ("focal length", "focal_length_mm", "mm"),
     ("f-stop", "f_stop", ""),
@@ -88,7 +91,10 @@ class PlateCommands(SourceCommands):
 
     def new_shot(self, args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
         """Return a shot with the files, lens, frames and frame rate of the plates."""
-        return plate_shot(args, camera)
+        shot = plate_shot(args, camera)
+        for file in _first_files(args):
+            require_things(file, plate_options(args))
+        return shot
 
     def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
         """Read the plates and follow the surface of the mark."""
@@ -96,11 +102,25 @@ class PlateCommands(SourceCommands):
         with progress_line() as show:
             return tracked(mark, frames, plate_at, show)
 
+    def check_thing(self, args: argparse.Namespace, mark: MatteMark) -> None:
+        """Raise InputError where no plate has the thing of a mark."""
+        for file in _first_files(args):
+            require_thing(file, mark.matte)
+
     def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
         """Return what is in the file and how it would be read."""
         with file_of_input(Path(text)) as path:
             facts = inspect(path, plate_options(args))
         return facts, plate_lines(facts)
+
+
+def _first_files(args: argparse.Namespace) -> tuple[Path, ...]:
+    """Return the first of the files; none where the plates are not rendered yet."""
+    try:
+        sequence = find_sequence(args.plate)
+    except InputError:  # which was said when the shot was made
+        return ()
+    return (sequence.path_at(sequence.present[0]),)
 
 
 def _plates_of(args: argparse.Namespace, shot: Shot) -> tuple[FrameRange, Callable[[int], Plate]]:
@@ -148,6 +168,7 @@ def plate_lines(facts: Facts) -> list[Line]:
         ("pixel aspect", f"{facts['pixel_aspect_ratio']:g}"),
         *([("views", ", ".join(facts["views"]))] if facts["views"] else []),
         *_part_lines(facts["parts"]),
+        *thing_lines(facts["things"]),
         *_camera_lines(facts["camera"]),
         *_primaries_lines(facts["primaries"]),
         *([("seen through", _FOR_THE_EYE)] if facts["is_for_the_eye"] else []),
@@ -156,6 +177,16 @@ def plate_lines(facts: Facts) -> list[Line]:
         *_behind_lines(facts["behind"]),
         *(("note", note) for note in _notes(facts)),
     ]
+
+
+def thing_lines(things: dict[str, list[str]]) -> list[Line]:
+    """Return a line for each Cryptomatte: how many things it names, and the first of them."""
+    lines = []
+    for layer, names in things.items():
+        told, more = ", ".join(names[:_THINGS_TOLD]), len(names) - _THINGS_TOLD
+        about = f"{told} and {more} more (--json lists all)" if more > 0 else told
+        lines.append(("things", f"{len(names)} in {layer}: {about or 'its manifest is missing'}"))
+    return lines
 
 
 def _notes(facts: Facts) -> list[str]:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
+from heatlens.model.marks.marks import MatteMark
 from heatlens.model.marks.track_mark import TrackMark
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot
@@ -40,6 +41,10 @@ class SourceCommands:
 
     def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
         """Return a mark whose surface is followed over the frames of `args.plate` (shot new)."""
+        self._refuse(args.plate)
+
+    def check_thing(self, args: argparse.Namespace, mark: MatteMark) -> None:
+        """Raise InputError where no frame of `args.plate` has the thing of a mark (shot new)."""
         self._refuse(args.plate)
 
     def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:

@@ -6,6 +6,7 @@ share of the pixel that it covers. The header lists the names of the things (Fri
 """
 
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,6 +26,7 @@ _EXPONENT, _EXPONENT_ONE = 0x7F800000, 1 << 23
 _LEAVES = {"r": 0, "red": 0, "g": 1, "green": 1, "b": 2, "blue": 2, "a": 3, "alpha": 3}
 _HEX = 16
 _MANIFEST_MOST_BYTES = 64_000_000
+_AN_ID = re.compile(r"(?:#|0x)?[0-9a-f]{8}", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -61,16 +63,17 @@ class Cryptomatte:
     def id_of(self, name: str) -> int:
         """Return the id of a name, or of `#1f2e3d4c`, which stands for a thing without a name.
 
+        Other programs write such an id as `0x1f2e3d4c` or `1f2e3d4c`.
+
         A name that the manifest does not have has the hash that every renderer gives to it.
         """
+        if name in self.ids:
+            return self.ids[name]
+        if _AN_ID.fullmatch(name):
+            return int(name.removeprefix("#"), _HEX)
         if name.startswith("#"):
-            try:
-                return int(name[1:], _HEX)
-            except ValueError:
-                raise InputError(
-                    f"{name} is not an id: write it as # and hexadecimal digits."
-                ) from None
-        return self.ids.get(name, hashed(name))
+            raise InputError(f"{name} is not an id: write it as # and 8 hexadecimal digits.")
+        return hashed(name)
 
     def name_of(self, thing: int) -> str:
         """Return the name of an id, or `#1f2e3d4c` if the manifest does not have it."""
@@ -111,6 +114,19 @@ def cryptomattes(path: Path, parts: Sequence[Part]) -> tuple[Cryptomatte, ...]:
         if ranks:
             found.append(Cryptomatte(name, ranks, attributes, path.parent))
     return tuple(found)
+
+
+def thing_names(folder: Path, headers: Sequence[Header]) -> dict[str, list[str]]:
+    """Return the names of the things that each Cryptomatte of a file in `folder` lists."""
+    told = _attributes(headers).items()
+    return {name: sorted(Cryptomatte(name, (), it, folder).ids) for name, it in told}
+
+
+def half_cryptomattes(parts: Sequence[Part]) -> tuple[str, ...]:
+    """Return the names of those whose ids are half floats, which cannot hold their 32 bits."""
+    headers = [header for header, _ in parts]
+    refs = [ref for ref in flat_channels(headers) if pixels_of(parts, ref).dtype == np.float16]
+    return tuple(name for name in _attributes(headers) if _ranks(refs, name))
 
 
 def _attributes(headers: Sequence[Header]) -> dict[str, dict[str, str]]:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.mattes.mattes import SURE, UnknownThingError, matte_of
+from heatlens.plate.mattes.mattes import SURE
+from heatlens.plate.mattes.things import matte_in_frame
 from heatlens.plate.plate import Cutout, FloatImage, Pixels, Plate, read_pixels
 from heatlens.plate.windows import moved_to_window
 
@@ -26,8 +27,8 @@ Mask = NDArray[np.bool_]
 def with_cutout(plate: Plate, options: PlateOptions) -> Plate:
     """Return the plate with what its options keep from the blur cut out.
 
-    A frame without the thing stays as it is. Raises InputError as `matte_of` does, and for a deep
-    plate, whose pixels are taken apart already.
+    A frame without the thing stays as it is. Raises InputError as `matte_in_frame` does, and for a
+    deep plate, whose pixels are taken apart already.
     """
     share = _share(plate, options)
     if share is None or not share.any():
@@ -51,10 +52,8 @@ def _share(plate: Plate, options: PlateOptions) -> FloatImage | None:
 
 
 def _matte(plate: Plate, text: str) -> FloatImage:
-    try:
-        return matte_of(plate, text)
-    except UnknownThingError:
-        return np.zeros(plate.color.shape[:2], np.float32)
+    matte = matte_in_frame(plate, text)
+    return np.zeros(plate.color.shape[:2], np.float32) if matte is None else matte
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,18 +2,15 @@
 
 A matte is named by where it is found and what it shows, with a colon between:
 `cryptomatte:hero`, `CryptoAsset:car`, `objectId:7`, `matte:mask.R`. The distance of the object is
-measured by its matte and the depth of the plate. The depth of one thing can be mended: made as flat
-as the thing is, inside its matte.
+measured by its matte and the depth of the plate.
 """
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import is_picture
@@ -22,8 +19,13 @@ from heatlens.model.marks.marks import MattePart
 from heatlens.plate.coc_line import no_distances
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.header.channels import ChannelRef, Part, flat_channels, listed, pixels_of
-from heatlens.plate.mattes.cryptomatte import Cryptomatte, bits_of, cryptomattes
-from heatlens.plate.plate import FloatImage, Plate, ReadPixels
+from heatlens.plate.mattes.cryptomatte import (
+    Cryptomatte,
+    bits_of,
+    cryptomattes,
+    half_cryptomattes,
+)
+from heatlens.plate.plate import FloatImage, Plate
 from heatlens.plate.windows import box_at_header, moved_to_window
 
 CRYPTOMATTE, MATTE = "cryptomatte", "matte"
@@ -38,20 +40,31 @@ class UnknownThingError(InputError):
 def matte_of(plate: Plate, text: str) -> FloatImage:
     """Return the coverage (H, W) of each pixel of the plate's data window by an object.
 
-    All zero where the thing is hidden or out of the frame. Reads the file of the plate again.
+    All zero where the file names the thing and it is hidden. Reads the file of the plate again.
     Raises UnknownThingError where the file does not know such a thing, InputError where it has no
-    mattes at all or cannot be read.
+    mattes at all, or ids that are no use, or cannot be read.
     """
-    parts = _parts_of(plate.path)
+    source, matte = thing_in(plate.path, text)
+    return moved_to_window(matte, source, plate.data_window, 0.0)
+
+
+def thing_in(path: Path, text: str) -> tuple[Box, FloatImage]:
+    """Return the coverage of a thing in a file, and the window of that. Raises as `matte_of`."""
+    parts = _parts_of(path)
     where, _, what = text.partition(":")
     if where.lower() == MATTE:
-        return _plain(plate, parts, what)
-    for crypto in _asked(plate.path, parts, where):
+        ref = _channel(path, parts, what)
+        matte = np.nan_to_num(pixels_of(parts, ref).astype(np.float32))
+        return _window_of(parts, ref), np.clip(matte, 0.0, 1.0)
+    asked = _asked(path, parts, where)
+    for crypto in asked:
         matte = crypto.matte(parts, crypto.id_of(what))
         # Some renderers list only the things in the picture, and some list none.
         if what in crypto.ids or matte.any():
-            return _placed(plate, parts, crypto.ranks[0][0], matte)
-    return _by_id(plate, parts, where, what)
+            return _window_of(parts, crypto.ranks[0][0]), matte
+    if asked or where.lower() == CRYPTOMATTE:
+        raise _unknown(path, parts, where, what)
+    return _by_id(path, parts, where, what)
 
 
 def has_things(plate: Plate) -> bool:
@@ -101,22 +114,20 @@ def _leaf(name: str) -> str:
     return _last(name).lower()
 
 
-def _by_id(plate: Plate, parts: Sequence[Part], where: str, what: str) -> FloatImage:
-    """Return the matte of a number in a channel of ids. Raises InputError if there is none."""
+def _by_id(path: Path, parts: Sequence[Part], where: str, what: str) -> tuple[Box, FloatImage]:
+    """Return the matte of a number in a channel of ids. Raises UnknownThingError without one."""
     try:
         number = int(what)
     except ValueError:
-        raise _unknown(plate.path, parts, where, what) from None
-    ref = _channel(plate.path, parts, where)
+        raise _unknown(path, parts, where, what) from None
+    ref = _channel(path, parts, where)
     # Renderers store ids as floats; fractions come from filtered edges and belong to no object.
-    matte = (pixels_of(parts, ref) == number).astype(np.float32)
-    return _placed(plate, parts, ref, matte)
-
-
-def _plain(plate: Plate, parts: Sequence[Part], name: str) -> FloatImage:
-    ref = _channel(plate.path, parts, name)
-    matte = np.nan_to_num(pixels_of(parts, ref).astype(np.float32))
-    return _placed(plate, parts, ref, np.clip(matte, 0.0, 1.0))
+    ids = pixels_of(parts, ref)
+    matte = (ids == number).astype(np.float32)
+    if not matte.any():
+        told = listed(f"{it:g}" for it in np.unique(ids[np.isfinite(ids)]) if it == round(it))
+        raise UnknownThingError(f"{path}: no pixel of {ref.full_name} is {number}. It has: {told}.")
+    return _window_of(parts, ref), matte
 
 
 def _channel(path: Path, parts: Sequence[Part], name: str) -> ChannelRef:
@@ -128,16 +139,15 @@ def _channel(path: Path, parts: Sequence[Part], name: str) -> ChannelRef:
     return next((ref for ref in named if ref.full_name.lower() == name.lower()), named[0])
 
 
-def _placed(plate: Plate, parts: Sequence[Part], ref: ChannelRef, matte: FloatImage) -> FloatImage:
-    source = box_at_header(parts[ref.part][0], "dataWindow")
-    return moved_to_window(matte, source, plate.data_window, 0.0)
+def _window_of(parts: Sequence[Part], ref: ChannelRef) -> Box:
+    return box_at_header(parts[ref.part][0], "dataWindow")
 
 
 def _value_at(
     plate: Plate, parts: Sequence[Part], ref: ChannelRef, x: int, y: int, as_bits: bool
 ) -> int | None:
     """Return the id at a pixel of the display window; None outside the channel's window."""
-    box = box_at_header(parts[ref.part][0], "dataWindow")
+    box = _window_of(parts, ref)
     at = Box(x, y, x + 1, y + 1)
     column, row = at.x0 + plate.display_window.x0, at.y0 + plate.display_window.y0
     if not box.contains(column, row):
@@ -148,9 +158,14 @@ def _value_at(
     return int(pixel[0]) if np.isfinite(pixel[0]) else None
 
 
-def _unknown(path: Path, parts: Sequence[Part], where: str, what: str) -> UnknownThingError:
+def _unknown(path: Path, parts: Sequence[Part], where: str, what: str) -> InputError:
     """Return the error for an object that is not in the file; it lists those that are."""
     found = cryptomattes(path, parts)
+    if not found and (half := half_cryptomattes(parts)):
+        return InputError(
+            f"{path}: the ids of the Cryptomatte {half[0]} are stored as half, whose 16 bits "
+            "cannot hold them. Render its channels as float (32 bit)."
+        )
     if not found:
         return UnknownThingError(
             f"{path} has no Cryptomatte, so {where}:{what} is not in it. Render one, or name a "
@@ -171,7 +186,7 @@ def _unknown(path: Path, parts: Sequence[Part], where: str, what: str) -> Unknow
     return UnknownThingError(f"{path}: no Cryptomatte has {what!r}. {hint}")
 
 
-_LEAST_PX = 4.0  # coverage below which an object counts as hidden
+LEAST_PX = 4.0  # coverage below which an object counts as hidden
 SURE = 0.5  # coverage from which the depth of a pixel is the object's
 _NEAREST = 0.98  # share of the coverage behind the nearest part: ignores stray pixels
 
@@ -193,10 +208,10 @@ def thing_m(plate: Plate, text: str, part: MattePart) -> float | None:
 def distance_m(matte: FloatImage, depth_m: FloatImage, part: MattePart) -> float | None:
     """Return what `thing_m` does, from a matte and depths in metres, both (H, W)."""
     is_there = matte > 0
-    if float(matte.sum()) < _LEAST_PX:
+    if float(matte.sum()) < LEAST_PX:
         return None
     # Pixels at an edge may have the depth of something else.
-    if (matte >= SURE).sum() >= _LEAST_PX:
+    if (matte >= SURE).sum() >= LEAST_PX:
         is_there = matte >= SURE
     dioptres, weights = 1.0 / depth_m[is_there].astype(np.float64), matte[is_there]
     order = np.argsort(dioptres)
@@ -204,54 +219,3 @@ def distance_m(matte: FloatImage, depth_m: FloatImage, part: MattePart) -> float
     share = _NEAREST if part is MattePart.NEAREST else 0.5
     found = float(dioptres[order[np.searchsorted(passed, share * passed[-1])]])
     return 1.0 / found if found > 0 else float("inf")
-
-
-_PLANE_OF, _NEAREST_OF = "plane:", "nearest:"
-_NEAREST_PERCENT = 98.0  # of its pixels lie behind its nearest part
-_STRAY = 3.0  # medians of the distance to the plane, beyond which a pixel is left out of the fit
-
-
-def with_flat_depth(plate: Plate, text: str | None) -> Plate:
-    """Return the plate with one depth inside a matte: its median, or as a first word tells.
-
-    `plane:` is the plane that fits most of it, `nearest:` the depth of its nearest part.
-
-    A frame without the thing stays as it is. Raises InputError as `matte_of` does, for a plate
-    without distances and for one that holds its hidden surfaces.
-    """
-    if text is None:
-        return plate
-    if not plate.has_distances:
-        raise no_distances(plate)
-    if plate.fragments is not None:
-        raise InputError(f"{plate.path} is deep: the depth of a thing cannot be flattened in it.")
-    try:
-        inside = matte_of(plate, text.removeprefix(_PLANE_OF).removeprefix(_NEAREST_OF)) >= SURE
-    except UnknownThingError:
-        return plate
-    depth_m = plate.depth_m
-    assert depth_m is not None
-    dioptres = 1.0 / depth_m[inside].astype(np.float64)
-    if len(dioptres) < _LEAST_PX:
-        return plate
-    flat: FloatImage = depth_m.copy()
-    level: float | NDArray[np.float64] = float(np.median(dioptres))
-    if text.startswith(_PLANE_OF):
-        level = _plane(inside, dioptres)
-    elif text.startswith(_NEAREST_OF):
-        level = float(np.percentile(dioptres, _NEAREST_PERCENT))
-    with np.errstate(divide="ignore"):
-        flat[inside] = 1.0 / np.maximum(level, 0.0)
-    return replace(plate, pixels=ReadPixels(plate.color, flat))
-
-
-def _plane(inside: NDArray[np.bool_], dioptres: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the dioptres of the plane that fits most pixels; of a plane they are linear."""
-    rows, columns = np.nonzero(inside)
-    places = np.stack([columns, rows, np.ones(len(rows))], axis=1)
-    kept = np.ones(len(rows), bool)
-    for _ in range(4):
-        found = places @ np.linalg.lstsq(places[kept], dioptres[kept], rcond=None)[0]
-        off = np.abs(dioptres - found)
-        kept = off <= max(_STRAY * float(np.median(off)), 1e-9)
-    return np.asarray(np.clip(found, dioptres.min(), dioptres.max()))
