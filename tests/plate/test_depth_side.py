@@ -11,6 +11,7 @@ from heatlens.plate.parts.header_read import read_color_header
 from heatlens.plate.read import read_plate
 from heatlens.plate.windows import box_at_header
 from support.exr_files import rgb, write_file
+from support.movies import write_movie
 
 SIDES = [side for side in DepthSide if side is not DepthSide.NONE]
 ENDS = {"near_m": 1.0, "far_m": 5.0, "depth_convention": DepthConvention.NORMALIZED}
@@ -73,3 +74,36 @@ def test_a_depth_has_one_place(tmp_path, halves, more):
     path = save(tmp_path / "a.png", joined("right", *halves))
     with pytest.raises(InputError, match=r"a\.png: .* give one of"):
         read_plate(path, PlateOptions(depth_side="right", **more))
+
+
+def side_by_side(side, width, height, tint=None):
+    """A picture of patches of strong colours, beside a depth; `tint` is put into the depth."""
+    rng = np.random.default_rng(3)
+    patches = rng.integers(0, 65535, (height // 20 + 1, width // 20 + 1, 3)).astype(np.uint16)
+    color = patches.repeat(20, 0).repeat(20, 1)[:height, :width]
+    ramp = np.linspace(6000, 60000, width, dtype=np.uint16)
+    depth = np.broadcast_to(ramp[None, :, None], (height, width, 3)).copy()
+    depth[height // 4 : height // 2, : width // 2] = 50000
+    if tint is not None:
+        depth[tint] = 60000, 30000, 5000
+    return joined(side, color, depth)
+
+
+@pytest.mark.parametrize("crf", ["12", "23"])
+@pytest.mark.parametrize("width", [280, 320, 402])
+@pytest.mark.parametrize("side", SIDES)
+def test_the_seam_of_a_movie_in_h264_is_no_colour(tmp_path, side, width, crf):
+    """4:2:0, of half widths that blocks of the codec divide, and of others."""
+    pictures = [side_by_side(side, width, 180)] * 3
+    movie = write_movie(tmp_path / "a.mp4", pictures, "H.264", options={"crf": crf})
+    plate = read_plate(movie / "frame.0002.mp4", PlateOptions(depth_side=side, **ENDS))
+    assert plate.depth_m[60, 60] == pytest.approx(1 + 4 * 50000 / 65535, rel=0.02)
+
+
+@pytest.mark.parametrize("crf", ["12", "23"])
+@pytest.mark.parametrize("tint", [np.s_[:, :], np.s_[100:112, 200:212]])
+def test_a_colour_in_a_movie_is_refused_also_in_a_small_part(tmp_path, tint, crf):
+    pictures = [side_by_side("right", 320, 180, tint)] * 3
+    movie = write_movie(tmp_path / "a.mp4", pictures, "H.264", options={"crf": crf})
+    with pytest.raises(InputError, match="is coloured, so it is not a depth"):
+        read_plate(movie / "frame.0001.mp4", PlateOptions(depth_side="right", **ENDS))

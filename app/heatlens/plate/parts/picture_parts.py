@@ -37,6 +37,8 @@ _FULL_FRAME_MM = (36.0, 24.0)
 _EXIF_FOCAL_35MM = 0xA405
 # Channels of a grey picture may differ by this part of the range: JPEG adds a little colour.
 _SHARE_COLORED = 0.02
+_SOLID_PX = 5  # a codec colours lines and dots at edges; a part so wide and high is a colour
+_SEAM_PX = 16  # beside the other half a codec mixes the colours of both in its blocks
 _AFTER = (DepthSide.RIGHT, DepthSide.BOTTOM)  # the depth is the second half
 
 Kind = Literal["color", "depth"]
@@ -99,16 +101,30 @@ def depth_parts(path: Path) -> list[Part]:
     return [_part({"Z": _grey(path, raw)}, raw, facts)]
 
 
-def _grey(path: Path, raw: RawPicture) -> FloatImage:
-    """Return the values (H, W) of a grey picture; raise InputError for a coloured one."""
+def _grey(path: Path, raw: RawPicture, asked: tuple[slice, slice] | None = None) -> FloatImage:
+    """Return the values (H, W) of a grey picture; raise InputError for a coloured one.
+
+    `asked` is the part that must be grey, as it does not lie beside another picture; None: all.
+    """
     values = raw.values[:, :, : 3 if raw.values.shape[2] >= 3 else 1].astype(np.float32)
-    spread = float((values.max(axis=2) - values.min(axis=2)).max())
-    if spread > _SHARE_COLORED * (raw.full_scale or max(float(np.ptp(values)), 1e-30)):
+    spread = values.max(axis=2) - values.min(axis=2)
+    most = _SHARE_COLORED * (raw.full_scale or max(float(np.ptp(values)), 1e-30))
+    if _has_solid_part((spread > most)[asked or np.s_[:, :]]):
         raise InputError(
             f"{path} is coloured, so it is not a depth, or a depth shown with a colour map: export "
             "it in grey, best with 16 bits."
         )
     return np.ascontiguousarray(values[:, :, 0])
+
+
+def _has_solid_part(mask: NDArray[np.bool_]) -> bool:
+    """Return True if a square of the mask is set; in a small picture, all across or down."""
+    for axis in (0, 1):
+        side = min(_SOLID_PX, mask.shape[axis])
+        room = mask.shape[axis] - side + 1
+        shifted = (mask.take(range(at, at + room), axis) for at in range(side))
+        mask = np.logical_and.reduce(list(shifted))
+    return bool(mask.any())
 
 
 def _halves(path: Path, raw: RawPicture, side: DepthSide) -> tuple[RawPicture, FloatImage]:
@@ -122,7 +138,16 @@ def _halves(path: Path, raw: RawPicture, side: DepthSide) -> tuple[RawPicture, F
     first = replace(raw, values=raw.values[: half[1], : half[0]])
     second = replace(raw, values=raw.values[-half[1] :, -half[0] :])
     color, depth = (first, second) if side in _AFTER else (second, first)
-    return color, _grey(path, depth)
+    return color, _grey(path, depth, _beyond_seam(half, side))
+
+
+def _beyond_seam(size: tuple[int, int], side: DepthSide) -> tuple[slice, slice]:
+    """Return the rows and columns of the half at `side` that do not lie beside the other half."""
+    across = side in (DepthSide.LEFT, DepthSide.RIGHT)
+    length = size[0] if across else size[1]
+    left_out = min(_SEAM_PX, length // 4)
+    kept = slice(left_out, None) if side in _AFTER else slice(0, length - left_out)
+    return (slice(None), kept) if across else (kept, slice(None))
 
 
 def _half_size(size: tuple[int, int], side: DepthSide) -> tuple[int, int]:
