@@ -14,7 +14,7 @@ from heatlens.commands.options.scene_options import add_placing_options
 from heatlens.commands.options.value_types import number
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import tell
-from heatlens.commands.reel_options import add_media_options, reel_of
+from heatlens.commands.reel_options import add_media_options, reel_of, with_blurred_notes
 from heatlens.commands.sources.of_plates import thing_lines
 from heatlens.commands.sources.source_commands import Facts, Line, commands_for
 from heatlens.documents.reel_file import is_reel
@@ -88,7 +88,7 @@ def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[Facts, li
     if is_shot_file(item):
         raise InputError(f"{item} is a shot file: `heatlens shot show {item}` prints it.")
     if is_reel(item):
-        return reel_info(reel_of(args, item))
+        return reel_info(with_blurred_notes(reel_of(args, item)))
     return commands_for(item).info(args, item)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.commands.output.say import say, tell
-from heatlens.commands.reel_options import add_media_options, reel_of
+from heatlens.commands.reel_options import add_media_options, reel_of, refuse_blurred
 from heatlens.commands.shots.shot_new import add_shot_options, new_shot
 from heatlens.documents.reel_file import REEL_SUFFIX, is_reel, write_reel
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot, write_shot
@@ -60,7 +60,9 @@ def _reel(args: argparse.Namespace) -> Reel:
     """Return the reel of the one edit, or of the shots that were named."""
     first, *others = args.sources
     if is_reel(first) and not others:
-        return reel_of(args, first)
+        reel = reel_of(args, first)
+        refuse_blurred(first, reel)
+        return reel
     shots = (ReelShot(shot_name(Path(text).name.split(".")[0]), text) for text in args.sources)
     return Reel(args.output.name[: -len(REEL_SUFFIX)], named_apart(tuple(shots)))
 

@@ -10,6 +10,7 @@ from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.options.value_types import number, whole
 from heatlens.commands.output.say import say
 from heatlens.documents.edit_file import EditOptions
+from heatlens.documents.edit_media import is_blurred_source
 from heatlens.documents.reel_file import is_reel, read_reel
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.export.output import parse_output
@@ -17,6 +18,7 @@ from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.reel import SHOT_FIELD, Reel, ReelShot
 from heatlens.sequence.sequence import find_sequence
 
+_BLURRED = "its media are already blurred by a lens of heatlens"
 _ONE_SHOT = ("frames", "part", "plate", "start_timecode")
 
 
@@ -63,6 +65,29 @@ def reel_of(args: argparse.Namespace, text: str) -> Reel:
     return read_reel(Path(text), EditOptions(tuple(args.media), args.edit_fps))
 
 
+def with_blurred_notes(reel: Reel) -> Reel:
+    """Return the reel with a note on each shot whose media a lens has blurred already."""
+    shots = (
+        replace(shot, notes=(f"{_BLURRED}: {shot.source}", *shot.notes))
+        if is_blurred_source(shot.source)
+        else shot
+        for shot in reel.shots
+    )
+    return replace(reel, shots=tuple(shots))
+
+
+def refuse_blurred(text: str, reel: Reel) -> None:
+    """Raise InputError if the edit or reel `text` shows what a lens has blurred already."""
+    blurred = [shot for shot in reel.shots if is_blurred_source(shot.source)]
+    if blurred:
+        first = blurred[0]
+        more = f", and {len(blurred) - 1} more shots" if len(blurred) > 1 else ""
+        raise InputError(
+            f"{text}: {first.name}{more}: {_BLURRED}: {first.source}. Give the folder of the "
+            "pinhole pictures with --media, and none of a former export."
+        )
+
+
 def refuse_reel_options(args: argparse.Namespace) -> None:
     """Raise InputError for options of reels that were given for a single shot."""
     names = ("media", "edit_fps", "handles", "edit_out")
@@ -74,6 +99,7 @@ def refuse_reel_options(args: argparse.Namespace) -> None:
 def checked_for_export(args: argparse.Namespace, reel: Reel) -> None:
     """Raise InputError for options that are about one shot, and for missing media."""
     refuse_given(args, _ONE_SHOT, "The cut says which frames of its shots are exported")
+    refuse_blurred(args.shot, reel)
     if reel.missing:
         named = "; ".join(f"{shot.name}: {shot.notes[0]}" for shot in reel.missing)
         raise InputError(f"{args.shot}: {named}. Give their folder with --media.")

@@ -38,6 +38,7 @@ from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.deep.deep_write import write_deep
 from heatlens.plate.exr.exr_write import COMPRESSIONS
+from heatlens.plate.header.own_marks import blurred_mark
 from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.picture.picture_write import Encode, check_output, lens_header, write_picture
@@ -137,7 +138,7 @@ def _render(args: argparse.Namespace) -> None:
     lens = shot.lens_at(frame)
     if args.deep:
         make_folder(args.output.parent)
-        attributes = {**plate.attributes, **lens_header(plate, lens)}
+        attributes = {**plate.attributes, **lens_header(plate, lens), **blurred_mark(False)}
         write_deep(args.output, plate, attributes, half=not args.float)
     else:
         kept, kept_attributes = kept_channels(plate, plate_options(args), wanted)
@@ -149,6 +150,7 @@ def _render(args: argparse.Namespace) -> None:
             more_channels=_depth_beside(args, plate),
             more_attributes=kept_attributes,
             kept_channels=kept,
+            is_blurred=not args.pinhole,
         )
     if args.stats:
         _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))

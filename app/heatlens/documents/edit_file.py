@@ -150,6 +150,7 @@ def _shot(item: Any, track: Any, finder: MediaFinder, rate: float) -> ReelShot:
     notes = (
         changed,
         doubt if media.source else f"its media are missing: {media.told}",
+        media.note,
         "" if there else f"none of its frames {frames} exists: {media.told}",
         _rate_note(item, rate),
         ungraded,

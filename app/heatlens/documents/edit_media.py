@@ -12,7 +12,7 @@ from urllib.parse import unquote, urlsplit
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import PICTURES_READ, movie_named
 from heatlens.model.timecode import timecode_at
-from heatlens.plate.parts.header_read import first_timecode
+from heatlens.plate.parts.header_read import first_timecode, is_marked_blurred
 from heatlens.sequence.names import NameForm, form_of, sequences_among
 from heatlens.sequence.sequence import Sequence, find_sequence
 
@@ -30,6 +30,7 @@ class Media:
     start     the time of `first` in the clock of the edit, in frames; None if the edit does not say
     first     the number of the frame at `start`
     told      the name in the edit
+    note      what else the folders hold by this name; "" if nothing does
     """
 
     source: str
@@ -37,6 +38,7 @@ class Media:
     first: int
     start: float | None
     told: str
+    note: str = ""
 
     def frame_at(self, time: float, rate: float) -> tuple[int, str]:
         """Return the number of the frame at a time of the clip in frames, and a note or "".
@@ -58,13 +60,17 @@ class Media:
 
 
 class MediaFinder:
-    """Finds media by what an edit calls them: where it says, else in the given folders."""
+    """Finds media by what an edit calls them: where it says, else in the given folders.
+
+    Where several fit, pinhole pictures come before those that heatlens has blurred: a former export
+    of the same edit may lie in these folders too.
+    """
 
     def __init__(self, edit: Path, folders: Items[Path]) -> None:
         """Take the file of the edit and the folders to search; they are listed when needed."""
         self._folder = edit.absolute().parent
         self._folders = folders
-        self._known: dict[str, str] | None = None
+        self._known: dict[str, dict[str, str]] | None = None
 
     def of(self, clip: Any) -> Media:
         """Return the media of a clip of OpenTimelineIO."""
@@ -81,23 +87,52 @@ class MediaFinder:
     def _found(self, told: str, name: str, first: int | None, start: float | None) -> Media:
         """Return the media of a URL or path, or else of a name."""
         path = _path_of(told, self._folder) if told else ""
-        for source in filter(None, (path, self._by_name(path), self._by_name(name))):
-            sequence = _sequence_at(source)
-            if sequence is not None:
-                at = sequence.first if first is None else first
-                plates = sequence if _is_numbered(sequence) else None
-                return Media(_source_of(source, sequence), plates, at, start, told or name)
-            if os.path.isfile(source):
-                return Media(source, None, first or 0, start, told or name)
+        for fitting in ([path] if path else [], self._by_name(path), self._by_name(name)):
+            there = [source for source in fitting if _is_there(source)]
+            if there:
+                source = next((it for it in there if not is_blurred_source(it)), there[0])
+                others = [other for other in there if other != source]
+                return self._media(source, others, told or name, first, start)
         return Media("", None, first or 0, start, told or name)
 
-    def _by_name(self, name: str | None) -> str | None:
+    def _media(
+        self, source: str, others: Items[str], told: str, first: int | None, start: float | None
+    ) -> Media:
+        note, sequence = _also_fit(source, others), _sequence_at(source)
+        if sequence is None:
+            return Media(source, None, first or 0, start, told, note)
+        at = sequence.first if first is None else first
+        plates = sequence if _is_numbered(sequence) else None
+        return Media(_source_of(source, sequence), plates, at, start, told, note)
+
+    def _by_name(self, name: str | None) -> Items[str]:
         """Return the media in the folders that are called `name`, by any of its usual forms."""
         if not name or not self._folders:
-            return None
+            return []
         if self._known is None:
-            self._known = dict(_all_media(self._folders))
-        return next((self._known[key] for key in _keys(name) if key in self._known), None)
+            self._known = {}
+            for key, source in _all_media(self._folders):
+                self._known.setdefault(key, {})[os.path.abspath(source)] = source
+        fitting = next((self._known[key] for key in _keys(name) if key in self._known), {})
+        return list(reversed(fitting.values()))
+
+
+def _is_there(source: str) -> bool:
+    return _sequence_at(source) is not None or os.path.isfile(source)
+
+
+def is_blurred_source(source: str) -> bool:
+    """Return whether the first picture of a source is one that heatlens has blurred."""
+    sequence = _sequence_at(source) if source else None
+    return sequence is not None and is_marked_blurred(sequence.path_at(sequence.present[0]))
+
+
+def _also_fit(source: str, others: Items[str]) -> str:
+    """Return a note that names the media that are not taken; "" if there are none."""
+    if not others:
+        return ""
+    told = (f"{other} (already blurred)" * is_blurred_source(other) or other for other in others)
+    return f"{len(others) + 1} media fit: {source} is taken, and not {', '.join(told)}"
 
 
 def _pattern_of(reference: Any) -> str:

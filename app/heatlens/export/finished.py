@@ -17,16 +17,14 @@ from typing import BinaryIO
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import opened_file
-from heatlens.export.frame_files import IMAGE_DESCRIPTION
 from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.files.movie_read import av
 from heatlens.files.opened_by_ending import movie_for_reading, picture_at
 from heatlens.plate.exr.exr_scan import CutError, end_of_chunks, scanned_headers
-from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.header.own_marks import JOB_ATTRIBUTE, marks_in, picture_marks
 
 _UNREADABLE = (OSError, CutError, IndexError, ValueError, SyntaxError)  # the errors of the readers
-_BEFORE_MARK = f"{JOB_ATTRIBUTE}="  # in formats whose only text entry is a comment
 _JPEG_END = b"\xff\xd9"
 _BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # bytes of a value, by type number
 _STRIP_OFFSETS, _STRIP_LENGTHS = 273, 279
@@ -74,7 +72,8 @@ def _fingerprint(path: Path) -> str | None:
     suffix = path.suffix.lower()
     if suffix == ".exr":
         return _exr_fingerprint(path)
-    return _marked(_movie_comment(path)) if suffix in MOVIE_SUFFIXES else _picture_mark(path)
+    marks = _movie_marks(path) if suffix in MOVIE_SUFFIXES else _picture_marks(path)
+    return marks.get(JOB_ATTRIBUTE)
 
 
 def _exr_fingerprint(path: Path) -> str | None:
@@ -83,34 +82,25 @@ def _exr_fingerprint(path: Path) -> str | None:
     return None if mark is None else mark.decode("ascii", "replace")
 
 
-def _picture_mark(path: Path) -> str | None:
-    """Read the text of a PNG, the comment of a JPEG, or the description of a TIFF."""
+def _picture_marks(path: Path) -> dict[str, str]:
+    """Read the texts of a PNG, the comment of a JPEG, or the description of a TIFF."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of files that were cut off
         image = picture_at(path)
         if image is None:
             raise ValueError(f"{path} is not a picture of an export")
         with image:
-            info, tags = image.info, image.getexif()
-    if JOB_ATTRIBUTE in info:
-        return str(info[JOB_ATTRIBUTE])
-    comment = info.get("comment") or tags.get(IMAGE_DESCRIPTION) or ""
-    return _marked(comment.decode("ascii", "replace") if isinstance(comment, bytes) else comment)
+            info = {str(name): value for name, value in image.info.items()}
+            return picture_marks(info, image.getexif())
 
 
-def _movie_comment(path: Path) -> object:
+def _movie_marks(path: Path) -> dict[str, str]:
     library = av()
     try:
         with movie_for_reading(library, path) as container:
-            return container.metadata.get("comment")
+            return marks_in(container.metadata.get("comment"))
     except library.error.FFmpegError as error:
         raise ValueError(f"{path} is not a complete movie") from error
-
-
-def _marked(comment: object) -> str | None:
-    """Return the fingerprint in a comment; None for the comment of another program."""
-    text = str(comment or "")
-    return text.removeprefix(_BEFORE_MARK) if text.startswith(_BEFORE_MARK) else None
 
 
 def check_replaced(plan: ExportPlan) -> None:

@@ -6,33 +6,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from heatlens.base.errors import InputError
 from heatlens.export.job import ExportJob
 from heatlens.export.options import ExportOptions
 from heatlens.export.plan import PlannedFrame
 from heatlens.export.sequence_check import Remark
-from heatlens.files.atomic_file import write_whole
 from heatlens.model.boxes import Box
 from heatlens.model.curves.frames import exact_rate
 from heatlens.model.focus.coc import coc_px, lean_coc_px
 from heatlens.model.timecode import Timecode
 from heatlens.plate.coc_line import line_of
 from heatlens.plate.deep.deep_write import write_deep
-from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.header.own_marks import JOB_ATTRIBUTE, blurred_mark
 from heatlens.plate.header.timecode import exr_timecode, timecode_of
 from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture.picture_write import (
-    encoded_picture,
     lens_header,
-    picture_format,
     quantised,
+    write_image,
     write_picture,
 )
 from heatlens.plate.plate import FloatImage, Plate
-
-IMAGE_DESCRIPTION = 270  # the TIFF tag for a text
 
 MOVIE_WHITE = 65280  # 255 times 256, which FFmpeg takes as white in 16 bits
 
@@ -60,7 +55,7 @@ def write_frame(job: ExportJob, frame: RenderedFrame) -> None:
     elif job.output.is_exr:
         _write_exr(job, frame)
     else:
-        _write_shown(frame)
+        _write_shown(frame, blurred_mark(not job.pinhole))
 
 
 def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
@@ -82,6 +77,7 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
             **_timecode(job, frame),
         },
         kept_channels=kept,
+        is_blurred=not job.pinhole,
     )
 
 
@@ -90,6 +86,7 @@ def _write_deep(job: ExportJob, frame: RenderedFrame) -> None:
     attributes = {
         **plate.attributes,
         **lens_header(plate, planned.lens),
+        **blurred_mark(False),
         JOB_ATTRIBUTE: planned.fingerprint,
         "framesPerSecond": exact_rate(job.shot.frames_per_second),
     }
@@ -158,18 +155,6 @@ def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
     return sampled
 
 
-def _write_shown(frame: RenderedFrame) -> None:
-    mark = frame.planned.fingerprint
+def _write_shown(frame: RenderedFrame, mark: dict[str, str]) -> None:
     image = Image.fromarray(quantised(frame.pixels, np.uint8))
-    kind = picture_format(frame.planned.path)
-    write_whole(frame.planned.path, encoded_picture(image, kind, **_marked(kind, mark)))
-
-
-def _marked(kind: str, mark: str) -> dict[str, object]:
-    """Return Pillow's options that store the fingerprint in the text entry of each format."""
-    if kind == "PNG":
-        text = PngInfo()
-        text.add_text(JOB_ATTRIBUTE, mark)
-        return {"pnginfo": text}
-    comment = f"{JOB_ATTRIBUTE}={mark}"
-    return {"comment": comment} if kind == "JPEG" else {"tiffinfo": {IMAGE_DESCRIPTION: comment}}
+    write_image(frame.planned.path, image, {JOB_ATTRIBUTE: frame.planned.fingerprint} | mark)

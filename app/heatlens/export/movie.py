@@ -23,7 +23,7 @@ from heatlens.export.movie_sound import MovieSound, Spot
 from heatlens.files.atomic_file import check_space, replacing
 from heatlens.files.movie_read import av
 from heatlens.model.curves.frames import exact_rate
-from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.header.own_marks import JOB_ATTRIBUTE, blurred_mark, comment_of
 from heatlens.plate.picture.picture_write import quantised
 from heatlens.plate.plate import FloatImage
 
@@ -77,7 +77,8 @@ def movie_file(
         options = {"movie_timescale": str(rate.numerator), "movflags": "+faststart"}
         options["write_tmcd"] = "1"  # MPEG-4 files have no timecode track by default
         with library.open(str(beside), "w", format=codec.container, options=options) as container:
-            container.metadata["comment"] = f"{JOB_ATTRIBUTE}={fingerprint}"
+            marks = {JOB_ATTRIBUTE: fingerprint} | blurred_mark(not job.pinhole)
+            container.metadata["comment"] = comment_of(marks)
             movie = Movie(job, container, codec, rate, path.parent, spots)
             yield movie
             movie.finish()

@@ -66,6 +66,7 @@ class Movie:
     rate          frames a second on average; None if the file does not tell it
     is_even       every frame is shown for the same time
     timecode      of the first frame; "" if there is none
+    comment       a text that its program wrote into the file; "" if there is none
     codec         the name of the codec for people
     pixel_aspect  width of a pixel over its height
     has_sound     it has a track of sound
@@ -93,6 +94,7 @@ class Movie:
         self.is_even = not steps or steps[-1] <= _SAME_STEP * steps[0] + 1
         told = (self._container.metadata, *(it.metadata for it in self._container.streams))
         self.timecode: str = next((it["timecode"] for it in told if "timecode" in it), "")
+        self.comment: str = self._container.metadata.get("comment", "")
         context = self._stream.codec_context
         self.codec = str(context.codec.long_name)
         self.size = context.width, context.height

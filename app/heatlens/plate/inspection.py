@@ -29,6 +29,7 @@ from heatlens.plate.header.channels import (
     type_name,
     views_of,
 )
+from heatlens.plate.header.own_marks import blurred_notes, is_blurred
 from heatlens.plate.header.primaries import HeaderPrimaries, header_primaries
 from heatlens.plate.mattes.cryptomatte import thing_names
 from heatlens.plate.mattes.things import require_things
@@ -79,9 +80,16 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
         "primaries": None if stated is None else _primaries_facts(stated),
         "is_for_the_eye": bool(header.get(FOR_THE_EYE)),
+        "is_blurred": is_blurred(header),
         "color": color,
         "depth": depth,
-        "notes": [*notes_of(header), *color.pop("notes", ()), *aspect_notes, *depth_notes],
+        "notes": [
+            *blurred_notes(path, header),
+            *notes_of(header),
+            *color.pop("notes", ()),
+            *aspect_notes,
+            *depth_notes,
+        ],
     }
 
 
@@ -110,6 +118,7 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
         **_size_facts(window, shown),
         "pixel_aspect_ratio": plate.pixel_aspect_ratio,
         "is_for_the_eye": False,
+        "is_blurred": is_blurred(plate.attributes),
         "views": list(views_of(headers)),
         "things": thing_names(plate.path.parent, headers),
         "parts": _deep_parts(plate.path, headers),

@@ -40,6 +40,7 @@ from heatlens.plate.header.channels import (
     pixels_of,
     views_of,
 )
+from heatlens.plate.header.own_marks import blurred_notes
 from heatlens.plate.header.placement import rigid_at
 from heatlens.plate.mattes.cutout import with_cutout
 from heatlens.plate.mattes.flat_depth import with_flat_depth
@@ -105,7 +106,8 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
     camera = camera_at_header([header, *headers])
     aspect, aspect_notes = pixel_aspect_of(path, header)
     depth = depth_of(path, parts, choice, options)
-    notes = *choice.notes, *color_notes, *aspect_notes, *depth.notes
+    blurred = blurred_notes(path, header, options.strict)
+    notes = *blurred, *choice.notes, *color_notes, *aspect_notes, *depth.notes
     if header.get(FOR_THE_EYE) and options.lift_highlights_stops:
         color = lifted(color, options.lift_highlights_stops)
     if options.despike:

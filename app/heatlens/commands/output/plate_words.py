@@ -13,6 +13,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.model.timecode import Timecode
+from heatlens.plate.header.own_marks import blurred_notes
 from heatlens.plate.overscan_need import OverscanNeed, overscan_need
 from heatlens.plate.parts.header_read import first_timecode
 from heatlens.plate.plate import Plate
@@ -51,6 +52,7 @@ def say_doubts_of_shot(
     if plate is None:
         say(*breathing_notes(shot.lens, None))
     else:
+        say(*blurred_notes(plate.path, plate.attributes))
         say(*shot_notes(shot, plate, () if camera is None else camera.focus_without_unit_m))
 
 

@@ -22,9 +22,6 @@ from heatlens.sequence.names import form_of, parse_pattern
 # for half floats only.
 COMPRESSIONS = ("none", "rle", "zips", "zip", "piz", "dwaa", "dwab")
 
-# Header entry of an exported frame: what it was made of. It must not be copied to other files.
-JOB_ATTRIBUTE = "heatlens:job"
-
 _HALF_MAX = 65504.0
 _MEASURES = ("z", "depth", "coc")  # these need more digits than a half float has
 

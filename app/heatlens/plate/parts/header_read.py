@@ -16,9 +16,9 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.timecode import Timecode
 from heatlens.plate.exr.exr_limits import check_exr, for_library
 from heatlens.plate.exr.exr_read import deep_channels, is_deep_file
-from heatlens.plate.exr.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import Header
+from heatlens.plate.header.own_marks import JOB_ATTRIBUTE, is_blurred
 from heatlens.plate.header.timecode import timecode_of
 from heatlens.plate.parts.picture_parts import PICTURE_FACTS, picture_header
 from heatlens.plate.picture.portrait import FOCUS_POINT
@@ -74,6 +74,15 @@ def headers_of(path: Path) -> list[Header]:
     if in_movie(path) is not None:
         return [picture_header(path)]
     return [] if is_picture(path) else read_headers(path)
+
+
+def is_marked_blurred(path: Path) -> bool:
+    """Return whether heatlens wrote this picture through a lens; False if it cannot be read."""
+    try:
+        headers = [picture_header(path)] if is_picture(path) else read_headers(path)
+    except InputError:
+        return False
+    return any(map(is_blurred, headers))
 
 
 # The writer writes these itself, or they describe parts, channels and layouts of the input alone.

@@ -20,6 +20,7 @@ from heatlens.model.depth_words import DepthConvention, DepthSide
 from heatlens.model.shot.plate_options import PictureCurve
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.header.channels import Header, Part
+from heatlens.plate.header.own_marks import picture_marks
 from heatlens.plate.header.primaries import P3_D65
 from heatlens.plate.picture.display import log_light, srgb_decoded
 from heatlens.plate.picture.picture_open import RawPicture, open_picture, picture_info
@@ -206,6 +207,7 @@ def _header(
     if "display p3" in _profile_name(info).lower():
         header["chromaticities"] = P3_D65.chromaticities
     header |= _camera(info)
+    header |= picture_marks(info, info.get("exif_tags", {}))
     header |= info.get("header", {})
     return header
 

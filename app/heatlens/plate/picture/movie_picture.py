@@ -51,6 +51,7 @@ def _facts(path: Path, movie: Movie, frame: MovieFrame, number: int) -> dict[str
     curve, words = _curve_of(frame.transfer)
     return {
         "header": header,
+        "comment": movie.comment,
         "note": f"{path}: {_movie_words(movie, frame)}.",
         "curve": curve,
         "curve_words": words,

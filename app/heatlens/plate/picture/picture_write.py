@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from heatlens.base.errors import InputError
 from heatlens.files.atomic_file import check_folder, check_writable, make_folder, write_whole
@@ -20,6 +21,7 @@ from heatlens.model.lens.breathing import as_seen
 from heatlens.model.lens.lens import Lens
 from heatlens.plate.exr.exr_write import write_exr
 from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.plate.header.own_marks import IMAGE_DESCRIPTION, blurred_mark, comment_of
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.plate.windows import moved_to_window
@@ -55,9 +57,25 @@ def shown_image(rgba: FloatImage, encode: Encode, keep_alpha: bool = True) -> Im
     return Image.fromarray(quantised(shown, np.uint8))
 
 
-def write_image(path: str | os.PathLike[str], image: Image.Image) -> None:
-    """Write `image` in the format of the suffix. Raises InputError if that fails."""
-    write_whole(path, encoded_picture(image, picture_format(path)))
+def write_image(
+    path: str | os.PathLike[str], image: Image.Image, marks: Mapping[str, str] | None = None
+) -> None:
+    """Write `image` with texts in the format of the suffix. Raises InputError if that fails."""
+    kind = picture_format(path)
+    write_whole(path, encoded_picture(image, kind, **_marked(kind, marks or {})))
+
+
+def _marked(kind: str, marks: Mapping[str, str]) -> dict[str, object]:
+    """Return Pillow's options that store the texts where each format has room for them."""
+    if not marks:
+        return {}
+    if kind == "PNG":
+        info = PngInfo()
+        for name, text in marks.items():
+            info.add_text(name, text)
+        return {"pnginfo": info}
+    comment = comment_of(marks)
+    return {"comment": comment} if kind == "JPEG" else {"tiffinfo": {IMAGE_DESCRIPTION: comment}}
 
 
 def picture_format(path: str | os.PathLike[str]) -> str:
@@ -119,18 +137,20 @@ def write_picture(
     more_channels: Mapping[str, FloatImage] | None = None,
     more_attributes: Mapping[str, object] | None = None,
     kept_channels: Mapping[str, NDArray[np.generic]] | None = None,
+    is_blurred: bool = True,
 ) -> None:
     """Write `pixels`, (H, W, 4) premultiplied at `proxy` scale, in the format of the suffix.
 
     An EXR is scene-linear, over the plate's windows, with the plate's metadata and `lens` in its
     header and 16 bits a channel if `half`. `more_channels` of the same size and `more_attributes`
     are added; `kept_channels` are written bit for bit. Other formats are converted by `encode`, and
-    show the display window, as players do. A missing folder is made, inside an existing one. Raises
-    InputError if the file cannot be written.
+    show the display window, as players do. All are marked as blurred or not. A missing folder is
+    made, inside an existing one. Raises InputError if the file cannot be written.
     """
     make_folder(path.parent)
+    mark = blurred_mark(is_blurred)
     if path.suffix.lower() in EYE_SUFFIXES:
-        write_image(path, seen_image(pixels, plate, proxy, encode, keeps_alpha(path.suffix)))
+        write_image(path, seen_image(pixels, plate, proxy, encode, keeps_alpha(path.suffix)), mark)
         return
     names = "RGBA" if plate.has_alpha else "RGB"
     write_exr(
@@ -139,7 +159,7 @@ def write_picture(
         scaled_window(plate.data_window, proxy, pixels.shape[1::-1]),
         scaled_window(plate.display_window, proxy),
         plate.pixel_aspect_ratio,
-        {**plate.attributes, **lens_header(plate, lens), **(more_attributes or {})},
+        {**plate.attributes, **lens_header(plate, lens), **mark, **(more_attributes or {})},
         half=half,
         compression=compression,
         kept=kept_channels,

@@ -20,6 +20,7 @@ from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.paths import opened_file
 from heatlens.gpu.textures import download
 from heatlens.model.lens.lens import Lens
+from heatlens.plate.header.own_marks import blurred_mark
 from heatlens.plate.picture.picture_write import (
     EYE_SUFFIXES,
     check_output,
@@ -252,7 +253,7 @@ def _write(picture: Snapshot, path: Path) -> None:
     if picture.image is None:
         write_picture(path, picture.pixels, picture.plate, picture.lens, picture.proxy)
     else:
-        write_image(path, picture.image)
+        write_image(path, picture.image, blurred_mark(True))
 
 
 def _copy(picture: Snapshot) -> None:
