@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.model.boxes import Box
 from heatlens.model.shot.plate_options import PlateOptions
@@ -69,16 +68,3 @@ def test_distances_along_mitsubas_rays_become_depth(tmp_path):
     np.testing.assert_allclose(plate.depth_m, planar_depth_m(LEFT, box, box, 1.0, 36, 36))
     planar = read_plate(path, PlateOptions(depth_kind="planar"))
     np.testing.assert_array_equal(planar.depth_m, LEFT)
-
-
-def test_a_deep_file_that_the_library_cannot_open_is_called_deep(tmp_path):
-    """Deep files say since OpenEXR 3.0 how their samples lie, in an entry that it cannot read."""
-    flat = write_file(tmp_path / "flat.exr", rgb() | {"Z": rgb()["R"]}).read_bytes()
-    entry = b"deepImageState\0deepImageState\0\x01\0\0\0\x01"
-    path = tmp_path / "deep.exr"
-    path.write_bytes(flat[:5] + bytes([flat[5] | 8]) + flat[6:8] + entry + flat[8:])
-    with pytest.raises(InputError, match=r"deep\.exr"):
-        read_plate(path)
-    path.write_bytes(flat[:8] + entry + flat[8:])
-    with pytest.raises(InputError, match="damaged"):
-        read_plate(path)

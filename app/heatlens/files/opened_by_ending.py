@@ -28,7 +28,6 @@ _OF_PILLOW: dict[str, tuple[str, ...]] = {
     ".heif": ("HEIF",),
     ".jpeg": ("JPEG",),
     ".jpg": ("JPEG",),
-    ".pfm": ("PPM",),
     ".png": ("PNG",),
     ".tga": ("TGA",),
     ".tif": ("TIFF",),

@@ -1,12 +1,11 @@
 """Check the sizes in EXR headers before a library allocates memory for them."""
 
-import io
 import os
 import struct
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.base.paths import file_bytes, opened_file, unreadable
+from heatlens.base.paths import opened_file, unreadable
 from heatlens.plate.exr.exr_scan import MAGIC, CutError, RawHeader, channels_of, scanned_headers
 
 # No GPU takes a larger texture; a damaged header can claim any size.
@@ -18,13 +17,6 @@ _DEEP_PIXEL_BYTES = 32  # for a pixel without samples: its count, colour and dep
 # The greatest ratio of each compression, by its number in the file: measured on black pictures,
 # with a tenth or more added. Compressions that are not listed have no such bound.
 _SMALLER_MOST = {0: 1, 1: 70, 2: 1100, 3: 1100, 4: 1100, 5: 1500, 6: 4, 7: 16}
-
-
-def for_library(path: str | os.PathLike[str]) -> str | io.BytesIO:
-    """Return the name of a file for the OpenEXR library, or the content if that is not UTF-8."""
-    name = os.fspath(path)
-    is_utf8 = os.fsencode(name) == name.encode("utf-8", "backslashreplace")
-    return name if is_utf8 else io.BytesIO(file_bytes(Path(path)))
 
 
 def check_exr(path: Path) -> None:

@@ -13,7 +13,8 @@ import OpenEXR
 from heatlens.base.errors import InputError
 from heatlens.base.paths import opened_file
 from heatlens.files.quiet import quiet_library
-from heatlens.plate.exr.exr_limits import check_exr, for_library
+from heatlens.plate.exr.exr_limits import check_exr
+from heatlens.plate.exr.exr_unknown import opened_parts
 from heatlens.plate.header.channel_choice import ColorChoice, choose_color
 from heatlens.plate.header.channels import ChannelRef, Header, Part, is_deep, list_channels, listed
 
@@ -112,11 +113,9 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
     check_exr(path)
     try:
         with quiet_library():
-            headers = [
-                part.header for part in OpenEXR.File(for_library(path), header_only=True).parts
-            ]
+            headers = [part.header for part in opened_parts(path, header_only=True)]
             # The library only prints a warning for damaged pixels, and drops the part.
-            parts = OpenEXR.File(for_library(path), separate_channels=True).parts
+            parts = opened_parts(path, separate_channels=True)
         read = [(p.header, {n: c.pixels for n, c in p.channels.items()}) for p in parts]
     except (RuntimeError, ValueError, KeyError, TypeError, OSError, MemoryError) as error:
         _check_is_flat(path)

@@ -46,6 +46,27 @@ class RawChannel:
         return int(self.numpy_type[-1])
 
 
+def attributes_of(file: BinaryIO) -> Iterator[tuple[int, int, str, int]]:
+    """Yield the attributes of all parts: begin, begin of the type, type, and end in the file.
+
+    Raises CutError if they are incomplete.
+    """
+    file.seek(4)
+    (flags,) = _numbers(file, "<I")
+    is_in_part = True
+    while True:
+        start = file.tell()
+        if not _name(file):
+            if not flags & _MANY_PARTS or not is_in_part:
+                return
+            is_in_part = False
+            continue
+        is_in_part, kind_at = True, file.tell()
+        kind = _name(file)
+        (length,) = _numbers(file, "<I")
+        yield start, kind_at, kind, file.seek(length, 1)
+
+
 def scanned_headers(file: BinaryIO) -> list[RawHeader]:
     """Return the raw attributes of each part by name; the file's position is then behind them.
 

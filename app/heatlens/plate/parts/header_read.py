@@ -7,15 +7,14 @@ that are copied to the output.
 import os
 from pathlib import Path
 
-import OpenEXR
-
 from heatlens.base.errors import InputError
 from heatlens.files.picture_formats import in_movie, is_picture
 from heatlens.files.quiet import quiet_library
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.timecode import Timecode
-from heatlens.plate.exr.exr_limits import check_exr, for_library
+from heatlens.plate.exr.exr_limits import check_exr
 from heatlens.plate.exr.exr_read import deep_channels, is_deep_file
+from heatlens.plate.exr.exr_unknown import opened_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import Header
 from heatlens.plate.header.own_marks import JOB_ATTRIBUTE, is_blurred
@@ -49,7 +48,7 @@ def read_headers(path: str | os.PathLike[str]) -> list[Header]:
     check_exr(Path(path))
     try:
         with quiet_library():
-            parts = OpenEXR.File(for_library(path), header_only=True).parts
+            parts = opened_parts(path, header_only=True)
         headers = [part.header for part in parts]
     except (RuntimeError, ValueError, TypeError, OSError, MemoryError, ArithmeticError) as error:
         raise InputError(

@@ -36,6 +36,7 @@ from heatlens.files.quiet import quiet_library
 from heatlens.plate.exr.exr_limits import MAX_SIDE_PX
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.picture.movie_picture import movie_info, movie_values
+from heatlens.plate.picture.pfm import read_pfm
 from heatlens.plate.picture.portrait import portrait_header
 
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
@@ -75,8 +76,8 @@ def open_picture(path: Path) -> RawPicture:
     if movie is not None:
         values, white, info = movie_values(*movie)
         return RawPicture(values, info, white)
-    if path.suffix.lower() == ".npy":
-        return RawPicture(_array(path))
+    if path.suffix.lower() in _ARRAYS:
+        return RawPicture(_ARRAYS[path.suffix.lower()](path))
     with refusals(path), _opened(path) as image:
         if image is None or _is_cut_by_pillow(image):
             return RawPicture(_by_openimageio(path), _info(image))
@@ -94,9 +95,9 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
     movie = in_movie(path)
     if movie is not None:
         return movie_info(*movie)
-    if path.suffix.lower() == ".npy":
-        height, width = _array(path).shape[:2]
-        return (width, height), {}
+    if path.suffix.lower() in _ARRAYS:
+        height, width = _ARRAYS[path.suffix.lower()](path).shape[:2]
+        return (width, height), {} if path.suffix.lower() == ".npy" else {"is_light": True}
     with refusals(path), _opened(path) as image:
         if image is None:  # floating point: Pillow knows all other kinds
             height, width = _by_openimageio(path).shape[:2]
@@ -201,6 +202,16 @@ def _array(path: Path) -> NDArray[np.generic]:
     _check_size(path, (values.shape[1], values.shape[0]))
     pixels: NDArray[np.generic] = values if values.ndim == 3 else values[:, :, None]
     return pixels
+
+
+def _pfm(path: Path) -> NDArray[np.generic]:
+    with refusals(path):
+        values = read_pfm(path)
+    _check_size(path, (values.shape[1], values.shape[0]))
+    return values
+
+
+_ARRAYS = {".npy": _array, ".pfm": _pfm}  # files of numbers alone, without a library for pictures
 
 
 def _check_avif(path: Path, head: bytes) -> None:
