@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from heatlens.base.errors import InputError
+from heatlens.commands.main import main
 from heatlens.plate.picture.picture_open import picture_info
 from heatlens.plate.picture.portrait import inner_depth
 from heatlens.plate.read import read_plate
@@ -54,6 +56,19 @@ def test_damaged_maps_are_sentences(tmp_path):
     path = jpeg_with_gdepth(tmp_path / "p.jpg", 10.0, 1.0, np.zeros((HEIGHT, WIDTH)))
     with pytest.raises(InputError, match="impossible ends"):
         read_plate(path)
+
+
+@pytest.mark.parametrize("digits", [5000, 13])
+def test_a_length_that_nothing_has_is_no_fault(tmp_path, digits, capsys):
+    path = tmp_path / "p.jpg"
+    xmp = (
+        '<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="r"><rdf:Description '
+        'xmlns:GDepth="g" GDepth:Near="1" GDepth:Far="9" GDepth:Mime="image/png" '
+        f'Item:Length="{"9" * digits}"/></rdf:RDF></x:xmpmeta>'
+    )
+    Image.new("RGB", (WIDTH, HEIGHT)).save(path, xmp=xmp.encode())
+    assert main(["info", str(path)]) in (0, 2)
+    assert "fault" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -67,7 +67,10 @@ def test_a_manifest_may_lie_beside_the_file_but_nowhere_else(tmp_path):
         assert matte_of(read_plate(path), "cryptomatte:the hero").sum() == 64
 
 
-@pytest.mark.parametrize("manifest", ["", "{", "[]", '{"hero": 3.5}', '{"hero": "xyz"}', DEEP])
+NO_IDS = ('{"hero": 3.5}', '{"hero": "xyz"}', '{"hero": "123456789abcdef"}', '{"hero": "-1"}')
+
+
+@pytest.mark.parametrize("manifest", ["", "{", "[]", DEEP, *NO_IDS])
 def test_without_a_readable_manifest_a_name_is_hashed(tmp_path, manifest):
     plate = read_plate(matte_plate(tmp_path / "p.exr", 3.0, manifest=manifest))
     assert matte_of(plate, "cryptomatte:hero").sum() == 64
@@ -85,6 +88,8 @@ def test_without_a_readable_manifest_a_name_is_hashed(tmp_path, manifest):
         ("nothing:7", "'nothing'"),
         ("matte:nothing", "'nothing'"),
         ("Crypto:#xyz", "hexadecimal"),
+        ("cryptomatte:h\udcff", "no name of a thing"),
+        ("cryptomatte:\ud800", "no name of a thing"),
     ],
 )
 def test_what_is_not_there_is_told_with_what_is(tmp_path, name, words):

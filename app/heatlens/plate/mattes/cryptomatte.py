@@ -25,6 +25,7 @@ METADATA = "cryptomatte/"  # prefix of the attributes
 _EXPONENT, _EXPONENT_ONE = 0x7F800000, 1 << 23
 _LEAVES = {"r": 0, "red": 0, "g": 1, "green": 1, "b": 2, "blue": 2, "a": 3, "alpha": 3}
 _HEX = 16
+_ID_MOST = 0xFFFFFFFF
 _MANIFEST_MOST_BYTES = 64_000_000
 _AN_ID = re.compile(r"(?:#|0x)?[0-9a-f]{8}", re.IGNORECASE)
 
@@ -46,10 +47,14 @@ class Cryptomatte:
 
     @cached_property
     def ids(self) -> dict[str, int]:
-        """The id of each name in the manifest; none if there is no manifest or it is damaged."""
+        """The id of each name in the manifest; none if there is no manifest or it is damaged.
+
+        An id that has no 32 bits is that of no pixel, and left out.
+        """
         try:
             text = self.header.get("manifest") or self._sidecar()
-            return {str(name): int(str(bits), _HEX) for name, bits in json.loads(text).items()}
+            found = {str(name): int(str(bits), _HEX) for name, bits in json.loads(text).items()}
+            return {name: bits for name, bits in found.items() if 0 <= bits <= _ID_MOST}
         except (OSError, ValueError, AttributeError, RecursionError):
             return {}
 
@@ -91,8 +96,15 @@ class Cryptomatte:
 
 
 def hashed(name: str) -> int:
-    """Return the id of a name: its MurmurHash3, adjusted so that the float is a normal number."""
-    bits = mmh3.hash(name.encode(), signed=False)
+    """Return the id of a name: its MurmurHash3, adjusted so that the float is a normal number.
+
+    Raises InputError for a name that no text of Unicode is, and so no thing has.
+    """
+    try:
+        stored = name.encode()
+    except UnicodeEncodeError as error:
+        raise InputError(f"{name!r} is no name of a thing: it is not UTF-8.") from error
+    bits = mmh3.hash(stored, signed=False)
     if bits & _EXPONENT in (0, _EXPONENT):
         bits ^= _EXPONENT_ONE
     return bits

@@ -34,7 +34,7 @@ _EXTENSION = b"http://ns.adobe.com/xmp/extension/\0"
 _EXTENSION_HEAD = 32 + 4 + 4  # bytes: digest of the whole, its length, offset of this piece
 # Entries of GDepth and of Dynamic Depth, as attributes or as elements.
 _ENTRY = r'(?:GDepth|DepthMap):{name}(?:="([^"]*)"|>([^<]*)<)'
-_ITEM_LENGTH = re.compile(r'Item:Length(?:="(\d+)"|>(\d+)<)')
+_ITEM_LENGTH = re.compile(r'Item:Length(?:="(\d{1,12})"|>(\d{1,12})<)')
 _UNIFORM_INVERSE_Z, _UNIFORM_DISPARITY = 0, 1  # depth_representation_type
 _EVEN_OVER_INVERSE_Z = (_UNIFORM_INVERSE_Z, _UNIFORM_DISPARITY)
 
