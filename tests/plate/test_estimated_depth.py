@@ -34,6 +34,7 @@ SIZE = (48, 64)
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("HEATLENS_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setenv("HEATLENS_RUN_NETWORKS", "1")  # whose they are: test_trusted_networks.py
 
 
 def write_picture(path, red):
@@ -258,3 +259,18 @@ def test_the_command_line_renders_a_photo(tmp_path, capsys):
     assert out.exists() and "Estimated by n.onnx" in capsys.readouterr().err
     assert main(["info", str(picture), *words]) == 0
     assert "estimate, disparity" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("size", [(40, 1), (1, 40), (1, 1)])
+def test_a_picture_of_one_row_or_column_is_estimated(tmp_path, size):
+    picture = write_picture(tmp_path / "p.png", np.full(size, 0.5))
+    network = write_network(tmp_path / "n.onnx")
+    plate = read_plate(picture, options(network, near_m=1.0, far_m=10.0))
+    assert plate.depth_m.shape == size and np.isfinite(plate.depth_m).all()
+
+
+@pytest.mark.parametrize("size", [(0, 64), (32, 0), (9000, 64)])
+def test_impossible_sides_of_a_network_are_refused(tmp_path, size):
+    network = write_network(tmp_path / "n.onnx", size=size)
+    with pytest.raises(InputError, match="sides are 1 to"):
+        read_plate(write_picture(tmp_path / "p.png", split(0.2, 0.8)), options(network))

@@ -15,6 +15,7 @@ from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.model.option import Values
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
+from heatlens.plate.estimate.trusted import trust
 from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.plate.plate import Plate
 from heatlens.scene.first_shot import first_shot
@@ -117,7 +118,9 @@ def plates_named(name: str, asked: Asked) -> Source:
     if asked.shot is not None:
         return Plates(plates_again(name, asked.shot.plate_options), asked.shot)
     alone = find_sequence(name, whole=False)
-    return Plates(PlateSource(name, alone, PlateOptions(**asked.options)), None)
+    options = PlateOptions(**asked.options)
+    trust(options.depth_model)
+    return Plates(PlateSource(name, alone, options), None)
 
 
 def _refuse(what: str, **given: object) -> None:

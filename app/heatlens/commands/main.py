@@ -25,6 +25,7 @@ from heatlens.base.faults import told_error
 from heatlens.base.outside_text import printable
 from heatlens.base.stopping import stop_was_said
 from heatlens.commands.options.command_parser import add_command
+from heatlens.commands.options.network_option import allow_networks
 from heatlens.commands.output.say import say_nothing
 from heatlens.files.picture_formats import movie_named
 from heatlens.model.option import OTHER_NAMES, or_meant
@@ -72,6 +73,12 @@ class _Parser(argparse.ArgumentParser):
             action="store_true",
             default=argparse.SUPPRESS,
             help="print only results and errors",
+        )
+        self.add_argument(
+            "--run-networks",
+            action="store_true",
+            default=argparse.SUPPRESS,
+            help="run a depth network that a shot names, without asking",
         )
 
     def format_help(self) -> str:
@@ -152,6 +159,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         words = _with_command(sys.argv[1:] if argv is None else argv)
         args = build_parser(_needed(words)).parse_args(words)
         say_nothing(getattr(args, "quiet", False))
+        allow_networks(getattr(args, "run_networks", False), words[0] in ("view", "serve"))
         count_movie_frames(args)
         code = int(args.run(args))
         sys.stdout.flush()  # a closed pipe is noticed here, not when Python ends

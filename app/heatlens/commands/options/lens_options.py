@@ -21,6 +21,7 @@ from heatlens.model.option import Values
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.coc_line import depth_at_m, focused_at_pixel, no_distances
+from heatlens.plate.estimate.trusted import trust
 from heatlens.plate.header.header_lens import MissingLensError, plate_lens
 from heatlens.plate.opening_picture import opening_notes, read_opening_image
 from heatlens.plate.plate import Plate
@@ -277,6 +278,7 @@ def plate_options(args: argparse.Namespace) -> PlateOptions:
 
     Raises HeatlensError for an unknown unit or film back.
     """
+    trust(getattr(args, "depth_model", None))
     return PlateOptions(
         focal_length_mm=getattr(args, "focal_length", None),
         sensor_width_mm=sensor_width_of(args),

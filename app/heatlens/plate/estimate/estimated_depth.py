@@ -156,8 +156,12 @@ def _colors(color: FloatImage, where: NDArray[np.bool_], reach_px: int) -> _Colo
 
 def _slope(values: FloatImage) -> FloatImage:
     """Return how much the values change from pixel to pixel."""
-    along_y, along_x = np.gradient(values)
-    slope: FloatImage = np.hypot(along_y, along_x)
+    # A map of one row or column has no slope across it.
+    along = (
+        np.gradient(values, axis=axis) if values.shape[axis] > 1 else np.zeros_like(values)
+        for axis in (0, 1)
+    )
+    slope: FloatImage = np.hypot(*along)
     return slope
 
 

@@ -3,7 +3,6 @@
 No network comes with heatlens, and none is fetched.
 """
 
-import hashlib
 import os
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -16,8 +15,9 @@ from PIL import Image
 from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
 from heatlens.base.outside_text import one_line
-from heatlens.base.paths import file_bytes, unreadable
+from heatlens.base.paths import unreadable
 from heatlens.model.depth_words import DepthModelOutput
+from heatlens.plate.estimate.trusted import check_trusted, key_of
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
 
@@ -61,6 +61,7 @@ _KNOWN = (
     NetworkFacts(("midas", "dpt"), 384, 32, _EVEN, DepthModelOutput.DISPARITY),
     NetworkFacts(("tcmonodepth", "tc_mono"), 384, 32, _IMAGENET, DepthModelOutput.DISPARITY),
 )
+_SIDE_GIVEN_MOST = 8192  # of a map of depth; networks of today give at most 2048
 _UNKNOWN = NetworkFacts((), 0, 32, _AS_IS, DepthModelOutput.DISPARITY)
 
 
@@ -103,13 +104,20 @@ def network_at(path: str, output: DepthModelOutput) -> Network:
     file = Path(os.path.expanduser(path))
     try:
         status = file.stat()
+        key = _key(file, status.st_mtime_ns)
     except OSError as error:
         raise unreadable(file, error) from error
-    return _network(file, status.st_mtime_ns, output)
+    check_trusted(file, key)
+    return _network(file, key, output)
+
+
+@lru_cache(maxsize=4)  # large networks take a second to read
+def _key(path: Path, _time_ns: int) -> str:
+    return key_of(path)
 
 
 @lru_cache(maxsize=2)
-def _network(path: Path, _time_ns: int, output: DepthModelOutput) -> Network:
+def _network(path: Path, key: str, output: DepthModelOutput) -> Network:
     session = _session(path)
     (needed, *others) = session.get_inputs()
     if others or not _takes_picture(needed.shape):
@@ -120,7 +128,11 @@ def _network(path: Path, _time_ns: int, output: DepthModelOutput) -> Network:
     facts, note = _facts_of(path, output)
     height, width = needed.shape[2:]
     size = (height, width) if isinstance(height, int) and isinstance(width, int) else None
-    key = hashlib.blake2b(file_bytes(path), digest_size=16).hexdigest()
+    shapes = [it.shape for it in session.get_outputs()[:1]]
+    if any(_is_impossible(shape) for shape in (needed.shape, *shapes)):
+        raise InputError(
+            f"{path} takes {needed.shape} and gives {shapes}: sides are 1 to {_SIDE_GIVEN_MOST} px."
+        )
     return Network(path, facts, note, size, key, session.run, needed.name)
 
 
@@ -135,6 +147,11 @@ def _session(path: Path) -> Any:
         )
     except Exception as error:  # the runtime raises errors of its own for each kind of failure
         raise InputError(f"{path} is not a network that can be run: {one_line(error)}") from error
+
+
+def _is_impossible(shape: list[Any]) -> bool:
+    """Return whether a size that the file states cannot be that of a picture."""
+    return any(isinstance(side, int) and not 0 < side <= _SIDE_GIVEN_MOST for side in shape)
 
 
 def _takes_picture(shape: list[Any]) -> bool:
