@@ -1,6 +1,10 @@
 """Escape closes what lies on top, and no key reaches what lies under it."""
 
+from pathlib import Path
+
 from imgui_bundle import imgui
+
+from heatlens.ui import topmost
 
 K = imgui.Key
 
@@ -79,3 +83,36 @@ def test_a_pull_can_be_cancelled(gui):
     gui.click(gui.middle("cancel pull"))
     gui.frame(2)
     assert not is_open() and gui.session.facts.shot == before
+
+
+def dialog() -> tuple[float, float, float, float]:
+    """Return the rectangle of the dialog on top."""
+    stack = imgui.get_current_context().open_popup_stack
+    window = stack[len(stack) - 1].window
+    return window.pos.x, window.pos.y, window.pos.x + window.size.x, window.pos.y + window.size.y
+
+
+def dragged_out(gui, name):
+    """Drag a dialog by its title beyond each corner; it stays whole in view."""
+    for corner in ((-900, 3000), (3000, 3000), (-900, 1), (3000, 1)):
+        x0, y0, _, _ = dialog()
+        gui.drag((x0 + 60, y0 + 8), corner)
+        gui.frame(2)
+        x0, y0, x1, y1 = dialog()
+        bar = imgui.get_main_viewport().work_pos.y
+        assert x0 >= 0 and y0 >= bar and x1 <= gui.size[0] and y1 <= gui.size[1], (name, corner)
+
+
+def test_no_dialog_can_be_dragged_out_of_view(gui):
+    gui.do("Open...")
+    gui.frame(3)
+    dragged_out(gui, "the browser")
+    gui.key(K.escape)
+    gui.frame(2)
+
+
+def test_every_dialog_stays_in_view():
+    """A dialog is begun in one place, which moves it into view."""
+    folder = Path(topmost.__file__).parent
+    begun = [path.name for path in folder.rglob("*.py") if "begin_popup_modal" in path.read_text()]
+    assert begun == ["topmost.py"]

@@ -84,7 +84,7 @@ def keys_window(actions: Sequence[Action], has_camera: bool) -> bool:
     imgui.set_next_window_pos(middle, imgui.Cond_.always, ImVec2(0.5, 0.5))
     if not imgui.is_popup_open(_TITLE):
         imgui.open_popup(_TITLE)
-    shown, is_open = imgui.begin_popup_modal(_TITLE, True, imgui.WindowFlags_.no_saved_settings)
+    shown, is_open = topmost.begin_modal(_TITLE, True, imgui.WindowFlags_.no_saved_settings)
     if not shown:
         return False
     low, size = imgui.get_window_pos(), imgui.get_window_size()

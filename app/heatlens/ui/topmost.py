@@ -4,7 +4,7 @@ ImGui removes a popup as soon as Escape closes it. Code that runs later must the
 popup was on top in the last frame; `note_frame` records that at the end of each frame.
 """
 
-from imgui_bundle import imgui
+from imgui_bundle import ImVec2, imgui
 
 _ANY = int(imgui.PopupFlags_.any_popup)
 _NAVIGATES = int(imgui.ConfigFlags_.nav_enable_keyboard)
@@ -25,6 +25,28 @@ def depth_before() -> int:
 def is_any_open() -> bool:
     """Return True if a popup, menu or dialog is open or was open in the last frame."""
     return bool(imgui.is_popup_open("", _ANY)) or _LastFrame.depth > 0
+
+
+def begin_modal(title: str, can_close: bool, flags: int) -> tuple[bool, bool]:
+    """Begin a dialog that takes all input; return whether it is shown, and whether it stays open.
+
+    It stays whole in view: one that lies outside could not be answered, and nothing else could.
+    """
+    window = imgui.internal.find_window_by_name(title)
+    if window is not None and window.was_active:
+        _keep_in_view(window)
+    shown, stays = imgui.begin_popup_modal(title, True if can_close else None, flags)
+    return bool(shown), stays is not False
+
+
+def _keep_in_view(window: imgui.internal.Window) -> None:
+    """Move a window that was dragged out of view; ImGui has moved it before it is drawn."""
+    screen = imgui.get_main_viewport()
+    first, room = screen.work_pos, screen.work_size
+    x = max(min(window.pos.x, first.x + room.x - window.size.x), first.x)
+    y = max(min(window.pos.y, first.y + room.y - window.size.y), first.y)
+    if (x, y) != (window.pos.x, window.pos.y):
+        imgui.set_next_window_pos(ImVec2(x, y))
 
 
 def answers_keys_itself() -> None:

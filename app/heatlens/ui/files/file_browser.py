@@ -56,7 +56,7 @@ class FileDialogs:
             imgui.open_popup(title)
         _place()
         flags = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_collapse
-        shown, stays = imgui.begin_popup_modal(title, True, flags)
+        shown, stays = topmost.begin_modal(title, True, flags)
         chosen = None
         if shown:
             topmost.answers_keys_itself()

@@ -29,10 +29,10 @@ def question(title: str, width_em: float) -> Iterator[bool]:
     imgui.set_next_window_size(ImVec2(width_em * imgui.get_font_size(), 0))
     middle = imgui.get_main_viewport().get_center()
     imgui.set_next_window_pos(middle, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
-    shown, _ = imgui.begin_popup_modal(title, None, _FLAGS)
+    shown, _ = topmost.begin_modal(title, False, _FLAGS)
     if shown:
         topmost.answers_keys_itself()
-    yield bool(shown)
+    yield shown
     if shown:
         imgui.end_popup()
 
