@@ -8,7 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from heatlens.base.errors import InputError
 from heatlens.farm import connection, frame_cluster
+from heatlens.farm.connection import met
 from heatlens.farm.frame_worker import _rendered
 from heatlens.gpu.textures import download
 from heatlens.model.curves.frames import FrameRange
@@ -47,9 +49,10 @@ def begin(ctx, renderer):
     """Return a function that opens a source at a place, and close what was opened."""
     made = []
 
-    def begun(source, address="", **more):
+    def begun(source, address="", is_agreed=True, **more):
         place = ExportPlace(Where.CLUSTER, scheduler=address, **more) if address else ExportPlace()
-        preferences = Preferences(Remembered(export_place=place))
+        cluster = agreed_to(address) if is_agreed else None
+        preferences = Preferences(Remembered(export_place=place, cluster=cluster))
         made.append(Session(renderer, Start(str(source), defocus=QUICK), preferences=preferences))
         made[-1].begin()
         settled(made[-1])
@@ -59,6 +62,14 @@ def begin(ctx, renderer):
     yield begun
     for session in made:
         session.close()
+
+
+def agreed_to(address):
+    """Return the scheduler that answers there, as if the user had agreed to it."""
+    try:
+        return met(address)
+    except InputError:
+        return None
 
 
 def filled(session, count=6):
@@ -217,7 +228,7 @@ def test_workers_that_draw_otherwise_have_keys_of_their_own(begin, own, tmp_path
     session = begin(pattern)
     monkeypatch.setattr(type(session.time.pull.jobs), "driver", ("another driver", "4.6", "sweep"))
     place = ExportPlace(Where.CLUSTER, scheduler=own.address)
-    session.preferences.change(export_place=place)
+    session.preferences.change(export_place=place, cluster=agreed_to(own.address))
     at_work(session)
     until(session, lambda: session.time.pull.jobs.program, "the program of the worker")
     there = filled(session)
@@ -361,3 +372,39 @@ def test_no_turn_of_the_loop_waits_for_the_network(begin, cluster, tmp_path):
         filled(session)
     finally:
         os.kill(cluster.process("scheduler"), signal.SIGCONT)
+
+
+def test_a_scheduler_is_used_once_the_user_agrees_to_it(begin, own, tmp_path):
+    """Not one that is new, nor another at the same address, nor the same in another network."""
+    session = begin(sequence_files(tmp_path, FIRST, LAST), own.address, is_agreed=False)
+    cluster = session.time.pull.cluster
+    until(session, lambda: cluster.asks, "the question")
+    assert "is new to this window: agree to it" in cluster.told and not cluster.has_workers
+    cluster.agree()
+    until(session, lambda: cluster.has_workers and not cluster.asks, "a worker")
+    known = session.preferences.now.cluster
+    assert known == met(own.address)
+    own.kill("worker 0")
+    own.kill("scheduler")
+    own.schedule()
+    own.work("worker 0")
+    cluster.close()
+    until(session, lambda: cluster.asks, "the question")
+    assert "another than before" in cluster.told and not cluster.has_workers
+    elsewhere = replace(met(own.address), own_host="192.0.2.1")
+    session.preferences.change(cluster=elsewhere)
+    cluster.close()
+    until(session, lambda: "192.0.2.1" in cluster.told, "the question")
+    assert cluster.asks and not cluster.has_workers
+    cluster.agree()
+    until(session, lambda: cluster.has_workers, "a worker")
+
+
+@pytest.mark.parametrize("how", ["runs", "fails and runs", "a text", "no answer", "deep"])
+def test_no_answer_of_a_worker_runs_code_in_the_window(begin, own, tmp_path, how):
+    own.kill("worker 0")
+    own.lie("liar", how, RAN=str(tmp_path / "ran"))
+    session = begin(sequence_files(tmp_path, FIRST, LAST), own.address)
+    until(session, lambda: "same version" in session.time.pull.cluster.told, "the sentence")
+    filled(session)
+    assert not (tmp_path / f"ran.{os.getpid()}").exists()

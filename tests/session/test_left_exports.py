@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from heatlens.farm.connection import connected
+from heatlens.farm.connection import connected, met
 from heatlens.session.exports.export_settings import ExportSettings
 from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.session.settings.preferences import Preferences
@@ -28,12 +28,13 @@ def walls(tmp_path):
     return write_plates(tmp_path)
 
 
-def exporting(tmp_path, walls, cluster):
+def exporting(tmp_path, walls, cluster, is_agreed=True):
     """Return a session whose export is at a scheduler with a worker that stands still."""
     session = begun(tmp_path / "preferences", walls)
     settled(session)
     exports = session.files.exports
     exports.propose()
+    session.preferences.change(cluster=met(cluster.address) if is_agreed else None)
     place = ExportPlace(Where.CLUSTER, scheduler=cluster.address)
     exports.settings = ExportSettings(str(tmp_path / "out"), "walls", place=place)
     (worker,) = children_of(cluster.process("worker 0"))
@@ -111,4 +112,24 @@ def test_a_scheduler_that_has_gone_meanwhile_is_told(tmp_path, walls, cluster):
     run = session.files.exports.run
     until(session, lambda: run.state is not None and not run.is_busy, "its end")
     assert run.state.code == 2 and run.state.said.startswith("No Dask scheduler answers")
+    session.close()
+
+
+@pytest.mark.parametrize("case", ["another", "never agreed"])
+def test_no_window_follows_an_export_to_a_scheduler_that_nobody_agreed_to(
+    tmp_path, walls, cluster, case
+):
+    """It was started again meanwhile, or the user was never asked."""
+    session, _ = exporting(tmp_path, walls, cluster, is_agreed=case == "another")
+    session.close()
+    cluster.kill("scheduler")
+    cluster.schedule()
+    session = begun(tmp_path / "preferences", walls)
+    run = session.files.exports.run
+    if case == "another":
+        until(session, lambda: run.state is not None and not run.is_busy, "its end")
+        assert run.state.code == 2 and "export again to use it" in run.state.said
+    else:
+        until(session, lambda: "export again to follow it" in session.messages.text, "the words")
+        assert run.state is None
     session.close()

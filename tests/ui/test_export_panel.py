@@ -352,6 +352,9 @@ def test_a_cluster_that_is_chosen_renders_the_frames_ahead(gui: Gui, tmp_path: P
         gui.type(cluster.address)
         gui.key(imgui.Key.enter)
         assert gui.session.preferences.now.export_place.scheduler == cluster.address
+        wait_for(gui, lambda: "agree" in gui.drawn, lambda: pull.cluster.told)
+        assert "agree to it in the Export tab" in pull.cluster.told and not pull.rendered
+        gui.click(gui.middle("agree"))
         wait_for(
             gui,
             lambda: pull.cluster.told == "1 worker ready" and len(pull.rendered) == len(FRAMES),

@@ -36,7 +36,7 @@ from heatlens.export.movie_sound import heard
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone, export_frames
 from heatlens.farm.cluster import ClusterMaker, PartTask, topic_of
-from heatlens.farm.connection import connected
+from heatlens.farm.connection import connected, only
 from heatlens.farm.elsewhere import Make, made_elsewhere
 from heatlens.farm.job import typed
 from heatlens.farm.processes import ProcessMaker
@@ -184,7 +184,7 @@ def _steps(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[Fram
         advice = ""
         if args.cluster is not None:
             task = PartTask(words, "", __version__, args.fetch, topic_of(plan, args.fetch))
-            client = stack.enter_context(connected(args.cluster))
+            client = stack.enter_context(connected(args.cluster, only(args.agreed)))
             strict = plan.job.shot.plate_options.strict
             make = ClusterMaker(client, made_part, task, args.chunk, say, strict)
             stack.callback(make.forget)

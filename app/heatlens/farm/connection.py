@@ -3,7 +3,7 @@
 import logging
 import re
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -40,6 +40,11 @@ class Met:
     scheduler: str
     name: str
     own_host: str
+
+    @property
+    def text(self) -> str:
+        """Return what identifies it, for `only`."""
+        return f"{self.name}@{self.own_host}"
 
 
 def met(address: str) -> Met:
@@ -104,10 +109,29 @@ def check_own(host: str) -> None:
         ) from error
 
 
+def only(agreed: str | None) -> Callable[[Met], None]:
+    """Return a check that takes the scheduler with this text alone, and for None any."""
+
+    def check(found: Met) -> None:
+        if agreed is not None and found.text != agreed:
+            raise InputError(
+                f"The scheduler at {found.scheduler} was started again, is another, or is reached "
+                "through another network than before: export again to use it."
+            )
+
+    return check
+
+
+_ANY = only(None)
+
+
 @contextmanager
-def connected(address: str) -> Iterator[Client]:
-    """Yield a client of the scheduler at `address`. Raises InputError if it does not answer."""
-    met(address)
+def connected(address: str, check: Callable[[Met], None] = _ANY) -> Iterator[Client]:
+    """Yield a client of the scheduler at `address`. Raises InputError if it does not answer.
+
+    `check` may raise an InputError for a scheduler that it does not know.
+    """
+    check(met(address))
     try:
         client = library().Client(address, timeout=PATIENCE_S, set_as_default=False)
     except NO_ANSWER as error:

@@ -11,11 +11,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from heatlens.base.background import Threads
-from heatlens.base.errors import HeatlensError
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.faults import told_error
 from heatlens.defocus.line_solver import SolverName
 from heatlens.farm.answers import answer_of
-from heatlens.farm.connection import connected, is_loss, not_data
+from heatlens.farm.connection import Met, connected, is_loss, not_data
 from heatlens.farm.dask_types import Client, Future
 from heatlens.farm.data_only import NotDataError
 from heatlens.farm.frame_worker import (
@@ -65,13 +65,20 @@ class FrameCluster:
     """The frames of one window at one scheduler."""
 
     def __init__(
-        self, address: str, here: tuple[str, str, SolverName], wake: Callable[[], None]
+        self,
+        address: str,
+        here: tuple[str, str, SolverName],
+        wake: Callable[[], None],
+        agreed: Met | None = None,
     ) -> None:
         """Begin to connect. `here` is the OpenGL driver of the window, its version, and the solver.
 
-        `wake` is called on a thread when there is news.
+        `wake` is called on a thread when there is news. No other scheduler is used than `agreed`,
+        nor in another network, before `agree` is called.
         """
         self.address, self.here = address, here
+        self.asks: Met | None = None  # the scheduler that answers, until the user agrees to it
+        self._agreed = agreed
         self.workers: tuple[str, ...] = ()  # that render
         self.problem = ""  # a sentence why none renders, or ""
         self.program: Program = ()  # of the workers, if it is not that of this machine
@@ -83,6 +90,7 @@ class FrameCluster:
         self._first_answer: Answer | None = None
         self._news: queue.SimpleQueue[Future | None] = queue.SimpleQueue()
         self._closed = threading.Event()
+        self._again = threading.Event()  # it need not wait before it connects
         self._thread = Threads("frames-cluster")
         self._thread.submit(self._run)
 
@@ -119,9 +127,16 @@ class FrameCluster:
             found, self._answers = self._answers, []
         return found
 
+    def agree(self) -> Met | None:
+        """Use the scheduler that answers; return it."""
+        self._agreed, self.asks = self.asks, None
+        self._again.set()
+        return self._agreed
+
     def close(self) -> None:
         """Recall everything, without waiting for it."""
         self._closed.set()
+        self._again.set()
         self.ask(())
         self.ask_first(None)
         self._thread.close()
@@ -182,7 +197,7 @@ class FrameCluster:
         """Serve wishes until it is closed; runs on a thread."""
         while not self.is_closed:
             try:
-                with connected(self.address) as client:
+                with connected(self.address, self._check) as client:
                     _Service(self, client).run()
             except HeatlensError as error:
                 self.tell((), f"{error} {ON_THIS_MACHINE}")
@@ -192,7 +207,22 @@ class FrameCluster:
                 gone = f"The scheduler at {self.address} has gone."
                 told = gone if is_loss(error) else told_error(error, "Dask failed")
                 self.tell((), f"{told} {ON_THIS_MACHINE}")
-            self._closed.wait(_AGAIN_S)
+            self._again.wait(_AGAIN_S)
+            self._again.clear()
+
+    def _check(self, found: Met) -> None:
+        """Raise InputError for a scheduler or a network to which the user has not agreed."""
+        self.asks = None if found == self._agreed else found
+        if self.asks is None:
+            return
+        other = self._agreed
+        if other is None or other.scheduler != found.scheduler:
+            why = "is new to this window"
+        elif other.own_host != found.own_host:
+            why = f"is reached from {found.own_host}, and was from {other.own_host}"
+        else:
+            why = "is another than before, or was started again"
+        raise InputError(f"The scheduler at {self.address} {why}: agree to it in the Export tab.")
 
 
 @dataclass(frozen=True, eq=False)

@@ -72,6 +72,7 @@ def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
         metavar="tcp://HOST:8786",
         help="render with the workers of this Dask scheduler; `heatlens worker` starts one",
     )
+    group.add_argument("--agreed", metavar="NAME@HOST", help=argparse.SUPPRESS)
     group.add_argument(
         "--fetch",
         action="store_true",

@@ -119,7 +119,14 @@ class ExportCommands(Commands, Worker):
             return
         others = {name: it for name, it in left.items() if name != self._left_as}
         self._preferences.change(left_exports=others)
-        place = replace(HERE, where=Where.CLUSTER, scheduler=found.scheduler)
+        agreed = self._preferences.now.cluster
+        if agreed is None or agreed.scheduler != found.scheduler:
+            self._say(
+                f"The cluster at {found.scheduler} may have gone on with the export to "
+                f"{found.output}: export again to follow it."
+            )
+            return
+        place = replace(HERE, where=Where.CLUSTER, scheduler=found.scheduler, agreed=agreed)
         with reported(self._say):
             shot = read_shot(shot_of_job(found.output))
             self.run.export(shot, found.output, found.job, place)

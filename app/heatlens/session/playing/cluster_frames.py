@@ -59,6 +59,16 @@ class ClusterFrames(Commands):
         at_work = f"{count} worker{'s' if count > 1 else ''} ready" if count else "connecting ..."
         return self._cluster.problem or at_work
 
+    @property
+    def asks(self) -> bool:
+        """Return True while a scheduler answers to which the user has not agreed."""
+        return self._cluster is not None and self._cluster.asks is not None
+
+    def agree(self) -> None:
+        """Use the scheduler that answers, now and as long as it is the same."""
+        if self._cluster is not None and self.asks:
+            self._preferences.change(cluster=self._cluster.agree())
+
     def left(self, jobs: Sequence[FrameJob]) -> Sequence[FrameJob]:
         """Return those of `jobs` that this machine has to render."""
         if not self.is_at_work:
@@ -76,7 +86,8 @@ class ClusterFrames(Commands):
         if self._cluster is not None and self._cluster.address != address:
             self.close()
         if address and self._cluster is None:
-            self._cluster = FrameCluster(address, self._jobs.driver, self._wake)
+            agreed = self._preferences.now.cluster
+            self._cluster = FrameCluster(address, self._jobs.driver, self._wake, agreed)
         self._jobs.program = self._cluster.program if self._cluster and place.ahead else ()
         self._say_once("" if self._cluster is None else self._cluster.problem)
 

@@ -5,6 +5,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from heatlens.documents.shot_file import SHOT_SUFFIX
+from heatlens.farm.connection import Met
 
 
 class Where(StrEnum):
@@ -24,6 +25,7 @@ class ExportPlace:
     scheduler  address of that of a cluster
     ahead      its workers render the frames ahead of the playhead too
     at_rest    and the whole picture once the hand rests
+    agreed     the scheduler that alone may be used; None: the one that answers
     """
 
     where: Where = Where.HERE
@@ -31,6 +33,7 @@ class ExportPlace:
     scheduler: str = "tcp://127.0.0.1:8786"
     ahead: bool = True
     at_rest: bool = False
+    agreed: Met | None = None
 
     @property
     def is_job(self) -> bool:
@@ -50,7 +53,8 @@ class ExportPlace:
             return ("--submit", "openjd", "--bundle", str(job_path(output)))
         told = ("--progress", "json")
         if self.where is Where.CLUSTER:
-            return (*told, "--cluster", self.scheduler)
+            known = () if self.agreed is None else (f"--agreed={self.agreed.text}",)
+            return (*told, "--cluster", self.scheduler, *known)
         return told if self.processes == 1 else (*told, "--processes", str(self.processes))
 
     def job_name(self, output: str) -> str:

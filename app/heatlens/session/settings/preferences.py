@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_type_hints
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import absolute, file_bytes
+from heatlens.farm.connection import Met
 from heatlens.files.atomic_file import FOR_THE_USER, locked, write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.live.ring.channel_map import ChannelMap
@@ -67,6 +68,7 @@ class Remembered:
     disk_mb        disk limit for rendered frames in MB; 0 keeps none on disk
     export_place   who made the frames of the last export
     left_exports   exports that a cluster goes on with, by source
+    cluster        the scheduler to which the user agreed, which renders for the window
     """
 
     recent: tuple[str, ...] = ()
@@ -93,6 +95,7 @@ class Remembered:
     ring_maps: tuple[ChannelMap, ...] = ()
     export_place: ExportPlace = HERE
     left_exports: Mapping[str, LeftExport] = field(default_factory=dict)
+    cluster: Met | None = None
 
 
 class Preferences:

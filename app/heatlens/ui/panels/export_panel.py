@@ -41,6 +41,7 @@ class Pressed(StrEnum):
     EXPORT = "export"
     CAMERA = "camera"
     CANCEL = "cancel"
+    AGREE = "agree"
 
 
 def draw_exports(exports: ExportCommands, cluster: ClusterFrames) -> None:
@@ -53,9 +54,12 @@ def draw_exports(exports: ExportCommands, cluster: ClusterFrames) -> None:
         cluster.told,
         exports.say,
         exports.usual_quality,
+        cluster.asks,
     )
     exports.change(settings)
-    if pressed is Pressed.CANCEL:
+    if pressed is Pressed.AGREE:
+        cluster.agree()
+    elif pressed is Pressed.CANCEL:
         exports.run.cancel()
     elif pressed is Pressed.EXPORT:
         exports.export()
@@ -70,18 +74,19 @@ def export_panel(
     workers: str = "",
     say: Callable[[str], None] = lambda _: None,
     usual: Quality = Quality.FINAL,
+    asks: bool = False,
 ) -> tuple[ExportSettings, Pressed]:
     """Draw the panel; return the settings as the user left them, and the button pressed.
 
     `workers` tells how many workers of a cluster render for this window, `usual` is the quality if
-    none is chosen here.
+    none is chosen here. `asks` is true while its scheduler is not one that the user agreed to.
     """
     imgui.separator_text("Frames")
     settings = replace(_folder(settings), place=_place(settings.place, workers, say))
+    pressed = _agreement(asks and settings.place.where is Where.CLUSTER)
     settings = replace(settings, kind=widgets.choice("as", settings.kind, list(FRAME_KINDS)))
     settings = _options(settings, played, usual)
     is_busy = state is not None and state.code is None
-    pressed = Pressed.NOTHING
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
         if widgets.button("Write job" if settings.place.is_job else "Export", "Export"):
             pressed = Pressed.EXPORT
@@ -126,6 +131,19 @@ def _cluster(place: ExportPlace, workers: str, say: Callable[[str], None]) -> Ex
         widgets.label("")
         widgets.colored_text(workers, theme.colors.dim)
     return replace(place, scheduler=scheduler, ahead=ahead, at_rest=at_rest)
+
+
+def _agreement(asks: bool) -> Pressed:
+    """Draw the button with which the user agrees to a scheduler, while one asks for it."""
+    if not asks:
+        return Pressed.NOTHING
+    widgets.label("")
+    is_pressed = widgets.button("Use this scheduler", "agree")
+    widgets.tip_above(
+        "It and its workers get the names of your files and send pictures. The window asks again\n"
+        "when another scheduler answers, or this machine is in another network."
+    )
+    return Pressed.AGREE if is_pressed else Pressed.NOTHING
 
 
 def _folder(settings: ExportSettings) -> ExportSettings:
