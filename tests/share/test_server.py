@@ -8,13 +8,16 @@ import json
 import random
 import socket
 import struct
+import threading
 
 import aiohttp
+import numpy as np
 import pytest
 
 from heatlens.share import client
 from heatlens.share import server as server_file
 from heatlens.share.address import Role
+from heatlens.share.picture import Picture
 from heatlens.share.server import HANDS_MOST, LOOKERS_MOST
 from heatlens.share.shared import SharedSession
 from support.share_peers import opened, peer, until
@@ -314,3 +317,31 @@ def test_mutated_messages_are_answered_in_sentences(server, shared):
             assert it.end is None
 
     asyncio.run(play())
+
+
+def test_pictures_are_encoded_on_one_thread(server, shared, monkeypatch):
+    """Each thread that encodes keeps memory of its own for as long as the program runs."""
+    names, coded = set(), Picture.coded
+
+    def noted(picture, coding):
+        names.add(threading.current_thread().name)
+        return coded(picture, coding)
+
+    monkeypatch.setattr(Picture, "coded", noted)
+
+    async def play():
+        async with contextlib.AsyncExitStack() as here:
+            peers = [
+                await here.enter_async_context(peer(server, Role.LOOK, width_px=200 * (1 + at)))
+                for at in range(6)
+            ]
+            await until(lambda: all(it.hello for it in peers), "hello")
+            for number in range(1, 9):
+                pixels = np.full((40, 1200, 4), number, np.uint8)
+                shared.publish(shared.state, Picture(number, 1, pixels, True))
+                await until(
+                    lambda at=number: all(len(it.heads) >= at for it in peers), "the picture"
+                )
+
+    asyncio.run(play())
+    assert len(names) == 1

@@ -4,6 +4,7 @@ import asyncio
 import socket
 import ssl
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from importlib import resources
 from threading import Event, Thread
@@ -81,6 +82,8 @@ class ShareServer:
         web_socket = self.address.url(self.port).replace("http", "ws", 1).rstrip("/")
         self._headers = {name: value.format(socket=web_socket) for name, value in _HEADERS.items()}
         self._loop = asyncio.new_event_loop()
+        # One thread encodes: each further one would keep memory of its own, and wait for the first.
+        self._loop.set_default_executor(ThreadPoolExecutor(1, thread_name_prefix="encoder"))
         self._shared.announce = self._announce
         self._thread.start()
         self._is_up.wait(_START_S)
