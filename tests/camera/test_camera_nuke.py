@@ -11,10 +11,17 @@ from hypothesis import strategies as st
 from heatlens.camera.camera_file import write_camera
 from heatlens.camera.nuke_write import left_out, nuke_text
 from heatlens.camera.samples import INFINITE_M, with_nominal_f_stop, with_renderer_f_stop
+from heatlens.commands.main import main
+from heatlens.documents.shot_file import write_shot
+from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.coc import coc_line, coc_px
-from heatlens.model.lens.lens import LensModel
+from heatlens.model.lens.lens import Lens, LensModel
+from heatlens.model.shot.plate_options import PlateOptions
+from heatlens.model.shot.shot import Shot
 from heatlens.source.named import camera_of_shot
 from support.cameras import EYE, FRAMES, SHOTS, TARGET, dolly, moving_camera, world_to_camera
+
+LENS = Lens(50.0, 2.0, 3.0, 36.0)
 
 
 def words_of(text: str) -> list:
@@ -199,3 +206,21 @@ def test_what_the_nodes_cannot_hold_is_said_in_them_and_to_the_user():
         assert "cat eye and rim" in node["label"]
     assert left_out(shaped(blades=6.0)) == ""
     assert nodes_of(nuke_text(camera))["Bokeh"]["kernelType"] == '"Circular"'
+
+
+def test_a_plate_of_1_over_z_gets_the_node_that_turns_it_into_distances(tmp_path, capsys):
+    """Nuke's own renders hold 1/z, for which `math depth` alone would be wrong."""
+    made = {}
+    for convention in ("distance", "inverse"):
+        options = PlateOptions(depth_convention=convention)
+        shot = tmp_path / f"{convention}.heatlens.json"
+        write_shot(shot, Shot(LENS, plate_options=options, frames=FrameRange(1, 3)))
+        assert main(["camera", str(shot), "-o", str(tmp_path / f"{convention}.nk")]) == 0
+        made[convention] = (tmp_path / f"{convention}.nk").read_text()
+    plain, turned = (words_of(text) for text in made.values())
+    assert plain[::2] == ["Camera2", "ZDefocus2"]
+    assert turned[::2] == ["Camera2", "Expression", "ZDefocus2"]
+    expression = dict(zip(turned[3][::2], turned[3][1::2], strict=True))
+    assert expression["channel0"] == "depth" and "1 / depth.Z" in expression["expr0"]
+    assert expression["name"] in made["inverse"].partition("ZDefocus2 {")[2]
+    assert "1/z" not in made["distance"]

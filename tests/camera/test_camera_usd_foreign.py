@@ -122,3 +122,19 @@ def test_frames_that_cannot_be_are_refused(usd_path, time):
     stage.GetRootLayer().Save()
     with pytest.raises(InputError, match="at most nine digits"):
         usd_camera(str(usd_path))
+
+
+@pytest.mark.parametrize("unit_m", [1.0, 0.3048, 0.1])
+def test_a_lens_in_mm_on_a_stage_in_metres_is_read_as_mm(usd_path, unit_m):
+    """A known fault of 3ds Max: by USD it would be a lens of metres, which no focus fits."""
+    stage = stage_with(usd_path, "/cam")
+    UsdGeom.SetStageMetersPerUnit(stage, unit_m)
+    camera = UsdGeom.Camera(stage.GetPrimAtPath("/cam"))
+    camera.GetFocalLengthAttr().Set(75.0)
+    camera.GetHorizontalApertureAttr().Set(36.0)
+    camera.GetFocusDistanceAttr().Set(4.0)
+    stage.GetRootLayer().Save()
+    found = usd_camera(str(usd_path))
+    assert found.focal_length_mm == (75.0,) and found.sensor_width_mm == (36.0,)
+    assert found.focus_distance_m == pytest.approx((4.0 * unit_m,))
+    assert any("seems to be in mm" in note and usd_path.name in note for note in found.notes)

@@ -190,3 +190,17 @@ def test_programs_are_known_by_their_headers(header, program):
 )
 def test_a_renderer_is_known_behind_a_compositing_program(headers, renderer):
     assert rendered_by(headers) == renderer
+
+
+@pytest.mark.parametrize("scale", [8.0, 300.0])
+def test_raw_disparity_in_an_exr_is_a_question(tmp_path, scale):
+    """A network writes 1/z in a scale of its own, with an offset: every value is above 1."""
+    grey = dict.fromkeys("RGB", np.full((HEIGHT, WIDTH), 0.2, np.float32))
+    disparity = (scale * inverse(corner()) + 2.0).astype(np.float32)
+    path = write_file(tmp_path / "d.exr", grey | {"Z": disparity})
+    report = read_plate(path).depth
+    assert report.convention == "distance" and "disparity" in report.question
+    with pytest.raises(InputError, match="disparity"):
+        read_plate(path, PlateOptions(strict=True))
+    far = write_file(tmp_path / "m.exr", grey | {"Z": np.float32(corner(9, 40))})
+    assert not read_plate(far).depth.question

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image, ImageCms
 
 from heatlens.base.errors import InputError
-from heatlens.model.shot.plate_options import PictureCurve
+from heatlens.model.shot.plate_options import PictureCurve, PlateOptions
 from heatlens.plate.parts.picture_parts import (
     FOR_THE_EYE,
     color_parts,
@@ -13,6 +13,7 @@ from heatlens.plate.parts.picture_parts import (
     picture_facts,
     picture_header,
 )
+from heatlens.plate.read import read_plate
 
 
 def decoded(value):
@@ -79,7 +80,7 @@ def test_a_depth_picture_keeps_its_stored_values(tmp_path):
 @pytest.mark.parametrize(("off", "is_grey"), [(0, True), (5, True), (6, False), (100, False)])
 def test_two_per_cent_of_colour_are_still_grey(tmp_path, off, is_grey):
     pixels = np.full((2, 2, 3), 100, np.uint8)
-    pixels[0, 0, 1] += off
+    pixels[..., 1] += off
     path = png(tmp_path / "z.png", pixels)
     if is_grey:
         assert only(depth_parts(path))[1]["Z"].max() == 100
@@ -114,3 +115,27 @@ def test_a_profile_of_other_primaries_is_converted_or_told(tmp_path):
 
     assert notes(srgb) == "" == notes(b"no profile")
     assert "cannot be used; taken as sRGB" in notes(lab) or "converted" in notes(lab)
+
+
+@pytest.mark.parametrize(("kind", "full"), [(np.uint16, 65535), (np.uint8, 255)])
+def test_what_a_depth_camera_did_not_measure_is_filled(tmp_path, kind, full):
+    """0 and the largest number of a map of integers; among floats both are distances."""
+    millimetres = np.full((12, 16), 200, kind)
+    millimetres[:, 8:] = 100
+    millimetres[2, 2:4], millimetres[5, 12] = 0, full
+    color = png(tmp_path / "c.png", np.full((12, 16, 3), 90, np.uint8))
+    depth = png(tmp_path / "d.png", millimetres)
+    options = PlateOptions(depth_source=str(depth), scene_unit_m=0.001)
+    plate = read_plate(color, options)
+    wanted = np.where(np.arange(16) < 8, 0.2, 0.1)
+    np.testing.assert_allclose(plate.depth_m, np.broadcast_to(wanted, (12, 16)), rtol=1e-6)
+    assert any(f"0 in 2 and {full} in 1 of 192" in note for note in plate.notes)
+
+
+def test_a_map_that_is_mostly_sky_keeps_it(tmp_path):
+    millimetres = np.zeros((12, 16), np.uint16)
+    millimetres[9:] = 2000
+    color = png(tmp_path / "c.png", np.full((12, 16, 3), 90, np.uint8))
+    depth = png(tmp_path / "d.png", millimetres)
+    plate = read_plate(color, PlateOptions(depth_source=str(depth), scene_unit_m=0.001))
+    assert np.isinf(plate.depth_m[:9]).all() and (plate.depth_m[9:] == 2).all()

@@ -184,3 +184,17 @@ def test_values_of_another_kind_are_refused(tmp_path, name, other):
     with pytest.raises(InputError, match=r"a\.usda") as refusal:
         usd_scene(str(path))
     assert len(str(refusal.value).splitlines()) == 1
+
+
+def test_a_camera_in_mm_on_a_stage_in_metres_is_read_as_mm(tmp_path):
+    """A known fault of 3ds Max: by USD the lens would be metres long, which no focus fits."""
+    stage, _ = stage_at(tmp_path / "a.usda", unit_m=1.0)
+    camera = UsdGeom.Camera.Define(stage, "/world/cam")
+    camera.GetFocalLengthAttr().Set(75.0)
+    camera.GetHorizontalApertureAttr().Set(36.0)
+    camera.GetFocusDistanceAttr().Set(4.0)
+    stage.Save()
+    scene = read_scene(tmp_path / "a.usda")
+    (found,) = scene.cameras
+    assert (found.focal_length_mm, found.sensor_width_mm, found.focus_distance_m) == (75, 36, 4)
+    assert any("/world/cam" in it and "seems to be in mm" in it for it in scene.notes)

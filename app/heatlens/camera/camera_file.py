@@ -29,13 +29,17 @@ _UNIT_LEAST, _UNIT_MOST = 1e-6, 1e6  # metres; beyond them float32 cannot hold a
 
 
 def write_camera(
-    path: str | os.PathLike[str], camera: CameraSamples, meters_per_unit: float | None = None
+    path: str | os.PathLike[str],
+    camera: CameraSamples,
+    meters_per_unit: float | None = None,
+    holds_inverse: bool = False,
 ) -> None:
     """Write a camera in the format of the file's extension.
 
     The file is written beside and renamed into place, so that an earlier one stays until the new
     one is complete. `meters_per_unit` is the unit of the scene that the camera is for: USD's is
-    0.01 where it is None, Nuke's is 1; the other formats are always in metres.
+    0.01 where it is None, Nuke's is 1; the other formats are always in metres. `holds_inverse`: the
+    depth of the plate is 1/z, for which a file for Nuke has a node.
 
     Raises InputError if the extension is not known or the file cannot be written.
     """
@@ -48,7 +52,7 @@ def write_camera(
     image = camera.aperture_image
     if image is not None and suffix in _MOVED_WITH_FILES:
         camera = replace(camera, aperture_image=named_beside(image, path.parent))
-    data = _encoded(suffix, camera, meters_per_unit)
+    data = _encoded(suffix, camera, meters_per_unit, holds_inverse)
     write_whole(path, data)
 
 
@@ -131,12 +135,14 @@ def _check_unit(path: Path, meters_per_unit: float) -> None:
         )
 
 
-def _encoded(suffix: str, camera: CameraSamples, meters_per_unit: float | None) -> bytes:
+def _encoded(
+    suffix: str, camera: CameraSamples, meters_per_unit: float | None, holds_inverse: bool
+) -> bytes:
     """Return the content of the file."""
     if suffix in USD_SUFFIXES:
         return usd_bytes(camera, suffix, meters_per_unit or METERS_PER_UNIT)
     if suffix == ".nk":
-        return nuke_text(camera, meters_per_unit or 1.0).encode()
+        return nuke_text(camera, meters_per_unit or 1.0, holds_inverse).encode()
     text = {".json": json_text, ".csv": csv_text, ".py": blender_text}[suffix](camera)
     # A name that is not Unicode cannot be UTF-8; JSON and Python read its escape back.
     return text.encode("utf-8", "backslashreplace")

@@ -21,6 +21,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from heatlens.camera.placement import camera_to_world, euler_deg
 from heatlens.camera.samples import (
+    INFINITE_M,
     LENS_TRACKS,
     OPENING_TRACKS,
     CameraSamples,
@@ -52,15 +53,21 @@ _SIZE = (
     "Its size is half the disc of a point at infinity, half_disc times the width of the "
     "picture, for depths that hold distances in the unit of this file"
 )
+_OF_INVERSE = "Put the node {} before it, which turns the 1/z of the plate's depth.Z into that"
 _MAX_SIZE = "width/4"  # Nuke's default would cut objects near the camera
 
 
-def nuke_text(camera: CameraSamples, meters_per_unit: float = 1.0) -> str:
-    """Return the text of the nodes for a scene whose unit is `meters_per_unit` metres."""
+def nuke_text(
+    camera: CameraSamples, meters_per_unit: float = 1.0, holds_inverse: bool = False
+) -> str:
+    """Return the text of the nodes for a scene whose unit is `meters_per_unit` metres.
+
+    With `holds_inverse` the depth of the plate is 1/z, and a node turns it into distances.
+    """
     knobs = [*_placement(camera, meters_per_unit), *_lens(camera, meters_per_unit)]
     lines = ["inputs 0", *knobs, f"name {camera.identifier}"]
     node = "Camera2 {\n" + "".join(f" {line}\n" for line in lines) + "}\n"
-    return node + defocus_text(camera, meters_per_unit)
+    return node + defocus_text(camera, meters_per_unit, holds_inverse)
 
 
 def _lens(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
@@ -102,7 +109,7 @@ def has_shape(camera: CameraSamples) -> bool:
     return is_oval or bool(camera.shaped) or camera.aperture_image is not None
 
 
-def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
+def defocus_text(camera: CameraSamples, meters_per_unit: float, holds_inverse: bool = False) -> str:
     """Return the text of ZDefocus with its keyed focus, and of Bokeh where the opening has a shape.
 
     Both are left out for a round opening without a focus. Bokeh comes last, because a Nuke before
@@ -110,7 +117,9 @@ def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
     """
     if not has_shape(camera) and "focus_distance_m" not in camera.lens_tracks:
         return ""
-    zdefocus = _node("ZDefocus2", camera, _zdefocus(camera, meters_per_unit))
+    zdefocus = _node("ZDefocus2", camera, _zdefocus(camera, meters_per_unit), holds_inverse)
+    if holds_inverse:
+        zdefocus = _to_distance(camera) + zdefocus
     if not has_shape(camera):
         return zdefocus
     return zdefocus + _node("Bokeh", camera, _bokeh(camera, meters_per_unit))
@@ -129,10 +138,25 @@ def left_out(camera: CameraSamples) -> str:
     )
 
 
-def _node(kind: str, camera: CameraSamples, knobs: Iterator[str]) -> str:
+def _to_distance(camera: CameraSamples) -> str:
+    """Return the node that turns the 1/z of Nuke's own renders into distances; 0 is far away."""
+    knobs = (
+        "inputs 0",
+        "channel0 depth",
+        f"expr0 {quoted(f'depth.Z > 0 ? 1 / depth.Z : {INFINITE_M:g}')}",
+        f"name {camera.identifier}_distance",
+    )
+    return "Expression {\n" + "".join(f" {knob}\n" for knob in knobs) + "}\n"
+
+
+def _node(
+    kind: str, camera: CameraSamples, knobs: Iterator[str], holds_inverse: bool = False
+) -> str:
     compare = _COMPARE if has_shape(camera) else ""  # a disc has no blades to compare
     size = _SIZE if kind == "ZDefocus2" and _half_discs(camera) else ""
-    note = ". ".join(part for part in (size, left_out(camera).rstrip("."), compare) if part)
+    inverse = _OF_INVERSE.format(f"{camera.identifier}_distance") if holds_inverse else ""
+    parts = size, inverse, left_out(camera).rstrip("."), compare
+    note = ". ".join(part for part in parts if part)
     label = (f"label {quoted(note + '.')}",) if note else ()
     lines = ("inputs 0", *knobs, *label, f"name {camera.identifier}_{kind}")
     return f"{kind} {{\n" + "".join(f" {line}\n" for line in lines) + "}\n"

@@ -23,6 +23,8 @@ from heatlens.camera.usd_write import (
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import (
     UsdObject,
+    lens_unit_mm,
+    lens_unit_note,
     open_usd,
     read_usd_apart,
     usd_failures_reported,
@@ -87,10 +89,12 @@ def usd_camera(text: str) -> CameraSamples:
             _check_projection(opened)
             frames = _frames(opened)
             placement, notes = _placement(opened, frames)
+            unit_note = _unit_note(opened, frames[0])
+            notes = notes if unit_note is None else (*notes, unit_note)
             return CameraSamples(
                 name=opened.prim.GetName(),
                 frames=frames,
-                **fields_of(_lens(opened, frames)),
+                **fields_of(_lens(opened, frames, unit_note)),
                 lens_model=_lens_model(opened),
                 aperture_image=_aperture_image(opened),
                 world_to_camera=placement,
@@ -153,8 +157,20 @@ def _frames(opened: _Stage) -> tuple[int, ...]:
     return tuple(FrameRange(math.floor(min(times)), math.ceil(max(times))))
 
 
-def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, UsdObject]:
-    mm = units_per_mm(opened.meters_per_unit)
+def _unit_note(opened: _Stage, frame: int) -> str | None:
+    """Return the sentence on a lens in mm, against USD; None for any other."""
+    focal, width = (
+        _track(opened, MM_ATTRIBUTES[name], (frame,))[0]
+        for name in ("focal_length_mm", "sensor_width_mm")
+    )
+    unit_m = opened.meters_per_unit
+    if math.isclose(lens_unit_mm(unit_m, focal, width), unit_m * 100):
+        return None
+    return lens_unit_note(opened.path, unit_m, focal)
+
+
+def _lens(opened: _Stage, frames: tuple[int, ...], unit_note: str | None) -> dict[str, UsdObject]:
+    mm = units_per_mm(opened.meters_per_unit) if unit_note is None else 1.0
     lengths: dict[str, Track | None] = {
         name: _track(opened, attribute, frames, mm) for name, attribute in MM_ATTRIBUTES.items()
     }

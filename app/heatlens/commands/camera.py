@@ -24,6 +24,7 @@ from heatlens.live.ring.address import RingAddress, opentrackio_address
 from heatlens.live.ring.opentrackio import Encoding
 from heatlens.live.ring.sender import LensSender, send_in_time
 from heatlens.model.curves.frames import FrameRange, parse_frame_range
+from heatlens.model.depth_words import DepthConvention
 from heatlens.model.timecode import Timecode
 from heatlens.model.units import parse_scene_unit_m
 from heatlens.scene.first_shot import FirstShot, first_shot
@@ -171,9 +172,17 @@ def _write(args: argparse.Namespace, camera: CameraSamples) -> None:
     else:
         camera = with_renderer_f_stop(camera)
     unit = args.meters_per_unit
-    write_camera(args.output, camera, None if unit is None else parse_scene_unit_m(unit))
+    unit_m = None if unit is None else parse_scene_unit_m(unit)
+    write_camera(args.output, camera, unit_m, _holds_inverse(args.source))
     say(*camera.notes, *left_out_of(args.output, camera))
     tell(str(args.output))
+
+
+def _holds_inverse(source: str) -> bool:
+    """Return True for a shot whose plate holds 1/z."""
+    if not is_shot_file(source):
+        return False
+    return read_shot(source).plate_options.depth_convention is DepthConvention.INVERSE
 
 
 def _camera_of(args: argparse.Namespace) -> CameraSamples:

@@ -24,6 +24,8 @@ UsdObject = Any  # a stage, prim, attribute or value: OpenUSD has no types for P
 Result = TypeVar("Result")
 
 # Errors about a C++ type that Python does not know: only the content of a file can cause them.
+_FILM_MM, _FILM_BEYOND_MM = (3.0, 100.0), 200.0  # usual widths; no film is wider than the last
+_LENS_MOST_MM = 2000.0
 _STRANGE_VALUE = re.compile(r"C\+\+ (type|object)|to_python")
 
 
@@ -125,6 +127,26 @@ def whole_numbers(value: object, what: str) -> NDArray[np.int64]:
     if found.dtype.kind not in "iu" and found.size:
         raise _refusal(value, what)
     return found.astype(np.int64)
+
+
+def lens_unit_mm(meters_per_unit: float, focal_length: float, aperture: float) -> float:
+    """Return how many mm one unit of a camera's lens is: by USD, a tenth of the stage's unit.
+
+    Some programs write mm on every stage. A film back of a usual size in mm, which would be larger
+    than any film by USD, tells such a file.
+    """
+    by_usd = meters_per_unit * 100
+    is_usual = _FILM_MM[0] <= aperture <= _FILM_MM[1] and 0 < focal_length <= _LENS_MOST_MM
+    return 1.0 if is_usual and aperture * by_usd > _FILM_BEYOND_MM else by_usd
+
+
+def lens_unit_note(what: object, meters_per_unit: float, focal_length: float) -> str:
+    """Return the sentence on a lens whose unit is mm, against USD."""
+    by_usd = focal_length * meters_per_unit * 100
+    return (
+        f"{what}: the file's lens seems to be in mm, as 3ds Max writes it, and is read so. By USD "
+        f"its focal length would be {by_usd:g} mm, as the stage's unit is {meters_per_unit:g} m."
+    )
 
 
 def number(value: object, what: str) -> float:

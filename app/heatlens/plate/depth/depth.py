@@ -138,9 +138,32 @@ def _from_distance(raw: RawDepth, scene_unit_m: float) -> _Converted:
     """Convert distances in scene units to metres."""
     sign, notes = _viewing_sign(raw)
     depth = raw.values * np.float32(sign * scene_unit_m)
+    unmeasured, unmeasured_notes = _unmeasured(raw)
+    if unmeasured is not None:
+        return _Converted(depth, raw.infinite, ~(depth > 0) | unmeasured, notes + unmeasured_notes)
     infinite, infinite_notes = _nothing_hit(raw)
     bad = ~(depth > 0) & ~infinite  # also true of NaN
     return _Converted(depth, infinite, bad, notes + infinite_notes)
+
+
+def _unmeasured(raw: RawDepth) -> tuple[_Mask | None, tuple[str, ...]]:
+    """Return where a map of integers holds no measurement, with a note; None for other maps.
+
+    Depth cameras write 0 or the largest number there. In more than half of a picture these are the
+    sky of a rendered map.
+    """
+    white = None if raw.origin.facts is None else raw.origin.facts.full_scale
+    if white is None:
+        return None, ()
+    zero, full = raw.values == 0, raw.values == white
+    counts = int(np.count_nonzero(zero)), int(np.count_nonzero(full))
+    if not 0 < sum(counts) <= raw.values.size / 2:
+        return None, ()
+    told = (
+        f"{raw.what} is 0 in {counts[0]} and {white:g} in {counts[1]} of {raw.values.size} pixels, "
+        "by which depth cameras mean not measured.",
+    )
+    return zero | full, told
 
 
 def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
@@ -239,8 +262,8 @@ def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
     if report.repaired_count:
         notes.append(
             f"{raw.what} holds no usable value in {report.repaired_count} of {raw.values.size} "
-            "pixels (NaN, of the wrong sign or nearer than a micrometre): they were filled from "
-            "the nearest neighbour."
+            "pixels (NaN, not measured, of the wrong sign or nearer than a micrometre): they were "
+            "filled from the nearest neighbour."
         )
     if raw.low == raw.high and not 0 < report.infinite_count < raw.values.size:
         notes.append(f"{raw.what} is {raw.low:g} everywhere: the blur will be the same everywhere.")

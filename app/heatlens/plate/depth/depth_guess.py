@@ -176,13 +176,21 @@ def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
         return Guess(
             DepthConvention.DISTANCE, f"{why} --near and --far are not used.", certain=False
         )
-    if raw.infinite_count or raw.top > INVERSE_MOST:
+    if raw.infinite_count:
         return Guess(DepthConvention.DISTANCE, why)
     votes = flat_votes(raw.values, raw.infinite)
+    if raw.top > INVERSE_MOST:
+        return (
+            _doubted_disparity(raw, why)
+            if votes.says_inverse
+            else Guess(DepthConvention.DISTANCE, why)
+        )
     if votes.says_distance:
         return Guess(DepthConvention.DISTANCE, f"{why} Its flat surfaces vary as distances do.")
     if votes.says_inverse and raw.bottom <= INVERSE_LOW_MOST:
         return _inverse_by_surfaces(raw, votes)
+    if votes.says_inverse:
+        return _doubted_disparity(raw, why)
     if _is_of_nuke(raw):
         return _asked(
             raw,
@@ -194,6 +202,16 @@ def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
             raw, DepthConvention.DISTANCE, f"{why} But most of them are near zero, as those of 1/z."
         )
     return Guess(DepthConvention.DISTANCE, why)
+
+
+def _doubted_disparity(raw: RawDepth, why: str) -> Guess:
+    """Take distances, and ask: networks write disparity in a scale of their own."""
+    question = (
+        f"{raw.what} runs from {raw.low:g} to {raw.high:g}, and its flat surfaces vary as "
+        "disparity does: are these distances? Give --depth-convention distance, or "
+        "--depth-convention disparity with --near and --far."
+    )
+    return Guess(DepthConvention.DISTANCE, why, certain=False, question=question)
 
 
 def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:

@@ -54,8 +54,9 @@ def _camera(stage: UsdStage, prim: UsdObject, name: str, frames: FrameRange | No
     at = [float(frame) for frame in own] if own else [float(STILL_FRAME)]
     poses = (_pose(stage, prim, frame) for frame in at)
     all_frames = tuple(frames) if frames and changing_lens(prim) else ()
-    tracks = _tracks(stage, prim, all_frames or (int(at[0]),))
-    width_mm = _number(stage, prim, _WIDTH, at[0]) * stage.meters_per_unit * 100
+    mm = _lens_unit_mm(stage, prim, at[0])
+    tracks = _tracks(stage, prim, all_frames or (int(at[0]),), mm)
+    width_mm = _number(stage, prim, _WIDTH, at[0]) * mm
     focal_mm = tracks["focal_length_mm"]
     if not (0 < min(focal_mm) <= max(focal_mm) < math.inf and 0 < width_mm < math.inf):
         raise InputError(f"{stage.path}: {prim.GetPath()} has an impossible lens.")
@@ -73,9 +74,19 @@ def _camera(stage: UsdStage, prim: UsdObject, name: str, frames: FrameRange | No
     )
 
 
-def _tracks(stage: UsdStage, prim: UsdObject, frames: tuple[int, ...]) -> Tracks:
+def _lens_unit_mm(stage: UsdStage, prim: UsdObject, frame: float) -> float:
+    """Return how many mm one unit of the lens is; note a lens that is not in tenths of a unit."""
+    by_usd = stage.meters_per_unit * 100
+    focal, width = (_number(stage, prim, it, frame) for it in ("focalLength", _WIDTH))
+    mm = usd_library.lens_unit_mm(stage.meters_per_unit, focal, width)
+    if mm != by_usd:
+        note = usd_library.lens_unit_note(prim.GetPath(), stage.meters_per_unit, focal)
+        stage.notes[note] = None
+    return mm
+
+
+def _tracks(stage: UsdStage, prim: UsdObject, frames: tuple[int, ...], mm: float) -> Tracks:
     """Return the lens at each frame: millimetres, and metres for the focus."""
-    mm = stage.meters_per_unit * 100  # lens lengths are in tenths of a unit
     units = {"focal_length_mm": mm, "f_stop": 1.0, "focus_distance_m": stage.meters_per_unit}
     found = {
         field: tuple(_number(stage, prim, name, frame) * units[field] for frame in frames)
