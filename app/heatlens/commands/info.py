@@ -14,8 +14,8 @@ from heatlens.commands.options.scene_options import add_placing_options
 from heatlens.commands.options.value_types import number
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import tell
+from heatlens.commands.output.thing_words import thing_lines
 from heatlens.commands.reel_options import add_media_options, reel_of, with_blurred_notes
-from heatlens.commands.sources.of_plates import thing_lines
 from heatlens.commands.sources.source_commands import Facts, Line, commands_for
 from heatlens.documents.reel_file import is_reel
 from heatlens.documents.shot_file import is_shot_file

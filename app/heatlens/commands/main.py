@@ -14,6 +14,7 @@ import argparse
 import difflib
 import importlib
 import os
+import re
 import signal
 import sys
 from collections.abc import Sequence
@@ -80,6 +81,8 @@ class _Parser(argparse.ArgumentParser):
             default=argparse.SUPPRESS,
             help="run a depth network that a shot names, without asking",
         )
+        # No option begins with a digit, so such a word is a value: a frame, a pixel, a number.
+        self._negative_number_matcher = re.compile(r"-\.?[0-9]")
 
     def format_help(self) -> str:
         """Return the help; a usage with many options is shortened, as it would fill the screen."""
@@ -100,13 +103,43 @@ class _Parser(argparse.ArgumentParser):
 
         Argparse would report them for the parent command.
         """
-        parsed, unknown = super().parse_known_args(args, namespace)
+        words = self._with_values_joined(sys.argv[1:] if args is None else args)
+        parsed, unknown = super().parse_known_args(words, namespace)
         if unknown and self.prog.endswith(" view") and parsed.plate in _COMMANDS:
             right = " ".join((parsed.plate, *unknown))
             self.error(f"options come after the command, as in: heatlens {right} --f-stop 2")
         if unknown:
             self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, self)}")
         return parsed, unknown
+
+    def _with_values_joined(self, words: Sequence[str]) -> list[str]:
+        """Join an option and its value where this begins with a minus and is no option itself."""
+        joined: list[str] = []
+        for word in words:
+            before = joined[-1] if joined else ""
+            is_value = len(word) > 1 and word[0] == "-" and not self._begins_option(word)
+            if is_value and "--" not in joined and self._takes_one_value(before):
+                joined[-1] = f"{before}={word}" if before.startswith("--") else before + word
+            else:
+                joined.append(word)
+        return joined
+
+    def _begins_option(self, word: str) -> bool:
+        name = word.partition("=")[0]
+        is_long = word.startswith("--")
+        return name in self._option_string_actions or (is_long and bool(self._named(word)))
+
+    def _takes_one_value(self, option: str) -> bool:
+        return any(action.nargs is None for action in self._named(option))
+
+    def _named(self, option: str) -> list[argparse.Action]:
+        """Return the actions that an option or its beginning names."""
+        known = self._option_string_actions
+        if option in known:
+            return [known[option]]
+        is_begun = option.startswith("--") and len(option) > 2
+        name = option.partition("=")[0]
+        return [it for long, it in known.items() if is_begun and long.startswith(name)]
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
         """Refuse a value that is not among the choices, and suggest the closest one."""
@@ -129,7 +162,7 @@ class _Completion(argparse.Action):
         import shtab
 
         print(shtab.complete(parser, shell=given[1]))
-        parser.exit()
+        raise SystemExit(0)
 
 
 def build_parser(names: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
@@ -157,7 +190,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`; returns the exit code."""
     try:
         words = _with_command(sys.argv[1:] if argv is None else argv)
-        args = build_parser(_needed(words)).parse_args(words)
+        args = _parsed(words)
         say_nothing(getattr(args, "quiet", False))
         allow_networks(getattr(args, "run_networks", False), words[0] in ("view", "serve"))
         count_movie_frames(args)
@@ -183,6 +216,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 128 + getattr(stop, "number", signal.SIGINT)
     except Exception as error:
         return _failed(told_error(error, "The command ended"))
+
+
+def _parsed(words: Sequence[str]) -> argparse.Namespace:
+    """Parse the words; raise BrokenPipeError where nobody reads what --help and others print."""
+    try:
+        return build_parser(_needed(words)).parse_args(words)
+    except SystemExit:
+        sys.stdout.flush()
+        raise
 
 
 def _with_command(argv: Sequence[str]) -> list[str]:

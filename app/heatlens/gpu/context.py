@@ -6,6 +6,7 @@ environment, such a mistake is visible in every picture and test.
 """
 
 import os
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -38,7 +39,8 @@ def headless_context() -> moderngl.Context:
     try:
         ctx = moderngl.create_context(standalone=True, require=430, **_EGL)
     except Exception as error:  # moderngl and glcontext raise bare Exception
-        raise GpuError(f"No OpenGL 4.3 ({error}). {_help(str(error))}") from error
+        why = re.sub(r"\b1 devices\b", "1 device", str(error))
+        raise GpuError(f"No OpenGL 4.3 ({why}). {_help(why)}") from error
     if os.environ.get(VARIABLE):
         fill_new_with_nan(ctx)
     return ctx

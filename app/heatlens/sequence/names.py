@@ -122,6 +122,9 @@ def parse_frames(text: str) -> tuple[int, ...]:
         read = tuple(FrameSet(text))
     except ValueError as error:  # the base of the errors of fileseq
         raise InputError(_no_frames(text)) from error
+    for first, last in re.findall(r"(-?\d+)-(-?\d+)", text):
+        if int(last) < int(first):
+            raise InputError(f"Frames {first}-{last} run backwards. Give the smaller number first.")
     frames = tuple(sorted(frame for frame in read if isinstance(frame, int)))
     if not frames or len(frames) < len(read):
         raise InputError(_no_frames(text))

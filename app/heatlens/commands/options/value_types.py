@@ -3,18 +3,25 @@
 import argparse
 import math
 import re
+import unicodedata
 
 from heatlens.commands.output.say import say
 
+_METRES_MEANT_MM = 3000.0  # nobody has a lens or a sensor so long
 _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, '"': 25.4}
 
 
 def whole(text: str) -> int:
     """Parse a whole number."""
     try:
-        return int(text)
+        return int(plain(text))
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
+
+
+def plain(text: str) -> str:
+    """Return the text with the usual digits and signs in the place of full-width ones."""
+    return unicodedata.normalize("NFKC", text)
 
 
 def wholes(text: str) -> tuple[int, ...]:
@@ -32,7 +39,7 @@ def number(text: str) -> float:
 
 def with_point(text: str) -> str:
     """Turn 2,8 into 2.8. Three digits after the comma may be thousands, and stay as they are."""
-    return re.sub(r"^([-+]?\d+),(\d{1,2}|\d{4,})(?!\d|,)", r"\1.\2", text.strip())
+    return re.sub(r"^([-+]?\d+),(\d{1,2}|\d{4,})(?!\d|,)", r"\1.\2", plain(text).strip())
 
 
 def f_number(text: str) -> float:
@@ -40,7 +47,7 @@ def f_number(text: str) -> float:
 
     For T2.8 it explains that the blur depends on the f-stop.
     """
-    match = re.fullmatch(r"(?i)\s*(f\s*/?|t\s*/?)?\s*(.*?)\s*", text)
+    match = re.fullmatch(r"(?i)\s*(f\s*/?|t\s*/?)*\s*(.*?)\s*", plain(text).replace("ƒ", "f"))
     assert match is not None  # everything is matched
     try:
         value = float(with_point(match[2]))
@@ -63,12 +70,16 @@ def millimetres(text: str) -> float:
     """
     match = re.fullmatch(r"(?i)\s*(.*?)\s*(mm|cm|m|in|\")?\s*", text)
     assert match is not None  # everything is matched
+    unit = (match[2] or "mm").lower()
     try:
-        return float(with_point(match[1])) * _MILLIMETRES[(match[2] or "mm").lower()]
+        value = float(with_point(match[1])) * _MILLIMETRES[unit]
     except ValueError:
         raise argparse.ArgumentTypeError(
             f"{text!r} is not a number of millimetres. Examples: 50, 50mm"
         ) from None
+    if unit == "m" and value >= _METRES_MEANT_MM:
+        raise argparse.ArgumentTypeError(f"{text!r} is {value:g} mm. Did you mean {match[1]}mm?")
+    return value
 
 
 def finite(text: str) -> float:

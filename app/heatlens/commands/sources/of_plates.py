@@ -13,6 +13,7 @@ from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.plate_words import say_plate
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say
+from heatlens.commands.output.thing_words import thing_lines
 from heatlens.commands.sources.shot_plate import plate_shot
 from heatlens.commands.sources.source_commands import Facts, Line, SourceCommands
 from heatlens.defocus.quality import unused_behind_notes
@@ -36,7 +37,6 @@ from heatlens.sequence.sequence import find_sequence
 
 if TYPE_CHECKING:
     from heatlens.render import FrameRenderer  # `info` draws nothing
-_THINGS_TOLD = 20
 _CAMERA_LINES = (
     ("focal length", "focal_length_mm", "mm"),
     ("f-stop", "f_stop", ""),
@@ -177,16 +177,6 @@ def plate_lines(facts: Facts) -> list[Line]:
         *_behind_lines(facts["behind"]),
         *(("note", note) for note in _notes(facts)),
     ]
-
-
-def thing_lines(things: dict[str, list[str]]) -> list[Line]:
-    """Return a line for each Cryptomatte: how many things it names, and the first of them."""
-    lines = []
-    for layer, names in things.items():
-        told, more = ", ".join(names[:_THINGS_TOLD]), len(names) - _THINGS_TOLD
-        about = f"{told} and {more} more (--json lists all)" if more > 0 else told
-        lines.append(("things", f"{len(names)} in {layer}: {about or 'its manifest is missing'}"))
-    return lines
 
 
 def _notes(facts: Facts) -> list[str]:
