@@ -93,12 +93,13 @@ def test_a_movie_of_the_cut_goes_on_where_it_was_stopped(tmp_path, reel, monkeyp
     movie = tmp_path / "cut.mov"
     with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError):
         patch.setattr("heatlens.export.cut._join", lambda cut: 1 / 0)
-        from heatlens.commands.export import _export_shot, _steps
+        from heatlens.commands.export import _export_shot, _say_before, _steps
         from heatlens.commands.main import build_parser
-        from heatlens.commands.reel_export import export_reel
+        from heatlens.commands.reel_export import ReelWork, export_reel
 
         args = build_parser(["export"]).parse_args(["export", str(reel), "-o", str(movie)])
-        export_reel(args, _export_shot, lambda shots: None, _steps)
+        work = ReelWork(_say_before, _export_shot, lambda shots: None, _steps)
+        export_reel(args, work)
     kept = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("frame.*.exr")}
     assert len(kept) == FIRST.count + SECOND.count and not movie.exists()
     with monkeypatch.context() as patch:
@@ -241,3 +242,58 @@ def test_a_changed_edit_brings_its_grade_into_the_shot(tmp_path, plates_alone):
 
 def pixels_of(path) -> np.ndarray:
     return np.asarray(Image.open(path), np.int32)
+
+
+# What is said
+
+
+def test_what_is_said_of_every_shot_is_said_once(capsys, tmp_path):
+    sources = [write_plates(tmp_path / name) for name in "abc"]
+    path = tmp_path / "cut.heatreel.json"
+    shots = (ReelShot(f"s{at}", source, FIRST) for at, source in enumerate(sources))
+    write_reel(path, Reel("cut", tuple(shots)))
+    export(path, tmp_path / "out" / "{shot}" / "n.####.exr", *LENS)
+    said = capsys.readouterr().err.splitlines()
+    for begin in (" depth: ", " lens: "):
+        (line,) = (it for it in said if begin in it)
+        assert line.startswith(f"heatlens: all 3 shots:{begin}")
+
+
+def test_what_is_said_of_one_shot_does_not_tell_a_count(capsys, tmp_path):
+    source, path = write_plates(tmp_path / "p"), tmp_path / "cut.heatreel.json"
+    write_reel(path, Reel("cut", (ReelShot("s1", source, FIRST),)))
+    export(path, tmp_path / "out" / "{shot}" / "n.####.exr", *LENS)
+    said = capsys.readouterr().err
+    assert "\nheatlens: depth: " in f"\n{said}" and "shots: " not in said
+
+
+WRONG = {
+    "notes.txt": "is not an OpenEXR file",
+    "cut.fcpxml": "it reads OpenTimelineIO",
+    "old.avi": "it reads .mov",
+    "there_is_none.exr": "there_is_none.exr",
+    "there_is_none.glb": "is not there",
+    "there_is_none.heatlens.json": "there_is_none.heatlens.json",
+    "other.heatreel.json": "is a reel or an edit itself",
+}
+
+
+@pytest.mark.parametrize(("name", "expected"), WRONG.items())
+@pytest.mark.parametrize("place", [0, 1])
+def test_what_cannot_be_a_shot_makes_no_reel(capsys, tmp_path, name, expected, place):
+    if not name.startswith("there_is_none"):
+        (tmp_path / name).write_text("<fcpxml/>")
+    words = [write_plates(tmp_path / "p")]
+    words.insert(place, str(tmp_path / name))
+    assert main(["reel", *words, "-o", str(tmp_path / "made.heatreel.json")]) == 2
+    said = capsys.readouterr().err
+    assert name in said and expected in said and "Traceback" not in said
+    assert not (tmp_path / "made.heatreel.json").exists()
+
+
+def test_a_reel_of_scenes_and_shots(tmp_path):
+    plates, shot = write_plates(tmp_path / "p"), tmp_path / "s.heatlens.json"
+    write_shot(shot, shot_of(plates))
+    path = tmp_path / "made.heatreel.json"
+    assert main(["reel", plates, "demo", str(shot), "-o", str(path)]) == 0
+    assert len(read_reel(path).shots) == 3

@@ -95,6 +95,11 @@ def test_the_time_of_final_and_of_film_is_told(card, tmp_path, capsys):
     assert "final" not in capsys.readouterr().err
 
 
+def test_the_time_is_told_once_for_several_processes(card, tmp_path, capsys):
+    exported(tmp_path / "out.#.exr", card[1], "--processes", "2")
+    assert capsys.readouterr().err.count("quality final") == 1
+
+
 def test_film_takes_what_the_parts_leave():
     assert pace_words(12.4, 9.3) == "quality final: about 12 s a frame, film about 3.1 s"
     for parts_s in (0.0, 0.02):

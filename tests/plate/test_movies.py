@@ -157,6 +157,21 @@ def test_alpha_of_prores_4444_premultiplies(tmp_path):
     assert channels["G"] == pytest.approx(alpha * light, abs=0.006)
 
 
+@pytest.mark.parametrize("encoder", ["libvpx-vp9", "libvpx"])
+@pytest.mark.parametrize("order", [(2, 5, 1, 6), (6, 1)])
+def test_alpha_of_webm_is_read_in_any_order(tmp_path, encoder, order):
+    pixels = []
+    for at in range(6):
+        pixels.append(np.full((HEIGHT, WIDTH, 4), 30000, np.uint16))
+        pixels[-1][..., 3] = np.linspace(0, 0xFFFF - 8000 * at, WIDTH).astype(np.uint16)
+    given = {"pixel_format": "yuva420p", "encoder": encoder, "options": {"auto-alt-ref": "0"}}
+    path = write_movie(tmp_path / "clip.webm", pixels, "VP9", **given)
+    sequence = find_sequence(path)
+    for frame in order:
+        ((_, channels),) = color_parts(sequence.path_at(frame), AUTO)
+        assert channels["A"] == pytest.approx(pixels[frame - 1][..., 3] / 0xFFFF, abs=0.05)
+
+
 def test_every_frame_has_its_timecode_and_the_rate(tmp_path):
     path = write_movie(tmp_path / "clip.mov", ramps(30), timecode="10:00:00:20", rate=25)
     sequence = find_sequence(f"{path}@1001")

@@ -33,6 +33,7 @@ def write_movie(
     codec: str = "ProRes",
     *,
     pixel_format: str = "",
+    encoder: str = "",
     options: dict[str, str] | None = None,
     times: Sequence[int] | None = None,
     timecode: str = "",
@@ -44,12 +45,14 @@ def write_movie(
 
     `sound` is (N, 2) int16 at 48 kHz.
     """
-    _, encoder, usual, own = CODECS[codec]
+    _, usual_encoder, usual, own = CODECS[codec]
     fmt = pixel_format or usual
     tags = {"color_primaries": 1, "color_trc": 1, "colorspace": 1, "color_range": 1} | tags
     container_options = {"write_tmcd": "1"} if path.suffix in (".mov", ".mp4") else {}
     with av.open(str(path), "w", options=container_options) as container:
-        stream = container.add_stream(encoder, rate=rate, options={**own, **(options or {})})
+        stream = container.add_stream(
+            encoder or usual_encoder, rate=rate, options={**own, **(options or {})}
+        )
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt = fmt
         for name, value in tags.items():

@@ -25,7 +25,7 @@ from heatlens.commands.output.plate_words import (
     shot_timecodes,
 )
 from heatlens.commands.output.say import say
-from heatlens.commands.reel_export import ShotToExport, export_reel
+from heatlens.commands.reel_export import ReelWork, ShotToExport, export_reel
 from heatlens.commands.reel_options import add_reel_options, refuse_reel_options
 from heatlens.commands.submit import SentShot, submit, task_words
 from heatlens.commands.worker import made_part
@@ -135,7 +135,7 @@ def _export(args: argparse.Namespace) -> None:
         def submit_all(shots: Iterable[ShotToExport]) -> None:
             submit(args, [SentShot(*it) for it in shots])
 
-        export_reel(args, _export_shot, submit_all, _steps)
+        export_reel(args, ReelWork(_say_before, _export_shot, submit_all, _steps))
         return
     refuse_reel_options(args)
     job = job_of(args)
@@ -143,6 +143,7 @@ def _export(args: argparse.Namespace) -> None:
     if args.submit is not None:
         submit(args, [SentShot(args, plan)])
         return
+    _say_before(args, plan)
     _export_shot(args, plan, job.options.shot_name or _name_of(args))
 
 
@@ -151,14 +152,18 @@ def _name_of(args: argparse.Namespace) -> str:
     return Path(args.shot).name.split(".")[0]
 
 
-def _export_shot(args: argparse.Namespace, plan: ExportPlan, name: str) -> None:
-    """Make the frames."""
+def _say_before(args: argparse.Namespace, plan: ExportPlan) -> None:
+    """Print what is to be known of a shot before its frames are made."""
     if is_shot_file(args.shot):
         _say_of_shot(plan)
     if plan.makes_movie:
         say(*filter(None, heard(plan, plan.job.shot.frames_per_second)[1:]))
     if not plan.job.output.is_exr:
         say_seen_through(plan.job.look.transform)
+
+
+def _export_shot(args: argparse.Namespace, plan: ExportPlan, name: str) -> None:
+    """Make the frames."""
     with (
         sending(args.send, plan.job.shot, min(plan.job.frames)) as send,
         progress_of(args.progress, plan) as tell,

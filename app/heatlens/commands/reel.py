@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
-from heatlens.commands.output.say import say, tell
+from heatlens.commands.output.say import said_once, say, tell
 from heatlens.commands.reel_options import add_media_options, reel_of, refuse_blurred
 from heatlens.commands.shots.shot_new import add_shot_options, new_shot
 from heatlens.documents.reel_file import REEL_SUFFIX, is_reel, write_reel
@@ -13,6 +13,9 @@ from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot, w
 from heatlens.files.atomic_file import make_folder
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.reel import Reel, ReelShot, named_apart, shot_name
+from heatlens.plate.parts.header_read import read_color_header
+from heatlens.scene.scene_read import check_scene_is_there
+from heatlens.source.named import has_camera, source_named
 
 HELP = "make a reel of shots, or follow a changed edit"
 DESCRIPTION = """\
@@ -50,7 +53,8 @@ def run(args: argparse.Namespace) -> int:
     say(*(f"{shot.name}: {note}." for shot in reel.shots for note in shot.notes))
     if args.shots is not None:
         make_folder(args.shots)
-        reel = replace(reel, shots=tuple(_with_file(args, shot) for shot in reel.shots))
+        with said_once(len(reel.shots)):
+            reel = replace(reel, shots=tuple(_with_file(args, shot) for shot in reel.shots))
     write_reel(args.output, reel)
     tell(str(args.output))
     return 0
@@ -63,8 +67,22 @@ def _reel(args: argparse.Namespace) -> Reel:
         reel = reel_of(args, first)
         refuse_blurred(first, reel)
         return reel
+    for text in args.sources:
+        _check_opens(text)
     shots = (ReelShot(shot_name(Path(text).name.split(".")[0]), text) for text in args.sources)
     return Reel(args.output.name[: -len(REEL_SUFFIX)], named_apart(tuple(shots)))
+
+
+def _check_opens(text: str) -> None:
+    """Raise InputError for what is not there, or is neither a shot nor what one can show."""
+    if is_reel(text):
+        raise InputError(f"{text} is a reel or an edit itself: name it alone, or name shots.")
+    if is_shot_file(text):
+        read_shot(Path(text))
+    elif has_camera(text):
+        check_scene_is_there(text)
+    elif (first := source_named(text).first_file) is not None:
+        read_color_header(first)
 
 
 def _with_file(args: argparse.Namespace, shot: ReelShot) -> ReelShot:

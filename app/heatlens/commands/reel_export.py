@@ -3,14 +3,14 @@
 import argparse
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.commands.export_options import job_of
 from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.output.progress_line import progress_line
-from heatlens.commands.output.say import say, tell
+from heatlens.commands.output.say import said_once, say, tell
 from heatlens.commands.reel_options import checked_for_export, reel_of, shots_of
 from heatlens.documents.edit_file import Exported, check_edit_out, write_edit
 from heatlens.export.cut import Cut, export_cut, kept_movie
@@ -29,15 +29,24 @@ ShotToExport = tuple[argparse.Namespace, ExportPlan, str]
 MadeFrames = AbstractContextManager[Iterator[FrameDone]]
 
 
-def export_reel(
-    args: argparse.Namespace,
-    export_one: Callable[[argparse.Namespace, ExportPlan, str], None],
-    submit: Callable[[Iterable[ShotToExport]], None],
-    made: Callable[[argparse.Namespace, ExportPlan], MadeFrames],
-) -> None:
-    """Export the reel `args.shot`; `export_one` exports a shot of it, `submit` writes a job of all.
+@dataclass(frozen=True)
+class ReelWork:
+    """What `heatlens export` does with shots.
 
-    `made` gives the frames of a shot as they are finished, here or elsewhere.
+    say_before  print what is to be known of a shot before its frames are made
+    export_one  export a shot
+    submit      write a job of all shots
+    made        the frames of a shot as they are finished, here or elsewhere
+    """
+
+    say_before: Callable[[argparse.Namespace, ExportPlan], None]
+    export_one: Callable[[argparse.Namespace, ExportPlan, str], None]
+    submit: Callable[[Iterable[ShotToExport]], None]
+    made: Callable[[argparse.Namespace, ExportPlan], MadeFrames]
+
+
+def export_reel(args: argparse.Namespace, work: ReelWork) -> None:
+    """Export the reel `args.shot`.
 
     Every shot is planned before the first frame is made, so that what is missing is told at once.
     """
@@ -46,46 +55,46 @@ def export_reel(
     for shot in reel.shots:
         say(*(f"{shot.name}: {note}." for note in shot.notes))
     if SHOT_FIELD not in args.output:
-        _export_cut(args, reel, submit, made)
+        _export_cut(args, reel, work)
         return
     if args.edit_out is not None:
         check_edit_out(args.edit_out)
-    jobs = [(shot, own, job_of(own)) for shot, own in shots_of(args, reel, args.output)]
+    with said_once(len(reel.shots)):
+        jobs = [(shot, own, job_of(own)) for shot, own in shots_of(args, reel, args.output)]
     if args.submit is not None:
-        submit((own, planned(job, job.frames), shot.name) for shot, own, job in jobs)
+        work.submit((own, planned(job, job.frames), shot.name) for shot, own, job in jobs)
         return
     make_folder(Path(args.output.partition(SHOT_FIELD)[0] + SHOT_FIELD).parent)
     plans = [(shot, own, planned(job)) for shot, own, job in jobs]
+    with said_once(len(reel.shots)):
+        for _, own, plan in plans:
+            work.say_before(own, plan)
     for shot, own, plan in plans:
-        export_one(own, plan, shot.name)
+        work.export_one(own, plan, shot.name)
     if args.edit_out is not None:
         write_edit(args.edit_out, reel, _exported(reel, [(s, p.job) for s, _, p in plans]))
         tell(str(args.edit_out))
 
 
-def _export_cut(
-    args: argparse.Namespace,
-    reel: Reel,
-    submit: Callable[[Iterable[ShotToExport]], None],
-    made: Callable[[argparse.Namespace, ExportPlan], MadeFrames],
-) -> None:
+def _export_cut(args: argparse.Namespace, reel: Reel, work: ReelWork) -> None:
     """Export all shots as one movie."""
     refuse_given(args, _NOT_OF_A_CUT, "This is not possible with one movie of a cut")
     output = parse_output(args.output)
     check_folder(output.pattern)
     parts, shots = [], []
-    for number, (shot, own) in enumerate(shots_of(args, reel, args.output), start=1):
-        job = replace(job_of(own), output=kept_movie(output, number, shot.name))
-        parts.append(planned(job, job.frames))
-        shots.append((own, parts[-1], shot.name))
+    with said_once(len(reel.shots)):
+        for number, (shot, own) in enumerate(shots_of(args, reel, args.output), start=1):
+            job = replace(job_of(own), output=kept_movie(output, number, shot.name))
+            parts.append(planned(job, job.frames))
+            shots.append((own, parts[-1], shot.name))
     if args.submit is not None:
-        submit(shots)
+        work.submit(shots)
         return
     cut, count = Cut(reel, output, tuple(parts)), sum(len(plan.frames) for plan in parts)
     say(*filter(None, (heard(plan, reel.frames_per_second)[1] for plan in parts)))
     with (
         progress_line() as show,
-        closing(export_cut(cut, lambda at: made(*shots[at][:2]))) as steps,
+        closing(export_cut(cut, lambda at: work.made(*shots[at][:2]))) as steps,
     ):
         for number, (at, done) in enumerate(steps, start=1):
             show(f"{shots[at][2]}, frame {done.frame}, {number} of {count} done")

@@ -77,8 +77,8 @@ class ProcessMaker:
 
     def _has_ended(self, news: Event) -> bool:
         """Return True if a process has succeeded. Raises InputError if it has failed."""
-        if news["event"] == "end" and "told" in news:
-            self._say(news["told"])
+        if news["event"] == "end" and (told := _without_pace(news)):
+            self._say(told)
         if news["event"] == "failed":
             raise InputError(news["message"])
         if news["event"] == "exit":
@@ -87,6 +87,12 @@ class ProcessMaker:
                 "go on."
             )
         return bool(news["event"] == "end")
+
+
+def _without_pace(news: Event) -> str:
+    """Return what a process says of its frames; their pace is said once, for all processes."""
+    told, pace = str(news.get("told", "")), news.get("pace")
+    return told.removesuffix(f"{pace}.").strip() if pace else told
 
 
 def device_words(devices: Sequence[int], number: int) -> tuple[str, ...]:

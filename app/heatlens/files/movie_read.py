@@ -22,7 +22,7 @@ from heatlens.base.paths import unreadable
 from heatlens.files.opened_by_ending import movie_for_reading
 
 if TYPE_CHECKING:
-    from av import VideoFrame, VideoStream
+    from av import VideoCodecContext, VideoFrame, VideoStream
 
 _OPEN_MOST = 4  # movies that stay open: a colour, its depth and two to compare with
 _KEPT_MOST = 4  # decoded frames of each, because threads ask for frames in any order
@@ -34,6 +34,7 @@ _HD, _SD = 1, 5  # FFmpeg's numbers for the matrices of Rec.709 and Rec.601
 _MATRICES = {1: 1, 4: 4, 5: 5, 6: 5, 7: 7, 9: 9}  # H.273 to FFmpeg's, of those that it converts
 _SMALL_HEIGHT_PX = 576  # up to this height, colours without a tag are those of SD
 _MAX_SIDE_PX = 1 << 14
+_WITH_ALPHA = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 
 
 def av() -> ModuleType:
@@ -82,6 +83,7 @@ class Movie:
         with self._failures_told():
             self._container = movie_for_reading(self._library, path)
             self._stream = self._picture_stream()
+            self._with_alpha = _decoder_of_alpha(self._library, self._stream)
             self._times = self._all_times()
         self._numbers: dict[int | None, int] = {time: at for at, time in enumerate(self._times)}
         self.count = len(self._times)
@@ -187,13 +189,22 @@ class Movie:
         while True:
             start = max(number - back, 0)
             self._container.seek(self._times[start], stream=self._stream)
-            self._frames = self._container.decode(self._stream)
+            self._frames = self._frames_from_here()
             first = next(self._frames, None)
             at = None if first is None else self._numbers.get(first.pts)
             if start == 0 or (at is not None and at <= number):
                 break
             back = max(2 * back, _BACK)
         self._frames = iter(()) if first is None else _with_first(first, self._frames)
+
+    def _frames_from_here(self) -> Iterator["VideoFrame"]:
+        decoder = self._with_alpha
+        if decoder is None:
+            yield from self._container.decode(self._stream)
+            return
+        decoder.flush_buffers()
+        for packet in self._container.demux(self._stream):
+            yield from decoder.decode(packet)
 
     def _check_size(self, frame: "VideoFrame", number: int) -> None:
         width, height = self.size
@@ -216,6 +227,17 @@ class Movie:
             raise InputError(
                 f"{self._path} cannot be read: it is cut short, damaged or no such movie ({said})."
             ) from error
+
+
+def _decoder_of_alpha(library: ModuleType, stream: "VideoStream") -> "VideoCodecContext | None":
+    """Return a decoder for a WebM with alpha, which FFmpeg's own decoders leave out; else None."""
+    name = _WITH_ALPHA.get(stream.codec_context.name)
+    told = {entry.lower(): value for entry, value in stream.metadata.items()}
+    if name is None or told.get("alpha_mode") != "1":
+        return None
+    decoder: VideoCodecContext = library.CodecContext.create(name, "r")
+    decoder.extradata = stream.codec_context.extradata
+    return decoder
 
 
 def _with_first(first: "VideoFrame", others: Iterator["VideoFrame"]) -> Iterator["VideoFrame"]:

@@ -74,6 +74,13 @@ def files_of_scene(path: Path) -> tuple[Path, ...]:
     return (path,) if names is None else (path, *names(path))
 
 
+def check_scene_is_there(text: str) -> None:
+    """Raise InputError if a file of the scene `text` is missing."""
+    for path in () if is_demo(text) else files_of_scene(Path(text)):
+        if not os.path.isfile(path):
+            raise unreadable(path)
+
+
 def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) -> Scene:
     """Read meshes, materials, cameras, lights and motion, which `timing` converts to frames.
 

@@ -106,6 +106,7 @@ def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
     yield tell
     told = {"told": " ".join(tally.told)} if tally.told else {}
+    told |= {"pace": tally.pace} if tally.pace else {}
     counts = {"written": len(tally.written), "finished_before": tally.kept}
     _say(event="end", output=output, **counts, **told)
 

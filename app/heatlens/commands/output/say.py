@@ -1,11 +1,14 @@
 """Print the result of a command to stdout, and messages to stderr."""
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TextIO
 
 from heatlens.base.outside_text import printable
 
 _is_quiet = False
+_gathered: dict[str, int] | None = None  # how often each sentence was said; None to print at once
 
 
 def say_nothing(is_quiet: bool) -> None:
@@ -27,4 +30,24 @@ def tell(text: str, keep: str = "") -> None:
 def say(*sentences: str) -> None:
     """Print each sentence on its own line on stderr, and flush, unless `--quiet` is set."""
     for sentence in () if _is_quiet else sentences:
-        print(f"heatlens: {printable(sentence)}", file=sys.stderr, flush=True)
+        if _gathered is None:
+            print(f"heatlens: {printable(sentence)}", file=sys.stderr, flush=True)
+        else:
+            _gathered[sentence] = _gathered.get(sentence, 0) + 1
+
+
+@contextmanager
+def said_once(shots: int) -> Iterator[None]:
+    """Say each sentence of the block once, at its end, with the number of `shots` that it is about.
+
+    What is said of each shot of a reel would fill the screen otherwise.
+    """
+    global _gathered
+    _gathered = {}
+    try:
+        yield
+    finally:
+        said, _gathered = _gathered, None
+        for sentence, times in said.items():
+            of = f"all {shots} shots" if times >= shots else f"{times} of {shots} shots"
+            say(sentence if times == 1 else f"{of}: {sentence}")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import opened_file, unreadable
+from heatlens.files.foreign_formats import foreign_words
 from heatlens.plate.exr.exr_scan import MAGIC, CutError, RawHeader, channels_of, scanned_headers
 
 # No GPU takes a larger texture; a damaged header can claim any size.
@@ -41,6 +42,8 @@ def check_exr(path: Path) -> None:
 
 
 def _check_magic(path: Path, magic: bytes) -> None:
+    if magic != MAGIC and (words := foreign_words(path)):
+        raise InputError(f"{path} is {words}.")
     if magic != MAGIC:
         found = "is empty" if not magic else "is not an OpenEXR file"
         raise InputError(
