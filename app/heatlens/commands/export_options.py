@@ -20,6 +20,7 @@ from heatlens.commands.options.field_options import (
 )
 from heatlens.commands.options.given_options import given, refuse_given, refuse_unused
 from heatlens.commands.options.lens_options import add_lens_options, add_plate_options
+from heatlens.commands.options.one_of_many import frame_among, say_one_is_meant
 from heatlens.commands.options.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,
@@ -236,7 +237,15 @@ def _started(args: argparse.Namespace, shot: Shot) -> Shot:
 
 
 def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
-    """Return the requested frames, all of which must be within the range of the source."""
+    """Return the requested frames, all of which must be within the range of the source.
+
+    The name of one frame stands for its sequence, except where the output is one picture.
+    """
+    output, named = parse_output(args.output), frame_among(args.shot)
+    is_one_file = not (output.is_movie or output.form.padding)
+    if is_one_file and args.frames is None and named is not None:
+        say_one_is_meant(args.shot, named[1])
+        return (named[0],)
     frames = frames_of(shot, args.frames)
     if args.frames is not None:
         source = source_of(shot)

@@ -30,6 +30,7 @@ from heatlens.commands.options.network_option import allow_networks
 from heatlens.commands.output.say import say_nothing
 from heatlens.files.picture_formats import movie_named
 from heatlens.model.option import OTHER_NAMES, or_meant
+from heatlens.sequence.names import form_of
 from heatlens.version import __version__
 
 _EPILOG = """\
@@ -108,6 +109,8 @@ class _Parser(argparse.ArgumentParser):
         if unknown and self.prog.endswith(" view") and parsed.plate in _COMMANDS:
             right = " ".join((parsed.plate, *unknown))
             self.error(f"options come after the command, as in: heatlens {right} --f-stop 2")
+        if len(unknown) > 1 and all(map(os.path.isfile, unknown)):
+            self.error(_unquoted(unknown))
         if unknown:
             self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, self)}")
         return parsed, unknown
@@ -152,6 +155,14 @@ class _Parser(argparse.ArgumentParser):
     def _get_option_tuples(self, option_string: str) -> list[Any]:
         """Return the options with this prefix, except those that mean something else elsewhere."""
         return [] if is_name_elsewhere(option_string) else super()._get_option_tuples(option_string)
+
+
+def _unquoted(files: Sequence[str]) -> str:
+    """Return the sentence for files that the shell put in the place of a pattern."""
+    first = Path(files[0])
+    pattern = str(first.with_name(form_of(first.name)[0].text))
+    quoted = pattern if "#" in pattern else f"{first.with_name('plate')}.####{first.suffix}"
+    return f"{len(files)} files too many. Put a pattern in quotes, with # for digits: '{quoted}'."
 
 
 class _Completion(argparse.Action):

@@ -8,6 +8,7 @@ from heatlens.base.errors import InputError
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.commands.options.lens_options import given_lens, lens_of, plate_options
+from heatlens.commands.options.one_of_many import say_all_are_meant
 from heatlens.commands.output.plate_words import say_reading
 from heatlens.commands.output.say import say
 from heatlens.files.picture_formats import in_movie, is_picture
@@ -26,6 +27,8 @@ from heatlens.sequence.sequence import Sequence, find_sequence
 def plate_shot(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
     """Return a shot with the files, lens, frames and frame rate of a plate."""
     lens, sequence = _lens_and_sequence(args)
+    if not args.frames:
+        say_all_are_meant(args.plate)
     return Shot(
         lens,
         source=_source_of(args.plate, sequence),
