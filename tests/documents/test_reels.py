@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 from opentimelineio.opentime import RationalTime, TimeRange
 
 from heatlens.base.errors import InputError
-from heatlens.documents.edit_file import EditOptions, Exported, read_edit, write_edit
+from heatlens.documents.edit_file import EditOptions, read_edit
+from heatlens.documents.edit_out import Exported, write_edit
 from heatlens.documents.reel_file import is_reel, read_reel, write_reel
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.grade import Grade
-from heatlens.model.shot.reel import Reel, ReelShot, named_apart, shot_name
+from heatlens.model.shot.reel import Reel, ReelShot, Retime, named_apart, shot_name
 from heatlens.sequence.names import NameForm
 from support.exports import shot_of, write_plate
 
@@ -52,6 +53,7 @@ def read(path, *folders, rate=None) -> Reel:
     return read_edit(path, EditOptions(tuple(folders), rate))
 
 
+RETIMED = {"name": "a", "source": "x", "frames": "1-4"}
 URLS = ("{url}/sh010.%04d.exr", "{url}/sh010.####.exr", "{url}/sh010.1001.exr", "sh010/sh010.#.exr")
 
 
@@ -145,9 +147,20 @@ def test_what_a_reel_cannot_hold_is_told(tmp_path):
     assert "--handles 1" in by_name["held"].notes[1] and "--handles 1" in by_name["marked"].notes[0]
     assert by_name["marked"].marks == ("A=2.4m", "B=6'3\"")
     assert by_name["marked"].notes[1:] == ("marker: x=y", "marker: eyes")
-    assert [shot.name for shot in reel.missing] == ["gone", "nest"]
+    assert [shot.name for shot in reel.missing] == ["gone"]
+    assert by_name["inner"].frames == FrameRange(1001, 1002)
     assert "/nowhere/x.####.exr" in by_name["gone"].notes[0]
     assert reel.gaps == ((1, 5),)
+
+
+def test_the_tracks_of_an_edl_begin_where_they_were_recorded(tmp_path):
+    path = tmp_path / "a.edl"
+    event = "{}  sh010  {}  C  00:00:41:17 00:00:41:22 01:00:{}:00 01:00:{}:05\n"
+    events = (("001", "V", "02", "02"), ("002", "V2", "03", "03"))
+    path.write_text("TITLE: cut\n" + "".join(event.format(*words) for words in events))
+    reel = read(path)
+    assert (reel.start_timecode, reel.gaps) == ("01:00:02:00", ((1, 19),))
+    assert [shot.count for shot in reel.shots] == [5, 5]
 
 
 @pytest.mark.parametrize("suffix", [".otio", ".edl"])
@@ -184,12 +197,18 @@ def test_a_reel_is_the_same_after_writing(tmp_path):
     """Sources are relative in the file, and the demo stays a name."""
     shots = (
         ReelShot(
-            "a", str(tmp_path / "p" / "a.####.exr"), FrameRange(3, 9), ("note",), ("A=2m",), GRADE
+            "a",
+            str(tmp_path / "p" / "a.####.exr"),
+            FrameRange(3, 9),
+            ("note",),
+            ("A=2m",),
+            GRADE,
+            Retime(9.0, -1.5, 5, 2),
         ),
         ReelShot("b", "demo"),
         ReelShot("c", "", None, ("its media are missing",)),
     )
-    reel = Reel("cut", shots, 25.0, "01:00:00:00", ((1, 7),))
+    reel = Reel("cut", shots, 25.0, "01:00:00:00", ((1, 7), (3, 2)))
     path = tmp_path / "cut.heatreel.json"
     write_reel(path, reel)
     assert read_reel(path) == reel
@@ -206,6 +225,14 @@ def test_a_reel_is_the_same_after_writing(tmp_path):
         ({"shots": [{"name": "a", "source": "x"}] * 2}, "called a"),
         ({"shots": [{"name": "a", "source": "x"}], "frames_per_second": 0}, "above 0"),
         ({}, "'shots'"),
+        ({"shots": [{"name": "a", "source": "x", "gap_before": 10**9}]}, "at most 1,000,000"),
+        ({"shots": [{"name": "a", "source": "x", "gap_before": -1}]}, "at least one"),
+        (
+            {"shots": [{"name": "a", "source": "x", "gap_before": 600_000}], "gap_after": 600_000},
+            "at",
+        ),
+        ({"shots": [{"name": n, "source": "x", "frames": "1-999999"} for n in "ab"]}, "1,999,998"),
+        ({"shots": [RETIMED | {"retime": {"start": 1, "speed": 1, "count": 10**9}}]}, "at most"),
     ],
 )
 def test_a_damaged_reel_is_refused_with_its_place(tmp_path, entries, place):

@@ -12,10 +12,9 @@ from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import said_once, say, tell
 from heatlens.commands.reel_options import checked_for_export, reel_of, shots_of
-from heatlens.documents.edit_file import Exported, check_edit_out, write_edit
-from heatlens.export.cut import Cut, export_cut, kept_movie
+from heatlens.documents.edit_out import Exported, check_edit_out, write_edit
+from heatlens.export.cut import Cut, export_cut, heard_in_cut, kept_movie
 from heatlens.export.job import ExportJob
-from heatlens.export.movie_sound import heard
 from heatlens.export.output import parse_output
 from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import FrameDone
@@ -91,7 +90,7 @@ def _export_cut(args: argparse.Namespace, reel: Reel, work: ReelWork) -> None:
         work.submit(shots)
         return
     cut, count = Cut(reel, output, tuple(parts)), sum(len(plan.frames) for plan in parts)
-    say(*filter(None, (heard(plan, reel.frames_per_second)[1] for plan in parts)))
+    say(*filter(None, (heard_in_cut(cut, plan, at)[1] for at, plan in enumerate(parts))))
     with (
         progress_line() as show,
         closing(export_cut(cut, lambda at: work.made(*shots[at][:2]))) as steps,
@@ -109,5 +108,6 @@ def _exported(reel: Reel, jobs: list[tuple[ReelShot, ExportJob]]) -> dict[str, E
         if job.output.is_movie:
             raise InputError("--edit-out is for exported frames, not for movies of the shots.")
         cut = inner.frames or frames
-        made[shot.name] = Exported(job.shot, job.output.folder, job.output.form, frames, cut)
+        folder, form = job.output.folder, job.output.form
+        made[shot.name] = Exported(job.shot, folder, form, frames, cut, inner.retime)
     return made

@@ -116,8 +116,7 @@ def shots_of(
     """Yield each shot with the options of its export; `output` has the name of the shot in it."""
     for shot in reel.shots:
         own = with_handles(shot, args.handles)
-        frames = None if own.frames is None else str(own.frames)
-        values = {"shot": own.source, "frames": frames, "fps": _rate(args, own, reel)}
+        values = {"shot": own.source, "frames": own.made, "fps": _rate(args, own, reel)}
         if args.burn_in and not args.shot_name:
             values["shot_name"] = own.name
         if args.cdl is None and own.grade is not None and not parse_output(output).is_exr:
@@ -144,7 +143,8 @@ def with_handles(shot: ReelShot, handles: int) -> ReelShot:
     """Return the shot with `handles` more frames at both ends, as far as its source has them."""
     if shot.frames is None or not handles:
         return shot
-    wide = FrameRange(shot.frames.first - handles, shot.frames.last + handles)
+    more = handles * (shot.retime.step if shot.retime else 1)
+    wide = FrameRange(shot.frames.first - more, shot.frames.last + more)
     there = _frames_there(shot.source)
     kept = wide if there is None else wide.intersection(there) or wide
     if kept != wide:

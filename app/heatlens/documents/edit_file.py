@@ -1,34 +1,38 @@
-"""Read and write the cut of an editor, by OpenTimelineIO: .otio, EDL, XML of Final Cut, AAF.
+"""Read the cut of an editor, by OpenTimelineIO: .otio, EDL, XML of Final Cut, AAF.
 
 Each clip of the picture becomes a shot with the frames of its media that the cut shows. What a reel
-cannot hold, such as a change of speed, is said in a note of the shot. The cut of a reel is written
-with its exported frames, for editors.
+cannot hold, such as a dissolve, is said in a note of the shot.
 """
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from heatlens.base.errors import InputError
+from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.extras import import_extra
 from heatlens.base.outside_text import one_line
 from heatlens.base.paths import file_bytes, unreadable
-from heatlens.documents.edit_media import MediaFinder
+from heatlens.documents.edit_media import MediaFinder, played
+from heatlens.documents.edit_times import Seen, seen_in
 from heatlens.files.apart import called_apart
-from heatlens.files.atomic_file import replacing
 from heatlens.files.limits import allow_for, is_bounded
-from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange, exact_rate
 from heatlens.model.option import Values
 from heatlens.model.shot.grade import Grade
-from heatlens.model.shot.pull import baked
-from heatlens.model.shot.reel import Reel, ReelShot, named_apart, shot_name
-from heatlens.model.shot.shot import LensParameter, Shot
+from heatlens.model.shot.reel import (
+    Reel,
+    ReelShot,
+    Retime,
+    check_cut_length,
+    named_apart,
+    shot_name,
+)
 from heatlens.model.timecode import timecode_at
-from heatlens.model.units import format_distance, parse_distance_m
-from heatlens.sequence.names import NameForm
+from heatlens.model.units import parse_distance_m
 
 EDIT_SUFFIXES = (".otio", ".otioz", ".edl", ".aaf", ".xml")
 _ADAPTERS = {".edl": "cmx_3600", ".xml": "fcp_xml", ".aaf": "AAF"}
@@ -66,28 +70,54 @@ def _bounded_reel(asked: tuple[Path, EditOptions]) -> Reel:
     path, options = asked
     allow_for(path)
     timeline = read_timeline(path, options.rate)
+    with _refused(f"{path} holds something impossible"):
+        return reel_of_timeline(path, timeline, options)
+
+
+@contextmanager
+def _refused(sentence: str) -> Iterator[None]:
+    """Raise InputError that begins with `sentence` for whatever OpenTimelineIO raises.
+
+    Its adapters and its schemas pass on whatever lies below them: a missing attribute, an index.
+    """
     try:
-        return _reel_of(path, timeline, options)
-    except (ArithmeticError, ValueError, TypeError) as error:
-        raise InputError(f"{path} holds something impossible: {one_line(error)}.") from error
+        yield
+    except (HeatlensError, MemoryError):
+        raise
+    except Exception as error:
+        raise InputError(f"{sentence}: {one_line(error)}.") from error
 
 
-def _reel_of(path: Path, timeline: Any, options: EditOptions) -> Reel:
-    track = otio().algorithms.flatten_stack(timeline.video_tracks())
-    items = list(track)
+def reel_of_timeline(path: Path, timeline: Any, options: EditOptions) -> Reel:
+    """Return the reel of a timeline of the file `path`, with its nested tracks laid out."""
+    seen = seen_in(timeline.tracks)
     finder = MediaFinder(path, options.folders)
-    clips = [item for item in items if isinstance(item, otio().schema.Clip)]
+    clips = [part.clip for part in seen if part.clip is not None]
     if not clips:
         raise InputError(f"{path} has no clip in its picture tracks.")
     rate = float(clips[0].duration().rate)
+    check_cut_length(float(seen[-1].end_s * exact_rate(rate)), str(path))
+    shots, gaps = list[ReelShot](), dict[int, int]()
+    for part in seen:
+        frames = _frames_of(part, rate)
+        if frames and part.clip is None:
+            gaps[len(shots)] = gaps.get(len(shots), 0) + len(frames)
+        elif frames:
+            shots.append(_shot(part, frames, finder, rate))
     start = timeline.global_start_time
     return Reel(
         name=shot_name(timeline.name or path.stem),
-        shots=named_apart(tuple(_shot(item, track, finder, rate) for item in _shown(items))),
+        shots=named_apart(tuple(shots)),
         frames_per_second=rate,
         start_timecode=None if start is None else str(timecode_at(start.value, rate)),
-        gaps=tuple(_gaps(items)),
+        gaps=tuple(gaps.items()),
     )
+
+
+def _frames_of(part: Seen, rate: float) -> range:
+    """Return the frames of the cut, from 0, that show a part."""
+    exact = exact_rate(rate)
+    return range(math.ceil(part.first_s * exact), math.ceil(part.end_s * exact))
 
 
 def read_timeline(path: Path, rate: float | None = None) -> Any:
@@ -111,53 +141,48 @@ def _read(path: Path, rate: float | None) -> Any:
         raise InputError(f"{path} cannot be read as an edit: it is not an AAF file")
     values = {"rate": rate or FRAMES_PER_SECOND} if suffix == ".edl" else {}
     adapters = otio().adapters
-    try:
-        return adapters.read_from_file(os.fspath(path), _ADAPTERS.get(suffix), **values)
-    except Exception as error:  # adapters pass on whatever their parsers raise
-        raise InputError(f"{path} cannot be read as an edit: {one_line(error)}") from error
+    with _refused(f"{path} cannot be read as an edit"):
+        found = adapters.read_from_file(os.fspath(path), _ADAPTERS.get(suffix), **values)
+    return _begun_together(found) if suffix == ".edl" else found
 
 
-def _shown(items: list[Any]) -> Iterator[Any]:
-    """Yield the clips, and what stands for several: a stack or a nested track."""
-    schema = otio().schema
-    yield from (it for it in items if not isinstance(it, schema.Gap | schema.Transition))
+def _begun_together(timeline: Any) -> Any:
+    """Let the tracks of an EDL begin at the timecode of the first one.
+
+    Its adapter tells where each was recorded as a range that begins at minus that time.
+    """
+    tracks, schema, time = list(timeline.tracks), otio().schema, otio().opentime
+    zero = time.RationalTime(0, 1)
+    begins = [zero - it.source_range.start_time if it.source_range else zero for it in tracks]
+    for track, begin in zip(tracks, begins, strict=True):
+        track.source_range = None
+        if begin > min(begins):
+            track.insert(0, schema.Gap(duration=begin - min(begins)))
+    if timeline.global_start_time is None and tracks:
+        timeline.global_start_time = min(begins)
+    return timeline
 
 
-def _gaps(items: list[Any]) -> Iterator[tuple[int, int]]:
-    """Yield the empty frames before clips, with the numbers of the clips."""
-    schema, number, empty = otio().schema, 0, 0
-    for item in items:
-        if isinstance(item, schema.Gap):
-            empty += round(item.duration().value)
-        elif not isinstance(item, schema.Transition):
-            if empty:
-                yield number, empty
-            number, empty = number + 1, 0
-
-
-def _shot(item: Any, track: Any, finder: MediaFinder, rate: float) -> ReelShot:
-    name = shot_name(item.name or "shot")
-    if not isinstance(item, otio().schema.Clip):
-        note = "several clips are nested here: flatten them in the editor"
-        return ReelShot(name, "", notes=(note,))
-    media, (start, count, changed) = finder.of(item), _times(item)
-    first, doubt = media.frame_at(start, float(item.duration().rate))
-    frames = FrameRange(first, first + count - 1)
-    there = media.sequence is None or frames.intersection(
+def _shot(part: Seen, frames: range, finder: MediaFinder, rate: float) -> ReelShot:
+    clip = part.clip
+    media = finder.of(clip)
+    made, retime, doubt = played(part, frames, media, rate)
+    there = media.sequence is None or made.intersection(
         FrameRange(media.sequence.first, media.sequence.last)
     )
-    grade, ungraded = _grade(item.metadata.get("cdl"))
+    grade, ungraded = _grade(clip.metadata.get("cdl"))
     notes = (
-        changed,
+        _speed_note(part, retime),
         doubt if media.source else f"its media are missing: {media.told}",
         media.note,
-        "" if there else f"none of its frames {frames} exists: {media.told}",
-        _rate_note(item, rate),
+        "" if there else f"none of its frames {made} exists: {media.told}",
+        _rate_note(clip, rate),
         ungraded,
-        *_dissolves(item, track),
+        *_dissolves(clip),
     )
-    marks, others = _markers(item)
-    return ReelShot(name, media.source, frames, (*filter(None, notes), *others), marks, grade)
+    marks, others = _markers(clip)
+    kept = (*filter(None, notes), *others)
+    return ReelShot(shot_name(clip.name or "shot"), media.source, made, kept, marks, grade, retime)
 
 
 def _grade(told: Any) -> tuple[Grade | None, str]:
@@ -172,19 +197,16 @@ def _grade(told: Any) -> tuple[Grade | None, str]:
         return None, "its grade (ASC CDL) cannot be read, and is not shown"
 
 
-def _times(clip: Any) -> tuple[float, int, str]:
-    """Return the first time of the media that a clip shows, its frames, and a note on its speed."""
-    shown = clip.trimmed_range()
-    start, count = float(shown.start_time.value), max(1, round(shown.duration.value))
-    speed = math.prod(
-        effect.time_scalar for effect in clip.effects if hasattr(effect, "time_scalar")
+def _speed_note(part: Seen, retime: Retime | None) -> str:
+    """Return what the cut does to the speed of a clip, and what that means for files; "" if not."""
+    if retime is None or part.clock.speed == 1:
+        return ""
+    if retime.speed == 0:
+        return f"the cut holds this frame for {retime.count} frames"
+    return (
+        f"the cut plays it at {float(part.clock.speed):.4g} times the speed; as files its frames "
+        "are made once each, the movie of the cut and --edit-out keep the speed"
     )
-    if speed == 1.0:
-        return start, count, ""
-    if speed == 0.0:
-        return start, 1, f"the cut holds this frame for {count} frames"
-    told = f"the cut plays it at {speed:.4g} times the speed; its frames are made once each"
-    return start, max(1, math.ceil(count * abs(speed))), told
 
 
 def _rate_note(clip: Any, rate: float) -> str:
@@ -192,10 +214,12 @@ def _rate_note(clip: Any, rate: float) -> str:
     return "" if own == rate else f"it runs at {own:g} frames a second, the cut at {rate:g}"
 
 
-def _dissolves(clip: Any, track: Any) -> Iterator[str]:
+def _dissolves(clip: Any) -> Iterator[str]:
     """Yield a note for each transition beside a clip."""
+    schema, track = otio().schema, clip.parent()
+    if not isinstance(track, schema.Track):
+        return
     before, after = track.neighbors_of(clip)
-    schema = otio().schema
     if isinstance(before, schema.Transition):
         yield _dissolve_words(before.out_offset.value + before.in_offset.value, "before it")
     if isinstance(after, schema.Transition):
@@ -224,76 +248,3 @@ def _is_distance(text: str) -> bool:
         return parse_distance_m(text) > 0
     except InputError:
         return False
-
-
-EDIT_OUT_SUFFIX = ".otio"
-
-
-@dataclass(frozen=True)
-class Exported:
-    """The frames of a shot that were exported, in the files of `form` in `folder`.
-
-    cut  those that the cut shows, the others being handles
-    """
-
-    shot: Shot
-    folder: Path
-    form: NameForm
-    frames: FrameRange
-    cut: FrameRange
-
-
-def check_edit_out(path: Path) -> None:
-    """Raise InputError unless the file is one of OpenTimelineIO."""
-    if path.suffix.lower() != EDIT_OUT_SUFFIX:
-        raise InputError(f"--edit-out {path}: the name must end in {EDIT_OUT_SUFFIX}.")
-
-
-def write_edit(path: Path, reel: Reel, exported: Mapping[str, Exported]) -> None:
-    """Write the cut completely or not at all; `exported` has a name of each shot."""
-    schema, time = otio().schema, otio().opentime
-    rate, gaps = reel.frames_per_second, dict(reel.gaps)
-    timeline = schema.Timeline(reel.name)
-    if reel.start_timecode:
-        timeline.global_start_time = time.from_timecode(reel.start_timecode, rate)
-    track = schema.Track("heatlens", kind=schema.TrackKind.Video)
-    timeline.tracks.append(track)
-    for number, shot in enumerate(reel.shots):
-        if number in gaps:
-            track.append(schema.Gap(duration=time.RationalTime(gaps[number], rate)))
-        track.append(_clip(shot.name, exported[shot.name], rate))
-    with replacing(path) as beside:
-        otio().adapters.write_to_file(timeline, os.fspath(beside), "otio_json")
-
-
-def _clip(name: str, made: Exported, rate: float) -> Any:
-    schema = otio().schema
-    media = schema.ImageSequenceReference(
-        target_url_base=f"{made.folder.absolute().as_uri()}/",
-        name_prefix=made.form.prefix,
-        name_suffix=made.form.suffix,
-        start_frame=made.frames.first,
-        frame_step=1,
-        rate=rate,
-        frame_zero_padding=made.form.padding,
-        available_range=_range(made.frames, rate),
-    )
-    clip = schema.Clip(name, media, _range(made.cut, rate))
-    clip.markers.extend(_pulls(made, rate))
-    return clip
-
-
-def _pulls(made: Exported, rate: float) -> Iterable[Any]:
-    """Yield a marker for each key of the focus within the cut."""
-    for key in baked(made.shot).curves.of(LensParameter.FOCUS_DISTANCE).keys:
-        if key.frame in made.cut:
-            frame = FrameRange(round(key.frame), round(key.frame))
-            yield otio().schema.Marker(
-                f"focus {format_distance(key.value)}", marked_range=_range(frame, rate)
-            )
-
-
-def _range(frames: FrameRange, rate: float) -> Any:
-    time = otio().opentime
-    first, count = time.RationalTime(frames.first, rate), time.RationalTime(frames.count, rate)
-    return time.TimeRange(first, count)

@@ -1,16 +1,21 @@
 """Find the media of the clips of an edit on disk, and the frame of a plate for a time of a clip."""
 
+import math
 import os
 import re
 from collections.abc import Iterable, Iterator
 from collections.abc import Sequence as Items
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from heatlens.base.errors import InputError
+from heatlens.documents.edit_times import Seen, seconds
 from heatlens.files.picture_formats import PICTURES_READ, movie_named
+from heatlens.model.curves.frames import FrameRange, exact_rate
+from heatlens.model.shot.reel import Retime
 from heatlens.model.timecode import timecode_at
 from heatlens.plate.parts.header_read import first_timecode, is_marked_blurred
 from heatlens.sequence.names import NameForm, form_of, sequences_among
@@ -27,27 +32,29 @@ class Media:
 
     source    a source as shots name it; "" if it is missing
     sequence  its frames; None for a scene, a shot, and if it is missing
-    start     the time of `first` in the clock of the edit, in frames; None if the edit does not say
-    first     the number of the frame at `start`
+    start_s   the time of `first` in the clock of the edit; None if the edit does not say
+    first     the number of the frame at `start_s`
     told      the name in the edit
+    rate      frames per second of the numbers of frames; None for those of the clip
+    step      frames from one that exists to the next
     note      what else the folders hold by this name; "" if nothing does
     """
 
     source: str
     sequence: Sequence | None
     first: int
-    start: float | None
+    start_s: Fraction | None
     told: str
+    rate: float | None = None
+    step: int = 1
     note: str = ""
 
     def frame_at(self, time: float, rate: float) -> tuple[int, str]:
-        """Return the number of the frame at a time of the clip in frames, and a note or "".
+        """Return the number of the frame at a time of the clip in its frames, and a note or "".
 
-        Without a start, the time is a frame number if there is such a frame, else a timecode of the
-        headers, else counted from the first frame.
+        This is for media without a start. The time is a frame number if there is such a frame,
+        else a timecode of the headers, else counted from the first frame.
         """
-        if self.start is not None:
-            return self.first + round(time - self.start), ""
         if self.sequence is None or round(time) in self.sequence.frames:
             return round(time), ""
         began = first_timecode(self.sequence)
@@ -57,6 +64,42 @@ class Media:
             f"the edit begins at {timecode_at(time, rate)}, but no header of the media tells a "
             "timecode: their first frame is taken"
         )
+
+
+def played(
+    part: Seen, frames: range, media: Media, rate: float
+) -> tuple[FrameRange, Retime | None, str]:
+    """Return which frames of its media a cut shows, how it plays them, and a note or "".
+
+    `frames` are those of the cut, at `rate` a second, that show the part.
+    """
+    time, begin_s, first, doubt = (
+        part.clip.trimmed_range().start_time,
+        media.start_s,
+        media.first,
+        "",
+    )
+    if begin_s is None:
+        begin_s = seconds(time)
+        first, doubt = media.frame_at(float(time.value), float(time.rate))
+    own, cut = exact_rate(media.rate or float(time.rate)), exact_rate(rate)
+    start = first + (part.clock.at(frames.start / cut) - begin_s) * own
+    speed = part.clock.speed * own / cut
+    retime = Retime(float(start), float(speed), len(frames), media.step)
+    shown = retime.shown(first)
+    made = FrameRange(min(shown), max(shown))
+    if shown == tuple(made):
+        return made, None, doubt
+    return FrameRange(made.first, _last_made(retime, made, media)), retime, doubt
+
+
+def _last_made(retime: Retime, made: FrameRange, media: Media) -> int:
+    """Return the last frame within the time of the last one shown, if the media have it."""
+    latest = retime.start + max(0.0, retime.speed * (retime.count - 1))
+    within = math.ceil(round(latest + abs(retime.speed), 6)) - 1
+    if media.sequence is not None:
+        within = min(within, media.sequence.last)
+    return max(made.last, made.first + (within - made.first) // retime.step * retime.step)
 
 
 class MediaFinder:
@@ -74,17 +117,23 @@ class MediaFinder:
 
     def of(self, clip: Any) -> Media:
         """Return the media of a clip of OpenTimelineIO."""
-        reference = clip.media_reference
+        reference = _reference_of(clip)
+        if reference is None:
+            return self._found("", clip.name, None, None)
         available = reference.available_range
-        start = None if available is None else float(available.start_time.value)
+        start_s = None if available is None else seconds(available.start_time)
         if hasattr(reference, "frame_zero_padding"):
             told = _pattern_of(reference)
             first = int(reference.start_frame)
-            return self._found(told, clip.name, first, first if start is None else start)
+            images, step = float(reference.rate), int(reference.frame_step)
+            found = self._found(told, clip.name, first, start_s)
+            begin_s = first / exact_rate(images) if start_s is None else start_s
+            return replace(found, start_s=begin_s, rate=images, step=max(1, step))
+        rate = None if available is None else float(available.start_time.rate)
         told = getattr(reference, "target_url", None) or ""
-        return self._found(told, clip.name or reference.name, None, start)
+        return replace(self._found(told, clip.name or reference.name, None, start_s), rate=rate)
 
-    def _found(self, told: str, name: str, first: int | None, start: float | None) -> Media:
+    def _found(self, told: str, name: str, first: int | None, start_s: Fraction | None) -> Media:
         """Return the media of a URL or path, or else of a name."""
         path = _path_of(told, self._folder) if told else ""
         for fitting in ([path] if path else [], self._by_name(path), self._by_name(name)):
@@ -92,18 +141,23 @@ class MediaFinder:
             if there:
                 source = next((it for it in there if not is_blurred_source(it)), there[0])
                 others = [other for other in there if other != source]
-                return self._media(source, others, told or name, first, start)
-        return Media("", None, first or 0, start, told or name)
+                return self._media(source, others, told or name, first, start_s)
+        return Media("", None, first or 0, start_s, told or name)
 
     def _media(
-        self, source: str, others: Items[str], told: str, first: int | None, start: float | None
+        self,
+        source: str,
+        others: Items[str],
+        told: str,
+        first: int | None,
+        start_s: Fraction | None,
     ) -> Media:
         note, sequence = _also_fit(source, others), _sequence_at(source)
         if sequence is None:
-            return Media(source, None, first or 0, start, told, note)
+            return Media(source, None, first or 0, start_s, told, note=note)
         at = sequence.first if first is None else first
         plates = sequence if _is_numbered(sequence) else None
-        return Media(_source_of(source, sequence), plates, at, start, told, note)
+        return Media(_source_of(source, sequence), plates, at, start_s, told, note=note)
 
     def _by_name(self, name: str | None) -> Items[str]:
         """Return the media in the folders that are called `name`, by any of its usual forms."""
@@ -133,6 +187,14 @@ def _also_fit(source: str, others: Items[str]) -> str:
         return ""
     told = (f"{other} (already blurred)" * is_blurred_source(other) or other for other in others)
     return f"{len(others) + 1} media fit: {source} is taken, and not {', '.join(told)}"
+
+
+def _reference_of(clip: Any) -> Any:
+    """Return the media of a clip: the active ones, else others that it tells; None if none."""
+    others = clip.media_references()
+    active = others.pop(clip.active_media_reference_key, None)
+    named = (it for it in (active, *others.values()) if it is not None)
+    return next((it for it in named if not it.is_missing_reference), None)
 
 
 def _pattern_of(reference: Any) -> str:

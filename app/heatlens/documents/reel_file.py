@@ -10,7 +10,7 @@ from heatlens.files.atomic_file import write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.curves.frames import parse_frame_range
 from heatlens.model.shot.grade import Grade
-from heatlens.model.shot.reel import Reel, ReelShot
+from heatlens.model.shot.reel import Reel, ReelShot, Retime
 
 REEL_SUFFIX = ".heatreel.json"
 REEL_SUFFIXES = (REEL_SUFFIX, *EDIT_SUFFIXES)
@@ -18,7 +18,8 @@ REEL_VERSION = 1
 _VERSION = "heatlens_reel"
 _AS_IT_IS = EditOptions()
 _LISTS = ("notes", "marks")
-_SHOT = ("name", "source", "frames", "notes", "marks", "grade", "gap_before")
+_REEL = ("frames_per_second", "start_timecode", "shots", "gap_after")
+_SHOT = ("name", "source", "frames", "notes", "marks", "grade", "retime", "gap_before")
 
 
 def is_reel(text: str) -> bool:
@@ -36,14 +37,15 @@ def read_reel(path: Path, options: EditOptions = _AS_IT_IS) -> Reel:
         return read_edit(path, options)
     top = read_json(path)
     top.check_version(_VERSION, REEL_VERSION, "reel")
-    entries = top.members([_VERSION, "frames_per_second", "start_timecode", "shots"], ["shots"])
+    entries = top.members([_VERSION, *_REEL], ["shots"])
     values = {
         name: entries[name].of_type(kind)
         for name, kind in (("frames_per_second", float), ("start_timecode", str))
         if name in entries
     }
     items = entries["shots"].items()
-    gaps = ((at, _gap(item)) for at, item in enumerate(items))
+    gaps = [(at, _gap(item)) for at, item in enumerate(items)]
+    gaps += [(len(items), entries["gap_after"].whole())] if "gap_after" in entries else []
     values["shots"] = tuple(_shot(item, path) for item in items)
     values["gaps"] = tuple(gap for gap in gaps if gap[1])
     return top.built(Reel, {"name": path.name[: -len(REEL_SUFFIX)], **values})
@@ -58,6 +60,8 @@ def write_reel(path: Path, reel: Reel) -> None:
         **({"start_timecode": reel.start_timecode} if reel.start_timecode else {}),
         "shots": [_entry(shot, gaps.get(at, 0), path.parent) for at, shot in enumerate(reel.shots)],
     }
+    if len(reel.shots) in gaps:
+        entries["gap_after"] = gaps[len(reel.shots)]
     write_whole(path, (json.dumps(entries, indent=2, ensure_ascii=False) + "\n").encode())
 
 
@@ -83,6 +87,7 @@ def _shot(entry: JsonEntry, path: Path) -> ReelShot:
             "source": absolute_source(source, path) if source else "",
             "frames": frames,
             "grade": members["grade"].record(Grade) if "grade" in members else None,
+            "retime": members["retime"].record(Retime) if "retime" in members else None,
             **{name: members[name].of_type(tuple[str, ...]) for name in _LISTS if name in members},
         },
     )
@@ -95,5 +100,6 @@ def _entry(shot: ReelShot, gap: int, folder: Path) -> dict[str, object]:
         **({"frames": str(shot.frames)} if shot.frames is not None else {}),
         **{name: list(texts) for name in _LISTS if (texts := getattr(shot, name))},
         **({"grade": record_to_json(shot.grade)} if shot.grade is not None else {}),
+        **({"retime": record_to_json(shot.retime)} if shot.retime is not None else {}),
         **({"gap_before": gap} if gap else {}),
     }

@@ -1,6 +1,6 @@
 """Export a cut as one movie: the frames of its shots become lossless files, and are joined."""
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +14,7 @@ from heatlens.export.kept_frames import read_kept
 from heatlens.export.movie import movie_file
 from heatlens.export.movie_sound import Spot, heard
 from heatlens.export.output import Output, parse_output
-from heatlens.export.plan import ExportPlan, fingerprint_of_movie
+from heatlens.export.plan import ExportPlan, PlannedFrame, fingerprint_of_movie
 from heatlens.export.run import FrameDone
 from heatlens.files.atomic_file import check_writable, make_folder
 from heatlens.model.curves.frames import FrameRange
@@ -41,11 +41,25 @@ class Cut:
 
     @property
     def fingerprint(self) -> str:
-        told: list[str] = []
-        for number, plan in enumerate(self.parts):
-            told += ["black"] * self.gaps.get(number, 0)
-            told += [frame.fingerprint for frame in plan.frames]
+        told = ["black" if it is None else it.fingerprint for it in self.shown]
         return fingerprint_of_movie(told, self.reel.frames_per_second)
+
+    @property
+    def shown(self) -> list[PlannedFrame | None]:
+        """What each frame of the movie shows: a frame of a shot, or black as None."""
+        found = list[PlannedFrame | None]()
+        for number in range(len(self.parts)):
+            found += [None] * self.gaps.get(number, 0)
+            found += self.shown_of(number)
+        return found + [None] * self.gaps.get(len(self.parts), 0)
+
+    def shown_of(self, number: int) -> Sequence[PlannedFrame]:
+        """Return the frames of a shot as the cut plays them, some held and some left out."""
+        shot, made = self.reel.shots[number], self.parts[number].frames
+        if shot.retime is None:
+            return made
+        by_number = {frame.frame: frame for frame in made}
+        return [by_number[frame] for frame in shot.shown]
 
 
 def kept_movie(output: Output, number: int, name: str) -> Output:
@@ -77,18 +91,35 @@ def export_cut(
 
 
 def _join(cut: Cut) -> None:
-    black, spots = None, list[Spot | None]()
+    black = _black_like(cut.parts[0])
+    with movie_file(_job_of(cut), cut.path, cut.fingerprint, _spots(cut)) as movie:
+        for frame in cut.shown:
+            kept = black if frame is None else read_kept(frame.path, frame)
+            movie.write(replace(kept, planned=black.planned))
+
+
+def _spots(cut: Cut) -> list[Spot | None]:
+    """Return whose sound each frame of the movie has; None for silence."""
+    spots = list[Spot | None]()
     for number, plan in enumerate(cut.parts):
         spots += [None] * cut.gaps.get(number, 0)
-        spots += heard(plan, cut.reel.frames_per_second)[0]
-    with movie_file(_job_of(cut), cut.path, cut.fingerprint, spots) as movie:
-        for number, plan in enumerate(cut.parts):
-            if black is None:
-                black = _black_like(plan)
-            for _ in range(cut.gaps.get(number, 0)):
-                movie.write(black)
-            for frame in plan.frames:
-                movie.write(replace(read_kept(frame.path, frame), planned=black.planned))
+        spots += heard_in_cut(cut, plan, number)[0]
+    return spots + [None] * cut.gaps.get(len(cut.parts), 0)
+
+
+def heard_in_cut(cut: Cut, plan: ExportPlan, number: int) -> tuple[tuple[Spot | None, ...], str]:
+    """Return whose sound the frames of a shot have, and a sentence if it is left out.
+
+    What is played at another speed has none, because its frames are held or left out.
+    """
+    spots, told = heard(plan, cut.reel.frames_per_second)
+    if cut.reel.shots[number].retime is None:
+        return spots, told
+    has_sound = any(spot is not None for spot in spots)
+    silent = (None,) * len(cut.shown_of(number))
+    name = cut.reel.shots[number].name
+    why = f"The sound of {name} is left out, because the cut changes its speed."
+    return silent, why if has_sound else told
 
 
 def _black_like(plan: ExportPlan) -> RenderedFrame:
@@ -101,7 +132,7 @@ def _black_like(plan: ExportPlan) -> RenderedFrame:
 def _job_of(cut: Cut) -> ExportJob:
     """Return the job of the whole movie, whose frames count from 1."""
     first = cut.parts[0].job
-    count = sum(cut.gaps.values()) + sum(len(plan.frames) for plan in cut.parts)
+    count = len(cut.shown)
     shot = replace(
         first.shot,
         frames=FrameRange(1, count),

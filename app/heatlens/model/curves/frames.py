@@ -12,7 +12,7 @@ from heatlens.base.errors import InputError
 # Frame numbers are counted or encode a time of day; both have at most nine digits.
 FRAME_MOST = 999_999_999
 # Eleven hours at 24 frames per second. A longer range is a typing error, and would fill the memory.
-_COUNT_MOST = 1_000_000
+COUNT_MOST = 1_000_000
 _RATE_MOST = 10_000.0
 _RANGE = re.compile(r"(-?[0-9]{1,9})(?:-(-?[0-9]{1,9}))?")
 
@@ -34,9 +34,9 @@ class FrameRange:
         check_frame(self.last)
         if self.last < self.first:
             raise InputError(f"Frames {self} run backwards. Give the smaller number first.")
-        if self.count > _COUNT_MOST:
+        if self.count > COUNT_MOST:
             raise InputError(
-                f"Frames {self} are {self.count:,}; a shot has at most {_COUNT_MOST:,}."
+                f"Frames {self} are {self.count:,}; a shot has at most {COUNT_MOST:,}."
             )
 
     def __str__(self) -> str:
