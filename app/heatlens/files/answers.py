@@ -32,7 +32,7 @@ _OURS = {
     "heatlens.model.lens.opening_image": ("OpeningImage",),
     "heatlens.model.shot.framing": ("CameraTrack", "Pose", "PoseKey", "SceneTiming", "WorldAxis"),
     "heatlens.model.shot.grade": ("Grade",),
-    "heatlens.model.shot.reel": ("Reel", "ReelShot"),
+    "heatlens.model.shot.reel": ("Reel", "ReelShot", "Retime"),
     "heatlens.model.timecode": ("Timecode",),
     "heatlens.model.view.guides": ("Canvas", "FrameLine"),
     "heatlens.plate.picture.picture_open": ("RawPicture",),
