@@ -110,19 +110,17 @@ def test_a_slip_of_the_keyboard_is_told_in_a_sentence(usd_path, capfd, content):
 
 def test_a_file_that_describes_a_billion_things_has_a_bound(usd_path, monkeypatch):
     usd_path.write_text(bomb())
-    monkeypatch.setenv("HEATLENS_USD_SECONDS", "300")
-    monkeypatch.setenv("HEATLENS_USD_GIGABYTES", "1.2")
-    told = r"cam\.usda cannot be read.* HEATLENS_USD_GIGABYTES|\(HEATLENS_USD_GIGABYTES"
+    monkeypatch.setenv("HEATLENS_READING_SECONDS", "300")
+    monkeypatch.setenv("HEATLENS_READING_GIGABYTES", "1.2")
+    told = r"cam\.usda cannot be read.* HEATLENS_READING_GIGABYTES|\(HEATLENS_READING_GIGABYTES"
     with pytest.raises(InputError, match=told):
         read_usd_camera(str(usd_path))
 
 
 def test_a_file_that_openusd_reads_for_ever_has_a_bound(monkeypatch):
     """A camera of 1,351 bytes, of which one was changed, keeps OpenUSD for 20 seconds."""
-    monkeypatch.setenv("HEATLENS_USD_SECONDS", "2")
-    told = (
-        r"endless\.usdc cannot be read within 2 s of processor time.* HEATLENS_USD_SECONDS allows"
-    )
+    monkeypatch.setenv("HEATLENS_READING_SECONDS", "2")
+    told = r"endless\.usdc cannot be read within 2 s of processor.* HEATLENS_READING_SECONDS allows"
     with pytest.raises(InputError, match=told):
         read_usd_camera(str(ENDLESS))
 

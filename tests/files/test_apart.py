@@ -22,7 +22,7 @@ from support.exr_files import write_file
 from support.usd_cameras import bomb
 from support.x_server import Screen, Window
 
-LONG = {"HEATLENS_USD_SECONDS": "600", "HEATLENS_USD_GIGABYTES": "60"}
+LONG = {"HEATLENS_READING_SECONDS": "600", "HEATLENS_READING_GIGABYTES": "60"}
 PATIENCE_S = 60.0
 
 

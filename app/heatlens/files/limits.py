@@ -12,7 +12,7 @@ import os
 import signal
 from pathlib import Path
 
-SECONDS, GIGABYTES = "HEATLENS_USD_SECONDS", "HEATLENS_USD_GIGABYTES"
+SECONDS, GIGABYTES = "HEATLENS_READING_SECONDS", "HEATLENS_READING_GIGABYTES"
 # OpenUSD itself takes nearly a gigabyte.
 SECONDS_MOST, GIGABYTES_MOST = 10.0, 3.0
 SECONDS_A_MEGABYTE = 10.0  # valid files of many small objects take one or two

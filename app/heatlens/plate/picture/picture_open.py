@@ -30,7 +30,7 @@ from heatlens.base.outside_text import one_line
 from heatlens.base.paths import file_bytes, opened_file, unreadable
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for, is_bounded
-from heatlens.files.opened_by_ending import input_by_openimageio, picture_at
+from heatlens.files.opened_by_ending import check_content, input_by_openimageio, picture_at
 from heatlens.files.picture_formats import in_movie
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.exr.exr_limits import MAX_SIDE_PX
@@ -177,8 +177,12 @@ def _by_openimageio(path: Path) -> NDArray[np.generic]:
 def _read_by(library: ModuleType, path: Path) -> NDArray[np.generic]:
     opened = input_by_openimageio(library, path)
     if opened is None:
-        said = one_line(library.geterror())
-        raise InputError(f"{path} is not a picture that heatlens can read ({said}).")
+        library.geterror()  # else the library prints it when the program ends
+        check_content(path)
+        raise InputError(
+            f"{path} is no {path.suffix[1:].upper()} that heatlens can read: it is damaged, or of "
+            "a rare kind. Convert it to a PNG or TIFF of 16 bits, or to EXR."
+        )
     spec = opened.spec()
     _check_size(path, (spec.width, spec.height))
     values = opened.read_image(library.UNKNOWN)
