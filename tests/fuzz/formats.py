@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import charset_normalizer
+import disguised_formats
 import footage_formats
 import numpy as np
 import OpenEXR
@@ -297,6 +298,9 @@ FORMATS = {
     "edit": Format(footage_formats.edits, footage_formats.frames_of_edit),
     "capture": Format(footage_formats.captures, footage_formats.lens_of_capture),
     "depth-inside": Format(photo_formats.with_depth_inside, _plate),
+    "disguised": Format(disguised_formats.under_other_endings, disguised_formats.values),
+    "pfm": Format(disguised_formats.pfm, disguised_formats.finite_values),
+    "manifest": Format(disguised_formats.manifests, disguised_formats.matte_by_manifest),
     "gltf": Format(_gltf, lambda path: _meshes(read_scene(path))),
     "gltf-packed": Format(
         packed_formats.written,
