@@ -45,6 +45,16 @@ def test_everything_is_said_and_nothing_is_at_fault(capsys, session_context):
     assert str(session_context.info["GL_RENDERER"]) in "".join(lines)
 
 
+def test_a_busy_machine_is_told_more_time(monkeypatch):
+    """Other work takes its share of the processors."""
+    monkeypatch.setattr(command.os, "sched_getaffinity", lambda _: {0, 1})
+    planned = {}
+    for load in (0.0, 5.0):
+        monkeypatch.setattr(command.os, "getloadavg", lambda load=load: (load, 0.0, 0.0))
+        planned[load] = sum(step.seconds for step in command._steps())
+    assert planned[5.0] == pytest.approx(3 * planned[0.0])
+
+
 def test_the_float64_of_the_doctor_is_that_of_the_tests(rng):
     color, coc = rng.random((13, 17, 3)), 30 * rng.random((13, 17)) ** 2
     for name in KERNELS:

@@ -196,3 +196,11 @@ def test_a_film_back_counts_for_radial_depth_too(capsys, plate, tmp_path):
     render(capsys, plate, tmp_path / "1.exr", *words, "--filmback", "USD")
     render(capsys, plate, tmp_path / "2.exr", *words, "--sensor-width", "20.955")
     assert np.array_equal(picture(tmp_path / "1.exr")[1], picture(tmp_path / "2.exr")[1])
+
+
+def test_a_squeezed_picture_is_told_and_an_exr_keeps_its_aspect(tmp_path, capsys):
+    plate = write_file(tmp_path / "wide.exr", channels(), pixelAspectRatio=2.0, **CAMERA)
+    words = ("--f-stop", "2", "--focus-distance", "3")
+    said = render(capsys, plate, tmp_path / "o.png", *words)
+    assert "2 times as wide as high" in said and "--desqueeze 2" in said
+    assert "squeezed" not in render(capsys, plate, tmp_path / "o.exr", *words)

@@ -1,5 +1,6 @@
 """OpenGL for the Python interface: started with the first picture, then kept."""
 
+import os
 import threading
 from collections.abc import Callable
 from typing import TypeVar
@@ -17,12 +18,24 @@ class Engine:
         self._renderer: FrameRenderer | None = None
         self._thread = 0
         self._loaded: tuple[object, object] | None = None
+        self._is_forked = False
+        os.register_at_fork(after_in_child=self._note_fork)
+
+    def _note_fork(self) -> None:
+        """Note in a child that the OpenGL of its parent cannot be used: its threads are gone."""
+        self._is_forked = self._renderer is not None
 
     def renderer(self) -> FrameRenderer:
         """Return the renderer with its context current.
 
-        Raises GpuError in every thread but the first, and where OpenGL is missing.
+        Raises GpuError in every thread but the first, after a fork, and where OpenGL is missing.
         """
+        if self._is_forked:
+            raise GpuError(
+                "this process was forked from one in which heatlens has drawn already, and OpenGL "
+                "does not outlive a fork. Start processes with "
+                'multiprocessing.get_context("spawn").'
+            )
         if self._renderer is None:
             self._renderer = headless_renderer()
             self._thread = threading.get_ident()

@@ -38,10 +38,10 @@ class Asked:
 
 
 def open(
-    source: str | os.PathLike[str] | ArrayLike,
-    depth_m: ArrayLike | None = None,
+    source: "str | os.PathLike[str] | ArrayLike",  # quoted: numpy's type would fill the help
+    depth_m: "ArrayLike | None" = None,
     *,
-    coc_px: ArrayLike | None = None,
+    coc_px: "ArrayLike | None" = None,
     camera: str | None = None,
     size: tuple[int, int] | None = None,
     **reading: Unpack[ReadingOptions],

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
@@ -66,15 +67,23 @@ def run(args: argparse.Namespace) -> int:
 def _steps() -> list[Step]:
     """Return the parts of all checks in order, with the seconds that they took on two cores.
 
-    Each check has its own pace: a driver for a GPU builds shaders more slowly.
+    Each check has its own pace: a driver for a GPU builds shaders more slowly. On a machine with
+    other work each takes longer.
     """
+    crowd = _crowd()
     solvers = [gpu_check.solver_words(name) for name in SOLVERS]
     parts = {"shaders": gpu_check.shader_words(), "solvers": solvers}
     return [
-        Step(words, _SECONDS.get(name, 0.1), name)
+        Step(words, crowd * _SECONDS.get(name, 0.1), name)
         for name in _checks()
         for words in (name, *parts.get(name, ()))
     ]
+
+
+def _crowd() -> float:
+    """Return by how much other work slows this down now: what runs, shared by the processors."""
+    processors = len(os.sched_getaffinity(0))
+    return max(1.0, (os.getloadavg()[0] + 1.0) / processors)
 
 
 def _findings(tell_step: Callable[[str], None]) -> Iterator[Finding]:

@@ -2,6 +2,8 @@
 
 import os
 import shlex
+import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -42,14 +44,32 @@ def make_first_pictures(why: NoWindowError) -> int:
     print(f"{still}    the still life, focus on the fruit", flush=True)
     write_whole(pull, _animation(list(_shown_frames(view))))
     print(f"{pull}    the street at night, the focus pulled from one walker to the next")
+    own, name = started_as(), shlex.quote(str(_short(plate)))
     print(
         "\nGo on with these, or with a plate or scene of your own:\n"
-        f"  heatlens render {shlex.quote(str(plate))} -o lights.png --focus-at 330,60\n"
-        "  heatlens render demo -o street.png --frame 120 --f-stop 1.4\n"
-        "  heatlens export demo -o street/####.png --frames 60-90 --size 640x360\n"
-        "  heatlens render --help"
+        f"  {own} render {name} -o lights.png --focus-at 330,60\n"
+        f"  {own} render demo -o street.png --frame 120 --f-stop 1.4\n"
+        f"  {own} export demo -o street/####.png --frames 60-90 --size 640x360\n"
+        f"  {own} render --help"
     )
     return 0
+
+
+def started_as() -> str:
+    """Return the words that start this program again in the shell, as short as they can be."""
+    program = Path(sys.argv[0])
+    if program.name == "__main__.py":
+        return f"{shlex.quote(sys.orig_argv[0])} -m heatlens"
+    found = shutil.which(program.name)
+    if found is not None and os.path.realpath(found) == os.path.realpath(program):
+        return program.name
+    return shlex.quote(str(_short(program)))
+
+
+def _short(path: Path) -> Path:
+    """Return a path from the current folder on, if it lies in it."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
 
 
 def _folder() -> Path:

@@ -129,6 +129,8 @@ def _render(args: argparse.Namespace) -> None:
     renderer.stopwatch.on = args.stats
     shot, frame = commands_for(args.plate).load(args, renderer, settings)
     _check_room(args, shot, renderer)
+    if not _is_exr(args):
+        say(*_squeezed(args, renderer.loaded.plate))
     read_done = time.perf_counter()
     with picture_progress(renderer, shot) as tell:
         plate, pixels = _picture(args, renderer, shot, frame, tell)
@@ -154,6 +156,17 @@ def _render(args: argparse.Namespace) -> None:
         )
     if args.stats:
         _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
+
+
+def _squeezed(args: argparse.Namespace, plate: Plate) -> tuple[str, ...]:
+    """Return a sentence on a picture of an anamorphic lens, which the window shows wider."""
+    aspect = plate.pixel_aspect_ratio
+    if aspect == 1.0:
+        return ()
+    return (
+        f"the pixels of {plate.path} are {aspect:g} times as wide as high, so {args.output} is "
+        f"squeezed: `heatlens export` with --desqueeze {aspect:g} widens it.",
+    )
 
 
 def _depth_beside(args: argparse.Namespace, plate: Plate) -> dict[str, FloatArray]:

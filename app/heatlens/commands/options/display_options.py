@@ -27,7 +27,9 @@ def add_display_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentG
     """Add the options of `DisplayOptions`; return their group."""
     group = parser.add_argument_group(
         "look",
-        "For pictures and movies; EXR stays scene-linear. The default matches the window.",
+        "For pictures and movies; EXR stays scene-linear. The default matches the window, but for "
+        "pixels that are wider than high: a picture keeps each as one, and `export --desqueeze` "
+        "widens them.",
     )
     add_fields(group, DisplayOptions)
     return group

@@ -82,7 +82,7 @@ def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]
     if args.lens_model is None:
         model, why = lens_model_of(_camera_header(sequence))
         lens = replace(lens, model=model)
-        say(f"discs of a {model.facts.words} ({why}).")
+        say(f"the lens makes the discs of a {model.facts.words} ({why}).")
     return lens, sequence
 
 
