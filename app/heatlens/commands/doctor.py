@@ -3,6 +3,7 @@
 import argparse
 import json
 import os
+import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
@@ -82,6 +83,8 @@ def _steps() -> list[Step]:
 
 def _crowd() -> float:
     """Return by how much other work slows this down now: what runs, shared by the processors."""
+    if sys.platform != "linux":  # other systems do not tell it, or in another way
+        return 1.0
     processors = len(os.sched_getaffinity(0))
     return max(1.0, (os.getloadavg()[0] + 1.0) / processors)
 
