@@ -25,6 +25,7 @@ from heatlens.model.timecode import Timecode
 from heatlens.plate.header.camera_header import lens_attributes
 from support.cameras import FRAMES, SHOTS, moving_camera
 from support.command_line import folder_of
+from support.exports import write_shot_file
 from support.exr_files import rgb, write_file
 
 LENS = Lens(50.0, 1.3, 2.24, 36.0)
@@ -335,3 +336,9 @@ def test_json_of_another_kind_is_no_camera(capsys, folder):
     with open("x.json", "w", encoding="utf-8") as file:
         json.dump([1], file)
     assert "no camera of heatlens" in refused(capsys, folder, *words[:-1], "x.json")
+
+
+def test_a_camera_is_silent_on_overscan_which_only_a_blur_needs(capsys, tmp_path):
+    shot = write_shot_file(tmp_path)
+    assert main(["camera", str(shot), "-o", str(tmp_path / "c.usda")]) == 0
+    assert "verscan" not in capsys.readouterr().err

@@ -3,7 +3,6 @@
 import argparse
 import os
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from heatlens.commands.options.given_options import refuse_given
 from heatlens.commands.options.lens_options import lens_words
 from heatlens.commands.options.scene_options import add_timing_options, timing_of
 from heatlens.commands.options.value_types import number
-from heatlens.commands.output.plate_words import first_plate, overscan_of_shot, shot_timecodes
+from heatlens.commands.output.plate_words import shot_timecodes
 from heatlens.commands.output.say import say, tell
 from heatlens.commands.shots.following import measured_now
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
@@ -203,7 +202,7 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
     if has_camera(shot.source):
         why = f"{shot.source} is a 3D scene, in metres and y up"
         refuse_given(args, ("scene_unit", "up_axis"), why)
-    camera = camera_of_shot(
+    return camera_of_shot(
         shot,
         Path(args.source).name.removesuffix(SHOT_SUFFIX),
         parse_frame_range(args.frames) if args.frames else None,
@@ -211,8 +210,6 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
         unit_m,
         args.up_axis or "y",
     )
-    need = overscan_of_shot(shot, first_plate(shot), camera.frames)
-    return camera if need is None else replace(camera, notes=(*camera.notes, need.sentence))
 
 
 def _is_scene(source: str) -> bool:

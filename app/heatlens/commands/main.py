@@ -27,6 +27,7 @@ from heatlens.base.outside_text import printable
 from heatlens.base.stopping import stop_was_said
 from heatlens.commands.options.command_parser import add_command
 from heatlens.commands.options.network_option import allow_networks
+from heatlens.commands.options.output_places import check_output_places
 from heatlens.commands.output.say import say_nothing
 from heatlens.files.picture_formats import movie_named
 from heatlens.model.option import OTHER_NAMES, or_meant
@@ -205,6 +206,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         say_nothing(getattr(args, "quiet", False))
         allow_networks(getattr(args, "run_networks", False), words[0] in ("view", "serve"))
         count_movie_frames(args)
+        check_output_places(args)
         code = int(args.run(args))
         sys.stdout.flush()  # a closed pipe is noticed here, not when Python ends
         return code

@@ -9,6 +9,7 @@ import platform
 import re
 import secrets
 import shutil
+import tempfile
 import time
 import zlib
 from collections.abc import Iterator
@@ -208,11 +209,35 @@ def make_folder(folder: Path, parents: bool = False) -> None:
         ) from error
 
 
-def check_writable(path: Path) -> None:
-    """Raise InputError if no file can be created in the folder of `path`, which must exist."""
-    folder = path.parent
+def check_writable(path: Path, around: Path | None = None) -> None:
+    """Raise InputError if no file can be created in the folder of `path`, or in `around` it.
+
+    The folder must exist.
+    """
+    folder = around or path.parent
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{path}: {folder} is not writable. Choose another folder.")
+    try:
+        # The rights of a folder do not tell everything: nobody can make a file in /proc.
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"{path}: no file can be made in {folder} ({error.strerror or error}). Choose another "
+            "folder."
+        ) from error
+
+
+def check_place(path: Path) -> None:
+    """Raise InputError if nothing can be written where `path`, or its first missing folder, lies.
+
+    It is for the beginning of a command; which missing folders it makes is its own decision.
+    """
+    folder = Path(os.path.realpath(path)).parent
+    while not os.path.lexists(folder):
+        folder = folder.parent
+    if folder.is_dir():
+        check_writable(path, folder)
 
 
 def check_space(folder: Path, need_bytes: float, what: str) -> None:
