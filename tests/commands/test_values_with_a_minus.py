@@ -67,6 +67,7 @@ def test_an_option_is_no_value(capsys):
 
 def test_frames_that_run_backwards_are_refused():
     assert parse_frames("-2--1,3") == (-2, -1, 3)
+    assert parse_frames("1004-998x-3") == (998, 1001, 1004)  # told by its step
     for text in ("1100-1001", "1,9-7", "-1--2"):
         with pytest.raises(InputError, match="backwards"):
             parse_frames(text)

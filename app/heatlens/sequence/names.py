@@ -122,7 +122,7 @@ def parse_frames(text: str) -> tuple[int, ...]:
         read = tuple(FrameSet(text))
     except ValueError as error:  # the base of the errors of fileseq
         raise InputError(_no_frames(text)) from error
-    for first, last in re.findall(r"(-?\d+)-(-?\d+)", text):
+    for first, last in re.findall(r"(-?\d+)-(-?\d+)(?!\d|x-)", text):
         if int(last) < int(first):
             raise InputError(f"Frames {first}-{last} run backwards. Give the smaller number first.")
     frames = tuple(sorted(frame for frame in read if isinstance(frame, int)))
