@@ -325,7 +325,7 @@ def test_a_camera_that_stands_still_sets_no_frames(capsys):
 
 
 def test_the_camera_file_is_the_one_that_was_asked_for(capsys, folder):
-    for name, sentence in (("cam.abc", "is neither a file nor a pattern"), ("c.nk", "not read")):
+    for name, sentence in (("cam.abc", "is not there"), ("c.nk", "not read")):
         words = ("shot", "new", "p.exr", "-o", "t.heatlens.json", "--camera", name)
         assert sentence in refused(capsys, folder, *words)
 

@@ -8,6 +8,7 @@ from heatlens.model.focus.coc import sharp_dioptres
 from heatlens.model.marks.marks import MatteMark, MattePart, ObjectMark
 from heatlens.model.marks.track_mark import Click
 from support.command_line import stderr_of_run
+from support.exports import write_plates
 from support.mattes import matte_plate
 from support.session_files import write_scene
 from support.walks import Walk
@@ -107,3 +108,10 @@ def test_a_tracked_surface_is_followed_and_kept_in_the_shot(walk, tmp_path, caps
         assert off <= 0.51 * sharp_dioptres(lens), frame
     assert main(["shot", "show", str(tmp_path / "s.heatlens.json")]) == 0
     assert "surface at pixel" in capsys.readouterr().out
+
+
+def test_a_focus_that_is_not_measured_yet_is_told_without_a_value(tmp_path, capsys):
+    words = (write_plates(tmp_path / "in"), "--frames", "1001-1001", "--f-stop", "1.4")
+    _, said = made(capsys, tmp_path, *words, "--follow", "A@16,9")
+    assert "focus 1 m" not in said and "focus on a mark (--follow)" in said
+    assert "over 1 frame with 1 key." in said

@@ -2,6 +2,7 @@
 
 import base64
 import csv
+import html
 import io
 import re
 from dataclasses import replace
@@ -20,7 +21,7 @@ from heatlens.export.sheet_page import Sheet, SheetEntry, data_uri, sheet_html, 
 from heatlens.export.sheet_rows import mark_rows, sheet_csv, sheet_frames, sheet_row
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.focus.coc import near_limit_m
-from heatlens.model.lens.lens import Lens
+from heatlens.model.lens.lens import Lens, MeasuredFrom
 from heatlens.model.marks.marks import DistanceMark, PointMark
 from heatlens.model.shot.reel import Reel, ReelShot
 from heatlens.model.shot.shot import LensParameter, Shot
@@ -59,6 +60,17 @@ def test_there_is_a_row_for_each_key_and_both_ends(shot):
     assert parse_distance_m(rows[1].near) == pytest.approx(
         near_limit_m(shot.lens_at(1013)), rel=1e-3
     )
+
+
+def test_the_limits_are_told_in_feet_too_and_from_where_they_are_measured(shot):
+    film = replace(shot, lens=replace(shot.lens, measured_from=MeasuredFrom.FILM))
+    for row in rows_of(film):
+        for metres, feet in ((row.near, row.near_feet), (row.far, row.far_feet)):
+            assert parse_distance_m(feet) == pytest.approx(parse_distance_m(metres), abs=0.01)
+    sheet = Sheet("rack", film, [SheetEntry(row) for row in rows_of(film)])
+    page = sheet_html("rack", [sheet])
+    assert f"distances: from the {MeasuredFrom.FILM.words}" in page
+    assert rows_of(film)[0].near_feet in html.unescape(page)
 
 
 def test_a_row_tells_how_long_it_is_to_the_next_and_whether_the_focus_is_held(shot):

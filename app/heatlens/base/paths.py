@@ -13,6 +13,7 @@ import stat
 import sys
 import warnings
 from collections.abc import Callable
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import BinaryIO
@@ -22,6 +23,7 @@ from platformdirs import PlatformDirs
 from heatlens.base.errors import InputError
 
 FILE_MOST_BYTES = 16_000_000_000  # larger ones do not fit the memory of a usual machine
+_ALIKE = 0.8  # how alike two names are that differ by a slip of the fingers, of 1
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -55,9 +57,19 @@ def unreadable(path: Path, error: OSError | None = None) -> InputError:
     if os.path.isdir(path):  # raises nothing, unlike Path.is_dir of a name that is too long
         return InputError(f"{path} is a folder, not a file.")
     if not os.path.lexists(path):
-        return InputError(f"{path} is not there.")
+        return InputError(f"{path} is not there.{_meant_beside(path)}")
     why = (error.strerror or str(error)) if error is not None else "it is not a file"
     return InputError(f"{path} cannot be read: {why}.")
+
+
+def _meant_beside(path: Path) -> str:
+    """Return " Did you mean X?" for a file in the same folder with a similar name, else ""."""
+    try:
+        names = sorted(os.listdir(path.parent))
+    except OSError:
+        return ""
+    near = get_close_matches(path.name, names, 1, _ALIKE)
+    return f" Did you mean {path.with_name(near[0])}?" if near else ""
 
 
 def absolute(path: str | os.PathLike[str]) -> str:

@@ -57,6 +57,7 @@ _COMMANDS = (
     *("view", "render", "export", "shot", "reel", "camera", "info", "compare", "study", "bench"),
     *("serve", "kits", "doctor", "worker"),
 )
+_ALIKE = 0.7  # of 1 for the same word; --device is 0.62 like --denoise, --f-stop 0.91 like --fstop
 _QUIET = ("-q", "--quiet")
 _ABOUT_ALL = ("-h", "--help", "-V", "--version", "--print-completion")
 _CAMERA_SUFFIXES = (".usd", ".usda", ".usdc", ".json", ".csv")
@@ -109,7 +110,8 @@ class _Parser(argparse.ArgumentParser):
         parsed, unknown = super().parse_known_args(words, namespace)
         if unknown and self.prog.endswith(" view") and parsed.plate in _COMMANDS:
             right = " ".join((parsed.plate, *unknown))
-            self.error(f"options come after the command, as in: heatlens {right} --f-stop 2")
+            told = f"options come after the command, as in: heatlens {right} --f-stop 2"
+            self.exit(2, f"heatlens: {told}\n`heatlens {parsed.plate} --help` explains.\n")
         if len(unknown) > 1 and all(map(os.path.isfile, unknown)):
             self.error(_unquoted(unknown))
         if unknown:
@@ -329,12 +331,34 @@ def meant(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:
         if elsewhere := _elsewhere(option, value or after, parser.prog):
             return elsewhere
         other = _OTHER_NAMES.get(option)
-        near = [other] if other in known else difflib.get_close_matches(option, known, 1)
-        if near == ["--focus-distance"] and "--focus-at" in known:
-            near = ["--focus-distance or --focus-at"]
+        near = [other] if other in known else _like(option, known)
         if near:
-            return f". Did you mean {near[0]}?"
+            return f". Did you mean {' or '.join(near)}?"
+        if having := _commands_with(option):
+            return f". It is an option of {' and '.join(f'`heatlens {name}`' for name in having)}."
     return ""
+
+
+def _like(option: str, known: Sequence[str]) -> list[str]:
+    """Return the two options that begin with the same word, or else the one most like it.
+
+    The dashes are left out, because they would make every two short words alike.
+    """
+    longer = [name for name in known if name.startswith(f"{option}-")]
+    if 0 < len(longer) <= 2:
+        return sorted(longer, reverse=True)
+    names = [name.lstrip("-") for name in known]
+    return [f"--{it}" for it in difflib.get_close_matches(option.lstrip("-"), names, 1, _ALIKE)]
+
+
+def _commands_with(option: str) -> list[str]:
+    """Return the commands that have an option, which another one was given."""
+    found = []
+    for name in _COMMANDS:
+        own = argparse.ArgumentParser(add_help=False)
+        importlib.import_module(f"heatlens.commands.{name}").add_options(own)
+        found += [name] if option in own._option_string_actions else []
+    return found
 
 
 def count_movie_frames(args: argparse.Namespace) -> None:

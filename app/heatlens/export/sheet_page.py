@@ -103,6 +103,7 @@ def _facts(shot: Shot, entries: Sequence[SheetEntry]) -> dict[str, str]:
     return {
         "lens": least if least == most else f"{least} to {most}",
         "film back": f"{shot.lens.sensor_width_mm:.4g} mm wide",
+        "distances": f"from the {shot.lens.measured_from.words}",
         "rate": f"{shot.frames_per_second:.5g} frames a second",
     }
 

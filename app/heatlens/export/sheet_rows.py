@@ -27,7 +27,7 @@ class SheetRow:
     seconds   since the first frame
     mark      the mark in focus; "" if there is none
     focus     distance, and `feet` the same in feet
-    near, far limits of the sharp range
+    near, far limits of the sharp range; `near_feet` and `far_feet` the same in feet
     f_stop    as on the ring
     to_next   frames to the next row, and whether the focus is held; "" in the last row
     """
@@ -42,6 +42,8 @@ class SheetRow:
     far: str
     f_stop: str
     to_next: str
+    near_feet: str
+    far_feet: str
 
 
 @dataclass(frozen=True)
@@ -88,6 +90,8 @@ def sheet_row(
         far=measured_text(lens, far_limit_m(lens)),
         f_stop=f"f/{lens.f_stop:.3g}",
         to_next="" if after is None else _to_next(shot, frame, after),
+        near_feet=measured_text(lens, near_limit_m(lens), "ft"),
+        far_feet=measured_text(lens, far_limit_m(lens), "ft"),
     )
 
 

@@ -1,6 +1,7 @@
 """Find the frames of a sequence such as plate.####.exr on disk, with gaps, and scan it again."""
 
 import os
+import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -38,6 +39,8 @@ Stamp = tuple[int, ...]
 
 _STILL_FRAME = 1  # frame number of a picture without a number in its name
 _NOTATIONS = "shot.####.exr, shot.%04d.exr, shot.@@@@.exr or shot.$F4.exr"
+# How other programs and shells write a frame number: [0001-0003], {frame:04d}, <F4>, * and ?.
+_FOREIGN = re.compile(r"\[[^\]]*\]|\{[^}]*\}|<[^>]*>|[*?]+")
 _NEAR_NAMES = 3  # how many an error lists
 
 
@@ -229,10 +232,10 @@ def _form_of_pattern(path: Path, names: list[str]) -> tuple[NameForm, str | None
     """Return the form in the name of `path`, with its padding, and the frames it names, if any."""
     parsed = parse_pattern(path.name)
     if parsed is None:
-        raise InputError(
-            f"{path} is neither a file nor a pattern such as {_NOTATIONS}. "
-            f"{_near(form_of(path.name)[0], names)}"
-        )
+        plain, count = _FOREIGN.subn("", path.name)
+        is_pattern = count or any(mark in path.name for mark in "#%@$")
+        what = f"neither a file nor a pattern such as {_NOTATIONS}" if is_pattern else "not there"
+        raise InputError(f"{path} is {what}. {_near(form_of(plain)[0], names)}")
     form, frames = parsed
     if form.padding != 1:
         return form, frames
@@ -294,6 +297,8 @@ def _near(form: NameForm, names: list[str]) -> str:
     found = sequences_among(names)
     by_text = {f"{f.prefix}{f.suffix}": f for f in found}
     near = get_close_matches(f"{form.prefix}{form.suffix}", by_text, _NEAR_NAMES)
+    if near and not found[by_text[near[0]]] and not form.padding:
+        return f"Did you mean {by_text[near[0]].text}?"
     near = near or [text for text in by_text if text.lower().endswith(".exr")][:_NEAR_NAMES]
     if not near:
         return "The folder holds no EXR file."

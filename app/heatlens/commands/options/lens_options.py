@@ -225,20 +225,25 @@ def sources_of(args: argparse.Namespace) -> dict[str, str]:
     }
 
 
+FOLLOWED = "--follow"  # the origin of a focus that is not known yet
+
+
 def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
     """Return each value of a lens with its origin."""
     values = {
         "focal_length_mm": f"focal length {lens.focal_length_mm:g} mm",
         "sensor_width_mm": f"sensor width {lens.sensor_width_mm:g} mm",
         "f_stop": f"f/{lens.f_stop:g}",
-        "focus_distance_m": _focus_words(lens),
+        "focus_distance_m": _focus_words(lens, sources["focus_distance_m"]),
         "model": f"discs of a {lens.model.facts.words}",
     }
     return ", ".join(f"{text} ({sources[field]})" for field, text in values.items())
 
 
-def _focus_words(lens: Lens) -> str:
+def _focus_words(lens: Lens, origin: str) -> str:
     """Return the focus as text, and from where it is measured if that is not the pupil."""
+    if origin == FOLLOWED:  # it is measured when the lens is complete
+        return "focus on a mark"
     told = measured_text(lens, lens.focus_distance_m)
     is_usual = lens.measured_from is MeasuredFrom.PUPIL
     return f"focus {told}" if is_usual else f"focus {told} from the {lens.measured_from.words}"

@@ -104,12 +104,13 @@ def shot_that_follows(args: argparse.Namespace, shot: Shot, name: str) -> Shot:
         after = measured(replace(shot, curves=curves), show)
     assert after.curves.live is not None
     _say_hidden(after.curves.live)
-    followed = f"the focus follows {live.words} over {len(after.curves.live.frames)} frames"
+    over = _counted(len(after.curves.live.frames), "frame")
+    followed = f"the focus follows {live.words} over {over}"
     if args.live:
         say(f"{followed}, live.")
     else:
         after = baked(after)
-        say(f"{followed} with {len(after.curves.focus_distance_m.keys)} keys.")
+        say(f"{followed} with {_counted(len(after.curves.focus_distance_m.keys), 'key')}.")
     first = after.frames.first if after.frames else 1
     return replace(after, lens=replace(shot.lens, focus_distance_m=_focus_m(after, first)))
 
@@ -129,6 +130,10 @@ def measured_now(shot: Shot) -> Shot:
 
 def _focus_m(shot: Shot, frame: int) -> float:
     return shot.lens_at(frame).focus_distance_m
+
+
+def _counted(count: int, what: str) -> str:
+    return f"1 {what}" if count == 1 else f"{count} {what}s"
 
 
 def _say_hidden(live: LiveFocus) -> None:

@@ -15,6 +15,7 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import refuse_unused
 from heatlens.commands.options.lens_options import (
+    FOLLOWED,
     add_lens_options,
     add_plate_options,
     plate_options,
@@ -268,7 +269,7 @@ def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace
 def _with_any_focus(args: argparse.Namespace) -> argparse.Namespace:
     """Return the options with a provisional focus, until the followed mark is measured."""
     given = argparse.Namespace(**vars(args))
-    given.origins = {**getattr(args, "origins", {}), "focus_distance_m": "--follow"}
+    given.origins = {**getattr(args, "origins", {}), "focus_distance_m": FOLLOWED}
     given.focus_distance, given.focus_at = "1", None
     return given
 
@@ -291,7 +292,7 @@ def keys_of(texts: list[str]) -> Keys:
     for text in texts:
         match = _KEY.fullmatch(text)
         if match is None or match[1] not in KEYED:
-            raise _no_key(text, or_meant(text.partition("@")[0], KEYED))
+            raise _no_key(text, _key_hint(text))
         parameter = KEYED[match[1]][0]
         keys.setdefault(parameter, []).append(_key(text, parameter, match))
     return {name: sorted(found, key=lambda key: key.frame) for name, found in keys.items()}
@@ -308,6 +309,14 @@ def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
         )
     except ValueError:
         raise _no_key(text) from None
+
+
+def _key_hint(text: str) -> str:
+    """Return a sentence on a key without a frame, or with a name like another one; else ""."""
+    name, sign, value = text.partition("=")
+    if sign and name in KEYED:
+        return f" The frame is missing, as in {name}@1001={value}."
+    return or_meant(name.partition("@")[0], KEYED)
 
 
 def _no_key(text: str, hint: str = "") -> InputError:
