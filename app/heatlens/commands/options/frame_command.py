@@ -7,14 +7,13 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.commands.options.lens_options import add_lens_options, add_plate_options
-from heatlens.commands.options.one_of_many import check_frame_of_file
+from heatlens.commands.options.one_of_many import check_frame_of_file, names_picture
 from heatlens.commands.options.scene_options import add_framing_options
 from heatlens.commands.options.value_types import whole
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.files.picture_formats import movie_named
 from heatlens.sequence.names import frames_text, parse_pattern
 from heatlens.sequence.sequence import find_sequence
-from heatlens.source.kinds import kind_of
 
 AddOptions = Callable[[argparse.ArgumentParser], None]
 
@@ -59,7 +58,7 @@ def take_one_frame(args: argparse.Namespace) -> None:
             there = frames_text(sequence.present)
             raise InputError(f"{path} has no frame {frame}: there are {there}.")
         args.plate, args.frame = sequence.path_at(frame), None
-    elif args.frame is not None and not (is_pattern or kind_of(str(path)).has_camera):
+    elif args.frame is not None and not is_pattern and names_picture(path):
         check_frame_of_file(str(path), args.frame)
         args.frame = None
     elif is_pattern or os.path.isdir(path):

@@ -18,12 +18,16 @@ from heatlens.sequence.sequence import Sequence, find_sequence
 def frame_among(text: str) -> tuple[int, Sequence] | None:
     """Return the frame of an existing picture and its sequence; None if it has no other frame."""
     path = Path(os.path.expanduser(text))
-    is_plate = path.suffix.lower() == ".exr" or is_picture(path)
-    if not is_plate or not os.path.isfile(path):
+    if not names_picture(path) or not os.path.isfile(path):
         return None
     sequence = find_sequence(path)
     frame = sequence.frame_at(path)
     return None if frame is None or sequence.is_single else (frame, sequence)
+
+
+def names_picture(path: Path) -> bool:
+    """Return whether a name has the ending of a picture, also of one that is not read."""
+    return path.suffix.lower() == ".exr" or is_picture(path) or bool(foreign_words(path))
 
 
 def check_frame_of_file(text: str, frame: int) -> None:
