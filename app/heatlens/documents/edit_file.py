@@ -18,6 +18,7 @@ from heatlens.base.outside_text import one_line
 from heatlens.base.paths import file_bytes, unreadable
 from heatlens.documents.edit_media import MediaFinder, played
 from heatlens.documents.edit_times import Seen, seen_in
+from heatlens.documents.edl_text import prepared
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for, is_bounded
 from heatlens.model.curves.frames import FRAMES_PER_SECOND, FrameRange, exact_rate
@@ -139,11 +140,18 @@ def _read(path: Path, rate: float | None) -> Any:
     suffix = path.suffix.lower()
     if suffix == ".aaf" and file_bytes(path)[: len(_AAF)] != _AAF:  # its reader leaves it open
         raise InputError(f"{path} cannot be read as an edit: it is not an AAF file")
-    values = {"rate": rate or FRAMES_PER_SECOND} if suffix == ".edl" else {}
     adapters = otio().adapters
+    if suffix == ".edl":
+        return _edl(path, rate or FRAMES_PER_SECOND)
     with _refused(f"{path} cannot be read as an edit"):
-        found = adapters.read_from_file(os.fspath(path), _ADAPTERS.get(suffix), **values)
-    return _begun_together(found) if suffix == ".edl" else found
+        return adapters.read_from_file(os.fspath(path), _ADAPTERS.get(suffix))
+
+
+def _edl(path: Path, rate: float) -> Any:
+    text = prepared(path, file_bytes(path).decode("utf-8-sig", "replace"), rate)
+    with _refused(f"{path} cannot be read as an edit"):
+        found = otio().adapters.read_from_string(text, _ADAPTERS[".edl"], rate=rate)
+    return _begun_together(found)
 
 
 def _begun_together(timeline: Any) -> Any:
