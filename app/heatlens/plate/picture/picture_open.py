@@ -41,6 +41,7 @@ from heatlens.plate.picture.portrait import portrait_header
 
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
 _HEIC = (".heic", ".heif")
+_ORIENTATION = 0x0112  # tag of EXIF
 _HEAD_BYTES = 4096  # start of an AVIF that holds its description
 _FOLDER, _FILE = "rgb", "metadata.json"
 _LONG_SIDE_MM = 36.0  # of the full frame, on which phones tell their focal lengths
@@ -103,7 +104,7 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
             height, width = _by_openimageio(path).shape[:2]
             return (width, height), {"is_light": True}
         info = _photo_info(path, image, image.size)
-        return image.size, info | {"is_light": image.mode == "F"}
+        return _upright_size(image), info | {"is_light": image.mode == "F"}
 
 
 def _is_for_own_process(path: Path) -> bool:
@@ -189,8 +190,14 @@ def _read_by(library: ModuleType, path: Path) -> NDArray[np.generic]:
     opened.close()
     if values is None:
         raise InputError(f"{path} is damaged or cut short ({one_line(opened.geterror())}).")
-    pixels: NDArray[np.generic] = np.asarray(values)[:, :, :4]
-    return pixels
+    return _turned(np.asarray(values)[:, :, :4], spec.get_int_attribute("Orientation", 1))
+
+
+def _turned(stored: NDArray[Any], orientation: int) -> NDArray[np.generic]:
+    """Return values (H, W, C) upright. Source: EXIF 2.32, the tag Orientation."""
+    upright = stored.swapaxes(0, 1) if orientation in (5, 6, 7, 8) else stored
+    upright = upright[::-1] if orientation in (3, 4, 7, 8) else upright
+    return np.ascontiguousarray(upright[:, ::-1] if orientation in (2, 3, 6, 7) else upright)
 
 
 def _array(path: Path) -> NDArray[np.generic]:
@@ -254,6 +261,12 @@ def _info(image: Image.Image | None) -> dict[str, object]:
     info["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(0x8769)}
     info["segments"] = list(getattr(image, "applist", ()))
     return info
+
+
+def _upright_size(image: Image.Image) -> tuple[int, int]:
+    """Return (width, height) as the picture is shown; Pillow swaps those of TIFF itself."""
+    is_on_side = image.format != "TIFF" and image.getexif().get(_ORIENTATION, 1) in (5, 6, 7, 8)
+    return image.size[::-1] if is_on_side else image.size
 
 
 def _photo_info(path: Path, image: Image.Image, upright: tuple[int, int]) -> dict[str, object]:
