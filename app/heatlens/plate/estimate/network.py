@@ -91,6 +91,11 @@ class Network:
             (found, *_) = self.run(None, {self.input_name: seen})
         except Exception as error:  # the runtime raises errors of its own for each kind of failure
             raise InputError(f"{self.path} failed on a picture: {one_line(error)}") from error
+        if max(np.shape(found), default=0) > _SIDE_GIVEN_MOST:
+            raise InputError(
+                f"{self.path} gives values of shape {np.shape(found)}: sides are at most "
+                f"{_SIDE_GIVEN_MOST} px."
+            )
         values = np.asarray(found, np.float32).squeeze()
         if values.ndim != 2 or not np.isfinite(values).all():
             raise InputError(

@@ -181,8 +181,8 @@ def _read_by(library: ModuleType, path: Path) -> NDArray[np.generic]:
         library.geterror()  # else the library prints it when the program ends
         check_content(path)
         raise InputError(
-            f"{path} is no {path.suffix[1:].upper()} that heatlens can read: it is damaged, or of "
-            "a rare kind. Convert it to a PNG or TIFF of 16 bits, or to EXR."
+            f"{path} cannot be read as {path.suffix}: it is damaged, or of a rare kind. Convert it "
+            "to a PNG or TIFF of 16 bits, or to EXR."
         )
     spec = opened.spec()
     _check_size(path, (spec.width, spec.height))
