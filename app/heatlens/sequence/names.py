@@ -119,19 +119,21 @@ def parse_frames(text: str) -> tuple[int, ...]:
     try:
         if re.search(r"\d\s+\d", text):
             raise ValueError("fileseq would join the two numbers")
-        read = tuple(FrameSet(text))
+        named = FrameSet(text)
+        count = len(named)
+        read = tuple(named) if count <= MAX_FRAMES else ()  # a range of millions is not unfolded
     except ValueError as error:  # the base of the errors of fileseq
         raise InputError(_no_frames(text)) from error
     for first, last in re.findall(r"(-?\d+)-(-?\d+)(?!\d|x-)", text):
         if int(last) < int(first):
             raise InputError(f"Frames {first}-{last} run backwards. Give the smaller number first.")
+    if count > MAX_FRAMES:
+        raise InputError(
+            f"Frames {text!r} are {count:,} frames: heatlens takes up to {MAX_FRAMES:,}."
+        )
     frames = tuple(sorted(frame for frame in read if isinstance(frame, int)))
     if not frames or len(frames) < len(read):
         raise InputError(_no_frames(text))
-    if len(frames) > MAX_FRAMES:
-        raise InputError(
-            f"Frames {text!r} are {len(frames):,} frames: heatlens takes up to {MAX_FRAMES:,}."
-        )
     return frames
 
 
