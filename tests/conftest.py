@@ -22,8 +22,7 @@ from support import contexts
 from support.command_line import ENVIRONMENT, end_started
 
 if TYPE_CHECKING:
-    import moderngl
-
+    from heatlens.gpu.device import Device
     from heatlens.render import FrameRenderer
     from heatlens.scene_gpu.raster import SceneRaster
     from support.both_ways import BothWays
@@ -109,13 +108,13 @@ def no_other_context(request: pytest.FixtureRequest) -> Iterator[None]:
 
 
 @pytest.fixture
-def second_context(session_context: "moderngl.Context") -> Iterator["moderngl.Context"]:
+def second_context(session_context: "Device") -> Iterator["Device"]:
     """Make another context, and leave that of the run the current one."""
-    import moderngl
+    from heatlens.gpu.opengl import gl_device
 
-    made = moderngl.create_context(standalone=True, backend="egl", require=430)  # type: ignore[call-arg]
+    made = gl_device.headless_device()
     yield made
-    session_context.__enter__()
+    session_context.make_current()
     made.release()
 
 
@@ -125,26 +124,26 @@ def expects_faults() -> None:
 
 
 @pytest.fixture(scope="session")
-def session_context() -> Iterator["moderngl.Context"]:
+def session_context() -> Iterator["Device"]:
     """Make the one OpenGL context of the run; making one costs 0.2 s."""
     from heatlens.gpu.context import headless_context
 
     ctx = headless_context()
-    ctx.gc_mode = "context_gc"  # what nobody holds any more is listed in `ctx.objects`
+    contexts.list_unheld(ctx)
     yield ctx
     ctx.release()
 
 
 @pytest.fixture
-def ctx(session_context: "moderngl.Context") -> Iterator["moderngl.Context"]:
+def ctx(session_context: "Device") -> Iterator["Device"]:
     """Return the context, and check that a test finds and leaves no OpenGL error."""
-    assert session_context.error == "GL_NO_ERROR"
+    assert session_context.error == ""
     yield session_context
-    assert session_context.error == "GL_NO_ERROR"
+    assert session_context.error == ""
 
 
 @pytest.fixture(scope="module")
-def raster(session_context: "moderngl.Context") -> Iterator["SceneRaster"]:
+def raster(session_context: "Device") -> Iterator["SceneRaster"]:
     """Return what draws scenes as a raster."""
     from heatlens.scene_gpu.raster import SceneRaster
 
@@ -154,7 +153,7 @@ def raster(session_context: "moderngl.Context") -> Iterator["SceneRaster"]:
 
 
 @pytest.fixture(scope="module")
-def stage(session_context: "moderngl.Context") -> Iterator["BothWays"]:
+def stage(session_context: "Device") -> Iterator["BothWays"]:
     """Return what draws scenes as a raster and traces them by rays."""
     from support.both_ways import BothWays
 
@@ -163,20 +162,15 @@ def stage(session_context: "moderngl.Context") -> Iterator["BothWays"]:
     made.release()
 
 
-def _release_unheld(ctx: "moderngl.Context") -> None:
+def _release_unheld(ctx: "Device") -> None:
     """Release what OpenGL holds and Python does not: a run of all tests would take 20 GB."""
-    import moderngl
-
     gc.collect()
     gc.freeze()  # what is alive now is not looked at again: late in a run that takes seconds
-    while ctx.objects:
-        unheld = ctx.objects.popleft()
-        if not isinstance(unheld, moderngl.InvalidObject):  # released by its owner before
-            unheld.release()
+    contexts.release_unheld(ctx)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def memory_of_one_file(command_context: "moderngl.Context | None") -> Iterator[None]:
+def memory_of_one_file(command_context: "Device | None") -> Iterator[None]:
     """Give back after each test file what its pictures and programs took."""
     yield
     if command_context:
@@ -187,18 +181,16 @@ _IMPORTED = r"import [^()]*\(?[^()]*\bheadless_context"
 
 
 @pytest.fixture(scope="session", autouse=True)
-def command_context(session_context: "moderngl.Context") -> Iterator["moderngl.Context"]:
+def command_context(session_context: "Device") -> Iterator["Device"]:
     """Make the commands that run inside the tests draw with the context of the session.
 
     A context of their own would become the current one, and calls for this one would go there.
     """
-    import moderngl
-
     import heatlens
 
     root = Path(heatlens.__file__).parent
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(moderngl, "create_context", contexts.noted(moderngl.create_context))
+        contexts.note_new(patch)
         for path in root.rglob("*.py"):
             text = path.read_text(encoding="utf-8")
             # The search alone backtracks for seconds over files without the name.
@@ -209,7 +201,7 @@ def command_context(session_context: "moderngl.Context") -> Iterator["moderngl.C
 
 
 @pytest.fixture(scope="module")
-def renderer(session_context: "moderngl.Context") -> "FrameRenderer":
+def renderer(session_context: "Device") -> "FrameRenderer":
     """Make one renderer a test file: it builds the shaders."""
     from heatlens.render import FrameRenderer
 
@@ -218,7 +210,7 @@ def renderer(session_context: "moderngl.Context") -> "FrameRenderer":
 
 @pytest.fixture(scope="module")
 def room_window(
-    session_context: "moderngl.Context", tmp_path_factory: pytest.TempPathFactory
+    session_context: "Device", tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator["Gui"]:
     """Open one window a test file, which shows the room with the fastest blur."""
     from support.gui import gui_of  # here: command line tests need no ImGui
@@ -230,7 +222,7 @@ def room_window(
 
 
 @pytest.fixture
-def gui(ctx: "moderngl.Context", room_window: "Gui") -> "Gui":
+def gui(ctx: "Device", room_window: "Gui") -> "Gui":
     """Return that window in the state in which it was opened."""
     room_window.begin_again()
     return room_window

@@ -11,11 +11,11 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-import moderngl
 from imgui_bundle import imgui
 from PIL import Image
 
 from heatlens.gpu.context import headless_context
+from heatlens.gpu.device import Device
 from heatlens.scene.scene_read import DEMO
 from support.gui import Gui, gui_of
 
@@ -61,7 +61,7 @@ def main() -> None:
 
 
 def _write(
-    ctx: moderngl.Context,
+    ctx: Device,
     source: str,
     names: tuple[str, ...],
     size: tuple[int, int],

@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-import moderngl
-
 from heatlens.base.errors import InputError
 from heatlens.defocus.lean_survey import LeanSurvey
 from heatlens.defocus.line_solver import LineSolver, usual_solver
@@ -22,6 +20,7 @@ from heatlens.gpu.context import (
     headless_context,
     is_software,
 )
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download, uploading
 from heatlens.model.lens.breathing import as_seen, plate_ratio
@@ -49,7 +48,7 @@ class FrameRenderer:
     one is being rendered.
     """
 
-    def __init__(self, ctx: moderngl.Context, solver: LineSolver | None = None) -> None:
+    def __init__(self, ctx: Device, solver: LineSolver | None = None) -> None:
         """Make a renderer; if `solver` is None, with the one for this OpenGL."""
         self.ctx = ctx
         self.stopwatch = Stopwatch(ctx)
@@ -185,7 +184,7 @@ class FrameRenderer:
             pipeline.forget_plate()
         self._loaded = pinhole
 
-    def render(self, shot: Shot, frame: int = 0) -> moderngl.Texture:
+    def render(self, shot: Shot, frame: int = 0) -> Texture:
         """Return the picture through the shot's lens at `frame`: RGBA float32, premultiplied.
 
         Its size is that of the source times the proxy.
@@ -194,7 +193,7 @@ class FrameRenderer:
         """
         return drained(self.steps(shot, frame))
 
-    def steps(self, shot: Shot, frame: int = 0, slot: int = 0) -> Steps[moderngl.Texture]:
+    def steps(self, shot: Shot, frame: int = 0, slot: int = 0) -> Steps[Texture]:
         """Render in short steps that yield the name of a pass, and return the picture.
 
         Pictures in different slots do not disturb each other, and steps may be abandoned. Nothing
@@ -205,7 +204,7 @@ class FrameRenderer:
             self.stopwatch.times.clear()
         return self.stopwatch.timed(self._breathing(shot, frame, self._pipeline(slot)))
 
-    def uploading(self, pixels: FloatArray, slot: int) -> Steps[moderngl.Texture]:
+    def uploading(self, pixels: FloatArray, slot: int) -> Steps[Texture]:
         """Take a picture that another machine has rendered into a slot, in short steps."""
         height, width = pixels.shape[:2]
         out = self._pipeline(slot).scratch.texture("out", (width, height), 4)
@@ -213,9 +212,7 @@ class FrameRenderer:
             yield "upload"
         return out
 
-    def _breathing(
-        self, shot: Shot, frame: int, pipeline: DefocusPipeline
-    ) -> Steps[moderngl.Texture]:
+    def _breathing(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[Texture]:
         """Render, and crop or extend a plate to the view of a breathing lens."""
         picture = yield from self._steps(self._seen(shot, frame), frame, pipeline)
         if self.has_many_views:  # it is drawn as the breathing lens sees it
@@ -236,7 +233,7 @@ class FrameRenderer:
             return shot
         return replace(shot, lens=as_seen(shot.lens_at(frame)), curves=LensCurves())
 
-    def _steps(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[moderngl.Texture]:
+    def _steps(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[Texture]:
         yield from self.looking(shot, frame)
         loaded = self.loaded
         if shot.defocus.method.needs_scene:
@@ -253,7 +250,7 @@ class FrameRenderer:
 
     def _with_beyond(
         self, shot: Shot, frame: int, pipeline: DefocusPipeline, beyond: Pinhole
-    ) -> Steps[moderngl.Texture]:
+    ) -> Steps[Texture]:
         """Blur a plate with what other frames showed around it, and return the frame."""
         self._check_fits(beyond.color.size)
         picture = yield from self._of_plate(shot, frame, pipeline, beyond)
@@ -264,7 +261,7 @@ class FrameRenderer:
 
     def _of_plate(
         self, shot: Shot, frame: int, pipeline: DefocusPipeline, loaded: Pinhole
-    ) -> Steps[moderngl.Texture]:
+    ) -> Steps[Texture]:
         """Blur a picture, in a unit of light in which a white surface is about 1."""
         color, scale = loaded.color, loaded.light_scale
         if scale != 1.0 and loaded.cutout is None:
@@ -282,7 +279,7 @@ class FrameRenderer:
 
     def _with_overscan(
         self, shot: Shot, frame: int, pipeline: DefocusPipeline, overscan: Overscan
-    ) -> Steps[moderngl.Texture]:
+    ) -> Steps[Texture]:
         """Blur the picture with as much around it as reaches the frame, and return the frame."""
         plate, peeled = self.loaded.plate, None
         if shot.defocus.quality in (Quality.DRAFT, Quality.PREVIEW):
@@ -315,7 +312,7 @@ class FrameRenderer:
         crop.run(picture, (fine * margin,) * 2, out, fine)
         return out
 
-    def copy(self, picture: moderngl.Texture, out: moderngl.Texture) -> None:
+    def copy(self, picture: Texture, out: Texture) -> None:
         """Copy a picture to a texture of the same size, which later renders do not overwrite."""
         self._passes.crop.run(picture, (0, 0), out)
 

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
-import moderngl
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from heatlens.gpu.device import Device
 from heatlens.model.lens import opening
 from heatlens.model.lens.aperture import Aperture
 from heatlens.model.lens.disc_shape import DiscShape, PictureField
@@ -45,7 +45,7 @@ seeds = st.integers(0, 2**32 - 1)
 class ApertureOnGpu:
     """Asks lib/aperture.lib.glsl."""
 
-    def __init__(self, ctx: moderngl.Context, *defines: str) -> None:
+    def __init__(self, ctx: Device, *defines: str) -> None:
         self._library = ShaderQuestions(
             ctx, "lib/aperture.lib.glsl", _QUESTIONS, dict.fromkeys(defines, 1), answers=3
         )
@@ -65,14 +65,14 @@ class ApertureOnGpu:
 
 
 @pytest.fixture(scope="module")
-def on_gpu(session_context: moderngl.Context) -> Iterator[ApertureOnGpu]:
+def on_gpu(session_context: Device) -> Iterator[ApertureOnGpu]:
     made = ApertureOnGpu(session_context)
     yield made
     made.release()
 
 
 @pytest.fixture(scope="module")
-def shaped_on_gpu(session_context: moderngl.Context) -> Iterator[ApertureOnGpu]:
+def shaped_on_gpu(session_context: Device) -> Iterator[ApertureOnGpu]:
     made = ApertureOnGpu(session_context, "SHAPED", "COLORED")
     yield made
     made.release()

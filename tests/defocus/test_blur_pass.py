@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, Over, pole_layers
 from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel
 from heatlens.defocus.line_solver import SOLVERS, LineSolver
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import Storage, download, new_array, new_texture, upload
 from support import oracle
 
@@ -23,7 +23,7 @@ CASES += [
 
 
 @pytest.fixture(scope="module", params=list(SOLVERS))
-def solver(request: pytest.FixtureRequest, session_context: moderngl.Context) -> LineSolver:
+def solver(request: pytest.FixtureRequest, session_context: Device) -> LineSolver:
     return SOLVERS[request.param](session_context)
 
 
@@ -100,7 +100,7 @@ def test_a_layer_is_composited_by_its_coverage(solver, rng, kernel):
 
 @pytest.mark.parametrize(("name", "size"), CASES, ids=str)
 def test_agrees_with_float64(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str, size
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str, size
 ) -> None:
     x, coc = random_plate(rng, size, 60.0)
     kernel = named_kernel(name)
@@ -112,7 +112,7 @@ def test_agrees_with_float64(
 @pytest.mark.parametrize("name", ["heat", "disc_4", "disc_5"])
 @pytest.mark.parametrize("axis", ["rows", "columns"])
 def test_wide_blur_on_long_lines_agrees_with_float64(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str, axis: str
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str, axis: str
 ) -> None:
     size = (16384, 1) if axis == "rows" else (1, 16384)
     x, coc = random_plate(rng, size, 2000.0)
@@ -123,7 +123,7 @@ def test_wide_blur_on_long_lines_agrees_with_float64(
 
 @pytest.mark.parametrize("name", KERNELS)
 def test_squeeze_scales_each_axis(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
     x, coc = random_plate(rng, (40, 30), 20.0)
     scales = (0.5, 1.25)
@@ -134,7 +134,7 @@ def test_squeeze_scales_each_axis(
 
 @pytest.mark.parametrize("steps", [1, 2, 5])
 def test_gaussian_steps_agree_with_float64(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, steps: int
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, steps: int
 ) -> None:
     x, coc = random_plate(rng, (33, 21), 30.0)
     kernel = gaussian_kernel(steps)
@@ -144,7 +144,7 @@ def test_gaussian_steps_agree_with_float64(
 
 @pytest.mark.parametrize("name", KERNELS)
 def test_constant_picture_stays_constant(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
     _, coc = random_plate(rng, (61, 47), 90.0)
     x = np.full((47, 61, 4), 0.75, np.float32)
@@ -153,7 +153,7 @@ def test_constant_picture_stays_constant(
 
 @pytest.mark.parametrize("name", KERNELS)
 def test_light_is_kept(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
     """Where none of it crosses the border."""
     x, coc = random_plate(rng, (61, 47), 90.0)
@@ -165,7 +165,7 @@ def test_light_is_kept(
 @pytest.mark.parametrize("coc_px", [2.0, 20.0])
 @pytest.mark.parametrize("name", KERNELS)
 def test_what_is_at_the_border_goes_on_beyond_it(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str, coc_px: float
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str, coc_px: float
 ) -> None:
     """The border is blurred as in the middle of a larger picture that repeats it."""
     x, coc = random_plate(rng, (21, 17), coc_px)
@@ -177,7 +177,7 @@ def test_what_is_at_the_border_goes_on_beyond_it(
 
 @pytest.mark.parametrize("name", KERNELS)
 def test_pixels_in_focus_keep_every_bit(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
     x, coc = random_plate(rng, (61, 47), 90.0)
     coc[10:20, 5:50] = 0.0
@@ -188,7 +188,7 @@ def test_pixels_in_focus_keep_every_bit(
 
 @pytest.mark.parametrize("name", ["heat", "disc_4"])
 def test_transposing_commutes(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
     """Exactly so for a uniform plate; rows and columns commute no more where the blur varies."""
     x = rng.random((39, 52, 4), np.float32)
@@ -199,7 +199,7 @@ def test_transposing_commutes(
 
 
 def test_small_scratch_gives_the_same_picture(
-    ctx: moderngl.Context, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+    ctx: Device, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Lines are worked on in tiles; where a tile ends must not show."""
     x, coc = random_plate(rng, (50, 70), 30.0)
@@ -214,7 +214,7 @@ def test_small_scratch_gives_the_same_picture(
 
 @pytest.mark.parametrize("name", KERNELS)
 def test_half_storage_stays_under_a_code_value(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
     """Between rows and columns half is enough, loses no light on the mean and overflows nowhere."""
     x, coc = random_plate(rng, (120, 90), 40.0)

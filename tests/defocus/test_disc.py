@@ -1,12 +1,12 @@
 """A point of light becomes the disc a lens would make of it, down to a few pixels."""
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion, pole_layers
 from heatlens.defocus.kernels import Kernel, named_kernel
 from heatlens.defocus.line_solver import PartitionSolver
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import download, new_array, new_texture, upload
 from support.discs import TAILS_PX, Picture, analytic_disc, radius_at_half_height, size_for
 
@@ -15,13 +15,11 @@ DIAMETERS = [4.0, 4.5, 5.0, 6.0, 8.0, 11.0, 16.0, 30.0, 75.0, 200.0]
 
 
 @pytest.fixture(scope="module")
-def blur(session_context: moderngl.Context) -> BlurPass:
+def blur(session_context: Device) -> BlurPass:
     return BlurPass(PartitionSolver(session_context))
 
 
-def point_blurred(
-    ctx: moderngl.Context, blur: BlurPass, kernel: Kernel, diameter: float
-) -> Picture:
+def point_blurred(ctx: Device, blur: BlurPass, kernel: Kernel, diameter: float) -> Picture:
     side = size_for(diameter)
     x = np.zeros((side, side, 4), np.float32)
     x[side // 2, side // 2] = 1.0
@@ -41,7 +39,7 @@ def point_blurred(
 @pytest.mark.parametrize("diameter", DIAMETERS)
 @pytest.mark.parametrize("name", DISCS)
 def test_radius_light_and_variance_are_the_discs(
-    ctx: moderngl.Context, blur: BlurPass, name: str, diameter: float
+    ctx: Device, blur: BlurPass, name: str, diameter: float
 ) -> None:
     picture = point_blurred(ctx, blur, named_kernel(name), diameter)
     expected = radius_at_half_height(analytic_disc(diameter), diameter)
@@ -54,9 +52,7 @@ def test_radius_light_and_variance_are_the_discs(
 
 
 @pytest.mark.parametrize("diameter", [4.0, 8.0, 30.0])
-def test_more_poles_are_closer_to_the_disc(
-    ctx: moderngl.Context, blur: BlurPass, diameter: float
-) -> None:
+def test_more_poles_are_closer_to_the_disc(ctx: Device, blur: BlurPass, diameter: float) -> None:
     disc = analytic_disc(diameter)
     errors = [
         np.linalg.norm(point_blurred(ctx, blur, named_kernel(name), diameter) - disc)

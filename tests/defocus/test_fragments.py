@@ -1,6 +1,5 @@
 """Silhouette pixels split into what is near and what is far in them."""
 
-import moderngl
 import numpy as np
 import pytest
 
@@ -8,6 +7,7 @@ from heatlens.defocus.fragment_pass import FragmentPass, Fragments
 from heatlens.defocus.listed_fragments import FragmentBuffers, ListedFragments
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import list_bytes
+from heatlens.gpu.device import Buffer, Device, Texture
 from heatlens.gpu.textures import FloatArray, new_texture, upload
 from heatlens.model.focus.coc import CocLine
 from support.fragment_lists import packed_lists
@@ -18,7 +18,7 @@ WHOLE, FAR_RIM, NEAR_RIM = 0.0, 1.0, 2.0
 
 
 def split(
-    ctx: moderngl.Context,
+    ctx: Device,
     color: FloatArray,
     coc: FloatArray,
     lists: ListedFragments | None = None,
@@ -34,7 +34,7 @@ def split(
     optics = Optics(CocLine(AT_INFINITY_PX, PER_DIOPTRE_PX), np.array([0.0]))
     list(FragmentPass(ctx).steps(picture, optics, pixels, thin))
 
-    def read(texture: moderngl.Texture) -> FloatArray:
+    def read(texture: Texture) -> FloatArray:
         return np.frombuffer(texture.read(), np.float16).astype(np.float32).reshape(*coc.shape, -1)
 
     check_rims(pixels, read(kind)[..., 0])
@@ -42,7 +42,7 @@ def split(
     return {"kind": read(kind)[..., 0], "far": read(far), "near": read(near), "thin": listed}
 
 
-def check_rims(pixels: moderngl.Buffer, kind: FloatArray) -> None:
+def check_rims(pixels: Buffer, kind: FloatArray) -> None:
     """Far rims are in front of the list and near rims in its back, each once."""
     words = np.frombuffer(pixels.read(), np.uint32)
     in_front, in_back = words[12 : 12 + words[3]], words[words.size - words[7] :]
@@ -62,7 +62,7 @@ def edge(coverage: float) -> tuple[FloatArray, FloatArray]:
     return color, coc
 
 
-def test_coverage_and_both_colours_are_recovered(ctx: moderngl.Context) -> None:
+def test_coverage_and_both_colours_are_recovered(ctx: Device) -> None:
     for coverage in (0.1, 0.3, 0.45):
         color, coc = edge(coverage)
         parts = split(ctx, color, coc)
@@ -73,7 +73,7 @@ def test_coverage_and_both_colours_are_recovered(ctx: moderngl.Context) -> None:
         np.testing.assert_allclose(parts["near"][middle], (*color[0, 0], -20.0), atol=0.02)
 
 
-def test_near_rim_gives_back_what_shines_through(ctx: moderngl.Context) -> None:
+def test_near_rim_gives_back_what_shines_through(ctx: Device) -> None:
     color, coc = edge(0.0)
     color[:, 4] = 0.7 * color[0, 0] + 0.3 * color[0, 8]
     parts = split(ctx, color, coc)
@@ -83,7 +83,7 @@ def test_near_rim_gives_back_what_shines_through(ctx: moderngl.Context) -> None:
 
 
 def known_behind(
-    ctx: moderngl.Context, hidden: FloatArray, behind: FloatArray, coc: float
+    ctx: Device, hidden: FloatArray, behind: FloatArray, coc: float
 ) -> ListedFragments:
     """Return lists of one surface of a colour (H, W, 3) behind the pixels that `hidden` marks."""
     rgba = np.concatenate([behind, np.ones((*hidden.shape, 1), np.float32)], axis=-1)[hidden]
@@ -97,7 +97,7 @@ def known_behind(
 
 @pytest.mark.parametrize(("far_coc", "is_used"), [(20.0, True), (1.0, False)])
 def test_a_known_far_side_decides_the_far_colour_of_a_rim(
-    ctx: moderngl.Context, far_coc: float, is_used: bool
+    ctx: Device, far_coc: float, is_used: bool
 ) -> None:
     """Pixels beyond the rim are a wall of another colour than behind it, where the colour changes.
 
@@ -116,7 +116,7 @@ def test_a_known_far_side_decides_the_far_colour_of_a_rim(
 
 
 def test_a_wire_before_a_known_wall_has_its_own_colour_and_coverage(
-    ctx: moderngl.Context, rng: np.random.Generator
+    ctx: Device, rng: np.random.Generator
 ) -> None:
     """All pixels of a thin wire are rims: the wall and the outline tell what is its own."""
     wall, wire = rng.random((12, 16, 3), np.float32), np.array((0.5, 0.6, 0.7), np.float32)
@@ -130,7 +130,7 @@ def test_a_wire_before_a_known_wall_has_its_own_colour_and_coverage(
     np.testing.assert_allclose(parts["near"][1:-1, 9, :3] - wire, 0.0, atol=0.002)
 
 
-def test_the_rim_of_a_thing_in_focus_ends_as_its_own_pixel(ctx: moderngl.Context) -> None:
+def test_the_rim_of_a_thing_in_focus_ends_as_its_own_pixel(ctx: Device) -> None:
     """Its own part differs from its neighbours: taking theirs would give it bristles."""
     color, coc = edge(0.0)
     coc[:, :5] = -1.0
@@ -142,13 +142,13 @@ def test_the_rim_of_a_thing_in_focus_ends_as_its_own_pixel(ctx: moderngl.Context
     np.testing.assert_allclose(cover * near + (1 - cover) * far, color[:, 5], atol=0.002)
 
 
-def test_a_slanted_surface_has_no_rim(ctx: moderngl.Context) -> None:
+def test_a_slanted_surface_has_no_rim(ctx: Device) -> None:
     coc = np.tile(np.linspace(-20, 20, 64, dtype=np.float32), (9, 1))
     color = np.full((9, 64, 3), 0.5, np.float32)
     assert np.all(split(ctx, color, coc)["kind"] == WHOLE)
 
 
-def test_rims_are_one_pixel_on_each_side(ctx: moderngl.Context) -> None:
+def test_rims_are_one_pixel_on_each_side(ctx: Device) -> None:
     kind = split(ctx, *edge(0.5))["kind"]
     assert np.all(kind[:, 5] == FAR_RIM)
     assert np.all(kind[:, 4] == NEAR_RIM)
@@ -156,7 +156,7 @@ def test_rims_are_one_pixel_on_each_side(ctx: moderngl.Context) -> None:
 
 
 def test_coverage_before_a_far_side_full_of_detail_follows_the_outline(
-    ctx: moderngl.Context, rng: np.random.Generator
+    ctx: Device, rng: np.random.Generator
 ) -> None:
     """A far colour that varies from pixel to pixel is a guess, which must not decide coverage."""
     near, shape = np.array((0.8, 0.5, 0.5), np.float32), (64, 40)
@@ -184,7 +184,7 @@ def hair(far: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return color.astype(np.float32), coc, cover
 
 
-def test_a_hair_before_a_window_has_its_own_colour_and_coverage(ctx: moderngl.Context) -> None:
+def test_a_hair_before_a_window_has_its_own_colour_and_coverage(ctx: Device) -> None:
     color, coc, cover = hair(np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)))
     parts, rows = split(ctx, color, coc), slice(3, 15)
     np.testing.assert_allclose(parts["far"][rows, 8, 3], cover[rows, 8], atol=0.03)
@@ -193,7 +193,7 @@ def test_a_hair_before_a_window_has_its_own_colour_and_coverage(ctx: moderngl.Co
     np.testing.assert_allclose(parts["far"][rows, 9, :3] - WINDOW, 0.0, atol=0.03)
 
 
-def test_a_dark_bar_behind_a_hair_stays_dark(ctx: moderngl.Context) -> None:
+def test_a_dark_bar_behind_a_hair_stays_dark(ctx: Device) -> None:
     """Beside the hair a dark pixel could be hair before the window: the bar explains it better."""
     far = np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)).copy()
     far[7:10] = (0.05, 0.05, 0.06)
@@ -203,14 +203,14 @@ def test_a_dark_bar_behind_a_hair_stays_dark(ctx: moderngl.Context) -> None:
     np.testing.assert_allclose(parts["far"][4:6, 7, :3] - WINDOW, 0.0, atol=0.03)
 
 
-def test_a_wire_of_like_light_keeps_its_pixels(ctx: moderngl.Context) -> None:
+def test_a_wire_of_like_light_keeps_its_pixels(ctx: Device) -> None:
     color, coc, _ = hair(np.broadcast_to(np.array((0.05, 0.06, 0.04), np.float32), (18, 18, 3)))
     parts = split(ctx, color, coc)
     np.testing.assert_allclose(parts["far"][3:15, 8, :3], color[3:15, 8], atol=0.001)
     assert np.all(parts["far"][3:15, 8, 3] == 1.0)
 
 
-def test_hair_alone_has_the_work_of_hair(ctx: moderngl.Context) -> None:
+def test_hair_alone_has_the_work_of_hair(ctx: Device) -> None:
     """Its rims are listed, three columns of them; those of something wide are not."""
     color, coc, _ = hair(np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)))
     parts = split(ctx, color, coc)

@@ -1,12 +1,12 @@
 """What nearer layers hide is guessed along structures that go on behind them."""
 
-import moderngl
 import numpy as np
 
 from heatlens.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.tile_mask import TileList, TileMask, WholePictures, seen_bytes
 from heatlens.defocus.tile_pass import SeenBitsPass
+from heatlens.gpu.device import Buffer, Device
 from heatlens.gpu.program import blocks_for
 from heatlens.gpu.textures import BufferParts, FloatArray, download, new_texture, upload
 
@@ -15,7 +15,7 @@ BESIDE = (5, 3)  # a smaller layer is in the corner of its textures
 
 
 def filled(
-    ctx: moderngl.Context, layer: FloatArray, state: FloatArray, reach_px: int = 1000
+    ctx: Device, layer: FloatArray, state: FloatArray, reach_px: int = 1000
 ) -> tuple[FloatArray, FloatArray]:
     size = layer.shape[1::-1]
     whole = size[0] + BESIDE[0], size[1] + BESIDE[1]
@@ -47,7 +47,7 @@ def in_corner(values: FloatArray) -> FloatArray:
     return np.pad(values, beside, constant_values=np.nan)
 
 
-def check_blocks(blocks: moderngl.Buffer, hidden: np.ndarray) -> None:
+def check_blocks(blocks: Buffer, hidden: np.ndarray) -> None:
     """Each block of 2 x 2 has one pixel in front of the list; the others come from its end."""
     words = np.frombuffer(blocks.read(), np.uint32)
     first, others = words[12 : 12 + words[3]], words[words.size - words[7] :]
@@ -69,7 +69,7 @@ def layer_with_hole(color: FloatArray, hole: np.ndarray) -> tuple[FloatArray, Fl
     return layer, state
 
 
-def test_one_colour_goes_on(ctx: moderngl.Context) -> None:
+def test_one_colour_goes_on(ctx: Device) -> None:
     hole = np.zeros((70, 90), bool)
     hole[20:60, 10:80] = True
     layer, state = layer_with_hole(np.full((70, 90, 3), (0.2, 3.0, 0.5)), hole)
@@ -78,7 +78,7 @@ def test_one_colour_goes_on(ctx: moderngl.Context) -> None:
     np.testing.assert_allclose(extended, np.broadcast_to((7.0, 1.0), extended.shape), rtol=1e-4)
 
 
-def test_stripes_across_a_wire_join(ctx: moderngl.Context) -> None:
+def test_stripes_across_a_wire_join(ctx: Device) -> None:
     """Horizontal and diagonal stripes behind an upright wire come back as they were."""
     y, x = np.mgrid[:64, :64]
     hole = (x >= 30) & (x < 34)
@@ -90,7 +90,7 @@ def test_stripes_across_a_wire_join(ctx: moderngl.Context) -> None:
         assert wrong.mean() < 0.12
 
 
-def test_a_line_longer_than_a_mask_word_is_crossed(ctx: moderngl.Context) -> None:
+def test_a_line_longer_than_a_mask_word_is_crossed(ctx: Device) -> None:
     hole = np.zeros((3, 300), bool)
     hole[:, 5:290] = True
     color = np.zeros((3, 300, 3))
@@ -100,13 +100,13 @@ def test_a_line_longer_than_a_mask_word_is_crossed(ctx: moderngl.Context) -> Non
     assert np.all(np.diff(row) >= 0) and row[0] < 0.05 and row[-1] > 0.9
 
 
-def test_nothing_seen_is_nothing_guessed(ctx: moderngl.Context) -> None:
+def test_nothing_seen_is_nothing_guessed(ctx: Device) -> None:
     hole = np.ones((9, 11), bool)
     color, state = filled(ctx, *layer_with_hole(np.zeros((9, 11, 3)), hole))
     assert np.all(color == 0.0) and np.all(state == 0.0)
 
 
-def test_seen_pixels_are_not_touched(ctx: moderngl.Context, rng: np.random.Generator) -> None:
+def test_seen_pixels_are_not_touched(ctx: Device, rng: np.random.Generator) -> None:
     hole = rng.random((33, 47)) < 0.3
     layer, state = layer_with_hole(rng.random((33, 47, 3)), hole)
     color, extended = filled(ctx, layer, state)
@@ -115,7 +115,7 @@ def test_seen_pixels_are_not_touched(ctx: moderngl.Context, rng: np.random.Gener
     assert color[hole][:, 3].min() > 0.99
 
 
-def test_beyond_reach_stays_empty(ctx: moderngl.Context) -> None:
+def test_beyond_reach_stays_empty(ctx: Device) -> None:
     hole = np.zeros((60, 60), bool)
     hole[5:55, 5:55] = True
     color, state = filled(ctx, *layer_with_hole(np.full((60, 60, 3), 0.5), hole), reach_px=10)
@@ -125,7 +125,7 @@ def test_beyond_reach_stays_empty(ctx: moderngl.Context) -> None:
 
 
 def test_the_blurrier_a_texture_the_smoother_its_guess(
-    ctx: moderngl.Context, rng: np.random.Generator
+    ctx: Device, rng: np.random.Generator
 ) -> None:
     """What a blur will mix is guessed by a mean of what is seen, not by the pixel at the rim."""
     y, x = np.mgrid[:80, :80]
@@ -140,9 +140,7 @@ def test_the_blurrier_a_texture_the_smoother_its_guess(
     assert np.all(np.diff(spreads) < 0) and spreads[-1] < 0.6 * spreads[0]
 
 
-def test_a_guess_is_never_brighter_than_what_is_seen(
-    ctx: moderngl.Context, rng: np.random.Generator
-) -> None:
+def test_a_guess_is_never_brighter_than_what_is_seen(ctx: Device, rng: np.random.Generator) -> None:
     hole = rng.random((40, 50)) < 0.4
     layer, state = layer_with_hole(rng.exponential(3.0, (40, 50, 3)), hole)
     state[~hole, 0] = 60.0
@@ -151,7 +149,7 @@ def test_a_guess_is_never_brighter_than_what_is_seen(
     assert color[hole][:, :3].mean(axis=1).max() <= seen.max() * 1.001
 
 
-def test_one_lamp_at_the_rim_does_not_light_what_is_hidden(ctx: moderngl.Context) -> None:
+def test_one_lamp_at_the_rim_does_not_light_what_is_hidden(ctx: Device) -> None:
     hole = np.zeros((60, 60), bool)
     hole[20:40, 20:40] = True
     color = np.full((60, 60, 3), 0.2)

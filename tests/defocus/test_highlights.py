@@ -2,7 +2,6 @@
 
 from functools import lru_cache
 
-import moderngl
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -22,6 +21,7 @@ from heatlens.defocus.highlight_pass import (
 )
 from heatlens.defocus.line_solver import SweepSolver
 from heatlens.defocus.optics import Optics
+from heatlens.gpu.device import Buffer, Device
 from heatlens.gpu.program import blocks_for
 from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, TILE
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
@@ -40,7 +40,7 @@ COLORED = DiscShape(Aperture(axial_colour_mm=1.0), 1.0, FIELD, axial_px=6.0)
 class Passes:
     """The highlight passes with their programs, which a driver may take long to build."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self.solver = SweepSolver(ctx)
         self.split = HighlightSplitPass(ctx, BlurPass(self.solver))
         self.lists = HighlightListPass(ctx)
@@ -55,7 +55,7 @@ class Lamps:
 
     def __init__(
         self,
-        ctx: moderngl.Context,
+        ctx: Device,
         color: FloatArray,
         coc: FloatArray,
         disc: DiscShape = ROUND,
@@ -103,7 +103,7 @@ class Lamps:
         return download(self.out)[..., :3]
 
 
-def lit_pixels(lit: moderngl.Buffer, size: tuple[int, int]) -> NDArray[np.bool_]:
+def lit_pixels(lit: Buffer, size: tuple[int, int]) -> NDArray[np.bool_]:
     """Return the bits of lib/lit_bits.lib.glsl as a picture."""
     across, down = blocks_for(size, HIGHLIGHT_BLOCK)
     bits = np.unpackbits(np.frombuffer(lit.read(), np.uint8), bitorder="little")
@@ -131,7 +131,7 @@ def night(shape: tuple[int, int], lamps: dict[tuple[int, int], float]) -> FloatA
 
 @pytest.mark.parametrize("disc", [ROUND, SQUEEZED, BLADED, CUT, COLORED])
 @pytest.mark.parametrize("coc_px", [1.0, 3.0, 8.0, 15.0, -40.0])
-def test_light_is_kept(ctx: moderngl.Context, coc_px: float, disc: DiscShape) -> None:
+def test_light_is_kept(ctx: Device, coc_px: float, disc: DiscShape) -> None:
     color = night((96, 96), {(48, 48): 100.0, (40, 60): 30.0})
     lamps = Lamps(ctx, color, np.full((96, 96), coc_px, np.float32), disc)
     assert lamps.count == 2
@@ -141,7 +141,7 @@ def test_light_is_kept(ctx: moderngl.Context, coc_px: float, disc: DiscShape) ->
 
 
 def test_rays_are_walked_no_farther_than_something_is(
-    ctx: moderngl.Context, rng: np.random.Generator
+    ctx: Device, rng: np.random.Generator
 ) -> None:
     """What is nearer elsewhere in the picture changes no bit of what hides a lamp."""
     places = rng.integers(0, 300, (60, 2))
@@ -157,7 +157,7 @@ def test_rays_are_walked_no_farther_than_something_is(
 
 
 def test_a_gpu_lists_the_same_highlights(
-    ctx: moderngl.Context, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+    ctx: Device, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its invocations work on all levels of merging at once; the list is in the picture's order."""
     places = rng.integers(0, 160, (40, 2))
@@ -175,11 +175,11 @@ def test_a_gpu_lists_the_same_highlights(
 
 
 @pytest.mark.parametrize("coc_px", [3.0, -40.0])
-def test_an_image_keeps_light(ctx: moderngl.Context, coc_px: float) -> None:
+def test_an_image_keeps_light(ctx: Device, coc_px: float) -> None:
     test_light_is_kept(ctx, coc_px, IMAGED)
 
 
-def test_a_lamp_becomes_a_disc_of_its_coc(ctx: moderngl.Context) -> None:
+def test_a_lamp_becomes_a_disc_of_its_coc(ctx: Device) -> None:
     lamps = Lamps(ctx, night((80, 80), {(40, 40): 200.0}), np.full((80, 80), 30.0, np.float32))
     drawn = lamps.drawn[..., 0]
     y, x = np.mgrid[:80, :80]
@@ -190,7 +190,7 @@ def test_a_lamp_becomes_a_disc_of_its_coc(ctx: moderngl.Context) -> None:
     assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 15**2, rel=0.02)
 
 
-def test_through_a_squeezed_lens_it_becomes_an_ellipse(ctx: moderngl.Context) -> None:
+def test_through_a_squeezed_lens_it_becomes_an_ellipse(ctx: Device) -> None:
     lamps = Lamps(
         ctx, night((80, 80), {(40, 40): 200.0}), np.full((80, 80), 40.0, np.float32), SQUEEZED
     )
@@ -205,9 +205,7 @@ def test_through_a_squeezed_lens_it_becomes_an_ellipse(ctx: moderngl.Context) ->
 
 @pytest.mark.parametrize("disc", [BLADED, CUT, COLORED, IMAGED])
 @pytest.mark.parametrize("coc_px", [40.0, -36.0])
-def test_a_lamp_has_the_shape_of_the_opening(
-    ctx: moderngl.Context, disc: DiscShape, coc_px: float
-) -> None:
+def test_a_lamp_has_the_shape_of_the_opening(ctx: Device, disc: DiscShape, coc_px: float) -> None:
     """Pixel by pixel and in each colour, where the lamp stands in the picture."""
     lamps = Lamps(
         ctx, night((96, 96), {(30, 60): 200.0}), np.full((96, 96), coc_px, np.float32), disc
@@ -243,7 +241,7 @@ def through_a_lens(fine: FloatArray, coc_px: float) -> FloatArray:
     return np.fft.irfft2(np.fft.rfft2(fine) * np.fft.rfft2(disc / disc.sum()), fine.shape)
 
 
-def drawn_at(ctx: moderngl.Context, coc_px: float) -> FloatArray:
+def drawn_at(ctx: Device, coc_px: float) -> FloatArray:
     """Return the disc of a lamp of one pixel, as shares of its light."""
     coc = np.full((24, 24), coc_px, np.float32)
     drawn = Lamps(ctx, night((24, 24), {(12, 12): 200.0}), coc).drawn[..., 0].astype(np.float64)
@@ -252,7 +250,7 @@ def drawn_at(ctx: moderngl.Context, coc_px: float) -> FloatArray:
 
 @settings(max_examples=25)
 @given(st.floats(1.0, 10.0))
-def test_a_small_disc_is_that_of_its_coc(session_context: moderngl.Context, coc_px: float) -> None:
+def test_a_small_disc_is_that_of_its_coc(session_context: Device, coc_px: float) -> None:
     """Pixel by pixel: the shares of a disc that the pixels cover, however few they are."""
     fine = np.zeros((24 * FINE, 24 * FINE))
     fine[12 * FINE + 7 : 12 * FINE + 9, 12 * FINE + 7 : 12 * FINE + 9] = 0.25
@@ -262,7 +260,7 @@ def test_a_small_disc_is_that_of_its_coc(session_context: moderngl.Context, coc_
         assert astray.sum() / 2 < 0.04
 
 
-def test_a_small_disc_grows_evenly(ctx: moderngl.Context) -> None:
+def test_a_small_disc_grows_evenly(ctx: Device) -> None:
     """No ring of pixels is reached all at once: a slow pull would show that as a step."""
     discs = np.array([drawn_at(ctx, coc_px) for coc_px in np.arange(1.0, 6.0, 0.05)])
     bends = np.abs(discs[2:] - 2 * discs[1:-1] + discs[:-2]).sum(axis=(1, 2))
@@ -283,7 +281,7 @@ def test_a_small_lamp_is_drawn_where_it_stands_in_its_pixels(ctx, rng, coc_px, m
     assert np.mean(astray) < most
 
 
-def test_a_wall_in_front_hides_the_lamp_but_not_its_whole_disc(ctx: moderngl.Context) -> None:
+def test_a_wall_in_front_hides_the_lamp_but_not_its_whole_disc(ctx: Device) -> None:
     coc = np.full((80, 120), 30.0, np.float32)
     coc[:, :55] = 0.0  # a wall in focus, left of a lamp at column 60
     lamps = Lamps(ctx, night((80, 120), {(40, 60): 200.0}), coc)
@@ -292,23 +290,21 @@ def test_a_wall_in_front_hides_the_lamp_but_not_its_whole_disc(ctx: moderngl.Con
     assert drawn[40, 70] > 0.0
 
 
-def test_what_is_in_focus_is_no_lamp(ctx: moderngl.Context) -> None:
+def test_what_is_in_focus_is_no_lamp(ctx: Device) -> None:
     color = night((40, 40), {(20, 20): 100.0})
     lamps = Lamps(ctx, color, np.zeros((40, 40), np.float32))
     assert lamps.count == 0
     assert np.array_equal(download(lamps.low)[..., :3], color)
 
 
-def test_near_lamps_merge_and_far_ones_do_not(ctx: moderngl.Context) -> None:
+def test_near_lamps_merge_and_far_ones_do_not(ctx: Device) -> None:
     cluster = {(33 + i, 33 + j): 50.0 for i in range(3) for j in range(3)}
     color = night((80, 80), cluster | {(60, 60): 50.0})
     assert Lamps(ctx, color, np.full((80, 80), 130.0, np.float32)).count == 2
     assert Lamps(ctx, color, np.full((80, 80), 8.0, np.float32)).count == 10
 
 
-def test_too_many_lamps_stay_in_the_picture(
-    ctx: moderngl.Context, rng: np.random.Generator
-) -> None:
+def test_too_many_lamps_stay_in_the_picture(ctx: Device, rng: np.random.Generator) -> None:
     """Sparks everywhere under a wide blur: more disc pixels than the bound at every level."""
     color = night((256, 256), {})
     color[rng.random((256, 256)) < 0.05] = 40.0
@@ -319,7 +315,7 @@ def test_too_many_lamps_stay_in_the_picture(
     assert np.all(lamps.drawn == 0.0)
 
 
-def test_light_is_written_where_a_bit_says_so(ctx: moderngl.Context) -> None:
+def test_light_is_written_where_a_bit_says_so(ctx: Device) -> None:
     """At the edges of a picture that ends within a block, too."""
     places = {(0, 0): 60.0, (7, 8): 60.0, (40, 66): 60.0, (43, 61): 60.0}
     color = night((44, 67), places)
@@ -328,7 +324,7 @@ def test_light_is_written_where_a_bit_says_so(ctx: moderngl.Context) -> None:
     np.testing.assert_allclose(download(lamps.low)[..., :3] + lamps.taken, color, rtol=1e-6)
 
 
-def test_only_blocks_with_light_are_merged(ctx: moderngl.Context) -> None:
+def test_only_blocks_with_light_are_merged(ctx: Device) -> None:
     """Their number decides the cost, which is high for each group of blocks with one of them."""
     places = {(3, 5): 60.0, (7, 8): 60.0, (40, 61): 60.0, (41, 62): 60.0}
     lamps = Lamps(ctx, night((64, 67), places), np.full((64, 67), 8.0, np.float32))
@@ -337,7 +333,7 @@ def test_only_blocks_with_light_are_merged(ctx: moderngl.Context) -> None:
     assert listed == {(y // 8, x // 8) for y, x in places}
 
 
-def test_the_list_is_bounded_and_repeats(ctx: moderngl.Context, rng: np.random.Generator) -> None:
+def test_the_list_is_bounded_and_repeats(ctx: Device, rng: np.random.Generator) -> None:
     color = night((512, 512), {})
     color[rng.random((512, 512)) < 0.02] = 40.0
     coc = np.full((512, 512), 4.0, np.float32)
@@ -346,7 +342,7 @@ def test_the_list_is_bounded_and_repeats(ctx: moderngl.Context, rng: np.random.G
     assert np.array_equal(first.drawn, second.drawn)
 
 
-def test_wide_blurs_keep_their_lamps(ctx: moderngl.Context) -> None:
+def test_wide_blurs_keep_their_lamps(ctx: Device) -> None:
     """A string of lights whose discs are a quarter of the picture wide is drawn all the same."""
     places = {(int(128 + 60 * np.sin(i)), int(16 + 11.2 * i)): 60.0 for i in range(20)}
     lamps = Lamps(ctx, night((256, 256), places), np.full((256, 256), 64.0, np.float32))
@@ -354,7 +350,7 @@ def test_wide_blurs_keep_their_lamps(ctx: moderngl.Context) -> None:
 
 
 @pytest.mark.parametrize("disc", [CUT, COLORED])
-def test_a_block_full_of_lamps_keeps_its_light(ctx: moderngl.Context, disc: DiscShape) -> None:
+def test_a_block_full_of_lamps_keeps_its_light(ctx: Device, disc: DiscShape) -> None:
     """Each pixel of it is a disc whose light is summed: many rounds for one invocation."""
     color = night((64, 64), {(y, x): 50.0 for y in range(24, 40) for x in range(24, 40)})
     coc = np.full((64, 64), 12.0, np.float32) + 1.5 * np.random.default_rng(0).random((64, 64))
@@ -363,7 +359,7 @@ def test_a_block_full_of_lamps_keeps_its_light(ctx: moderngl.Context, disc: Disc
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)
 
 
-def test_a_bright_surface_of_many_pixels_stays_even(ctx: moderngl.Context) -> None:
+def test_a_bright_surface_of_many_pixels_stays_even(ctx: Device) -> None:
     """Merged by blocks its discs would be a pattern; sparks beside it are discs all the same."""
     color = night((128, 128), {(8, 8): 400.0})
     color[24:104, 24:104] = 100.0
@@ -376,9 +372,7 @@ def test_a_bright_surface_of_many_pixels_stays_even(ctx: moderngl.Context) -> No
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)
 
 
-def test_a_large_lamp_among_many_sparks_is_drawn(
-    ctx: moderngl.Context, rng: np.random.Generator
-) -> None:
+def test_a_large_lamp_among_many_sparks_is_drawn(ctx: Device, rng: np.random.Generator) -> None:
     """Diffused, the ripple of its light would be a dark ring on the wall around it."""
     color = night((512, 512), {})
     color[8:-8, 8:-8][rng.random((496, 496)) < 0.02] = 40.0  # no disc crosses the border

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import moderngl
 import numpy as np
 import pytest
 
@@ -12,6 +11,7 @@ from heatlens.defocus.layer_cuts import Cut, LayerCut
 from heatlens.defocus.layer_passes import CocFillPass
 from heatlens.defocus.line_solver import LineSolver, PartitionSolver, SweepSolver
 from heatlens.defocus.tile_mask import SegmentPass, TileMask, tile_count
+from heatlens.gpu.device import Device
 from heatlens.gpu.shader_constants import TILE
 from heatlens.gpu.textures import (
     BufferParts,
@@ -49,7 +49,7 @@ class Plate:
 
 
 @pytest.fixture(scope="module", params=[SweepSolver, PartitionSolver])
-def solver(request: pytest.FixtureRequest, session_context: moderngl.Context) -> LineSolver:
+def solver(request: pytest.FixtureRequest, session_context: Device) -> LineSolver:
     return request.param(session_context)
 
 
@@ -83,7 +83,7 @@ def places() -> list[tuple[slice, slice]]:
     ]
 
 
-def mask_of(ctx: moderngl.Context, tiles: np.ndarray, size: tuple[int, int]) -> TileMask:
+def mask_of(ctx: Device, tiles: np.ndarray, size: tuple[int, int]) -> TileMask:
     """Return the mask of a picture of `size` in which the `tiles` (down, across) are active."""
     words = ctx.buffer(tiles.astype(np.uint32).tobytes())
     part = BufferParts.bytes_for(SegmentPass.bytes_for(size))
@@ -91,7 +91,7 @@ def mask_of(ctx: moderngl.Context, tiles: np.ndarray, size: tuple[int, int]) -> 
     return SegmentPass(ctx).find([size], BufferParts(words, words.size), lists)[0]
 
 
-def mask_of_islands(ctx: moderngl.Context) -> TileMask:
+def mask_of_islands(ctx: Device) -> TileMask:
     return mask_of(ctx, tile_map(), SIZE)
 
 
@@ -132,7 +132,7 @@ def outside_of_islands(picture: FloatArray) -> FloatArray:
     [("heat", "f4"), ("disc_3", "f4"), ("disc_3", PACKED), ("disc_4", PACKED)],
 )
 def test_an_island_of_tiles_blurs_like_a_picture_of_its_own(
-    ctx: moderngl.Context, solver: LineSolver, plate: Plate, name: str, storage: Storage
+    ctx: Device, solver: LineSolver, plate: Plate, name: str, storage: Storage
 ) -> None:
     kernel, tolerance = named_kernel(name), 1e-5 if storage == "f4" else 2e-3
     masked = blurred(solver, plate, kernel, storage, mask_of_islands(ctx))
@@ -143,7 +143,7 @@ def test_an_island_of_tiles_blurs_like_a_picture_of_its_own(
 
 
 def test_an_island_of_tiles_is_filled_like_a_picture_of_its_own(
-    ctx: moderngl.Context, solver: LineSolver, plate: Plate
+    ctx: Device, solver: LineSolver, plate: Plate
 ) -> None:
     masked = filled(solver, plate, mask_of_islands(ctx))
     for place in places():
@@ -154,7 +154,7 @@ def test_an_island_of_tiles_is_filled_like_a_picture_of_its_own(
 
 @pytest.mark.parametrize("name", ["heat", "disc_4"])
 def test_a_segment_at_the_end_of_a_line_goes_on_beyond_it(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
     """Two segments a line, apart by pixels in focus: the same as the whole line."""
     height, width = SIZE[::-1]
@@ -170,9 +170,7 @@ def test_a_segment_at_the_end_of_a_line_goes_on_beyond_it(
     np.testing.assert_allclose(parts[inside], whole[inside], atol=1e-5)
 
 
-def test_a_mask_of_no_tile_touches_nothing(
-    ctx: moderngl.Context, solver: LineSolver, plate: Plate
-) -> None:
+def test_a_mask_of_no_tile_touches_nothing(ctx: Device, solver: LineSolver, plate: Plate) -> None:
     none = mask_of(ctx, np.zeros_like(tile_map()), SIZE)
     assert np.all(blurred(solver, plate, named_kernel("disc_2"), PACKED, none) == UNTOUCHED)
 
@@ -182,7 +180,7 @@ def test_a_mask_of_no_tile_touches_nothing(
     ("name", "storage"), [("disc_3", "f4"), ("disc_3", PACKED), ("disc_4", PACKED)]
 )
 def test_long_lines_are_solved_in_their_tiles_only(
-    ctx: moderngl.Context,
+    ctx: Device,
     solver: LineSolver,
     rng: np.random.Generator,
     length: int,

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 
-import moderngl
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import OpeningTextures
 from heatlens.model.lens.aperture import Aperture
 from heatlens.model.lens.disc_shape import DiscShape, PictureField
@@ -36,16 +36,15 @@ rotations = st.sampled_from((0.0, 37.0, -90.0))
 class ImageOnGpu:
     """Asks lib/aperture.lib.glsl of an opening with an image."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._textures = OpeningTextures(ctx)
         defines = {"SHAPED": 1, "IMAGED": 1}
         self._library = ShaderQuestions(ctx, "lib/aperture.lib.glsl", _QUESTIONS, defines)
 
     def answers(self, disc: DiscShape, questions: Array, place: tuple[float, float]) -> Array:
         """Return (n, 4): coverage, light and a point for (n, 4)."""
-        (texture,) = self._textures.of(disc.aperture).values()
-        texture.use(0)
-        return self._library.ask(questions, disc.uniforms | {"place": place})[:, 0]
+        textures = self._textures.of(disc.aperture)
+        return self._library.ask(questions, disc.uniforms | {"place": place}, textures)[:, 0]
 
     def release(self) -> None:
         self._textures.release()
@@ -53,7 +52,7 @@ class ImageOnGpu:
 
 
 @pytest.fixture(scope="module")
-def on_gpu(session_context: moderngl.Context) -> Iterator[ImageOnGpu]:
+def on_gpu(session_context: Device) -> Iterator[ImageOnGpu]:
     made = ImageOnGpu(session_context)
     yield made
     made.release()
@@ -183,7 +182,7 @@ def test_the_picture_wins_over_the_blades() -> None:
     assert alone.spreads == both.spreads
 
 
-def test_the_texture_is_made_once(session_context: moderngl.Context) -> None:
+def test_the_texture_is_made_once(session_context: Device) -> None:
     """A frame loop uploads nothing, also between two looks; what is not asked for any more goes."""
     textures = OpeningTextures(session_context)
     one, other = (Aperture(aperture_image=letter(), blade_rotation_deg=d) for d in (0.0, 5.0))

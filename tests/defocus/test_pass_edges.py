@@ -2,7 +2,6 @@
 
 from types import SimpleNamespace
 
-import moderngl
 import pytest
 
 from heatlens.defocus import highlight_pass, kernel_error
@@ -15,6 +14,7 @@ from heatlens.defocus.pipeline import ColorRounds
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for
 from heatlens.defocus.reduced_plate import proxy_list_capacity
+from heatlens.gpu.device import Device
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 
 
@@ -101,14 +101,14 @@ def test_three_rounds_take_red_and_blue_and_end_with_green():
     assert seen[-1][1:] == (0, 1)
 
 
-def test_room_for_the_lists_of_a_smaller_picture_ends_at_what_a_buffer_holds(ctx: moderngl.Context):
+def test_room_for_the_lists_of_a_smaller_picture_ends_at_what_a_buffer_holds(ctx: Device):
     words = ctx.buffer(reserve=1200)
     whole = FragmentBuffers(ctx.buffer(reserve=16), words, (2, 2), False, is_exact=False)
     few, more = (proxy_list_capacity(ctx, whole, size) for size in ((1, 1), (10, 10)))
     each = (more - few) // 99
     assert few == 1200 // 12 + each and more == 1200 // 12 + 100 * each and each >= 1
     most = proxy_list_capacity(ctx, whole, (1 << 20, 1 << 20))
-    assert most == int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // 12
+    assert most == ctx.limits.storage_block_bytes // 12
     words.release()
     whole.starts.release()
 

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterator
 
-import moderngl
 import pytest
 
 from heatlens.base.paths import data_dir
@@ -14,6 +13,7 @@ from heatlens.defocus.pass_costs import Traffic, Work
 from heatlens.defocus.pass_list import Pass
 from heatlens.defocus.scratch import Scratch, lifetimes
 from heatlens.doctor.gpu_check import pass_builds
+from heatlens.gpu.device import Device
 from heatlens.gpu.program_versions import crossed, either
 from heatlens.measure.bench.measure import pass_row
 from heatlens.measure.bench.timing import PassSeconds
@@ -36,7 +36,7 @@ def grain(monkeypatch: pytest.MonkeyPatch) -> Iterator[Pass]:
     yield GRAIN
 
 
-def test_its_memory_lives_as_it_declares(ctx: moderngl.Context, grain: Pass) -> None:
+def test_its_memory_lives_as_it_declares(ctx: Device, grain: Pass) -> None:
     lives = lifetimes()
     assert (lives["grained"].first, lives["grained"].last) == ("grain", "")
     noise = lives["noise"]

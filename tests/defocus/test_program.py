@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.base.errors import ShaderError
-from heatlens.gpu.program import STRICT_VARIABLE, ComputeProgram, DrawProgram
+from heatlens.gpu.device import Device
+from heatlens.gpu.opengl.programs import STRICT_VARIABLE
+from heatlens.gpu.program import ComputeProgram, DrawProgram
 from heatlens.gpu.shader_source import kinds_in
 from heatlens.gpu.textures import download, new_array, new_texture
 
@@ -61,7 +62,7 @@ def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 class Scale:
     """The shader above and all that it wants, to be left out or misspelt one by one."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self.program = ComputeProgram(ctx, "scale.comp.glsl")
         self.out = new_texture(ctx, (1, 1), 1)
         source = new_texture(ctx, (1, 1), 1)
@@ -79,7 +80,7 @@ class Scale:
         return float(download(self.out)[0, 0])
 
 
-def test_inputs_by_name_reach_the_shader(ctx: moderngl.Context, shaders: Path) -> None:
+def test_inputs_by_name_reach_the_shader(ctx: Device, shaders: Path) -> None:
     assert Scale(ctx).result() == 3.0 * 2.0 * 5.0 + 0.5 + 100.0 + 1000.0
 
 
@@ -93,7 +94,7 @@ def test_inputs_by_name_reach_the_shader(ctx: moderngl.Context, shaders: Path) -
     ],
 )
 def test_a_misspelt_name_is_an_error(
-    ctx: moderngl.Context, shaders: Path, kind: str, right: str, wrong: str
+    ctx: Device, shaders: Path, kind: str, right: str, wrong: str
 ) -> None:
     scale = Scale(ctx)
     scale.inputs[kind][wrong] = scale.inputs[kind].pop(right)
@@ -101,14 +102,14 @@ def test_a_misspelt_name_is_an_error(
         scale.result()
 
 
-def test_a_name_of_another_kind_is_an_error(ctx: moderngl.Context, shaders: Path) -> None:
+def test_a_name_of_another_kind_is_an_error(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
     scale.inputs["uniforms"]["in_tx"] = 0
     with pytest.raises(ShaderError, match="'in_tx' is declared as a sampler, not as a uniform"):
         scale.result()
 
 
-def test_a_name_in_a_comment_is_not_declared(ctx: moderngl.Context, shaders: Path) -> None:
+def test_a_name_in_a_comment_is_not_declared(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
     scale.inputs["uniforms"]["commented_out"] = 0
     with pytest.raises(ShaderError, match="'commented_out'"):
@@ -116,9 +117,7 @@ def test_a_name_in_a_comment_is_not_declared(ctx: moderngl.Context, shaders: Pat
 
 
 @pytest.mark.parametrize("name", ["unused", "only_in_another_build"])
-def test_a_name_that_the_compiler_removed_is_fine(
-    ctx: moderngl.Context, shaders: Path, name: str
-) -> None:
+def test_a_name_that_the_compiler_removed_is_fine(ctx: Device, shaders: Path, name: str) -> None:
     scale = Scale(ctx)
     scale.inputs["uniforms"][name] = 1.0
     assert scale.result() == 1130.5
@@ -135,7 +134,7 @@ def test_a_name_that_the_compiler_removed_is_fine(
     ],
 )
 def test_a_forgotten_input_is_an_error_in_tests(
-    ctx: moderngl.Context, shaders: Path, kind: str, name: str
+    ctx: Device, shaders: Path, kind: str, name: str
 ) -> None:
     scale = Scale(ctx)
     del scale.inputs[kind][name]
@@ -154,11 +153,11 @@ class Counting:
         self.linked[name] = value
 
 
-def test_a_uniform_is_set_when_its_value_has_changed(ctx: moderngl.Context, shaders: Path) -> None:
+def test_a_uniform_is_set_when_its_value_has_changed(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
-    uniforms, inputs = scale.inputs["uniforms"], scale.program._inputs
+    uniforms, linked = scale.inputs["uniforms"], scale.program._program
     uniforms["gains"] = (0.0, 3.0)
-    counting = inputs._linked = Counting(inputs._linked)
+    counting = linked.raw = Counting(linked.raw)
     assert scale.result() == scale.result() == 1130.5
     assert counting.count == 3
     uniforms["factor"] = 4.0
@@ -169,9 +168,7 @@ def test_a_uniform_is_set_when_its_value_has_changed(ctx: moderngl.Context, shad
     assert scale.result() == 1140.5
 
 
-def test_units_are_given_for_each_run_and_uniforms_stay(
-    ctx: moderngl.Context, shaders: Path
-) -> None:
+def test_units_are_given_for_each_run_and_uniforms_stay(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
     first = scale.result()
     scale.inputs["uniforms"] = {}
@@ -182,7 +179,7 @@ def test_units_are_given_for_each_run_and_uniforms_stay(
 
 
 def test_users_are_not_stopped_by_a_forgotten_input(
-    ctx: moderngl.Context, shaders: Path, monkeypatch: pytest.MonkeyPatch
+    ctx: Device, shaders: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv(STRICT_VARIABLE)
     scale = Scale(ctx)
@@ -190,7 +187,7 @@ def test_users_are_not_stopped_by_a_forgotten_input(
     assert scale.result() == 1100.5
 
 
-def test_drawing_takes_the_inputs_of_both_shaders(ctx: moderngl.Context, shaders: Path) -> None:
+def test_drawing_takes_the_inputs_of_both_shaders(ctx: Device, shaders: Path) -> None:
     program = DrawProgram(ctx, "spot")
     with pytest.raises(ShaderError, match=r"spot\.vert\.glsl and spot\.frag\.glsl: .*'red'"):
         program.bind(uniforms={"side": 1.0, "rde": 1.0})
@@ -200,7 +197,7 @@ def test_drawing_takes_the_inputs_of_both_shaders(ctx: moderngl.Context, shaders
 
 
 def test_the_error_of_a_draw_program_names_the_shader_that_was_refused(
-    ctx: moderngl.Context, shaders: Path
+    ctx: Device, shaders: Path
 ) -> None:
     (shaders / "spot.vert.glsl").write_text("void main() { gl_Position = nothing; }\n")
     with pytest.raises(ShaderError, match=r"^spot\.vert\.glsl: [\s\S]*spot\.vert\.glsl:1"):
@@ -229,7 +226,7 @@ def test_declarations_of_all_kinds_are_found() -> None:
 
 @pytest.mark.parametrize(("flat", "layered"), [("a_img", "b_img"), ("b_img", "a_img")])
 def test_an_image_and_an_array_are_both_written_whichever_a_driver_lists_first(
-    ctx: moderngl.Context, shaders: Path, flat: str, layered: str
+    ctx: Device, shaders: Path, flat: str, layered: str
 ) -> None:
     text = IMAGES.replace("FLAT", flat).replace("LAYERED", layered)
     (shaders / "images.comp.glsl").write_text(text)
@@ -242,7 +239,7 @@ def test_an_image_and_an_array_are_both_written_whichever_a_driver_lists_first(
     assert np.all(download(image) == 1.0) and found.tolist() == [[0.0] * 4, [2.0] * 4]
 
 
-def test_two_arrays_of_images_are_refused(ctx: moderngl.Context, shaders: Path) -> None:
+def test_two_arrays_of_images_are_refused(ctx: Device, shaders: Path) -> None:
     text = IMAGES.replace("FLAT, ivec2(0)", "FLAT, ivec3(0)").replace("image2D ", "image2DArray ")
     (shaders / "images.comp.glsl").write_text(text)
     with pytest.raises(ShaderError, match=r"images\.comp\.glsl: two arrays of images"):

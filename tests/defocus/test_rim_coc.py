@@ -1,12 +1,12 @@
 """Inside a layer a silhouette has the nearer surface's blur on both sides; beyond it, its own."""
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.defocus.layer_cuts import Cut, LayerCut
 from heatlens.defocus.layer_passes import CocFillPass
 from heatlens.defocus.line_solver import CyclicSolver, LineSolver, PartitionSolver, SweepSolver
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 
 NEAR = LayerCut(near=Cut(-62.5, 6.0), far=Cut(-10.0, 1.0), is_before_focus=True)
@@ -15,12 +15,12 @@ SHAPE = (48, 128)
 
 
 @pytest.fixture(params=[SweepSolver, PartitionSolver, CyclicSolver])
-def solver(ctx: moderngl.Context, request: pytest.FixtureRequest) -> LineSolver:
+def solver(ctx: Device, request: pytest.FixtureRequest) -> LineSolver:
     return request.param(ctx)
 
 
 def filled(
-    ctx: moderngl.Context,
+    ctx: Device,
     solver: LineSolver,
     diameter: FloatArray,
     known: FloatArray,
@@ -41,7 +41,7 @@ def halves(left_px: float, right_px: float) -> FloatArray:
 
 @pytest.mark.parametrize(("cut", "nearer_px", "farther_px"), [(NEAR, 24, 16), (FAR, 22, 30)])
 def test_a_silhouette_has_the_nearer_blur_on_both_sides(
-    ctx: moderngl.Context, solver: LineSolver, cut: LayerCut, nearer_px: float, farther_px: float
+    ctx: Device, solver: LineSolver, cut: LayerCut, nearer_px: float, farther_px: float
 ) -> None:
     out = filled(ctx, solver, halves(nearer_px, farther_px), np.ones(SHAPE), cut)[24]
     np.testing.assert_allclose(out[:64], nearer_px, rtol=1e-4)
@@ -52,7 +52,7 @@ def test_a_silhouette_has_the_nearer_blur_on_both_sides(
 
 @pytest.mark.parametrize("cut", [NEAR, FAR])
 def test_diameters_stay_within_the_limit(
-    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, cut: LayerCut
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, cut: LayerCut
 ) -> None:
     diameter = rng.uniform(5, 60, SHAPE)
     part = filled(ctx, solver, diameter, np.ones(SHAPE), cut) / diameter
@@ -63,7 +63,7 @@ def test_diameters_stay_within_the_limit(
 
 @pytest.mark.parametrize("cut", [NEAR, FAR])
 def test_what_is_in_focus_stays_and_lets_nothing_through(
-    ctx: moderngl.Context, solver: LineSolver, cut: LayerCut
+    ctx: Device, solver: LineSolver, cut: LayerCut
 ) -> None:
     diameter = halves(0, 30)
     out = filled(ctx, solver, diameter, np.ones(SHAPE), cut)
@@ -71,7 +71,7 @@ def test_what_is_in_focus_stays_and_lets_nothing_through(
     np.testing.assert_allclose(out[:, 64:], 30, rtol=1e-4)
 
 
-def test_beyond_the_content_its_edge_goes_on(ctx: moderngl.Context, solver: LineSolver) -> None:
+def test_beyond_the_content_its_edge_goes_on(ctx: Device, solver: LineSolver) -> None:
     """Not a mean with what lies further in, though that diffuses into the edge."""
     ramp = np.linspace(60, 20, SHAPE[1]) * np.ones(SHAPE)
     known = halves(1, 0)

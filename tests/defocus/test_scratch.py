@@ -4,7 +4,6 @@ from collections import defaultdict
 from dataclasses import replace
 from itertools import combinations
 
-import moderngl
 import numpy as np
 import pytest
 
@@ -16,6 +15,7 @@ from heatlens.defocus.scratch import (
     Scratch,
     lifetimes,
 )
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import download
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
@@ -74,7 +74,7 @@ def test_a_life_begins_before_it_ends() -> None:
         assert not life.last or ORDER.index(life.first) <= ORDER.index(life.last)
 
 
-def test_memory_has_one_owner_at_a_time(ctx: moderngl.Context) -> None:
+def test_memory_has_one_owner_at_a_time(ctx: Device) -> None:
     scratch = Scratch(ctx)
     rims = scratch.buffer("rim list", 64)
     with pytest.raises(RuntimeError, match=r"'pixel list' still belongs to 'rim list'"):
@@ -86,7 +86,7 @@ def test_memory_has_one_owner_at_a_time(ctx: moderngl.Context) -> None:
     scratch.release()
 
 
-def test_scratch_memory_has_one_owner_until_its_last_reader(ctx: moderngl.Context) -> None:
+def test_scratch_memory_has_one_owner_until_its_last_reader(ctx: Device) -> None:
     scratch = Scratch(ctx)
     by_memory: dict[str, list[str]] = {}
     for name, one in LIFETIMES.items():
@@ -104,7 +104,7 @@ def test_scratch_memory_has_one_owner_until_its_last_reader(ctx: moderngl.Contex
     scratch.release()
 
 
-def test_what_is_over_is_poisoned(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_over_is_poisoned(ctx: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(POISON_VARIABLE, "1")
     scratch = Scratch(ctx)
     state = scratch.texture("layer state", (3, 2), 2)
@@ -117,7 +117,7 @@ def test_what_is_over_is_poisoned(ctx: moderngl.Context, monkeypatch: pytest.Mon
 
 
 @pytest.fixture(scope="module")
-def pictures(session_context: moderngl.Context) -> dict[str, dict[str, np.ndarray]]:
+def pictures(session_context: Device) -> dict[str, dict[str, np.ndarray]]:
     """Return the pictures of all settings by whether scratch is poisoned: "" no, "1" yes."""
     color, depth = room(160, 96)
     alpha = np.linspace(0.2, 1.0, 160, dtype=np.float32) * np.ones((96, 1, 1), np.float32)

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.base.errors import ShaderError
 from heatlens.gpu import shader_reload
+from heatlens.gpu.device import Device, Primitive
 from heatlens.gpu.program import ComputeProgram, DrawProgram, pixel_groups
 from heatlens.gpu.shader_reload import EVERY_S, VARIABLE, ShaderReload
 from heatlens.gpu.textures import download, new_texture
@@ -34,7 +34,7 @@ class Clock:
         self.now += EVERY_S
 
 
-def limited(ctx: moderngl.Context, program: ComputeProgram) -> float:
+def limited(ctx: Device, program: ComputeProgram) -> float:
     """Return what the pass makes of 2.0."""
     color = new_texture(ctx, (1, 1), 4)
     color.write(np.full(4, 2.0, np.float32))
@@ -43,7 +43,7 @@ def limited(ctx: moderngl.Context, program: ComputeProgram) -> float:
     return float(download(color)[0, 0, 0])
 
 
-def test_a_changed_file_changes_the_running_program(ctx: moderngl.Context, shaders: Path) -> None:
+def test_a_changed_file_changes_the_running_program(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), ComputeProgram(ctx, LIMITS)
     reload = ShaderReload(clock)
     edit(shaders / LIMITS, "max(color.rgb, 0.0)", "vec3(7.0)")
@@ -56,9 +56,7 @@ def test_a_changed_file_changes_the_running_program(ctx: moderngl.Context, shade
     assert reload.poll() is None
 
 
-def test_a_mistake_is_said_and_the_last_good_program_stays(
-    ctx: moderngl.Context, shaders: Path
-) -> None:
+def test_a_mistake_is_said_and_the_last_good_program_stays(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), ComputeProgram(ctx, LIMITS)
     reload = ShaderReload(clock)
     edit(shaders / LIMITS, "max(color.rgb, 0.0)", "nothing_of_that_name")
@@ -72,7 +70,7 @@ def test_a_mistake_is_said_and_the_last_good_program_stays(
     assert reload.poll() is not None and limited(ctx, program) == 3.0
 
 
-def test_an_included_file_and_a_vanished_one(ctx: moderngl.Context, shaders: Path) -> None:
+def test_an_included_file_and_a_vanished_one(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), ComputeProgram(ctx, "fragments_far.comp.glsl")
     reload = ShaderReload(clock)
     edit(shaders / "lib" / "tone.lib.glsl", "0.98", "0.97")
@@ -88,9 +86,7 @@ def test_an_included_file_and_a_vanished_one(ctx: moderngl.Context, shaders: Pat
         program.rebuild()
 
 
-def test_what_was_laid_out_is_drawn_with_the_new_program(
-    ctx: moderngl.Context, shaders: Path
-) -> None:
+def test_what_was_laid_out_is_drawn_with_the_new_program(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), DrawProgram(ctx, "picture")
     quad, reload = program.vertex_array([]), ShaderReload(clock)
     source, out = new_texture(ctx, (1, 1), 4), ctx.texture((1, 1), 4, dtype="f4")
@@ -99,7 +95,7 @@ def test_what_was_laid_out_is_drawn_with_the_new_program(
 
     def drawn() -> float:
         target.use()
-        ctx.enable_only(moderngl.NOTHING)
+        ctx.draw_with()
         program.bind(
             textures={"picture_tx": source},
             uniforms={
@@ -109,7 +105,7 @@ def test_what_was_laid_out_is_drawn_with_the_new_program(
                 "is_nearest": True,
             },
         )
-        quad.render(moderngl.TRIANGLE_STRIP, 4)
+        quad.render(Primitive.TRIANGLE_STRIP, 4)
         return float(np.frombuffer(out.read(), np.float32)[0])
 
     assert drawn() == 1.0
@@ -132,7 +128,7 @@ def test_what_was_laid_out_is_drawn_with_the_new_program(
 
 
 def test_nothing_is_watched_unless_asked(
-    ctx: moderngl.Context, shaders: Path, monkeypatch: pytest.MonkeyPatch
+    ctx: Device, shaders: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv(VARIABLE)
     before = len(shader_reload._watched)

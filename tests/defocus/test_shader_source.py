@@ -6,12 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import moderngl
 import pytest
 
 from heatlens.base.errors import ShaderError
 from heatlens.base.paths import data_dir
 from heatlens.gpu import shader_constants
+from heatlens.gpu.device import Device
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_source import assemble
 from heatlens.model.shot.settings import LAYERS_MAX
@@ -118,7 +118,7 @@ def test_missing_include_names_the_file(tmp_path: Path) -> None:
 
 
 def test_compile_error_names_file_and_line(
-    ctx: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ctx: Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write(tmp_path, a='layout(local_size_x = 1) in;\n#include "b.glsl"\nvoid main() {}\n')
     write(tmp_path, b="\nfloat f() { return nothing_of_that_name; }\n")

@@ -7,7 +7,6 @@ with the types written there, and gives back the numbers in which its laws can b
 import shutil
 from pathlib import Path
 
-import moderngl
 import numpy as np
 import pytest
 
@@ -17,6 +16,7 @@ from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.layer_cuts import FARTHER_THAN_ALL, NEARER_THAN_ALL, LayerCut
 from heatlens.defocus.layer_passes import CocFillPass
 from heatlens.defocus.line_solver import Band, LineSolver, LineSystem
+from heatlens.gpu.device import Device
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.textures import new_array, new_texture, upload
 
@@ -95,7 +95,7 @@ class ContractProbe(LineSolver):
 
     name = "probe"
 
-    def __init__(self, ctx: moderngl.Context, parts: dict[str, int]) -> None:
+    def __init__(self, ctx: Device, parts: dict[str, int]) -> None:
         super().__init__(ctx)
         self._parts = parts
         self.seen: dict[str, np.ndarray] = {}
@@ -124,7 +124,7 @@ class ContractProbe(LineSolver):
         program.release()
 
 
-def blurred(ctx: moderngl.Context, probe: ContractProbe, kernel_name: str, rng) -> None:
+def blurred(ctx: Device, probe: ContractProbe, kernel_name: str, rng) -> None:
     """Have the probe solve the lines of a blur."""
     color, coc, out = (new_texture(ctx, SIZE, channels) for channels in (4, 1, 4))
     upload(color, rng.random((*SIZE[::-1], 4), np.float32))
@@ -135,7 +135,7 @@ def blurred(ctx: moderngl.Context, probe: ContractProbe, kernel_name: str, rng) 
     BlurPass(probe).run(what, BlurTargets(poles, out))
 
 
-def filled(ctx: moderngl.Context, probe: ContractProbe, rng) -> None:
+def filled(ctx: Device, probe: ContractProbe, rng) -> None:
     """Have the probe solve the lines that extend a circle of confusion."""
     state, out = (new_texture(ctx, SIZE, channels) for channels in (2, 1))
     upload(state, rng.random((*SIZE[::-1], 2), np.float32) * np.float32([9.0, 1.0]))
@@ -149,7 +149,7 @@ def filled(ctx: moderngl.Context, probe: ContractProbe, rng) -> None:
 SYSTEMS = ("heat", "disc_2", "disc_3", "fill")
 
 
-def asked(ctx: moderngl.Context, system: str, parts: dict[str, int], rng) -> ContractProbe:
+def asked(ctx: Device, system: str, parts: dict[str, int], rng) -> ContractProbe:
     probe = ContractProbe(ctx, parts)
     if system == "fill":
         filled(ctx, probe, rng)

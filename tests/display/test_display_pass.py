@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import moderngl
 import numpy as np
 import pytest
 
@@ -21,6 +20,7 @@ from heatlens.color.view_transform import (
 )
 from heatlens.display import display_pass
 from heatlens.display.display_pass import DisplayPass
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_source import assemble
 from heatlens.gpu.textures import download, new_texture, upload
@@ -58,27 +58,27 @@ def film(config: ColorConfig) -> ViewTransform:
 
 
 @pytest.fixture(scope="module")
-def shared_screen(session_context: moderngl.Context) -> Iterator[DisplayPass]:
+def shared_screen(session_context: Device) -> Iterator[DisplayPass]:
     screen = DisplayPass(session_context)
     yield screen
     screen.release()
 
 
 @pytest.fixture
-def screen(ctx: moderngl.Context, shared_screen: DisplayPass) -> DisplayPass:
+def screen(ctx: Device, shared_screen: DisplayPass) -> DisplayPass:
     """Return one screen for all tests, as programs compile slowly; reset its curve."""
     shared_screen.set_transform(srgb_transform())
     return shared_screen
 
 
-def texture_of(ctx: moderngl.Context, rgb: np.ndarray) -> moderngl.Texture:
+def texture_of(ctx: Device, rgb: np.ndarray) -> Texture:
     """Return a half transparent picture; its alpha must not matter."""
     texture = new_texture(ctx, (rgb.shape[1], rgb.shape[0]), 4)
     upload(texture, np.concatenate([rgb, np.full_like(rgb[..., :1], 0.5)], axis=2))
     return texture
 
 
-def shown(ctx: moderngl.Context, screen: DisplayPass, rgb: np.ndarray, **view: float) -> np.ndarray:
+def shown(ctx: Device, screen: DisplayPass, rgb: np.ndarray, **view: float) -> np.ndarray:
     """Return display values (H, W, 3), not rounded."""
     out = new_texture(ctx, (rgb.shape[1], rgb.shape[0]), 4)
     screen.run(texture_of(ctx, rgb), out, **view)
@@ -88,7 +88,7 @@ def shown(ctx: moderngl.Context, screen: DisplayPass, rgb: np.ndarray, **view: f
 
 
 def difference(
-    ctx: moderngl.Context, screen: DisplayPass, a: np.ndarray, b: np.ndarray, **view: float
+    ctx: Device, screen: DisplayPass, a: np.ndarray, b: np.ndarray, **view: float
 ) -> np.ndarray:
     out = new_texture(ctx, (a.shape[1], a.shape[0]), 4)
     screen.run_difference(texture_of(ctx, a), texture_of(ctx, b), out, **view)

@@ -4,12 +4,12 @@ import math
 from dataclasses import replace
 from itertools import combinations
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.display.overlay_pass import OverlayPass
+from heatlens.gpu.device import Device
 from heatlens.gpu.shader_constants import OVERLAY_FAR, OVERLAY_FOCUS, OVERLAY_NEAR
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.focus.coc import coc_line, coc_px, sharp_px
@@ -62,7 +62,7 @@ def coc_of(plate: Plate, lens: Lens = LENS) -> np.ndarray:
 
 def drawn(
     overlays: OverlayPass,
-    ctx: moderngl.Context,
+    ctx: Device,
     overlay: Overlay,
     plate: Plate,
     lens: Lens = LENS,

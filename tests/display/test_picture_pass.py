@@ -1,10 +1,10 @@
 """Pictures on the screen against arrays: where they lie, what covers what, squares and light."""
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.display.picture_pass import Detail, EnlargePass, PicturePass, PlacedPicture
+from heatlens.gpu.device import Device, Sampling, Texture
 from heatlens.model.boxes import Box
 from heatlens.model.focus.coc import CocLine
 from support.rounding import within
@@ -18,15 +18,13 @@ def pictures(session_context) -> PicturePass:
     return PicturePass(session_context)
 
 
-def texture_of(ctx: moderngl.Context, pixels: np.ndarray) -> moderngl.Texture:
+def texture_of(ctx: Device, pixels: np.ndarray) -> Texture:
     texture = ctx.texture(pixels.shape[1::-1], 4, np.ascontiguousarray(pixels).tobytes())
-    texture.repeat_x = texture.repeat_y = False
+    texture.repeats = False
     return texture
 
 
-def painted(
-    ctx: moderngl.Context, pictures: PicturePass, *placed: PlacedPicture, size=SCREEN
-) -> np.ndarray:
+def painted(ctx: Device, pictures: PicturePass, *placed: PlacedPicture, size=SCREEN) -> np.ndarray:
     """Return (H, W, 4) bytes drawn over a screen of (10, 20, 30, 255), top row first."""
     texture = ctx.texture(size, 4)
     target = ctx.framebuffer([texture])
@@ -121,7 +119,7 @@ def test_a_small_picture_is_the_mean_of_its_pixels_where_its_filter_says_so(ctx,
     pixels = noise(rng, 320, 512)
     texture = texture_of(ctx, pixels)
     texture.build_mipmaps()
-    texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+    texture.sampling = Sampling.MIPMAPPED
     found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, ALL, False, True))
     means = pixels[..., :3].reshape(40, 8, 64, 8, 3).mean(axis=(1, 3))
     assert abs(found[..., :3] - means).max() <= 4  # three halvings, each of them rounded
@@ -131,7 +129,7 @@ def test_a_smooth_picture_passes_from_pixel_to_pixel(ctx, pictures):
     pixels = np.full((1, 2, 4), 255, np.uint8)
     pixels[0, 0, :3] = 0
     texture = texture_of(ctx, pixels)
-    texture.filter = moderngl.LINEAR, moderngl.LINEAR
+    texture.sampling = Sampling.LINEAR
     found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, ALL, False, True))
     x = (np.arange(64) + 0.5) / 32 - 0.5
     np.testing.assert_allclose(found[0, :, 0], 255 * np.clip(x, 0, 1), atol=1)
@@ -148,7 +146,7 @@ def test_a_picture_much_larger_than_the_screen_is_still_its_pixels(ctx, pictures
     assert np.all(found[20, 20:44] == pixels[30, column])
 
 
-def texture_of_depths(ctx: moderngl.Context, depth: np.ndarray) -> moderngl.Texture:
+def texture_of_depths(ctx: Device, depth: np.ndarray) -> Texture:
     return ctx.texture(depth.shape[::-1], 1, depth.astype("f4").tobytes(), dtype="f4")
 
 
@@ -165,7 +163,7 @@ def test_a_preview_has_the_plates_detail_where_its_focus_is(ctx, pictures, rng, 
     depth = coc if line is None else line.per_dioptre_px / (coc - line.at_infinity_px)
     textures = [texture_of(ctx, it.astype(np.uint8)) for it in (plate, coarse, preview)]
     for texture in textures:
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        texture.sampling = Sampling.NEAREST
     detail = Detail(textures[0], textures[1], texture_of_depths(ctx, depth), line, texel_px=3.0)
     placed = PlacedPicture(textures[2], (0, 0), SCREEN, ALL, False, True, detail)
     found = painted(ctx, pictures, placed)[..., :3].astype(float)
@@ -204,7 +202,7 @@ def test_enlarging_brings_back_what_it_takes(ctx, rng):
     large = (np.arange(120) + 0.5) / 4
     wave = 128 + 80 * np.sin(2 * np.pi * large / 6)
 
-    def error(texture: moderngl.Texture) -> float:
+    def error(texture: Texture) -> float:
         row = np.frombuffer(texture.read(), np.uint8).reshape(8, 30, 4)[4, :, 0]
         return float(np.abs(np.interp(large, x, row) - wave)[12:-12].mean())
 

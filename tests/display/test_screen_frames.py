@@ -1,11 +1,11 @@
 """Frames in the colours of the screen: drawn once for a look, and within a bound."""
 
-import moderngl
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from heatlens.display.screen_frames import ScreenFrames
+from heatlens.gpu.device import Texture
 
 SIZES = ((4, 4), (8, 4), (16, 16))
 # Key, its size, which look, and the keys that are wanted.
@@ -27,7 +27,7 @@ def test_what_is_held_is_within_its_bound_and_drawn_for_the_look_that_is_asked(c
     for key, size, look, wanted in use:
         drawn = []
 
-        def draw(out: moderngl.Texture, value: int = 40 * ord(key) % 251 + look) -> None:
+        def draw(out: Texture, value: int = 40 * ord(key) % 251 + look) -> None:
             drawn.append(out)  # noqa: B023  # called before the loop goes on
             out.write(bytes([value]) * (4 * out.width * out.height))
 

@@ -101,7 +101,7 @@ def test_paths_are_parameters_and_options_are_as_they_were_typed(capsys, folder,
         "--ocio={{Param.Config}}",
         "--frames=1001-1005x2",
         "--part={{Task.Param.Frames}}",
-        f"--expect={__version__}/{session_context.info['GL_RENDERER']}",
+        f"--expect={__version__}/{session_context.name}",
         "--progress=openjd",
     }
     assert said.count("\n") == 1

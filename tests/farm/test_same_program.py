@@ -23,7 +23,7 @@ def test_a_job_tells_its_version_and_driver(capsys, shot_file, tmp_path, session
     words = ("-o", str(tmp_path / "m.mov"), "--submit", "openjd", "--strict", *QUICK)
     assert main(["export", str(shot_file), *words]) == 0
     text = capsys.readouterr().out
-    expected = f"--expect={__version__}/{session_context.info['GL_RENDERER']}"
+    expected = f"--expect={__version__}/{session_context.name}"
     assert expected in arguments(text) and "--strict" in arguments(text)
     assert expected in yaml.safe_load(text)["steps"][-1]["script"]["actions"]["onRun"]["args"]
 
@@ -48,7 +48,7 @@ def test_another_program_is_said_and_refused_with_strict(
 
 
 def test_the_same_program_is_not_told(capsys, shot_file, tmp_path, session_context):
-    here = f"{__version__}/{session_context.info['GL_RENDERER']}"
+    here = f"{__version__}/{session_context.name}"
     said = exported(
         capsys, shot_file, tmp_path / "n.####.exr", "--frames", 1001, "--expect", here, "--strict"
     )

@@ -22,7 +22,8 @@ from pathlib import Path
 from statistics import median
 
 from imgui_bundle import imgui
-from moderngl import ComputeShader, Program
+
+from heatlens.gpu.device import LinkedProgram
 
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -248,7 +249,7 @@ def until_no_program_is_new(gui: Gui, actions: int, seed: int) -> list[list[floa
 def programs_alive() -> int:
     """Return how many shader programs this process holds."""
     gc.collect()
-    return sum(isinstance(thing, (ComputeShader, Program)) for thing in gc.get_objects())
+    return sum(isinstance(thing, LinkedProgram) for thing in gc.get_objects())
 
 
 if __name__ == "__main__":

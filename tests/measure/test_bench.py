@@ -15,6 +15,7 @@ from heatlens.commands.main import main
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.defocus.pass_list import PASSES
+from heatlens.gpu.device import Limits
 from heatlens.gpu.textures import download
 from heatlens.measure.bench import measure
 from heatlens.measure.bench.measure import (
@@ -102,7 +103,7 @@ def test_text_has_a_line_for_each_pass_and_says_how_it_was_timed(capsys):
 
 
 def test_sweeps_start_at_one_and_leave_out_what_does_not_fit(capsys, monkeypatch, ctx):
-    too_wide = int(ctx.info["GL_MAX_TEXTURE_SIZE"]) + 1
+    too_wide = ctx.limits.texture_side_px + 1
     monkeypatch.setattr(measure, "SWEEP_COC_PX", (2.0, 9.0))
     monkeypatch.setattr(measure, "SWEEP_SIZES", ((32, 24), (64, 48), (too_wide, 1)))
     assert main(["bench", "--size", "64x48", "--runs", "1", "--sweep-coc", "--json"]) == 0
@@ -208,7 +209,7 @@ def test_conductances_are_of_the_narrower_and_end_with_the_line():
 
 
 def test_bare_sweeps_beyond_a_storage_block_are_refused():
-    small = SimpleNamespace(info={"GL_MAX_SHADER_STORAGE_BLOCK_SIZE": 1 << 20})
+    small = SimpleNamespace(limits=Limits(1 << 14, 1 << 20, 1024))
     pixels = np.ones((300, 300), np.float32)
     with pytest.raises(GpuError, match="smaller --size"):
         BareSweeps(small, pixels, pixels)  # type: ignore[arg-type]

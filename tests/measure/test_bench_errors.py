@@ -5,12 +5,12 @@ import sys
 from dataclasses import replace
 from itertools import pairwise
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.measure.bench import method_errors, methods, timing
 from heatlens.measure.bench.method_errors import (
@@ -35,7 +35,7 @@ SETTINGS = DefocusSettings(views=4)  # rays are the slowest here
 
 
 @pytest.fixture(scope="module")
-def frames(session_context: moderngl.Context) -> BenchFrames:
+def frames(session_context: Device) -> BenchFrames:
     return BenchFrames(session_context, "sweep")
 
 

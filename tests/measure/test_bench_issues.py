@@ -3,12 +3,13 @@
 import json
 from collections import Counter
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.commands.main import main
 from heatlens.defocus.line_solver import SolverName
+from heatlens.gpu.device import Device
+from heatlens.gpu.opengl.counting import counting_device
 from heatlens.measure.bench import issues
 from heatlens.measure.bench.issues import measure_issues
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
@@ -23,7 +24,7 @@ ISSUES, ISSUES_A_LAYER = 19, 8
 DRAWN = 1  # issues without a barrier: highlights are drawn
 
 
-def counted(ctx: moderngl.Context, size: tuple[int, int], settings: DefocusSettings = FILM):
+def counted(ctx: Device, size: tuple[int, int], settings: DefocusSettings = FILM):
     return measure_issues(ctx, size, settings, 1, lambda _: None)
 
 
@@ -61,12 +62,13 @@ def test_nothing_is_drawn_and_the_context_is_left_as_it_was(ctx):
     target = ctx.simple_framebuffer((4, 4))
     target.clear(0.25, 0.5, 0.75, 1.0)
     before = target.read()
-    renderer = ctx.info["GL_RENDERER"]
+    renderer = ctx.name
     counts: Counter[str] = Counter()
-    counting = issues._counting(ctx, counts)
+    counting = counting_device(ctx, counts)
     counting.framebuffer([ctx.texture((4, 4), 4)]).clear(1.0, 1.0, 1.0, 1.0)
     assert counts == {"clear": 1}
-    assert ctx.info["GL_RENDERER"] == renderer != counting.info["GL_RENDERER"]
+    assert ctx.name == renderer != counting.name
+    assert not counting.is_software
     np.testing.assert_array_equal(target.read(), before)
 
 

@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.defocus.kernels import rim_kernel
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import FloatArray
 from heatlens.model.focus.coc import axial_dioptres, axial_px
 from heatlens.model.lens.lens import Lens, LensModel
@@ -37,7 +37,7 @@ def seen(
 
 @pytest.mark.parametrize("method", [Method.DIFFUSION, Method.PYRAMID])
 def test_each_colour_is_that_of_a_lens_with_its_focus(
-    ctx: moderngl.Context, renderer: FrameRenderer, rng: np.random.Generator, method: Method
+    ctx: Device, renderer: FrameRenderer, rng: np.random.Generator, method: Method
 ) -> None:
     """Green bit for bit; the others up to the rounding of their focus."""
     room_plate, settings = plate(rng), replace(PREVIEW, method=method)
@@ -55,7 +55,7 @@ def test_each_colour_is_that_of_a_lens_with_its_focus(
 
 
 def test_one_layer_agrees_with_float64(
-    ctx: moderngl.Context, renderer: FrameRenderer, rng: np.random.Generator
+    ctx: Device, renderer: FrameRenderer, rng: np.random.Generator
 ) -> None:
     """Also where the plate brings its circle of confusion, which each colour shifts."""
     color = rng.random((20, 30, 3), np.float32)
@@ -71,7 +71,7 @@ def test_one_layer_agrees_with_float64(
 
 
 def test_one_colour_stays_and_a_wall_keeps_its_light(
-    ctx: moderngl.Context, renderer: FrameRenderer, rng: np.random.Generator
+    ctx: Device, renderer: FrameRenderer, rng: np.random.Generator
 ) -> None:
     _, depth = room()
     tint = np.array([0.25, 0.75, 8.0], np.float32)
@@ -84,7 +84,7 @@ def test_one_colour_stays_and_a_wall_keeps_its_light(
 
 
 def test_what_is_in_focus_in_a_colour_keeps_it_bit_for_bit(
-    ctx: moderngl.Context, renderer: FrameRenderer, rng: np.random.Generator
+    ctx: Device, renderer: FrameRenderer, rng: np.random.Generator
 ) -> None:
     color = rng.random((24, 32, 3), np.float32)
     lens = replace(LENS, axial_colour_mm=1.5)
@@ -95,7 +95,7 @@ def test_what_is_in_focus_in_a_colour_keeps_it_bit_for_bit(
         assert not np.array_equal(picture[..., (channel + 1) % 3], color[..., (channel + 1) % 3])
 
 
-def test_alpha_goes_with_green(ctx: moderngl.Context, renderer: FrameRenderer) -> None:
+def test_alpha_goes_with_green(ctx: Device, renderer: FrameRenderer) -> None:
     covered = plate_of(*covered_room(), has_alpha=True)
     plain = seen(renderer, covered, replace(LENS, axial_colour_mm=0.0))
     assert np.array_equal(seen(renderer, covered, LENS)[..., 3], plain[..., 3])
@@ -103,7 +103,7 @@ def test_alpha_goes_with_green(ctx: moderngl.Context, renderer: FrameRenderer) -
 
 
 def test_layers_are_counted_over_all_colours(
-    ctx: moderngl.Context, renderer: FrameRenderer, rng: np.random.Generator
+    ctx: Device, renderer: FrameRenderer, rng: np.random.Generator
 ) -> None:
     told: list[tuple[int, int]] = []
     renderer.listen(lambda done, layers: told.append((done, layers)))

@@ -141,7 +141,7 @@ def test_no_plate_no_picture(ctx):
 
 
 def test_a_plate_larger_than_a_texture_is_refused_before_it_is_sent(ctx, renderer):
-    limit = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
+    limit = ctx.limits.texture_side_px
     plate = plate_of(np.ones((1, 1, 3), np.float32), np.ones((1, 1), np.float32))
     with pytest.raises(GpuError, match=f"{limit + 1}x1.*{limit} pixels a side"):
         renderer.load(replace(plate, data_window=Box(0, 0, limit + 1, 1)))

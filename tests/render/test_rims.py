@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import FloatArray
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.shot.settings import DefocusSettings, Quality
@@ -28,7 +28,7 @@ def disc_of(renderer: FrameRenderer, depth_m: float, rim: float) -> tuple[FloatA
 
 @pytest.mark.parametrize(("depth_m", "rim"), [(FAR_M, 0.8), (NEAR_M, -0.8), (FAR_M, -0.8)])
 def test_a_disc_has_the_profile_of_its_side(
-    ctx: moderngl.Context, renderer: FrameRenderer, depth_m: float, rim: float
+    ctx: Device, renderer: FrameRenderer, depth_m: float, rim: float
 ) -> None:
     """Bright behind the focus for a positive rim, in front of it for a negative one."""
     light, coc = disc_of(renderer, depth_m, rim)

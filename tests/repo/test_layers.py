@@ -32,11 +32,6 @@ LAYERS = (
     ),
     "commands",
 )
-# render, preview, export, session and ui pass textures on; measure owns what it measures with
-GPU_LAYERS = (
-    *("gpu", "defocus", "scene_gpu", "source", "render", "preview", "display", "export"),
-    *("measure", "session", "share", "ui", "doctor"),
-)
 _OF_WINDOWS = (
     *("heatlens.ui", "imgui_bundle", "glfw", "support.gui"),
     *("support.scene_window", "support.timeline_window", "support.window_plates"),
@@ -129,7 +124,7 @@ def test_imports_are_absolute():
 
 @pytest.mark.parametrize(
     "libraries, layers",
-    [({"moderngl"}, GPU_LAYERS), ({"imgui_bundle", "glfw"}, ("ui",))],
+    [({"moderngl"}, ("gpu",)), ({"imgui_bundle", "glfw"}, ("ui",))],
     ids=["OpenGL", "window"],
 )
 def test_only_its_layers_know_a_library(libraries, layers):

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import moderngl
 import numpy as np
 import pytest
 
 from demo_street.shapes import moved, quads, scaled
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import download, new_texture
 from heatlens.model.focus.coc import axial_px, coc_line, coc_px
 from heatlens.model.lens.disc_shape import DiscShape, PictureField
@@ -48,7 +48,7 @@ def view_through(lens: Lens) -> SceneView:
 class Lab:
     """One raster, fresh sums."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self.ctx = ctx
         self.raster = SceneRaster(ctx)
         self.out = new_texture(ctx, SIZE, 4)
@@ -75,7 +75,7 @@ class Lab:
 
 
 @pytest.fixture(scope="module")
-def lab(session_context: moderngl.Context) -> Iterator[Lab]:
+def lab(session_context: Device) -> Iterator[Lab]:
     held = Lab(session_context)
     yield held
     held.raster.release()
@@ -97,7 +97,7 @@ def spread(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     [(1.0, LensModel.PHOTOGRAPHIC), (1.0, LensModel.RENDERER), (1.8, LensModel.PHOTOGRAPHIC)],
 )
 def test_a_lamp_becomes_the_disc_of_the_thin_lens(
-    ctx: moderngl.Context, lab: Lab, depth_m: float, squeeze: float, model: LensModel
+    ctx: Device, lab: Lab, depth_m: float, squeeze: float, model: LensModel
 ) -> None:
     lens = replace(LENS, squeeze=squeeze, model=model)
     lab.load(depth_m)
@@ -113,7 +113,7 @@ def test_a_lamp_becomes_the_disc_of_the_thin_lens(
     np.testing.assert_allclose(light.sum(), RADIANCE * QUAD_PX**2, rtol=0.01)
 
 
-def test_the_disc_is_even_and_ends_where_it_should(ctx: moderngl.Context, lab: Lab) -> None:
+def test_the_disc_is_even_and_ends_where_it_should(ctx: Device, lab: Lab) -> None:
     lab.load(0.8)
     light = lab.seen(LENS, 1024)[..., 0].astype(np.float64)
     radius = abs(float(coc_px(0.8, coc_line(LENS, SIZE[0])))) / 2
@@ -127,7 +127,7 @@ def test_the_disc_is_even_and_ends_where_it_should(ctx: moderngl.Context, lab: L
     np.testing.assert_allclose(inside.mean(), even, rtol=0.01)
 
 
-def test_what_is_in_focus_is_as_sharp_as_through_a_pinhole(ctx: moderngl.Context, lab: Lab) -> None:
+def test_what_is_in_focus_is_as_sharp_as_through_a_pinhole(ctx: Device, lab: Lab) -> None:
     lab.load(LENS.focus_distance_m)
     through_lens = lab.seen(LENS, VIEWS)
     pinhole = lab.seen(replace(LENS, f_stop=1e5), VIEWS)
@@ -135,9 +135,7 @@ def test_what_is_in_focus_is_as_sharp_as_through_a_pinhole(ctx: moderngl.Context
     assert np.count_nonzero(through_lens[..., 0]) <= (QUAD_PX + 1) ** 2
 
 
-def test_an_edge_has_the_share_of_the_pixel_that_is_covered(
-    ctx: moderngl.Context, lab: Lab
-) -> None:
+def test_an_edge_has_the_share_of_the_pixel_that_is_covered(ctx: Device, lab: Lab) -> None:
     lab.load(LENS.focus_distance_m)
     light = lab.seen(LENS, 1024)[..., 0]
     shares = []
@@ -148,7 +146,7 @@ def test_an_edge_has_the_share_of_the_pixel_that_is_covered(
     np.testing.assert_allclose(light, RADIANCE * np.outer(shares[1], shares[0]), atol=0.4)
 
 
-def test_all_colours_and_the_alpha_are_meant(ctx: moderngl.Context, lab: Lab) -> None:
+def test_all_colours_and_the_alpha_are_meant(ctx: Device, lab: Lab) -> None:
     lab.load(1.2)
     picture = lab.seen(LENS, 50)
     np.testing.assert_allclose(picture[..., 1], picture[..., 0] / 2, rtol=1e-6)
@@ -156,7 +154,7 @@ def test_all_colours_and_the_alpha_are_meant(ctx: moderngl.Context, lab: Lab) ->
     np.testing.assert_array_equal(picture[..., 3], 1)
 
 
-def test_more_views_go_on_where_the_others_stopped(ctx: moderngl.Context, lab: Lab) -> None:
+def test_more_views_go_on_where_the_others_stopped(ctx: Device, lab: Lab) -> None:
     lab.load(0.8)
     at_once = lab.seen(LENS, 64)
     assert np.any(lab.seen(LENS, 16) != at_once)
@@ -165,7 +163,7 @@ def test_more_views_go_on_where_the_others_stopped(ctx: moderngl.Context, lab: L
     np.testing.assert_array_equal(lab.seen(LENS, 300, 64), at_once)
 
 
-def test_only_what_is_new_is_drawn(ctx: moderngl.Context, lab: Lab) -> None:
+def test_only_what_is_new_is_drawn(ctx: Device, lab: Lab) -> None:
     lab.load(0.8)
     sums = Accumulation(ctx, lab.raster)
     asked = [4, 4, 9, 2]
@@ -176,7 +174,7 @@ def test_only_what_is_new_is_drawn(ctx: moderngl.Context, lab: Lab) -> None:
     assert counts == [4, 0, 5, 2]
 
 
-def test_another_key_begins_again(ctx: moderngl.Context, lab: Lab) -> None:
+def test_another_key_begins_again(ctx: Device, lab: Lab) -> None:
     sums = Accumulation(ctx, lab.raster)
     lab.load(0.8)
     lab.seen(LENS, 32, sums=sums)
@@ -184,7 +182,7 @@ def test_another_key_begins_again(ctx: moderngl.Context, lab: Lab) -> None:
     np.testing.assert_array_equal(lab.seen(LENS, 32, sums=sums), lab.seen(LENS, 32))
 
 
-def test_what_was_left_half_way_is_gone_on_with(ctx: moderngl.Context, lab: Lab) -> None:
+def test_what_was_left_half_way_is_gone_on_with(ctx: Device, lab: Lab) -> None:
     lab.load(1.2)
     sums = Accumulation(ctx, lab.raster)
     key = (LENS, lab.raster.buffers.scene)

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import download, new_texture
 from heatlens.measure.metrics import score
 from heatlens.model.lens.lens import Lens
@@ -26,7 +26,7 @@ SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0), framing=Framing(*SIZE, "camera"))
 class Lab:
     """A still life with lamps, and what is seen of it."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self.ctx = ctx
         self.raster = SceneRaster(ctx)
         scene = still_life()
@@ -56,7 +56,7 @@ class Lab:
 
 
 @pytest.fixture(scope="module")
-def lab(session_context: moderngl.Context) -> Iterator[Lab]:
+def lab(session_context: Device) -> Iterator[Lab]:
     held = Lab(session_context)
     yield held
     held.raster.release()

@@ -2,13 +2,13 @@
 
 import math
 
-import moderngl
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.value_bins import bins_of
 from heatlens.scene_gpu.depth_survey import DepthSurvey
@@ -22,11 +22,11 @@ PICTURES = arrays(np.float32, array_shapes(min_dims=2, max_dims=2, max_side=9), 
 
 
 @pytest.fixture(scope="module")
-def survey(session_context: moderngl.Context) -> DepthSurvey:
+def survey(session_context: Device) -> DepthSurvey:
     return DepthSurvey(session_context)
 
 
-def check(ctx: moderngl.Context, survey: DepthSurvey, depth_m: np.ndarray) -> None:
+def check(ctx: Device, survey: DepthSurvey, depth_m: np.ndarray) -> None:
     texture = new_texture(ctx, depth_m.shape[::-1], 1)
     upload(texture, depth_m)
     found = survey.of(texture)

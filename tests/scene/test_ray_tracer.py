@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import download, new_texture
 from heatlens.model.lens.aperture import Aperture
 from heatlens.model.lens.pupil import PINHOLE, Pupil
@@ -28,7 +28,7 @@ WIDE = Pupil(Aperture(squeeze=1.5), 0.12)
 class Stage:
     """A scene, both ways to see it, and a picture of either."""
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene, view: SceneView) -> None:
+    def __init__(self, ctx: Device, scene: Scene, view: SceneView) -> None:
         self.view = view
         self.raster = SceneRaster(ctx)
         self.raster.load(scene)
@@ -64,14 +64,14 @@ def still_view(size: tuple[int, int] = (96, 54), focus_m: float = 3.0) -> SceneV
 
 
 @pytest.fixture(scope="module")
-def life(session_context: moderngl.Context) -> Iterator[Stage]:
+def life(session_context: Device) -> Iterator[Stage]:
     """Return the still life, seen by both."""
     stage = Stage(session_context, still_life(), still_view())
     yield stage
     stage.release()
 
 
-def test_rays_hit_what_brute_force_says(ctx: moderngl.Context, rng: np.random.Generator) -> None:
+def test_rays_hit_what_brute_force_says(ctx: Device, rng: np.random.Generator) -> None:
     """Turned, stretched and mirrored meshes, some of them nearer or farther than what counts."""
     lights = rng.uniform(0.1, 1, (12, 3))
     materials = [lamp((r, g, b)) for r, g, b in lights.tolist()]
@@ -106,7 +106,7 @@ def test_a_single_point_of_the_lens_sees_what_the_rasteriser_draws(
     assert not wrong.any()
 
 
-def test_what_is_cut_out_of_a_surface_lets_the_rays_through(ctx: moderngl.Context) -> None:
+def test_what_is_cut_out_of_a_surface_lets_the_rays_through(ctx: Device) -> None:
     """A chequered screen in front of a lamp: the same holes as the rasteriser's."""
     alpha = np.full((4, 4, 4), 255, np.uint8)
     alpha[..., 3] = np.where(np.indices((4, 4)).sum(axis=0) % 2, 255, 0)
@@ -126,7 +126,7 @@ def test_what_is_cut_out_of_a_surface_lets_the_rays_through(ctx: moderngl.Contex
     stage.release()
 
 
-def test_of_surfaces_in_one_place_both_show_the_same(ctx: moderngl.Context) -> None:
+def test_of_surfaces_in_one_place_both_show_the_same(ctx: Device) -> None:
     """Squares on one another, each triangle of one of them twice: the last that is drawn."""
     colors = [(1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)]
     tilted = moved(z=-3) @ looking_at((0.1, 0.3, 0), (0, 0, -1)).camera_to_world
@@ -150,7 +150,7 @@ SMALL_M, LIGHT = 0.02, 700.0
     ("depth_m", "focus_m"), [(2.0, 3.0), (3.0, 3.0), (5.0, 3.0), (4.0, np.inf)]
 )
 def test_a_small_lamp_becomes_the_disc_of_the_thin_lens(
-    ctx: moderngl.Context, depth_m: float, focus_m: float
+    ctx: Device, depth_m: float, focus_m: float
 ) -> None:
     """Its light, its place and its extent are the formula's, within what chance allows."""
     place = 3.5 * depth_m / 100, -1.5 * depth_m / 100, -depth_m  # in the middle of a pixel
@@ -176,7 +176,7 @@ def test_a_small_lamp_becomes_the_disc_of_the_thin_lens(
     assert share[beyond.any(axis=0)].max() == 0
 
 
-def test_it_converges_to_what_accumulation_does(ctx: moderngl.Context) -> None:
+def test_it_converges_to_what_accumulation_does(ctx: Device) -> None:
     """Independent pictures tell their own variance; their mean is as far off as that says.
 
     In blocks of 3 x 3 pixels, and with lamps that are not bright: in a pixel that one ray of a
@@ -204,7 +204,7 @@ def blocks(picture: Picture) -> NDArray[np.float64]:
     return light.reshape(height // 3, 3, width // 3, 3, 3).mean(axis=(1, 3))
 
 
-def test_noise_of_neighbours_and_of_seeds_has_nothing_in_common(ctx: moderngl.Context) -> None:
+def test_noise_of_neighbours_and_of_seeds_has_nothing_in_common(ctx: Device) -> None:
     """Half of the lens sees a lamp, everywhere alike: what is left is chance alone."""
     scene = scene_of(
         [plane(1.0)], [(0, moved(x=50, z=-1, scale=50))], [lamp((1, 1, 1))], daylight=NIGHT
@@ -240,7 +240,7 @@ def test_fewer_rays_and_another_lens_begin_again(life: Stage) -> None:
     assert not np.array_equal(life.traced(3, PINHOLE, key="b"), three)
 
 
-def test_what_has_moved_is_seen_where_it_is_now(ctx: moderngl.Context) -> None:
+def test_what_has_moved_is_seen_where_it_is_now(ctx: Device) -> None:
     """And what has shrunk to nothing is not seen."""
     frames = {1: moved(z=-3), 2: moved(x=1, z=-3), 3: moved(z=-3, scale=0)}
     scene = scene_of(

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import FloatArray, download, new_texture
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.framing import Pose
@@ -23,7 +23,7 @@ FAR_LAMP = (0, moved(-0.05, 0.0, -3.0))
 
 
 @pytest.fixture
-def raster(session_context: moderngl.Context) -> Iterator[SceneRaster]:
+def raster(session_context: Device) -> Iterator[SceneRaster]:
     held = SceneRaster(session_context)
     yield held
     held.release()

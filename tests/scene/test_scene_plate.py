@@ -3,11 +3,11 @@
 from dataclasses import replace
 from threading import Thread
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.base.errors import GpuError
+from heatlens.gpu.device import Texture
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
 from heatlens.model.lens.lens import Lens
@@ -33,7 +33,7 @@ def looked(renderer: FrameRenderer) -> FrameRenderer:
 
 
 def test_nothing_of_whole_size_is_read_back_until_it_is_asked_for(looked, monkeypatch):
-    asked: list[moderngl.Texture] = []
+    asked: list[Texture] = []
     monkeypatch.setattr(scene_plate, "download", lambda tx: asked.append(tx) or download(tx))
     wide = replace(SHOT, lens=replace(SHOT.lens, focal_length_mm=35.0))
     loaded = looked.look(wide)

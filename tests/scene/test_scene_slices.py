@@ -6,9 +6,9 @@ Work is counted in bands of a picture, each of which takes its time on a clock o
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import pytest
 
+from heatlens.gpu.device import Device
 from heatlens.model.boxes import Box
 from heatlens.model.shot.settings import Method
 from heatlens.scene_gpu import bands
@@ -39,7 +39,7 @@ class Work:
 
 
 @pytest.fixture(scope="module")
-def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]:
+def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
     scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
     alone = Preferences(Remembered(keep_frames=False))  # no frames are rendered ahead
     with gui_of(session_context, scene, alone, defocus=QUICK) as gui:
@@ -47,7 +47,7 @@ def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]
 
 
 @pytest.fixture
-def scene_gui(ctx: moderngl.Context, window: Gui, monkeypatch) -> Gui:
+def scene_gui(ctx: Device, window: Gui, monkeypatch) -> Gui:
     """Open a scene at rest whose picture is drawn in three bands."""
     monkeypatch.setattr(bands, "_LEAST_PX", SIZE[0] * 64)
     monkeypatch.setattr(bands, "is_software", lambda _: True)  # a GPU draws a small picture at once

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-import moderngl
 import numpy as np
 import pytest
 
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import FloatArray, download, new_texture
 from heatlens.model.focus.coc import coc_line
 from heatlens.model.lens.disc_shape import DiscShape
@@ -25,7 +25,7 @@ LENS = Lens(100.0, 1.4, 2.0, 36.0)
 
 
 @pytest.fixture(scope="module")
-def raster(session_context: moderngl.Context) -> Iterator[SceneRaster]:
+def raster(session_context: Device) -> Iterator[SceneRaster]:
     """Return large lamps in front of the focus and behind it."""
     held = SceneRaster(session_context)
     places = [(0, moved(0.12, 0.1, -1.4)), (0, moved(-0.4, -0.3, -5.0))]
@@ -47,7 +47,7 @@ def raster(session_context: moderngl.Context) -> Iterator[SceneRaster]:
     ],
 )
 def test_rays_agree_with_views(
-    session_context: moderngl.Context, raster: SceneRaster, opening: dict[str, Any]
+    session_context: Device, raster: SceneRaster, opening: dict[str, Any]
 ) -> None:
     lens, rays = replace(LENS, **opening), 256
     view = view_of(Pose(), lens, SIZE, np.array([(-9, -9, -9.0), (9, 9, -0.1)]))
@@ -66,7 +66,7 @@ def test_rays_agree_with_views(
 
 @pytest.mark.parametrize("depth_m", [5.0, 1.25])
 def test_views_show_an_image_as_its_discs_are_drawn(
-    session_context: moderngl.Context, depth_m: float
+    session_context: Device, depth_m: float
 ) -> None:
     """Upright behind the focus, on its head in front of it, and never mirrored."""
     size, rim = (48, 32), 0.6

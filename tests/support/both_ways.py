@@ -1,8 +1,8 @@
 """A scene as it is drawn and as it is met by rays, beside each other."""
 
-import moderngl
 import numpy as np
 
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import FloatArray, download, new_texture
 from heatlens.model.lens.pupil import PINHOLE
 from heatlens.scene.scene import Scene
@@ -17,7 +17,7 @@ VIEW = SceneView(moved(0, 0, -3), (32, 32), 50.0, np.inf, 0.5, 20.0)
 class BothWays:
     """Both ways to see a scene, from 3 m before it."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self.raster = SceneRaster(ctx)
         self.tracer = RayTracer(ctx, self.raster)
         self.out = new_texture(ctx, VIEW.size, 4)

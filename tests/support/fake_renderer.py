@@ -11,10 +11,10 @@ STEPS = 3  # that a picture takes
 
 
 class FakeContext:
-    """The part of an OpenGL context that the session asks for, without OpenGL."""
+    """The part of a device that the session asks for, without OpenGL."""
 
     def __init__(self) -> None:
-        self.info = {"GL_RENDERER": "llvmpipe"}
+        self.name, self.is_software = "llvmpipe", True
 
     def finish(self) -> None:
         """Do nothing, because all is done."""

@@ -6,11 +6,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import moderngl
 import numpy as np
 from imgui_bundle import imgui
 
 from heatlens.gpu.context import is_software
+from heatlens.gpu.device import Device, Framebuffer
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.render import FrameRenderer
 from heatlens.session.session import Session
@@ -28,7 +28,7 @@ class Gui:
 
     def __init__(
         self,
-        ctx: moderngl.Context,
+        ctx: Device,
         start: Start,
         size: Point = SIZE,
         preferences: Preferences | None = None,
@@ -77,12 +77,12 @@ class Gui:
             self.ctx.finish()
             self.session.drawn()
 
-    def _paint(self, target: moderngl.Framebuffer) -> None:
+    def _paint(self, target: Framebuffer) -> None:
         target.use()
         target.clear(*theme.SURROUND)
         self.screen.picture.paint(target, self.pixels)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
-        assert self.ctx.error == "GL_NO_ERROR"
+        assert self.ctx.error == ""
 
     def until(self, condition, what: str, seconds: float = 20.0) -> None:
         """Draw frames until `condition`; the bound on time is generous, no measurement."""
@@ -239,7 +239,7 @@ class Gui:
         self._listening.__exit__(None, None, None)
         self.session.close()
         imgui.backends.opengl3_shutdown()
-        # moderngl binds again what was bound before: something that stays must be
+        # the device binds again what was bound before: something that stays must be
         self.ctx.framebuffer([self.ctx.texture((1, 1), 4)]).use()
         self._corner.release()
         self._target.release()
@@ -248,7 +248,7 @@ class Gui:
 
 @contextmanager
 def gui_of(
-    ctx: moderngl.Context,
+    ctx: Device,
     source: Path | str,
     preferences: Preferences | None = None,
     size: tuple[int, int] = SIZE,

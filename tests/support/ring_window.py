@@ -5,8 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import moderngl
-
+from heatlens.gpu.device import Device
 from heatlens.live.ring.address import Protocol, RingAddress
 from heatlens.live.ring.receiver import LensReceiver
 from support.gui import Gui, gui_of
@@ -16,7 +15,7 @@ _PATIENCE_S = 30.0
 
 
 @contextmanager
-def following(ctx: moderngl.Context, protocol: Protocol, folder: Path) -> Iterator[Gui]:
+def following(ctx: Device, protocol: Protocol, folder: Path) -> Iterator[Gui]:
     """Yield a window that listens on a free port, with a small plate."""
     plate = room_file(folder / "room.exr")
     with (

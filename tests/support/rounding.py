@@ -4,11 +4,10 @@ GPUs place vertices at 1/256 of a pixel and mix texels by weights of 8 bits; Ope
 (sections 14.6.1 and 8.14.3). Figures of GPUs are those of an NVIDIA H200, rounded up.
 """
 
-import moderngl
-
 from heatlens.gpu.context import is_software
+from heatlens.gpu.device import Device
 
 
-def within(ctx: moderngl.Context, software: float, gpu: float) -> float:
+def within(ctx: Device, software: float, gpu: float) -> float:
     """Return the tolerance for this renderer."""
     return software if is_software(ctx) else gpu

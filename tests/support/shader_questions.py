@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.paths import data_dir
-from heatlens.gpu.shader_source import assemble
+from heatlens.gpu.device import Device, Texture
+from heatlens.gpu.shader_source import assemble, declared_in
 
 _GROUP = 64
 _BLOCKS = f"""
@@ -22,7 +22,7 @@ class ShaderQuestions:
 
     def __init__(
         self,
-        ctx: moderngl.Context,
+        ctx: Device,
         library: str,
         main: str,
         defines: Mapping[str, int],
@@ -32,19 +32,23 @@ class ShaderQuestions:
         self._ctx = ctx
         self._answers = answers
         source = assemble(data_dir("shaders"), library, dict(defines))
-        self._program = ctx.compute_shader(source.followed_by(_BLOCKS + main).text)
+        source = source.followed_by(_BLOCKS + main)
+        self._declared = declared_in([source]).of_kind("uniform")
+        self._program = ctx.compute_program(source)
 
-    def ask(self, questions: NDArray[np.float64], uniforms: Mapping[str, object]) -> NDArray:
+    def ask(
+        self,
+        questions: NDArray[np.float64],
+        uniforms: Mapping[str, object],
+        textures: Mapping[str, Texture] | None = None,
+    ) -> NDArray:
         """Return (n, answers, 4) for questions (n, 4); uniforms without use are left out."""
-        for name, value in uniforms.items():
-            if name in self._program:
-                self._program[name] = value
         asked = self._ctx.buffer(questions.astype(np.float32).tobytes())
         answered = self._ctx.buffer(reserve=16 * self._answers * len(questions))
-        asked.bind_to_storage_buffer(0)
-        answered.bind_to_storage_buffer(1)
-        self._program.run(-(-len(questions) // _GROUP))
-        self._ctx.memory_barrier()
+        blocks = {"question_block": asked, "answer_block": answered}
+        used = {name: value for name, value in uniforms.items() if name in self._declared}
+        self._program.bind(textures, None, blocks, used)
+        self._program.run((-(-len(questions) // _GROUP),))
         answers = np.frombuffer(answered.read(), np.float32).reshape(-1, self._answers, 4)
         asked.release()
         answered.release()

@@ -5,9 +5,9 @@ from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
 
-import moderngl
 from imgui_bundle import imgui
 
+from heatlens.gpu.device import Device
 from heatlens.model.shot.pull import EASE_PERCENT
 from heatlens.model.shot.shot import LensParameter
 from heatlens.session.keys.key_drag import KeyDrag, KeyStretch
@@ -32,7 +32,7 @@ class Clock:
 
 
 @contextmanager
-def film_window(ctx: moderngl.Context, folder: Path) -> Iterator[Gui]:
+def film_window(ctx: Device, folder: Path) -> Iterator[Gui]:
     """Yield a window with the sequence open and every frame of it read."""
     pattern = sequence_files(folder, framesPerSecond=Fraction(25, 1))
     with gui_of(ctx, pattern, defocus=QUICK) as gui:

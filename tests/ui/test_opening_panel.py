@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import moderngl
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
+from heatlens.gpu.device import Device
 from heatlens.model.lens.aperture import Aperture
 from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.session.files.file_commands import PURPOSES
@@ -35,7 +35,7 @@ def test_the_outline_is_that_of_the_disc(aperture: Aperture, place: tuple[float,
 
 
 @pytest.fixture
-def gui(ctx: moderngl.Context, tmp_path: Path) -> Iterator[Gui]:
+def gui(ctx: Device, tmp_path: Path) -> Iterator[Gui]:
     plate = room_file(tmp_path / "room.exr", 96, 64)
     lens = {"blades": 5, "cat_eye": 0.5}
     with gui_of(ctx, plate, lens=lens, defocus=QUICK, size=(1280, 1600)) as made:

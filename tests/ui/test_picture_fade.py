@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.gpu.device import Device
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
 from heatlens.preview.shown import Shown
 from heatlens.ui.picture.fade import FADE_S, PictureFade
@@ -16,7 +16,7 @@ from support.session_files import room_file
 
 
 @pytest.fixture
-def gui(session_context: moderngl.Context, tmp_path) -> Iterator[Gui]:
+def gui(session_context: Device, tmp_path) -> Iterator[Gui]:
     whole = DefocusSettings(Bokeh.DISC, Quality.DRAFT)
     with gui_of(session_context, room_file(tmp_path / "room.exr"), defocus=whole) as gui:
         gui.settled()

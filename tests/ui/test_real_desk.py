@@ -14,11 +14,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import moderngl
 import numpy as np
 import pytest
 
 from heatlens.documents.shot_file import autosave_path, read_shot, write_shot
+from heatlens.gpu.device import Device
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.settings import DefocusSettings, Quality
 from heatlens.model.shot.shot import LensParameter, Shot
@@ -147,7 +147,7 @@ def _corner(window: Window) -> np.ndarray:
 class Twin:
     """The interface in the same size without a window, which tells where its controls lie."""
 
-    def __init__(self, ctx: moderngl.Context, window: Window, shot: Path) -> None:
+    def __init__(self, ctx: Device, window: Window, shot: Path) -> None:
         with gui_of(ctx, shot, size=geometry(window)) as gui:
             self._picture = gui.at_picture(0, 0), gui.at_picture(1, 1)
             gui.do("Export...")
@@ -200,7 +200,7 @@ def has_color(window: Window, color: Any) -> bool:
 
 
 def test_a_shot_is_keyed_compared_and_exported(
-    desk: Screen, tmp_path: Path, session_context: moderngl.Context
+    desk: Screen, tmp_path: Path, session_context: Device
 ) -> None:
     shot = sequence(tmp_path)
     kept = tmp_path / "config" / "preferences.json"

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import moderngl
 import pytest
 from imgui_bundle import imgui
 
 from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.gpu.device import Device
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.framing import SceneTiming
 from heatlens.session.scenes.clip_choice import ALL_CLIPS
@@ -30,7 +30,7 @@ def clips_file(path: Path, names: tuple[str, ...] = ("walk", "run", "run")) -> P
 
 
 @pytest.fixture
-def gui(ctx: moderngl.Context, tmp_path) -> Iterator[Gui]:
+def gui(ctx: Device, tmp_path) -> Iterator[Gui]:
     scene = clips_file(tmp_path / "clips.glb")
     timing = SceneTiming("walk", 10.0)
     with gui_of(ctx, scene, defocus=QUICK, timing=timing) as gui:

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.gpu.device import Device
 from heatlens.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.model.shot.shot import LensParameter
 from heatlens.render import FrameRenderer
@@ -22,14 +22,14 @@ K = imgui.Key
 
 
 @pytest.fixture(scope="module")
-def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]:
+def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
     scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
     with gui_of(session_context, scene, defocus=QUICK) as gui:
         yield gui
 
 
 @pytest.fixture
-def gui(ctx: moderngl.Context, window: Gui) -> Gui:
+def gui(ctx: Device, window: Gui) -> Gui:
     """Open a scene and show the curve of its focus; there are no marks."""
     reset_timeline(window)
     gui = as_opened(window)

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.gpu.device import Device
 from heatlens.model.shot.settings import Method
 from heatlens.model.view.guides import Guides
 from heatlens.model.view.view import Compare
@@ -20,7 +20,7 @@ K = imgui.Key
 
 
 @pytest.fixture(params=["plate", "scene"])
-def gui(ctx: moderngl.Context, tmp_path, request) -> Iterator[Gui]:
+def gui(ctx: Device, tmp_path, request) -> Iterator[Gui]:
     is_scene = request.param == "scene"
     made = write_scene(tmp_path / "a.glb") if is_scene else room_file(tmp_path / "a.exr")
     with gui_of(ctx, made, defocus=QUICK, size=(1280, 2400)) as gui:  # all is in sight

@@ -1,10 +1,10 @@
 """The theme: chosen in the menu, remembered, and the picture's surround the same in both."""
 
-import moderngl
 import numpy as np
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.gpu.device import Device
 from heatlens.session.settings.preferences import Preferences, Remembered, Theme
 from heatlens.ui import theme
 from heatlens.ui.theme import DARK, LIGHT
@@ -25,7 +25,7 @@ def brightness(gui, name: str) -> float:
     return float(np.median(gui.screenshot()[y0:y1, x0:x1]))
 
 
-def test_a_theme_is_chosen_from_the_menu_and_remembered(ctx: moderngl.Context, tmp_path):
+def test_a_theme_is_chosen_from_the_menu_and_remembered(ctx: Device, tmp_path):
     plate = room_file(tmp_path / "room.exr")
     preferences = Preferences.load(tmp_path / "config")
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
@@ -47,7 +47,7 @@ def test_a_theme_is_chosen_from_the_menu_and_remembered(ctx: moderngl.Context, t
         assert brightness(gui, "quality") < 80
 
 
-def test_words_over_the_picture_keep_their_colours(ctx: moderngl.Context, tmp_path):
+def test_words_over_the_picture_keep_their_colours(ctx: Device, tmp_path):
     """Its surround is dark in both themes, and so a legend or a hint over it is the same too."""
     plate, seen = room_file(tmp_path / "room.exr"), []
     for chosen in Theme:

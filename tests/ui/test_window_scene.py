@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import moderngl
 import numpy as np
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import download
 from heatlens.model.shot.framing import Pose
 from heatlens.model.shot.settings import Method
@@ -27,14 +27,14 @@ LEFT, RIGHT = 0, 1
 
 
 @pytest.fixture(scope="module")
-def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]:
+def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
     scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
     with gui_of(session_context, scene, defocus=QUICK) as gui:
         yield gui
 
 
 @pytest.fixture
-def scene_gui(ctx: moderngl.Context, window: Gui) -> Gui:
+def scene_gui(ctx: Device, window: Gui) -> Gui:
     return as_opened(window)
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import pytest
 
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import download
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.marks.marks import PointMark
@@ -20,14 +20,14 @@ MIDDLE = (240, 135)
 
 
 @pytest.fixture(scope="module")
-def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]:
+def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
     scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
     with gui_of(session_context, scene, defocus=QUICK) as gui:
         yield gui
 
 
 @pytest.fixture
-def gui(ctx: moderngl.Context, window: Gui) -> Gui:
+def gui(ctx: Device, window: Gui) -> Gui:
     return as_opened(window)
 
 

@@ -43,7 +43,7 @@ class Engine:
             raise GpuError(
                 "heatlens draws in the thread that rendered first. Render there, or use processes."
             )
-        self._renderer.ctx.__enter__()  # type: ignore[no-untyped-call]
+        self._renderer.ctx.make_current()
         return self._renderer
 
     def load(self, owner: object, content: Content, take: Callable[[Content], None]) -> None:

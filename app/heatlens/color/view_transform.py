@@ -206,7 +206,7 @@ def _for_gpu(library: ModuleType, processor: Any) -> tuple[str, tuple[Lut, ...],
     shader = library.GpuShaderDesc.CreateShaderDesc(
         language=library.GPU_LANGUAGE_GLSL_4_0, functionName=_FUNCTION, resourcePrefix="ocio_"
     )
-    shader.setAllowTexture1D(False)  # moderngl binds none; the picture would be black
+    shader.setAllowTexture1D(False)  # the GPU binds none; the picture would be black
     on_gpu.extractGpuShaderInfo(shader)
     luts = [_lut(t, (t.edgeLen,) * 3 + (3,), library) for t in shader.get3DTextures()]
     for table in shader.getTextures():

@@ -179,7 +179,7 @@ def run(args: argparse.Namespace) -> int:
     frames = BenchFrames(headless_context(), args.solver)
     report = _measured(args, frames, settings)
     if args.plot is not None and report.methods is not None:
-        renderer = str(frames.ctx.info["GL_RENDERER"])
+        renderer = frames.ctx.name
         write_plot(args.plot, report.methods, report.method_errors, renderer)
         say(f"drawn to {args.plot}")
     if args.json:

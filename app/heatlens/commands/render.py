@@ -244,6 +244,6 @@ def _encode(look: DisplayLook, renderer: FrameRenderer) -> Encode:
 def _say_stats(renderer: FrameRenderer, at: tuple[float, float, float, float]) -> None:
     read, render, write = (1e3 * (b - a) for a, b in pairwise(at))
     say(f"read {read:.0f} ms, render {render:.0f} ms, write {write:.0f} ms")
-    say(f"on {renderer.ctx.info['GL_RENDERER']}, solver {renderer.solver.name}")
+    say(f"on {renderer.ctx.name}, solver {renderer.solver.name}")
     for name, entry in renderer.stopwatch.times.items():
         say(f"  {name:24} {1e3 * entry.seconds:8.1f} ms  {entry.runs:3d} x")

@@ -148,7 +148,7 @@ def _part_done(done: FrameDone, task: PartTask) -> FetchedPart:
 
 
 def _driver() -> str:
-    return str(renderer().ctx.info["GL_RENDERER"])
+    return renderer().ctx.name
 
 
 @contextmanager

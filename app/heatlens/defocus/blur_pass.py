@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import moderngl
 import numpy as np
 import numpy.typing as npt
 
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
 from heatlens.defocus.tile_mask import TileMask
+from heatlens.gpu.device import Texture, TextureArray
 from heatlens.gpu.textures import Storage
 from heatlens.model.lens.disc_shape import DiscShape
 
@@ -20,7 +20,7 @@ PACKED: Storage = "u4"  # eight halves of a pole's image in the four words of a 
 class Over:
     """The picture that a blurred layer of the same size is composited over, in place."""
 
-    color: moderngl.Texture  # RGBA
+    color: Texture  # RGBA
     is_farthest: bool  # the layer replaces what is behind it
 
 
@@ -28,8 +28,8 @@ class Over:
 class BlurTargets:
     """The scratch and result textures of the blur, at least of the picture's size."""
 
-    poles: moderngl.TextureArray  # `pole_layers` of `PACKED`, or of float32
-    out_color: moderngl.Texture  # RGBA
+    poles: TextureArray  # `pole_layers` of `PACKED`, or of float32
+    out_color: Texture  # RGBA
     over: Over | None = None  # takes the result instead of `out_color`, which is scratch then
 
 
@@ -48,8 +48,8 @@ class Diffusion:
     corner         the size of a picture that is in the corner of the textures
     """
 
-    color: moderngl.Texture
-    coc: moderngl.Texture
+    color: Texture
+    coc: Texture
     kernel: Kernel
     axis_scales: tuple[float, float]
     least_px: float = 0.0
@@ -118,7 +118,7 @@ def _defines(is_packed: bool, is_shaped: bool) -> tuple[tuple[str, object], ...]
 
 
 def _both_axes(
-    what: Diffusion, source: moderngl.Texture, targets: BlurTargets
+    what: Diffusion, source: Texture, targets: BlurTargets
 ) -> Iterator[tuple[Axis, Bindings]]:
     """Yield rows of `source`, then columns; pixels in focus are taken from `what.color`."""
     kernel, sums, over = what.kernel, what.kernel.mix.sum(axis=0), targets.over

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-import moderngl
-
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 
 _EVERYWHERE = (-1e30, 1e30)  # circles of confusion
@@ -21,14 +20,14 @@ class CutoutTextures:
     ground  RGBA, over which the rest is blurred, which has alpha then; None if it needs none
     """
 
-    light: moderngl.Texture
-    alpha: moderngl.Texture | None
-    depth: moderngl.Texture
-    rest: moderngl.Texture
-    rest_depth: moderngl.Texture
-    ground: moderngl.Texture | None = None
+    light: Texture
+    alpha: Texture | None
+    depth: Texture
+    rest: Texture
+    rest_depth: Texture
+    ground: Texture | None = None
 
-    def lights_of(self, other: "CutoutTextures") -> list[tuple[moderngl.Texture, moderngl.Texture]]:
+    def lights_of(self, other: "CutoutTextures") -> list[tuple[Texture, Texture]]:
         """Return each light of another cutout with the same of this one."""
         pairs = [
             (other.light, self.light),
@@ -59,9 +58,9 @@ class SharpPart:
     coc           signed, pixels: its place among the layers
     """
 
-    light: moderngl.Texture
-    alpha: moderngl.Texture | None
-    coc: moderngl.Texture
+    light: Texture
+    alpha: Texture | None
+    coc: Texture
 
     def of_alpha(self) -> "SharpPart":
         """Return the same for the plate's alpha as a picture."""
@@ -71,23 +70,19 @@ class SharpPart:
 class CutoutPass:
     """Composites a sharp part over what is behind it."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "cutout_over.comp.glsl")
         self._ground = ComputeProgram(ctx, "cutout_ground.comp.glsl")
 
-    def over_layers(
-        self, sharp: SharpPart, ends_px: tuple[float, float], color: moderngl.Texture
-    ) -> None:
+    def over_layers(self, sharp: SharpPart, ends_px: tuple[float, float], color: Texture) -> None:
         """Composite what has its place within a range of coc over `color`, where alpha stays."""
         self._run(sharp, sharp.coc, ends_px, color, is_on_top=False)
 
-    def on_top(self, sharp: SharpPart, coc: moderngl.Texture, color: moderngl.Texture) -> None:
+    def on_top(self, sharp: SharpPart, coc: Texture, color: Texture) -> None:
         """Composite all that is not hidden by the picture, of which this is the coc."""
         self._run(sharp, coc, _EVERYWHERE, color, is_on_top=True)
 
-    def over_ground(
-        self, ground: moderngl.Texture, color: moderngl.Texture, is_opaque: bool
-    ) -> None:
+    def over_ground(self, ground: Texture, color: Texture, is_opaque: bool) -> None:
         """Put `ground` behind `color`; `is_opaque` makes alpha exactly 1."""
         self._ground.dispatch(
             pixel_groups(color.size),
@@ -99,9 +94,9 @@ class CutoutPass:
     def _run(
         self,
         sharp: SharpPart,
-        coc: moderngl.Texture,
+        coc: Texture,
         ends_px: tuple[float, float],
-        color: moderngl.Texture,
+        color: Texture,
         is_on_top: bool,
     ) -> None:
         self._program.dispatch(

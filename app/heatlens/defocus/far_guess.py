@@ -10,14 +10,13 @@ from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise
 
-import moderngl
-
 from heatlens.defocus.listed_fragments import FragmentBuffers, ListedFragments
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.other_methods import Place, level_places, pyramid_size
 from heatlens.defocus.pixel_list import PixelBands
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 
 FAR_PARTS = "far parts"  # name of the step
@@ -34,7 +33,7 @@ def cuts_behind(optics: Optics, least_px: float) -> list[float]:
 class FarGuess:
     """Makes fragment lists with a guess behind each cut, for the same step."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx, self._bands = ctx, PixelBands(ctx)
 
     @cached_property
@@ -55,8 +54,8 @@ class FarGuess:
 
     def steps(
         self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
+        color: Texture,
+        coc: Texture,
         optics: Optics,
         least_px: float,
         scratch: Scratch,
@@ -89,10 +88,10 @@ class FarGuess:
 
     def _filled(
         self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
+        color: Texture,
+        coc: Texture,
         cut_px: float,
-        levels: moderngl.Texture,
+        levels: Texture,
         places: list[Place],
     ) -> Iterator[str]:
         """Fill all levels of the pyramid with what is farther than `cut_px`."""

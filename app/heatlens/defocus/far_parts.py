@@ -8,7 +8,6 @@ part. The mean of all views replaces the layers behind the focus near the edges 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +22,7 @@ from heatlens.defocus.pixel_list import PixelBands
 from heatlens.defocus.quality import parts_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
+from heatlens.gpu.device import Buffer, Device, Texture, TextureArray
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.model.shot.settings import LAYERS_MAX, DefocusSettings
 
@@ -70,7 +70,7 @@ class FarField:
     zone   where it is used
     """
 
-    total: moderngl.Texture
+    total: Texture
     zone: FarZone
 
 
@@ -78,10 +78,10 @@ class FarField:
 class _Room:
     """The memory for the view of one part."""
 
-    view: moderngl.Texture
-    coc: moderngl.Texture
-    heads: moderngl.Buffer
-    links: moderngl.Buffer
+    view: Texture
+    coc: Texture
+    heads: Buffer
+    links: Buffer
 
     @staticmethod
     def of(what: FarSurfaces, scratch: Scratch) -> "_Room":
@@ -98,7 +98,7 @@ class _Room:
 class FarPartsPass:
     """Renders the far field in parts, which replaces layers."""
 
-    def __init__(self, ctx: moderngl.Context, blur: BlurPass) -> None:
+    def __init__(self, ctx: Device, blur: BlurPass) -> None:
         self._ctx, self._blur, self._bands = ctx, blur, PixelBands(ctx)
         self._zones = FarZones(ctx)
         self._programs: dict[tuple[str, bool], ComputeProgram] = {}
@@ -117,7 +117,7 @@ class FarPartsPass:
         optics: Optics,
         parts: int,
         kernel: Kernel,
-        poles: moderngl.TextureArray,
+        poles: TextureArray,
         scratch: Scratch,
     ) -> Steps[FarField | None]:
         """Diffuse the view of each part; return the mean view and the zone for it.
@@ -164,7 +164,7 @@ class FarPartsPass:
         self,
         room: _Room,
         zone: FarZone,
-        total: moderngl.Texture,
+        total: Texture,
         part: NDArray[np.float64] | None,
     ) -> Iterator[str]:
         """Add the blurred view of a part to the sum, or begin one without a part."""
@@ -181,7 +181,7 @@ class FarPartsPass:
             )
         )
 
-    def over(self, field: FarField, out: moderngl.Texture) -> None:
+    def over(self, field: FarField, out: Texture) -> None:
         """Write the far field over its zones of `out`, which holds the layers behind the focus."""
         self._program("over").dispatch(
             pixel_groups(out.size),
@@ -189,7 +189,7 @@ class FarPartsPass:
             images={"out_color_img": out},
         )
 
-    def mix(self, without: moderngl.Texture, field: FarField, out: moderngl.Texture) -> None:
+    def mix(self, without: Texture, field: FarField, out: Texture) -> None:
         """Mix `out` with the picture without the far field, as far as its zones have grown."""
         self._program("mix").dispatch(
             pixel_groups(out.size),

@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +12,8 @@ from heatlens.defocus.optics import Optics
 from heatlens.defocus.quality import GUESSED_PARTS
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import SegmentPass, TileMask
-from heatlens.gpu.program import ComputeProgram, StorageBuffer, blocks_for, pixel_groups
+from heatlens.gpu.device import Device, StorageBuffer, Texture
+from heatlens.gpu.program import ComputeProgram, blocks_for, pixel_groups
 from heatlens.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2, TILE
 
 _MARGIN_PX = 4.0  # as in far_edges.comp.glsl
@@ -28,8 +28,8 @@ _GUESSED_EDGES: dict[str, object] = {"nearest_px": GUESSED_FROM_PX, "thin_coc_px
 class FarSurfaces:
     """The picture without highlights, the surfaces behind it, and the coc where far begins."""
 
-    color: moderngl.Texture
-    coc: moderngl.Texture
+    color: Texture
+    coc: Texture
     lists: ListedFragments
     least_px: float
     is_guessed: bool = False  # the surfaces behind it
@@ -40,7 +40,7 @@ class FarSurfaces:
         return self.lists.held.words.size // FRAGMENT_BYTES
 
     @property
-    def textures(self) -> dict[str, moderngl.Texture]:
+    def textures(self) -> dict[str, Texture]:
         """The textures of lib/far_fragments.lib.glsl."""
         return {"color_tx": self.color, "coc_tx": self.coc}
 
@@ -60,7 +60,7 @@ class FarZone:
     growth  how far the zones have grown from nothing, above 0 to 1
     """
 
-    blocks: moderngl.Texture
+    blocks: Texture
     tiles: TileMask
     growth: float
 
@@ -73,7 +73,7 @@ class FarZone:
 class FarZones:
     """Finds the zones in which parts of the lens replace layers."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._made: tuple[ComputeProgram, ComputeProgram, SegmentPass] | None = None
 
@@ -91,9 +91,7 @@ class FarZones:
         growth = min(float(left_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
         return FarZone(blocks, self._mask(in_zone, what.coc.size, margin_px, scratch), growth)
 
-    def _blocks(
-        self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
-    ) -> moderngl.Texture:
+    def _blocks(self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch) -> Texture:
         """Find the edges of surfaces of different blur, and spread their reach."""
         size = blocks_for(what.coc.size, FAR_BLOCK)
         edges, spread, _ = self._programs()

@@ -3,8 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import moderngl
-
 from heatlens.defocus.listed_fragments import (
     ListedFragments,
     ListProgram,
@@ -13,6 +11,7 @@ from heatlens.defocus.listed_fragments import (
 )
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import OF_BACK, OF_FRONT, PixelBands, Slices, clear_list
+from heatlens.gpu.device import Buffer, Device, Texture
 from heatlens.gpu.program import ComputeProgram
 
 
@@ -31,15 +30,15 @@ class Fragments:
             picture still has its highlights
     """
 
-    color: moderngl.Texture
-    coc: moderngl.Texture
-    kind: moderngl.Texture
-    far: moderngl.Texture
-    near: moderngl.Texture
+    color: Texture
+    coc: Texture
+    kind: Texture
+    far: Texture
+    near: Texture
     lists: ListedFragments | None = None
-    around: moderngl.Texture | None = None
+    around: Texture | None = None
 
-    def textures(self) -> dict[str, moderngl.Texture]:
+    def textures(self) -> dict[str, Texture]:
         """Return the textures by their sampler names."""
         return {
             "color_tx": self.color,
@@ -50,15 +49,15 @@ class Fragments:
         }
 
 
-_Images = dict[str, moderngl.Texture]
-_Buffers = dict[str, moderngl.Buffer]
+_Images = dict[str, Texture]
+_Buffers = dict[str, Buffer]
 _Uniforms = dict[str, object]
 
 
 class FragmentPass:
     """Computes kind, far and near of a `Fragments` from its colour and coc."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._find = ListProgram(ctx, "fragments_find.comp.glsl")
         self._own = ListProgram(ctx, "fragments_own.comp.glsl")
         self._far = ListProgram(ctx, "fragments_far.comp.glsl")
@@ -67,7 +66,7 @@ class FragmentPass:
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
     def steps(
-        self, picture: Fragments, optics: Optics, pixels: moderngl.Buffer, thin: moderngl.Buffer
+        self, picture: Fragments, optics: Optics, pixels: Buffer, thin: Buffer
     ) -> Iterator[None]:
         """Split the silhouette pixels of `picture`; `pixels` and `thin` are scratch memory."""
         clear_list(pixels)
@@ -83,9 +82,7 @@ class FragmentPass:
         begun: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
         to_thin: _Buffers = {"pixel_list_block": thin}
         known, of_lists = rims | list_buffers(lists), list_uniforms(lists)
-        on_rims: tuple[
-            tuple[ComputeProgram, moderngl.Buffer, int, _Images, _Buffers, _Uniforms], ...
-        ]
+        on_rims: tuple[tuple[ComputeProgram, Buffer, int, _Images, _Buffers, _Uniforms], ...]
         on_rims = (
             (own, pixels, OF_BACK, begun, known | to_thin, of_lists),
             (far, pixels, OF_FRONT, split, known | to_thin, of_lists),

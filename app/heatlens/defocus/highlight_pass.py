@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import moderngl
-
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
 from heatlens.defocus.cutout_pass import SharpPart
 from heatlens.defocus.fragment_pass import Fragments
@@ -20,6 +18,7 @@ from heatlens.defocus.listed_fragments import (
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import PixelBands, Slices, clear_list, list_bytes
 from heatlens.gpu.context import is_software
+from heatlens.gpu.device import Blend, Buffer, Device, Primitive, Texture
 from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.program import (
     ComputeProgram,
@@ -50,11 +49,11 @@ def block_count(size: tuple[int, int]) -> int:
 class HighlightBuffers:
     """Scratch of the highlight passes."""
 
-    tally: moderngl.Buffer
-    plan: moderngl.Buffer
-    row: moderngl.Buffer
-    sprite: moderngl.Buffer
-    lit: moderngl.Buffer
+    tally: Buffer
+    plan: Buffer
+    row: Buffer
+    sprite: Buffer
+    lit: Buffer
 
     @staticmethod
     def sizes(size: tuple[int, int]) -> dict[str, int]:
@@ -78,8 +77,8 @@ class Surroundings:
     targets    of the diffusion; without lists into `luminance` itself
     """
 
-    luminance: moderngl.Texture
-    coc: moderngl.Texture
+    luminance: Texture
+    coc: Texture
     targets: BlurTargets
 
 
@@ -88,7 +87,7 @@ class ListsWithoutHighlights:
     """Fragment lists, and room for the words of the same lists without their highlights."""
 
     whole: ListedFragments
-    low_words: moderngl.Buffer
+    low_words: Buffer
 
     @property
     def diffused(self) -> ListedFragments:
@@ -107,10 +106,10 @@ class WithoutHighlights:
     lists   the same for fragment lists; None without lists
     """
 
-    low: moderngl.Texture
-    high: moderngl.Texture
-    lit: moderngl.Buffer
-    around: moderngl.Texture
+    low: Texture
+    high: Texture
+    lit: Buffer
+    around: Texture
     lists: ListsWithoutHighlights | None = None
 
     @staticmethod
@@ -119,7 +118,7 @@ class WithoutHighlights:
         return block_count(size) * HIGHLIGHT_BLOCK**2 // 8
 
     @property
-    def buffers(self) -> dict[str, moderngl.Buffer]:
+    def buffers(self) -> dict[str, Buffer]:
         """The storage blocks of the shaders that take highlights out or put them back."""
         lit, lists = {"lit_block": self.lit}, self.lists
         return lit if lists is None else lit | {"low_fragment_block": lists.low_words}
@@ -128,7 +127,7 @@ class WithoutHighlights:
 class HighlightSplitPass:
     """Splits a picture into its highlights and the rest."""
 
-    def __init__(self, ctx: moderngl.Context, blur: BlurPass) -> None:
+    def __init__(self, ctx: Device, blur: BlurPass) -> None:
         self._blur = blur
         self._luminance = ListProgram(ctx, "highlight_luminance.comp.glsl")
         self._split = ListProgram(ctx, "highlight_split.comp.glsl")
@@ -136,8 +135,8 @@ class HighlightSplitPass:
 
     def steps(
         self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
+        color: Texture,
+        coc: Texture,
         optics: Optics,
         scratch: Surroundings,
         out: WithoutHighlights,
@@ -161,7 +160,7 @@ class HighlightSplitPass:
         )
         if lists is not None:
             words = lists.whole.held.words
-            words.ctx.copy_buffer(lists.low_words, words, words.size)
+            words.copy_to(lists.low_words)
         heat = named_kernel("heat")
         what = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
         yield from self._blur.steps(what, targets)
@@ -179,7 +178,7 @@ class HighlightSplitPass:
 class HighlightListPass:
     """Merges highlights into a bounded list of discs, in the order of the picture."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         sprites = "highlight_sprites.comp.glsl"
         self._find = ComputeProgram(ctx, "highlight_blocks.comp.glsl")
         count = {"COUNT": 1}
@@ -197,8 +196,8 @@ class HighlightListPass:
         split: WithoutHighlights,
         optics: Optics,
         buffers: HighlightBuffers,
-        coc: moderngl.Texture,
-        places: moderngl.Texture | None = None,
+        coc: Texture,
+        places: Texture | None = None,
     ) -> Iterator[None]:
         """Fill the list; if it would be too long, put the highlights back.
 
@@ -238,7 +237,7 @@ class HighlightListPass:
         self,
         program: ComputeProgram,
         size: tuple[int, int],
-        buffers: dict[str, moderngl.Buffer],
+        buffers: dict[str, Buffer],
         uniforms: dict[str, object],
         **inputs: Any,
     ) -> Iterator[None]:
@@ -249,9 +248,7 @@ class HighlightListPass:
             )
             yield
 
-    def _put_back(
-        self, split: WithoutHighlights, buffers: HighlightBuffers, coc: moderngl.Texture
-    ) -> None:
+    def _put_back(self, split: WithoutHighlights, buffers: HighlightBuffers, coc: Texture) -> None:
         """Add the highlights to the rest again, if the plan says that they are too many."""
         lists, textures = split.lists, {"high_tx": split.high}
         read = None if lists is None else lists.whole
@@ -280,10 +277,10 @@ def _planned(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, object
 class HighlightDrawPass:
     """The list of discs added to the picture."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._programs = ProgramVersions(lambda on: DrawProgram(ctx, "highlight_draw", defines=on))
-        self._quads: dict[DrawProgram, tuple[moderngl.Buffer, VertexArray]] = {}
+        self._quads: dict[DrawProgram, tuple[Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
         self._is_cut = is_software(ctx)
         self._openings = OpeningTextures(ctx)
@@ -292,9 +289,9 @@ class HighlightDrawPass:
         self,
         buffers: HighlightBuffers,
         picture: Fragments,
-        nearest: moderngl.Texture,
+        nearest: Texture,
         optics: Optics,
-        color: moderngl.Texture,
+        color: Texture,
         sharp: SharpPart | None = None,
     ) -> Iterator[None]:
         """Add every disc of the list to `color`, except where `picture` or `sharp` hides it.
@@ -313,9 +310,9 @@ class HighlightDrawPass:
         self,
         buffers: HighlightBuffers,
         picture: Fragments,
-        nearest: moderngl.Texture,
+        nearest: Texture,
         optics: Optics,
-        color: moderngl.Texture,
+        color: Texture,
         band: tuple[int, int, int, int],
         sharp: SharpPart | None,
     ) -> None:
@@ -344,13 +341,12 @@ class HighlightDrawPass:
             | list_uniforms(picture.lists),
             buffers=list_buffers(picture.lists),
         )
-        self._ctx.enable_only(moderngl.BLEND)
-        self._ctx.blend_func = moderngl.ONE, moderngl.ONE
-        quads.render_indirect(buffers.plan, moderngl.TRIANGLE_STRIP, 1)
-        self._ctx.disable(moderngl.BLEND)
-        target.scissor = None  # type: ignore[assignment]  # missing in moderngl.pyi
+        self._ctx.draw_with(Blend.ADD)
+        quads.render_indirect(buffers.plan, Primitive.TRIANGLE_STRIP, 1)
+        self._ctx.draw_with()
+        target.scissor = None
 
-    def _quads_of(self, program: DrawProgram, sprites: moderngl.Buffer) -> VertexArray:
+    def _quads_of(self, program: DrawProgram, sprites: Buffer) -> VertexArray:
         held = self._quads.get(program)
         if held is None or held[0] is not sprites:
             if held is not None:

@@ -3,8 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import moderngl
-
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import LayerCut
 from heatlens.defocus.layer_plan import LayerPlan
@@ -12,7 +10,8 @@ from heatlens.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.pixel_list import OF_BOTH, WHOLE_LIST, Slices, clear_list
 from heatlens.defocus.tile_mask import TileList, TileMask, tile_count
-from heatlens.gpu.program import ComputeProgram, StorageBuffer, groups_for, pixel_groups
+from heatlens.gpu.device import Buffer, Device, StorageBuffer, Texture
+from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import STRIP_COLUMNS
 
@@ -28,18 +27,18 @@ class Layer:
     told   what the fragment lists tell of each pixel (layer_split.comp.glsl); None without lists
     """
 
-    color: moderngl.Texture
-    state: moderngl.Texture
+    color: Texture
+    state: Texture
     size: tuple[int, int]
     mask: TileMask
     listed: TileList
-    told: moderngl.Texture | None = None
+    told: Texture | None = None
 
 
 class LayerSplitPass:
     """Cuts one layer out of the picture."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         shader = "layer_split.comp.glsl"
         self._programs = {
             False: ListProgram(ctx, shader),
@@ -48,7 +47,7 @@ class LayerSplitPass:
         self._slices = Slices(ctx)
 
     def steps(
-        self, picture: Fragments, plan: LayerPlan, pixels: moderngl.Buffer, out: Layer
+        self, picture: Fragments, plan: LayerPlan, pixels: Buffer, out: Layer
     ) -> Iterator[None]:
         """Write the layer of `plan` at the plan's size, and list its hidden `pixels`."""
         clear_list(pixels)
@@ -98,9 +97,9 @@ class HiddenScratch:
     """
 
     bits: StorageBuffer
-    blocks: moderngl.Buffer
-    cost: moderngl.Texture
-    match: moderngl.Texture | None = None
+    blocks: Buffer
+    cost: Texture
+    match: Texture | None = None
 
     @property
     def lists(self) -> dict[str, StorageBuffer]:
@@ -111,7 +110,7 @@ class HiddenScratch:
 class HiddenFillPass:
     """Guesses hidden colours: continues visible structures behind nearer layers."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         blocks, cost, fill = (f"hidden_{it}.comp.glsl" for it in ("blocks", "cost", "fill"))
         self._block_programs = ProgramVersions(lambda on: ComputeProgram(ctx, blocks, on))
         self._cost_programs = ProgramVersions(lambda on: ComputeProgram(ctx, cost, on))
@@ -121,10 +120,10 @@ class HiddenFillPass:
     def steps(
         self,
         layer: Layer,
-        pixels: moderngl.Buffer,
+        pixels: Buffer,
         scratch: HiddenScratch,
         reach_px: int,
-        around: moderngl.Texture | None = None,
+        around: Texture | None = None,
     ) -> Iterator[None]:
         """Fill the hidden `pixels` of `layer` in place, in short steps.
 
@@ -161,7 +160,7 @@ class HiddenFillPass:
             yield
 
     def _list_blocks(
-        self, layer: Layer, pixels: moderngl.Buffer, scratch: HiddenScratch, written: "_Textures"
+        self, layer: Layer, pixels: Buffer, scratch: HiddenScratch, written: "_Textures"
     ) -> None:
         """Mark the hidden `pixels` as not visible, and list the blocks to fill."""
         clear_list(scratch.blocks)
@@ -181,7 +180,7 @@ class HiddenFillPass:
         )
 
 
-_Textures = dict[str, moderngl.Texture]
+_Textures = dict[str, Texture]
 
 
 def _matched(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures, _Textures]:
@@ -205,11 +204,11 @@ class CocFillPass:
 
     def steps(
         self,
-        state: moderngl.Texture,
+        state: Texture,
         cut: LayerCut,
         axis_scales: tuple[float, float],
         rows: tuple[StorageBuffer, StorageBuffer],
-        out_coc: moderngl.Texture,
+        out_coc: Texture,
         mask: TileMask | None = None,
         corner: tuple[int, int] | None = None,
     ) -> Iterator[None]:
@@ -238,12 +237,12 @@ class CocFillPass:
 class CompositePass:
     """Composites a blurred layer, smaller than the picture, over the layers behind it."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         shader = "composite.comp.glsl"
         self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, shader, on))
         self._begin = ComputeProgram(ctx, "composite_begin.comp.glsl")
 
-    def begin(self, farthest: LayerPlan, mask: TileMask, color: moderngl.Texture) -> None:
+    def begin(self, farthest: LayerPlan, mask: TileMask, color: Texture) -> None:
         """Make `color` black where the `farthest` layer, the first, will not replace it."""
         self._begin.dispatch(
             tile_count(color.size),
@@ -256,8 +255,8 @@ class CompositePass:
         self,
         blurred: Layer,
         plan: LayerPlan,
-        behind: moderngl.Texture,
-        color: moderngl.Texture,
+        behind: Texture,
+        color: Texture,
     ) -> None:
         """Composite a `blurred` layer over `color`; the farthest layer replaces it.
 
@@ -282,10 +281,10 @@ class CompositePass:
 class LimitsPass:
     """Removes negative light and limits alpha to 0..1."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "limits.comp.glsl")
 
-    def run(self, color: moderngl.Texture, is_opaque: bool) -> None:
+    def run(self, color: Texture, is_opaque: bool) -> None:
         """Limit `color` in place; `is_opaque` makes alpha exactly 1."""
         self._program.dispatch(
             pixel_groups(color.size), images={"color_img": color}, uniforms={"is_opaque": is_opaque}

@@ -9,8 +9,6 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-import moderngl
-
 from heatlens.defocus.blur_pass import BlurTargets, Diffusion, Over
 from heatlens.defocus.cutout_pass import SharpPart
 from heatlens.defocus.far_parts import FAR_FROM_PX, FarField, is_in_parts, with_far_cut
@@ -35,8 +33,8 @@ from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import ONLY, Steps, Turn
 from heatlens.defocus.tile_mask import tile_count
 from heatlens.defocus.tile_pass import LayerTiles
+from heatlens.gpu.device import Buffer, BufferPart, Texture
 from heatlens.gpu.program import blocks_for
-from heatlens.gpu.textures import BufferPart
 from heatlens.model.shot.settings import DefocusSettings, Quality
 
 
@@ -54,7 +52,7 @@ class LayerBlur:
         where: LayerTiles,
         optics: Optics,
         settings: DefocusSettings,
-        out: moderngl.Texture,
+        out: Texture,
     ) -> Steps[Layer]:
         """Return one layer, blurred; composite it over `out` if it is as large."""
         layer, layer_coc = yield from self._layer(picture, plan, where, optics)
@@ -81,7 +79,7 @@ class LayerBlur:
         plan: LayerPlan,
         where: LayerTiles,
         optics: Optics,
-    ) -> Steps[tuple[Layer, moderngl.Texture]]:
+    ) -> Steps[tuple[Layer, Texture]]:
         """Return a layer with hidden pixels filled, and its coc, in the active tiles."""
         whole, scratch = picture.coc.size, self._scratch
         hidden = scratch.buffer("hidden list", list_bytes(whole))
@@ -108,7 +106,7 @@ class LayerBlur:
     def _hidden_fill(
         self,
         layer: Layer,
-        hidden: moderngl.Buffer,
+        hidden: Buffer,
         plan: LayerPlan,
         picture: Fragments,
         seen: BufferPart,
@@ -139,12 +137,12 @@ class LayeredPicture:
     may_guess       surfaces behind the focus may be guessed for parts of the lens
     """
 
-    color: moderngl.Texture
-    coc: moderngl.Texture
+    color: Texture
+    coc: Texture
     has_highlights: bool
     lists: ListedFragments | None = None
     sharp: SharpPart | None = None
-    places: moderngl.Texture | None = None
+    places: Texture | None = None
     may_guess: bool = False
 
 
@@ -166,7 +164,7 @@ class LayeredBlur:
         settings: DefocusSettings,
         name: str,
         turn: Turn = ONLY,
-    ) -> Steps[moderngl.Texture]:
+    ) -> Steps[Texture]:
         """Blur layers far to near, and composite them in the texture called `name`."""
         color, coc, lists, sharp = what.color, what.coc, what.lists, what.sharp
         listed = around = None
@@ -204,7 +202,7 @@ class LayeredBlur:
         sharp: SharpPart | None,
         name: str,
         turn: Turn,
-    ) -> Steps[moderngl.Texture]:
+    ) -> Steps[Texture]:
         """Blur the layers of a picture, and composite them in the texture called `name`."""
         out = self._scratch.texture(name, picture.color.size, 4)
         cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(settings), settings.proxy)
@@ -236,7 +234,7 @@ class LayeredBlur:
             self._scratch.passed("composite")
         return out
 
-    def _kept(self, picture: moderngl.Texture) -> moderngl.Texture:
+    def _kept(self, picture: Texture) -> Texture:
         """Return a copy of the colours of `picture`."""
         kept = self._scratch.texture("behind", picture.size, 4)
         self._passes.colors.take(picture, range(3), kept)
@@ -310,11 +308,11 @@ class LayeredBlur:
 
     def _fragmented(
         self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
+        color: Texture,
+        coc: Texture,
         optics: Optics,
         lists: ListedFragments | None,
-        around: moderngl.Texture | None,
+        around: Texture | None,
     ) -> Steps[Fragments]:
         size, scratch = color.size, self._scratch
         picture = Fragments(

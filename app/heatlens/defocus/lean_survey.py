@@ -1,6 +1,5 @@
 """Count the depths of a picture as a lens that leans blurs them."""
 
-import moderngl
 import numpy as np
 
 from heatlens.defocus.listed_fragments import (
@@ -9,6 +8,7 @@ from heatlens.defocus.listed_fragments import (
     ListProgram,
     list_buffers,
 )
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.program import pixel_groups
 from heatlens.model.boxes import Box
 from heatlens.model.focus.coc import CocLine, Lean
@@ -20,14 +20,14 @@ _KEPT = 4  # results that are kept, since the focus moves more often than the ti
 class LeanSurvey:
     """Moves the bins of a picture by the dioptres that a tilt or a split adds at each pixel."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._program: ListProgram | None = None
         self._found: dict[tuple[ValueBins, Lean], ValueBins] = {}
 
     def bins(
         self,
-        depth: moderngl.Texture,
+        depth: Texture,
         fragments: FragmentBuffers | None,
         bins: ValueBins,
         lean: Lean,
@@ -43,7 +43,7 @@ class LeanSurvey:
 
     def _counted(
         self,
-        depth: moderngl.Texture,
+        depth: Texture,
         fragments: FragmentBuffers | None,
         bins: ValueBins,
         lean: Lean,

@@ -12,11 +12,10 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Literal, assert_never
 
-import moderngl
-
 from heatlens.defocus.tile_mask import RUN_LEAST, TileMask, WholePictures, run_length
 from heatlens.gpu.context import is_software
-from heatlens.gpu.program import ComputeProgram, Image, StorageBuffer, groups_for
+from heatlens.gpu.device import Buffer, Device, Image, StorageBuffer
+from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_TEXELS, TILE
 from heatlens.gpu.textures import enlarge, new_buffer
 
@@ -90,10 +89,10 @@ class LineSolver(ABC):
     name: SolverName
     _STRIPS = False  # the intermediate image is stored in strips, see lib/strips.lib.glsl
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[object, ...], ComputeProgram] = {}
-        self._scratch: dict[str, moderngl.Buffer] = {}
+        self._scratch: dict[str, Buffer] = {}
         self._whole = WholePictures(ctx)
 
     def steps(
@@ -281,7 +280,7 @@ def _solver_named(name: SolverName) -> type[LineSolver]:
 SOLVERS = {name: _solver_named(name) for name in SolverName}
 
 
-def usual_solver(ctx: moderngl.Context) -> LineSolver:
+def usual_solver(ctx: Device) -> LineSolver:
     """Return the solver that is faster on such an OpenGL.
 
     The solvers differ in the last digits, and frames of a shot that several processes render must

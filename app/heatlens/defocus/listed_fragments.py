@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import moderngl
-
 from heatlens.defocus.optics import Optics
+from heatlens.gpu.device import Buffer, Device
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.model.boxes import Box
@@ -25,8 +24,8 @@ class FragmentBuffers:
     is_exact     the lists were rendered with the picture, and need not be matched to it
     """
 
-    starts: moderngl.Buffer
-    words: moderngl.Buffer
+    starts: Buffer
+    words: Buffer
     size: tuple[int, int]
     is_measured: bool
     origin: tuple[int, int] = (0, 0)
@@ -68,7 +67,7 @@ class ListedFragments:
         return self.held.is_measured
 
     @property
-    def buffers(self) -> dict[str, moderngl.Buffer]:
+    def buffers(self) -> dict[str, Buffer]:
         """The storage blocks that shaders read the lists from."""
         return {"start_block": self.held.starts, "fragment_block": self.held.words}
 
@@ -84,7 +83,7 @@ class ListedFragments:
             "is_alpha": self.is_alpha,
         }
 
-    def with_words(self, words: moderngl.Buffer) -> "ListedFragments":
+    def with_words(self, words: Buffer) -> "ListedFragments":
         """Return the same lists with other colours."""
         return replace(self, held=replace(self.held, words=words))
 
@@ -105,9 +104,7 @@ def listed_through(
 class ListProgram:
     """A compute program in two versions: with and without fragment lists."""
 
-    def __init__(
-        self, ctx: moderngl.Context, name: str, defines: Mapping[str, object] | None = None
-    ) -> None:
+    def __init__(self, ctx: Device, name: str, defines: Mapping[str, object] | None = None) -> None:
         self._versions = ProgramVersions(lambda all_: ComputeProgram(ctx, name, all_), defines)
 
     def version(self, with_lists: bool) -> ComputeProgram:
@@ -115,7 +112,7 @@ class ListProgram:
         return self._versions.with_(LISTS=with_lists)
 
 
-def list_buffers(lists: ListedFragments | None) -> dict[str, moderngl.Buffer]:
+def list_buffers(lists: ListedFragments | None) -> dict[str, Buffer]:
     """Return the storage blocks of the lists; empty without lists."""
     return {} if lists is None else lists.buffers
 

@@ -10,11 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-import moderngl
-
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.scatter_pass import ScatterPass, ScatterTargets, buffer_bytes
 from heatlens.defocus.scratch import Scratch
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import DISC_RAMP_PX, PIXEL_GROUP, PYRAMID_LEVELS_MAX
@@ -68,17 +67,17 @@ class GatherPass:
     outside it have small discs.
     """
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "gather.comp.glsl", on))
         self._openings = OpeningTextures(ctx)
 
     def steps(
         self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
+        color: Texture,
+        coc: Texture,
         optics: Optics,
-        out_color: moderngl.Texture,
-        weight: moderngl.Texture,
+        out_color: Texture,
+        weight: Texture,
     ) -> Iterator[None]:
         """Fill `out_color`, RGBA as `color`; `weight` is scratch, RGBA for shapes not plain."""
         program = self._programs.with_(**optics.disc.switches)
@@ -145,17 +144,17 @@ class PyramidPass:
     Sharp pixels bleed into blurred neighbours, because the pyramid ignores depth.
     """
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._reduce = ComputeProgram(ctx, "pyramid_reduce.comp.glsl")
         self._read = ComputeProgram(ctx, "pyramid_read.comp.glsl")
 
     def steps(
         self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
+        color: Texture,
+        coc: Texture,
         optics: Optics,
-        pyramid: moderngl.Texture,
-        out_color: moderngl.Texture,
+        pyramid: Texture,
+        out_color: Texture,
     ) -> Iterator[None]:
         """Fill `out_color`, RGBA as `color`; `pyramid` holds the levels of `level_places`."""
         places = level_places(color.size, widest_px(optics))
@@ -188,7 +187,7 @@ class OtherMethods:
     Alpha is blurred as a fourth colour. Programs are built when a method is first used.
     """
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
 
     @cached_property
@@ -204,7 +203,7 @@ class OtherMethods:
         return PyramidPass(self._ctx)
 
     def gather(
-        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, scratch: Scratch
+        self, color: Texture, coc: Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
         """Blur by `GatherPass`."""
         if optics.disc.is_plain:
@@ -215,7 +214,7 @@ class OtherMethods:
         return self._gather.steps(color, coc, optics, out, weight)
 
     def scatter(
-        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, scratch: Scratch
+        self, color: Texture, coc: Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
         """Blur by `ScatterPass`."""
         size = color.size
@@ -231,7 +230,7 @@ class OtherMethods:
         return self._scatter.steps(color, coc, optics, targets)
 
     def pyramid(
-        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, scratch: Scratch
+        self, color: Texture, coc: Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
         """Blur by `PyramidPass`."""
         all_levels = level_places(color.size, math.inf)  # enough for every lens

@@ -1,7 +1,5 @@
 """Create all passes of the pipeline with their programs."""
 
-import moderngl
-
 from heatlens.defocus.blur_pass import PACKED, BlurPass, pole_layers
 from heatlens.defocus.cutout_pass import CutoutPass
 from heatlens.defocus.far_guess import FarGuess
@@ -33,12 +31,13 @@ from heatlens.defocus.plate_passes import (
 from heatlens.defocus.reduced_plate import ProxyListsPass
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_pass import TilePass
+from heatlens.gpu.device import Device, TextureArray
 
 
 class DefocusPasses:
     """Every pass with its programs; pipelines share them."""
 
-    def __init__(self, ctx: moderngl.Context, solver: LineSolver) -> None:
+    def __init__(self, ctx: Device, solver: LineSolver) -> None:
         self.crop = CropPass(ctx)
         self.rescale = RescalePass(ctx)
         self.proxy = ProxyPass(ctx)
@@ -65,7 +64,7 @@ class DefocusPasses:
 
     def poles(
         self, scratch: Scratch, name: str, picture_size: tuple[int, int], kernel: Kernel
-    ) -> moderngl.TextureArray:
+    ) -> TextureArray:
         """Return the intermediate image of a blur, which layers of any size share."""
         between = self.solver.between_size(picture_size)
         return scratch.array(name, between, pole_layers(kernel), 4, PACKED)

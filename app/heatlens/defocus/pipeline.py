@@ -10,8 +10,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import assert_never
 
-import moderngl
-
 from heatlens.defocus.blur_pass import BlurTargets, Diffusion
 from heatlens.defocus.cutout_pass import SharpPart
 from heatlens.defocus.layered_blur import LayeredBlur, LayeredPicture
@@ -23,6 +21,7 @@ from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.defocus.reduced_plate import PlateTextures, ReducedPlate
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import ONLY, Steps
+from heatlens.gpu.device import Device, Texture
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method
 
 # These methods handle a different focus for each colour themselves.
@@ -32,7 +31,7 @@ SAMPLING_COLORS = (Method.GATHER, Method.SCATTER)
 class DefocusPipeline:
     """Renders a picture with depth of field from colour and depth, in its own textures."""
 
-    def __init__(self, ctx: moderngl.Context, passes: DefocusPasses) -> None:
+    def __init__(self, ctx: Device, passes: DefocusPasses) -> None:
         self._ctx = ctx
         self._passes = passes
         self.scratch = Scratch(ctx)
@@ -47,7 +46,7 @@ class DefocusPipeline:
         optics: Optics,
         settings: DefocusSettings,
         has_alpha: bool = False,
-    ) -> Steps[moderngl.Texture]:
+    ) -> Steps[Texture]:
         """Render the picture with depth of field, RGBA float32, at proxy size.
 
         The next run overwrites it.
@@ -64,7 +63,7 @@ class DefocusPipeline:
                 settings = replace(settings, parts=1)
             plate, optics = reduced, optics.scaled(settings.proxy)
 
-        def blurred(seen: Optics) -> Steps[moderngl.Texture]:
+        def blurred(seen: Optics) -> Steps[Texture]:
             ground = None if plate.cutout is None else plate.cutout.ground
             picture = yield from self._blurred(plate, seen, settings, has_alpha or bool(ground))
             if ground is not None:
@@ -77,7 +76,7 @@ class DefocusPipeline:
 
     def _blurred(
         self, plate: PlateTextures, optics: Optics, settings: DefocusSettings, has_alpha: bool
-    ) -> Steps[moderngl.Texture]:
+    ) -> Steps[Texture]:
         """Blur a picture at proxy size, with one focus for all colours."""
         color, cutout, sharp = plate.color, plate.cutout, None
         coc = yield from self._coc("coc", plate.depth, optics)
@@ -101,7 +100,7 @@ class DefocusPipeline:
 
     def _with_alpha(
         self, what: LayeredPicture, optics: Optics, settings: DefocusSettings
-    ) -> Steps[moderngl.Texture]:
+    ) -> Steps[Texture]:
         """Blur alpha as a picture of its own, then the colour, and join them."""
         alpha_color = self.scratch.texture("alpha plate", what.color.size, 4)
         self._passes.alpha.as_color(what.color, alpha_color)
@@ -120,7 +119,7 @@ class DefocusPipeline:
         yield self.scratch.passed("alpha")
         return out
 
-    def _coc(self, name: str, depth: moderngl.Texture, optics: Optics) -> Steps[moderngl.Texture]:
+    def _coc(self, name: str, depth: Texture, optics: Optics) -> Steps[Texture]:
         """Return the signed coc of a depth, which may be one already."""
         if optics.line is None and not optics.plate_shift_px:
             return depth
@@ -131,11 +130,11 @@ class DefocusPipeline:
 
     def _in_one_layer(
         self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
+        color: Texture,
+        coc: Texture,
         optics: Optics,
         settings: DefocusSettings,
-    ) -> Steps[moderngl.Texture]:
+    ) -> Steps[Texture]:
         """Diffuse without layers, or use another method, which may handle depth itself."""
         others, work = self._passes.others, (color, coc, optics, self.scratch)
         blurred = self.scratch.texture("blurred", color.size, 4)
@@ -170,7 +169,7 @@ class DefocusPipeline:
 
 
 # Blurs the picture with one focus for all colours.
-Blurred = Callable[[Optics], Steps[moderngl.Texture]]
+Blurred = Callable[[Optics], Steps[Texture]]
 
 
 class ColorRounds:
@@ -180,14 +179,14 @@ class ColorRounds:
         self._pass = color_pass
         self.done, self.count = 0, 1
 
-    def in_one(self, blurred: Blurred, optics: Optics) -> Steps[moderngl.Texture]:
+    def in_one(self, blurred: Blurred, optics: Optics) -> Steps[Texture]:
         """Blur all colours at once."""
         self.done, self.count = 0, 1
         return (yield from blurred(optics))
 
     def in_three(
         self, blurred: Blurred, optics: Optics, size: tuple[int, int], scratch: Scratch
-    ) -> Steps[moderngl.Texture]:
+    ) -> Steps[Texture]:
         """Blur with the focus of each colour and keep that colour; alpha comes with green."""
         kept = scratch.texture("colours kept", size, 4)
         for done, color in enumerate((Color.RED, Color.BLUE)):

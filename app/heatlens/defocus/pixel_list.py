@@ -8,9 +8,8 @@ import struct
 from collections.abc import Iterator
 from typing import Any
 
-import moderngl
-
 from heatlens.gpu.context import is_software
+from heatlens.gpu.device import Buffer, Device
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import PIXEL_GROUP
 
@@ -20,7 +19,7 @@ BAND_PX = 1 << 18  # some ten milliseconds on two busy cores
 class PixelBands:
     """Cuts pictures into bands of rows on a processor; a GPU gets them whole."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._is_cut = is_software(ctx)
 
     def run(
@@ -58,7 +57,7 @@ def list_bytes(size: tuple[int, int]) -> int:
     return len(_HEAD) + 4 * size[0] * size[1]
 
 
-def clear_list(pixels: moderngl.Buffer) -> None:
+def clear_list(pixels: Buffer) -> None:
     """Empty the list; call this before the pass that appends to it."""
     pixels.write(_HEAD)
 
@@ -73,7 +72,7 @@ class Slices:
         1 << 19
     )  # pixels of the picture that a slice stands for: some ten milliseconds without a GPU
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._is_cut = is_software(ctx)
 
     def count(self, size: tuple[int, int]) -> int:

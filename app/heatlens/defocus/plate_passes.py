@@ -2,9 +2,8 @@
 
 from collections.abc import Collection, Iterator
 
-import moderngl
-
 from heatlens.defocus.pixel_list import PixelBands
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.model.focus.coc import CocLine
@@ -18,16 +17,16 @@ def proxy_size(size: tuple[int, int], proxy: float) -> tuple[int, int]:
 class CocPass:
     """Converts depth in metres to the signed circle of confusion in pixels."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "coc.comp.glsl")
         self._shift = ComputeProgram(ctx, "coc_shift.comp.glsl")
         self._bands = PixelBands(ctx)
 
     def steps(
         self,
-        depth: moderngl.Texture,
+        depth: Texture,
         line: CocLine | None,
-        out_coc: moderngl.Texture,
+        out_coc: Texture,
         shift_px: float = 0.0,
     ) -> Iterator[None]:
         """Write the disc diameter of every pixel, negative in front of the focus plane.
@@ -47,14 +46,14 @@ class CocPass:
 class CropPass:
     """Copies a part of a picture to another picture, at the same or a smaller scale."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "crop.comp.glsl")
 
     def run(
         self,
-        whole: moderngl.Texture,
+        whole: Texture,
         origin: tuple[int, int],
-        out: moderngl.Texture,
+        out: Texture,
         fine: int = 1,
         light_scale: float = 1.0,
     ) -> None:
@@ -78,15 +77,15 @@ class CropPass:
 class RescalePass:
     """Scales a picture about a point."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "rescale.comp.glsl")
 
     def run(
         self,
-        picture: moderngl.Texture,
+        picture: Texture,
         centre: tuple[float, float],
         ratio: float,
-        out: moderngl.Texture,
+        out: Texture,
     ) -> None:
         """Scale the picture by 1/`ratio` about `centre` (x, y), to `out` of the same size."""
         self._program.dispatch(
@@ -104,11 +103,11 @@ class RescalePass:
 class AlphaPass:
     """Copies alpha to a picture of its own to be blurred, and back."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._as_color = ComputeProgram(ctx, "alpha_as_color.comp.glsl")
         self._join = ComputeProgram(ctx, "alpha_join.comp.glsl")
 
-    def as_color(self, color: moderngl.Texture, out_color: moderngl.Texture) -> None:
+    def as_color(self, color: Texture, out_color: Texture) -> None:
         """Copy the alpha of `color` to the rgb of `out_color`."""
         self._as_color.dispatch(
             pixel_groups(color.size),
@@ -116,7 +115,7 @@ class AlphaPass:
             images={"out_color_img": out_color},
         )
 
-    def join(self, alpha: moderngl.Texture, color: moderngl.Texture) -> None:
+    def join(self, alpha: Texture, color: Texture) -> None:
         """Copy the red of `alpha` to the alpha of `color`."""
         self._join.dispatch(
             pixel_groups(color.size), textures={"alpha_tx": alpha}, images={"color_img": color}
@@ -126,12 +125,10 @@ class AlphaPass:
 class ColorPass:
     """Copies single channels of one picture to another."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "colors_take.comp.glsl")
 
-    def take(
-        self, picture: moderngl.Texture, channels: Collection[int], out: moderngl.Texture
-    ) -> None:
+    def take(self, picture: Texture, channels: Collection[int], out: Texture) -> None:
         """Copy these `channels` of `picture`, 0 to 3, to `out`; its other channels stay."""
         self._program.dispatch(
             pixel_groups(out.size),
@@ -144,17 +141,17 @@ class ColorPass:
 class ProxyPass:
     """Reduces a plate: colour is averaged, depth is sampled."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "proxy.comp.glsl", on))
 
     def run(
         self,
-        color: moderngl.Texture,
-        depth: moderngl.Texture,
+        color: Texture,
+        depth: Texture,
         depth_scale: float,
-        out_color: moderngl.Texture,
-        out_depth: moderngl.Texture,
-        out_places: moderngl.Texture | None = None,
+        out_color: Texture,
+        out_depth: Texture,
+        out_places: Texture | None = None,
     ) -> None:
         """Reduce colour and depth; `depth_scale` is 1 for metres, the proxy scale for coc.
 

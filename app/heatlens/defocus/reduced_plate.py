@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import moderngl
 import numpy as np
 
 from heatlens.defocus.cutout_pass import CutoutTextures
@@ -17,6 +16,7 @@ from heatlens.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.defocus.quality import layers_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.steps import Steps
+from heatlens.gpu.device import Buffer, Device, Texture
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.model.focus.coc import LEVEL
 from heatlens.model.shot.settings import DefocusSettings
@@ -39,14 +39,12 @@ class ProxyListRoom:
 
     held: FragmentBuffers
     capacity: int
-    total: moderngl.Buffer
+    total: Buffer
 
 
-def proxy_list_capacity(
-    ctx: moderngl.Context, whole: FragmentBuffers | None, size: tuple[int, int]
-) -> int:
+def proxy_list_capacity(ctx: Device, whole: FragmentBuffers | None, size: tuple[int, int]) -> int:
     """Return the number of fragments to reserve for a reduced picture of `size`."""
-    most = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // FRAGMENT_BYTES
+    most = ctx.limits.storage_block_bytes // FRAGMENT_BYTES
     pixels = size[0] * size[1]
     if whole is None:
         return min(pixels, most)  # every other pixel at a silhouette
@@ -56,7 +54,7 @@ def proxy_list_capacity(
 class ProxyListsPass:
     """Lists the surfaces that each pixel of a reduced picture covers."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._merging, self._of_silhouettes = _Programs(ctx, _LISTS), _Programs(ctx, _SILHOUETTES)
 
@@ -66,11 +64,11 @@ class ProxyListsPass:
 
     def merge(
         self,
-        color: moderngl.Texture,
-        depth: moderngl.Texture,
+        color: Texture,
+        depth: Texture,
         whole: FragmentBuffers,
         room: ProxyListRoom,
-        out_depth: moderngl.Texture,
+        out_depth: Texture,
     ) -> None:
         """Merge the lists of the pixels that each pixel of a reduced picture covers, to `room`.
 
@@ -84,11 +82,11 @@ class ProxyListsPass:
 
     def list_silhouettes(
         self,
-        color: moderngl.Texture,
-        depth: moderngl.Texture,
-        places: moderngl.Texture,
+        color: Texture,
+        depth: Texture,
+        places: Texture,
         room: ProxyListRoom,
-        out_depth: moderngl.Texture,
+        out_depth: Texture,
     ) -> None:
         """List the two surfaces of each reduced pixel at a silhouette of a plate without lists.
 
@@ -100,11 +98,11 @@ class ProxyListsPass:
     def _run(
         self,
         programs: "_Programs",
-        textures: Mapping[str, moderngl.Texture],
-        read: Mapping[str, moderngl.Buffer],
+        textures: Mapping[str, Texture],
+        read: Mapping[str, Buffer],
         uniforms: Mapping[str, object],
         room: ProxyListRoom,
-        out_depth: moderngl.Texture,
+        out_depth: Texture,
     ) -> None:
         """Count the fragments of each list, sum them up, and write the lists to `room`."""
         size, counted = out_depth.size, {**read, "proxy_start_block": room.held.starts}
@@ -140,7 +138,7 @@ class ProxyListsPass:
 class _Programs:
     """The two builds of a shader that makes lists, compiled on first use."""
 
-    ctx: moderngl.Context
+    ctx: Device
     shader: str
 
     @cached_property
@@ -178,19 +176,17 @@ class PlateTextures:
     cutout     what is kept from the blur; None if all is blurred
     """
 
-    color: moderngl.Texture
-    depth: moderngl.Texture
+    color: Texture
+    depth: Texture
     fragments: FragmentBuffers | None = None
-    places: moderngl.Texture | None = None
+    places: Texture | None = None
     cutout: CutoutTextures | None = None
 
 
 class ReducedPlate:
     """The plate at proxy size, in textures that live from picture to picture."""
 
-    def __init__(
-        self, ctx: moderngl.Context, plate_pass: ProxyPass, lists_pass: ProxyListsPass
-    ) -> None:
+    def __init__(self, ctx: Device, plate_pass: ProxyPass, lists_pass: ProxyListsPass) -> None:
         self._ctx = ctx
         self._pass = plate_pass
         self._lists_pass = lists_pass
@@ -226,9 +222,9 @@ class ReducedPlate:
     def _list(
         self,
         whole: PlateTextures,
-        places: moderngl.Texture,
+        places: Texture,
         room: ProxyListRoom,
-        depth: moderngl.Texture,
+        depth: Texture,
     ) -> None:
         if whole.fragments is None:
             self._lists_pass.list_silhouettes(whole.color, whole.depth, places, room, depth)

@@ -8,11 +8,11 @@ discs one by one would let 1/e of what is behind a closed surface through.
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import moderngl
 import numpy as np
 import numpy.typing as npt
 
 from heatlens.defocus.optics import Optics
+from heatlens.gpu.device import Blend, Buffer, Device, Primitive, Texture
 from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
@@ -42,12 +42,12 @@ class ScatterTargets:
     place, pixel          buffers: see `buffer_bytes`
     """
 
-    light: moderngl.Texture
-    cover: moderngl.Texture
-    out_color: moderngl.Texture
-    out_cover: moderngl.Texture
-    place: moderngl.Buffer
-    pixel: moderngl.Buffer
+    light: Texture
+    cover: Texture
+    out_color: Texture
+    out_cover: Texture
+    place: Buffer
+    pixel: Buffer
 
 
 def buffer_bytes(size: tuple[int, int]) -> dict[str, int]:
@@ -92,21 +92,21 @@ def disc_fragments(coc_px: float, disc: DiscShape, size: tuple[int, int]) -> int
 class ScatterPass:
     """Sorts the pixels, draws each bin's discs in parts, and composites the bins."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._count = ComputeProgram(ctx, "scatter_sort.comp.glsl", {"COUNT": 1})
         self._sort = ComputeProgram(ctx, "scatter_sort.comp.glsl")
         self._discs = ProgramVersions(lambda on: DrawProgram(ctx, "scatter_draw", defines=on))
         self._over = ComputeProgram(ctx, "scatter_over.comp.glsl")
-        self._quads: dict[DrawProgram, tuple[moderngl.Buffer, VertexArray]] = {}
+        self._quads: dict[DrawProgram, tuple[Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
         self._openings = OpeningTextures(ctx)
         self._command = ctx.buffer(reserve=16)
 
     def steps(
         self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
+        color: Texture,
+        coc: Texture,
         optics: Optics,
         targets: ScatterTargets,
     ) -> Iterator[None]:
@@ -131,7 +131,7 @@ class ScatterPass:
             self._put_over(targets, number == numbers[0], number == numbers[-1])
             yield
 
-    def _sorted(self, coc: moderngl.Texture, targets: ScatterTargets) -> Counts:
+    def _sorted(self, coc: Texture, targets: ScatterTargets) -> Counts:
         """Fill `targets.pixel`, far to near, and count the pixels in each bin."""
         rows = coc.size[1]
         groups = (groups_for(rows, ROW_GROUP), 1)
@@ -145,7 +145,7 @@ class ScatterPass:
 
     def _draw(
         self,
-        inputs: tuple[dict[str, moderngl.Texture], DiscShape, list[float]],
+        inputs: tuple[dict[str, Texture], DiscShape, list[float]],
         targets: ScatterTargets,
         first: int,
         count: int,
@@ -158,10 +158,9 @@ class ScatterPass:
         self._target.around(targets.light, targets.cover).use()
         program.bind(textures=textures, uniforms=uniforms)
         self._command.write(np.array([4, count, 0, first], np.uint32).tobytes())
-        self._ctx.enable_only(moderngl.BLEND)
-        self._ctx.blend_func = moderngl.ONE, moderngl.ONE
-        quads.render_indirect(self._command, moderngl.TRIANGLE_STRIP, 1)
-        self._ctx.disable(moderngl.BLEND)
+        self._ctx.draw_with(Blend.ADD)
+        quads.render_indirect(self._command, Primitive.TRIANGLE_STRIP, 1)
+        self._ctx.draw_with()
 
     def _put_over(self, targets: ScatterTargets, is_farthest: bool, is_nearest: bool) -> None:
         self._over.dispatch(
@@ -175,7 +174,7 @@ class ScatterPass:
             uniforms={"is_farthest": is_farthest, "is_nearest": is_nearest},
         )
 
-    def _quads_of(self, program: DrawProgram, pixel: moderngl.Buffer) -> VertexArray:
+    def _quads_of(self, program: DrawProgram, pixel: Buffer) -> VertexArray:
         held = self._quads.get(program)
         if held is None or held[0] is not pixel:
             if held is not None:

@@ -12,10 +12,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
-import moderngl
-
 from heatlens.defocus import pass_list
-from heatlens.gpu.context import fill_buffer, fill_texture
+from heatlens.gpu.device import Buffer, Device, Texture, TextureArray
 from heatlens.gpu.textures import BufferParts, Storage, TexturePool
 
 POISON_VARIABLE = "HEATLENS_POISON_SCRATCH"
@@ -46,14 +44,14 @@ def lifetimes() -> dict[str, Lifetime]:
     return found
 
 
-_Held = moderngl.Texture | moderngl.TextureArray | moderngl.Buffer
-Held = TypeVar("Held", moderngl.Texture, moderngl.TextureArray, moderngl.Buffer)
+_Held = Texture | TextureArray | Buffer
+Held = TypeVar("Held", Texture, TextureArray, Buffer)
 
 
 class Scratch:
     """The textures and buffers of one pipeline by the names that the passes declare."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._pool = TexturePool(ctx)
         self._alive: dict[str, tuple[str, _Held]] = {}  # memory by name, with its owner
         self._lifetimes = lifetimes()
@@ -69,7 +67,7 @@ class Scratch:
         size: tuple[int, int],
         components: int,
         storage: Storage = "f4",
-    ) -> moderngl.Texture:
+    ) -> Texture:
         """Return the texture called `name`, with its previous content.
 
         Raises RuntimeError if the memory still belongs to another name.
@@ -84,13 +82,13 @@ class Scratch:
         layers: int,
         components: int,
         storage: Storage = "f4",
-    ) -> moderngl.TextureArray:
+    ) -> TextureArray:
         """Return the texture array called `name`, with `layers` layers."""
         memory = self._lifetimes[name].memory
         made = self._pool.array(memory, size, layers, components, storage)
         return self._given(name, memory, made)
 
-    def buffer(self, name: str, size_bytes: int) -> moderngl.Buffer:
+    def buffer(self, name: str, size_bytes: int) -> Buffer:
         """Return the storage buffer called `name`, of at least `size_bytes`."""
         memory = self._lifetimes[name].memory
         return self._given(name, memory, self._pool.buffer(memory, size_bytes))
@@ -131,8 +129,4 @@ class Scratch:
 
 
 def _poison(held: _Held) -> None:
-    held.ctx.memory_barrier()  # a GPU may still draw from it
-    if isinstance(held, moderngl.Buffer):
-        fill_buffer(held)
-    else:
-        fill_texture(held)
+    held.fill_with_nan()

@@ -5,9 +5,8 @@ The runs of active tiles along its lines are what `PartitionSolver` solves.
 
 from dataclasses import dataclass
 
-import moderngl
-
-from heatlens.gpu.program import ComputeProgram, StorageBuffer, blocks_for, groups_for
+from heatlens.gpu.device import Buffer, Device, StorageBuffer
+from heatlens.gpu.program import ComputeProgram, blocks_for, groups_for
 from heatlens.gpu.shader_constants import SOLVER_SLOTS, TILE, TILE_LIST_HEAD
 from heatlens.gpu.textures import BufferParts
 from heatlens.model.shot.settings import LAYERS_MAX
@@ -92,7 +91,7 @@ def run_length(length_px: int) -> int:
 class SegmentPass:
     """Lists the segments of all layers in one dispatch."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "line_segments.comp.glsl")
 
     @staticmethod
@@ -131,11 +130,11 @@ class SegmentPass:
 class WholePictures:
     """Masks with all tiles active, of the sizes that were used last."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._segments: SegmentPass | None = None
         self._masks: dict[TileCount, TileMask] = {}
-        self._buffers: list[moderngl.Buffer] = []
+        self._buffers: list[Buffer] = []
 
     def mask(self, size: tuple[int, int]) -> TileMask:
         """Return the mask of all tiles of a picture of `size`."""

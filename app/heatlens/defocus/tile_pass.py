@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
-import moderngl
-
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import NEARER_THAN_ALL, LayerCut
 from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
@@ -22,9 +20,10 @@ from heatlens.defocus.tile_mask import (
     tile_count,
 )
 from heatlens.gpu.context import is_software
+from heatlens.gpu.device import Buffer, BufferPart, Device, Texture
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE, TILE_GROUP, WORD_GROUP
-from heatlens.gpu.textures import BufferPart, BufferParts
+from heatlens.gpu.textures import BufferParts
 from heatlens.model.shot.settings import LAYERS_MAX
 
 
@@ -32,8 +31,8 @@ from heatlens.model.shot.settings import LAYERS_MAX
 class TileContent:
     """For each tile, a word with bit l set if layer l has content there, and the nearest coc."""
 
-    content: moderngl.Buffer
-    nearest: moderngl.Texture
+    content: Buffer
+    nearest: Texture
     size: tuple[int, int]  # size of the picture in pixels
 
 
@@ -52,7 +51,7 @@ class LayerTiles:
 class TilePass:
     """Examines the tiles of the picture once, then selects those of each layer."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         rows = {} if is_software(ctx) else {"ROWS_AT_ONCE": TILE}
         self._layers = ListProgram(ctx, "tile_layers.comp.glsl", rows)
         self._rows = ComputeProgram(ctx, "tile_reach_rows.comp.glsl")
@@ -148,7 +147,7 @@ class TilePass:
 class SeenBitsPass:
     """Marks all pixels in the active tiles of layers as visible (lib/hidden.lib.glsl)."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
 
     def mark(self, sizes: list[tuple[int, int]], masks: BufferParts, bits: BufferParts) -> None:

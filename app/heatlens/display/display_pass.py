@@ -2,11 +2,11 @@
 
 from collections import OrderedDict
 
-import moderngl
 import numpy as np
 
 from heatlens.color.view_transform import Lut, ViewTransform, srgb_transform
-from heatlens.gpu.program import ComputeProgram, Image, pixel_groups
+from heatlens.gpu.device import Device, Image, Sampling, Texture, Texture3D
+from heatlens.gpu.program import ComputeProgram, pixel_groups
 
 _PICTURE = "display.comp.glsl"
 _DIFFERENCE = "display_difference.comp.glsl"
@@ -16,7 +16,7 @@ _KEPT = 6  # number of transforms whose programs stay compiled, for switching ba
 class _Built:
     """A transform on the GPU: its tables, and a program for each shader that was used."""
 
-    def __init__(self, ctx: moderngl.Context, transform: ViewTransform) -> None:
+    def __init__(self, ctx: Device, transform: ViewTransform) -> None:
         self._ctx = ctx
         self._functions = transform.glsl
         self._programs: dict[str, ComputeProgram] = {}
@@ -40,7 +40,7 @@ class DisplayPass:
     to be compiled.
     """
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._built: OrderedDict[str, _Built] = OrderedDict()  # latest used last
         self.set_transform(srgb_transform())
@@ -56,8 +56,8 @@ class DisplayPass:
 
     def run(
         self,
-        picture: moderngl.Texture,
-        out: moderngl.Texture,
+        picture: Texture,
+        out: Texture,
         exposure_stops: float = 0.0,
         gamma: float = 1.0,
     ) -> None:
@@ -67,9 +67,9 @@ class DisplayPass:
 
     def run_difference(
         self,
-        a: moderngl.Texture,
-        b: moderngl.Texture,
-        out: moderngl.Texture,
+        a: Texture,
+        b: Texture,
+        out: Texture,
         exposure_stops: float = 0.0,
         gamma: float = 1.0,
         gain: float = 1.0,
@@ -86,7 +86,7 @@ class DisplayPass:
         self,
         name: str,
         textures: dict[str, Image],
-        out: moderngl.Texture,
+        out: Texture,
         uniforms: dict[str, object],
     ) -> None:
         self._current.program(name).dispatch(
@@ -107,17 +107,15 @@ def _view_uniforms(exposure_stops: float, gamma: float) -> dict[str, object]:
     return {"exposure_scale": 2.0**exposure_stops, "inverse_gamma": 1.0 / gamma}
 
 
-def _texture(ctx: moderngl.Context, lut: Lut) -> Image:
+def _texture(ctx: Device, lut: Lut) -> Image:
     data = np.ascontiguousarray(lut.values).tobytes()
-    texture: moderngl.Texture | moderngl.Texture3D
+    texture: Texture | Texture3D
     if lut.values.ndim == 4:
         depth, height, width, components = lut.values.shape
         texture = ctx.texture3d((width, height, depth), components, data, dtype="f4")
-        texture.repeat_z = False
     else:
         height, width, components = (*lut.values.shape, 1)[:3]
         texture = ctx.texture((width, height), components, data, dtype="f4")
-    mode = moderngl.LINEAR if lut.is_linear else moderngl.NEAREST
-    texture.filter = (mode, mode)
-    texture.repeat_x = texture.repeat_y = False
+    texture.sampling = Sampling.LINEAR if lut.is_linear else Sampling.NEAREST
+    texture.repeats = False
     return texture

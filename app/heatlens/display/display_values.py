@@ -1,9 +1,8 @@
 """Display values of whole pictures for files, from the shader that also draws the window."""
 
-import moderngl
-
 from heatlens.color.view_transform import ViewTransform
 from heatlens.display.display_pass import DisplayPass
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 
 
@@ -16,7 +15,7 @@ class DisplayValues:
 
     def __init__(
         self,
-        ctx: moderngl.Context,
+        ctx: Device,
         transform: ViewTransform,
         exposure_stops: float = 0.0,
         gamma: float = 1.0,
@@ -25,9 +24,9 @@ class DisplayValues:
         self._look = (exposure_stops, gamma)
         self._pass = DisplayPass(ctx)
         self._pass.set_transform(transform)
-        self._out: moderngl.Texture | None = None
+        self._out: Texture | None = None
 
-    def of(self, picture: moderngl.Texture) -> FloatArray:
+    def of(self, picture: Texture) -> FloatArray:
         """Return display values (H, W, 3) of `picture`, premultiplied RGB or RGBA."""
         out = self._texture(picture.size)
         self._pass.run(picture, out, *self._look)
@@ -42,7 +41,7 @@ class DisplayValues:
         finally:
             picture.release()
 
-    def _texture(self, size: tuple[int, int]) -> moderngl.Texture:
+    def _texture(self, size: tuple[int, int]) -> Texture:
         if self._out is None or self._out.size != size:
             if self._out is not None:
                 self._out.release()

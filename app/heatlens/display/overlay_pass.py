@@ -1,8 +1,7 @@
 """Draw the overlays: focus zones, plane in focus, coc, depth or layers, and focus peaking."""
 
-import moderngl
-
 from heatlens.defocus.optics import Optics
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.model.focus.coc import NO_LINE
 from heatlens.model.shot.settings import LAYERS_MAX
@@ -22,19 +21,19 @@ _MODES = {
 class OverlayPass:
     """Converts depth to colours with alpha over the picture; programs are built on first use."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[Overlay, bool], ComputeProgram] = {}
 
     def run(
         self,
         overlay: Overlay,
-        depth: moderngl.Texture,
+        depth: Texture,
         optics: Optics,
         sharp_px: float,
         layer_limits_px: tuple[float, ...],
-        out: moderngl.Texture,
-        color: moderngl.Texture | None = None,
+        out: Texture,
+        color: Texture | None = None,
         peaking: Peaking | None = None,
     ) -> None:
         """Write `overlay`, straight alpha, to `out`, RGBA of 8 bits and the size of `depth`.

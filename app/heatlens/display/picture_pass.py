@@ -8,15 +8,11 @@ a plate that is in focus is averaged at the size of a preview.
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import moderngl
-
-from heatlens.gpu.program import ComputeProgram, DrawProgram, Image, pixel_groups
+from heatlens.gpu.device import Blend, Device, Framebuffer, Image, Primitive, Texture
+from heatlens.gpu.program import ComputeProgram, DrawProgram, pixel_groups
 from heatlens.model.boxes import Box
 from heatlens.model.focus.coc import NO_LINE, CocLine
 from heatlens.model.view.view_geometry import Point
-
-# Straight alpha over the content below; the screen stays opaque, so the desktop never shows.
-_OVER = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +26,9 @@ class Detail:
     texel_px size of a pixel of the preview, in pixels of `depth`
     """
 
-    plate: moderngl.Texture
-    coarse: moderngl.Texture
-    depth: moderngl.Texture
+    plate: Texture
+    coarse: Texture
+    depth: Texture
     line: CocLine | None
     texel_px: float
 
@@ -49,7 +45,7 @@ class PlacedPicture:
     detail       added where the picture is in focus; such a picture is opaque
     """
 
-    texture: moderngl.Texture
+    texture: Texture
     first: Point
     last: Point
     clip: Box
@@ -61,7 +57,7 @@ class PlacedPicture:
 class PicturePass:
     """Draws pictures over each other."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._program = DrawProgram(ctx, "picture")
         self._with_detail = DrawProgram(ctx, "picture", "picture_detail")
@@ -70,25 +66,24 @@ class PicturePass:
     def run(
         self,
         placed: Iterable[PlacedPicture],
-        target: moderngl.Framebuffer,
+        target: Framebuffer,
         screen_px: tuple[int, int],
     ) -> None:
         """Draw `placed`, the lowest first, into `target`, whose last row is the top."""
         target.use()
         target.viewport = (0, 0, *screen_px)
-        self._ctx.blend_func = _OVER  # type: ignore[assignment]  # its stub knows two of the four
         for picture in placed:
             if not picture.clip.is_empty:
                 self._draw(picture, target, screen_px)
-        target.scissor = None  # type: ignore[assignment]  # its stub does not know that
-        self._ctx.enable_only(moderngl.NOTHING)
+        target.scissor = None
+        self._ctx.draw_with()
 
     def _draw(
-        self, picture: PlacedPicture, target: moderngl.Framebuffer, screen_px: tuple[int, int]
+        self, picture: PlacedPicture, target: Framebuffer, screen_px: tuple[int, int]
     ) -> None:
         clip = picture.clip
         target.scissor = (clip.x0, screen_px[1] - clip.y1, clip.width, clip.height)
-        self._ctx.enable_only(moderngl.NOTHING if picture.is_opaque else moderngl.BLEND)
+        self._ctx.draw_with(Blend.NONE if picture.is_opaque else Blend.OVER)
         textures: dict[str, Image] = {"picture_tx": picture.texture}
         uniforms: dict[str, object] = {
             "first_px": picture.first,
@@ -103,7 +98,7 @@ class PicturePass:
             textures |= _detail_textures(picture.detail)
             uniforms |= focus_uniforms(picture.detail.line, picture.detail.texel_px)
         program.bind(textures=textures, uniforms=uniforms)
-        self._quads[program].render(moderngl.TRIANGLE_STRIP, vertices=4)
+        self._quads[program].render(Primitive.TRIANGLE_STRIP, vertices=4)
 
 
 def _detail_textures(detail: Detail) -> dict[str, Image]:
@@ -113,10 +108,10 @@ def _detail_textures(detail: Detail) -> dict[str, Image]:
 class EnlargePass:
     """Compensates in advance for the softness of bilinear enlargement."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "enlarge_ready.comp.glsl")
 
-    def run(self, picture: moderngl.Texture, out: moderngl.Texture) -> None:
+    def run(self, picture: Texture, out: Texture) -> None:
         """Write `picture`, display values, to `out` of the same size, RGBA of 8 bits."""
         self._program.dispatch(
             pixel_groups(out.size),
@@ -128,16 +123,16 @@ class EnlargePass:
 class FocusMeanPass:
     """Averages the pixels in focus under each pixel of a preview."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "focus_mean.comp.glsl")
 
     def run(
         self,
-        color: moderngl.Texture,
-        depth: moderngl.Texture,
+        color: Texture,
+        depth: Texture,
         line: CocLine | None,
-        mean: moderngl.Texture,
-        out: moderngl.Texture,
+        mean: Texture,
+        out: Texture,
     ) -> None:
         """Write the mean of the focused part of `color` to `out`.
 

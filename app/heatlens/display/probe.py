@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.gpu.device import Device, Framebuffer, Texture
 from heatlens.model.boxes import Box
 from heatlens.model.focus.coc import coc_px, far_limit_m, lean_coc_px, near_limit_m
 from heatlens.model.lens.lens import Lens, measured_text
@@ -36,9 +36,9 @@ class Probe:
 class PictureReader:
     """Reads single pixels of a texture, and only when the pixel or the picture has changed."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._framebuffer: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        self._framebuffer: tuple[Texture, Framebuffer] | None = None
         self._last: tuple[object, Rgba] | None = None
 
     def pixel(self, shown: Shown, version: object, at: tuple[int, int]) -> Rgba:
@@ -51,7 +51,7 @@ class PictureReader:
             self._last = (key, (red, green, blue, alpha))
         return self._last[1]
 
-    def _bound(self, texture: moderngl.Texture) -> moderngl.Framebuffer:
+    def _bound(self, texture: Texture) -> Framebuffer:
         """Return a framebuffer around `texture`; release the old one after the new one is bound."""
         old = self._framebuffer
         if old is not None and old[0] is texture:
@@ -64,7 +64,7 @@ class PictureReader:
 
 
 def read_texels(
-    ctx: moderngl.Context, texture: moderngl.Texture, box: Box, dtype: Literal["f1", "f4"]
+    ctx: Device, texture: Texture, box: Box, dtype: Literal["f1", "f4"]
 ) -> NDArray[np.generic]:
     """Return the texels in a box, (h, w, 4): bytes for "f1", float32 for "f4"."""
     target = ctx.framebuffer([texture])

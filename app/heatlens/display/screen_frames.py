@@ -7,24 +7,24 @@ lasts; a GPU does it in less than a millisecond.
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
-import moderngl
+from heatlens.gpu.device import Device, Texture
 
 ScreenLook = tuple[object, ...]
-Draw = Callable[[moderngl.Texture], None]
+Draw = Callable[[Texture], None]
 
 MOST_BYTES = 512 << 20
 
 
 @dataclass(eq=False)
 class _Frame:
-    texture: moderngl.Texture
+    texture: Texture
     look: ScreenLook
 
 
 class ScreenFrames:
     """Textures by the key of their frame, within a limit of bytes."""
 
-    def __init__(self, ctx: moderngl.Context, most_bytes: int = MOST_BYTES) -> None:
+    def __init__(self, ctx: Device, most_bytes: int = MOST_BYTES) -> None:
         self._ctx = ctx
         self.most_bytes = most_bytes
         self._held: dict[str, _Frame] = {}
@@ -43,7 +43,7 @@ class ScreenFrames:
 
     def texture(
         self, key: str, look: ScreenLook, size: tuple[int, int], wanted: Collection[str], draw: Draw
-    ) -> moderngl.Texture | None:
+    ) -> Texture | None:
         """Return the frame, drawn by `draw` if it is missing; None if it does not fit.
 
         Frames that are not `wanted` are removed to make room.
@@ -73,10 +73,10 @@ class ScreenFrames:
                 return
             self._drop(key)
 
-    def _new(self, size: tuple[int, int]) -> moderngl.Texture:
+    def _new(self, size: tuple[int, int]) -> Texture:
         texture = self._ctx.texture(size, 4)
         texture.build_mipmaps()  # a texture with missing levels would be black
-        texture.repeat_x = texture.repeat_y = False
+        texture.repeats = False
         texture.label = "frame on the screen"
         return texture
 

@@ -2,8 +2,6 @@
 
 from collections.abc import Collection
 
-import moderngl
-
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.lean_survey import LeanSurvey
 from heatlens.defocus.optics import Optics
@@ -12,6 +10,7 @@ from heatlens.defocus.quality import layers_for
 from heatlens.display.display_pass import DisplayPass
 from heatlens.display.overlay_pass import OverlayPass
 from heatlens.display.picture_pass import Detail, EnlargePass, FocusMeanPass
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.focus.coc import CocLine, sharp_px
 from heatlens.model.shot.shot import Shot
@@ -28,11 +27,11 @@ ScreenLook = tuple[float, float, int, bool]  # exposure, gamma, version of the t
 class _Target:
     """An 8-bit texture with a key that identifies its content."""
 
-    def __init__(self, ctx: moderngl.Context, label: str) -> None:
+    def __init__(self, ctx: Device, label: str) -> None:
         self._ctx = ctx
         self._label = label
         self._key: Key | None = None
-        self.texture: moderngl.Texture | None = None
+        self.texture: Texture | None = None
 
     def needs(self, size: tuple[int, int], key: Key) -> bool:
         """Resize to `size`, and return True if the content is not that of `key`."""
@@ -41,7 +40,7 @@ class _Target:
                 self.texture.release()
             self.texture = self._ctx.texture(size, 4)
             self.texture.build_mipmaps()  # a texture with missing levels would be black
-            self.texture.repeat_x = self.texture.repeat_y = False
+            self.texture.repeats = False
             self.texture.label = self._label
             self._key = None
         changed, self._key = self._key != key, key
@@ -51,7 +50,7 @@ class _Target:
 class ScreenPictures:
     """Converts scene-linear pictures to textures for the screen."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self.display = DisplayPass(ctx)
         self._overlays = OverlayPass(ctx)
@@ -77,8 +76,8 @@ class ScreenPictures:
         version: object,
         plate: Pinhole,
         view: ViewState,
-        b: moderngl.Texture,
-    ) -> moderngl.Texture:
+        b: Texture,
+    ) -> Texture:
         """Return A: the picture through the lens, the pinhole picture, or A's difference from B."""
         source = shown.texture if view.depth_of_field else plate.color
         look = self._look(view)
@@ -98,8 +97,8 @@ class ScreenPictures:
         return self._a.texture
 
     def b(
-        self, source: moderngl.Texture, plate: Pinhole, view: ViewState, version: object = None
-    ) -> moderngl.Texture:
+        self, source: Texture, plate: Pinhole, view: ViewState, version: object = None
+    ) -> Texture:
         """Return B: the pinhole picture, the reference, or the picture of another method."""
         is_pinhole = source is plate.color
         target = self._pinhole if is_pinhole else self._b
@@ -111,7 +110,7 @@ class ScreenPictures:
         assert target.texture is not None
         return target.texture
 
-    def tile(self, name: str, shown: Shown, view: ViewState) -> moderngl.Texture:
+    def tile(self, name: str, shown: Shown, view: ViewState) -> Texture:
         """Return the picture of a look, for showing several looks at once."""
         target = self._tiles.setdefault(name, _Target(self._ctx, "a look on the screen"))
         look = self._look(view)
@@ -122,9 +121,7 @@ class ScreenPictures:
         assert target.texture is not None
         return target.texture
 
-    def still(
-        self, before: moderngl.Texture | None, light: moderngl.Texture, view: ViewState
-    ) -> moderngl.Texture:
+    def still(self, before: Texture | None, light: Texture, view: ViewState) -> Texture:
         """Return a small scene-linear picture as the screen shows it, in `before` if given."""
         out = before or self._ctx.texture(light.size, 4)
         self.display.run(light, out, view.exposure_stops, view.gamma)
@@ -154,7 +151,7 @@ class ScreenPictures:
         coarse = self._coarse_plate(plate, proxy, view, optics.line)
         return Detail(fine, coarse, plate.depth, optics.line, 1.0 / proxy)
 
-    def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> moderngl.Texture:
+    def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> Texture:
         """Return the plate, reduced if the picture at rest is smaller."""
         size, look, target = proxy_size(plate.color.size, proxy), self._look(view), self._fine
         if target.needs(size, (plate, look)):
@@ -166,7 +163,7 @@ class ScreenPictures:
 
     def _coarse_plate(
         self, plate: Pinhole, proxy: float, view: ViewState, line: CocLine | None
-    ) -> moderngl.Texture:
+    ) -> Texture:
         """Return the part of the plate that is in focus, at the size of a preview."""
         size, look, target = proxy_size(plate.color.size, proxy), self._look(view), self._coarse
         if target.needs(size, (plate, look, line)):
@@ -182,16 +179,14 @@ class ScreenPictures:
         assert target.texture is not None
         return target.texture
 
-    def _mean(self, name: str, plate: Pinhole, size: tuple[int, int]) -> moderngl.Texture:
+    def _mean(self, name: str, plate: Pinhole, size: tuple[int, int]) -> Texture:
         """Return the plate at a smaller size, in the texture called `name`."""
         color = self._pool.texture(name, size, 4)
         depth = self._pool.texture(f"depth of {name}", size, 1)
         self._proxy.run(plate.color, plate.depth, 1.0, color, depth)
         return color
 
-    def _display(
-        self, source: moderngl.Texture, out: moderngl.Texture, look: ScreenLook, is_enlarged: bool
-    ) -> None:
+    def _display(self, source: Texture, out: Texture, look: ScreenLook, is_enlarged: bool) -> None:
         """Write display values, sharpened in advance if the picture will be enlarged."""
         if not is_enlarged:
             self.display.run(source, out, *look[:2])
@@ -203,13 +198,13 @@ class ScreenPictures:
     def _look(self, view: ViewState) -> ScreenLook:
         return view.exposure_stops, view.gamma, self.transform_version, self.with_mipmaps
 
-    def _finish(self, texture: moderngl.Texture) -> None:
+    def _finish(self, texture: Texture) -> None:
         if self.with_mipmaps:
             texture.build_mipmaps()
 
     def overlay(
         self, plate: Pinhole, shot: Shot, frame: int, view: ViewState, shown: Shown
-    ) -> moderngl.Texture:
+    ) -> Texture:
         """Return the colours of the overlay and the peaking for the current lens.
 
         Peaking finds its edges in the picture that is `shown`, if that is not a preview.
@@ -247,9 +242,9 @@ def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:
 def picture_of_b(
     view: ViewState,
     plate: Pinhole,
-    reference: moderngl.Texture | None,
+    reference: Texture | None,
     of_method: Shown | None,
-) -> moderngl.Texture:
+) -> Texture:
     """Return the picture of side B: the chosen one if available, else the pinhole picture."""
     if of_method is not None:
         return of_method.texture

@@ -9,7 +9,6 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,14 +28,15 @@ from heatlens.defocus.line_solver import (
 )
 from heatlens.doctor.finding import Finding
 from heatlens.gpu.context import is_software
+from heatlens.gpu.device import Device
 from heatlens.gpu.program import ComputeProgram, DrawProgram
 from heatlens.gpu.program_versions import PLAIN, Variants, crossed, either
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
 
 _LIMITS = {
-    "GL_MAX_TEXTURE_SIZE": "largest texture",
-    "GL_MAX_SHADER_STORAGE_BLOCK_SIZE": "storage block",
-    "GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS": "invocations of a workgroup",
+    "texture_side_px": "largest texture",
+    "storage_block_bytes": "storage block",
+    "group_invocations": "invocations of a workgroup",
 }
 # Fragment shaders whose vertex shader has another name.
 _VERTEX = {f"scene_{name}": "scene_mesh" for name in ("cover", "depth", "surface")}
@@ -62,12 +62,12 @@ _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
 class Gpu:
     """The context that the checks share, made on first use."""
 
-    make_context: Callable[[], moderngl.Context]
+    make_context: Callable[[], Device]
     tell: Callable[[str], None] = lambda _: None  # is called with the words of each part
-    _made: list[moderngl.Context] = field(default_factory=list)
+    _made: list[Device] = field(default_factory=list)
 
     @property
-    def ctx(self) -> moderngl.Context:
+    def ctx(self) -> Device:
         """The context. Raises GpuError if there is no OpenGL 4.3."""
         if not self._made:
             self._made.append(self.make_context())
@@ -75,12 +75,12 @@ class Gpu:
 
     def device(self) -> Iterator[Finding]:
         """Report the driver and its limits."""
-        info = self.ctx.info
-        limits = {name: int(info[name]) for name in _LIMITS}
+        device = self.ctx
+        limits = {name: getattr(device.limits, name) for name in _LIMITS}
         details = {
-            "renderer": str(info["GL_RENDERER"]),
-            "vendor": str(info["GL_VENDOR"]),
-            "version": str(info["GL_VERSION"]),
+            "renderer": device.name,
+            "vendor": device.vendor,
+            "version": device.version,
             "is_software": is_software(self.ctx),
             **limits,
         }
@@ -122,7 +122,7 @@ class Gpu:
     def errors(self) -> Iterator[Finding]:
         """Report whether the previous checks left an error in OpenGL."""
         error = self.ctx.error
-        if error != "GL_NO_ERROR":
+        if error:
             raise GpuError(f"OpenGL reports an error: {error}.")
         yield Finding("OpenGL errors", "ok", "none")
 
@@ -138,7 +138,7 @@ def solver_words(name: str) -> str:
     return f"solver {name}"
 
 
-def _build(ctx: moderngl.Context, build: Build) -> None:
+def _build(ctx: Device, build: Build) -> None:
     """Compile, link and release. Vertex shaders are built with their fragment shaders."""
     name, defines = build
     stem, stage, _ = name.split(".")
@@ -157,7 +157,7 @@ def _vertex_of(fragment: str) -> str:
     return name
 
 
-def worst_error(ctx: moderngl.Context, solver: LineSolver, kernel_name: str) -> float:
+def worst_error(ctx: Device, solver: LineSolver, kernel_name: str) -> float:
     """Return the largest difference between GPU and float64, in colours of 0..1."""
     rng = np.random.default_rng(20060106)
     width, height = _SIZE
@@ -171,7 +171,7 @@ def worst_error(ctx: moderngl.Context, solver: LineSolver, kernel_name: str) -> 
 
 
 def _blurred(
-    ctx: moderngl.Context, solver: LineSolver, color: FloatArray, coc: FloatArray, kernel: Kernel
+    ctx: Device, solver: LineSolver, color: FloatArray, coc: FloatArray, kernel: Kernel
 ) -> FloatArray:
     color_tx, coc_tx, out = (new_texture(ctx, _SIZE, count) for count in (4, 1, 4))
     poles = new_array(ctx, solver.between_size(_SIZE), pole_layers(kernel, "f4"), 4)

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import moderngl
 import numpy as np
 
 from heatlens.base.paths import data_dir
@@ -11,6 +10,7 @@ from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import ViewTransform, view_transform
 from heatlens.display.display_pass import DisplayPass
 from heatlens.doctor.finding import Finding
+from heatlens.gpu.device import Device
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import DefocusSettings
@@ -30,14 +30,14 @@ def stored_path() -> Path:
     return data_dir("assets") / "doctor.exr"
 
 
-def rendered(ctx: moderngl.Context) -> FloatArray:
+def rendered(ctx: Device) -> FloatArray:
     """Render the picture on this machine, (H, W, 3)."""
     renderer = FrameRenderer(ctx)
     renderer.load(read_plate(data_dir("assets") / "still_life.exr"))
     return renderer.pixels(SHOT)[..., :3]
 
 
-def still_life(ctx: moderngl.Context) -> Iterator[Finding]:
+def still_life(ctx: Device) -> Iterator[Finding]:
     """Render the still life and compare it with the stored picture."""
     ((_, channels),) = read_parts(stored_path())
     expected = np.stack([channels[name] for name in "RGB"], axis=-1).astype(np.float32)
@@ -52,7 +52,7 @@ def still_life(ctx: moderngl.Context) -> Iterator[Finding]:
     yield Finding("still life", "ok" if share <= MOST_PIXELS else "fault", said, details)
 
 
-def color(ctx: moderngl.Context) -> Iterator[Finding]:
+def color(ctx: Device) -> Iterator[Finding]:
     """Compare OpenColorIO's default view on the GPU with the same on the processor."""
     config = load_color_config(None)
     view = view_transform(
@@ -66,7 +66,7 @@ def color(ctx: moderngl.Context) -> Iterator[Finding]:
     yield Finding("OpenColorIO", "ok" if worst <= COLOR_TOLERANCE else "fault", said, details)
 
 
-def _shown(ctx: moderngl.Context, view: ViewTransform, light: FloatArray) -> FloatArray:
+def _shown(ctx: Device, view: ViewTransform, light: FloatArray) -> FloatArray:
     size = (light.shape[1], light.shape[0])
     picture, out = new_texture(ctx, size, 4), new_texture(ctx, size, 4)
     upload(picture, light)

@@ -3,7 +3,6 @@
 import time
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 from PIL import Image
 
@@ -16,6 +15,7 @@ from heatlens.export.job import DisplayLook
 from heatlens.export.pinhole_plate import pinhole_plate
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.sequence_check import Remark, SequenceCheck
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.textures import download
 from heatlens.model.shot.settings import Quality
 from heatlens.model.view.guides import (
@@ -44,11 +44,11 @@ class ShownPictures:
     only a part are completed.
     """
 
-    def __init__(self, ctx: moderngl.Context, look: DisplayLook) -> None:
+    def __init__(self, ctx: Device, look: DisplayLook) -> None:
         self._values = DisplayValues(ctx, look.transform, look.exposure_stops, look.gamma)
         self._black = self._values.encode(np.zeros((1, 1, 3), np.float32))[0, 0]
 
-    def of(self, picture: moderngl.Texture, plate: Plate, proxy: float) -> FloatImage:
+    def of(self, picture: Texture, plate: Plate, proxy: float) -> FloatImage:
         """Return display values (H, W, 3) of `picture`, which is `plate` rendered at `proxy`."""
         return in_display_window(self._values.of(picture), plate, proxy, outside=self._black)
 
@@ -144,7 +144,7 @@ class FrameRendering:
         facts = frame.frame, frame.lens, plate, options.unit, told, options.shot_name
         return burned_in(display, burn_in_text(options.burn_in_text, *facts))
 
-    def _picture(self, frame: int) -> moderngl.Texture:
+    def _picture(self, frame: int) -> Texture:
         """Return the picture with the lens, or the pinhole picture if that is requested."""
         if self._job.pinhole:
             return self._renderer.loaded.color

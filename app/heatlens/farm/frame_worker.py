@@ -37,8 +37,8 @@ def program_of(solver: SolverName) -> bytes:
     """Answer what identifies the renderer of this worker: programs that are equal draw alike."""
 
     def told() -> bytes:
-        info = _filler(solver).renderer.ctx.info
-        here = program_on(str(info["GL_RENDERER"]), str(info["GL_VERSION"]), solver)
+        device = _filler(solver).renderer.ctx
+        here = program_on(device.name, device.version, solver)
         return packed({"program": here})
 
     return answered(told, library().get_worker().address)

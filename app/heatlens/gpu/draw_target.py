@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-import moderngl
+from heatlens.gpu.device import DepthBuffer, Device, Framebuffer, Texture
 
 _MOST_KEPT = 10
 
@@ -10,11 +10,11 @@ _MOST_KEPT = 10
 class DrawTarget:
     """Keeps one framebuffer, and makes a new one when the textures change."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._made: tuple[tuple[moderngl.Texture, ...], moderngl.Framebuffer] | None = None
+        self._made: tuple[tuple[Texture, ...], Framebuffer] | None = None
 
-    def around(self, *textures: moderngl.Texture) -> moderngl.Framebuffer:
+    def around(self, *textures: Texture) -> Framebuffer:
         """Return the framebuffer that draws into `textures`, the first one as output 0.
 
         The old one is released last: moderngl would bind the window's framebuffer in its place, and
@@ -31,7 +31,7 @@ class DrawTarget:
         return framebuffer
 
 
-def _are_same(some: tuple[moderngl.Texture, ...], others: tuple[moderngl.Texture, ...]) -> bool:
+def _are_same(some: tuple[Texture, ...], others: tuple[Texture, ...]) -> bool:
     return len(some) == len(others) and all(a is b for a, b in zip(some, others, strict=True))
 
 
@@ -39,8 +39,8 @@ def _are_same(some: tuple[moderngl.Texture, ...], others: tuple[moderngl.Texture
 class Target:
     """A framebuffer and the depth buffer that was made for it."""
 
-    framebuffer: moderngl.Framebuffer
-    depth: moderngl.Renderbuffer
+    framebuffer: Framebuffer
+    depth: DepthBuffer
 
     def release(self) -> None:
         """Release both, which must not be bound."""
@@ -51,27 +51,27 @@ class Target:
 class DrawTargets:
     """Framebuffers by texture; only the latest few are kept."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._kept: list[tuple[moderngl.Texture, Target]] = []
+        self._kept: list[tuple[Texture, Target]] = []
         # Bound when the others are released; moderngl would bind the window's, which may not exist.
         self._rest = ctx.simple_framebuffer((1, 1))
 
-    def of(self, texture: moderngl.Texture) -> moderngl.Framebuffer:
+    def of(self, texture: Texture) -> Framebuffer:
         """Return a framebuffer that draws into `texture`."""
         for place, (held, target) in enumerate(self._kept):
             if held is texture:
                 self._kept.append(self._kept.pop(place))
                 return target.framebuffer
         self._let_go(_MOST_KEPT - 1)
-        depth = self._ctx.depth_renderbuffer(texture.size)
+        depth = self._ctx.depth_buffer(texture.size)
         target = Target(self._ctx.framebuffer([texture], depth), depth)
         self._kept.append((texture, target))
         return target.framebuffer
 
     def _let_go(self, most: int) -> None:
         """Release all but the latest `most`, and those whose texture was released."""
-        kept = [entry for entry in self._kept if not _is_released(entry[0])]
+        kept = [entry for entry in self._kept if not entry[0].is_released]
         kept = kept[len(kept) - most :] if len(kept) > most else kept
         gone = [entry[1] for entry in self._kept if all(entry is not other for other in kept)]
         self._kept = kept
@@ -84,7 +84,3 @@ class DrawTargets:
         """Release all framebuffers but the one that stays bound."""
         self._let_go(0)
         self._rest.use()
-
-
-def _is_released(texture: moderngl.Texture) -> bool:
-    return isinstance(texture.mglo, moderngl.InvalidObject)

@@ -10,9 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-import moderngl
-
-from heatlens.gpu.context import is_software
+from heatlens.gpu.device import Device
 
 Result = TypeVar("Result")
 
@@ -29,7 +27,7 @@ class PassTime:
 class Stopwatch:
     """Adds up the times of passes; when off, it costs nothing and the GPU can run ahead."""
 
-    ctx: moderngl.Context
+    ctx: Device
     on: bool = False
     times: dict[str, PassTime] = field(default_factory=dict)
 
@@ -69,20 +67,19 @@ class Stopwatch:
     def _clock(self) -> Iterator[list[float]]:
         """Yield a list that holds, after the block, the GPU time in seconds of the work inside."""
         seconds = [0.0]
-        if is_software(self.ctx):
+        if self.ctx.is_software:
             self.ctx.finish()
             start = time.perf_counter()
             yield seconds
             self.ctx.finish()
             seconds[0] = time.perf_counter() - start
         else:
-            query = self.ctx.query(time=True)
-            with query:
+            with self.ctx.timer() as timer:
                 yield seconds
-            seconds[0] = query.elapsed * 1e-9
+            seconds[0] = timer.seconds
 
 
-def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:
+def run_seconds(ctx: Device, work: Callable[[], object]) -> float:
     """Return the seconds that `work` takes until the GPU has finished it."""
     ctx.finish()
     start = time.perf_counter()

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-import moderngl
 import numpy as np
 import numpy.typing as npt
 
 from heatlens.base.errors import GpuError
+from heatlens.gpu.device import Buffer, BufferPart, Device, Sampling, Texture, TextureArray
 from heatlens.model.lens.aperture import Aperture
 
 Storage = Literal["f2", "f4", "u4"]
@@ -20,54 +20,54 @@ _BAND_BYTES = 16 << 20  # uploaded at a time, which takes a few milliseconds
 _KEPT = 4  # enough for four looks side by side
 
 
-def _check_memory(ctx: moderngl.Context, what: str) -> None:
+def _check_memory(ctx: Device, what: str) -> None:
     """Raise GpuError if OpenGL reports an error, because moderngl ignores failed allocations."""
     error = ctx.error
-    if error != "GL_NO_ERROR":
+    if error:
         raise GpuError(
             f"OpenGL could not make {what} ({error}). A smaller --proxy needs less memory."
         )
 
 
-def _forget_error(ctx: moderngl.Context) -> None:
+def _forget_error(ctx: Device) -> None:
     """Read OpenGL's error away, so that one of earlier calls is not taken for missing memory."""
     _ = ctx.error
 
 
 def new_texture(
-    ctx: moderngl.Context,
+    ctx: Device,
     size: tuple[int, int],
     components: int,
     storage: Storage = "f4",
     label: str = "",
-) -> moderngl.Texture:
+) -> Texture:
     """Make a texture of `size` (width, height), read texel by texel, edge-clamped."""
     _forget_error(ctx)
     texture = ctx.texture(size, components, dtype=storage)
     _check_memory(ctx, f"a {size[0]}x{size[1]} texture")
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    texture.repeat_x = texture.repeat_y = False
+    texture.sampling = Sampling.NEAREST
+    texture.repeats = False
     texture.label = label
     return texture
 
 
 def new_array(
-    ctx: moderngl.Context,
+    ctx: Device,
     size: tuple[int, int],
     layers: int,
     components: int,
     storage: Storage = "f4",
-) -> moderngl.TextureArray:
+) -> TextureArray:
     """Make an array texture of `layers` images of `size`."""
     _forget_error(ctx)
     array = ctx.texture_array((*size, layers), components, dtype=storage)
     _check_memory(ctx, f"{layers} layers of {size[0]}x{size[1]}")
-    array.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    array.repeat_x = array.repeat_y = False
+    array.sampling = Sampling.NEAREST
+    array.repeats = False
     return array
 
 
-def new_buffer(ctx: moderngl.Context, size_bytes: int) -> moderngl.Buffer:
+def new_buffer(ctx: Device, size_bytes: int) -> Buffer:
     """Make a storage buffer. Raises GpuError if there is no memory for it."""
     _forget_error(ctx)
     buffer = ctx.buffer(reserve=size_bytes)
@@ -75,19 +75,19 @@ def new_buffer(ctx: moderngl.Context, size_bytes: int) -> moderngl.Buffer:
     return buffer
 
 
-def enlarge(ctx: moderngl.Context, buffer: moderngl.Buffer, size_bytes: int) -> None:
+def enlarge(ctx: Device, buffer: Buffer, size_bytes: int) -> None:
     """Give a buffer `size_bytes` of new memory. Raises GpuError if there is none."""
     _forget_error(ctx)
     buffer.orphan(size_bytes)
     _check_memory(ctx, f"a buffer of {size_bytes / 1e6:.0f} MB")
 
 
-def upload(texture: moderngl.Texture, pixels: FloatArray) -> None:
+def upload(texture: Texture, pixels: FloatArray) -> None:
     """Write `pixels` (H, W) or (H, W, C), float32, into a float32 texture of that size."""
     texture.write(np.ascontiguousarray(pixels, np.float32).data.cast("B"))
 
 
-def uploading(texture: moderngl.Texture, pixels: FloatArray) -> Iterator[None]:
+def uploading(texture: Texture, pixels: FloatArray) -> Iterator[None]:
     """Upload band by band, so that a window can answer in between."""
     width, height = texture.size
     rows = max(1, _BAND_BYTES // max(1, 4 * texture.components * width))
@@ -98,7 +98,7 @@ def uploading(texture: moderngl.Texture, pixels: FloatArray) -> Iterator[None]:
         yield
 
 
-def download(texture: moderngl.Texture) -> FloatArray:
+def download(texture: Texture) -> FloatArray:
     """Return the pixels of a float texture as (H, W) or (H, W, C) float32, row 0 first."""
     width, height = texture.size
     shape = (height, width) if texture.components == 1 else (height, width, texture.components)
@@ -110,15 +110,15 @@ def download(texture: moderngl.Texture) -> FloatArray:
 class TexturePool:
     """Textures by name, made on first use and again only if their size or type changes."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._held: dict[str, tuple[tuple[object, ...], moderngl.Texture]] = {}
-        self._arrays: dict[str, tuple[tuple[object, ...], moderngl.TextureArray]] = {}
-        self._buffers: dict[str, moderngl.Buffer] = {}
+        self._held: dict[str, tuple[tuple[object, ...], Texture]] = {}
+        self._arrays: dict[str, tuple[tuple[object, ...], TextureArray]] = {}
+        self._buffers: dict[str, Buffer] = {}
 
     def texture(
         self, name: str, size: tuple[int, int], components: int, storage: Storage = "f4"
-    ) -> moderngl.Texture:
+    ) -> Texture:
         """Return the texture called `name`; its contents are whatever was last written."""
         kind = (size, components, storage)
         if name in self._held and self._held[name][0] == kind:
@@ -135,7 +135,7 @@ class TexturePool:
         layers: int,
         components: int,
         storage: Storage = "f4",
-    ) -> moderngl.TextureArray:
+    ) -> TextureArray:
         """Return the array called `name`, `layers` deep."""
         kind = (size, layers, components, storage)
         if name in self._arrays and self._arrays[name][0] == kind:
@@ -145,7 +145,7 @@ class TexturePool:
         self._arrays[name] = (kind, new_array(self._ctx, size, layers, components, storage))
         return self._arrays[name][1]
 
-    def buffer(self, name: str, size_bytes: int) -> moderngl.Buffer:
+    def buffer(self, name: str, size_bytes: int) -> Buffer:
         """Return the storage buffer called `name`, at least `size_bytes` large."""
         if name not in self._buffers:
             self._buffers[name] = new_buffer(self._ctx, size_bytes)
@@ -167,11 +167,11 @@ class TexturePool:
 class OpeningTextures:
     """Textures for lib/opening_image.lib.glsl, of the most recently used openings."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._held: dict[object, moderngl.Texture] = {}
+        self._held: dict[object, Texture] = {}
 
-    def of(self, aperture: Aperture) -> dict[str, moderngl.Texture]:
+    def of(self, aperture: Aperture) -> dict[str, Texture]:
         """Return the textures by their names in the shader; none for an opening without an image.
 
         Raises LensError if the file of the image was not read.
@@ -201,27 +201,10 @@ _ALIGNED = 256  # every driver can bind a part that begins at a multiple of this
 
 
 @dataclass(frozen=True)
-class BufferPart:
-    """The `size` bytes of a buffer from the byte `first` on."""
-
-    whole: moderngl.Buffer
-    first: int
-    size: int
-
-    def bind_to_storage_buffer(self, unit: int) -> None:
-        """Bind the part; `moderngl.Buffer` has the same method."""
-        self.whole.bind_to_storage_buffer(unit, self.first, self.size)
-
-    def read(self) -> bytes:
-        """Return the content of the part."""
-        return self.whole.read(self.size, offset=self.first)
-
-
-@dataclass(frozen=True)
 class BufferParts:
     """A buffer as parts of `part_bytes` each."""
 
-    whole: moderngl.Buffer
+    whole: Buffer
     part_bytes: int
 
     @staticmethod

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-import moderngl
-
+from heatlens.gpu.device import Texture
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot
 
@@ -45,7 +44,7 @@ class Shown:
     plate     the number of the plate that it was made of
     """
 
-    texture: moderngl.Texture
+    texture: Texture
     shot: Shot
     frame: int
     settings: DefocusSettings

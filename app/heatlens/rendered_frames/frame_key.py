@@ -47,8 +47,8 @@ class SceneSight:
 
 def maker_of(renderer: FrameRenderer) -> tuple[str, ...]:
     """Return what identifies the renderer: the program, the graphics driver and the solver."""
-    info = renderer.ctx.info
-    driver = str(info["GL_RENDERER"]), str(info["GL_VERSION"])
+    device = renderer.ctx
+    driver = device.name, device.version
     return (__version__, program_digest(), *driver, renderer.solver.name)
 
 

@@ -13,11 +13,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.gpu.program import ComputeProgram, Image, pixel_groups
+from heatlens.gpu.device import Device, Image, Texture
+from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.lens.pupil import Pupil
@@ -41,7 +41,7 @@ _FACTORS = (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6)
 class Accumulation:
     """Keeps the sum of the views so far, so that more views cost only the new ones."""
 
-    def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
+    def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
         self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "accumulate.comp.glsl", on))
         self._pool = TexturePool(ctx)
@@ -59,7 +59,7 @@ class Accumulation:
         view: SceneView,
         pupil: Pupil,
         views: int,
-        out: moderngl.Texture,
+        out: Texture,
         key: object,
     ) -> Iterator[str]:
         """Render the mean of `views` views through `pupil` into `out`.
@@ -104,7 +104,7 @@ class Accumulation:
 
     def _add(
         self,
-        out: moderngl.Texture,
+        out: Texture,
         pupil: Pupil,
         weighing: dict[str, object] | None,
         is_new: bool,

@@ -7,8 +7,7 @@ samples of a pixel and its neighbours hardly differ, more samples would make no 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import moderngl
-
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.textures import TexturePool
 from heatlens.scene.scene_view import SceneView
@@ -29,19 +28,19 @@ class Antialiased:
     done  R, 1 where it needs no more samples
     """
 
-    mean: moderngl.Texture
-    done: moderngl.Texture
+    mean: Texture
+    done: Texture
 
 
 class Antialias:
     """Draws pictures one after the other, each in the same memory."""
 
-    def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
+    def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
         self._mean_program = ComputeProgram(ctx, "antialias_mean.comp.glsl")
         self._done_program = ComputeProgram(ctx, "antialias_done.comp.glsl")
         self._pool = TexturePool(ctx)
-        self._most_px = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
+        self._most_px = ctx.limits.texture_side_px
         self._key: object = None  # identifies the picture in memory
 
     def release(self) -> None:
@@ -84,7 +83,7 @@ class Antialias:
         return Antialiased(mean, self._pool.texture("done", size, 1, "f2"))
 
     def _average(
-        self, samples: SceneView, drawn: moderngl.Texture, size: tuple[int, int], rows: Rows
+        self, samples: SceneView, drawn: Texture, size: tuple[int, int], rows: Rows
     ) -> None:
         self._mean_program.dispatch(
             pixel_groups((size[0], samples.size[1] // samples.across)),

@@ -7,9 +7,8 @@ that bands with views of their own are the same everywhere; shorter steps only d
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
-
 from heatlens.gpu.context import is_software
+from heatlens.gpu.device import Device
 from heatlens.model.boxes import Box
 from heatlens.scene.scene_view import SceneView
 
@@ -28,7 +27,7 @@ Rows = tuple[int, int]  # the first row, and the one after the last
 class Bands:
     """Divides a picture into bands by the cost of drawing on this machine."""
 
-    def __init__(self, ctx: moderngl.Context, triangles: int) -> None:
+    def __init__(self, ctx: Device, triangles: int) -> None:
         """Create it; each band draws all `triangles` again.
 
         `share`, 1 at most, makes those of `of` smaller on a processor; it may change at any time.

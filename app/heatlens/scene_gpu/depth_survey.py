@@ -3,10 +3,10 @@
 import math
 from dataclasses import dataclass
 
-import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.gpu.device import Buffer, Device, Texture
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import WORD_GROUP
 from heatlens.model.value_bins import BINS, ValueBins, all_in_one, bin_step
@@ -29,14 +29,14 @@ class Surveyed:
 class DepthSurvey:
     """Two passes over a depth texture, which read back 16 bytes and 16 KB."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._bounds_program = ComputeProgram(ctx, "depth_bounds.comp.glsl")
         self._bins_program = ComputeProgram(ctx, "depth_bins.comp.glsl")
         self._fragments_program = ComputeProgram(ctx, "peel_bins.comp.glsl")
         self._bounds = ctx.buffer(reserve=_START.nbytes)
         self._counts = ctx.buffer(reserve=4 * BINS)
 
-    def of(self, depth: moderngl.Texture) -> Surveyed:
+    def of(self, depth: Texture) -> Surveyed:
         """Return the range and the dioptres of `depth`.
 
         `depth` is R float32: planar metres above 0 and up to 1e37, +inf where nothing was hit. The
@@ -52,9 +52,7 @@ class DepthSurvey:
         dioptres = self._bins(depth, low, high, groups)
         return Surveyed(float(near), float(far_hit) or math.inf, int(words[3]), dioptres)
 
-    def _bins(
-        self, depth: moderngl.Texture, low: float, high: float, groups: tuple[int, int]
-    ) -> ValueBins:
+    def _bins(self, depth: Texture, low: float, high: float, groups: tuple[int, int]) -> ValueBins:
         step = bin_step(low, high)
         if not step:
             return all_in_one(low, high, depth.width * depth.height)
@@ -63,7 +61,7 @@ class DepthSurvey:
         return ValueBins(low, high, self._counted())
 
     def with_fragments(
-        self, depth: moderngl.Texture, words: moderngl.Buffer, count: int, nearest: float
+        self, depth: Texture, words: Buffer, count: int, nearest: float
     ) -> ValueBins:
         """Return the bins of `depth` and `count` fragments, from 0 to `nearest` dioptres."""
         step = bin_step(0.0, nearest)
@@ -79,9 +77,7 @@ class DepthSurvey:
         )
         return ValueBins(0.0, nearest, self._counted())
 
-    def _count(
-        self, depth: moderngl.Texture, low: float, step: float, groups: tuple[int, int]
-    ) -> None:
+    def _count(self, depth: Texture, low: float, step: float, groups: tuple[int, int]) -> None:
         self._bins_program.dispatch(
             groups,
             images={"depth_img": depth},

@@ -5,10 +5,10 @@ The shadow map of the sun is drawn the same way: one depth map of the whole scen
 
 from collections.abc import Mapping
 
-import moderngl
 import numpy as np
 
-from heatlens.gpu.program import DrawProgram, Image
+from heatlens.gpu.device import DepthTest, Device, Image, Primitive
+from heatlens.gpu.program import DrawProgram
 from heatlens.scene.scene import Array
 from heatlens.scene_gpu.scene_buffers import SceneBuffers
 
@@ -26,7 +26,7 @@ class MeshDraw:
 
     def __init__(
         self,
-        ctx: moderngl.Context,
+        ctx: Device,
         buffers: SceneBuffers,
         fragment: str,
         defines: Mapping[str, object] | None = None,
@@ -52,7 +52,7 @@ class MeshDraw:
         buffers = self._buffers
         given = {"maps_tx": buffers.maps} | dict(textures or {})
         self._program.bind(textures=given, uniforms=uniforms, buffers=buffers.storage)
-        self._array.render_indirect(buffers.commands, moderngl.TRIANGLES, buffers.command_count)
+        self._array.render_indirect(buffers.commands, Primitive.TRIANGLES, buffers.command_count)
 
     def release(self) -> None:
         """Release the program and its vertex array, but not the buffers, which are not its own."""
@@ -67,13 +67,10 @@ class ShadowPass:
     texel_m     width of a texel in the world
     """
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self.map = ctx.depth_texture((SIDE_PX, SIDE_PX))
-        self.map.compare_func = "<="
-        self.map.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        self.map.repeat_x = self.map.repeat_y = False
-        self._target = ctx.framebuffer(depth_attachment=self.map)
+        self.map = ctx.shadow_map((SIDE_PX, SIDE_PX))
+        self._target = ctx.framebuffer(depth=self.map)
         self.from_world = np.eye(4)
         self.texel_m = 0.0
 
@@ -85,10 +82,10 @@ class ShadowPass:
         self.from_world = half @ clip
         self._target.use()
         self._target.clear()
-        self._ctx.enable_only(moderngl.DEPTH_TEST)
+        self._ctx.draw_with(depth=DepthTest.LESS)
         one_sample = {"sample_number": -1, "samples_across": 1, "first_row": 0, "rows_above": 0}
         cover({"clip_from_world": tuple(clip.T.ravel()), **one_sample})
-        self._ctx.enable_only(moderngl.NOTHING)
+        self._ctx.draw_with()
 
     def release(self) -> None:
         """Release the map, whose framebuffer must not be bound."""

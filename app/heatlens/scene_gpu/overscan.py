@@ -3,11 +3,11 @@
 import math
 from dataclasses import dataclass, replace
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.defocus.optics import Optics
+from heatlens.gpu.device import Buffer, Device, Texture
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.model.boxes import Box
 from heatlens.model.value_bins import ValueBins
@@ -24,23 +24,23 @@ _FINE = 2
 _SOFT_RIM_PX = 1.0  # how much larger the discs of a diffusion are than those of a lens
 
 
-def margin_px(ctx: moderngl.Context, size: tuple[int, int]) -> int:
+def margin_px(ctx: Device, size: tuple[int, int]) -> int:
     """Return how many pixels are drawn on every side of a picture; 0 where they do not fit."""
     steps = max(1, round(MOST_PART * size[0] / _STEP_PX))
     margin = _STEP_PX * steps
     return margin if _fits(ctx, *widened(size, margin)) else 0
 
 
-def fineness(ctx: moderngl.Context, size: tuple[int, int]) -> int:
+def fineness(ctx: Device, size: tuple[int, int]) -> int:
     """Return how many pixels, each way, are drawn and blurred for one pixel of a picture."""
     width, height = (_FINE * side for side in widened(size, margin_px(ctx, size)))
     is_small = width * height <= _FINE_PIXELS_MOST
     return _FINE if is_small and _fits(ctx, width, height) else 1
 
 
-def _fits(ctx: moderngl.Context, width: int, height: int) -> bool:
-    side = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
-    words = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // 4
+def _fits(ctx: Device, width: int, height: int) -> bool:
+    side = ctx.limits.texture_side_px
+    words = ctx.limits.storage_block_bytes // 4
     return max(width, height) <= side and width * height < words
 
 
@@ -63,13 +63,13 @@ class Overscan:
     own        colour and depth in the picture's own pixels, if the textures are finer
     """
 
-    color: moderngl.Texture
-    depth: moderngl.Texture
+    color: Texture
+    depth: Texture
     margin_px: int
     ring_m: NDArray[np.float32]
     bins: ValueBins
     fine: int = 1
-    own: tuple[moderngl.Texture, moderngl.Texture] | None = None
+    own: tuple[Texture, Texture] | None = None
 
     def needed_px(self, optics: Optics) -> int:
         """Return how many pixels on every side blur into the frame through a lens."""
@@ -110,12 +110,12 @@ class Overscan:
 class RingSurvey:
     """Finds `Overscan.ring_m`."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "overscan_rings.comp.glsl")
         self._ctx = ctx
-        self._rings: moderngl.Buffer | None = None
+        self._rings: Buffer | None = None
 
-    def of(self, depth: moderngl.Texture, margin_px: int) -> NDArray[np.float32]:
+    def of(self, depth: Texture, margin_px: int) -> NDArray[np.float32]:
         """Return (margin_px, 2) nearest and farthest metres of each ring of `depth`."""
         if not margin_px:
             return np.zeros((0, 2), np.float32)
@@ -131,7 +131,7 @@ class RingSurvey:
         found = np.frombuffer(rings.read(start.nbytes), np.uint32)
         return found.view(np.float32).reshape(-1, 2)
 
-    def _buffer(self, size_bytes: int) -> moderngl.Buffer:
+    def _buffer(self, size_bytes: int) -> Buffer:
         if self._rings is None or self._rings.size < size_bytes:
             if self._rings is not None:
                 self._rings.release()

@@ -10,10 +10,10 @@ of a band; only a count is read back.
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
 
-import moderngl
 import numpy as np
 
 from heatlens.defocus.listed_fragments import FragmentBuffers
+from heatlens.gpu.device import Buffer, Device, Texture
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.shader_constants import PEEL_DRAWS
 from heatlens.gpu.textures import TexturePool
@@ -33,15 +33,13 @@ _PEEL = {"PEEL": 1}
 class SurfaceRaster:
     """Draws colour and dioptres into one texture: RGBA float32, whose alpha is 0 for the sky."""
 
-    def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
+    def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
         self._cover = MeshDraw(ctx, raster.buffers, "scene_cover", _PEEL)
         self._surface = MeshDraw(ctx, raster.buffers, "scene_surface", _PEEL)
         self._sky = SkyDraw(ctx, _PEEL)
 
-    def front(
-        self, view: SceneView, out: moderngl.Texture, done: moderngl.Texture, band: Box
-    ) -> None:
+    def front(self, view: SceneView, out: Texture, done: Texture, band: Box) -> None:
         """Draw the visible surfaces of a band, except in pixels where `done`, R, is not 0.
 
         The view takes its rows of `out`, which is cleared before the first of them.
@@ -55,9 +53,7 @@ class SurfaceRaster:
             self._raster.draw_into(target, view, self._raster.cover, self._surface, self._sky)
         target.viewport = 0, 0, *out.size
 
-    def behind(
-        self, view: SceneView, before: moderngl.Texture, out: moderngl.Texture, band: Box
-    ) -> None:
+    def behind(self, view: SceneView, before: Texture, out: Texture, band: Box) -> None:
         """Draw the next surface behind `before`: a texture of `front` or `behind`, or metres (R).
 
         The backs of closed meshes are left out. Behind the sky comes the sky again.
@@ -102,8 +98,8 @@ class Peeled:
     """
 
     fragments: FragmentBuffers
-    depth: moderngl.Texture
-    places: moderngl.Texture
+    depth: Texture
+    places: Texture
     bins: ValueBins
     count: int
     capacity: int
@@ -131,17 +127,17 @@ class Peeled:
 class _Room:
     """Memory for lists."""
 
-    starts: moderngl.Buffer
-    words: moderngl.Buffer
-    depth: moderngl.Texture
-    places: moderngl.Texture
+    starts: Buffer
+    words: Buffer
+    depth: Texture
+    places: Texture
     capacity: int
 
 
 class ScenePeel:
     """Makes the lists of successive pictures in the same two banks of memory."""
 
-    def __init__(self, ctx: moderngl.Context, raster: SceneRaster, survey: DepthSurvey) -> None:
+    def __init__(self, ctx: Device, raster: SceneRaster, survey: DepthSurvey) -> None:
         self._ctx = ctx
         self._raster, self._survey = raster, survey
         self._surfaces = SurfaceRaster(ctx, raster)
@@ -156,7 +152,7 @@ class ScenePeel:
         self,
         view: SceneView,
         picture: Overscan,
-        done: moderngl.Texture,
+        done: Texture,
         place: Callable[[], None],
         bank: int,
     ) -> Generator[str, None, Peeled]:
@@ -188,7 +184,7 @@ class ScenePeel:
         return self._capacity(size) > before
 
     def _capacity(self, size: tuple[int, int]) -> int:
-        block = int(self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // _FRAGMENT_BYTES
+        block = self._ctx.limits.storage_block_bytes // _FRAGMENT_BYTES
         return min(int(self._a_pixel * size[0] * size[1]) + 1, block, _FRAGMENTS_MOST)
 
     def _room(self, size: tuple[int, int], bank: int) -> _Room:
@@ -204,7 +200,7 @@ class ScenePeel:
 
     def _sides(self, width: int, fine: int) -> tuple[int, int]:
         """Return the samples across a pixel, of the visible surface and of those behind it."""
-        most = max(1, int(self._ctx.info["GL_MAX_TEXTURE_SIZE"]) // width)
+        most = max(1, self._ctx.limits.texture_side_px // width)
         return min(FRONT_SIDE // fine, most), min(_BEHIND_SIDE // fine, most)
 
     def _samples(
@@ -212,9 +208,9 @@ class ScenePeel:
         view: SceneView,
         rows: Rows,
         sides: tuple[int, int],
-        done: moderngl.Texture,
+        done: Texture,
         place: Callable[[], None],
-    ) -> Generator[str, None, dict[str, moderngl.Texture]]:
+    ) -> Generator[str, None, dict[str, Texture]]:
         """Draw a band, and return the textures by the names of lib/surface_groups.lib.glsl."""
         seen, behind = (samples_of(view, rows, side) for side in sides)
         width, height = seen.size
@@ -238,7 +234,7 @@ class ScenePeel:
 
     def _list(
         self,
-        samples: dict[str, moderngl.Texture],
+        samples: dict[str, Texture],
         rows: Rows,
         sides: tuple[int, int],
         picture: Overscan,
@@ -248,7 +244,7 @@ class ScenePeel:
         (width, height), first = picture.color.size, rows[0]
         end = min(rows[1], height)
         groups = pixel_groups((width, end - first))
-        uniforms = {"first_row": first, "end_row": end}
+        uniforms: dict[str, object] = {"first_row": first, "end_row": end}
         uniforms |= {"front_side": sides[0], "behind_side": sides[1], "shifts": _SHIFTS}
         kept, read = {"start_block": out.starts}, samples | {"depth_tx": picture.depth}
         self._count.dispatch(groups, textures=read, buffers=kept, uniforms=uniforms)

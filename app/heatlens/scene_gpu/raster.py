@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 
+from heatlens.gpu.device import Buffer, DepthTest, Device, Framebuffer, Primitive, Texture
 from heatlens.gpu.draw_target import DrawTargets
 from heatlens.gpu.program import DrawProgram
 from heatlens.gpu.textures import FloatArray
@@ -23,13 +23,11 @@ from heatlens.scene_gpu.mesh_draw import MeshDraw, ShadowPass
 from heatlens.scene_gpu.scene_buffers import SceneBuffers
 from heatlens.scene_gpu.sky_light import diffuse_polynomial
 
-_ALWAYS = "1"  # moderngl's name of the depth comparison that is always true
-
 
 class SceneRaster:
     """Holds one scene on the GPU and draws it."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self.targets = DrawTargets(ctx)
         self._shadow = ShadowPass(ctx)
@@ -53,7 +51,7 @@ class SceneRaster:
         return self._frame
 
     @property
-    def shadow_map(self) -> moderngl.Texture:
+    def shadow_map(self) -> Texture:
         """`shadow_tx` of lib/shading.lib.glsl."""
         return self._shadow.map
 
@@ -106,7 +104,7 @@ class SceneRaster:
     def draw(
         self,
         view: SceneView,
-        color: moderngl.Texture,
+        color: Texture,
         band: Box | None = None,
     ) -> None:
         """Draw one sample a pixel, at the view's jitter, into RGBA `color` with an alpha of 1.
@@ -117,18 +115,18 @@ class SceneRaster:
             target.clear()
             self.draw_into(target, view, self._draws["cover"], self._draws["surface"], self._sky)
 
-    def depth(self, view: SceneView, depth: moderngl.Texture, band: Box | None = None) -> None:
+    def depth(self, view: SceneView, depth: Texture, band: Box | None = None) -> None:
         """Draw planar metres at the view's jitter into `depth`, R float32; +inf for sky."""
         with self.within(self.targets.of(depth), band) as target:
             target.clear(red=math.inf)
-            self._ctx.enable_only(moderngl.DEPTH_TEST)
+            self._ctx.draw_with(depth=DepthTest.LESS)
             self._draws["depth"](cover_uniforms(replace(view, sample=None)))
-            self._ctx.enable_only(moderngl.NOTHING)
+            self._ctx.draw_with()
 
     @contextmanager
     def within(
-        self, target: moderngl.Framebuffer, band: Box | None, rows_above: int = 0
-    ) -> Iterator[moderngl.Framebuffer]:
+        self, target: Framebuffer, band: Box | None, rows_above: int = 0
+    ) -> Iterator[Framebuffer]:
         """Bind a target and restrict drawing to the band, so many rows below; None: to nothing."""
         if band is not None and band.shape != target.size[::-1]:  # else clearing would be slower
             target.scissor = band.x0, rows_above + band.y0, band.width, band.height
@@ -136,22 +134,21 @@ class SceneRaster:
         try:
             yield target
         finally:
-            target.scissor = None  # type: ignore[assignment]  # its stub does not know that
+            target.scissor = None
 
-    def hide(self, target: moderngl.Framebuffer, view: SceneView, done: moderngl.Texture) -> None:
+    def hide(self, target: Framebuffer, view: SceneView, done: Texture) -> None:
         """Cover the pixels where `done`, R, is not 0 with a depth nearer than everything else.
 
         `done` has the pixels of the picture, the view has its samples. `target` is bound.
         """
-        self._ctx.enable_only(moderngl.DEPTH_TEST)
-        self._ctx.depth_func = _ALWAYS
-        target.color_mask = (False,) * 4
+        self._ctx.draw_with(depth=DepthTest.ALWAYS)
+        target.writes_color = False
         self._done.bind(textures={"done_tx": done}, uniforms=sample_uniforms(view))
-        self._done_array.render(moderngl.TRIANGLES, 3)
-        target.color_mask = (True,) * 4
-        self._ctx.depth_func = "<"
+        self._done_array.render(Primitive.TRIANGLES, 3)
+        target.writes_color = True
+        self._ctx.draw_with(depth=DepthTest.LESS)
 
-    def depth_at(self, view: SceneView, frame: float, depth: moderngl.Texture) -> None:
+    def depth_at(self, view: SceneView, frame: float, depth: Texture) -> None:
         """Draw the depth of another frame into `depth`, R float32, then restore this one."""
         scene = self.buffers.scene
         if self._placed is None or not scene.is_moving:
@@ -164,7 +161,7 @@ class SceneRaster:
         self.buffers.place(self._placed)
         self.buffers.reshape(scene.shapes_at(self._frame))
 
-    def read(self, texture: moderngl.Texture, area: Box) -> FloatArray:
+    def read(self, texture: Texture, area: Box) -> FloatArray:
         """Read a small area: (h, w) float32 of one component, (h, w, C) of more."""
         viewport = (area.x0, area.y0, area.width, area.height)
         held = self.targets.of(texture).read(viewport, texture.components, dtype="f4")
@@ -173,13 +170,13 @@ class SceneRaster:
 
     def draw_into(
         self,
-        target: moderngl.Framebuffer,
+        target: Framebuffer,
         view: SceneView,
         cover: MeshDraw,
         surface: MeshDraw,
         sky: "SkyDraw",
         peeled_uniforms: Mapping[str, object] | None = None,
-        peeled_textures: Mapping[str, moderngl.Texture] | None = None,
+        peeled_textures: Mapping[str, Texture] | None = None,
     ) -> None:
         """Draw the surfaces that `cover` leaves visible into the bound, cleared target.
 
@@ -187,18 +184,17 @@ class SceneRaster:
         """
         meshes, shading = mesh_uniforms(view), self.shading_uniforms()
         textures = {"shadow_tx": self._shadow.map}
-        self._ctx.enable_only(moderngl.DEPTH_TEST)
-        target.color_mask = (False,) * 4
+        self._ctx.draw_with(depth=DepthTest.LESS)
+        target.writes_color = False
         cover(cover_uniforms(view) | dict(peeled_uniforms or {}), peeled_textures)
-        target.color_mask = (True,) * 4
-        target.depth_mask = False
-        self._ctx.depth_func = "=="
+        target.writes_color = True
+        target.writes_depth = False
+        self._ctx.draw_with(depth=DepthTest.EQUAL)
         surface(meshes | shading | eye_uniforms(view), textures)
-        self._ctx.depth_func = "<="
+        self._ctx.draw_with(depth=DepthTest.AT_MOST)
         sky.draw(textures, shading | sky_uniforms(view), self.buffers.storage)
-        target.depth_mask = True
-        self._ctx.depth_func = "<"
-        self._ctx.enable_only(moderngl.NOTHING)
+        target.writes_depth = True
+        self._ctx.draw_with()
 
     @property
     def cover(self) -> MeshDraw:
@@ -224,19 +220,19 @@ class SceneRaster:
 class SkyDraw:
     """Draws the sky behind everything drawn before."""
 
-    def __init__(self, ctx: moderngl.Context, defines: Mapping[str, object] | None = None) -> None:
+    def __init__(self, ctx: Device, defines: Mapping[str, object] | None = None) -> None:
         self._program = DrawProgram(ctx, "scene_sky", defines=defines)
         self._array = self._program.vertex_array([])
 
     def draw(
         self,
-        textures: Mapping[str, moderngl.Texture],
+        textures: Mapping[str, Texture],
         uniforms: Mapping[str, object],
-        storage: Mapping[str, moderngl.Buffer],
+        storage: Mapping[str, Buffer],
     ) -> None:
         """Draw into the bound framebuffer."""
         self._program.bind(textures=textures, uniforms=uniforms, buffers=storage)
-        self._array.render(moderngl.TRIANGLES, 3)
+        self._array.render(Primitive.TRIANGLES, 3)
 
     def release(self) -> None:
         """Release everything on the GPU."""

@@ -6,11 +6,11 @@ Cook, Porter and Carpenter 1984, "Distributed ray tracing". The light at the end
 
 from collections.abc import Iterator
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.gpu.program import ComputeProgram, Image, groups_for
+from heatlens.gpu.device import Buffer, Device, Image, Texture
+from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import RAY_GROUP
 from heatlens.gpu.textures import OpeningTextures, TexturePool
 from heatlens.model.lens.pupil import Pupil
@@ -28,7 +28,7 @@ _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that the wi
 class RayTracer:
     """Keeps the sum of the rays so far, so that more rays cost only the new ones."""
 
-    def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
+    def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._ctx = ctx
         self._raster = raster
         self._defines: dict[str, int] = {}
@@ -44,7 +44,7 @@ class RayTracer:
         view: SceneView,
         pupil: Pupil,
         rays: int,
-        out: moderngl.Texture,
+        out: Texture,
         key: object,
         seed: int = 0,
         pixel_side_px: float = 1.0,
@@ -108,8 +108,8 @@ class RayTracer:
 
     def _add(
         self,
-        out: moderngl.Texture,
-        opening: dict[str, moderngl.Texture],
+        out: Texture,
+        opening: dict[str, Texture],
         uniforms: dict[str, object],
     ) -> None:
         """Add one ray to each pixel of a band that does not have as many already."""
@@ -153,7 +153,7 @@ class SceneTrees:
     root      first node of the tree over the instances, which follows those of the meshes
     """
 
-    def __init__(self, ctx: moderngl.Context, buffers: SceneBuffers) -> None:
+    def __init__(self, ctx: Device, buffers: SceneBuffers) -> None:
         trees = mesh_trees(buffers.scene.meshes)
         self.buffers, self.root, self._roots = buffers, len(trees.nodes), trees.roots
         self._trees = trees if buffers.scene.deforms else None  # for fitting to other shapes
@@ -167,7 +167,7 @@ class SceneTrees:
         return np.concatenate([trees.nodes, np.zeros(2 * instances - 1, NODE)])
 
     @property
-    def storage(self) -> dict[str, moderngl.Buffer]:
+    def storage(self) -> dict[str, Buffer]:
         """The blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl."""
         own = {
             "vertices_block": self.buffers.vertices,

@@ -6,11 +6,11 @@ The pictures that colour its surfaces are layers of one texture.
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
-import moderngl
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from heatlens.gpu.device import Buffer, Device, Sampling, TextureArray
 from heatlens.scene.scene import Array, MapPlace, Material, Mesh, PointLight, Scene
 from heatlens.scene.scene_bounds import placed_corners
 from heatlens.scene_gpu.closed_meshes import ClosedMeshes
@@ -59,7 +59,7 @@ class SceneBuffers:
     boxes_m         (meshes, 2, 3) bounds of each mesh in its own axes
     """
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene) -> None:
+    def __init__(self, ctx: Device, scene: Scene) -> None:
         self.scene = scene
         self.boxes_m = np.array([mesh.box_m for mesh in scene.meshes])
         mesh_of = np.array([instance.mesh for instance in scene.instances])
@@ -97,7 +97,7 @@ class SceneBuffers:
         return int(np.diff(self.first_triangle)[self._meshes].sum())
 
     @property
-    def storage(self) -> dict[str, moderngl.Buffer]:
+    def storage(self) -> dict[str, Buffer]:
         """The blocks of lib/scene.lib.glsl."""
         blocks = {
             "instances_block": self.instances,
@@ -107,7 +107,7 @@ class SceneBuffers:
         return blocks if self.places is None else blocks | {"places_block": self.places}
 
     @property
-    def vertex_storage(self) -> dict[str, moderngl.Buffer]:
+    def vertex_storage(self) -> dict[str, Buffer]:
         """The blocks of lib/bvh.lib.glsl for vertices, which only some scenes have."""
         found = {"colors_block": self.colors, "more_uvs_block": self.more_uvs}
         return {name: buffer for name, buffer in found.items() if buffer is not None}
@@ -273,16 +273,14 @@ def lights_of(lights: tuple[PointLight, ...]) -> bytes:
     return np.array([len(chosen), 0, 0, 0], np.uint32).tobytes() + records.tobytes()
 
 
-def maps_of(
-    ctx: moderngl.Context, images: Sequence[npt.NDArray[np.uint8]]
-) -> moderngl.TextureArray:
+def maps_of(ctx: Device, images: Sequence[npt.NDArray[np.uint8]]) -> TextureArray:
     """Return `images` (H, W, 4) resampled to the largest size; bilinear, repeated, no mipmaps."""
     images = images or [_WHITE]
     size = layer_size(images)
     layers = np.stack([_resampled(image, size) for image in images])
     maps = ctx.texture_array((*size, len(images)), 4, layers.tobytes())
-    maps.filter = (moderngl.LINEAR, moderngl.LINEAR)
-    maps.repeat_x = maps.repeat_y = True
+    maps.sampling = Sampling.LINEAR
+    maps.repeats = True
     return maps
 
 

@@ -5,10 +5,10 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from threading import get_ident
 
-import moderngl
 import numpy as np
 
 from heatlens.base.errors import GpuError
+from heatlens.gpu.device import Texture
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.boxes import Box
 from heatlens.model.depth_words import DepthConvention, DepthKind
@@ -20,7 +20,7 @@ from heatlens.scene_gpu.depth_survey import Surveyed
 _MIRRORED_Z = np.diag([1.0, 1.0, -1.0, 1.0])
 _AREAS_KEPT = 64
 
-ReadArea = Callable[[moderngl.Texture, Box], FloatArray]
+ReadArea = Callable[[Texture, Box], FloatArray]
 
 
 class DrawnPixels:
@@ -32,9 +32,7 @@ class DrawnPixels:
 
     coc_px = None
 
-    def __init__(
-        self, color: moderngl.Texture, depth: moderngl.Texture, read_area: ReadArea
-    ) -> None:
+    def __init__(self, color: Texture, depth: Texture, read_area: ReadArea) -> None:
         """Take RGBA float16 and R float32, and a function that reads an area of either.
 
         `read_area` returns (h, w, C) or (h, w) float32.
@@ -65,7 +63,7 @@ class DrawnPixels:
         """Return (h, w)."""
         return self._area(self._checked(self._depth), area)
 
-    def _checked(self, texture: moderngl.Texture) -> moderngl.Texture:
+    def _checked(self, texture: Texture) -> Texture:
         assert get_ident() == self._thread, "OpenGL is on another thread"
         if not self._is_there:
             raise GpuError("This picture of the scene has been overwritten: draw it again.")

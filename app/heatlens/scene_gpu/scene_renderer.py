@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import assert_never
 
-import moderngl
-
 from heatlens.defocus.plate_passes import CropPass
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.textures import FloatArray, TexturePool, download
 from heatlens.model.boxes import Box
 from heatlens.model.shot.framing import Framing, Pose
@@ -37,7 +36,7 @@ from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
 from heatlens.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
 
-Drawn = tuple[moderngl.Texture, moderngl.Texture]  # colour and depth
+Drawn = tuple[Texture, Texture]  # colour and depth
 
 # Samples of a pixel, spread evenly over it. With fewer, lamps smaller than a pixel would be dimmer
 # or brighter than they are, and a blur would spread the error.
@@ -53,8 +52,8 @@ class DrawnScene:
 
     plate: Plate
     pixels: DrawnPixels  # pixels of the plate
-    color: moderngl.Texture
-    depth: moderngl.Texture
+    color: Texture
+    depth: Texture
     dioptres: ValueBins
     overscan: Overscan | None  # None for a hurried picture
     peeled: Peeled | None  # the hidden surfaces; None for a hurried picture
@@ -79,9 +78,7 @@ class _Request:
 class SceneRenderer:
     """Holds one scene on the GPU and renders it."""
 
-    def __init__(
-        self, ctx: moderngl.Context, scene: Scene, raster: SceneRaster | None = None
-    ) -> None:
+    def __init__(self, ctx: Device, scene: Scene, raster: SceneRaster | None = None) -> None:
         """Load the scene, unless `raster`, which another renderer owns, holds it already."""
         self.scene = scene
         self._owns_raster = raster is None
@@ -175,8 +172,8 @@ class SceneRenderer:
     def _drawn(
         self,
         request: "_Request",
-        color: moderngl.Texture,
-        depth: moderngl.Texture,
+        color: Texture,
+        depth: Texture,
         overscan: Overscan | None = None,
         peeled: Peeled | None = None,
     ) -> DrawnScene:
@@ -197,7 +194,7 @@ class SceneRenderer:
         across: int,
         fine: int,
         key: object,
-        color: moderngl.Texture,
+        color: Texture,
         frame: float,
     ) -> Iterator[str]:
         """Draw `across` x `across` samples a pixel."""
@@ -213,7 +210,7 @@ class SceneRenderer:
             self._raster.place(frame)  # others may have drawn another frame in between
         self._crop.run(self._pinhole.picture(view.size).mean, (0, 0), color)
 
-    def _deep(self, view: SceneView, frame: float, depth: moderngl.Texture) -> Iterator[str]:
+    def _deep(self, view: SceneView, frame: float, depth: Texture) -> Iterator[str]:
         """Draw depth at the middle of each pixel."""
         self._raster.place(frame)  # others may have drawn another frame in between
         for band in self._raster.bands.of(view.size):
@@ -265,7 +262,7 @@ class SceneRenderer:
         return download(depth)
 
     def through_lens(
-        self, shot: Shot, frame: float, size: tuple[int, int], out: moderngl.Texture
+        self, shot: Shot, frame: float, size: tuple[int, int], out: Texture
     ) -> Iterator[str]:
         """Accumulate or trace rays at `size` into `out`, RGBA float32, in steps."""
         lens = shot.lens_at(frame)
@@ -335,7 +332,7 @@ class SceneRenderer:
         return with_near_plane(view, nearest_seen_m(view, corners, lens_radius_m))
 
 
-def drawing_steps(ctx: moderngl.Context, triangle_count: int, size: tuple[int, int]) -> int:
+def drawing_steps(ctx: Device, triangle_count: int, size: tuple[int, int]) -> int:
     """Return how many steps the whole pinhole picture of a scene of so many triangles takes."""
     bands, fine = Bands(ctx, triangle_count), fineness(ctx, size)
     width, height = widened(size, margin_px(ctx, size))

@@ -4,11 +4,10 @@ import time
 from collections.abc import Callable
 from threading import Event
 
-import moderngl
-
 from heatlens.base.errors import HeatlensError
 from heatlens.base.faults import faults_reported
 from heatlens.display.screen_pictures import ScreenPictures
+from heatlens.gpu.device import Texture
 from heatlens.preview.shown import Shown
 from heatlens.session.door.door import Door
 from heatlens.session.pictures.look_commands import still_of
@@ -111,7 +110,7 @@ class HeadlessLoop:
         detail = self._screen.detail(seen, loaded, view) if is_of_plate else None
         return Seen(picture, *windows, detail, self._overlay(seen))
 
-    def _overlay(self, seen: Shown) -> moderngl.Texture | None:
+    def _overlay(self, seen: Shown) -> Texture | None:
         facts = self._session.facts
         if not facts.view.has_overlay or not facts.has_lens:
             return None

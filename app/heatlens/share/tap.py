@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import moderngl
 import numpy as np
 
 from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
+from heatlens.gpu.device import Device, Framebuffer, Sampling, Texture
 from heatlens.model.boxes import Box
 from heatlens.session.door.door import Door
 from heatlens.session.session import Session
@@ -25,11 +25,11 @@ _PREVIEW_PX = 720  # width of a preview at most: drawing it must not hold up the
 class Seen:
     """A picture in display values, what lies over it, and the windows that it fills."""
 
-    texture: moderngl.Texture
+    texture: Texture
     data: Box
     display: Box
     detail: Detail | None = None
-    overlay: moderngl.Texture | None = None
+    overlay: Texture | None = None
 
     @property
     def is_bare(self) -> bool:
@@ -41,10 +41,10 @@ class Seen:
 class Composed:
     """Draws pictures for pages."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._pass = PicturePass(ctx)
-        self._target: moderngl.Framebuffer | None = None
+        self._target: Framebuffer | None = None
 
     def pixels(self, seen: Seen) -> Pixels:
         """Return the pixels of the display window, (H, W, 4), the top row first."""
@@ -62,7 +62,7 @@ class Composed:
         target.read_into(pixels.data.cast("B"), components=4)
         return pixels[::-1]
 
-    def _sized(self, size: tuple[int, int]) -> moderngl.Framebuffer:
+    def _sized(self, size: tuple[int, int]) -> Framebuffer:
         if self._target is None or self._target.size != size:
             self.release()
             self._target = self._ctx.framebuffer([self._ctx.texture(size, 4)])
@@ -81,10 +81,9 @@ def _placed(seen: Seen, scale: float, size: tuple[int, int]) -> list[PlacedPictu
     data, display, clip = seen.data, seen.display, Box(0, 0, *size)
     first = (data.x0 - display.x0) * scale, (data.y0 - display.y0) * scale
     last = (data.x1 - display.x0) * scale, (data.y1 - display.y0) * scale
-    smooth = (moderngl.LINEAR, moderngl.LINEAR)
-    seen.texture.filter = smooth
+    seen.texture.sampling = Sampling.LINEAR
     if seen.detail is not None:
-        seen.detail.plate.filter = seen.detail.coarse.filter = smooth
+        seen.detail.plate.sampling = seen.detail.coarse.sampling = Sampling.LINEAR
     placed = [PlacedPicture(seen.texture, first, last, clip, False, True, seen.detail)]
     if seen.overlay is not None:
         placed.append(PlacedPicture(seen.overlay, first, last, clip, True, False))

@@ -6,7 +6,6 @@
 from dataclasses import dataclass
 from typing import Protocol
 
-import moderngl
 import numpy as np
 
 from heatlens.defocus.cutout_pass import CutoutTextures
@@ -15,6 +14,7 @@ from heatlens.defocus.lean_survey import LeanSurvey
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.steps import Steps
+from heatlens.gpu.device import Texture
 from heatlens.model.focus.coc import COC_MOST_PX, LEVEL, axial_px
 from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.model.lens.lens import Lens
@@ -46,8 +46,8 @@ class Pinhole:
     """
 
     plate: Plate
-    color: moderngl.Texture
-    depth: moderngl.Texture
+    color: Texture
+    depth: Texture
     bins: ValueBins
     fragments: FragmentBuffers | None = None
     overscan: Overscan | None = None
@@ -116,7 +116,7 @@ class SourceOnGpu(Protocol):
         """
 
     def through_lens(
-        self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture
+        self, shot: Shot, frame: int, size: tuple[int, int], out: Texture
     ) -> Steps[None]:
         """Draw `frame` from many points of the lens at `size` into `out`, RGBA float32."""
 

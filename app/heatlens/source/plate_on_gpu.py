@@ -2,7 +2,6 @@
 
 import math
 
-import moderngl
 import numpy as np
 import numpy.typing as npt
 
@@ -11,6 +10,7 @@ from heatlens.defocus.cutout_pass import CutoutTextures
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_storage_fits
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.textures import FloatArray, new_texture, upload, uploading
 from heatlens.model.boxes import Box
 from heatlens.model.shot.framing import Pose
@@ -23,7 +23,7 @@ _BRIGHT_PERCENT = 90.0  # percentile of the light that counts as bright
 _BRIGHT_MOST = 4.0  # up to here the light counts as relative to a white surface
 _STEP = 16.0  # a power of two, so that scaling is exact; and coarse, so that it is steady in a shot
 _SAMPLES_A_SIDE = 128
-_Textures = tuple[moderngl.Texture, moderngl.Texture]  # colour, depth
+_Textures = tuple[Texture, Texture]  # colour, depth
 _Room = list[tuple[Plate, _Textures]]  # the plate, and what is beyond if that is known
 
 
@@ -48,7 +48,7 @@ class PlateOnGpu:
     scene = None
     has_many_views = False
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._held: Pinhole | None = None
 
@@ -115,7 +115,7 @@ class PlateOnGpu:
         size, share = (plate.data_window.width, plate.data_window.height), cutout.share[..., None]
         factor = np.array([light_scale] * 3 + [1.0], np.float32)
 
-        def held(pixels: FloatArray) -> moderngl.Texture:
+        def held(pixels: FloatArray) -> Texture:
             channels = pixels.size // (size[0] * size[1])
             texture = new_texture(self._ctx, size, channels, label="cutout")
             upload(texture, np.ascontiguousarray(pixels, np.float32))
@@ -190,7 +190,7 @@ class PlateOnGpu:
         return self.held
 
     def through_lens(
-        self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture
+        self, shot: Shot, frame: int, size: tuple[int, int], out: Texture
     ) -> Steps[None]:
         """Raise InputError, because a plate is a picture from a single point."""
         yield from ()

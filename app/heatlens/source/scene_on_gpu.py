@@ -1,9 +1,8 @@
 """A 3D scene on the GPU, whose pictures are drawn on request."""
 
-import moderngl
-
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_plate_fits
+from heatlens.gpu.device import Device, Texture
 from heatlens.model.boxes import Box
 from heatlens.model.shot.framing import Framing, Pose
 from heatlens.model.shot.settings import Method
@@ -19,7 +18,7 @@ class SceneOnGpu:
 
     has_many_views = True
 
-    def __init__(self, ctx: moderngl.Context, drawer: SceneRenderer) -> None:
+    def __init__(self, ctx: Device, drawer: SceneRenderer) -> None:
         self._ctx = ctx
         self._drawer = drawer
         self._held: Pinhole | None = None
@@ -53,7 +52,7 @@ class SceneOnGpu:
         return self._held
 
     def through_lens(
-        self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture
+        self, shot: Shot, frame: int, size: tuple[int, int], out: Texture
     ) -> Steps[None]:
         yield from self._drawer.through_lens(shot, frame, size, out)
 
@@ -75,6 +74,6 @@ class SceneOnGpu:
         self._drawer.release()
 
 
-def scene_on_gpu(ctx: moderngl.Context, scene: Scene) -> SceneOnGpu:
+def scene_on_gpu(ctx: Device, scene: Scene) -> SceneOnGpu:
     """Upload a scene to the GPU."""
     return SceneOnGpu(ctx, SceneRenderer(ctx, scene))

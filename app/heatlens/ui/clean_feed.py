@@ -6,44 +6,31 @@ context draws the picture at the size of the second window, and the second one c
 
 from typing import Any
 
-import moderngl
 from imgui_bundle import imgui  # noqa: F401  # before glfw: both then share one libglfw
 
+from heatlens.gpu.device import Device
 from heatlens.ui.devices import GlfwHandle, monitor_of
 
 import glfw  # isort: skip
 
+from heatlens.gpu.opengl.second_window import SecondWindow
 from heatlens.model.view.view import ViewState
 from heatlens.ui.picture.grid import Pictures
 from heatlens.ui.picture.picture_alone import PictureAlone
 
 _SIZE = 1280, 720
 _TITLE = "heatlens picture"
-_COPY_VERTEX = """#version 330
-out vec2 at;
-void main() {
-    at = vec2(gl_VertexID & 1, gl_VertexID >> 1);
-    gl_Position = vec4(2.0 * at - 1.0, 0.0, 1.0);
-}
-"""
-_COPY_FRAGMENT = """#version 330
-uniform sampler2D picture_tx;
-in vec2 at;
-out vec4 color;
-void main() { color = vec4(texture(picture_tx, at).rgb, 1.0); }
-"""
 
 
 class CleanFeed:
     """The second window, which exists as long as the user wants it."""
 
-    def __init__(self, ctx: moderngl.Context, main_window: GlfwHandle) -> None:
+    def __init__(self, ctx: Device, main_window: GlfwHandle) -> None:
         self._ctx = ctx
         self._main = main_window
         self._alone = PictureAlone(ctx)
         self._window: GlfwHandle = None
-        self._own: moderngl.Context | None = None
-        self._shared: moderngl.Texture | None = None  # the picture in this window's context
+        self._own: SecondWindow | None = None
 
     def draw(
         self, is_wanted: bool, pictures: Pictures | None, view: ViewState, has_labels: bool
@@ -80,9 +67,7 @@ class CleanFeed:
         glfw.make_context_current(self._window)
         glfw.swap_interval(0)  # only the main window waits for the monitor's refresh
         try:
-            self._own = moderngl.create_context(require=330)
-            program = self._own.program(vertex_shader=_COPY_VERTEX, fragment_shader=_COPY_FRAGMENT)
-            self._quad = self._own.vertex_array(program, [])
+            self._own = SecondWindow()
         finally:
             glfw.make_context_current(self._main)
 
@@ -107,22 +92,10 @@ class CleanFeed:
         assert self._alone.texture is not None
         glfw.make_context_current(self._window)
         try:
-            self._own.screen.use()
-            self._own.screen.viewport = (0, 0, *size)
-            self._shared = self._in_own(self._own, self._alone.texture)
-            self._shared.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            self._shared.use(0)
-            self._quad.render(moderngl.TRIANGLE_STRIP, vertices=4)
+            self._own.show(self._alone.texture, size)
             glfw.swap_buffers(self._window)
         finally:
             glfw.make_context_current(self._main)
-
-    def _in_own(self, own: moderngl.Context, texture: moderngl.Texture) -> moderngl.Texture:
-        """Return the texture in this window's context; each new object leaks a few bytes."""
-        kept = self._shared
-        if kept is not None and (kept.glo, kept.size) == (texture.glo, texture.size):
-            return kept
-        return own.external_texture(texture.glo, texture.size, 4, 0, "f1")
 
     def close(self) -> None:
         """Close the window if it is open."""
@@ -130,7 +103,7 @@ class CleanFeed:
             return
         self._alone.release()
         glfw.destroy_window(self._window)
-        self._window, self._own, self._shared = None, None, None
+        self._window, self._own = None, None
         glfw.make_context_current(self._main)
 
 

@@ -54,7 +54,7 @@ def speed_panel(
     speed: Speed, upload_s: float, shown: Shown | None, renderer: FrameRenderer
 ) -> None:
     """Draw the panel; its checkbox switches the renderer's stopwatch."""
-    imgui.text_disabled(str(renderer.ctx.info["GL_RENDERER"]))
+    imgui.text_disabled(renderer.ctx.name)
     rows = [
         ("window", _text(speed.mean_ms(), "{:.1f} ms a frame")),
         ("while dragged", _text(speed.pictures_per_second(), "{:.0f} pictures a second")),

@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.outside_text import printable
 from heatlens.display.picture_pass import PlacedPicture
 from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
+from heatlens.gpu.device import Framebuffer, Sampling
 from heatlens.model.focus.coc import sharp_px
 from heatlens.model.view.guides import NO_GUIDES, Guides, Rect, guide_shapes, inner_rect, lines_of
 from heatlens.model.view.view import Compare
@@ -168,7 +168,7 @@ class PictureWindow:
         facts = self._facts
         return not self._ui.is_bare and facts.histogram is not None and facts.has_lens
 
-    def paint(self, target: moderngl.Framebuffer, size_px: tuple[int, int]) -> None:
+    def paint(self, target: Framebuffer, size_px: tuple[int, int]) -> None:
         """Draw the pictures of this frame; call this before ImGui draws over them."""
         self.viewport.paint(target, size_px)
         self.fade.keep(target, size_px)
@@ -261,7 +261,7 @@ class PictureWindow:
             self._place_enlarged(over_flag(place, pictures, self._seen.pinhole(), at))
 
     def _place_enlarged(self, placed: PlacedPicture) -> None:
-        placed.texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        placed.texture.sampling = Sampling.LINEAR
         self.viewport.place_over([placed])
 
     def _begin(self) -> None:

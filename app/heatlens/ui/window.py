@@ -11,13 +11,12 @@ from imgui_bundle import imgui  # import before glfw, so that both share one lib
 from heatlens.ui.devices import GlfwHandle, is_keyboard_taken, pad_axes, room_of, screen_name
 
 import glfw  # isort: skip
-import moderngl
 
 from heatlens.base.errors import NoWindowError
 from heatlens.base.outside_text import printable
 from heatlens.base.paths import preferences_dir, rendered_frames_dir
 from heatlens.base.stopping import StopSignals
-from heatlens.gpu.context import is_software
+from heatlens.gpu.context import is_software, window_device
 from heatlens.live.ring.sources import PadInput
 from heatlens.render import FrameRenderer
 from heatlens.session.files.window_door import WindowDoor
@@ -118,7 +117,7 @@ class Loop:
         self._window = window
         self._frames_due = _FRAMES_AFTER_EVENT
         self._event_at = self._drawn_at = 0.0
-        self._ctx = moderngl.create_context(require=430)
+        self._ctx = window_device()
         self._show_background()
         imgui.create_context()
         self._session = session = Session(

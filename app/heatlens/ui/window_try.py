@@ -8,8 +8,9 @@ import sys
 from pathlib import Path
 
 import imgui_bundle
-import moderngl
 from imgui_bundle import imgui
+
+from heatlens.gpu.context import window_device
 
 import glfw  # isort: skip
 
@@ -64,7 +65,7 @@ def renderer_of_a_window() -> str:
         if not window:
             raise GpuError(f"OpenGL 4.3 is needed: {glfw.get_error()[1]!r}.")
         glfw.make_context_current(window)
-        return str(moderngl.create_context(require=430).info["GL_RENDERER"])
+        return window_device().name
     finally:
         glfw.terminate()
 

@@ -108,7 +108,7 @@ def program_of_tasks(on_gpus: bool) -> str:
         return __version__
     if on_gpus and is_software(ctx):
         return __version__
-    return f"{__version__}/{ctx.info['GL_RENDERER']}"
+    return f"{__version__}/{ctx.name}"
 
 
 def renderer_of(args: argparse.Namespace, plan: ExportPlan) -> Callable[[], FrameRenderer]:
@@ -116,7 +116,7 @@ def renderer_of(args: argparse.Namespace, plan: ExportPlan) -> Callable[[], Fram
 
     def made() -> FrameRenderer:
         renderer = headless_renderer()
-        found = f"{__version__}/{renderer.ctx.info['GL_RENDERER']}"
+        found = f"{__version__}/{renderer.ctx.name}"
         _compare(args.expect or "", found, plan.job.shot.plate_options.strict)
         return renderer
 

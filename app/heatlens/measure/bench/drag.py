@@ -6,7 +6,6 @@ They are drawn as the window does at 1:1: enlarged, with the focused detail of t
 import math
 from dataclasses import dataclass, replace
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +21,7 @@ from heatlens.display.picture_pass import (
     PicturePass,
     PlacedPicture,
 )
+from heatlens.gpu.device import Sampling, Texture
 from heatlens.gpu.textures import TexturePool
 from heatlens.measure.bench import timing
 from heatlens.measure.bench.timing import BenchFrames, Frame, Say
@@ -53,15 +53,15 @@ class DragView:
         self._focus_mean = FocusMeanPass(ctx)
         self._out = ctx.texture(self.size, 4)
         self._screen = ctx.framebuffer([self._out])
-        # Bound when the screen goes: moderngl would bind the window's, and there may be none.
+        # Bound when the screen goes: the driver would bind the window's, and there may be none.
         self._rest = ctx.simple_framebuffer((1, 1))
-        self._held: list[moderngl.Texture] = []
+        self._held: list[Texture] = []
 
-    def at_rest(self, picture: moderngl.Texture) -> Shown:
+    def at_rest(self, picture: Texture) -> Shown:
         """Return the whole picture as on the screen, (H, W, 3), 0 to 1."""
         return self._on_screen(self._shown(picture), None)
 
-    def moving(self, picture: moderngl.Texture, shot: Shot, rest_proxy: float) -> Shown:
+    def moving(self, picture: Texture, shot: Shot, rest_proxy: float) -> Shown:
         """Return a level's `picture` of `shot` as it is shown while dragging."""
         proxy = shot.defocus.proxy
         if proxy >= rest_proxy:
@@ -78,34 +78,34 @@ class DragView:
         self._focus_mean.run(loaded.color, loaded.depth, line, mean, focused)
         return Detail(plate, self._enlarged(focused), loaded.depth, line, 1.0 / proxy)
 
-    def _small(self, size: tuple[int, int]) -> moderngl.Texture:
+    def _small(self, size: tuple[int, int]) -> Texture:
         loaded = self.renderer.loaded
         color = self._pool.texture(f"small plate {size}", size, 4)
         depth = self._pool.texture("small depth", size, 1)
         self._proxy.run(loaded.color, loaded.depth, 1.0, color, depth)
         return color
 
-    def _new(self, size: tuple[int, int]) -> moderngl.Texture:
+    def _new(self, size: tuple[int, int]) -> Texture:
         texture = self.renderer.ctx.texture(size, 4)
-        texture.repeat_x = texture.repeat_y = False
+        texture.repeats = False
         self._held.append(texture)
         return texture
 
-    def _shown(self, picture: moderngl.Texture) -> moderngl.Texture:
+    def _shown(self, picture: Texture) -> Texture:
         out = self._new(picture.size)
         self._display.run(picture, out)
-        out.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        out.sampling = Sampling.NEAREST
         return out
 
-    def _enlarged(self, picture: moderngl.Texture) -> moderngl.Texture:
+    def _enlarged(self, picture: Texture) -> Texture:
         shown = self._pool.texture("shown small", picture.size, 4, "f2")
         self._display.run(picture, shown)
         out = self._new(picture.size)
         self._enlarge.run(shown, out)
-        out.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        out.sampling = Sampling.LINEAR
         return out
 
-    def _on_screen(self, picture: moderngl.Texture, detail: Detail | None) -> Shown:
+    def _on_screen(self, picture: Texture, detail: Detail | None) -> Shown:
         width, height = self.size
         corners = (0.0, 0.0), (float(width), float(height))
         is_whole = detail is None
@@ -179,7 +179,7 @@ def measure_drag(
         rest = shown if rest is None else rest
         rows.append(row)
     view.release()
-    renderer = str(frames.ctx.info["GL_RENDERER"])
+    renderer = frames.ctx.name
     return DragReport(str(plate.path), *size, renderer, tuple(rows), missing)
 
 

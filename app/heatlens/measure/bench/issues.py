@@ -8,18 +8,16 @@ work, so the measured time is that of Python and of binding.
 import time
 from collections import Counter
 from collections.abc import Callable
-from copy import copy
 from dataclasses import dataclass
 from statistics import median
-from typing import Any
-
-import moderngl
 
 from heatlens.defocus.line_solver import SolverName
 from heatlens.defocus.pass_costs import Work
 from heatlens.defocus.pass_list import pass_named
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for
+from heatlens.gpu.device import Device
+from heatlens.gpu.opengl.counting import counting_device
 from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.measure.bench.timing import BenchFrames, Frame
 from heatlens.model.shot.settings import DefocusSettings
@@ -67,7 +65,7 @@ class IssueReport:
 
 
 def measure_issues(
-    ctx: moderngl.Context,
+    ctx: Device,
     size: tuple[int, int],
     settings: DefocusSettings,
     runs: int,
@@ -76,7 +74,7 @@ def measure_issues(
     """Count and time the issues of a frame of the scene at `size` as a GPU would get them."""
     say(ISSUE_WORDS)
     counts: Counter[str] = Counter()
-    frames = BenchFrames(_counting(ctx, counts), SolverName.PARTITION)
+    frames = BenchFrames(counting_device(ctx, counts), SolverName.PARTITION)
     frame = frames.frame(scene_plate(size), LENS, settings)
     moved = _bytes_per_pixel(frames, frame, size, settings)
     seconds = []
@@ -140,58 +138,3 @@ def issue_lines(report: IssueReport) -> str:
         f"Python {report.python_ms:.2f} ms; at most {report.bytes_per_pixel:.0f} bytes a pixel\n"
         f"predicted at most, not measured: {'; '.join(cards)}"
     )
-
-
-def _counting(ctx: moderngl.Context, counts: Counter[str]) -> moderngl.Context:
-    """Return a stand-in for `ctx` that claims to be a GPU, but builds and draws nothing."""
-    counting: Any = copy(ctx)
-    counting._info = ctx.info | {"GL_RENDERER": "a GPU that is counted for"}
-
-    def compute_shader(source: str) -> object:
-        return _Program(ctx.compute_shader(source), counts)
-
-    def program(**shaders: Any) -> object:
-        return _Program(ctx.program(**shaders), counts)
-
-    def vertex_array(linked: _Program, *args: Any, **options: Any) -> object:
-        made: Any = ctx.vertex_array(linked.linked, *args, **options)
-        made.render = made.render_indirect = _counter(counts, "draw")
-        return made
-
-    def framebuffer(*args: Any, **options: Any) -> object:
-        made: Any = ctx.framebuffer(*args, **options)
-        made.clear = _counter(counts, "clear")
-        return made
-
-    for made in (compute_shader, program, vertex_array, framebuffer):
-        setattr(counting, made.__name__, made)
-    counting.memory_barrier = _counter(counts, "barrier")
-    return counting  # type: ignore[no-any-return]
-
-
-def _counter(counts: Counter[str], kind: str) -> Callable[..., None]:
-    def count(*args: object, **options: object) -> None:
-        counts[kind] += 1
-
-    return count
-
-
-class _Program:
-    """A linked program that only counts its runs and the uniforms that are set."""
-
-    def __init__(self, linked: Any, counts: Counter[str]) -> None:
-        self.linked, self._counts = linked, counts
-        self.run, self.run_indirect = _counter(counts, "dispatch"), _counter(counts, "indirect")
-
-    def __iter__(self) -> Any:
-        return iter(self.linked)
-
-    def __getitem__(self, name: str) -> Any:
-        return self.linked[name]
-
-    def __setitem__(self, name: str, value: object) -> None:
-        self._counts["uniform"] += 1
-        self.linked[name] = value
-
-    def release(self) -> None:
-        self.linked.release()

@@ -6,7 +6,6 @@ Two bare Thomas sweeps over a picture are the reference for a frame with one lay
 from collections.abc import Callable
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 
 from heatlens.base.errors import GpuError
@@ -16,6 +15,7 @@ from heatlens.defocus.pass_list import pass_named
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for
 from heatlens.gpu.context import is_software
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
 from heatlens.gpu.shader_constants import ROW_GROUP
 from heatlens.gpu.stopwatch import Stopwatch
@@ -72,7 +72,7 @@ def measure_frame(
     seconds = frame_seconds(frames.stopwatch, runs, frame.render)
     work = Work(worked_on, kernel_for(settings), frames.solver.name, settings.proxy)
     return FrameReport(
-        renderer=str(frames.ctx.info["GL_RENDERER"]),
+        renderer=frames.ctx.name,
         is_software=is_software(frames.ctx),
         width=size[0],
         height=size[1],
@@ -193,7 +193,7 @@ _LARGE = (4096, 4096)  # 256 MiB, more than the caches of any GPU
 _TRIES = 7
 
 
-def copy_bytes_per_second(ctx: moderngl.Context, size: tuple[int, int]) -> float:
+def copy_bytes_per_second(ctx: Device, size: tuple[int, int]) -> float:
     """Return the bytes per second of the fastest of several copies; the first copy is not counted.
 
     A software rasteriser copies a picture of `size`, so that the processor's caches have the same
@@ -205,16 +205,14 @@ def copy_bytes_per_second(ctx: moderngl.Context, size: tuple[int, int]) -> float
     source.write(
         bytes(16 * size[0] * size[1])
     )  # reading memory that was never written would be too fast
-    seconds = [_copy_seconds(program, source, target) for _ in range(_TRIES + 1)]
+    seconds = [_copy_seconds(ctx, program, source, target) for _ in range(_TRIES + 1)]
     for thing in (program, source, target):
         thing.release()
     return _BYTES_PER_PIXEL * size[0] * size[1] / min(seconds[1:])
 
 
-def _copy_seconds(
-    program: ComputeProgram, source: moderngl.Texture, target: moderngl.Texture
-) -> float:
-    stopwatch = Stopwatch(source.ctx, on=True)
+def _copy_seconds(ctx: Device, program: ComputeProgram, source: Texture, target: Texture) -> float:
+    stopwatch = Stopwatch(ctx, on=True)
     with stopwatch.measure("copy"):
         program.dispatch(
             pixel_groups(source.size),
@@ -227,7 +225,7 @@ def _copy_seconds(
 class BareSweeps:
     """Sweeps rows, then columns, with precomputed conductances; owns all its GPU objects."""
 
-    def __init__(self, ctx: moderngl.Context, color: FloatArray, coc_px: FloatArray) -> None:
+    def __init__(self, ctx: Device, color: FloatArray, coc_px: FloatArray) -> None:
         """Upload `color` (H, W, 4) and `coc_px` (H, W), diameters of either sign, to the GPU."""
         size = (coc_px.shape[1], coc_px.shape[0])
         _check_scratch_fits(ctx, size)
@@ -251,9 +249,9 @@ class BareSweeps:
     def _sweep(
         self,
         axis: tuple[int, int],
-        conductance: moderngl.Texture,
-        color: moderngl.Texture,
-        out_color: moderngl.Texture,
+        conductance: Texture,
+        color: Texture,
+        out_color: Texture,
     ) -> None:
         length, lines = self._size if axis == (1, 0) else self._size[::-1]
         self._program.dispatch(
@@ -284,9 +282,9 @@ def conductances(coc_px: FloatArray, along: int) -> FloatArray:
     return np.ascontiguousarray(np.moveaxis(result, -1, along))
 
 
-def _check_scratch_fits(ctx: moderngl.Context, size: tuple[int, int]) -> None:
+def _check_scratch_fits(ctx: Device, size: tuple[int, int]) -> None:
     need = 16 * size[0] * size[1]
-    limit = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"])
+    limit = ctx.limits.storage_block_bytes
     if need > limit:
         raise GpuError(
             f"The bare sweeps of {size[0]}x{size[1]} need a storage block of {need / 2**20:.0f} "

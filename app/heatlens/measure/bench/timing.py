@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 from itertools import count
 from statistics import median
 
-import moderngl
-
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.line_solver import SOLVERS, SolverName
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
 from heatlens.defocus.steps import Steps
 from heatlens.gpu.context import check_plate_fits, check_work_fits
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.stopwatch import Stopwatch, run_seconds
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.framing import Framing
@@ -47,7 +46,7 @@ class FrameSeconds:
 class BenchFrames:
     """Renders plates with a `FrameRenderer` and a chosen solver."""
 
-    def __init__(self, ctx: moderngl.Context, solver: str) -> None:
+    def __init__(self, ctx: Device, solver: str) -> None:
         """Make a renderer; `solver` is a name of SOLVERS, or "auto" for that of `render`."""
         self.ctx = ctx
         self.renderer = FrameRenderer(
@@ -84,11 +83,11 @@ class Frame:
     renderer: FrameRenderer
     shot: Shot
 
-    def render(self) -> moderngl.Texture:
+    def render(self) -> Texture:
         """Issue the frame; the GPU may still be working on it afterwards."""
         return self.renderer.render(self._next_shot())
 
-    def steps(self) -> Steps[moderngl.Texture]:
+    def steps(self) -> Steps[Texture]:
         """Render the frame in steps, as `FrameRenderer.steps` does."""
         return self.renderer.steps(self._next_shot())
 
@@ -113,7 +112,7 @@ class SceneFrame(Frame):
         return replace(self.shot, lens=replace(self.shot.lens, f_stop=f_stop))
 
 
-def median_seconds(ctx: moderngl.Context, runs: int, *works: Callable[[], object]) -> list[float]:
+def median_seconds(ctx: Device, runs: int, *works: Callable[[], object]) -> list[float]:
     """Return the median seconds of each function, after one warm-up each that builds programs.
 
     The functions take turns, so that the state of the machine is the same for all.
@@ -153,7 +152,7 @@ class Timed:
     """The median milliseconds of a frame, and its picture, which the next frame overwrites."""
 
     ms: float
-    picture: moderngl.Texture
+    picture: Texture
 
 
 def bounded(frame: Frame, runs: int, limit_s: float) -> Timed | None:
@@ -165,7 +164,7 @@ def bounded(frame: Frame, runs: int, limit_s: float) -> Timed | None:
     first = _first(frame, end)
     if first is None:
         return None
-    pictures: list[moderngl.Texture] = [first.picture]
+    pictures: list[Texture] = [first.picture]
     seconds: list[float] = []
     while len(seconds) < runs and time.monotonic() + 1e-3 * first.ms < end:
         seconds.append(run_seconds(frame.renderer.ctx, lambda: pictures.append(frame.render())))

@@ -53,7 +53,7 @@ class Subject:
     @property
     def machine(self) -> str:
         """The name of the OpenGL renderer."""
-        return str(self.renderer.ctx.info["GL_RENDERER"])
+        return self.renderer.ctx.name
 
     def settings(self, method: Method) -> DefocusSettings:
         """Return the settings of the shot with another method."""

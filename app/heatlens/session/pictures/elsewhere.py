@@ -1,8 +1,7 @@
 """Whole pictures that another machine renders; the base has none."""
 
-import moderngl
-
 from heatlens.defocus.steps import Steps
+from heatlens.gpu.device import Texture
 from heatlens.model.shot.shot import Shot
 
 
@@ -14,7 +13,7 @@ class Elsewhere:
         """Return True while a picture is rendered elsewhere, so that its steps have to wait."""
         return False
 
-    def steps(self, shot: Shot, frame: int, slot: int) -> Steps[moderngl.Texture] | None:
+    def steps(self, shot: Shot, frame: int, slot: int) -> Steps[Texture] | None:
         """Return steps as `FrameRenderer.steps` does; None if this machine has to render."""
         return None
 

@@ -14,11 +14,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import moderngl
-
 from heatlens.base.errors import HeatlensError
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.steps import Steps
+from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.program import programs_built
 from heatlens.model.shot.settings import DefocusSettings, Method
 from heatlens.model.shot.shot import Shot
@@ -51,7 +50,7 @@ FIRST_PLATE = PlateVersion(0)
 class _Work:
     """A picture that is in progress."""
 
-    steps: Steps[moderngl.Texture]
+    steps: Steps[Texture]
     key: PictureKey  # identifies the request that started it
     settings: DefocusSettings
     slot: int
@@ -89,6 +88,11 @@ class LivePicture:
         self._is_refused = False  # the request cannot be rendered, and that was reported
         self.is_answering = False  # the request has no picture yet, not even a quick one
         self.request_s = 0.0  # seconds spent in `request` so far
+
+    @property
+    def device(self) -> Device:
+        """What the pictures are rendered on."""
+        return self._renderer.ctx
 
     def restart(self) -> None:
         """Start again, because another plate is on the GPU."""

@@ -9,10 +9,9 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import moderngl
-
 from heatlens.base.errors import HeatlensError
 from heatlens.defocus.steps import Steps
+from heatlens.gpu.device import Texture
 from heatlens.gpu.textures import new_texture
 from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.shot import Shot
@@ -70,7 +69,7 @@ class LookPictures:
         self._budget_s = 0.0
         self._changed_at = 0.0
         self._beside: FrameRenderer | None = None  # the second renderer, for looks of a scene
-        self._steps: tuple[PictureKey, Steps[moderngl.Texture]] | None = None  # its work
+        self._steps: tuple[PictureKey, Steps[Texture]] | None = None  # its work
 
     @property
     def shown(self) -> tuple[Shown | None, ...]:

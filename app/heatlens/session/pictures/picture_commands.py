@@ -18,6 +18,7 @@ from PIL import Image
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.paths import opened_file
+from heatlens.display.display_values import DisplayValues
 from heatlens.gpu.textures import download
 from heatlens.model.lens.lens import Lens
 from heatlens.plate.header.own_marks import blurred_mark
@@ -195,7 +196,10 @@ class PictureCommands(Commands, Worker):
     def _write(self, shown: Shown, path: Path | None) -> None:
         plate = self._source.plate
         assert plate is not None  # the picture is whole
-        self._writer.start(partial(saved, snapshot(shown, plate, self._look, path), path))
+        self._writer.start(partial(saved, snapshot(shown, plate, self._values, path), path))
+
+    def _values(self) -> DisplayValues:
+        return self._look.values(self._live.device)
 
     def close(self) -> None:
         """Wait until a file that is being written is finished."""
@@ -216,14 +220,16 @@ class Snapshot:
     image: Image.Image | None
 
 
-def snapshot(shown: Shown, plate: Plate, look: PictureDisplay, path: Path | None) -> Snapshot:
+def snapshot(
+    shown: Shown, plate: Plate, make_values: Callable[[], DisplayValues], path: Path | None
+) -> Snapshot:
     """Read the picture back for `path`, or the clipboard; call this on the thread of OpenGL."""
     shot = shown.shot
     pixels, proxy, lens = download(shown.texture), shot.defocus.proxy, shot.lens_at(shown.frame)
     suffix = CLIPBOARD_SUFFIX if path is None else path.suffix.lower()
     if suffix not in EYE_SUFFIXES:
         return Snapshot(pixels, plate, lens, proxy, None)
-    values = look.values(shown.texture.ctx)
+    values = make_values()
     try:
         image = seen_image(pixels, plate, proxy, values.encode, keeps_alpha(suffix))
     finally:

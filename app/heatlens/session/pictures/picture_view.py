@@ -6,14 +6,13 @@ The view transform is chosen by name and rebuilt on change; its faults are only 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-import moderngl
-
 from heatlens.base.errors import HeatlensError
 from heatlens.color.color_config import ColorConfig, default_view, load_color_config
 from heatlens.color.input_space import InputSpace, input_space_of
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.display.display_values import DisplayValues
 from heatlens.display.screen_pictures import ScreenPictures
+from heatlens.gpu.device import Device
 from heatlens.model.shot.grade import Grade
 from heatlens.model.view.view import NO_GRADE, Compare, DisplayOptions, ViewState
 from heatlens.model.view.view_geometry import ViewGeometry, Viewport
@@ -166,7 +165,7 @@ class PictureDisplay:
         look = DisplayOptions() if self._color.config is None else named
         return replace(look, gamma=view.gamma, exposure_stops=view.exposure_stops)
 
-    def values(self, ctx: moderngl.Context) -> DisplayValues:
+    def values(self, ctx: Device) -> DisplayValues:
         """Return what converts scene-linear light to the display values of the window."""
         view = self.view.state.exposed_through(self._editing.lens)
         return DisplayValues(ctx, self._color.transform, view.exposure_stops, view.gamma)

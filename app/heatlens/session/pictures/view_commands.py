@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import moderngl
 import numpy as np
 
 from heatlens.base.background import Background
 from heatlens.base.faults import faults_reported
 from heatlens.gpu.context import check_plate_fits
+from heatlens.gpu.device import Texture
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.option import Values
 from heatlens.model.shot.plate_options import PlateOptions
@@ -35,7 +35,7 @@ class Reference:
     """The colours of a picture file, as side B of a comparison."""
 
     path: Path
-    texture: moderngl.Texture
+    texture: Texture
 
 
 @faults_reported("The reference could not be read")

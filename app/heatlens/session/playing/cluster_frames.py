@@ -6,10 +6,9 @@ The whole picture at rest is rendered by a worker too, if that is chosen.
 from collections.abc import Container, Iterable, Iterator, Sequence
 from itertools import islice
 
-import moderngl
-
 from heatlens.defocus.steps import Steps
 from heatlens.farm.frame_cluster import ON_THIS_MACHINE, Answer, FrameCluster, Wish
+from heatlens.gpu.device import Texture
 from heatlens.model.shot.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.frame_filler import FrameJob
@@ -181,7 +180,7 @@ class WholePictures(Elsewhere):
     def is_waiting(self) -> bool:
         return self._is_asked and self._cluster.is_coming
 
-    def steps(self, shot: Shot, frame: int, slot: int) -> Steps[moderngl.Texture] | None:
+    def steps(self, shot: Shot, frame: int, slot: int) -> Steps[Texture] | None:
         if shot.defocus.method.needs_scene or not self._cluster.ask_whole(shot, frame):
             return None
         self._is_asked = True
@@ -192,7 +191,7 @@ class WholePictures(Elsewhere):
             self._is_asked = False
             self._cluster.recall_whole()
 
-    def _steps(self, shot: Shot, frame: int, slot: int) -> Steps[moderngl.Texture]:
+    def _steps(self, shot: Shot, frame: int, slot: int) -> Steps[Texture]:
         """Wait, and upload the picture; if no worker can render it, render it here."""
         while self._cluster.is_coming:
             yield "waiting for a worker"

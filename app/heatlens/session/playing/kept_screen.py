@@ -3,11 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import moderngl
-
 from heatlens.display.screen_frames import MOST_BYTES, ScreenFrames
 from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures
 from heatlens.gpu.context import is_software
+from heatlens.gpu.device import Texture
 from heatlens.gpu.textures import new_texture
 from heatlens.model.boxes import Box
 from heatlens.model.view.view import ViewState
@@ -52,7 +51,7 @@ class KeptScreen(ScreenWork):
         self._editing, self._view, self._screen = editing, view, screen
         self._frames = ScreenFrames(ctx)
         self._is_slow = is_software(ctx)
-        self._texture: moderngl.Texture | None = None
+        self._texture: Texture | None = None
         self._on_gpu = ""  # key of the frame in the texture
         self._seen: KeptFrame | None = None
         self._prepared: object = None  # the value of `_of` for which all frames were prepared
@@ -102,7 +101,7 @@ class KeptScreen(ScreenWork):
         picture = shown.picture if isinstance(shown, KeptFrame) else None
         return None if picture is None else self._source.feed.kept_windows(picture)
 
-    def texture(self, shown: KeptFrame, view: ViewState) -> moderngl.Texture:
+    def texture(self, shown: KeptFrame, view: ViewState) -> Texture:
         """Return the frame in the colors of the screen.
 
         The exposure of `view` includes the transmission of the lens.
@@ -113,7 +112,7 @@ class KeptScreen(ScreenWork):
             memory = self._pull.store.memory
             self._frames.most_bytes = min(MOST_BYTES, memory.limit_bytes // 2)
 
-            def draw(out: moderngl.Texture) -> None:
+            def draw(out: Texture) -> None:
                 self._draw(shown, look, out)
 
             found = self._frames.texture(shown.key, look, size, keys, draw)
@@ -130,7 +129,7 @@ class KeptScreen(ScreenWork):
         version = self._screen.transform_version
         return view.exposure_stops, view.gamma, version, zoom < MIPMAPS_UNDER
 
-    def _draw(self, shown: KeptFrame, look: ScreenLook, out: moderngl.Texture) -> None:
+    def _draw(self, shown: KeptFrame, look: ScreenLook, out: Texture) -> None:
         self.uploaded(shown)
         self._screen.display.run(shown.texture, out, *look[:2])
         if look[-1]:

@@ -97,8 +97,8 @@ class PullJobs(Commands):
     @property
     def driver(self) -> tuple[str, str, SolverName]:
         """The OpenGL driver, its version, and the solver with which frames are rendered here."""
-        info = self._renderer.ctx.info
-        return str(info["GL_RENDERER"]), str(info["GL_VERSION"]), self._renderer.solver.name
+        device = self._renderer.ctx
+        return device.name, device.version, self._renderer.solver.name
 
     @property
     def _scale(self) -> float:

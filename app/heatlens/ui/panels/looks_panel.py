@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from heatlens.base.outside_text import printable
+from heatlens.gpu.device import Texture
 from heatlens.model.lens.lens import measured_text
 from heatlens.model.shot.look import Look
 from heatlens.model.view.view import GRID_MOST, Compare
@@ -33,9 +33,9 @@ class LookStills:
         self._desk = desk
         self._ctx = desk.renderer.ctx
         self._alone = PictureAlone(self._ctx)
-        self._taken: dict[tuple[object, ...], moderngl.Texture | None] = {}
+        self._taken: dict[tuple[object, ...], Texture | None] = {}
 
-    def of(self, look: Look) -> moderngl.Texture | None:
+    def of(self, look: Look) -> Texture | None:
         """Return the thumbnail of a look; None if there is none yet."""
         if look.still is None:
             return self._taken.get((self._facts.shot.source, look.lens, look.frame))
@@ -79,14 +79,14 @@ class LookStills:
         plain = replace(self._facts.view, compare=Compare.OFF)
         self._alone.draw(replace(pictures, tiles=()), plain, _STILL_PX)
 
-    def _add(self, key: tuple[object, ...], texture: moderngl.Texture | None) -> None:
+    def _add(self, key: tuple[object, ...], texture: Texture | None) -> None:
         if len(self._taken) >= _STILLS_MOST:
             oldest = self._taken.pop(next(iter(self._taken)))
             if oldest is not None:
                 oldest.release()
         self._taken[key] = texture
 
-    def _texture(self, pixels: NDArray[np.uint8]) -> moderngl.Texture:
+    def _texture(self, pixels: NDArray[np.uint8]) -> Texture:
         height, width = pixels.shape[:2]
         rgba = np.dstack([pixels, np.full((height, width), 255, np.uint8)])
         return self._ctx.texture((width, height), 4, np.ascontiguousarray(rgba[::-1]).data)
@@ -179,7 +179,7 @@ def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
     return pressed
 
 
-def _still(texture: moderngl.Texture | None) -> bool:
+def _still(texture: Texture | None) -> bool:
     """Draw the thumbnail as a button, or an empty frame if there is none."""
     em = imgui.get_font_size()
     size = ImVec2(_STILL_EM[0] * em, _STILL_EM[1] * em)
@@ -194,5 +194,5 @@ def _still(texture: moderngl.Texture | None) -> bool:
         at = ImVec2(corner.x + (size.x - wide.x) / 2, corner.y + (size.y - wide.y) / 2)
         draw.add_text(at, theme.colors.text_dim, text)
     else:
-        draw.add_image(imgui.ImTextureRef(texture.glo), corner, end, ImVec2(0, 1), ImVec2(1, 0))
+        draw.add_image(imgui.ImTextureRef(texture.handle), corner, end, ImVec2(0, 1), ImVec2(1, 0))
     return bool(pressed)

@@ -5,11 +5,11 @@ The stills of the shots are shown as the screen shows them.
 
 from dataclasses import dataclass, replace
 
-import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.outside_text import printable
 from heatlens.display.screen_pictures import ScreenPictures
+from heatlens.gpu.device import Texture
 from heatlens.model.shot.reel import Reel, ReelShot
 from heatlens.model.units import format_distance
 from heatlens.model.view.view import Compare
@@ -33,8 +33,8 @@ class _Still:
     look    exposure, gamma and version of the view transform of `shown`
     """
 
-    light: moderngl.Texture | None
-    shown: moderngl.Texture
+    light: Texture | None
+    shown: Texture
     look: tuple[object, ...]
 
     def release(self) -> None:
@@ -68,7 +68,7 @@ class ReelStills:
         if pictures is not None and is_seen and self._facts.has_camera and reel.is_open:
             self._take(reel.at, pictures)
 
-    def of(self, reel: OpenReel, number: int) -> moderngl.Texture | None:
+    def of(self, reel: OpenReel, number: int) -> Texture | None:
         """Return the still of a shot, the bottom row first; None if there is none yet."""
         still = self._stills.get(number)
         if still is None and self._uploads < _UPLOADS_MOST:
@@ -163,7 +163,7 @@ def _still(reel: OpenReel, number: int, stills: ReelStills) -> None:
     scale = min(width / texture.width, height / texture.height)
     end = ImVec2(corner.x + scale * texture.width, corner.y + scale * texture.height)
     flipped = ImVec2(0, 1), ImVec2(1, 0)
-    picture = imgui.ImTextureRef(texture.glo)
+    picture = imgui.ImTextureRef(texture.handle)
     imgui.get_window_draw_list().add_image(picture, corner, end, *flipped)
 
 

@@ -4,9 +4,9 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-import moderngl
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.gpu.device import Device, Framebuffer
 from heatlens.model.view.view_geometry import ViewGeometry, Viewport
 from heatlens.preview.shown import Shown
 from heatlens.ui import theme
@@ -21,11 +21,11 @@ class PictureFade:
     length_s  duration of the fade; 0 for none
     """
 
-    def __init__(self, ctx: moderngl.Context, clock: Callable[[], float] = time.perf_counter):
+    def __init__(self, ctx: Device, clock: Callable[[], float] = time.perf_counter):
         self._ctx = ctx
         self._clock = clock
         self.length_s = FADE_S
-        self._kept: moderngl.Framebuffer | None = None  # the screen with a preview on it
+        self._kept: Framebuffer | None = None  # the screen with a preview on it
         self._kept_of: object = None  # content and position of the kept preview; None without one
         self._shows: object = None  # the same for the frame being drawn, if it shows a preview
         self._passed: object = None  # what the frame before showed
@@ -55,12 +55,12 @@ class PictureFade:
         scale, size = place.framebuffer_scale, self._kept.size
         first = ImVec2(x * scale / size[0], 1.0 - y * scale / size[1])
         last = ImVec2((x + width) * scale / size[0], 1.0 - (y + height) * scale / size[1])
-        texture = imgui.ImTextureRef(self._kept.color_attachments[0].glo)
+        texture = imgui.ImTextureRef(self._kept.color_attachments[0].handle)
         tint = theme.packed((1.0, 1.0, 1.0, opacity))
         draw, end = imgui.get_window_draw_list(), ImVec2(x + width, y + height)
         draw.add_image(texture, ImVec2(x, y), end, first, last, tint)
 
-    def keep(self, target: moderngl.Framebuffer, size_px: tuple[int, int]) -> None:
+    def keep(self, target: Framebuffer, size_px: tuple[int, int]) -> None:
         """Keep a copy of the painted preview; call this before ImGui draws over it.
 
         While a mouse button is held, the next preview may follow at once: one is kept when it is

@@ -6,10 +6,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.display.picture_pass import Detail
+from heatlens.gpu.device import Texture
 from heatlens.model.boxes import Box
 from heatlens.model.view.view_geometry import PictureShape, Point, Viewport
 from heatlens.ui import probe, theme
@@ -30,7 +30,7 @@ class Tile:
 
     name: str
     words: str
-    texture: moderngl.Texture | None
+    texture: Texture | None
     is_proxy: bool
     is_taken: bool
 
@@ -94,10 +94,10 @@ def draw_tiles(tiles: Sequence[Tile], places: Sequence[Viewport], hovered: int |
 class Pictures:
     """The textures that the viewport draws, and facts about them."""
 
-    a: moderngl.Texture
-    b: moderngl.Texture
+    a: Texture
+    b: Texture
     detail: Detail | None  # sharpens A while it is a preview
-    overlay: moderngl.Texture | None
+    overlay: Texture | None
     data_window: Box
     display_window: Box
     pixel_aspect: float
@@ -108,8 +108,8 @@ class Pictures:
     frame_ratio: float = 1.0  # share of the plate's width in view, below 1 if the lens breathes
     is_a_frame: bool = False  # A is the whole plate, still to be cropped by `frame_ratio`
     is_b_frame: bool = False
-    light_a: moderngl.Texture | None = None  # scene-linear values of A; None if not available
-    light_b: moderngl.Texture | None = None
+    light_a: Texture | None = None  # scene-linear values of A; None if not available
+    light_b: Texture | None = None
     light_version: object = None  # changes with the scene-linear values
     tiles: tuple[Tile, ...] = ()  # the grid, shown instead of A and B
     names: tuple[str, str] = ("A", "B")  # labels of the two sides of the wipe

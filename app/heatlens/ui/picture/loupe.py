@@ -5,11 +5,11 @@ The flags of marks on the focus bar show the places of their marks with it too.
 
 from collections.abc import Callable, Sequence
 
-import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.outside_text import printable
 from heatlens.display.picture_pass import PlacedPicture
+from heatlens.gpu.device import Texture
 from heatlens.model.boxes import Box
 from heatlens.model.lens.lens import measured_text
 from heatlens.model.view.view_geometry import Point
@@ -43,7 +43,7 @@ class Loupe:
         facts: Facts,
         place: PictureView,
         pictures: Pictures,
-        pinhole: moderngl.Texture,
+        pinhole: Texture,
         pixel: Pixel,
     ) -> PlacedPicture | None:
         """Draw frame and words; return the picture inside. None where nothing is to be seen."""
@@ -61,7 +61,7 @@ class Loupe:
 
 
 def over_flag(
-    place: PictureView, pictures: Pictures, pinhole: moderngl.Texture, mark: Point
+    place: PictureView, pictures: Pictures, pinhole: Texture, mark: Point
 ) -> PlacedPicture:
     """Draw the surroundings of a mark over the focus bar, in the middle above the pointer.
 
@@ -93,7 +93,7 @@ def _corner(place: PictureView, pointer: Point) -> Point:
 def _enlarged(
     place: PictureView,
     pictures: Pictures,
-    pinhole: moderngl.Texture,
+    pinhole: Texture,
     pointer: Point,
     middle: Point,
     rect: tuple[float, float, float, float],

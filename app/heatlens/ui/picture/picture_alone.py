@@ -5,12 +5,12 @@ The labels of the grid are textures there, because the second window has no ImGu
 
 from collections.abc import Sequence
 
-import moderngl
 import numpy as np
 from imgui_bundle import imgui
 from PIL import Image, ImageDraw, ImageFont
 
 from heatlens.display.picture_pass import PlacedPicture
+from heatlens.gpu.device import Device, Framebuffer, Sampling, Texture
 from heatlens.model.boxes import Box
 from heatlens.model.view.view import ViewState
 from heatlens.model.view.view_geometry import Viewport
@@ -23,12 +23,12 @@ from heatlens.ui.picture.viewport import ViewportPanel
 class PictureAlone:
     """A texture of any size with the whole picture."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._panel = ViewportPanel(ctx, PictureView())
         self._labels = TileLabels(ctx)
-        self._target: moderngl.Framebuffer | None = None
-        self.texture: moderngl.Texture | None = None
+        self._target: Framebuffer | None = None
+        self.texture: Texture | None = None
 
     def draw(
         self,
@@ -43,7 +43,7 @@ class PictureAlone:
         """
         target = self._sized(size_px)
         target.use()
-        target.scissor = None  # type: ignore[assignment]  # its stub does not know that
+        target.scissor = None
         target.clear(*theme.SURROUND)
         if pictures is not None:
             self._panel.place_alone(pictures, view, size_px)
@@ -52,14 +52,14 @@ class PictureAlone:
             self._panel.place_over(labels)
             self._panel.paint(target, size_px)
 
-    def _sized(self, size_px: tuple[int, int]) -> moderngl.Framebuffer:
+    def _sized(self, size_px: tuple[int, int]) -> Framebuffer:
         if self._target is None or self.texture is None or self.texture.size != size_px:
             self.release()
             self.texture = self._ctx.texture(size_px, 4)
             self._target = self._ctx.framebuffer([self.texture])
         return self._target
 
-    def hand_over(self) -> moderngl.Texture:
+    def hand_over(self) -> Texture:
         """Return the texture; the caller owns it and must release it."""
         texture = self.texture
         assert texture is not None and self._target is not None
@@ -83,9 +83,9 @@ _ASIDE_EM, _BELOW_EM, _PAD_EM = 0.9, 0.8, 0.4  # the same as in `draw_tiles`
 class TileLabels:
     """The textures of the labels, kept from frame to frame."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._made: dict[tuple[str, int], moderngl.Texture] = {}
+        self._made: dict[tuple[str, int], Texture] = {}
 
     def placed(
         self, tiles: Sequence[Tile], cells: Sequence[Viewport], height_px: int
@@ -98,13 +98,13 @@ class TileLabels:
             for tile, cell in zip(tiles, cells, strict=True)
         ]
 
-    def _texture(self, words: str, size: int) -> moderngl.Texture:
+    def _texture(self, words: str, size: int) -> Texture:
         key = words, size
         if key not in self._made:
             pixels = label_pixels(words, size)
             height, width = pixels.shape[:2]
             made = self._ctx.texture((width, height), 4, pixels.tobytes())
-            made.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            made.sampling = Sampling.NEAREST
             self._made[key] = made
         return self._made[key]
 
@@ -134,7 +134,7 @@ def _bytes_of(color: int) -> tuple[int, int, int, int]:
     return red, green, blue, alpha
 
 
-def _at_lower_left(texture: moderngl.Texture, cell: Viewport, size: int) -> PlacedPicture:
+def _at_lower_left(texture: Texture, cell: Viewport, size: int) -> PlacedPicture:
     (x, y), (width, height) = cell.corner, cell.size
     left, low = round(x + _ASIDE_EM * size), round(y + height - _BELOW_EM * size)
     first = float(left), float(low - texture.height)

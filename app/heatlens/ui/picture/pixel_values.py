@@ -6,12 +6,12 @@ The ruler has two ends, a line between them, and its length.
 import math
 from dataclasses import dataclass
 
-import moderngl
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from heatlens.display.probe import read_texels
+from heatlens.gpu.device import Device, Texture
 from heatlens.model.boxes import Box
 from heatlens.model.lens.lens import measured_text
 from heatlens.model.units import format_distance
@@ -90,14 +90,14 @@ class _Texts:
 class PixelValues:
     """Draws the values; reads them from the GPU only when the picture or the view has changed."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._texts = _Texts(None, [])
 
     def draw(
         self,
-        light: moderngl.Texture | None,
-        shown: moderngl.Texture,
+        light: Texture | None,
+        shown: Texture,
         pictures: Pictures,
         place: PictureView,
     ) -> int:
@@ -117,7 +117,7 @@ class PixelValues:
         _write(texts, colors[..., :3] @ _LUMA > _DARK_TEXT_FROM, box, pictures, place, size)
         return box.width * box.height
 
-    def _texts_of(self, light: moderngl.Texture, version: object, box: Box) -> list[list[str]]:
+    def _texts_of(self, light: Texture, version: object, box: Box) -> list[list[str]]:
         key = (light, version, box)
         if self._texts.key != key:
             values = read_texels(self._ctx, light, box, "f4")
@@ -134,7 +134,7 @@ class PixelValues:
 class SideValues:
     """Draws the values of A, of B, or of each on its side of the wipe."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self.sides = PixelValues(ctx), PixelValues(ctx)
 
     def draw(self, pictures: Pictures, compare: Compare, line: float, place: PictureView) -> None:

@@ -2,11 +2,10 @@
 
 from dataclasses import replace
 
-import moderngl
-
 from heatlens.base.outside_text import printable
 from heatlens.display.picture_pass import Detail
 from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, picture_of_b
+from heatlens.gpu.device import Texture
 from heatlens.model.boxes import Box
 from heatlens.model.lens.breathing import plate_ratio
 from heatlens.model.lens.lens import Lens, measured_text
@@ -63,7 +62,7 @@ class SeenPictures:
             names=(plain.a_look or "now", plain.b_look) if is_look_b(plain) else ("A", "B"),
         )
 
-    def pinhole(self) -> moderngl.Texture:
+    def pinhole(self) -> Texture:
         """Return the picture without a lens, as the screen shows it."""
         loaded, view = self._desk.renderer.loaded, self._facts.view
         return self._screen.b(loaded.color, loaded, view.exposed_through(self._facts.lens))
@@ -73,20 +72,18 @@ class SeenPictures:
         view, is_held_off = self._facts.view, self._desk.view.is_lens_held_off
         return replace(view, depth_of_field=view.depth_of_field and not is_held_off)
 
-    def _linear_b(self, view: ViewState) -> moderngl.Texture:
+    def _linear_b(self, view: ViewState) -> Texture:
         reference, of_method = self._facts.reference, self._desk.sides.of_method(view)
         texture = None if reference is None else reference.texture
         return picture_of_b(view, self._desk.renderer.loaded, texture, of_method)
 
-    def _a(self, shown: Shown, view: ViewState, linear_b: moderngl.Texture) -> moderngl.Texture:
+    def _a(self, shown: Shown, view: ViewState, linear_b: Texture) -> Texture:
         if isinstance(shown, KeptFrame):
             return self._kept.texture(shown, view)
         key = self._desk.sides.pictures, shown
         return self._screen.a(shown, key, self._desk.renderer.loaded, view, linear_b)
 
-    def _b(
-        self, view: ViewState, plain: ViewState, linear_b: moderngl.Texture
-    ) -> moderngl.Texture | None:
+    def _b(self, view: ViewState, plain: ViewState, linear_b: Texture) -> Texture | None:
         """Return B as the screen shows it; None if it is not shown."""
         if view.compare not in (Compare.WIPE, Compare.FLIP):
             return None
@@ -104,8 +101,8 @@ class SeenPictures:
         return self._screen.detail(shown, self._desk.renderer.loaded, view)
 
     def _lights(
-        self, shown: Shown, view: ViewState, linear_b: moderngl.Texture, window: Box
-    ) -> tuple[moderngl.Texture | None, moderngl.Texture | None]:
+        self, shown: Shown, view: ViewState, linear_b: Texture, window: Box
+    ) -> tuple[Texture | None, Texture | None]:
         """Return the light of A and of B, each only if it has the size of the plate."""
         whole = window.width, window.height
         light = shown.texture if view.depth_of_field else self._desk.renderer.loaded.color
@@ -121,7 +118,7 @@ class SeenPictures:
         look = look_called(self._facts.shot, view.b_look) if is_look_b(view) else None
         return self._facts.lens if look is None else look.lens
 
-    def _overlay(self, view: ViewState, seen: Shown) -> moderngl.Texture | None:
+    def _overlay(self, view: ViewState, seen: Shown) -> Texture | None:
         facts = self._facts
         if not view.has_overlay or not facts.has_lens:
             return None
@@ -135,7 +132,7 @@ class SeenPictures:
             return 1.0
         return plate_ratio(self._facts.lens, room_of(plate))
 
-    def _tiles(self, view: ViewState, a: moderngl.Texture, width: int) -> tuple[Tile, ...]:
+    def _tiles(self, view: ViewState, a: Texture, width: int) -> tuple[Tile, ...]:
         """Return the pictures of the grid; nothing if the grid is not shown."""
         if view.compare is not Compare.GRID:
             self._screen.keep_tiles(())

@@ -5,11 +5,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.display.screen_pictures import MIPMAPS_UNDER
+from heatlens.gpu.device import Device, Framebuffer, Sampling, Texture
 from heatlens.model.boxes import Box
 from heatlens.model.view.view import Compare, ViewState
 from heatlens.model.view.view_geometry import (
@@ -52,7 +52,7 @@ class ViewportResult:
 class ViewportPanel:
     """Draws the pictures and handles mouse gestures on them."""
 
-    def __init__(self, ctx: moderngl.Context, place: PictureView) -> None:
+    def __init__(self, ctx: Device, place: PictureView) -> None:
         """Create the panel; it keeps position and zoom of the picture in `place`."""
         self.place = place
         self._pass = PicturePass(ctx)
@@ -122,7 +122,7 @@ class ViewportPanel:
         kind: Literal["truck", "orbit"] = "truck" if io.key_ctrl else "orbit"
         return CameraDrag(kind, io.mouse_delta.x / height, io.mouse_delta.y / height)
 
-    def paint(self, target: moderngl.Framebuffer, screen_px: tuple[int, int]) -> None:
+    def paint(self, target: Framebuffer, screen_px: tuple[int, int]) -> None:
         """Draw the pictures of this frame; call this before ImGui draws over them."""
         if self._placed_in_frame == imgui.get_frame_count():
             self._pass.run(self._placed, target, screen_px)
@@ -255,7 +255,7 @@ class ViewportPanel:
 
     def _place(
         self,
-        texture: moderngl.Texture,
+        texture: Texture,
         pictures: Pictures,
         is_nearest: bool,
         clip: Box,
@@ -270,7 +270,7 @@ class ViewportPanel:
             PlacedPicture(texture, first, last, clip, is_nearest, is_opaque, detail)
         )
 
-    def _place_overlay(self, overlay: moderngl.Texture, pictures: Pictures, clip: Box) -> None:
+    def _place_overlay(self, overlay: Texture, pictures: Pictures, clip: Box) -> None:
         """Place an overlay of the whole plate, cropped as the lens shows the plate."""
         self._place(overlay, pictures, True, clip, is_opaque=False)
         self._show_as_the_lens(pictures, clip)
@@ -292,16 +292,16 @@ class ViewportPanel:
         scale = self.place.viewport.framebuffer_scale
         return x * scale, y * scale
 
-    def _set_filter(self, texture: moderngl.Texture, pictures: Pictures, nearest: bool) -> None:
+    def _set_filter(self, texture: Texture, pictures: Pictures, nearest: bool) -> None:
         texels = self.place.zoom * pictures.data_window.height / texture.height
         if nearest:
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            texture.sampling = Sampling.NEAREST
         elif texels < MIPMAPS_UNDER:
             if not pictures.has_mipmaps:
                 texture.build_mipmaps()
-            texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+            texture.sampling = Sampling.MIPMAPPED
         else:
-            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            texture.sampling = Sampling.LINEAR
 
 
 def _focus_notches() -> float:

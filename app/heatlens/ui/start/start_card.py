@@ -6,12 +6,12 @@ The layout of the start screen is computed for the size of the window.
 import math
 from dataclasses import dataclass
 
-import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.base.outside_text import printable
 from heatlens.base.paths import data_dir, file_bytes
 from heatlens.files.opened_by_ending import picture_of
+from heatlens.gpu.device import Device, Sampling, Texture
 from heatlens.session.files.start_choices import Card
 from heatlens.ui import theme
 from heatlens.ui.widgets import fitted
@@ -43,18 +43,18 @@ def column_width(card_height: float, em: float) -> float:
 class CardPictures:
     """The card pictures of assets/ as textures, loaded when first drawn."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._textures: dict[str, moderngl.Texture] = {}
+        self._textures: dict[str, Texture] = {}
 
-    def texture(self, name: str) -> moderngl.Texture:
+    def texture(self, name: str) -> Texture:
         """Return a picture of assets/ as a texture; the first frame of an animation."""
         if name not in self._textures:
             with picture_of(file_bytes(data_dir("assets") / name)) as file:
                 picture = file.convert("RGBA")
             texture = self._ctx.texture(picture.size, 4, picture.tobytes())
             texture.build_mipmaps()
-            texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+            texture.sampling = Sampling.MIPMAPPED
             self._textures[name] = texture
         return self._textures[name]
 
@@ -102,7 +102,7 @@ def _emblem(card: Card, low: ImVec2, place: Place, pictures: CardPictures) -> No
     wider = width * texture.height / (height * texture.width)
     u, v = min(wider, 1.0) / 2, min(1.0 / wider, 1.0) / 2
     first, last = ImVec2(0.5 - u, 0.5 - v), ImVec2(0.5 + u, 0.5 + v)
-    name = imgui.ImTextureRef(texture.glo)
+    name = imgui.ImTextureRef(texture.handle)
     draw.add_image_rounded(name, low, high, first, last, theme.UNTINTED, _ROUNDING_EM * em)
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import moderngl
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.gpu.device import Device
 from heatlens.scene.scene_read import DEMO
 from heatlens.session.files.start_choices import Card
 from heatlens.ui import probe, theme
@@ -43,7 +43,7 @@ class Answer:
 class StartScreen:
     """Draws the start screen; holds the pictures on the cards and the selected row."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: Device) -> None:
         self._pictures = CardPictures(ctx)
         self._row = 0
         self._taken: str | None = None  # the card that was chosen, until it is open
