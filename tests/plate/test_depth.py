@@ -93,9 +93,12 @@ def test_normalized_both_ways():
     assert metres(1.1, 0.5, -0.1, depth_convention="normalized-inverted", **ends) == [2, 6, INF]
 
 
-@pytest.mark.parametrize(
-    "ends", [{}, {"near_m": 1.0}, {"near_m": 5.0, "far_m": 2.0}, {"near_m": -1.0, "far_m": 2.0}]
-)
+def test_an_end_behind_the_camera_is_refused_whatever_reads_it():
+    with pytest.raises(InputError, match="near end of the depth .*-1"):
+        PlateOptions(near_m=-1.0, far_m=2.0)
+
+
+@pytest.mark.parametrize("ends", [{}, {"near_m": 1.0}, {"near_m": 5.0, "far_m": 2.0}])
 def test_normalized_needs_its_ends(ends):
     with pytest.raises(InputError, match=r"--near.*--far"):
         read(0.1, 0.5, depth_convention="normalized", **ends)

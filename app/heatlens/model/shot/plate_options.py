@@ -22,7 +22,6 @@ from heatlens.model.units import parse_scene_unit_m
 SPIKE_FROM = 2.0  # ratio to the brightest neighbour from which a pixel is a spike
 SPIKE_WHOLE = 4.0  # ratio from which it is removed entirely
 LIFT_STOPS_MOST = 10.0
-_LIFT = "The stops by which highlights are lifted"
 
 
 class PictureCurve(StrEnum):
@@ -270,12 +269,11 @@ class PlateOptions:
         check_range("far end of the depth in metres", self.far_m, 0.0, math.inf)
         check_range("focal length in mm", self.focal_length_mm, 0.0, math.inf)
         check_range("sensor width in mm", self.sensor_width_mm, 0.0, math.inf)
-        told = options_of(PlateOptions)
-        for name, words in (("neighbours", "Neighbours"), ("lift_highlights_stops", _LIFT)):
-            value = getattr(self, name)
-            if value is not None and not told[name].allows(value):
-                span = f"{told[name].least:g} to {told[name].most:g}"
-                raise InputError(f"{words} must be {span}, got {value:g}.")
+        for name in ("neighbours", "lift_highlights_stops"):
+            told, value = options_of(PlateOptions)[name], getattr(self, name)
+            if value is not None and not told.allows(value):
+                span = f"{told.least:g} to {told.most:g}"
+                raise InputError(f"{told.words.capitalize()} must be {span}, got {value:g}.")
         if not 0 < self.scene_unit_m < math.inf:
             raise InputError(
                 f"The scene unit must be a number of metres above 0, got {self.scene_unit_m:g}."
