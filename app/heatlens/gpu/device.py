@@ -66,6 +66,8 @@ class Limits:
 class Sampled(ABC):
     """What a shader can sample: components of a type, labelled, repeated or clamped at the edge."""
 
+    width: int
+    height: int
     components: int
     dtype: str
     label: str
@@ -102,8 +104,6 @@ class Texture(Sampled):
     """A picture on the device; `size` is (width, height)."""
 
     size: tuple[int, int]
-    width: int
-    height: int
 
     @property
     @abstractmethod

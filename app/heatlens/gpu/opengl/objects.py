@@ -40,6 +40,7 @@ class _GlSampled:
     def __init__(self, raw: Any) -> None:
         self.raw, self.use, self.bind_image = raw, raw.use, getattr(raw, "bind_to_image", None)
         self.size, self.components, self.dtype = raw.size, raw.components, raw.dtype
+        self.width, self.height, *_ = raw.size
         self._repeats = True
 
     @property
@@ -103,10 +104,6 @@ class _GlSampled:
 
 class GlTexture(_GlSampled, Texture):
     """A texture of OpenGL."""
-
-    def __init__(self, raw: moderngl.Texture) -> None:
-        super().__init__(raw)
-        self.width, self.height = raw.size
 
     @property
     def handle(self) -> int:
