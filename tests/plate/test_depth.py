@@ -94,7 +94,7 @@ def test_normalized_both_ways():
 
 
 def test_an_end_behind_the_camera_is_refused_whatever_reads_it():
-    with pytest.raises(InputError, match="near end of the depth .*-1"):
+    with pytest.raises(InputError, match=r"near end of the depth .*-1"):
         PlateOptions(near_m=-1.0, far_m=2.0)
 
 
