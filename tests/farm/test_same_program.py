@@ -111,7 +111,11 @@ def test_a_device_that_is_not_there(shot_file, tmp_path, words, expected):
 @pytest.mark.parametrize("command", ["render", "study", "bench", "serve"])
 def test_every_command_without_a_window_takes_a_device(tmp_path, command):
     """With a number that no machine has, each says so before it works."""
-    words = {"render": ("demo", "-o", tmp_path / "a.exr"), "study": ("demo", "-o", tmp_path / "r")}
+    words = {
+        "render": ("demo", "-o", tmp_path / "a.exr"),
+        "study": ("demo", "-o", tmp_path / "r"),
+        "serve": ("--address", "127.0.0.1:0"),  # whatever else serves on this machine
+    }
     done = run_words(command, *words.get(command, ()), "--device", "99")
     assert done.returncode == 2 and "--device counts the devices of EGL from 0" in done.stderr
     done = run_words(command, *words.get(command, ()), "--device", "0,1")

@@ -111,6 +111,10 @@ class Texture(Sampled):
         """The number by which ImGui draws it."""
 
     @abstractmethod
+    def read(self, level: int = 0) -> bytes:
+        """Return the content, row 0 first, or that of a smaller level."""
+
+    @abstractmethod
     def read_into(self, data: Data) -> None:
         """Copy the content, row 0 first, into `data`."""
 

@@ -110,6 +110,10 @@ class GlTexture(_GlSampled, Texture):
         """The number of OpenGL, by which ImGui draws it."""
         return int(self.raw.glo)
 
+    def read(self, level: int = 0) -> bytes:
+        """Return the content, row 0 first, or that of a smaller level."""
+        return bytes(self.raw.read(level=level))
+
     def read_into(self, data: Data) -> None:
         """Copy the content, row 0 first, into `data`."""
         self.raw.read_into(data)

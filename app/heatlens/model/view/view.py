@@ -42,11 +42,12 @@ class Against(StrEnum):
 
 
 GRID_MOST = 4  # looks beside each other
-DIFFERENCE_GAINS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+DIFFERENCE_GAINS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # steps of the keys
+GAIN_LEAST, GAIN_MOST = 0.5, 64.0
 ZOOM_LEAST, ZOOM_MOST = 1 / 64, 256.0  # pixels of the screen for one of the picture
 STOPS_MOST = 30.0  # of exposure: beyond this, everything is white or black
 _GAMMA_MOST = 10.0
-_PLACE_MOST_PX = 1e7  # of the middle of the viewport, far outside any picture
+_PLACE_MOST_PX = 1e12  # of the middle of the viewport, beyond any zoom into a corner
 DistanceUnit = Literal["m", "ft"]
 
 
@@ -120,7 +121,7 @@ class ViewState:
         check_exposure(self.exposure_stops, self.gamma)
         check_range("zoom", self.zoom, ZOOM_LEAST, ZOOM_MOST)
         check_range("place of the handle", self.wipe, 0.0, 1.0)
-        check_range("gain", self.difference_gain, DIFFERENCE_GAINS[0], DIFFERENCE_GAINS[-1])
+        check_range("gain", self.difference_gain, GAIN_LEAST, GAIN_MOST)
         for place in self.center_px or ():
             check_range("place in the middle", place, -_PLACE_MOST_PX, _PLACE_MOST_PX)
         if self.unit not in get_args(DistanceUnit):

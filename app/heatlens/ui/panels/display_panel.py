@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.shot.grade import Grade
 from heatlens.model.shot.settings import Method, barred_methods
-from heatlens.model.view.view import Against, Compare, Overlay, ViewState
+from heatlens.model.view.view import GAIN_LEAST, GAIN_MOST, Against, Compare, Overlay, ViewState
 from heatlens.session.pictures.picture_view import ColorChoice
 from heatlens.ui import probe, widgets
 
@@ -99,7 +99,8 @@ def _compare(
     view: ViewState, reference: str | None, has_many_views: bool, say: Callable[[str], None]
 ) -> ViewState:
     if view.compare is Compare.DIFFERENCE:
-        gain = widgets.drag("gain", view.difference_gain, 0.05, 0.5, 64.0, "x %.1f", say)
+        ends = (GAIN_LEAST, GAIN_MOST)
+        gain = widgets.drag("gain", view.difference_gain, 0.05, *ends, "x %.1f", say)
         view = replace(view, difference_gain=gain)
     choices: dict[str, tuple[Against, Method]] = {"pinhole": (Against.PINHOLE, view.b_method)}
     if reference is not None:
