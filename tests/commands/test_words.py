@@ -7,7 +7,7 @@ import pytest
 
 from heatlens.commands.main import _with_command, main
 from heatlens.commands.options.value_types import f_number, millimetres, number
-from heatlens.gpu.context import _help
+from heatlens.gpu.opengl.gl_device import _help
 from support.command_line import CAMERA, channels, picture, refused, render
 from support.exr_files import write_file
 
@@ -97,7 +97,7 @@ def test_a_wrong_option_is_answered_with_the_right_one(capsys, words, meant):
         (("camera", "s.heatlens.json", "-o", "c.usda", "--cat-eye=0.5"), "takes --cat-eye."),
         (("render", "p.exr", "-o", "o.exr", "--camera", "cam.json"), "`heatlens shot new` and"),
         (("render", "p.exr", "-o", "o.exr", "--lens-from=take.csv@1001"), "`heatlens view`."),
-        (("render", "p.exr", "-o", "o.exr", "--fokus", "2"), "--focus-distance or --focus-at?"),
+        (("render", "p.exr", "-o", "o.exr", "--fokus", "2"), "Did you mean --focus-distance?"),
         (("render", "p.exr", "-o", "o.exr", "--blende", "2"), "Did you mean --f-stop?"),
         (("--f-stop", "2", "render", "a.exr", "-o", "b.exr"), "heatlens render a.exr -o b.exr "),
     ],

@@ -55,7 +55,7 @@ def test_every_frame_of_a_cut_is_that_of_opentimelineio(timeline):
     try:
         reel = reel_of(timeline)
     except InputError as error:
-        assert "no clip" in str(error)
+        assert "no clip" in str(error) or "no shot" in str(error)  # none lasts a frame
         assume(False)
     for number, frame in enumerate(shown_in(reel)):
         time = RationalTime(number + 1e-5, reel.frames_per_second)  # beyond errors of rounding

@@ -117,10 +117,10 @@ def test_an_answer_cannot_name_anything_else(name, given):
 
 
 def test_values_come_back_as_they_were():
-    values = [np.arange(6.0).reshape(2, 3), np.float32(2), {"a": (1, None, b"x")}, InputError("no")]
+    values = [np.arange(6.0).reshape(2, 3), np.float32(2), {"a": (1, None, b"x")}]
     back = unpacked(packed(values))
     np.testing.assert_array_equal(back[0], values[0])
-    assert back[1:3] == values[1:3] and str(back[3]) == "no"
+    assert back[1:] == values[1:]
 
 
 def test_an_answer_that_names_another_function_is_refused(tmp_path, tests_importable):
