@@ -156,14 +156,19 @@ def asked(tmp_path, request) -> tuple[str, object]:
 LOUD = sorted(name for name in READERS if "documents" not in name)
 
 
+QUIET: dict[str, bytes] = {}  # the answer of each reader that prints nothing
+
+
 @pytest.mark.parametrize("asked", LOUD, indirect=True)
-@pytest.mark.parametrize("amount", NOISE)
-@pytest.mark.parametrize("way", WAYS)
-def test_a_reader_that_prints_gives_the_same_answer(asked, amount, way, tests_importable):
+@pytest.mark.parametrize(
+    ("way", "amount"), [*((way, "little") for way in WAYS), ("descriptor", "much"), ("C", "much")]
+)
+def test_a_reader_that_prints_gives_the_same_answer(asked, way, amount, tests_importable):
     reader, argument = asked
-    quiet = packed(called_apart(named(reader), argument, "a file"))
+    if reader not in QUIET:
+        QUIET[reader] = packed(called_apart(named(reader), argument, "a file"))
     loud = called_apart(noisy, Noisy(reader, argument, way, NOISE[amount]), "a file")
-    assert packed(loud) == quiet
+    assert packed(loud) == QUIET[reader]
 
 
 def write_aaf(path: Path, mob: str) -> None:
