@@ -10,9 +10,10 @@ from contextlib import ExitStack, contextmanager
 from threading import Thread, current_thread, main_thread
 
 from heatlens.base.errors import InputError
+from heatlens.base.last_words import LastWords
 from heatlens.export.plan import PlannedFrame
 from heatlens.export.run import FrameDone
-from heatlens.farm.events import Event, Said, event_in
+from heatlens.farm.events import Event, event_in
 from heatlens.sequence.names import frames_text
 
 _TOLD = ("--progress=json", "--quiet")
@@ -67,7 +68,7 @@ class ProcessMaker:
     def _read(self, process: "subprocess.Popen[str]") -> None:
         """Pass on the events of a process, and its end; runs on a thread."""
         assert process.stdout is not None
-        said = Said(process)
+        said = LastWords(process)
         for line in process.stdout:
             if (event := event_in(line)) is not None:
                 self._news.put(event)

@@ -18,12 +18,13 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import Thread, local
+from threading import local
 from typing import BinaryIO, TypeVar, cast
 
 import heatlens
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.faults import told_error
+from heatlens.base.last_words import LastWords
 from heatlens.base.stopping import end_with
 from heatlens.files import limits
 from heatlens.files.answers import AnswerError, packed, unpacked
@@ -33,7 +34,6 @@ Result = TypeVar("Result")
 
 _FAILED = 1  # exit code of Python for an uncaught error
 _NO_MEMORY = 71  # EX_OSERR of sysexits.h, a system error
-_SAID_BYTES = 65536
 
 _running: set["subprocess.Popen[bytes]"] = set()
 _of_thread = local()  # holds `stop` in threads that can be stopped
@@ -102,15 +102,10 @@ def called_apart(read: Callable[[Argument], Result], argument: Argument, what: s
     return cast(Result, outcome)
 
 
-def _exchanged(process: "subprocess.Popen[bytes]", asked: bytes) -> tuple[bytes, bytes]:
-    """Return the answer of `process` and the end of what it printed.
-
-    A library may print without end, so only the last bytes are kept.
-    """
+def _exchanged(process: "subprocess.Popen[bytes]", asked: bytes) -> tuple[bytes, str]:
+    """Return the answer of `process` and the end of what it printed."""
     assert process.stdin is not None and process.stdout is not None
-    said = bytearray()
-    listener = Thread(target=_listen, args=(process, said), daemon=True)
-    listener.start()
+    said = LastWords(process)
     with process:
         with suppress(BrokenPipeError):  # it ended early: its exit code tells why
             process.stdin.write(asked)
@@ -118,16 +113,8 @@ def _exchanged(process: "subprocess.Popen[bytes]", asked: bytes) -> tuple[bytes,
             process.stdin.close()
         written = process.stdout.read()
         process.wait()
-        listener.join()
-    return written, bytes(said)
-
-
-def _listen(process: "subprocess.Popen[bytes]", said: bytearray) -> None:
-    """Keep the last bytes that the process prints; runs on a thread."""
-    assert process.stderr is not None
-    while part := os.read(process.stderr.fileno(), _SAID_BYTES):
-        said += part
-        del said[:-_SAID_BYTES]
+        words = said.text()
+    return written, words
 
 
 @atexit.register
@@ -137,11 +124,11 @@ def end_all() -> None:
         process.kill()
 
 
-def _check_end(code: int, said: bytes, what: str) -> None:
+def _check_end(code: int, said: str, what: str) -> None:
     """Raise an error for a process that ended with a `code` other than 0."""
     gigabytes = f"{limits.gigabytes_most():g} GB of memory"
     if code == _FAILED:
-        raise told_error(RuntimeError(said.decode(errors="replace")), f"{what}: not read")
+        raise told_error(RuntimeError(said), f"{what}: not read")
     if -code in limits.TIME_SIGNALS:
         raise InputError(
             f"{what} cannot be read within {limits.seconds_most():g} s of processor time and "

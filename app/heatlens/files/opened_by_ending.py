@@ -35,6 +35,7 @@ _OF_PILLOW: dict[str, tuple[str, ...]] = {
     ".webp": ("WEBP",),
 }
 INSIDE = ("PNG", "JPEG", "WEBP")  # pictures inside other files: maps, materials, stills
+# The first bytes of files -> what they are, and the ending with which heatlens reads them.
 _BEGINNINGS = {
     b"\x89PNG": ("PNG", ".png"),
     b"\xff\xd8\xff": ("JPEG", ".jpg"),
@@ -43,6 +44,7 @@ _BEGINNINGS = {
     b"RIFF": ("WebP", ".webp"),
     b"BM": ("BMP", ".bmp"),
     b"\x76\x2f\x31\x01": ("OpenEXR", ".exr"),
+    b"\x93NUMPY": ("NumPy", ".npy"),
     b"%!PS": ("PostScript", ""),
     b"%PDF": ("PDF", ""),
     b"GIF8": ("GIF", ""),
@@ -70,6 +72,11 @@ def picture_of(data: bytes, formats: tuple[str, ...] = INSIDE) -> Image.Image:
     return Image.open(BytesIO(data), formats=formats)
 
 
+def ending_of(head: bytes) -> str:
+    """Return the ending for a file that begins with these bytes; "" if heatlens reads none such."""
+    return next((it for begins, (_, it) in _BEGINNINGS.items() if head.startswith(begins)), "")
+
+
 def check_content(path: Path) -> None:
     """Raise InputError for a file that begins as one of another kind than its ending tells."""
     with opened_file(path) as file:
@@ -77,9 +84,7 @@ def check_content(path: Path) -> None:
     for begins, (kind, ending) in _BEGINNINGS.items():
         if head.startswith(begins) and not _is_one(path, ending):
             help_ = f"rename it to {path.with_suffix(ending).name}" if ending else "convert it"
-            raise InputError(
-                f"{path} is {kind}, although its name ends in {path.suffix}: {help_}."
-            )
+            raise InputError(f"{path} is {kind}, although its name ends in {path.suffix}: {help_}.")
 
 
 def _is_one(path: Path, ending: str) -> bool:

@@ -9,17 +9,9 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.base.stopping import unfinished
+from heatlens.files.opened_by_ending import ending_of
 
 DASH = "-"
-# The first bytes of files -> the extension with which they are read.
-_MAGIC = {
-    b"\x76\x2f\x31\x01": ".exr",
-    b"\x89PNG": ".png",
-    b"\xff\xd8\xff": ".jpg",
-    b"II*\0": ".tif",
-    b"MM\0*": ".tif",
-    b"\x93NUMPY": ".npy",
-}
 
 
 @contextmanager
@@ -35,8 +27,8 @@ def file_of_input(path: Path) -> Iterator[Path]:
         raise InputError("The name - is standard input, but nothing is piped into it.")
     with _folder() as folder:
         data = sys.stdin.buffer.read()
-        suffix = next((end for magic, end in _MAGIC.items() if data.startswith(magic)), None)
-        if suffix is None:
+        suffix = ending_of(data)
+        if not suffix:
             found = "is empty" if not data else "is neither an EXR nor a PNG, JPEG or TIFF"
             raise InputError(f"Standard input {found}.")
         spooled = folder / f"stdin{suffix}"
