@@ -79,7 +79,7 @@ def test_each_value_is_that_of_a_study_of_the_frame(capsys, tmp_path, boards):
 
 
 @pytest.mark.parametrize(
-    ("kind", "size"), [("one flat plate", (64, 36)), ("one twice as large, halved", (128, 72))]
+    ("kind", "size"), [("one flat plate", (64, 36)), ("a plate twice as large, halved", (128, 72))]
 )
 def test_a_plate_is_what_render_makes_of_the_written_plate(capsys, tmp_path, boards, kind, size):
     """A user who writes the plate, blurs it and compares it finds the figure of the table."""

@@ -9,14 +9,13 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from heatlens.gpu.shader_source import ShaderSource
 
-Texel = Literal["f1", "f2", "f4", "u4"]
 Data: TypeAlias = bytes | bytearray | memoryview | npt.NDArray[np.generic]
 Area = tuple[int, int, int, int]  # x, y, width and height in pixels
 

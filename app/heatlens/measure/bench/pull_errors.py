@@ -28,7 +28,7 @@ class Input(StrEnum):
 
     SCENE = "the scene"
     PLATE = "one flat plate"
-    LARGER = "one twice as large, halved"
+    LARGER = "a plate twice as large, halved"
 
 
 _TIMES_LARGER = {Input.PLATE: 1, Input.LARGER: 2}
