@@ -1,12 +1,20 @@
-"""A shot whose second half is in another unit."""
+"""A shot whose second half is in another unit, and a scheduler that waits for workers."""
 
 import numpy as np
 import pytest
 
 from heatlens.documents.shot_file import write_shot
+from support.dask_cluster import dask_cluster
 from support.exports import CAMERA, FRAMES, shot_of
 from support.exr_files import write_file
 from support.plates import room
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory):
+    """Start a scheduler of Dask without workers, for the tests of a file."""
+    with dask_cluster(tmp_path_factory.mktemp("scheduler"), workers=0) as found:
+        yield found
 
 
 @pytest.fixture

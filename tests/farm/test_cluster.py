@@ -31,12 +31,6 @@ def cluster(tmp_path_factory):
         yield found
 
 
-@pytest.fixture(scope="module")
-def scheduler(tmp_path_factory):
-    with dask_cluster(tmp_path_factory.mktemp("scheduler"), workers=0) as found:
-        yield found
-
-
 @pytest.fixture
 def lost(scheduler):
     """A cluster whose workers and exports are killed."""

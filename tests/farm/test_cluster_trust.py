@@ -11,7 +11,7 @@ from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.farm import elsewhere
 from heatlens.farm.connection import met, own_host
-from support.dask_cluster import DaskCluster, dask_cluster, wait_for
+from support.dask_cluster import DaskCluster, wait_for
 from support.exports import exported, files_in, refused
 from support.lying_worker import ANSWERS, LIES
 
@@ -27,12 +27,6 @@ class Ran:
 async def dask_setup(scheduler):
     scheduler.handlers["%s"] = lambda *_, **__: {"id": "x", "workers": ToPickle(Ran())}
 """
-
-
-@pytest.fixture(scope="module")
-def scheduler(tmp_path_factory):
-    with dask_cluster(tmp_path_factory.mktemp("scheduler"), workers=0) as found:
-        yield found
 
 
 @pytest.fixture
