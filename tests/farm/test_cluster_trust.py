@@ -1,16 +1,20 @@
 """Nothing that a cluster sends runs code here, or counts as made before it is seen here."""
 
+import asyncio
 import os
 import subprocess
 
 import distributed
 import psutil
 import pytest
+from distributed.comm import connect, listen
+from distributed.protocol.serialize import ToPickle
 
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.farm import elsewhere
-from heatlens.farm.connection import met, own_host
+from heatlens.farm.connection import library, met, own_host
+from heatlens.farm.data_only import NotDataError, take_only_data
 from support.dask_cluster import DaskCluster, wait_for
 from support.exports import exported, files_in, refused
 from support.lying_worker import ANSWERS, LIES
@@ -69,6 +73,23 @@ def test_a_worker_listens_on_no_address_of_others(capsys, scheduler):
 def impatient(monkeypatch):
     """No file comes late, as it may from a network disk."""
     monkeypatch.setattr(elsewhere, "_LATE_S", 0.0)
+
+
+def test_a_connection_that_sends_code_is_closed():
+    """Else each such message would leave a socket open."""
+    take_only_data(library())
+
+    async def talk() -> bool:
+        async def says(other) -> None:
+            await other.write({"x": ToPickle(os.getcwd)})
+
+        async with listen("tcp://127.0.0.1:0", says) as listener:
+            line = await connect(listener.contact_address)
+            with pytest.raises(NotDataError, match="getcwd"):
+                await line.read()
+            return bool(line.closed())
+
+    assert asyncio.run(talk())
 
 
 @pytest.mark.parametrize("how", sorted(ANSWERS))

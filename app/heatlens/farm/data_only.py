@@ -9,6 +9,7 @@ import builtins
 import io
 import pickle
 from collections.abc import Iterable
+from functools import cache
 from typing import Any
 
 # A future holds the name of a task; results that are bytes name their type.
@@ -34,6 +35,7 @@ def _read(data: Any, *, buffers: Iterable[Any] = ()) -> Any:
     return _DataReader(io.BytesIO(data), buffers=buffers).load()
 
 
+@cache  # once for each process
 def take_only_data(distributed: Any) -> None:
     """Let the clients of Dask in this process take only data.
 
@@ -42,3 +44,21 @@ def take_only_data(distributed: Any) -> None:
     distributed.protocol.pickle.loads = _read
     distributed.client.loads = _read
     distributed.Client._default_event_handlers = {}
+    _close_after_refusals(distributed.comm.tcp.TCP)
+
+
+def _close_after_refusals(connection: Any) -> None:
+    """Let this class of connections close one that has sent something other than data.
+
+    Dask closes a connection for every error of reading but that of an unreadable message.
+    """
+    read = connection.read
+
+    async def read_data(self: Any, *words: Any, **named: Any) -> Any:
+        try:
+            return await read(self, *words, **named)
+        except NotDataError:
+            self.abort()
+            raise
+
+    connection.read = read_data
