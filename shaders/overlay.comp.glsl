@@ -7,7 +7,7 @@
 //   out_overlay_img   display RGB with straight alpha
 
 #ifndef MODE
-#define MODE zones_color  // or no_color, focus_plane_color, coc_color, depth_color, layers_color
+#define MODE zones_color  // the function that an overlay's record names
 #endif
 #ifndef PEAKING
 #define PEAKING 0  // 1: areas in focus are coloured over that
@@ -87,7 +87,7 @@ vec4 peaking_color(float coc, ivec2 at) {
 
 vec4 depth_color(ivec2 at, float coc) {
     float far = (coc - range_px.x) / max(range_px.y - range_px.x, 1e-6);
-    return vec4(vec3(1.0 - clamp(far, 0.0, 1.0)), 1.0);
+    return vec4(mix(OVERLAY_DEPTH_NEAR, OVERLAY_DEPTH_FAR, clamp(far, 0.0, 1.0)), 1.0);
 }
 
 vec4 layers_color(ivec2 at, float coc) {

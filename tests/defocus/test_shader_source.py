@@ -15,6 +15,7 @@ from heatlens.gpu.device import Device
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_source import assemble
 from heatlens.model.shot.settings import LAYERS_MAX
+from heatlens.model.view.overlays import OVERLAYS, overlay_of
 from support.command_line import ENVIRONMENT
 
 _EVERY_TEXT = """
@@ -72,7 +73,7 @@ def test_an_include_that_is_there_already_still_counts_as_a_line(tmp_path: Path)
 def test_constants_that_are_mentioned_are_defined(tmp_path: Path) -> None:
     write(tmp_path, a='#include "b.glsl"\n', b="float side = TILE; vec3 color = OVERLAY_NEAR;\n")
     defines = assemble(tmp_path, "a.glsl").text.split("#line", 1)[0].splitlines()[1:]
-    near = ", ".join(map(str, shader_constants.OVERLAY_NEAR))
+    near = ", ".join(map(str, next(overlay_of("zones").tints())))
     assert sorted(defines) == [
         f"#define OVERLAY_NEAR vec3({near})",
         f"#define TILE {shader_constants.TILE}",
@@ -100,13 +101,15 @@ def test_every_shader_has_the_same_text_in_each_start() -> None:
 def test_no_shader_defines_a_constant_again() -> None:
     paths = sorted(data_dir("shaders").rglob("*.glsl"))
     assert len(paths) > 50
+    tints = (name for overlay in OVERLAYS for name in overlay.colors)
+    constants = {*shader_constants.SHADER_CONSTANTS, *tints}
     for path in paths:
         defined = re.findall(r"^\s*#define\s+(\w+)", path.read_text(), re.M)
-        assert not set(defined) & set(shader_constants.SHADER_CONSTANTS), path.name
+        assert not set(defined) & constants, path.name
 
 
 def test_constants_that_follow_from_each_other() -> None:
-    assert len(shader_constants.OVERLAY_LAYERS) == LAYERS_MAX + 1
+    assert len(list(overlay_of("layers").tints())) == LAYERS_MAX + 1
     growth = 2**shader_constants.SCATTER_GROWTH_LOG2
     assert growth == pytest.approx(shader_constants.SCATTER_GROWTH, rel=1e-6)
 

@@ -3,6 +3,7 @@
 Mesa is lenient; drivers of real GPUs are not. The compiler is Debian's package glslang-tools.
 """
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -10,17 +11,17 @@ from pathlib import Path
 import pytest
 
 from heatlens.base.paths import data_dir
-from heatlens.display import overlay_pass
-from heatlens.doctor.gpu_check import overlay_modes, pass_builds, solver_builds
+from heatlens.doctor.gpu_check import pass_builds, solver_builds
 from heatlens.gpu.shader_source import assemble
-from heatlens.model.view.view import Overlay
+from heatlens.model.view.overlays import overlays_by_name
 
 SHADERS = data_dir("shaders")
 
 
-def test_every_overlay_has_its_build() -> None:
-    assert sorted(overlay_modes()) == sorted(overlay_pass._MODES.values())
-    assert set(overlay_pass._MODES) | {Overlay.NONE} == set(Overlay)
+def test_every_overlay_has_its_function() -> None:
+    text = (SHADERS / "overlay.comp.glsl").read_text()
+    functions = re.findall(r"^vec4 (\w+)\(ivec2 at, float", text, re.M)
+    assert sorted(functions) == sorted(it.function for it in overlays_by_name().values())
 
 
 @pytest.mark.parametrize("builds", [solver_builds(), pass_builds()], ids=["solvers", "passes"])

@@ -10,12 +10,11 @@ import pytest
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.device import Device
-from heatlens.gpu.shader_constants import OVERLAY_FAR, OVERLAY_FOCUS, OVERLAY_NEAR
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.focus.coc import coc_line, coc_px, sharp_px
 from heatlens.model.lens.lens import Lens
 from heatlens.model.view.guides import PEAKING_COLORS, USUAL_PEAKING, Peaking, PeakingOn
-from heatlens.model.view.view import Overlay
+from heatlens.model.view.overlays import OVERLAYS, overlay_of, overlays_by_name
 from heatlens.plate.plate import Plate
 from heatlens.source.pinhole import optics_of
 from support.plates import coc_plate_of, plate_of, room
@@ -63,7 +62,7 @@ def coc_of(plate: Plate, lens: Lens = LENS) -> np.ndarray:
 def drawn(
     overlays: OverlayPass,
     ctx: Device,
-    overlay: Overlay,
+    overlay: str,
     plate: Plate,
     lens: Lens = LENS,
     limits: tuple[float, ...] = LIMITS,
@@ -102,7 +101,7 @@ LENSES = pytest.mark.parametrize(
 def test_zones_are_the_sign_of_the_blur_and_what_counts_as_sharp(ctx, overlays, make, lens):
     plate = make()
     coc, sharp = coc_of(plate, lens), sharp_px(lens, 77)
-    found = drawn(overlays, ctx, Overlay.ZONES, plate, lens)
+    found = drawn(overlays, ctx, "zones", plate, lens)
     assert np.all(found[..., 3] == TINT)
     sure = abs(abs(coc) - sharp) > 1e-5 * (1 + abs(coc))
     expected = np.where((abs(coc) <= sharp)[..., None], YELLOW, BLUE)
@@ -112,7 +111,7 @@ def test_zones_are_the_sign_of_the_blur_and_what_counts_as_sharp(ctx, overlays, 
 
 
 def test_all_three_zones_are_seen_in_the_room(ctx, overlays):
-    found = drawn(overlays, ctx, Overlay.ZONES, room_plate())
+    found = drawn(overlays, ctx, "zones", room_plate())
     assert {tuple(color) for color in found.reshape(-1, 4)[:, :3]} == {ORANGE, YELLOW, BLUE}
 
 
@@ -127,7 +126,7 @@ def seen_lab(display: tuple[float, ...], cones: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("cones", EYES.values(), ids=EYES)
 def test_zones_are_told_apart_by_people_who_cannot_tell_red_from_green(cones):
-    colors = (OVERLAY_NEAR, OVERLAY_FOCUS, OVERLAY_FAR)
+    colors = overlay_of("zones").tints()
     zones = [seen_lab(color, np.array(cones)) for color in colors]
     apart = [float(np.linalg.norm(a - b)) for a, b in combinations(zones, 2)]
     assert min(apart) > 30
@@ -139,7 +138,7 @@ def test_a_blur_of_exactly_what_counts_as_sharp_is_sharp(ctx, overlays):
     plate = coc_plate_of(
         np.zeros((1, 4, 3), np.float32), np.array([[-beyond, -limit, limit, beyond]])
     )
-    found = drawn(overlays, ctx, Overlay.ZONES, plate)[0, :, :3]
+    found = drawn(overlays, ctx, "zones", plate)[0, :, :3]
     np.testing.assert_array_equal(found, [ORANGE, YELLOW, YELLOW, BLUE])
 
 
@@ -147,7 +146,7 @@ def test_a_blur_of_exactly_what_counts_as_sharp_is_sharp(ctx, overlays):
 def test_depth_is_grey_and_darker_the_farther(ctx, overlays, lens):
     """Over dioptres, white at the nearest surface, whatever the lens; the sky is black."""
     plate = room_plate()
-    found = drawn(overlays, ctx, Overlay.DEPTH, plate, lens)
+    found = drawn(overlays, ctx, "depth", plate, lens)
     dioptres = 1.0 / plate.depth_m.astype(np.float64)
     np.testing.assert_allclose(found[..., 0], 255 * dioptres / dioptres.max(), atol=0.6)
     assert np.all(found[..., :3] == found[..., :1]) and np.all(found[..., 3] == 255)
@@ -157,14 +156,14 @@ def test_depth_is_grey_and_darker_the_farther(ctx, overlays, lens):
 
 def test_depth_of_a_coc_plate_is_white_in_front(ctx, overlays):
     plate = coc_room()
-    found = drawn(overlays, ctx, Overlay.DEPTH, plate)[..., 0]
+    found = drawn(overlays, ctx, "depth", plate)[..., 0]
     low, high = plate.coc_px.min(), plate.coc_px.max()
     np.testing.assert_allclose(found, 255 * (high - plate.coc_px) / (high - low), atol=0.6)
 
 
 def test_depth_of_a_wall_is_one_grey(ctx, overlays):
     wall = plate_of(np.zeros((5, 7, 3), np.float32), np.full((5, 7), 3.0, np.float32))
-    assert len(np.unique(drawn(overlays, ctx, Overlay.DEPTH, wall)[..., 0])) == 1
+    assert len(np.unique(drawn(overlays, ctx, "depth", wall)[..., 0])) == 1
 
 
 @PLATES
@@ -172,7 +171,7 @@ def test_depth_of_a_wall_is_one_grey(ctx, overlays):
 def test_layers_are_the_limits_passed(ctx, overlays, make, limits):
     plate = make()
     coc = coc_of(plate)
-    found = drawn(overlays, ctx, Overlay.LAYERS, plate, limits=limits)
+    found = drawn(overlays, ctx, "layers", plate, limits=limits)
     colors, layer = np.unique(found.reshape(-1, 4), axis=0, return_inverse=True)
     expected = np.searchsorted(np.array(limits), coc.ravel())
     sure = np.all([abs(coc.ravel() - limit) > 1e-4 for limit in (*limits, 1e9)], axis=0)
@@ -185,7 +184,7 @@ def test_as_many_layers_as_there_can_be_have_a_tint_each(ctx, overlays):
     coc = np.arange(-4, 4, dtype=np.float32).reshape(1, 8)
     plate = coc_plate_of(np.zeros((1, 8, 3), np.float32), coc)
     limits = tuple(np.arange(-3.5, 3.5))
-    found = drawn(overlays, ctx, Overlay.LAYERS, plate, limits=limits)
+    found = drawn(overlays, ctx, "layers", plate, limits=limits)
     assert len(np.unique(found.reshape(8, 4), axis=0)) == 8
 
 
@@ -195,7 +194,7 @@ def test_the_limits_of_the_renderer_are_ascending_and_fit(ctx, overlays):
     optics = optics_of(plate, plate.bins, replace(LENS, f_stop=0.7))
     cuts = layer_cuts(optics.occupied_px, optics.gaps_px, 7)
     limits = tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
-    found = drawn(overlays, ctx, Overlay.LAYERS, plate, replace(LENS, f_stop=0.7), limits)
+    found = drawn(overlays, ctx, "layers", plate, replace(LENS, f_stop=0.7), limits)
     assert len(limits) == len(cuts) - 1 >= 3
     assert len(np.unique(found.reshape(-1, 4), axis=0)) == len(cuts)
 
@@ -205,7 +204,7 @@ def test_the_widest_blur_has_the_fullest_colour(ctx, overlays, make):
     """Amber in front, blue behind, on a logarithmic scale; dark green where sharp."""
     plate = make()
     coc, sharp = coc_of(plate), sharp_px(LENS, 77)
-    found = drawn(overlays, ctx, Overlay.COC, plate).astype(float)
+    found = drawn(overlays, ctx, "coc", plate).astype(float)
     part = np.log2(1 + abs(coc)) / np.log2(1 + max(abs(coc).max(), 2 * sharp))
     hue = np.where((coc < 0)[..., None], (1.0, 0.55, 0.12), (0.2, 0.6, 1.0))
     expected = 0.06 + part[..., None] * (hue - 0.06)
@@ -224,7 +223,7 @@ def ramp_plate(width: int = 240) -> Plate:
 @pytest.mark.parametrize("focus_m", [1.25, 2.0, 3.3])
 def test_the_plane_in_focus_is_a_line_where_the_floor_passes_it(ctx, overlays, focus_m):
     lens = replace(LENS, focus_distance_m=focus_m, acceptable_coc_mm=0.05)
-    alpha = drawn(overlays, ctx, Overlay.FOCUS_PLANE, ramp_plate(), lens)[..., 3]
+    alpha = drawn(overlays, ctx, "focus plane", ramp_plate(), lens)[..., 3]
     column = (1.0 - 1.0 / focus_m) / 0.8 * 239
     lit = np.flatnonzero(alpha[2] > 200)
     assert abs(alpha.max() - PLANE) <= 0.5 and np.all(alpha == alpha[0])
@@ -236,18 +235,18 @@ def test_the_plane_in_focus_is_a_line_where_the_floor_passes_it(ctx, overlays, f
 def test_the_plane_is_a_thin_unbroken_line_whatever_the_f_stop(ctx, overlays):
     for f_stop in (0.7, 2.8, 11.0):
         lens = replace(LENS, f_stop=f_stop, focus_distance_m=2.0)
-        alpha = drawn(overlays, ctx, Overlay.FOCUS_PLANE, ramp_plate(), lens)[..., 3]
+        alpha = drawn(overlays, ctx, "focus plane", ramp_plate(), lens)[..., 3]
         assert abs(alpha[:, 147:152].max(axis=1).min() - PLANE) <= 0.5, f_stop
 
 
 def test_no_line_where_two_surfaces_meet_in_front_of_and_behind_the_plane(ctx, overlays):
     coc = np.where(np.arange(20) < 10, -12.0, 12.0) * np.ones((4, 1))
     plate = coc_plate_of(np.zeros((4, 20, 3), np.float32), coc)
-    assert drawn(overlays, ctx, Overlay.FOCUS_PLANE, plate)[..., 3].max() == 0
+    assert drawn(overlays, ctx, "focus plane", plate)[..., 3].max() == 0
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 200), (301, 7)])
-@pytest.mark.parametrize("overlay", [o for o in Overlay if o is not Overlay.NONE])
+@pytest.mark.parametrize("overlay", [it.name for it in OVERLAYS])
 def test_every_size_is_covered_to_its_last_pixel(ctx, overlays, size, overlay):
     plate = plate_of(np.zeros((size[1], size[0], 3), np.float32), np.full(size[::-1], 2.0))
     found = drawn(overlays, ctx, overlay, plate)
@@ -266,10 +265,10 @@ def test_peaking_colours_contrasts_of_light_where_it_is_in_focus(ctx, overlays, 
     part = np.clip(edge / stops - 1.0, 0.0, 1.0)
     expected = part * part * (3.0 - 2.0 * part)
     peaking = Peaking(stops=stops)
-    found = drawn(overlays, ctx, Overlay.NONE, plate, LENS, peaking=peaking)
+    found = drawn(overlays, ctx, "none", plate, LENS, peaking=peaking)
     np.testing.assert_allclose(found[..., 3] / 255, expected, atol=0.01)
     blurred = replace(LENS, focus_distance_m=0.5)
-    assert not drawn(overlays, ctx, Overlay.NONE, plate, blurred, peaking=peaking)[..., 3].any()
+    assert not drawn(overlays, ctx, "none", plate, blurred, peaking=peaking)[..., 3].any()
 
 
 def test_peaking_by_distance_needs_no_edge_and_goes_as_far_as_its_blur(ctx, overlays):
@@ -278,21 +277,21 @@ def test_peaking_by_distance_needs_no_edge_and_goes_as_far_as_its_blur(ctx, over
     coc, sharp = np.abs(coc_of(plate)), sharp_px(LENS, 40)
     for blur in (0.5, 1.0, 3.0):
         peaking = Peaking(PeakingOn.DEPTH, blur=blur)
-        found = drawn(overlays, ctx, Overlay.NONE, plate, peaking=peaking)[..., 3] / 255
+        found = drawn(overlays, ctx, "none", plate, peaking=peaking)[..., 3] / 255
         far = np.abs(coc - blur * sharp) > 1e-4
         np.testing.assert_array_equal((found > 0)[far], (coc < blur * sharp)[far])
         inside = (coc < blur * sharp) & far
         np.testing.assert_allclose(
             found[inside], (0.7 - 0.4 * coc / (blur * sharp))[inside], atol=0.01
         )
-    assert not drawn(overlays, ctx, Overlay.NONE, plate, peaking=USUAL_PEAKING)[
+    assert not drawn(overlays, ctx, "none", plate, peaking=USUAL_PEAKING)[
         ..., 3
     ].any()  # there is no edge
 
 
 @pytest.mark.parametrize("name", PEAKING_COLORS)
 def test_peaking_has_the_colour_that_was_chosen(ctx, overlays, name):
-    found = drawn(overlays, ctx, Overlay.NONE, room_plate(), peaking=Peaking(color=name))
+    found = drawn(overlays, ctx, "none", room_plate(), peaking=Peaking(color=name))
     colors = found[found[..., 3] > 0][:, :3]
     assert len(colors)
     np.testing.assert_allclose(colors / 255, [PEAKING_COLORS[name]] * len(colors), atol=0.005)
@@ -303,23 +302,21 @@ def test_peaking_finds_the_edges_of_the_picture_it_is_given(ctx, overlays):
     plate = plate_of(np.full((32, 48, 3), 0.2, np.float32), np.full((32, 48), 2.0))
     light = np.full((16, 24, 3), 0.1, np.float32)
     light[:, 12:] = 0.8
-    found = drawn(overlays, ctx, Overlay.NONE, plate, peaking=USUAL_PEAKING, light=light)[..., 3]
+    found = drawn(overlays, ctx, "none", plate, peaking=USUAL_PEAKING, light=light)[..., 3]
     assert set(np.flatnonzero(found[10])) == {22, 23, 24, 25}
     soft = np.broadcast_to(np.geomspace(0.1, 0.8, 24, dtype=np.float32)[None, :, None], (16, 24, 3))
-    assert not drawn(overlays, ctx, Overlay.NONE, plate, peaking=USUAL_PEAKING, light=soft)[
-        ..., 3
-    ].any()
+    assert not drawn(overlays, ctx, "none", plate, peaking=USUAL_PEAKING, light=soft)[..., 3].any()
 
 
 @PLATES
-@pytest.mark.parametrize("overlay", list(Overlay))
+@pytest.mark.parametrize("overlay", list(overlays_by_name()))
 def test_peaking_lies_over_any_overlay(ctx, overlays, make, overlay):
     """Both laid over a grey picture one after the other are what they are together."""
     plate, grey = make(), np.full(3, 100.0)
     peaking = Peaking(PeakingOn.DEPTH, blur=2.0)
     base, peaks, both = (
         drawn(overlays, ctx, *of[:1], plate, peaking=of[1]).astype(float)
-        for of in ((overlay, None), (Overlay.NONE, peaking), (overlay, peaking))
+        for of in ((overlay, None), ("none", peaking), (overlay, peaking))
     )
     assert (peaks[..., 3] > 0).any() and (peaks[..., 3] == 0).any()
 

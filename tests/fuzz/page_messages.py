@@ -26,7 +26,7 @@ from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.view.view import ViewState
 from heatlens.session.door.door import REQUESTS
 from heatlens.session.session import Session
-from heatlens.share.asked import _FIELDS, SHARED, parsed
+from heatlens.share.asked import _FIELDS, parsed, shared
 from heatlens.share.headless import HeadlessLoop
 from heatlens.share.shared import SharedSession
 
@@ -39,7 +39,7 @@ _CHANGED = {"lens": Lens, "blur": DefocusSettings, "view": ViewState}
 def messages(count: int, seed: int) -> Iterator[dict[str, object]]:
     """Yield messages as they come out of the parser; most have a sense."""
     chance = random.Random(seed)
-    names = sorted(SHARED - _SLOW)
+    names = sorted(shared() - _SLOW)
     for _ in range(count):
         kind = chance.random()
         if kind < 0.3:

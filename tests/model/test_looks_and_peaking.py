@@ -17,7 +17,7 @@ from heatlens.model.view.guides import (
     Peaking,
     PeakingOn,
 )
-from heatlens.model.view.view import Against, Compare, Overlay, ViewState
+from heatlens.model.view.view import Against, Compare, ViewState
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 
@@ -81,12 +81,10 @@ def test_peaking_has_ranges_and_colours():
 def test_a_view_begins_with_the_whole_picture_as_it_is():
     view = ViewState()
     assert view.zoom is view.center_px is None and view.depth_of_field
-    assert (view.overlay, view.compare, view.against) == (
-        *(Overlay.NONE, Compare.OFF, Against.PINHOLE),
-    )
+    assert (view.overlay, view.compare, view.against) == (*("none", Compare.OFF, Against.PINHOLE),)
     assert (view.wipe, view.difference_gain) == (0.5, 4.0)
     assert (view.exposure_stops, view.gamma, view.unit) == (0.0, 1.0, "m")
     assert not view.is_peaking and view.guides == Guides() and view.peaking == Peaking()
     assert not view.has_overlay
-    for shown in (ViewState(overlay=Overlay.ZONES), ViewState(is_peaking=True)):
+    for shown in (ViewState(overlay="zones"), ViewState(is_peaking=True)):
         assert shown.has_overlay

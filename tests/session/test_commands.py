@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import Method
 from heatlens.model.shot.shot import LensParameter
-from heatlens.model.view.view import DIFFERENCE_GAINS, Against, Compare, Overlay
+from heatlens.model.view.view import DIFFERENCE_GAINS, Against, Compare
 from heatlens.plate.coc_line import focused_at
 from heatlens.session.keys.key_rows import CAMERA, RowChoice
 from heatlens.session.messages import SHOWN_S, Messages, Problem
@@ -67,7 +67,7 @@ def test_focus_in_dioptres_is_never_within_the_focal_length(focal_mm, dioptres):
 def test_one_thing_is_compared_at_a_time_and_the_same_again_is_none(session):
     view = session.pictures.commands
     for command, field, off in (
-        (view.toggle_overlay, "overlay", (Overlay.ZONES, Overlay.DEPTH, Overlay.NONE)),
+        (view.toggle_overlay, "overlay", ("zones", "depth", "none")),
         (view.toggle_compare, "compare", (Compare.WIPE, Compare.FLIP, Compare.OFF)),
     ):
         first, second, none = off

@@ -8,7 +8,7 @@ from heatlens.base.errors import InputError
 from heatlens.model.curves.interpolation import Interpolation
 from heatlens.model.shot.grade import Grade
 from heatlens.model.shot.settings import Bokeh, Method, Quality
-from heatlens.model.view.view import Against, Compare, Overlay
+from heatlens.model.view.view import Against, Compare
 from heatlens.session.door.door import Door
 from heatlens.session.door.named_commands import Command, named_commands
 from heatlens.session.files import window_door
@@ -130,7 +130,7 @@ def test_overlays_exclude_each_other(session, commands):
             commands[name].is_on()
             and not commands["Depth" if name != "Depth" else "Layers"].is_on()
         )
-    assert session.facts.view.overlay is Overlay.ZONES
+    assert session.facts.view.overlay == "zones"
 
 
 def test_undo_names_what_it_undoes_and_is_barred_without(session, commands):

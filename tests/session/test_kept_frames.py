@@ -10,7 +10,7 @@ from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.gpu.textures import download
 from heatlens.model.curves.frames import FrameRange
 from heatlens.model.shot.shot import LensParameter
-from heatlens.model.view.view import Compare, Overlay
+from heatlens.model.view.view import Compare
 from heatlens.model.view.view_geometry import Viewport
 from heatlens.plate.read import read_plate
 from heatlens.preview.shown import Shown
@@ -176,7 +176,7 @@ def test_kept_frames_play_alone_where_nothing_else_is_shown(session, pull):
     assert pull.is_alone
     view = session.pictures.commands
     for change in (
-        {"overlay": Overlay.ZONES},
+        {"overlay": "zones"},
         {"compare": Compare.WIPE},
         {"depth_of_field": False},
     ):
@@ -266,7 +266,7 @@ def test_the_frame_at_the_playhead_is_shown_as_it_was_rendered(session, pull, sc
     assert later is not shown and later.texture is shown.texture
     kept = pull.store.memory.get(pull.jobs.of(FIRST + 2).key)
     np.testing.assert_array_equal(download(later.texture), kept.pixels.astype(np.float32))
-    session.pictures.commands.toggle_overlay(Overlay.ZONES)
+    session.pictures.commands.toggle_overlay("zones")
     assert screen.shown() is None
     plain = Shown(later.texture, later.shot, 1, later.shot.defocus, 0.0)
     assert screen.windows(plain) is None and screen.uploaded(plain) is plain

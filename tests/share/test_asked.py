@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from heatlens.base.errors import InputError
 from heatlens.session.door.door import REQUESTS, Door
-from heatlens.share.asked import SHARED, check, parsed, turns_lens
+from heatlens.share.asked import check, parsed, shared, turns_lens
 from heatlens.share.shared import SharedSession
 from support.evening import begun, settled, write_plates
 
@@ -72,8 +72,8 @@ def test_who_adds_a_command_says_whether_pages_have_it(door):
     """Those that open, write or delete files, or choose between sources, stay in the window."""
     kept = {"Render frames ahead", "Clear rendered frames", "Next shot", "Previous shot"}
     own = {command.name for command in door.commands if command.menu == "File"}
-    assert {command.name for command in door.commands} == SHARED | own | kept
-    assert not SHARED & (own | kept)
+    assert {command.name for command in door.commands} == shared() | own | kept
+    assert not shared() & (own | kept)
 
 
 def _passes(message):

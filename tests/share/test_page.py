@@ -7,8 +7,8 @@ import pytest
 
 import heatlens
 from heatlens.session.door.door import REQUESTS
-from heatlens.share.asked import _REQUESTS, SHARED
-from heatlens.ui.menus import ITEMS
+from heatlens.share.asked import _REQUESTS, shared
+from heatlens.ui.menus import items
 
 WEB = Path(heatlens.__file__).parent / "web"
 FILES = sorted(WEB.iterdir())
@@ -35,19 +35,19 @@ def commands_of(text: str) -> dict[str, str]:
 
 def test_keys_are_those_of_the_window():
     own = commands_of((WEB / "keys.js").read_text(encoding="utf-8"))
-    menus = {item.shortcut: item.name for item in ITEMS if item.shortcut}
-    assert len(own) > 30
+    menus = {item.shortcut: item.name for item in items() if item.shortcut}
+    assert len(own) > 25
     assert own.items() <= menus.items()
 
 
 def test_what_the_page_asks_for_is_allowed():
     text = "".join(file.read_text(encoding="utf-8") for file in WEB.glob("*.js"))
-    menus = {item.name: item.menu for item in ITEMS}
+    menus = {item.name: item.menu for item in items()}
     menus |= {f"Matte {name}": "View" for name in ("2.39", "1.85", "16:9", "9:16")}
     rows = text.split("const ROWS")[1].split("];\n")[0]
     asked = set(re.findall(r'(?:link\.do|_link\.do)\("([^"]+)"', text))
     asked |= set(re.findall(r'"([^"]+)"', re.sub(r'\["[^"]+", \[', "", rows))) & menus.keys()
     assert len(asked) > 25
     for name in asked:
-        assert name in _REQUESTS or name in SHARED, name
+        assert name in _REQUESTS or name in shared(), name
     assert set(_REQUESTS) <= REQUESTS.keys()

@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from heatlens.commands.main import main
+from heatlens.model.view.overlays import OVERLAYS
 from support.browser import Served, chromium
 from support.evening import write_plates
 
@@ -103,6 +104,23 @@ def test_the_wheel_turns_under_a_finger_before_any_answer(page):
     page.run("window.mute = false")
     page.touch([(x, y)], *([(x, y + 6 * i)] for i in range(1, 10)))
     page.until(lambda: page.focus == page.turned, "the session that follows")
+
+
+def test_every_overlay_has_a_button_and_its_key(page):
+    buttons = "return [...document.querySelectorAll('#more button')].map((it) => it.textContent)"
+    page.until(lambda: {it.words for it in OVERLAYS} <= set(page.run(buttons)), "the buttons")
+    for it in OVERLAYS:
+        for is_on in ("true", "false"):
+            page.press(it.key.lower())
+            page.until(partial(is_pressed, page, it.words, is_on), it.words)
+
+
+def is_pressed(page, words, is_on):
+    return page.run(
+        "return [...document.querySelectorAll('#more button')]"
+        ".find((it) => it.textContent === arguments[0]).ariaPressed === arguments[1]",
+        *(words, is_on),
+    )
 
 
 def test_two_fingers_zoom_and_do_not_focus(page):

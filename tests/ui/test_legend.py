@@ -8,9 +8,9 @@ from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.depth_words import DepthConvention, DepthKind
 from heatlens.model.view.guides import USUAL_PEAKING
-from heatlens.model.view.view import Overlay
+from heatlens.model.view.overlays import entries, overlays_by_name
 from heatlens.plate.plate import DepthReport
-from heatlens.ui.picture.legend import LegendFacts, entries
+from heatlens.ui.picture.legend import legend_facts
 
 COCS = np.array([[-40.0, -7.0, 0.0, 0.5, 6.0, 30.0]], np.float32)
 OPTICS = Optics(None, np.sort(COCS.ravel()).astype(np.float64))
@@ -18,7 +18,7 @@ LIMITS = (-10.0, -1.0, 10.0)
 DEPTH = DepthReport("Z", DepthConvention.DISTANCE, DepthKind.PLANAR, "", 0.5, 8.0, 3, 0)
 
 
-def drawn(ctx, overlay: Overlay) -> np.ndarray:
+def drawn(ctx, overlay: str) -> np.ndarray:
     """Return the (6, 3) display colours of the six pixels."""
     size = COCS.shape[::-1]
     depth, out = new_texture(ctx, size, 1), ctx.texture(size, 4)
@@ -30,15 +30,15 @@ def drawn(ctx, overlay: Overlay) -> np.ndarray:
 @pytest.mark.parametrize(
     ("overlay", "of_entry"),
     [
-        (Overlay.ZONES, {0: 0, 1: 2, 2: 5}),
-        (Overlay.COC, {0: 0, 1: 2}),
-        (Overlay.LAYERS, {0: 0, 1: 1, 2: 3, 3: 5}),
-        (Overlay.DEPTH, {0: 0, 1: 5}),
-        (Overlay.FOCUS_PLANE, {0: 2}),
+        ("zones", {0: 0, 1: 2, 2: 5}),
+        ("coc", {0: 0, 1: 2}),
+        ("layers", {0: 0, 1: 1, 2: 3, 3: 5}),
+        ("depth", {0: 0, 1: 5}),
+        ("focus plane", {0: 2}),
     ],
 )
 def test_colors_are_those_that_are_drawn(ctx, overlay, of_entry):
-    legend = entries(overlay, LegendFacts(OPTICS, 1.0, LIMITS, DEPTH, "m"))
+    legend = entries(overlay, legend_facts(OPTICS, 1.0, LIMITS, DEPTH, "m"))
     assert len(legend) >= len(of_entry)
     pixels = drawn(ctx, overlay)
     for entry, pixel in of_entry.items():
@@ -46,17 +46,17 @@ def test_colors_are_those_that_are_drawn(ctx, overlay, of_entry):
 
 
 def test_numbers_are_those_of_lens_and_plate():
-    facts = LegendFacts(OPTICS, 1.25, LIMITS, DEPTH, "ft")
-    words = {o: [e.words for e in entries(o, facts)] for o in Overlay}
-    assert words[Overlay.COC] == ["nearest 40.0 px", "in focus, up to 1.2 px", "farthest 30.0 px"]
-    assert words[Overlay.DEPTH] == ["1'7.7\"", "infinity"]
-    assert words[Overlay.LAYERS] == ["up to -10 px", "-10 to -1 px", "-1 to +10 px", "from +10 px"]
-    assert words[Overlay.NONE] == []
+    facts = legend_facts(OPTICS, 1.25, LIMITS, DEPTH, "ft")
+    words = {o: [e.words for e in entries(o, facts)] for o in overlays_by_name()}
+    assert words["coc"] == ["nearest 40.0 px", "in focus, up to 1.2 px", "farthest 30.0 px"]
+    assert words["depth"] == ["1'7.7\"", "infinity"]
+    assert words["layers"] == ["up to -10 px", "-10 to -1 px", "-1 to +10 px", "from +10 px"]
+    assert words["none"] == []
 
 
 def test_peaking_stands_under_the_overlay_that_it_lies_over():
-    facts = LegendFacts(OPTICS, 1.25, LIMITS, DEPTH, "m")
-    both = entries(Overlay.ZONES, facts, USUAL_PEAKING)
-    alone = entries(Overlay.NONE, facts, USUAL_PEAKING)
+    facts = legend_facts(OPTICS, 1.25, LIMITS, DEPTH, "m")
+    both = entries("zones", facts, USUAL_PEAKING)
+    alone = entries("none", facts, USUAL_PEAKING)
     assert len(both) == 4 and both[-1] == alone[0]
     assert alone[0].color == USUAL_PEAKING.rgb and alone[0].words == "edges in focus, up to 1.2 px"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.model.view.view import Compare, Overlay
+from heatlens.model.view.view import Compare
 from heatlens.ui.picture.picture_alone import PictureAlone
 from support.session_files import HEIGHT, WIDTH
 
@@ -60,7 +60,7 @@ def test_a_click_in_the_picture_alone_focuses(gui):
 
 def test_the_second_window_shows_the_whole_picture_and_nothing_over_it(gui):
     gui.settled()
-    gui.session.pictures.commands.change(overlay=Overlay.ZONES, compare=Compare.OFF)
+    gui.session.pictures.commands.change(overlay="zones", compare=Compare.OFF)
     gui.do("1:1")
     alone, size = PictureAlone(gui.ctx), (2 * WIDTH + 40, 2 * HEIGHT)
     alone.draw(gui.screen.picture.pictures, gui.session.facts.view, size)

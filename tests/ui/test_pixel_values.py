@@ -12,7 +12,7 @@ from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
 from heatlens.model.focus.coc import coc_line, coc_px, sharp_px
 from heatlens.model.units import format_distance
-from heatlens.model.view.view import Against, Compare, Overlay
+from heatlens.model.view.view import Against, Compare
 from heatlens.ui.picture.pixel_values import value_words
 from support.session_files import BALL, BALL_M, SKY, WIDTH
 
@@ -106,7 +106,7 @@ def test_before_a_plate_a_lens_that_breathes_is_read_where_it_shows_the_frame(gu
     session = gui.session
     breathing = replace(session.facts.lens, breathing=0.6, close_focus_m=1.0, focus_distance_m=1.0)
     session.editing.edit_lens(breathing)
-    session.pictures.commands.toggle_overlay(Overlay.ZONES)
+    session.pictures.commands.toggle_overlay("zones")
     gui.rest()
     gui.settled()
     source, place = session.source, session.pictures.view

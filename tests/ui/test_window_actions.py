@@ -8,7 +8,6 @@ from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
 from heatlens.model.shot.grade import Grade
-from heatlens.model.view.view import Overlay
 from heatlens.session.door.named_commands import named_commands
 from heatlens.ui.actions import CTRL, SHIFT, Action
 from heatlens.ui.menus import MENUS
@@ -163,7 +162,7 @@ def test_the_palette_does_what_was_typed(gui):
     gui.type("near")
     gui.key(K.enter)
     gui.frame(3)
-    assert gui.session.facts.view.overlay is Overlay.ZONES
+    assert gui.session.facts.view.overlay == "zones"
     assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.view.view import Compare, Overlay
+from heatlens.model.view.view import Compare
 from support.golden import compare_with_golden
 from support.gui import gui_of
 from support.session_files import room_file
@@ -35,7 +35,7 @@ def in_the_viewport(gui) -> np.ndarray:
 
 def test_the_window_looks_as_it_did(ctx, gui, request, tmp_path):
     gui.session.pictures.view.state = replace(
-        gui.session.facts.view, overlay=Overlay.ZONES, compare=Compare.WIPE, wipe=0.4, zoom=2.0
+        gui.session.facts.view, overlay="zones", compare=Compare.WIPE, wipe=0.4, zoom=2.0
     )
     gui.settled()
     is_updating = request.config.getoption("--update-golden")

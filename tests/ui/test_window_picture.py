@@ -12,7 +12,6 @@ from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.textures import download
 from heatlens.model.focus.coc import sharp_px
 from heatlens.model.shot.settings import DefocusSettings
-from heatlens.model.view.view import Overlay
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from support.plates import room
@@ -122,11 +121,11 @@ def test_a_small_view_keeps_the_light(gui, own):
 @pytest.mark.parametrize(
     ("key", "overlay"),
     [
-        (K.z, Overlay.ZONES),
-        (K.p, Overlay.FOCUS_PLANE),
-        (K.c, Overlay.COC),
-        (K.v, Overlay.DEPTH),
-        (K.l, Overlay.LAYERS),
+        (K.z, "zones"),
+        (K.p, "focus plane"),
+        (K.c, "coc"),
+        (K.v, "depth"),
+        (K.l, "layers"),
     ],
 )
 def test_an_overlay_lies_over_the_picture_and_goes_with_its_key(gui, key, overlay):

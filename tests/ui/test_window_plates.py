@@ -12,7 +12,8 @@ from heatlens.base.errors import GpuError
 from heatlens.gpu.textures import download
 from heatlens.model.focus.coc import coc_line, coc_px
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.model.view.view import Compare, Overlay
+from heatlens.model.view.overlays import overlays_by_name
+from heatlens.model.view.view import Compare
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from support.exr_files import window, write_file
@@ -38,14 +39,14 @@ def shows_the_renderers_picture(gui: Gui, own: FrameRenderer) -> None:
 
 def looked_at_in_every_way(gui: Gui) -> None:
     """Show every overlay and comparison at two zooms, and check OpenGL for errors."""
-    for overlay in Overlay:
+    for overlay in overlays_by_name():
         gui.session.pictures.view.state = replace(gui.session.facts.view, overlay=overlay)
         gui.frame(2)
     for compare in Compare:
         gui.session.pictures.view.state = replace(gui.session.facts.view, compare=compare)
         gui.frame(2)
     gui.session.pictures.view.state = replace(
-        gui.session.facts.view, overlay=Overlay.NONE, compare=Compare.OFF
+        gui.session.facts.view, overlay="none", compare=Compare.OFF
     )
     for name in ("1:1", "Zoom in", "Zoom in", "Zoom in", "Fit", "Zoom out", "Zoom out", "Fit"):
         gui.do(name)

@@ -1,4 +1,4 @@
-"""Draw the overlays: focus zones, plane in focus, coc, depth or layers, and focus peaking."""
+"""Draw the overlays, and focus peaking."""
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.device import Device, Texture
@@ -6,16 +6,7 @@ from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.model.focus.coc import NO_LINE
 from heatlens.model.shot.settings import LAYERS_MAX
 from heatlens.model.view.guides import USUAL_PEAKING, Peaking, PeakingOn
-from heatlens.model.view.view import Overlay
-
-_MODES = {
-    Overlay.NONE: "no_color",
-    Overlay.ZONES: "zones_color",
-    Overlay.FOCUS_PLANE: "focus_plane_color",
-    Overlay.COC: "coc_color",
-    Overlay.DEPTH: "depth_color",
-    Overlay.LAYERS: "layers_color",
-}
+from heatlens.model.view.overlays import overlay_of
 
 
 class OverlayPass:
@@ -23,11 +14,11 @@ class OverlayPass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._programs: dict[tuple[Overlay, bool], ComputeProgram] = {}
+        self._programs: dict[tuple[str, bool], ComputeProgram] = {}
 
     def run(
         self,
-        overlay: Overlay,
+        overlay: str,
         depth: Texture,
         optics: Optics,
         sharp_px: float,
@@ -36,7 +27,7 @@ class OverlayPass:
         color: Texture | None = None,
         peaking: Peaking | None = None,
     ) -> None:
-        """Write `overlay`, straight alpha, to `out`, RGBA of 8 bits and the size of `depth`.
+        """Write the overlay of this name, straight alpha, to `out`: RGBA8, as large as `depth`.
 
         `depth` is metres, or coc in pixels if `optics.line` is None. A coc up to `sharp_px` counts
         as in focus; `layer_limits_px` are the signed diameters between the layers. `peaking` is
@@ -64,9 +55,9 @@ class OverlayPass:
             },
         )
 
-    def _program(self, overlay: Overlay, is_peaking: bool) -> ComputeProgram:
+    def _program(self, overlay: str, is_peaking: bool) -> ComputeProgram:
         key = overlay, is_peaking
         if key not in self._programs:
-            defines = {"MODE": _MODES[overlay], "PEAKING": "1" if is_peaking else "0"}
+            defines = {"MODE": overlay_of(overlay).function, "PEAKING": "1" if is_peaking else "0"}
             self._programs[key] = ComputeProgram(self._ctx, "overlay.comp.glsl", defines)
         return self._programs[key]

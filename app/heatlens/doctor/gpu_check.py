@@ -5,7 +5,6 @@ built in every variant that the program uses.
 """
 
 import itertools
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
@@ -32,6 +31,7 @@ from heatlens.gpu.device import Device
 from heatlens.gpu.program import ComputeProgram, DrawProgram
 from heatlens.gpu.program_versions import PLAIN, Variants, crossed, either
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
+from heatlens.model.view.overlays import overlays_by_name
 
 _LIMITS = {
     "texture_side_px": "largest texture",
@@ -50,7 +50,6 @@ _COC_MAX_PX = 40.0
 _COMPACT_FULL_PX = 4.0  # diameter from which the Laplacian is fully compact
 Build = tuple[str, dict[str, object]]
 
-_OVERLAY = "overlay.comp.glsl"
 _AXES: tuple[Axis, ...] = ("rows", "columns")
 _SIZES_PX = ((1920, 1080), (3840, 2160))  # in larger ones an invocation solves more pixels
 _SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
@@ -264,7 +263,7 @@ def _elsewhere() -> dict[str, Variants]:
     """Return the variants of shaders that belong to no pass of the pipeline."""
     scene = _of_scenes("HOLES", "COLORS", "BUMPS", "PLACES")
     peeled = _of_scenes("HOLES", "COLORS", "BUMPS", "PLACES", "PEEL")
-    modes: Variants = tuple({"MODE": mode} for mode in overlay_modes())
+    modes: Variants = tuple({"MODE": it.function} for it in overlays_by_name().values())
     peaking: Variants = ({"PEAKING": 0}, {"PEAKING": 1})
     return {
         "accumulate.comp.glsl": pass_list.SHAPES,
@@ -276,7 +275,7 @@ def _elsewhere() -> dict[str, Variants]:
         "scene_mesh.vert.glsl": _of_scenes("COLORS", "BUMPS", "PLACES", "PEEL"),
         "scene_sky.frag.glsl": _of_scenes("HOLES", "BUMPS", "PLACES", "PEEL"),
         "scene_surface.frag.glsl": peeled,
-        _OVERLAY: ({}, *crossed(modes, peaking)),
+        "overlay.comp.glsl": ({}, *crossed(modes, peaking)),
     }
 
 
@@ -287,9 +286,3 @@ def _of_scenes(*words: str) -> Variants:
     """
     chosen = (names for count in (0, 1, 4, 5) for names in itertools.combinations(words, count))
     return tuple(dict.fromkeys(names, 1) for names in chosen)
-
-
-def overlay_modes() -> list[str]:
-    """Return the functions of the overlay's shader, one for each mode."""
-    text = (data_dir("shaders") / _OVERLAY).read_text()
-    return re.findall(r"^vec4 (\w+)\(ivec2 at, float", text, re.M)

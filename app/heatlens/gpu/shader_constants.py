@@ -11,8 +11,7 @@ from heatlens.model.lens.opening import FIELD_STEPS, RIM_MOST, RIM_POWER
 from heatlens.model.lens.opening_image import BARREL_STEPS, IMAGE_SIDE
 from heatlens.model.shot.settings import LAYERS_MAX
 from heatlens.model.value_bins import BINS as DEPTH_BINS
-
-Rgb = tuple[float, float, float]
+from heatlens.model.view import overlays
 
 # Sides of workgroups: how many invocations work next to each other.
 PIXEL_GROUP = 16  # across and down, where each invocation has a pixel
@@ -46,27 +45,12 @@ SCATTER_GROWTH, SCATTER_GROWTH_LOG2 = 1.25, 0.321928
 SCATTER_STEPS_A_PX, SCATTER_SMALL_PX = 8, 16
 SCATTER_DISC_SUMS = SCATTER_STEPS_A_PX * SCATTER_SMALL_PX + 1
 
-# Colours of the overlays, display RGB.
-# Vermilion, yellow and blue differ in brightness too, for those who cannot tell red from green.
-# Source: M. Okabe, K. Ito, Color Universal Design.
-OVERLAY_NEAR: Rgb = (0.84, 0.37, 0.0)
-OVERLAY_FOCUS: Rgb = (0.94, 0.89, 0.26)
-OVERLAY_FAR: Rgb = (0.0, 0.447, 0.698)
-OVERLAY_COC_NEAR: Rgb = (1.0, 0.55, 0.12)
-OVERLAY_COC_SHARP: Rgb = (0.10, 0.30, 0.14)
-OVERLAY_COC_FAR: Rgb = (0.2, 0.6, 1.0)
-OVERLAY_FOCUS_LINE: Rgb = (1.0, 0.86, 0.35)
-OVERLAY_LAYERS: tuple[Rgb, ...] = (
-    *((0.90, 0.20, 0.55), (0.95, 0.35, 0.15), (0.97, 0.65, 0.10), (0.90, 0.90, 0.20)),
-    *((0.35, 0.85, 0.30), (0.15, 0.75, 0.80), (0.25, 0.45, 0.95), (0.60, 0.35, 0.95)),
-)
-
 
 def _glsl(value: object) -> str:
-    """Return a number, a colour or a sequence of colours as GLSL writes it."""
-    if not isinstance(value, tuple):
+    """Return a number, a colour or a list of colours as GLSL writes it."""
+    if not isinstance(value, tuple | list):
         return repr(value)
-    kind = f"vec3[{len(value)}]" if isinstance(value[0], tuple) else "vec3"
+    kind = "vec3" if isinstance(value, tuple) else f"vec3[{len(value)}]"
     return f"{kind}({', '.join(map(_glsl, value))})"
 
 
@@ -83,7 +67,7 @@ _OF_THE_MODEL = {
 SHADER_CONSTANTS: Mapping[str, str] = {
     name: _glsl(value)
     for name, value in {**globals(), **_OF_THE_MODEL}.items()
-    if name.isupper() and isinstance(value, int | float | tuple)
+    if name.isupper() and isinstance(value, int | float)
 }
 
 
@@ -91,6 +75,8 @@ def constants_in(words: frozenset[str]) -> dict[str, str]:
     """Return the constants among the words of a text, by name, as GLSL, in the order of this file.
 
     The order of a set changes from one start to the next, and a driver that keeps compiled shaders
-    would find none of them again.
+    would find none of them again. The colours of the overlays are those of their records.
     """
-    return {name: glsl for name, glsl in SHADER_CONSTANTS.items() if name in words}
+    own = {name: glsl for name, glsl in SHADER_CONSTANTS.items() if name in words}
+    tints = (it for overlay in overlays.OVERLAYS for it in overlay.colors.items())
+    return own | {name: _glsl(color) for name, color in tints if name in words}

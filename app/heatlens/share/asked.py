@@ -9,13 +9,14 @@ from collections.abc import Mapping
 from heatlens.base.errors import InputError
 from heatlens.model.curves.interpolation import Interpolation
 from heatlens.model.shot.settings import Method
+from heatlens.model.view import overlays
 from heatlens.model.view.guides import MATTES
 from heatlens.session.door.named_commands import LOOKS_NAMED
 
 MESSAGE_MOST = 4096  # bytes
 _DEPTH_MOST = 8  # nested braces and brackets
 # Commands of the shot, the playhead and the view. None of them opens, writes or deletes a file.
-SHARED = frozenset(
+_SHARED = frozenset(
     (
         *("Undo", "Redo", "Focus nearer", "Focus farther", "Open 1/3 stop", "Close 1/3 stop"),
         *("Focus at infinity", "Focus on the other surface here", "Reset lens"),
@@ -30,7 +31,6 @@ SHARED = frozenset(
         *("Focal length follows the camera", "Depth of field", "Pixel grid", "Values in pixels"),
         *("Focus peaking", "Loupe", "Grade of the shot", "Fit", "1:1", "Zoom in", "Zoom out"),
         *("Ruler", "Brighter", "Darker", "Reset exposure and gamma", "Metres or feet"),
-        *("Near, in focus, far", "Plane in focus", "Circle of confusion", "Depth", "Layers"),
         *("Safe areas", "Thirds", "Centre cross", "Frame selected", "Wipe", "Flip to B"),
         *("Difference", "Grid of looks", "More gain", "Less gain", "B is the reference"),
         *(f"Interpolate {how} after key" for how in Interpolation),
@@ -44,6 +44,11 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "blur": ("quality",),
     "view": ("exposure_stops", "gamma", "depth_of_field", "unit"),
 }
+
+
+def shared() -> frozenset[str]:
+    """Return the names of the commands that pages may give."""
+    return _SHARED | {overlay.words for overlay in overlays.OVERLAYS}
 
 
 def parsed(text: str) -> dict[str, object]:
@@ -76,7 +81,7 @@ def check(message: Mapping[str, object]) -> None:
             may = ", ".join(allowed) or f"{', '.join(_FIELDS)} after 'change'"
             raise InputError(f"A page cannot change {wrong[0]!r}; it can change {may}.")
     name = message.get("do")
-    if isinstance(name, str) and name not in _REQUESTS and name not in SHARED:
+    if isinstance(name, str) and name not in _REQUESTS and name not in shared():
         raise InputError(
             f"A page has no {name!r}: files are opened and written only in the window."
         )

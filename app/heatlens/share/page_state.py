@@ -7,12 +7,13 @@ from heatlens.files.json_record import plain, record_to_json
 from heatlens.model.focus.coc import hyperfocal_m
 from heatlens.model.shot.look import Look
 from heatlens.model.value_bins import DepthHistogram
+from heatlens.model.view import overlays
 from heatlens.model.view.guides import NO_GUIDES, Guides, guide_shapes, lines_of
 from heatlens.model.view.view_geometry import PictureShape
 from heatlens.session.door.door import Door
 from heatlens.session.door.state import CommandState
 from heatlens.session.session import Session
-from heatlens.share.asked import SHARED
+from heatlens.share.asked import shared
 
 _DIGITS = 3  # decimals of the histogram's heights
 
@@ -28,12 +29,12 @@ class PageState:
 
     def now(self) -> dict[str, object]:
         """Return the state: that of the door, and what a focus wheel and a timeline need."""
-        state = self._door.state()
+        state, allowed = self._door.state(), shared()
         told = record_to_json(state)
         told["commands"] = {
             command.name: _of_command(command)
             for command in state.commands
-            if command.name in SHARED
+            if command.name in allowed
         }
         return told | self._more()
 
@@ -51,6 +52,7 @@ class PageState:
             "frames_per_second": shot.frames_per_second,
             "timecode": time.timeline.timecode,
             "looks": [_of_look(look) for look in shot.looks],
+            "overlays": [[overlay.words, overlay.key] for overlay in overlays.OVERLAYS],
             "guides": _of_guides(facts.view.guides, shape),
             "recording": recording.state.name.lower(),
             "beats_left": recording.beats_left,

@@ -9,7 +9,7 @@ from heatlens.session.door.named_commands import Command
 from heatlens.session.files.file_commands import PURPOSES
 from heatlens.session.settings.preferences import Theme
 from heatlens.ui.actions import Action, chord_of
-from heatlens.ui.menus import ITEMS, Item
+from heatlens.ui.menus import Item, items
 from heatlens.ui.state import PANELS, UiState
 
 # The items that open a dialog for the name of a file, with the purpose of the dialog.
@@ -37,7 +37,7 @@ _SWITCHES = {
 def actions(commands: Iterable[Command], ui: UiState) -> tuple[Action, ...]:
     """Return all actions, in the order of the menus: `commands` and those of the window."""
     named = {command.name: command for command in (*commands, *_window_commands(ui))}
-    return tuple(action for item in ITEMS for action in _actions_of(item, named))
+    return tuple(action for item in items() for action in _actions_of(item, named))
 
 
 def _actions_of(item: Item, named: dict[str, Command]) -> Iterator[Action]:

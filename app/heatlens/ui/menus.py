@@ -2,11 +2,15 @@
 
 One line for each item: its name, then its keys, then `repeats` (it runs repeatedly while the key is
 held) or `alone` (keys typed after it wait, since it may move the keyboard focus). A line is drawn
-between groups at "-", and a name that ends in "*" stands for all names with that beginning.
+between groups at "-", and a name that ends in "*" stands for all names with that beginning. Names
+and keys of the overlays are those of their records.
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
+
+from heatlens.model.view import overlays
 
 _MENUS = """
 File
@@ -128,12 +132,8 @@ View
   Interface as large as usual
   Light theme
   -
-  Near, in focus, far                   Z
   Focus peaking                         Shift+P
-  Plane in focus                        P
-  Circle of confusion                   C
-  Depth                                 V
-  Layers                                L
+  (overlays)
   -
   Matte *
   -
@@ -193,18 +193,26 @@ class Item:
     is_first: bool = False
 
 
-def _items() -> tuple[Item, ...]:
-    items, menu, is_first = [], "", False
+def _lines() -> Iterator[str]:
     for line in _MENUS.strip().splitlines():
+        if line.strip() == "(overlays)":
+            yield from (f"  {overlay.words}  {overlay.key}" for overlay in overlays.OVERLAYS)
+        else:
+            yield line
+
+
+def items() -> tuple[Item, ...]:
+    """Return the items of all menus, in their order."""
+    found, menu, is_first = [], "", False
+    for line in _lines():
         words = re.split(r"\s{2,}", line.strip())
         if not line.startswith(" "):
             menu = line
         elif words != ["-"]:
             name, shortcut, how = (*words, "", "")[:3]
-            items.append(Item(menu, name, shortcut, how == "repeats", how == "alone", is_first))
+            found.append(Item(menu, name, shortcut, how == "repeats", how == "alone", is_first))
         is_first = words == ["-"]
-    return tuple(items)
+    return tuple(found)
 
 
-ITEMS = _items()
-MENUS = tuple(dict.fromkeys(item.menu for item in ITEMS))
+MENUS = tuple(dict.fromkeys(item.menu for item in items()))

@@ -11,6 +11,7 @@ from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.gpu.device import Framebuffer, Sampling
 from heatlens.model.focus.coc import sharp_px
 from heatlens.model.view.guides import NO_GUIDES, Guides, Rect, guide_shapes, inner_rect, lines_of
+from heatlens.model.view.overlays import entries
 from heatlens.model.view.view import Compare
 from heatlens.model.view.view_geometry import PictureShape, Viewport, geometry
 from heatlens.session.desks import LensDesk, PictureDesk
@@ -27,7 +28,7 @@ from heatlens.ui.panels.marks_panel import draw_point_marks, mark_in_window
 from heatlens.ui.picture.fade import PictureFade
 from heatlens.ui.picture.grid import Pictures
 from heatlens.ui.picture.held_alone import HeldAlone
-from heatlens.ui.picture.legend import LegendFacts, draw_legend, entries
+from heatlens.ui.picture.legend import draw_legend, legend_facts
 from heatlens.ui.picture.loupe import Loupe, over_flag
 from heatlens.ui.picture.notices import StreamNotice, draw_lessons, draw_waiting
 from heatlens.ui.picture.pixel_values import draw_ruler
@@ -292,7 +293,7 @@ class PictureWindow:
         optics = self._desk.renderer.optics(facts.seen_shot, facts.frame)
         sharp = sharp_px(facts.lens, plate.display_window.width)
         limits = layer_limits_px(optics, facts.seen_shot)
-        shown = LegendFacts(optics, sharp, limits, plate.depth, view.unit)
+        shown = legend_facts(optics, sharp, limits, plate.depth, view.unit)
         legend = entries(view.overlay, shown, view.peaking if view.is_peaking else None)
         is_right = bool(self._lessons.left)  # the lessons are at the left
         draw_legend(legend, self._desk.view.viewport, is_right)

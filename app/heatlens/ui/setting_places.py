@@ -16,7 +16,7 @@ from heatlens.model.lens.filmback import FILMBACKS
 from heatlens.model.option import options_of
 from heatlens.model.shot.settings import Bokeh, Method, Quality, barred_methods
 from heatlens.model.view.guides import PEAKING_COLORS, SQUEEZES, PeakingOn
-from heatlens.model.view.view import Overlay
+from heatlens.model.view.overlays import overlays_by_name
 from heatlens.session.door.door import Changeable, Door
 from heatlens.session.facts import Facts
 from heatlens.session.settings.preferences import Theme
@@ -107,7 +107,7 @@ def settings(door: Door, facts: Facts, views: tuple[str, ...], ui: UiState) -> t
         *(choice(f"bokeh {it}", blur, bokeh=it) for it in Bokeh),
         *(choice(f"film back {it.name}", lens, sensor_width_mm=it.width_mm) for it in FILMBACKS),
         *(choice(f"view {it}", view, view=it) for it in views),
-        *(choice(f"overlay {it}", view, overlay=it) for it in Overlay),
+        *(choice(f"overlay {it}", view, overlay=it) for it in overlays_by_name()),
         *(peaked(f"focus peaking {it}", color=it) for it in PEAKING_COLORS),
         *(peaked(f"focus peaking {it}", on=it) for it in PeakingOn),
         *(choice(f"guides desqueeze {n}", view, "guides", desqueeze=it) for n, it in squeezes),

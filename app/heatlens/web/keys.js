@@ -32,13 +32,13 @@ export const COMMANDS = {
   "Ctrl+Up": "Brighter",
   "Ctrl+Down": "Darker",
   "U": "Metres or feet",
-  "Z": "Near, in focus, far",
   "Shift+P": "Focus peaking",
-  "P": "Plane in focus",
-  "C": "Circle of confusion",
-  "V": "Depth",
-  "L": "Layers",
 };
+
+/** Give the overlays, [name, key] each, the keys that the window has for them. */
+export function learnKeys(overlays) {
+  for (const [name, key] of overlays) if (key) COMMANDS[key] = name;
+}
 
 const CODES = {
   BracketLeft: "[", BracketRight: "]", ArrowRight: "Right", ArrowLeft: "Left", ArrowUp: "Up",

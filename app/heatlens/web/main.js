@@ -1,7 +1,7 @@
 // Ties the parts of the page together: what the state shows, and what a touch asks for.
 
 import { metres, toJson, words } from "./distances.js";
-import { COMMANDS, chord } from "./keys.js";
+import { COMMANDS, chord, learnKeys } from "./keys.js";
 import { Link } from "./link.js";
 import { Looks } from "./looks.js";
 import { More, nextFrames } from "./more.js";
@@ -67,6 +67,10 @@ function problem(sentence) {
 function state(changed) {
   const now = link.state;
   if ("shape" in changed || "guides" in changed) picture.describe(now.shape, now.guides);
+  if ("overlays" in changed) {
+    learnKeys(now.overlays);
+    more.offer(now.overlays);
+  }
   if ("message" in changed && now.message) note(now.message, now.is_problem);
   if ("looks" in changed || "lens" in changed) looks.show(now);
   wheel.show(now);

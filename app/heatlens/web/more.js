@@ -1,9 +1,10 @@
 // The sheet with all that is not needed every second: the view, guides, keys, and who is here.
 
+const OVER_PICTURE = "Over the picture";
 const ROWS = [
   ["Focus", ["Set mark here", "Set key", "Auto key", "Hold the focus from here", "Focus at infinity"]],
   ["Undo", ["Undo", "Redo"]],
-  ["Over the picture", ["Near, in focus, far", "Focus peaking", "Plane in focus", "Circle of confusion", "Depth"]],
+  [OVER_PICTURE, ["Focus peaking"]],
   ["Guides", ["Thirds", "Safe areas", "Centre cross", "Matte 2.39", "Matte 1.85", "Matte 16:9", "Matte 9:16"]],
   ["Blur and units", ["Next quality", "Next bokeh", "Metres or feet"]],
 ];
@@ -14,7 +15,11 @@ export class More {
     this._link = link;
     this._buttons = new Map();
     this._page = page;
-    for (const [title, names] of ROWS) sheet.append(heading(title), this._row(names));
+    for (const [title, names] of ROWS) {
+      const row = this._row(names);
+      if (title === OVER_PICTURE) this._overPicture = row;
+      sheet.append(heading(title), row);
+    }
     this._exposure = this._stepped("Darker", "Brighter", () => link.do("Reset exposure and gamma"));
     this._frames = this._stepped(() => page.setPull(-1), () => page.setPull(1));
     sheet.append(heading("Exposure of the picture"), this._exposure.row);
@@ -24,8 +29,19 @@ export class More {
     sheet.append(heading("This page"), this._ownRow(), this._numbers, this._color);
   }
 
+  /** Offer the overlays, [name, key] each, that heatlens has. */
+  offer(overlays) {
+    const names = overlays.map(([name]) => name);
+    this._fill(this._overPicture, names.filter((name) => !this._buttons.has(name)));
+  }
+
   _row(names) {
     const row = Object.assign(document.createElement("div"), { className: "row hand" });
+    this._fill(row, names);
+    return row;
+  }
+
+  _fill(row, names) {
     for (const name of names) {
       const button = document.createElement("button");
       button.textContent = name;
@@ -33,7 +49,6 @@ export class More {
       this._buttons.set(name, button);
       row.append(button);
     }
-    return row;
   }
 
   _stepped(less, more, reset = null) {

@@ -9,17 +9,7 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.option import check_range, option_field
 from heatlens.model.shot.settings import Method
 from heatlens.model.view.guides import NO_GUIDES, USUAL_PEAKING, Guides, Peaking
-
-
-class Overlay(StrEnum):
-    """The pictures that are drawn over the picture, or in its place."""
-
-    NONE = "none"
-    ZONES = "zones"  # in front orange, in focus yellow, behind blue
-    FOCUS_PLANE = "focus plane"  # a line of light on what the plane in focus cuts
-    COC = "coc"  # diameter of the blur as colour
-    DEPTH = "depth"  # distance as grey, near white
-    LAYERS = "layers"  # the depth layers of the blur, a tint each
+from heatlens.model.view.overlays import NO_OVERLAY, overlay_of
 
 
 class Compare(StrEnum):
@@ -71,6 +61,7 @@ class ViewState:
     center_px        point of the display window that lies in the middle of the viewport, None: its
                      own middle
     depth_of_field   False shows the pinhole picture
+    overlay          name of what is drawn over the picture, see `model.view.overlays`
     b_method         how B's blur is computed where B is a method
     b_look           name of the look if B is a look
     a_look           name of A's look if B is a look; "" for the current lens
@@ -93,7 +84,7 @@ class ViewState:
     zoom: float | None = None
     center_px: tuple[float, float] | None = None
     depth_of_field: bool = True
-    overlay: Overlay = Overlay.NONE
+    overlay: str = NO_OVERLAY.name
     compare: Compare = Compare.OFF
     against: Against = Against.PINHOLE
     b_method: Method = Method.GATHER
@@ -117,8 +108,9 @@ class ViewState:
     loupe: bool = False
 
     def __post_init__(self) -> None:
-        """Check the numbers, whoever sets them: a page, the command line or a panel."""
+        """Check the values, whoever sets them: a page, the command line or a panel."""
         check_exposure(self.exposure_stops, self.gamma)
+        overlay_of(self.overlay)
         check_range("zoom", self.zoom, ZOOM_LEAST, ZOOM_MOST)
         check_range("place of the handle", self.wipe, 0.0, 1.0)
         check_range("gain", self.difference_gain, GAIN_LEAST, GAIN_MOST)
@@ -130,7 +122,7 @@ class ViewState:
     @property
     def has_overlay(self) -> bool:
         """Return True if colours are laid over the picture: an overlay, peaking or both."""
-        return self.overlay is not Overlay.NONE or self.is_peaking
+        return self.overlay != NO_OVERLAY.name or self.is_peaking
 
     def exposed_through(self, lens: Lens) -> "ViewState":
         """Return the view with its exposure reduced by the transmission of a lens (T-stop)."""

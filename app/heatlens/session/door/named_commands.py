@@ -11,19 +11,13 @@ from typing import Literal
 from heatlens.base.errors import InputError
 from heatlens.model.curves.interpolation import Interpolation
 from heatlens.model.shot.settings import Method, barred_methods
+from heatlens.model.view import overlays
 from heatlens.model.view.guides import MATTES
-from heatlens.model.view.view import Against, Compare, Overlay, ViewState
+from heatlens.model.view.view import Against, Compare, ViewState
 from heatlens.scene.scene_read import DEMO
 from heatlens.session.session import Session
 
 LOOKS_NAMED = 9  # looks with a command of their own
-_OVERLAYS = {
-    Overlay.ZONES: "Near, in focus, far",
-    Overlay.FOCUS_PLANE: "Plane in focus",
-    Overlay.COC: "Circle of confusion",
-    Overlay.DEPTH: "Depth",
-    Overlay.LAYERS: "Layers",
-}
 _COMPARED = {Compare.WIPE: "Wipe", Compare.FLIP: "Flip to B", Compare.DIFFERENCE: "Difference"}
 _DOLLY_ZOOMS: dict[str, Literal["camera", "length"]] = {
     "Camera follows the focal length": "camera",
@@ -208,10 +202,10 @@ def _view(session: Session) -> Iterator[Command]:
 
 
 def _overlays(session: Session) -> Iterator[Command]:
-    for overlay, name in _OVERLAYS.items():
-        is_on = partial(lambda overlay, view: view.overlay is overlay, overlay)
-        toggle = partial(session.pictures.commands.toggle_overlay, overlay)
-        yield _switch(session, name, toggle, is_on)
+    for overlay in overlays.OVERLAYS:
+        is_on = partial(lambda name, view: view.overlay == name, overlay.name)
+        toggle = partial(session.pictures.commands.toggle_overlay, overlay.name)
+        yield _switch(session, overlay.words, toggle, is_on)
 
 
 def _guides(session: Session) -> Iterator[Command]:

@@ -18,7 +18,8 @@ from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.option import Values
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import Method
-from heatlens.model.view.view import DIFFERENCE_GAINS, Against, Compare, Overlay
+from heatlens.model.view.overlays import NO_OVERLAY
+from heatlens.model.view.view import DIFFERENCE_GAINS, Against, Compare
 from heatlens.model.view.view_geometry import zoomed, zoomed_to
 from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header.channel_choice import choose_color
@@ -98,10 +99,10 @@ class ViewCommands(Commands):
         """Toggle a boolean field of the ViewState."""
         self.change(**{name: not getattr(self._view.state, name)})
 
-    def toggle_overlay(self, overlay: Overlay) -> None:
-        """Show an overlay, or hide it if it is shown."""
-        is_on = self._view.state.overlay is overlay
-        self.change(overlay=Overlay.NONE if is_on else overlay)
+    def toggle_overlay(self, name: str) -> None:
+        """Show the overlay of this name, or hide it if it is shown."""
+        is_on = self._view.state.overlay == name
+        self.change(overlay=NO_OVERLAY.name if is_on else name)
 
     def toggle_compare(self, compare: Compare) -> None:
         """Compare in this way, or stop if that is the current way."""

@@ -1,25 +1,19 @@
 """Draw the Display panel: colour, overlays and comparison."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from imgui_bundle import imgui
 
+from heatlens.model.option import Values
 from heatlens.model.shot.grade import Grade
 from heatlens.model.shot.settings import Method, barred_methods
-from heatlens.model.view.view import GAIN_LEAST, GAIN_MOST, Against, Compare, Overlay, ViewState
+from heatlens.model.view.overlays import overlays_by_name
+from heatlens.model.view.view import GAIN_LEAST, GAIN_MOST, Against, Compare, ViewState
 from heatlens.session.pictures.picture_view import ColorChoice
 from heatlens.ui import probe, widgets
 
-_OVERLAYS = {
-    Overlay.NONE: "off",
-    Overlay.ZONES: "zones",
-    Overlay.FOCUS_PLANE: "plane",
-    Overlay.COC: "blur",
-    Overlay.DEPTH: "depth",
-    Overlay.LAYERS: "layers",
-}
-_COMPARES = {
+_COMPARES: Mapping[str, str] = {
     Compare.OFF: "off",
     Compare.WIPE: "wipe",
     Compare.FLIP: "B",
@@ -42,7 +36,8 @@ def display_panel(
     if grade is not None:
         view = replace(view, is_graded=widgets.check("grade", view.is_graded, tip=_graded(grade)))
     imgui.separator()
-    view = _buttons(view, "overlay", _OVERLAYS, "Drawn over the picture, with a legend.")
+    offered = {name: overlay.label for name, overlay in overlays_by_name().items()}
+    view = _buttons(view, "overlay", offered, "Drawn over the picture, with a legend.")
     imgui.separator()
     view = _buttons(view, "compare", _COMPARES, "A beside B, B alone, or how they differ.")
     return _compare(view, reference, has_many_views, say)
@@ -76,7 +71,7 @@ def _input(view: ViewState, color: ColorChoice) -> ViewState:
     return replace(view, input_space="" if chosen == auto else chosen)
 
 
-def _buttons(view: ViewState, field: str, names: dict, tip: str) -> ViewState:  # type: ignore[type-arg]
+def _buttons(view: ViewState, field: str, names: Mapping[str, str], tip: str) -> ViewState:
     """Draw a field of the view as radio buttons in even columns beside the label."""
     widgets.label(field, tip)
     left, em = imgui.get_cursor_pos_x(), imgui.get_font_size()
@@ -89,8 +84,9 @@ def _buttons(view: ViewState, field: str, names: dict, tip: str) -> ViewState:  
             imgui.same_line(at)
         else:
             imgui.set_cursor_pos_x(at)
-        if imgui.radio_button(f"{name}##{field}", getattr(view, field) is value):
-            view = replace(view, **{field: value})
+        if imgui.radio_button(f"{name}##{field}", getattr(view, field) == value):
+            chosen: Values = {field: value}
+            view = replace(view, **chosen)
         probe.note(f"{field} {name}")
     return view
 
