@@ -73,7 +73,7 @@ def test_one_thing_is_compared_at_a_time_and_the_same_again_is_none(session):
         first, second, none = off
         for toggled, expected in ((first, first), (second, second), (second, none)):
             command(toggled)
-            assert getattr(session.facts.view, field) is expected
+            assert getattr(session.facts.view, field) == expected
 
 
 def test_gains_go_from_one_to_the_next_and_stay_at_the_ends(session):

@@ -132,7 +132,7 @@ def test_an_overlay_lies_over_the_picture_and_goes_with_its_key(gui, key, overla
     picture = region(gui).astype(float)
     gui.key(key)
     gui.frame()
-    assert gui.session.facts.view.overlay is overlay
+    assert gui.session.facts.view.overlay == overlay
     optics = gui.session.pictures.renderer.optics(gui.session.facts.shot)
     colors = gui.ctx.texture((WIDTH, HEIGHT), 4)
     OverlayPass(gui.ctx).run(
