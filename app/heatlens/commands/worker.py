@@ -6,7 +6,6 @@ from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import file_bytes
@@ -102,7 +101,7 @@ async def _work(address: str, host: str, folder: Path) -> None:
 
     It listens on `host` alone, and shows its page of Dask to this machine alone.
     """
-    told: dict[str, Any] = {
+    told: dict[str, object] = {
         "nthreads": 1,
         "memory_limit": 0,
         "death_timeout": connection.PATIENCE_S,

@@ -19,7 +19,7 @@ def lens_parts(disc: DiscShape, size: Pair, parts: int) -> Array:
     """Return the parts (n, places, 4) of the opening as seen from behind the focus.
 
     Each has the distance x, y that a point moves for each pixel of its coc, the diameter over that
-    of the lens, and the share of the light. A plain opening has `parts` of equal area. Any other
+    of the lens, and the share of the light. A plain opening has `parts` of equal area. Every other
     has those of the same areas that light passes: what is there has the part's middle, variance
     and share. An opening that changes over the picture has values at PART_PLACES x PART_PLACES
     places from corner to corner of a picture of `size`, row by row, any other at one.

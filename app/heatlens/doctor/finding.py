@@ -1,8 +1,8 @@
 """The result of a check, and the error handling that all checks share."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 from heatlens.base.errors import HeatlensError
 
@@ -21,7 +21,7 @@ class Finding:
     name: str
     state: State
     said: str
-    details: dict[str, Any] = field(default_factory=dict)
+    details: Mapping[str, object] = field(default_factory=dict)
 
 
 Check = Callable[[], Iterator[Finding]]

@@ -5,7 +5,6 @@ import io
 import os
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,12 +79,15 @@ def flip_library(extra: str) -> ModuleType:
     return import_extra("flip_evaluator", "FLIP", extra)
 
 
-def flip_evaluation(result: FloatImage, truth: FloatImage, kind: str, **options: object) -> Any:
+def flip_evaluation(
+    result: FloatImage, truth: FloatImage, kind: str, **options: object
+) -> tuple[FloatImage, float, object]:
     """Return (map, mean, parameters) of the FLIP library; `kind` is LDR (sRGB) or HDR (linear)."""
     library = flip_library("compare")
     options = {"applyMagma": False, "inputsRGB": kind == "LDR"} | options
     with contextlib.redirect_stdout(io.StringIO()):  # some of its versions report progress there
-        return library.evaluate(truth, result, kind, **options)
+        difference, mean, parameters = library.evaluate(truth, result, kind, **options)
+    return difference, float(mean), parameters
 
 
 def _check_shapes(result: FloatImage, truth: FloatImage) -> None:

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +30,8 @@ from heatlens.gpu.textures import FloatArray
 from heatlens.model.boxes import Box
 
 HalfImage = npt.NDArray[np.float16]
-_Parts = tuple[npt.NDArray[Any], Box, Box, float]  # of a picture
+_F = TypeVar("_F", np.float16, np.float32)
+_Parts = tuple[npt.NDArray[_F], Box, Box, float]  # of a picture
 
 _HALF_MOST = 65504.0  # the largest half float; larger values would become infinite
 _MAGIC = b"HLframe1"
@@ -100,7 +101,7 @@ def decoded_whole(data: bytes, key: str) -> RenderedPicture | None:
     return None if found is None else RenderedPicture(*found)
 
 
-def _decoded(data: bytes, key: str, floats: type[np.floating[Any]]) -> _Parts | None:
+def _decoded(data: bytes, key: str, floats: type[_F]) -> _Parts[_F] | None:
     if len(data) < _HEAD.size:
         return None
     magic, check, count = _HEAD.unpack_from(data)
@@ -114,7 +115,7 @@ def _decoded(data: bytes, key: str, floats: type[np.floating[Any]]) -> _Parts | 
         return None
 
 
-def _picture(facts: dict[str, Any], floats: npt.NDArray[Any]) -> _Parts:
+def _picture(facts: dict[str, Any], floats: npt.NDArray[_F]) -> _Parts[_F]:
     """Return the picture of a description. Raises ValueError if no renderer could have made it."""
     width, height = facts["size"]
     pixels = floats.reshape(height, width, 4)

@@ -6,7 +6,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import Any
 
 from aiohttp import WSMsgType, web
 
@@ -198,5 +197,5 @@ class Client:
         self._sent_at = time.monotonic()
         await self._socket.send_bytes(json.dumps(head).encode() + b"\n" + file)
 
-    async def _say(self, message: Mapping[str, Any]) -> None:
+    async def _say(self, message: Mapping[str, object]) -> None:
         await self._socket.send_str(json.dumps(message))

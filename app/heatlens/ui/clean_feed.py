@@ -4,8 +4,6 @@ The second window has its own OpenGL context, which shares textures with the mai
 context draws the picture at the size of the second window, and the second one copies it to screen.
 """
 
-from typing import Any
-
 from imgui_bundle import imgui  # noqa: F401  # before glfw: both then share one libglfw
 
 from heatlens.gpu.device import Device
@@ -125,5 +123,5 @@ def fill_screen(
         x, y, width, height = glfw.get_monitor_workarea(monitor)
         own = min(size[0], width), min(size[1], height)
         middle = x + (width - own[0]) // 2, y + (height - own[1]) // 2
-        none: Any = None  # the stub of glfw does not allow None for "no monitor"
+        none: GlfwHandle = None  # the stub of glfw does not allow None for "no monitor"
         glfw.set_window_monitor(window, none, *(at or middle), *own, 0)

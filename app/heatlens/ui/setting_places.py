@@ -7,13 +7,12 @@ the panels and checks that the labels here are those that are drawn.
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 from heatlens.export.options import ExportOptions
 from heatlens.model.focus.live_focus import Follow
 from heatlens.model.lens.aperture import Aperture
 from heatlens.model.lens.filmback import FILMBACKS
-from heatlens.model.option import options_of
+from heatlens.model.option import Values, options_of
 from heatlens.model.shot.settings import Bokeh, Method, Quality, barred_methods
 from heatlens.model.view.guides import PEAKING_COLORS, SQUEEZES, PeakingOn
 from heatlens.model.view.overlays import overlays_by_name
@@ -95,7 +94,9 @@ def settings(door: Door, facts: Facts, views: tuple[str, ...], ui: UiState) -> t
     def barred(method: Method) -> str:
         return barred_methods(facts.has_many_views).get(str(method), "")
 
-    def choice(name: str, now: Callable[[], Changeable], part: str = "", **values: Any) -> Action:
+    def choice(
+        name: str, now: Callable[[], Changeable], part: str = "", **values: object
+    ) -> Action:
         return Action(f"Set {name}", _MENU, lambda: door.choose(_changed(now(), part, values)))
 
     lens, blur, view = (lambda: facts.lens), (lambda: facts.shot.defocus), (lambda: facts.view)
@@ -116,7 +117,7 @@ def settings(door: Door, facts: Facts, views: tuple[str, ...], ui: UiState) -> t
     )
 
 
-def _changed(now: Changeable, part: str, values: dict[str, Any]) -> Changeable:
+def _changed(now: Changeable, part: str, values: Values) -> Changeable:
     """Return lens, blur or view with these values, or with them in a part of it."""
     if part:
         values = {part: replace(getattr(now, part), **values)}

@@ -1,10 +1,9 @@
 """Open the GLFW window and run its loop, which draws only when something has changed."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from functools import partial
-from typing import Any
 
 from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
 
@@ -354,7 +353,7 @@ class Loop:
             glfw.focus_window(self._window)
             glfw.request_window_attention(self._window)
 
-    def _dropped(self, _window: object, paths: Any) -> None:
+    def _dropped(self, _window: object, paths: Sequence[str]) -> None:
         self._woken()
         if paths:
             self._session.files.commands.open_dropped([str(path) for path in paths])

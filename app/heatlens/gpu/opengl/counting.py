@@ -1,12 +1,17 @@
 """A device that claims to be a GPU, and counts what it is asked for instead of doing the work."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from copy import copy
-from typing import Any
+from typing import TypeVar
+
+import moderngl
 
 from heatlens.gpu.device import Device
 from heatlens.gpu.opengl.gl_device import GlDevice
+from heatlens.gpu.opengl.programs import Linked
+
+T = TypeVar("T")
 
 COUNTED_NAME = "a GPU that is counted for"
 
@@ -22,29 +27,35 @@ def counting_device(device: Device, counts: Counter[str]) -> Device:
     return made
 
 
-def _counting(ctx: Any, counts: Counter[str]) -> Any:
+def _counting(ctx: moderngl.Context, counts: Counter[str]) -> moderngl.Context:
     counting = copy(ctx)
 
     def compute_shader(source: str) -> object:
         return _Program(ctx.compute_shader(source), counts)
 
-    def program(**shaders: Any) -> object:
-        return _Program(ctx.program(**shaders), counts)
+    def program(vertex_shader: str, fragment_shader: str) -> object:
+        linked = ctx.program(vertex_shader=vertex_shader, fragment_shader=fragment_shader)
+        return _Program(linked, counts)
 
-    def vertex_array(linked: _Program, *args: Any, **options: Any) -> object:
-        made = ctx.vertex_array(linked.linked, *args, **options)
-        made.render = made.render_indirect = _counter(counts, "draw")
-        return made
+    def vertex_array(linked: _Program, *content: object, skip_errors: bool) -> object:
+        made = ctx.vertex_array(linked.linked, *content, skip_errors=skip_errors)
+        return _without(made, ("render", "render_indirect"), _counter(counts, "draw"))
 
-    def framebuffer(*args: Any, **options: Any) -> object:
-        made = ctx.framebuffer(*args, **options)
-        made.clear = _counter(counts, "clear")
-        return made
+    def framebuffer(
+        colors: object, depth: moderngl.Renderbuffer | moderngl.Texture | None
+    ) -> object:
+        return _without(ctx.framebuffer(colors, depth), ("clear",), _counter(counts, "clear"))
 
     for made in (compute_shader, program, vertex_array, framebuffer):
         setattr(counting, made.__name__, made)
-    counting.memory_barrier = _counter(counts, "barrier")
-    return counting
+    return _without(counting, ("memory_barrier",), _counter(counts, "barrier"))
+
+
+def _without(made: T, names: tuple[str, ...], instead: Callable[..., None]) -> T:
+    """Return an object of moderngl that does something else in place of these methods."""
+    for name in names:
+        setattr(made, name, instead)
+    return made
 
 
 def _counter(counts: Counter[str], kind: str) -> Callable[..., None]:
@@ -57,14 +68,14 @@ def _counter(counts: Counter[str], kind: str) -> Callable[..., None]:
 class _Program:
     """A linked program that only counts its runs and the uniforms that are set."""
 
-    def __init__(self, linked: Any, counts: Counter[str]) -> None:
+    def __init__(self, linked: Linked, counts: Counter[str]) -> None:
         self.linked, self._counts = linked, counts
         self.run, self.run_indirect = _counter(counts, "dispatch"), _counter(counts, "indirect")
 
-    def __iter__(self) -> Any:
+    def __iter__(self) -> Iterator[str]:
         return iter(self.linked)
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> object:
         return self.linked[name]
 
     def __setitem__(self, name: str, value: object) -> None:

@@ -35,6 +35,7 @@ _MODES = {
     Primitive.TRIANGLE_STRIP: moderngl.TRIANGLE_STRIP,
 }
 _NOTHING: Mapping[str, Any] = {}
+Linked = moderngl.Program | moderngl.ComputeShader
 
 
 class _GlProgram(LinkedProgram):
@@ -44,7 +45,7 @@ class _GlProgram(LinkedProgram):
     text are ignored.
     """
 
-    def __init__(self, raw: Any, sources: Sequence[ShaderSource]) -> None:
+    def __init__(self, raw: Linked, sources: Sequence[ShaderSource]) -> None:
         self.raw, self._names = raw, frozenset(raw)  # lookups in `raw` itself are slow
         self._declared = declared_in(sources)
         self._units: dict[str, int] = {}
@@ -129,8 +130,9 @@ class GlCompute(_GlProgram, LinkedCompute):
     """A compute program of OpenGL."""
 
     def __init__(self, ctx: moderngl.Context, source: ShaderSource) -> None:
-        super().__init__(_compiled(ctx, source), [source])
-        self._run, self._barrier = self.raw.run, ctx.memory_barrier
+        raw = _compiled(ctx, source)
+        super().__init__(raw, [source])
+        self._run, self._run_indirect, self._barrier = raw.run, raw.run_indirect, ctx.memory_barrier
 
     def run(self, groups: tuple[int, ...]) -> None:
         """Run on so many workgroups."""
@@ -139,7 +141,7 @@ class GlCompute(_GlProgram, LinkedCompute):
 
     def run_indirect(self, groups: Buffer, offset: int) -> None:
         """Run on as many workgroups as the three words at `offset` say."""
-        self.raw.run_indirect(raw_buffer(groups), offset)
+        self._run_indirect(raw_buffer(groups), offset)
         self._barrier()
 
 
@@ -152,7 +154,7 @@ class GlDraw(_GlProgram, LinkedDraw):
 
     def vertex_array(self, layout: VertexLayout, index: Buffer | None) -> LinkedArray:
         """Return buffers and their attributes as vertices, without the unused attributes."""
-        content: Any = [(raw_buffer(buffer), *attributes) for buffer, *attributes in layout]
+        content = [(raw_buffer(buffer), *attributes) for buffer, *attributes in layout]
         indices = None if index is None else raw_buffer(index)
         return GlArray(self._ctx.vertex_array(self.raw, content, indices, skip_errors=True))
 

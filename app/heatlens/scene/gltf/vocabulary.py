@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
-from typing import Any
 
 from heatlens.base.outside_text import shortened
 from heatlens.scene.gltf.file import READ_EXTENSIONS, GltfFile
@@ -22,6 +21,8 @@ _NEAREST = 9728  # the magnification filter NEAREST
 _MATERIAL = "KHR_materials_"
 _GLASS, _VARIANTS = f"{_MATERIAL}transmission", f"{_MATERIAL}variants"
 _LEVELS_MOST = 32
+
+_Lost = Mapping[str, tuple[str, Callable[[object], bool]]]
 
 
 @dataclass(frozen=True)
@@ -35,14 +36,14 @@ class Kind:
 
     read: tuple[str, ...] = ()
     within: Mapping[str, str] = field(default_factory=dict)
-    lost: Mapping[str, tuple[str, Callable[[object], bool]]] = field(default_factory=dict)
+    lost: _Lost = field(default_factory=dict)
 
     def knows(self, name: str) -> bool:
         """Return whether a property is read or has no effect."""
         return any(fnmatchcase(name, pattern) for pattern in (*_ANYWHERE, *self.read))
 
 
-def _kind(read: str = "", lost: Mapping[str, Any] | None = None, **within: str) -> Kind:
+def _kind(read: str = "", lost: _Lost | None = None, **within: str) -> Kind:
     return Kind(tuple(read.split()), within, lost or {})
 
 

@@ -3,7 +3,7 @@
 import json
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
@@ -17,6 +17,7 @@ from heatlens.farm.connection import Met
 from heatlens.files.atomic_file import FOR_THE_USER, locked, write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.live.ring.channel_map import ChannelMap
+from heatlens.model.option import Values
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.view.guides import NO_GUIDES, USUAL_PEAKING, Guides, Peaking
 from heatlens.model.view.view import ViewState
@@ -158,7 +159,7 @@ class Preferences:
         if not given.display and not given.view:
             given = replace(given, display=self.now.display, view=self.now.view)
         usual, now = ViewState(), self.now
-        remembered: dict[str, Any] = dict(unit=now.unit, guides=now.guides, peaking=now.peaking)
+        remembered: Values = dict(unit=now.unit, guides=now.guides, peaking=now.peaking)
         left = {n: v for n, v in remembered.items() if getattr(given, n) == getattr(usual, n)}
         return replace(given, **left)
 
@@ -230,11 +231,11 @@ def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
     return Remembered(**values), problems[0] if problems else ""
 
 
-def _check_limits(entry: JsonEntry, value: Any) -> None:
+def _check_limits(entry: JsonEntry, value: object) -> None:
     """Refuse a number beyond its limits; also in a pair or in a map."""
     low, high = _LIMITS.get(entry.place, (-math.inf, math.inf))
-    numbers = value.values() if isinstance(value, Mapping) else value
-    for number in numbers if isinstance(value, Mapping | tuple) else (value,):
+    several = value.values() if isinstance(value, Mapping) else value
+    for number in several if isinstance(several, Iterable) else (several,):
         if isinstance(number, int | float) and not low <= number <= high:
             entry.refuse(f"{number:g} should be {low:g} to {high:g}")
 

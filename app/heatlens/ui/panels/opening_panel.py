@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui
@@ -169,14 +168,14 @@ def _disc(
         grey = min(shown / _BRIGHTEST, 1.0) ** (1 / 2.2)
         color = theme.packed((grey, grey, grey))
         ring = disc_outline(aperture, place, part)
-        draw.add_convex_poly_filled(_on_screen(ring, centre, radius_px), color)
+        draw.add_convex_poly_filled([*_on_screen(ring, centre, radius_px)], color)
     if aperture.axial_colour_mm:
         wider, narrower = (theme.colors.fringe_blue, theme.colors.fringe_red)
         if aperture.axial_colour_mm < 0:
             wider, narrower = narrower, wider
         for scale, line in ((0.97, narrower), (1.0, wider)):
             points = _on_screen(scale * disc_outline(aperture, place), centre, radius_px)
-            draw.add_polyline(points, line, 1.5, imgui.ImDrawFlags_.closed)
+            draw.add_polyline([*points], line, 1.5, imgui.ImDrawFlags_.closed)
 
 
 def _image_disc(
@@ -221,5 +220,5 @@ def _runs(row: NDArray[np.int_]) -> Iterator[tuple[int, int, float]]:
             yield first, last, float(row[first]) / _GREYS
 
 
-def _on_screen(points: Points, centre: tuple[float, float], radius_px: float) -> list[Any]:
-    return [ImVec2(centre[0] + radius_px * x, centre[1] + radius_px * y) for x, y in points]
+def _on_screen(points: Points, centre: tuple[float, float], radius_px: float) -> Iterator[ImVec2]:
+    return (ImVec2(centre[0] + radius_px * x, centre[1] + radius_px * y) for x, y in points)

@@ -4,10 +4,9 @@ Infinity is at the top, and equal heights are equal turns of the ring, see `curv
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
@@ -171,9 +170,11 @@ def _corners(scale: TimeScale, heights: Heights) -> tuple[ImVec2, ImVec2]:
     return ImVec2(scale.x, heights.y), end
 
 
-def _points(scale: TimeScale, heights: Heights, places: Iterable[tuple[float, float]]) -> list[Any]:
-    """Return screen positions, as the untyped list that ImGui's stubs require."""
-    return [ImVec2(scale.x_at(frame), heights.line_y(place)) for frame, place in places]
+def _points(
+    scale: TimeScale, heights: Heights, places: Iterable[tuple[float, float]]
+) -> Iterator[ImVec2]:
+    """Return screen positions."""
+    return (ImVec2(scale.x_at(frame), heights.line_y(place)) for frame, place in places)
 
 
 def _draw_sharp(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...]) -> None:
@@ -201,7 +202,7 @@ def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, em: f
     draw = imgui.get_window_draw_list()
     draw.push_clip_rect(*_corners(scale, heights), True)
     width = em * imgui.get_font_size()
-    draw.add_polyline(_points(scale, heights, line), color, width, 0)
+    draw.add_polyline([*_points(scale, heights, line)], color, width, 0)
     draw.pop_clip_rect()
 
 
@@ -214,7 +215,7 @@ def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
     lines: list[tuple[str, Line]] = []
     for track in desk.mark_tracks():
         for earlier in track.lines[:-1]:
-            draw.add_polyline(_points(scale, heights, earlier), theme.colors.mark, 0.1 * em, 0)
+            draw.add_polyline([*_points(scale, heights, earlier)], theme.colors.mark, 0.1 * em, 0)
         lines += [(track.name, line) for line in track.lines[-1:]]
         for bridge in track.bridges:
             _draw_dashes(_points(scale, heights, bridge), 0.5 * em)
@@ -223,14 +224,14 @@ def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
             place = 1.0 / mark.distance_m
             lines.append((mark.name, ((scale.first, place), (scale.last, place))))
     for name, line in sorted(lines, key=lambda it: it[1][-1][1]):
-        draw.add_polyline(_points(scale, heights, line), theme.colors.mark, 0.1 * em, 0)
+        draw.add_polyline([*_points(scale, heights, line)], theme.colors.mark, 0.1 * em, 0)
         x = min(scale.x_at(line[-1][0]), end.x) - _GRIP_EM * em
         if heights.low <= line[-1][1] <= heights.high:
             names.draw(name, x, heights.y_at(line[-1][1]), theme.colors.mark)
     draw.pop_clip_rect()
 
 
-def _draw_dashes(ends: Sequence[ImVec2], dash: float) -> None:
+def _draw_dashes(ends: Iterable[ImVec2], dash: float) -> None:
     """Draw a broken line, as for a thing that is hidden."""
     start, end = ends
     draw, count = imgui.get_window_draw_list(), max(int(math.dist(start, end) / dash), 1)

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
@@ -94,6 +93,5 @@ def draw_recorded(recording: PullRecording, scale: TimeScale, heights: Heights) 
         corners = at(a, -reach), at(b, -reach), at(b, reach), at(a, reach)
         draw.add_quad_filled(*corners, theme.colors.tolerance_band)
     draw.flags = smooth
-    line: list[Any] = [at(place, 0.0) for place in places]
-    draw.add_polyline(line, theme.colors.recorded, 1.2, 0)
+    draw.add_polyline([at(place, 0.0) for place in places], theme.colors.recorded, 1.2, 0)
     draw.pop_clip_rect()
