@@ -10,7 +10,7 @@ from PIL.PngImagePlugin import PngInfo
 
 from heatlens.commands.main import main
 from heatlens.export.finished import fingerprint_in
-from heatlens.plate.header.own_marks import BLURRED_ATTRIBUTE, JOB_ATTRIBUTE, marks_in
+from heatlens.files.marks import BLURRED_ATTRIBUTE, JOB_ATTRIBUTE, marks_in
 from heatlens.plate.parts.header_read import is_marked_blurred, read_headers
 from support.command_line import render
 from support.exports import exported, write_plate, write_plates, write_shot_file

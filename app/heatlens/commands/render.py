@@ -33,12 +33,12 @@ from heatlens.commands.sources.source_commands import commands_for
 from heatlens.display.display_values import DisplayValues
 from heatlens.export.job import DisplayLook
 from heatlens.files.atomic_file import check_space, make_folder
+from heatlens.files.marks import blurred_mark
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot
 from heatlens.plate.deep.deep_write import write_deep
 from heatlens.plate.exr.exr_write import COMPRESSIONS
-from heatlens.plate.header.own_marks import blurred_mark
 from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.picture.picture_write import Encode, check_output, lens_header, write_picture

@@ -19,10 +19,10 @@ from heatlens.base.errors import InputError
 from heatlens.base.paths import opened_file
 from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.export.plan import ExportPlan, PlannedFrame
+from heatlens.files.marks import JOB_ATTRIBUTE, marks_in, picture_marks
 from heatlens.files.movie_read import av
 from heatlens.files.opened_by_ending import movie_for_reading, picture_at
 from heatlens.plate.exr.exr_scan import CutError, end_of_chunks, scanned_headers
-from heatlens.plate.header.own_marks import JOB_ATTRIBUTE, marks_in, picture_marks
 
 _UNREADABLE = (OSError, CutError, IndexError, ValueError, SyntaxError)  # the errors of the readers
 _JPEG_END = b"\xff\xd9"

@@ -12,13 +12,13 @@ from heatlens.export.job import ExportJob
 from heatlens.export.options import ExportOptions
 from heatlens.export.plan import PlannedFrame
 from heatlens.export.sequence_check import Remark
+from heatlens.files.marks import JOB_ATTRIBUTE, blurred_mark
 from heatlens.model.boxes import Box
 from heatlens.model.curves.frames import exact_rate
 from heatlens.model.focus.coc import coc_px, lean_coc_px
 from heatlens.model.timecode import Timecode
 from heatlens.plate.coc_line import line_of
 from heatlens.plate.deep.deep_write import write_deep
-from heatlens.plate.header.own_marks import JOB_ATTRIBUTE, blurred_mark
 from heatlens.plate.header.timecode import exr_timecode, timecode_of
 from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture.picture_write import (

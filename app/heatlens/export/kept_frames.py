@@ -15,10 +15,10 @@ from heatlens.export.finished import is_finished, is_movie_finished
 from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame
 from heatlens.export.plan import ExportPlan, PlannedFrame, kept_path, planned
 from heatlens.export.rendering import FrameRendering
+from heatlens.files.marks import JOB_ATTRIBUTE
 from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.exr.exr_write import write_exr
-from heatlens.plate.header.own_marks import JOB_ATTRIBUTE
 from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.plate.picture.picture_write import quantised
 from heatlens.render import FrameRenderer

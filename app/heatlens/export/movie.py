@@ -21,9 +21,9 @@ from heatlens.export.frame_files import MOVIE_WHITE, RenderedFrame, frame_timeco
 from heatlens.export.job import ExportJob
 from heatlens.export.movie_sound import MovieSound, Spot
 from heatlens.files.atomic_file import check_space, replacing
+from heatlens.files.marks import JOB_ATTRIBUTE, blurred_mark, comment_of
 from heatlens.files.movie_read import av
 from heatlens.model.curves.frames import exact_rate
-from heatlens.plate.header.own_marks import JOB_ATTRIBUTE, blurred_mark, comment_of
 from heatlens.plate.picture.picture_write import quantised
 from heatlens.plate.plate import FloatImage
 

@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.files.marks import JOB_ATTRIBUTE
 from heatlens.files.picture_formats import in_movie, is_picture
 from heatlens.files.quiet import quiet_library
 from heatlens.model.shot.plate_options import PlateOptions
@@ -17,7 +18,7 @@ from heatlens.plate.exr.exr_read import deep_channels, is_deep_file
 from heatlens.plate.exr.exr_unknown import opened_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import Header
-from heatlens.plate.header.own_marks import JOB_ATTRIBUTE, is_blurred
+from heatlens.plate.header.own_marks import is_blurred
 from heatlens.plate.header.timecode import timecode_of
 from heatlens.plate.parts.picture_parts import PICTURE_FACTS, picture_header
 from heatlens.plate.picture.portrait import FOCUS_POINT

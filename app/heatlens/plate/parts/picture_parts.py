@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from PIL import Image, ImageCms
 
 from heatlens.base.errors import InputError
+from heatlens.files.marks import picture_marks
 from heatlens.model.boxes import Box
 from heatlens.model.depth_words import DepthConvention, DepthSide
 from heatlens.model.shot.plate_options import PictureCurve
 from heatlens.plate.header.camera_header import lens_attributes
 from heatlens.plate.header.channels import Header, Part
-from heatlens.plate.header.own_marks import picture_marks
 from heatlens.plate.header.primaries import P3_D65
 from heatlens.plate.picture.display import log_light, srgb_decoded
 from heatlens.plate.picture.picture_open import RawPicture, open_picture, picture_info

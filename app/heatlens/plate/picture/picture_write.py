@@ -16,12 +16,12 @@ from PIL.PngImagePlugin import PngInfo
 
 from heatlens.base.errors import InputError
 from heatlens.files.atomic_file import check_folder, check_writable, make_folder, write_whole
+from heatlens.files.marks import IMAGE_DESCRIPTION, blurred_mark, comment_of
 from heatlens.model.boxes import Box
 from heatlens.model.lens.breathing import as_seen
 from heatlens.model.lens.lens import Lens
 from heatlens.plate.exr.exr_write import write_exr
 from heatlens.plate.header.camera_header import lens_attributes
-from heatlens.plate.header.own_marks import IMAGE_DESCRIPTION, blurred_mark, comment_of
 from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.plate.windows import moved_to_window

@@ -19,9 +19,9 @@ from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.paths import opened_file
 from heatlens.display.display_values import DisplayValues
+from heatlens.files.marks import blurred_mark
 from heatlens.gpu.textures import download
 from heatlens.model.lens.lens import Lens
-from heatlens.plate.header.own_marks import blurred_mark
 from heatlens.plate.picture.picture_write import (
     EYE_SUFFIXES,
     check_output,
