@@ -18,7 +18,7 @@ import heatlens
 from heatlens.base.errors import InputError
 from heatlens.commands.main import main
 from heatlens.export.finished import fingerprint_in
-from heatlens.files.picture_formats import PICTURES_READ
+from heatlens.files.picture_formats import suffixes_read
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.picture.picture_open import open_picture
 from heatlens.plate.read import read_plate
@@ -131,7 +131,7 @@ def ghost(tmp_path, monkeypatch) -> Path:
     return made
 
 
-@pytest.mark.parametrize("suffix", [it for it in PICTURES_READ if it != ".npy"])
+@pytest.mark.parametrize("suffix", [it for it in suffixes_read()[1:] if it != ".npy"])
 def test_postscript_runs_under_no_ending(tmp_path, ghost, suffix):
     path = tmp_path / f"plate{suffix}"
     path.write_bytes(POSTSCRIPT)

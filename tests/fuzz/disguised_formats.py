@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from heatlens.base.errors import InputError
-from heatlens.files.picture_formats import PICTURES_READ
+from heatlens.files.picture_formats import suffixes_read
 from heatlens.plate.mattes.mattes import matte_of
 from heatlens.plate.picture.picture_open import open_picture, picture_info
 from heatlens.plate.read import read_plate
@@ -37,7 +37,7 @@ def under_other_endings(folder: Path) -> list[Path]:
     """Write each kind of content under the ending of every picture, its own among them."""
     made = []
     for kind, content in _contents().items():
-        for suffix in PICTURES_READ:
+        for suffix in suffixes_read()[1:]:
             path = folder / f"{kind}{suffix}"
             path.write_bytes(content)
             made.append(path)

@@ -13,8 +13,8 @@ from heatlens.model.view.guides import Guides
 from heatlens.model.view.view import DisplayOptions
 from heatlens.session.exports.export_settings import (
     CAMERA_KINDS,
-    FRAME_KINDS,
     ExportSettings,
+    frame_kinds,
     proposed_settings,
 )
 from support.evening import FIRST, settled, until
@@ -23,9 +23,9 @@ from support.session_files import room_file
 SETTINGS = ExportSettings(folder="/out", name="walls")
 
 
-@pytest.mark.parametrize("kind", FRAME_KINDS)
+@pytest.mark.parametrize("kind", frame_kinds())
 def test_frames_have_a_number_and_movies_and_single_frames_have_none(kind):
-    suffix = FRAME_KINDS[kind]
+    suffix = frame_kinds()[kind]
     is_movie = suffix in (".mov", ".mp4")
     settings = replace(SETTINGS, kind=kind)
     assert settings.output == f"/out/walls{'' if is_movie else '.####'}{suffix}"

@@ -29,7 +29,7 @@ from heatlens.model.view.view import DisplayOptions
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.exr.exr_write import write_exr
 from heatlens.session.exports.export_process import ExportState, _take
-from heatlens.session.exports.export_settings import FRAME_KINDS, ExportSettings, proposed_settings
+from heatlens.session.exports.export_settings import ExportSettings, frame_kinds, proposed_settings
 from heatlens.session.messages import window_words
 from heatlens.session.settings.export_place import ExportPlace, Where
 from support.dask_cluster import dask_cluster
@@ -233,7 +233,7 @@ def test_a_wish_is_a_job_for_the_command(tmp_path) -> None:
     assert single.output == str(tmp_path / "still_dof" / "still.exr")
     several = replace(single, frames="1-3")
     assert several.output == str(tmp_path / "still_dof" / "still.####.exr")
-    for kind, suffix in FRAME_KINDS.items():
+    for kind, suffix in frame_kinds().items():
         assert ExportSettings("/a", "b", kind).output.endswith(suffix)
     look = ExportSettings("/a", "b", "ProRes movie", "film", frames="1-5", burn_in=True)
     assert look.output == "/a/b.mov"

@@ -40,6 +40,7 @@ from heatlens.farm.connection import connected, only
 from heatlens.farm.elsewhere import Make, made_elsewhere
 from heatlens.farm.job import typed
 from heatlens.farm.processes import ProcessMaker
+from heatlens.files.picture_formats import words_written
 from heatlens.live.ring.address import opentrackio_address
 from heatlens.live.ring.sender import SOURCE, LensOutput, LensSender
 from heatlens.model.shot.shot import LensParameter, Shot
@@ -89,10 +90,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--output",
         required=True,
         metavar="FILES",
-        help="out/name.####.exr, .png, .jpg or .tif; or a movie: name.mov (ProRes), name.mp4 "
-        "(H.264). All but EXR show the display window. One missing folder is made. Files of "
-        "earlier exports are replaced where they are out of date; others need --overwrite. For a "
-        "reel, {shot} stands for the name of each shot, and a movie whose name lacks it shows "
+        help=f"out/name.####.exr; as they look: {words_written()}; or a movie: name.mov (ProRes), "
+        "name.mp4 (H.264). All but EXR show the display window. One missing folder is made. Files "
+        "of earlier exports are replaced where they are out of date; others need --overwrite. For "
+        "a reel, {shot} stands for the name of each shot, and a movie whose name lacks it shows "
         "the whole cut",
     )
     add_export_options(parser)

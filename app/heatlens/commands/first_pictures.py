@@ -19,7 +19,8 @@ from heatlens.color.view_transform import ViewTransform, view_transform
 from heatlens.commands.output.progress_line import progress_line
 from heatlens.commands.output.say import say
 from heatlens.files.atomic_file import write_whole
-from heatlens.plate.picture.picture_write import encoded_picture, write_png
+from heatlens.files.picture_encoding import encoded_picture
+from heatlens.plate.picture.picture_write import write_png
 from heatlens.scene.demo import demo_shot
 from heatlens.scene.scene_read import DEMO
 

@@ -34,6 +34,7 @@ from heatlens.display.display_values import DisplayValues
 from heatlens.export.job import DisplayLook
 from heatlens.files.atomic_file import check_space, make_folder
 from heatlens.files.marks import blurred_mark
+from heatlens.files.picture_formats import words_written
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.shot.shot import Shot
@@ -81,8 +82,8 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         required=True,
-        help=".exr; .png, .jpg or .tif for viewing, with 8 bits and without overscan; or - for "
-        "an EXR on standard output. Replaces an existing file, and makes one missing folder",
+        help=f".exr; for viewing, without overscan: {words_written()}; or - for an EXR on standard "
+        "output. Replaces an existing file, and makes one missing folder",
     )
     parser.add_argument(
         "--behind-out",

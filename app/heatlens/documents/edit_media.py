@@ -13,7 +13,7 @@ from urllib.parse import unquote, urlsplit
 
 from heatlens.base.errors import InputError
 from heatlens.documents.edit_times import Seen, seconds
-from heatlens.files.picture_formats import PICTURES_READ, movie_named
+from heatlens.files.picture_formats import movie_named, suffixes_read
 from heatlens.model.curves.frames import FrameRange, exact_rate
 from heatlens.model.shot.reel import Retime
 from heatlens.model.timecode import timecode_at
@@ -22,7 +22,6 @@ from heatlens.sequence.names import NameForm, form_of, sequences_among
 from heatlens.sequence.sequence import Sequence, find_sequence
 
 _DEPTH_MOST = 6  # folders below one of --media; deeper ones are not searched
-_NUMBERED = (".exr", *PICTURES_READ)
 _DIGITS = re.compile(r"%0?([0-9]{1,2})d|\[([0-9]+)-[0-9]+\]")  # %04d, and [1001-1100] of an EDL
 
 
@@ -244,7 +243,7 @@ def _all_media(folders: Iterable[Path]) -> Iterator[tuple[str, str]]:
         for folder, below, names in os.walk(top):
             depth = len(Path(folder).parts) - len(top.parts)
             below[:] = sorted(below, reverse=True) if depth < _DEPTH_MOST else []
-            numbered = [name for name in names if name.lower().endswith(_NUMBERED)]
+            numbered = [name for name in names if name.lower().endswith(suffixes_read())]
             for form in sequences_among(numbered):
                 yield from _named(os.path.join(folder, form.text), form)
             for name in sorted(set(names).difference(numbered)):

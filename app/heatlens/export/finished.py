@@ -2,15 +2,13 @@
 
 The fingerprint in a file tells what it shows. A file that was cut short by a full disk, a broken
 copy or a power cut still has a valid header, so its structure is checked without reading its
-pixels: each of these formats contains the length that the file must have.
+pixels: each format contains the length that the file must have.
 
-Sources: W3C, PNG specification, section 5; ISO/IEC 10918-1, annex B; Adobe, TIFF revision 6.0,
-section 2; ISO/IEC 14496-12, section 4.2.
+Source: ISO/IEC 14496-12, section 4.2.
 """
 
 import os
 import struct
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
@@ -19,15 +17,13 @@ from heatlens.base.errors import InputError
 from heatlens.base.paths import opened_file
 from heatlens.export.output import MOVIE_SUFFIXES
 from heatlens.export.plan import ExportPlan, PlannedFrame
-from heatlens.files.marks import JOB_ATTRIBUTE, marks_in, picture_marks
+from heatlens.files.marks import JOB_ATTRIBUTE, marks_in
 from heatlens.files.movie_read import av
-from heatlens.files.opened_by_ending import movie_for_reading, picture_at
+from heatlens.files.opened_by_ending import movie_for_reading
+from heatlens.files.picture_formats import writing_of
 from heatlens.plate.exr.exr_scan import CutError, end_of_chunks, scanned_headers
 
 _UNREADABLE = (OSError, CutError, IndexError, ValueError, SyntaxError)  # the errors of the readers
-_JPEG_END = b"\xff\xd9"
-_BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # bytes of a value, by type number
-_STRIP_OFFSETS, _STRIP_LENGTHS = 273, 279
 
 
 def is_finished(frame: PlannedFrame) -> bool:
@@ -72,7 +68,7 @@ def _fingerprint(path: Path) -> str | None:
     suffix = path.suffix.lower()
     if suffix == ".exr":
         return _exr_fingerprint(path)
-    marks = _movie_marks(path) if suffix in MOVIE_SUFFIXES else _picture_marks(path)
+    marks = _movie_marks(path) if suffix in MOVIE_SUFFIXES else writing_of(path).marks(path)
     return marks.get(JOB_ATTRIBUTE)
 
 
@@ -80,18 +76,6 @@ def _exr_fingerprint(path: Path) -> str | None:
     with opened_file(path) as file:
         mark = scanned_headers(file)[0].get(JOB_ATTRIBUTE)
     return None if mark is None else mark.decode("ascii", "replace")
-
-
-def _picture_marks(path: Path) -> dict[str, str]:
-    """Read the texts of a PNG, the comment of a JPEG, or the description of a TIFF."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Pillow warns of files that were cut off
-        image = picture_at(path)
-        if image is None:
-            raise ValueError(f"{path} is not a picture of an export")
-        with image:
-            info = {str(name): value for name, value in image.info.items()}
-            return picture_marks(info, image.getexif())
 
 
 def _movie_marks(path: Path) -> dict[str, str]:
@@ -140,50 +124,14 @@ def is_whole(path: Path, suffix: str = "") -> bool:
 
     `suffix`, such as .exr, gives its kind if its name does not.
     """
-    check = _CHECKS[(suffix or path.suffix).lower()]
+    kind = (suffix or path.suffix).lower()
+    check = _CHECKS.get(kind) or writing_of(f"a{kind}").is_whole
     try:
         with opened_file(path) as file:
             size = os.fstat(file.fileno()).st_size
             return size > 0 and check(file, size)
     except (OSError, struct.error, ValueError, LookupError):  # the structure itself is cut off
         return False
-
-
-def _is_whole_png(file: BinaryIO, size: int) -> bool:
-    """Return True if the chunks lead to IEND as the last one."""
-    end, kind = 8, b""
-    while end < size and kind != b"IEND":
-        file.seek(end)
-        length, kind = struct.unpack(">I4s", file.read(8))
-        end += 12 + length
-    return kind == b"IEND" and end == size
-
-
-def _is_whole_jpeg(file: BinaryIO, size: int) -> bool:
-    file.seek(size - len(_JPEG_END))
-    return file.read() == _JPEG_END
-
-
-def _is_whole_tiff(file: BinaryIO, size: int) -> bool:
-    """Return True if the file contains all of its directory, its values and its pixel strips."""
-    order = {b"II*\0": "<", b"MM\0*": ">"}[file.read(4)]
-    (start,) = struct.unpack(f"{order}I", file.read(4))
-    file.seek(start)
-    (count,) = struct.unpack(f"{order}H", file.read(2))
-    entries = [struct.unpack(f"{order}HHI4s", file.read(12)) for _ in range(count)]
-    ends, found = [start + 2 + 12 * count + 4], {}
-    for tag, kind, number, data in entries:
-        length = _BYTES_OF_TIFF[kind] * number
-        if length > 4:
-            (at,) = struct.unpack(f"{order}I", data)
-            ends.append(at + length)
-            file.seek(at)
-            data = file.read(length)
-        if tag in (_STRIP_OFFSETS, _STRIP_LENGTHS):
-            found[tag] = struct.unpack(f"{order}{number}{'H' if kind == 3 else 'I'}", data[:length])
-    strips = zip(found[_STRIP_OFFSETS], found[_STRIP_LENGTHS], strict=True)
-    ends += [offset + length for offset, length in strips]
-    return bool(max(ends) == size)
 
 
 def _is_whole_movie(file: BinaryIO, size: int) -> bool:
@@ -204,11 +152,5 @@ def _is_whole_movie(file: BinaryIO, size: int) -> bool:
 
 _CHECKS: dict[str, Callable[[BinaryIO, int], bool]] = {
     ".exr": lambda file, size: end_of_chunks(file) == size,
-    ".png": _is_whole_png,
-    ".jpg": _is_whole_jpeg,
-    ".jpeg": _is_whole_jpeg,
-    ".tif": _is_whole_tiff,
-    ".tiff": _is_whole_tiff,
-    ".mov": _is_whole_movie,
-    ".mp4": _is_whole_movie,
+    **dict.fromkeys(MOVIE_SUFFIXES, _is_whole_movie),
 }

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from heatlens.base.errors import InputError
 from heatlens.export.job import ExportJob
@@ -21,12 +20,7 @@ from heatlens.plate.coc_line import line_of
 from heatlens.plate.deep.deep_write import write_deep
 from heatlens.plate.header.timecode import exr_timecode, timecode_of
 from heatlens.plate.kept_channels import kept_channels
-from heatlens.plate.picture.picture_write import (
-    lens_header,
-    quantised,
-    write_image,
-    write_picture,
-)
+from heatlens.plate.picture.picture_write import lens_header, write_picture, write_shown
 from heatlens.plate.plate import FloatImage, Plate
 
 MOVIE_WHITE = 65280  # 255 times 256, which FFmpeg takes as white in 16 bits
@@ -156,5 +150,4 @@ def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
 
 
 def _write_shown(frame: RenderedFrame, mark: dict[str, str]) -> None:
-    image = Image.fromarray(quantised(frame.pixels, np.uint8))
-    write_image(frame.planned.path, image, {JOB_ATTRIBUTE: frame.planned.fingerprint} | mark)
+    write_shown(frame.planned.path, frame.pixels, {JOB_ATTRIBUTE: frame.planned.fingerprint} | mark)

@@ -6,11 +6,10 @@ from pathlib import Path
 
 from heatlens.base.errors import InputError
 from heatlens.files.atomic_file import check_folder
-from heatlens.plate.picture.picture_write import EYE_SUFFIXES
+from heatlens.files.picture_formats import suffixes_written, writing_of
 from heatlens.sequence.names import NameForm, parse_pattern
 
 MOVIE_SUFFIXES = (".mov", ".mp4")
-_SUFFIXES = (".exr", *EYE_SUFFIXES, *MOVIE_SUFFIXES)
 
 
 @dataclass(frozen=True)
@@ -22,7 +21,7 @@ class Output:
 
     @property
     def suffix(self) -> str:
-        """The file extension: .exr, one of EYE_SUFFIXES or of MOVIE_SUFFIXES."""
+        """The file extension: .exr, one of another picture, or one of MOVIE_SUFFIXES."""
         return Path(self.form.name_at(0)).suffix.lower()
 
     @property
@@ -54,8 +53,11 @@ def parse_output(text: str | os.PathLike[str]) -> Output:
     parsed = parse_pattern(path.name)
     form, frames = parsed or (NameForm(path.name, 0, ""), None)
     output = Output(path.parent, form)
-    if output.suffix not in _SUFFIXES or path.is_dir():
-        raise InputError(f"{path}: the output must end in {', '.join(_SUFFIXES)}.")
+    suffixes = (*suffixes_written(), *MOVIE_SUFFIXES)
+    if output.suffix not in suffixes or path.is_dir():
+        raise InputError(f"{path}: the output must end in {', '.join(suffixes)}.")
+    if not (output.is_exr or output.is_movie):
+        writing_of(path).require()
     if frames is not None:
         raise InputError(f"{path} names frames. Give them with --frames, and write #### here.")
     if output.is_movie and parsed is not None:

@@ -2,11 +2,9 @@
 
 from pathlib import Path
 
-from heatlens.files.picture_formats import MOVIES_READ, PICTURES_READ
+from heatlens.files.picture_formats import MOVIES_READ, suffixes_read
 
-_PICTURES = (
-    f"a picture of a kind that heatlens does not read: it reads EXR, {', '.join(PICTURES_READ)}"
-)
+_PICTURES = "a picture of a kind that heatlens does not read: it reads {suffixes}"
 _MOVIE = f"a movie of a kind that heatlens does not read: it reads {', '.join(MOVIES_READ)}"
 _EDIT = (
     "an edit of a kind that heatlens does not read: it reads OpenTimelineIO (.otio), EDL (.edl), "
@@ -20,7 +18,7 @@ _WORDS = {
     **dict.fromkeys((".fcpxml", ".fcpxmld", ".fcp", ".prproj", ".drp", ".ale", ".otr"), _EDIT),
     **dict.fromkeys((".avi", ".wmv", ".flv", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts"), _MOVIE),
     **dict.fromkeys((".ogv", ".r3d", ".braw", ".mxv", ".3gp"), _MOVIE),
-    **dict.fromkeys((".gif", ".hdr", ".dpx", ".cin", ".hif", ".jxl", ".jp2", ".psd"), _PICTURES),
+    **dict.fromkeys((".gif", ".hdr", ".cin", ".hif", ".jxl", ".jp2", ".psd"), _PICTURES),
     **dict.fromkeys((".rat", ".tx", ".iff", ".sgi", ".cr2", ".cr3", ".nef", ".arw"), _PICTURES),
     **dict.fromkeys((".dng", ".svg", ".pdf", ".eps"), _PICTURES),
     **dict.fromkeys((".blend", ".fbx", ".abc", ".ma", ".mb", ".max", ".c4d", ".hip"), _SCENE),
@@ -30,4 +28,5 @@ _WORDS = {
 
 def foreign_words(path: Path) -> str:
     """Return what a file is that heatlens does not read, and what it reads; "" if unknown."""
-    return _WORDS.get(path.suffix.lower(), "")
+    words = _WORDS.get(path.suffix.lower(), "")
+    return words.format(suffixes=", ".join(suffixes_read()))

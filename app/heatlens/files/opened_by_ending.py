@@ -6,6 +6,7 @@ opens other files. Here the ending decides, and every picture and movie is opene
 (`tests/files/test_opened_by_ending.py`).
 """
 
+import warnings
 from io import BytesIO
 from pathlib import Path
 from types import ModuleType
@@ -15,36 +16,17 @@ from PIL import Image, UnidentifiedImageError
 
 from heatlens.base.errors import InputError
 from heatlens.base.paths import opened_file
+from heatlens.files.marks import picture_marks
+from heatlens.files.picture_formats import FORMATS, format_of
 
 if TYPE_CHECKING:
     from av.container import InputContainer
     from OpenImageIO import ImageInput
 
-# Pillow's names. It has no other for a JPEG with further pictures behind the first, as of phones.
-_OF_PILLOW: dict[str, tuple[str, ...]] = {
-    ".avif": ("AVIF",),
-    ".bmp": ("BMP", "DIB"),
-    ".heic": ("HEIF",),
-    ".heif": ("HEIF",),
-    ".jpeg": ("JPEG",),
-    ".jpg": ("JPEG",),
-    ".png": ("PNG",),
-    ".tga": ("TGA",),
-    ".tif": ("TIFF",),
-    ".tiff": ("TIFF",),
-    ".webp": ("WEBP",),
-}
 INSIDE = ("PNG", "JPEG", "WEBP")  # pictures inside other files: maps, materials, stills
-# The first bytes of files -> what they are, and the ending with which heatlens reads them.
-_BEGINNINGS = {
-    b"\x89PNG": ("PNG", ".png"),
-    b"\xff\xd8\xff": ("JPEG", ".jpg"),
-    b"II*\0": ("TIFF", ".tif"),
-    b"MM\0*": ("TIFF", ".tif"),
-    b"RIFF": ("WebP", ".webp"),
-    b"BM": ("BMP", ".bmp"),
+# The first bytes of files of no such format -> what they are, and the ending for heatlens.
+_OTHERS = {
     b"\x76\x2f\x31\x01": ("OpenEXR", ".exr"),
-    b"\x93NUMPY": ("NumPy", ".npy"),
     b"%!PS": ("PostScript", ""),
     b"%PDF": ("PDF", ""),
     b"GIF8": ("GIF", ""),
@@ -59,9 +41,9 @@ def picture_at(path: Path) -> Image.Image | None:
     Raises InputError for a file whose content is of another kind than its ending tells, and
     whatever Pillow raises for a damaged one.
     """
-    formats = _OF_PILLOW.get(path.suffix.lower(), ())
+    found = format_of(path)
     try:
-        return Image.open(path, formats=formats)
+        return Image.open(path, formats=() if found is None else found.of_pillow)
     except UnidentifiedImageError:
         check_content(path)
         return None
@@ -72,24 +54,38 @@ def picture_of(data: bytes, formats: tuple[str, ...] = INSIDE) -> Image.Image:
     return Image.open(BytesIO(data), formats=formats)
 
 
+def marks_by_pillow(path: Path) -> dict[str, str]:
+    """Return the marks of heatlens in a picture; raises ValueError or what Pillow does."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Pillow warns of files that were cut off
+        image = picture_at(path)
+        if image is None:
+            raise ValueError(f"{path} is not a picture of an export")
+        with image:
+            info = {str(name): value for name, value in image.info.items()}
+            return picture_marks(info, image.getexif())
+
+
 def ending_of(head: bytes) -> str:
     """Return the ending for a file that begins with these bytes; "" if heatlens reads none such."""
-    return next((it for begins, (_, it) in _BEGINNINGS.items() if head.startswith(begins)), "")
+    return _content(head)[1]
 
 
 def check_content(path: Path) -> None:
     """Raise InputError for a file that begins as one of another kind than its ending tells."""
     with opened_file(path) as file:
-        head = file.read(16)
-    for begins, (kind, ending) in _BEGINNINGS.items():
-        if head.startswith(begins) and not _is_one(path, ending):
-            help_ = f"rename it to {path.with_suffix(ending).name}" if ending else "convert it"
-            raise InputError(f"{path} is {kind}, although its name ends in {path.suffix}: {help_}.")
+        kind, ending = _content(file.read(16))
+    own = format_of(path)
+    if kind and (own is None or own is not format_of(f"a{ending}")):
+        help_ = f"rename it to {path.with_suffix(ending).name}" if ending else "convert it"
+        raise InputError(f"{path} is {kind}, although its name ends in {path.suffix}: {help_}.")
 
 
-def _is_one(path: Path, ending: str) -> bool:
-    own = _OF_PILLOW.get(path.suffix.lower())
-    return own is not None and own == _OF_PILLOW.get(ending)
+def _content(head: bytes) -> tuple[str, str]:
+    """Return what begins with these bytes and the ending for it; "" where there is none."""
+    known = (it for it in FORMATS if head.startswith(it.begins))
+    others = (other for begins, other in _OTHERS.items() if head.startswith(begins))
+    return next(((it.word, it.suffixes[0]) for it in known), next(others, ("", "")))
 
 
 def input_by_openimageio(library: ModuleType, path: Path) -> "ImageInput | None":

@@ -5,10 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from heatlens.base.errors import InputError
-from heatlens.files.atomic_file import write_whole
 from heatlens.measure.metrics import flip_evaluation
 from heatlens.model.boxes import Box
 from heatlens.model.shot.plate_options import PlateOptions
@@ -16,7 +14,7 @@ from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header.channel_choice import choose_color
 from heatlens.plate.header.channels import pixels_of
 from heatlens.plate.picture.display import srgb_encoded
-from heatlens.plate.picture.picture_write import encoded_picture
+from heatlens.plate.picture.picture_write import write_shown
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.windows import box_at_header
 
@@ -109,8 +107,7 @@ def write_difference(
     """
     check_is_png(path)
     strip = np.concatenate([srgb_encoded(result), srgb_encoded(truth), error], axis=1)
-    image = Image.fromarray((strip * 255 + 0.5).astype(np.uint8))
-    write_whole(path, encoded_picture(image, "PNG"))
+    write_shown(path, strip)
 
 
 def check_is_png(path: str | os.PathLike[str]) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from heatlens.base.errors import InputError
 from heatlens.base.extras import OnUse
-from heatlens.files.picture_formats import PICTURES_READ
+from heatlens.files.picture_formats import suffixes_read
 from heatlens.scene.scene_read import names_scene
 
 if TYPE_CHECKING:  # they are imported on use, so that a command loads only what its source needs
@@ -74,7 +74,7 @@ def refused(text: str | Path, *_: object) -> Any:
 def plates_word(text: str) -> str:
     """Return whether a name means one plate or a sequence, judged by the name alone."""
     name = Path(text).name
-    is_file = name.lower().endswith((".exr", *PICTURES_READ))
+    is_file = name.lower().endswith(suffixes_read())
     return "Plate" if is_file and not any(mark in name for mark in _PATTERN_MARKS) else "Sequence"
 
 

@@ -1,4 +1,4 @@
-"""Read the stored values of pictures other than EXR: PNG, JPEG, TIFF, HEIC, AVIF, PFM, NumPy.
+"""Read the stored values of pictures other than EXR: PNG, JPEG, DPX, NumPy and others.
 
 Pillow reads pictures with 8 bits a channel, and single channels of 16 or 32 bits. Pictures that it
 would silently reduce to 8 bits are read by OpenImageIO. That is an optional extra, and so is HEIC.
@@ -19,7 +19,7 @@ from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,9 +39,13 @@ from heatlens.plate.picture.movie_picture import movie_info, movie_values
 from heatlens.plate.picture.pfm import read_pfm
 from heatlens.plate.picture.portrait import portrait_header
 
+if TYPE_CHECKING:
+    from OpenImageIO import ImageSpec
+
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
 _HEIC = (".heic", ".heif")
 _ORIENTATION = 0x0112  # tag of EXIF
+_LOGS = ("Printing density", "Logarithmic")  # transfers in the header of a DPX
 _HEAD_BYTES = 4096  # start of an AVIF that holds its description
 _FOLDER, _FILE = "rgb", "metadata.json"
 _LONG_SIDE_MM = 36.0  # of the full frame, on which phones tell their focal lengths
@@ -81,7 +85,8 @@ def open_picture(path: Path) -> RawPicture:
         return RawPicture(_ARRAYS[path.suffix.lower()](path))
     with refusals(path), _opened(path) as image:
         if image is None or _is_cut_by_pillow(image):
-            return RawPicture(_by_openimageio(path), _info(image))
+            values, told = _by_openimageio(path)
+            return RawPicture(values, told if image is None else _info(image))
         upright = ImageOps.exif_transpose(image)
         upright = upright.convert(_MODES[upright.mode]) if upright.mode in _MODES else upright
         values = np.array(upright)
@@ -100,9 +105,9 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
         height, width = _ARRAYS[path.suffix.lower()](path).shape[:2]
         return (width, height), {} if path.suffix.lower() == ".npy" else {"is_light": True}
     with refusals(path), _opened(path) as image:
-        if image is None:  # floating point: Pillow knows all other kinds
-            height, width = _by_openimageio(path).shape[:2]
-            return (width, height), {"is_light": True}
+        if image is None:  # floating point, or a format that Pillow lacks
+            values, told = _by_openimageio(path)
+            return values.shape[1::-1], told | {"is_light": values.dtype.kind == "f"}
         info = _photo_info(path, image, image.size)
         return _upright_size(image), info | {"is_light": image.mode == "F"}
 
@@ -163,8 +168,8 @@ def _is_cut_by_pillow(image: Image.Image) -> bool:
     return is_color and any(";16" in str(tile[-1]) for tile in getattr(image, "tile", ()))
 
 
-def _by_openimageio(path: Path) -> NDArray[np.generic]:
-    """Read values (H, W, C) in the type that the file has."""
+def _by_openimageio(path: Path) -> tuple[NDArray[np.generic], dict[str, object]]:
+    """Read values (H, W, C) in the type that the file has, and its metadata."""
     if importlib.util.find_spec("OpenImageIO") is None:
         raise InputError(
             f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "
@@ -175,7 +180,7 @@ def _by_openimageio(path: Path) -> NDArray[np.generic]:
         return _read_by(library, path)
 
 
-def _read_by(library: ModuleType, path: Path) -> NDArray[np.generic]:
+def _read_by(library: ModuleType, path: Path) -> tuple[NDArray[np.generic], dict[str, object]]:
     opened = input_by_openimageio(library, path)
     if opened is None:
         library.geterror()  # else the library prints it when the program ends
@@ -190,7 +195,21 @@ def _read_by(library: ModuleType, path: Path) -> NDArray[np.generic]:
     opened.close()
     if values is None:
         raise InputError(f"{path} is damaged or cut short ({one_line(opened.geterror())}).")
-    return _turned(np.asarray(values)[:, :, :4], spec.get_int_attribute("Orientation", 1))
+    upright = _turned(np.asarray(values)[:, :, :4], spec.get_int_attribute("Orientation", 1))
+    return upright, _told(path, spec, upright.dtype.itemsize * 8)
+
+
+def _told(path: Path, spec: "ImageSpec", bits: int) -> dict[str, object]:
+    """Return the metadata: bits, and of a DPX the text with our marks and a note on its log."""
+    told: dict[str, object] = {"comment": spec.get_string_attribute("DocumentName")}
+    told["bits"] = spec.get_int_attribute("oiio:BitsPerSample", bits)
+    transfer = spec.get_string_attribute("dpx:Transfer")
+    if transfer in _LOGS:
+        told["note"] = (
+            f"{path}: its header tells {transfer.lower()}, the log of film; its numbers are taken "
+            "as display values."
+        )
+    return told
 
 
 def _turned(stored: NDArray[Any], orientation: int) -> NDArray[np.generic]:

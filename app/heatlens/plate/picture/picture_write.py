@@ -1,9 +1,8 @@
 """Write a picture seen through the lens to a file, for the window and the command line alike.
 
-Scene-linear colour becomes 8-bit display values in PNG, JPEG or TIFF.
+Scene-linear colour becomes display values in all formats but EXR, with the bits of each.
 """
 
-import io
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -11,12 +10,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from heatlens.base.errors import InputError
 from heatlens.files.atomic_file import check_folder, check_writable, make_folder, write_whole
-from heatlens.files.marks import IMAGE_DESCRIPTION, blurred_mark, comment_of
+from heatlens.files.marks import blurred_mark
+from heatlens.files.picture_formats import suffixes_written, writing_of
 from heatlens.model.boxes import Box
 from heatlens.model.lens.breathing import as_seen
 from heatlens.model.lens.lens import Lens
@@ -26,14 +24,8 @@ from heatlens.plate.picture.display import srgb_encoded
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.plate.windows import moved_to_window
 
-_FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
-EYE_SUFFIXES = tuple(_FORMATS)
 Encode = Callable[[FloatImage], FloatImage]  # scene-linear (H, W, 3) to display values
 Whole = TypeVar("Whole", np.uint8, np.uint16)
-_OPTIONS: dict[str, dict[str, object]] = {
-    "JPEG": {"quality": 95},
-    "TIFF": {"compression": "tiff_adobe_deflate"},
-}
 
 
 def write_png(
@@ -44,61 +36,34 @@ def write_png(
     """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4).
 
     `encode` converts light (H, W, 3) to display values, which are clamped to 0..1. If any pixel is
-    not opaque, PNG and TIFF hold alpha with unpremultiplied colour, and JPEG shows the picture over
-    black. Raises InputError if the file cannot be written.
+    not opaque, formats with alpha hold it with unpremultiplied colour, and others show the picture
+    over black. Raises InputError if the file cannot be written.
     """
-    write_image(path, shown_image(rgba, encode, keeps_alpha(Path(path).suffix)))
+    write_shown(path, _shown(rgba, encode, writing_of(path).keeps_alpha))
 
 
-def shown_image(rgba: FloatImage, encode: Encode, keep_alpha: bool = True) -> Image.Image:
-    """Return what `write_png` writes; without `keep_alpha` over black."""
+def _shown(rgba: FloatImage, encode: Encode, keep_alpha: bool) -> FloatImage:
+    """Return display values of what `write_png` takes; without `keep_alpha` over black."""
     light = _straight(rgba, keep_alpha)
-    shown = np.concatenate([encode(light[:, :, :3]), light[:, :, 3:]], axis=2)
-    return Image.fromarray(quantised(shown, np.uint8))
+    return np.concatenate([encode(light[:, :, :3]), light[:, :, 3:]], axis=2)
 
 
-def write_image(
-    path: str | os.PathLike[str], image: Image.Image, marks: Mapping[str, str] | None = None
+def write_shown(
+    path: str | os.PathLike[str], shown: FloatImage, marks: Mapping[str, str] | None = None
 ) -> None:
-    """Write `image` with texts in the format of the suffix. Raises InputError if that fails."""
-    kind = picture_format(path)
-    write_whole(path, encoded_picture(image, kind, **_marked(kind, marks or {})))
+    """Write display values 0..1, (H, W, 3 or 4), with texts in the format of the suffix.
 
-
-def _marked(kind: str, marks: Mapping[str, str]) -> dict[str, object]:
-    """Return Pillow's options that store the texts where each format has room for them."""
-    if not marks:
-        return {}
-    if kind == "PNG":
-        info = PngInfo()
-        for name, text in marks.items():
-            info.add_text(name, text)
-        return {"pnginfo": info}
-    comment = comment_of(marks)
-    return {"comment": comment} if kind == "JPEG" else {"tiffinfo": {IMAGE_DESCRIPTION: comment}}
-
-
-def picture_format(path: str | os.PathLike[str]) -> str:
-    """Return PNG, JPEG or TIFF for the suffix of a name. Raises InputError for another suffix."""
-    kind = _FORMATS.get(Path(path).suffix.lower())
-    if kind is None:
-        raise InputError(f"{path}: pictures are written as {', '.join(_FORMATS)}.")
-    return kind
-
-
-def keeps_alpha(suffix: str) -> bool:
-    """Return whether files with this suffix hold alpha."""
-    return _FORMATS.get(suffix.lower()) != "JPEG"
-
-
-def encoded_picture(image: Image.Image, kind: str, **options: object) -> bytes:
-    """Return the bytes of a file of the format `kind`; `options` are passed on to Pillow.
-
-    The file is encoded in memory, because Pillow silently cuts it short on a full disk.
+    Raises InputError if that fails, and for a picture larger than the format allows.
     """
-    encoded = io.BytesIO()
-    image.save(encoded, format=kind, **_OPTIONS.get(kind, {}), **options)
-    return encoded.getvalue()
+    writing = writing_of(path)
+    if max(shown.shape[:2]) > writing.most_px:
+        raise InputError(
+            f"{path}: {shown.shape[1]} x {shown.shape[0]} pixels are too many for this format, "
+            f"which has at most {writing.most_px} a side."
+        )
+    is_small, white = writing.bits <= 8, 2**writing.bits - 1
+    values = quantised(shown, np.uint8, white) if is_small else quantised(shown, np.uint16, white)
+    write_whole(path, writing.encoded(values, marks or {}))
 
 
 def _straight(rgba: FloatImage, keep_alpha: bool) -> FloatImage:
@@ -119,9 +84,6 @@ def quantised(display: FloatImage, kind: type[Whole], white: int | None = None) 
     most = np.float32(white or np.iinfo(kind).max)
     scaled = np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * most
     return (scaled + np.float32(0.5)).astype(kind)
-
-
-PICTURE_SUFFIXES = (".exr", *EYE_SUFFIXES)
 
 
 def write_picture(
@@ -149,8 +111,8 @@ def write_picture(
     """
     make_folder(path.parent)
     mark = blurred_mark(is_blurred)
-    if path.suffix.lower() in EYE_SUFFIXES:
-        write_image(path, seen_image(pixels, plate, proxy, encode, keeps_alpha(path.suffix)), mark)
+    if path.suffix.lower() != ".exr":
+        write_shown(path, seen_values(pixels, plate, proxy, encode, path), mark)
         return
     names = "RGBA" if plate.has_alpha else "RGB"
     write_exr(
@@ -166,15 +128,16 @@ def write_picture(
     )
 
 
-def seen_image(
-    pixels: FloatImage, plate: Plate, proxy: float, encode: Encode, keep_alpha: bool = True
-) -> Image.Image:
-    """Return `pixels`, (H, W, 4) premultiplied at `proxy` scale, as an image of 8 bits.
+def seen_values(
+    pixels: FloatImage, plate: Plate, proxy: float, encode: Encode, path: Path
+) -> FloatImage:
+    """Return `pixels`, (H, W, 4) premultiplied at `proxy` scale, as display values for `path`.
 
-    It shows the display window; `encode` and `keep_alpha` are those of `shown_image`.
+    They show the display window. Transparency is kept where the format of the name has it.
     """
     shown = in_display_window(pixels, plate, proxy)
-    return shown_image(shown if plate.has_alpha else shown[..., :3], encode, keep_alpha)
+    light = shown if plate.has_alpha else shown[..., :3]
+    return _shown(light, encode, writing_of(path).keeps_alpha)
 
 
 def check_output(path: Path, plate: Path, *beside: Path) -> None:
@@ -182,8 +145,11 @@ def check_output(path: Path, plate: Path, *beside: Path) -> None:
 
     `beside` are other input files, which need not exist.
     """
-    if path.suffix.lower() not in PICTURE_SUFFIXES:
-        raise InputError(f"{path}: the output must end in {', '.join(PICTURE_SUFFIXES)}.")
+    suffix = path.suffix.lower()
+    if suffix not in suffixes_written():
+        raise InputError(f"{path}: the output must end in {', '.join(suffixes_written())}.")
+    if suffix != ".exr":
+        writing_of(path).require()
     check_folder(path)
     check_writable(path if path.parent.is_dir() else path.parent)
     if os.path.isdir(path):

@@ -6,20 +6,13 @@ from pathlib import Path
 from heatlens.base.paths import folder_to_write_in
 from heatlens.export.job import job_text
 from heatlens.export.options import ExportOptions, in_panel
+from heatlens.files.picture_formats import FORMATS
 from heatlens.model.shot.settings import Quality
 from heatlens.model.shot.shot import Shot
 from heatlens.model.view.guides import NO_GUIDES, Guides
 from heatlens.model.view.view import DisplayOptions
 from heatlens.session.settings.export_place import HERE, ExportPlace
 
-FRAME_KINDS = {
-    "EXR, scene-linear": ".exr",
-    "PNG, as it looks": ".png",
-    "JPEG, as it looks": ".jpg",
-    "TIFF, as it looks": ".tif",
-    "ProRes movie": ".mov",
-    "H.264 movie": ".mp4",
-}
 CAMERA_KINDS = {
     "USD": ".usda",
     "Nuke": ".nk",
@@ -27,7 +20,15 @@ CAMERA_KINDS = {
     "JSON": ".json",
     "table (CSV)": ".csv",
 }
-_MOVIES = (".mov", ".mp4")
+_LINEAR = "EXR, scene-linear"
+_MOVIES = {"ProRes movie": ".mov", "H.264 movie": ".mp4"}
+
+
+def frame_kinds() -> dict[str, str]:
+    """Return the words for all that frames are exported to, with the suffix of each."""
+    written = (it for it in FORMATS if it.writing)
+    shown = {f"{it.word}, as it looks": it.suffixes[0] for it in written}
+    return {_LINEAR: ".exr", **shown, **_MOVIES}
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class ExportSettings(ExportOptions):
 
     folder: str = ""
     name: str = ""
-    kind: str = "EXR, scene-linear"
+    kind: str = _LINEAR
     quality: str = ""
     with_guides: bool = False
     camera_kind: str = "USD"
@@ -53,9 +54,9 @@ class ExportSettings(ExportOptions):
     @property
     def output(self) -> str:
         """The path pattern of the frames, or the path of the movie."""
-        suffix = FRAME_KINDS[self.kind]
+        suffix = frame_kinds()[self.kind]
         is_single = self.is_single and not self.frames
-        number = "" if is_single or suffix in _MOVIES else ".####"
+        number = "" if is_single or self.kind in _MOVIES else ".####"
         return str(Path(self.folder) / f"{self.name}{number}{suffix}")
 
     @property
@@ -66,7 +67,7 @@ class ExportSettings(ExportOptions):
     @property
     def is_linear(self) -> bool:
         """Return True if the output is scene-linear and not made for a display."""
-        return FRAME_KINDS[self.kind] == ".exr"
+        return self.kind == _LINEAR
 
     def shot_of(self, shot: Shot) -> Shot:
         """Return the shot at the quality of the export."""

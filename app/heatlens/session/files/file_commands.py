@@ -9,9 +9,8 @@ from heatlens.color.grade_file import GRADE_SUFFIXES
 from heatlens.documents.frame_line_file import FDL_SUFFIX
 from heatlens.documents.reel_file import REEL_SUFFIXES
 from heatlens.documents.shot_file import SHOT_SUFFIX
-from heatlens.files.picture_formats import MOVIES_READ, PICTURES_READ
+from heatlens.files.picture_formats import MOVIES_READ, suffixes_read, suffixes_written
 from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.picture.picture_write import PICTURE_SUFFIXES
 from heatlens.scene.scene_read import SCENE_SUFFIXES
 from heatlens.sequence.depth_files import picture_and_depth
 from heatlens.session.files.folder_walk import Chosen, Purpose
@@ -37,24 +36,27 @@ PURPOSES = {
             "open",
             "Open a plate or a scene",
             "Open",
-            (".exr", *PICTURES_READ, *MOVIES_READ, *SCENE_SUFFIXES, *REEL_SUFFIXES),
+            (*MOVIES_READ, *SCENE_SUFFIXES, *REEL_SUFFIXES),
             "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
+            pictures=suffixes_read,
         ),
         Purpose(
             "behind",
             "Add a picture of what lies behind",
             "Add",
-            (".exr", *PICTURES_READ),
+            (),
             "It needs depth and the same camera: a clean plate, or a character with alpha.",
+            pictures=suffixes_read,
         ),
-        Purpose("reference", "Open a reference", "Open", (".exr", *PICTURES_READ), "Shown as B."),
+        Purpose("reference", "Open a reference", "Open", (), "Shown as B.", pictures=suffixes_read),
         Purpose(
             "save",
             "Save the picture",
             "Save",
-            PICTURE_SUFFIXES,
-            ".exr: scene-linear, with the lens in its header.   .png: as it looks here.",
+            (),
+            ".exr: scene-linear, with the lens in its header.   Others: as it looks here.",
             is_save=True,
+            pictures=suffixes_written,
         ),
         Purpose(
             "camera",
@@ -81,8 +83,9 @@ PURPOSES = {
             "opening",
             "Take a picture as the opening of the lens",
             "Take",
-            (".exr", *PICTURES_READ),
+            (),
             "White lets light through, black blocks it.   Lamps behind the focus show it upright.",
+            pictures=suffixes_read,
         ),
         Purpose(
             "sheet",

@@ -19,9 +19,15 @@ class Purpose:
     key: str  # under which the last folder is remembered
     title: str
     verb: str  # the label of the button
-    suffixes: tuple[str, ...]  # in lower case; a name to save without a suffix gets the first
+    more: tuple[str, ...]  # suffixes in lower case, after those of the pictures
     note: str  # a line of explanation for the user
     is_save: bool = False
+    pictures: Callable[[], tuple[str, ...]] = tuple  # suffixes of the pictures that it takes
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """All suffixes; a name to save without one gets the first."""
+        return (*self.pictures(), *self.more)
 
 
 @dataclass(frozen=True)

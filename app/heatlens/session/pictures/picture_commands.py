@@ -13,22 +13,19 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from PIL import Image
-
 from heatlens.base.background import Background
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.paths import opened_file
 from heatlens.display.display_values import DisplayValues
 from heatlens.files.marks import blurred_mark
+from heatlens.files.picture_formats import format_of, suffixes_written
 from heatlens.gpu.textures import download
 from heatlens.model.lens.lens import Lens
 from heatlens.plate.picture.picture_write import (
-    EYE_SUFFIXES,
     check_output,
-    keeps_alpha,
-    seen_image,
-    write_image,
+    seen_values,
     write_picture,
+    write_shown,
 )
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.preview.shown import Shown
@@ -210,14 +207,14 @@ class PictureCommands(Commands, Worker):
 class Snapshot:
     """A complete picture, the same as from `heatlens render`.
 
-    image  what the window shows of it, for every file but an EXR
+    seen  display values of what the window shows, for every file but an EXR
     """
 
     pixels: FloatImage
     plate: Plate
     lens: Lens
     proxy: float
-    image: Image.Image | None
+    seen: FloatImage | None
 
 
 def snapshot(
@@ -226,15 +223,15 @@ def snapshot(
     """Read the picture back for `path`, or the clipboard; call this on the thread of OpenGL."""
     shot = shown.shot
     pixels, proxy, lens = download(shown.texture), shot.defocus.proxy, shot.lens_at(shown.frame)
-    suffix = CLIPBOARD_SUFFIX if path is None else path.suffix.lower()
-    if suffix not in EYE_SUFFIXES:
+    named = path or Path(f"clipboard{CLIPBOARD_SUFFIX}")
+    if format_of(named) is None or named.suffix.lower() not in suffixes_written():
         return Snapshot(pixels, plate, lens, proxy, None)
     values = make_values()
     try:
-        image = seen_image(pixels, plate, proxy, values.encode, keeps_alpha(suffix))
+        seen = seen_values(pixels, plate, proxy, values.encode, named)
     finally:
         values.release()
-    return Snapshot(pixels, plate, lens, proxy, image)
+    return Snapshot(pixels, plate, lens, proxy, seen)
 
 
 def saved(picture: Snapshot, path: Path | None) -> str:
@@ -256,10 +253,10 @@ def _sources(path: Path) -> tuple[Path, ...]:
 
 
 def _write(picture: Snapshot, path: Path) -> None:
-    if picture.image is None:
+    if picture.seen is None:
         write_picture(path, picture.pixels, picture.plate, picture.lens, picture.proxy)
     else:
-        write_image(path, picture.image, blurred_mark(True))
+        write_shown(path, picture.seen, blurred_mark(True))
 
 
 def _copy(picture: Snapshot) -> None:

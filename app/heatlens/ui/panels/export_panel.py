@@ -15,7 +15,7 @@ from heatlens.model.option import options_of
 from heatlens.model.shot.settings import Quality
 from heatlens.session.exports.export_commands import ExportCommands
 from heatlens.session.exports.export_process import ExportState
-from heatlens.session.exports.export_settings import CAMERA_KINDS, FRAME_KINDS, ExportSettings
+from heatlens.session.exports.export_settings import CAMERA_KINDS, ExportSettings, frame_kinds
 from heatlens.session.playing.cluster_frames import ClusterFrames
 from heatlens.session.settings.export_place import ExportPlace, Where
 from heatlens.ui import probe, theme, widgets
@@ -84,7 +84,7 @@ def export_panel(
     imgui.separator_text("Frames")
     settings = replace(_folder(settings), place=_place(settings.place, workers, say))
     pressed = _agreement(asks and settings.place.where is Where.CLUSTER)
-    settings = replace(settings, kind=widgets.choice("as", settings.kind, list(FRAME_KINDS)))
+    settings = replace(settings, kind=widgets.choice("as", settings.kind, list(frame_kinds())))
     settings = _options(settings, played, usual)
     is_busy = state is not None and state.code is None
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
