@@ -19,7 +19,7 @@ from support.exr_files import write_file
 
 LENS = ("--f-stop", "2", "--focus-distance", "2.24")
 SCENE = Path(__file__).parents[2] / "assets" / "demo.glb"
-ENDINGS = (".exr", ".png", ".jpg", ".tif")
+ENDINGS = (".exr", ".png", ".jpg", ".tif", ".webp", ".dpx")
 
 
 def info_of(capsys, *words: object) -> dict:

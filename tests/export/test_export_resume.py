@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -9,9 +10,10 @@ from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
 from support.exports import FRAMES, exported, files_in, refused, with_focus, write_plate, written
 from support.exr_files import rgb, write_file
+from support.picture_files import save_dpx
 
 
-@pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif"])
+@pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif", ".webp", ".dpx"])
 def test_what_is_finished_is_left(capsys, shot_file, tmp_path, suffix):
     out = tmp_path / "out" / f"n.####{suffix}"
     assert written(capsys, shot_file, out) == list(FRAMES)
@@ -93,7 +95,7 @@ def test_what_is_made_of_an_exported_frame_is_no_exported_frame(capsys, shot_fil
     assert written(capsys, shot_file, out, "--with-depth", "--overwrite") == [1003]
 
 
-@pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif"])
+@pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif", ".webp", ".dpx"])
 def test_pictures_of_others_are_counted_before_the_first_frame_and_stay(
     capsys, shot_file, tmp_path, suffix
 ):
@@ -114,5 +116,7 @@ def write_picture_of_others(path):
     """Write a small picture as any program would, with a comment where the format has one."""
     if path.suffix == ".exr":
         write_file(path, rgb(4, 4), comments="a matte painting")
+    elif path.suffix == ".dpx":
+        save_dpx(path, np.zeros((4, 4, 3)), Version="V2.0")
     else:
         Image.new("RGB", (4, 4)).save(path, comment=b"a matte painting")

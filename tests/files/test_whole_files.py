@@ -51,7 +51,7 @@ def test_an_exr_is_whole_up_to_its_last_byte(tmp_path, compression, rows):
     assert not is_whole(path)
 
 
-@pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif"])
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif", ".webp", ".dpx"])
 def test_a_picture_is_whole_up_to_its_last_byte(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     write_png(path, np.random.default_rng(0).random((20, 30, 3)).astype(np.float32))
@@ -62,7 +62,7 @@ def test_a_picture_is_whole_up_to_its_last_byte(tmp_path, suffix):
         assert not is_whole(path), length
 
 
-@pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif"])
+@pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif", ".webp", ".dpx"])
 def test_a_frame_that_was_cut_is_made_again(capsys, tmp_path, shot_file, suffix):
     """The fingerprint stands in the header, and is there in the stump as well."""
     out = tmp_path / f"n.####{suffix}"

@@ -292,6 +292,8 @@ FORMATS = {
             ("jpeg", ".jpg", photo_formats.jpeg, None),
             ("tiff", ".tif", photo_formats.tiff, None),
             ("heic", ".heic", photo_formats.heic, None),
+            ("webp", ".webp", photo_formats.webp, None),
+            ("dpx", ".dpx", photo_formats.dpx, None),
         )
     },
     "movie": Format(footage_formats.movies, footage_formats.shown_and_heard),

@@ -21,6 +21,7 @@ from support.picture_files import (
     metres,
     save,
     save_16_bits_of_color,
+    save_dpx,
 )
 
 _SIZE = (12, 18)  # rows and columns: small files are damaged where it counts
@@ -81,6 +82,34 @@ def tiff(folder: Path) -> list[Path]:
         save_16_bits_of_color(folder / "light.tif", (_COLORS / 255).astype(np.float32)),
         save(folder / "map.tif", _map(np.uint16)),
         save(folder / "map-32.tif", metres(*_SIZE).astype(np.float32)),
+    ]
+
+
+def dpx(folder: Path) -> list[Path]:
+    """Colour of 8, 10, 12 and 16 bits and of 32, with alpha; grey depth of 10 and 16 bits."""
+    made = []
+    for bits in (8, 10, 12, 16):
+        made.append(save_dpx(folder / f"bits-{bits}.dpx", _COLORS / 255, bits))
+    alpha = np.dstack([_COLORS, _COLORS[..., :1]]) / 255
+    depths = _DEPTHS[..., None]
+    return [
+        save_dpx(folder / "photo.dpx", _COLORS / 255, 10),
+        *made,
+        save_dpx(folder / "light.dpx", _COLORS / 255, 32),
+        save_dpx(folder / "alpha.dpx", alpha, 10),
+        save_dpx(folder / "map.dpx", depths, 16),
+        save_dpx(folder / "map-10.dpx", depths, 10),
+    ]
+
+
+def webp(folder: Path) -> list[Path]:
+    """Colour with losses, without and with alpha; grey depth, which WebP holds as colour."""
+    alpha = np.dstack([_COLORS, _COLORS[..., :1]])
+    return [
+        save(folder / "photo.webp", _COLORS),
+        save(folder / "exact.webp", _COLORS, lossless=True),
+        save(folder / "alpha.webp", alpha),
+        save(folder / "map.webp", _map(np.uint8), lossless=True),
     ]
 
 

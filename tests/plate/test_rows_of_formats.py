@@ -19,6 +19,7 @@ FORMATS = [
     *((".webp", "uint8", count) for count in (3, 4)),
     *((".bmp", "uint8", count) for count in (1, 3)),
     *((".tga", "uint8", count) for count in (1, 3, 4)),
+    *((".dpx", kind, count) for kind in ("uint8", "uint16", "float") for count in (1, 3, 4)),
 ]
 
 

@@ -56,6 +56,19 @@ def save_16_bits_of_color(path: Path, values) -> Path:
     return path
 
 
+def save_dpx(path: Path, values, bits: int = 10, **attributes) -> Path:
+    """Save 0..1 (H, W, C) as a DPX of so many bits a channel; 32 are floating point."""
+    kind = {8: "uint8", 32: "float"}.get(bits, "uint16")
+    spec = OpenImageIO.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
+    spec.attribute("oiio:BitsPerSample", bits)
+    for name, value in attributes.items():
+        spec.attribute(f"dpx:{name}", value)
+    out = OpenImageIO.ImageOutput.create("dpx")
+    assert out.open(str(path), spec) and out.write_image(np.float32(values))
+    out.close()
+    return path
+
+
 def display_p3() -> bytes:
     """Return an ICC profile named Display P3; its numbers are those of sRGB and are not read."""
     data = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
