@@ -13,7 +13,7 @@ from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.plate.picture.picture_open import open_picture, picture_info
 from heatlens.plate.picture.picture_write import write_png, write_shown
 from heatlens.plate.read import read_plate
-from support.command_line import refused
+from support.command_line import refused, render
 from support.exports import write_plate
 from support.picture_files import save_dpx
 
@@ -83,6 +83,13 @@ def test_the_log_of_film_is_told(tmp_path):
     assert "printing density, the log of film" in " ".join(read_plate(path, options).notes)
     write_shown(path, smooth(3))
     assert "log of film" not in " ".join(read_plate(path, options).notes)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".webp", ".dpx"])
+def test_a_scene_is_rendered_to_any_format(tmp_path, capsys, suffix):
+    words = ("--size", "32x18", "--quality", "draft")
+    render(capsys, "demo", tmp_path / f"a{suffix}", *words)
+    assert open_picture(tmp_path / f"a{suffix}").values.shape == (18, 32, 3)
 
 
 def test_a_dpx_that_was_cut_is_refused(tmp_path):

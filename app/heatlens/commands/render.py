@@ -130,11 +130,11 @@ def _render(args: argparse.Namespace) -> None:
     renderer.stopwatch.on = args.stats
     shot, frame = commands_for(args.plate).load(args, renderer, settings)
     _check_room(args, shot, renderer)
-    if not _is_exr(args):
-        say(*_squeezed(args, renderer.loaded.plate))
     read_done = time.perf_counter()
     with picture_progress(renderer, shot) as tell:
         plate, pixels = _picture(args, renderer, shot, frame, tell)
+    if not _is_exr(args):
+        say(*_squeezed(args, plate))
     if renderer.has_many_views:
         say(*renderer.loaded.plate.notes)
     render_done = time.perf_counter()
