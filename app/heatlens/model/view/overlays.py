@@ -99,66 +99,47 @@ def _layer_words(facts: LegendFacts) -> Iterable[str]:
 
 
 NO_OVERLAY = Overlay("none", "", "off", "", "no_color", {}, lambda _facts: ())
+# Each begins with its name, words, label, key and function.
 OVERLAYS = (
     Overlay(
-        name="zones",
-        words="Near, in focus, far",
-        label="zones",
-        key="Z",
-        function="zones_color",
+        *("zones", "Near, in focus, far", "zones", "Z", "zones_color"),
         # Vermilion, yellow and blue differ in brightness too, for those who cannot tell red from
         # green. Source: M. Okabe, K. Ito, Color Universal Design.
-        colors={
+        {
             "OVERLAY_NEAR": (0.84, 0.37, 0.0),
             "OVERLAY_FOCUS": (0.94, 0.89, 0.26),
             "OVERLAY_FAR": (0.0, 0.447, 0.698),
         },
-        legend=lambda facts: ("in front", facts.in_focus, "behind"),
+        lambda facts: ("in front", facts.in_focus, "behind"),
     ),
     Overlay(
-        name="focus plane",
-        words="Plane in focus",
-        label="plane",
-        key="P",
-        function="focus_plane_color",
-        colors={"OVERLAY_FOCUS_LINE": (1.0, 0.86, 0.35)},
-        legend=lambda _facts: ("cut by the plane in focus",),
+        *("focus plane", "Plane in focus", "plane", "P", "focus_plane_color"),
+        {"OVERLAY_FOCUS_LINE": (1.0, 0.86, 0.35)},
+        lambda _facts: ("cut by the plane in focus",),
     ),
     Overlay(
-        name="coc",
-        words="Circle of confusion",
-        label="blur",
-        key="C",
-        function="coc_color",
-        colors={
+        *("coc", "Circle of confusion", "blur", "C", "coc_color"),
+        {
             "OVERLAY_COC_NEAR": (1.0, 0.55, 0.12),
             "OVERLAY_COC_SHARP": (0.10, 0.30, 0.14),
             "OVERLAY_COC_FAR": (0.2, 0.6, 1.0),
         },
-        legend=_coc_words,
+        _coc_words,
     ),
     Overlay(
-        name="depth",
-        words="Depth",
-        label="depth",
-        key="V",
-        function="depth_color",
-        colors={"OVERLAY_DEPTH_NEAR": (1.0, 1.0, 1.0), "OVERLAY_DEPTH_FAR": (0.0, 0.0, 0.0)},
-        legend=_depth_words,
+        *("depth", "Depth", "depth", "V", "depth_color"),
+        {"OVERLAY_DEPTH_NEAR": (1.0, 1.0, 1.0), "OVERLAY_DEPTH_FAR": (0.0, 0.0, 0.0)},
+        _depth_words,
     ),
     Overlay(
-        name="layers",
-        words="Layers",
-        label="layers",
-        key="L",
-        function="layers_color",
-        colors={
+        *("layers", "Layers", "layers", "L", "layers_color"),
+        {
             "OVERLAY_LAYERS": [
                 *((0.90, 0.20, 0.55), (0.95, 0.35, 0.15), (0.97, 0.65, 0.10), (0.90, 0.90, 0.20)),
                 *((0.35, 0.85, 0.30), (0.15, 0.75, 0.80), (0.25, 0.45, 0.95), (0.60, 0.35, 0.95)),
             ]
         },
-        legend=_layer_words,
+        _layer_words,
     ),
 )
 
