@@ -23,6 +23,7 @@ from heatlens.gpu.context import (
 from heatlens.gpu.device import Device, Texture
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download, uploading
+from heatlens.model.focus.coc import bent_by
 from heatlens.model.lens.breathing import as_seen, plate_ratio
 from heatlens.model.shot.framing import Pose
 from heatlens.model.shot.settings import Method, Quality
@@ -199,7 +200,7 @@ class FrameRenderer:
         Pictures in different slots do not disturb each other, and steps may be abandoned. Nothing
         else may be loaded in between.
         """
-        self._check(shot)
+        self._check(shot, frame)
         if self.stopwatch.on:  # it holds the times of the latest picture only
             self.stopwatch.times.clear()
         return self.stopwatch.timed(self._breathing(shot, frame, self._pipeline(slot)))
@@ -326,14 +327,15 @@ class FrameRenderer:
         """Return the optics of the shot's lens at `frame` for the source, in full-size pixels."""
         return pinhole_optics(self._leans, self.loaded, self._seen(shot, frame).lens_at(frame))
 
-    def _check(self, shot: Shot) -> None:
+    def _check(self, shot: Shot, frame: int) -> None:
         """Refuse pictures too large for this machine, and methods that the source forbids."""
         size = proxy_size(self._source.size(shot), shot.defocus.proxy)
         self._source.check_method(shot.defocus.method)
-        if shot.defocus.method is Method.ACCUMULATION and shot.lens.split_dioptres:
+        bent = bent_by(shot.lens_at(frame)) if shot.defocus.method is Method.ACCUMULATION else []
+        if bent:
             raise InputError(
                 "The method accumulation draws whole views, each with one plane of focus, and so "
-                "no split diopter: use raytraced."
+                f"no {' and no '.join(bent)}: use raytraced."
             )
         self._check_fits(size)
 

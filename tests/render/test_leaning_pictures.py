@@ -10,7 +10,7 @@ from heatlens.defocus.lean_survey import LeanSurvey
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.settings import DefocusSettings, Method, Quality
-from heatlens.model.shot.shot import Shot
+from heatlens.model.shot.shot import LensParameter, Shot
 from heatlens.plate.behind import with_behind
 from heatlens.plate.coc_line import focused_at_pixel, lean_in, line_of
 from heatlens.source.plate_on_gpu import PlateOnGpu
@@ -144,6 +144,17 @@ def test_the_blur_of_a_scene_is_that_of_rays(ctx, renderer, level, lean):
     else:
         error = np.abs(of_scene(renderer, leaning, Method.ACCUMULATION) - truth).mean()
         assert error < 0.25 * np.abs(level - truth).mean()  # noise, which falls with more views
+
+
+def test_accumulation_refuses_a_split_diopter_that_comes_with_a_key(renderer):
+    """The lens at the frame is asked, not the one without keys."""
+    renderer.load_scene(still_life())
+    settings = DefocusSettings(method=Method.ACCUMULATION, views=2)
+    shot = Shot(SCENE_LENS, settings, framing=Framing(width_px=32, height_px=24))
+    shot = shot.with_key(1, LensParameter.SPLIT, 0.0).with_key(9, LensParameter.SPLIT, 0.4)
+    renderer.render(shot, 1)
+    with pytest.raises(InputError, match="no split diopter: use raytraced"):
+        renderer.render(shot, 9)
 
 
 @pytest.mark.parametrize("lean", LEANS)

@@ -55,6 +55,7 @@ class Option:
     slider    ends of a slider, if they are nearer than the range
     shown     how a slider shows the number
     group     the group in `--help`
+    term      the field without which this one does not move the focus; "" if it moves none anyhow
     """
 
     words: str
@@ -72,6 +73,7 @@ class Option:
     slider: tuple[float, float] | None = None
     shown: str = "%.2f"
     group: str = ""
+    term: str = ""
 
     def allows(self, value: float) -> bool:
         """Return whether a number lies in the range; NaN never does."""

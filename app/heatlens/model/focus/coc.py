@@ -28,7 +28,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heatlens.model.boxes import Box
+from heatlens.model.lens.aperture import LEAN_TERMS
 from heatlens.model.lens.lens import Lens
+from heatlens.model.option import Values, options_of
 
 Triple = tuple[float, float, float]  # for each pixel to the right, for each one down, and at (0, 0)
 _EDGE_LEAST_PX = 1.0  # narrowest transition of a split
@@ -51,6 +53,11 @@ class Lean:
     def is_level(self) -> bool:
         """Return whether the focus is the same in all of the picture."""
         return self == LEVEL
+
+    @property
+    def is_plane(self) -> bool:
+        """Return whether all that is sharp lies on one plane, which may lean."""
+        return self == Lean(slope=self.slope, edge=self.edge)
 
     def dioptres_at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
         """Return the dioptres at places in pixels; the first pixel's middle is (0.5, 0.5)."""
@@ -90,7 +97,7 @@ LEVEL = Lean()
 
 def lean_of(lens: Lens, size: tuple[int, int], pixel_aspect_ratio: float = 1.0) -> Lean:
     """Return where the focus lies in a picture of this width and height, which the sensor fills."""
-    if lens.tilt_deg == 0.0 and lens.split_dioptres == 0.0:
+    if not any(getattr(lens, term) for term in LEAN_TERMS):
         return LEVEL
     width, height = size
     focal_px = width * lens.focal_length_mm / lens.sensor_width_mm
@@ -101,6 +108,17 @@ def lean_of(lens: Lens, size: tuple[int, int], pixel_aspect_ratio: float = 1.0) 
     middle = 0.5 - lens.split_position * width / 2 * sharpness
     level = Lean((*slope, 0.0), (*edge, middle), lens.split_dioptres)
     return level.moved((width / 2, height / 2))
+
+
+def bent_by(lens: Lens) -> list[str]:
+    """Return the words for each thing of a lens by which what is sharp lies on no plane."""
+    level: Values = dict.fromkeys(LEAN_TERMS, 0.0)
+    each: list[Values] = [level | {term: getattr(lens, term)} for term in LEAN_TERMS]
+    planes = [lean_of(replace(lens, **alone), (1, 1)).is_plane for alone in each]
+    told = options_of(Lens)
+    return [
+        told[term].label for term, is_flat in zip(LEAN_TERMS, planes, strict=True) if not is_flat
+    ]
 
 
 def _rising(by: float, direction_deg: float, pixel_aspect_ratio: float) -> tuple[float, float]:

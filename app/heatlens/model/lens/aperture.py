@@ -146,7 +146,8 @@ class Aperture(OpeningFields):
 
 APERTURE_FIELDS = tuple(options_of(Aperture))  # those that a person sets
 # Those of them that are of the focus, and leave the opening as it is.
-LEAN_FIELDS = tuple(name for name in APERTURE_FIELDS if name.startswith(("tilt_", "split_")))
+LEAN_FIELDS = tuple(name for name, told in options_of(Aperture).items() if told.term)
+LEAN_TERMS = tuple(name for name in LEAN_FIELDS if options_of(Aperture)[name].term == name)
 
 
 def shape_uniforms(aperture: Aperture) -> dict[str, object]:

@@ -20,6 +20,7 @@ class OpeningFields:
     `cat_eye` is the distance of the two circles of the barrel, as the corner of the picture sees
     them, in radii of the widest opening. An image replaces the blades, and their rotation turns it.
     Tilt and split do not change the opening, but where its discs are small: `model/focus/coc.py`.
+    They are found by `term`: the field that is 0 where there is no such thing.
     """
 
     squeeze: float = option_field(
@@ -116,6 +117,7 @@ class OpeningFields:
         tip="Degrees by which the lens leans. The plane of focus leans much more.",
         slider=(-10.0, 10.0),
         shown="%.1f°",
+        term="tilt_deg",
     )
     tilt_direction_deg: float = option_field(
         0.0,
@@ -125,6 +127,7 @@ class OpeningFields:
         label="leans to",
         tip="0 down, so that the ground can be sharp; 90 to the right, 180 up.",
         shown="%.0f°",
+        term="tilt_deg",
         **_TURNED,
     )
     split_dioptres: float = option_field(
@@ -137,6 +140,7 @@ class OpeningFields:
         most=5.0,
         label="split diopter",
         tip="A close-up lens over a part of the picture: its strength in dioptres.",
+        term="split_dioptres",
     )
     split_position: float = option_field(
         0.0,
@@ -148,6 +152,7 @@ class OpeningFields:
         most=1.0,
         label="edge at",
         tip="0 the middle of the picture, 1 half its width away, towards the glass.",
+        term="split_dioptres",
     )
     split_direction_deg: float = option_field(
         0.0,
@@ -157,6 +162,7 @@ class OpeningFields:
         label="glass towards",
         tip="0 on the right, 90 above, 180 on the left.",
         shown="%.0f°",
+        term="split_dioptres",
         **_TURNED,
     )
     split_softness: float = option_field(
@@ -169,6 +175,7 @@ class OpeningFields:
         most=1.0,
         label="edge width",
         tip="The part of the picture's width over which the focus goes over.",
+        term="split_dioptres",
     )
 
     @property

@@ -165,11 +165,12 @@ class MarkDistances(Commands, Worker):
     def sharp_m(self, mark: Mark, lens: Lens, frame: int, distance_m: float) -> float:
         """Return the focus distance of `lens` with which a mark at this distance is sharp."""
         place = mark.place_at(frame) if isinstance(mark, TrackMark) else mark
-        is_leaning = lens.tilt_deg or lens.split_dioptres
-        if not (is_leaning and isinstance(place, PointMark | TrackPlace)):
+        if not isinstance(place, PointMark | TrackPlace):
             return distance_m
         shape = self._source.picture_shape(self._editing.shot)
         lean = lean_of(lens, (shape.width_px, shape.height_px), shape.pixel_aspect)
+        if lean.is_level:
+            return distance_m
         return sharp_at(lens, lean, (place.x_px, place.y_px), distance_m).focus_distance_m
 
     # Frames that are not in memory

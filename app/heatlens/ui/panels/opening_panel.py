@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from heatlens.base.outside_text import printable
 from heatlens.model.lens import opening
-from heatlens.model.lens.aperture import APERTURE_FIELDS, LEAN_FIELDS, Aperture
+from heatlens.model.lens.aperture import APERTURE_FIELDS, LEAN_FIELDS, LEAN_TERMS, Aperture
 from heatlens.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.opening_fields import BLADES_LEAST, BLADES_MOST
@@ -31,7 +31,6 @@ _SHAPE = (1600, 900)  # size of the picture whose corner is shown
 _CELLS = 64  # cells of the drawing of an aperture image, in each direction
 _GREYS = 32
 _TOLD = options_of(Lens)
-_HEADS = ("tilt_deg", "split_dioptres")
 _DRAWN_ELSEWHERE = {
     *("squeeze", "blades", "blade_rotation_deg", "blade_curvature", "aperture_image"),
     *LEAN_FIELDS,
@@ -52,18 +51,15 @@ def opening_panel(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
 
 
 def _leaning(lens: Lens) -> Lens:
-    flags = imgui.TreeNodeFlags_.default_open if lens.tilt_deg or lens.split_dioptres else 0
+    is_leaning = any(getattr(lens, term) for term in LEAN_TERMS)
+    flags = imgui.TreeNodeFlags_.default_open if is_leaning else 0
     is_open = imgui.collapsing_header("Tilt and split diopter", flags)
     probe.note("tilt and split diopter")
     for name in LEAN_FIELDS if is_open else ():
-        with widgets.disabled(name not in _HEADS and not getattr(lens, _head_of(name))):
+        term = _TOLD[name].term  # without it the others have no effect
+        with widgets.disabled(name != term and not getattr(lens, term)):
             lens = field_row(lens, name)
     return lens
-
-
-def _head_of(name: str) -> str:
-    """Return the field without which another one of the tilt or the split has no effect."""
-    return next(head for head in _HEADS if head.split("_")[0] == name.split("_")[0])
 
 
 def _opening(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
