@@ -6,16 +6,13 @@ The term bends the surface that is sharp to an S: its dioptres go with the squar
 the middle of the picture, and change their sign there.
 """
 
-import os
-import shutil
 import subprocess
-import sys
 import textwrap
 from pathlib import Path
 
 import pytest
 
-from heatlens.base.paths import data_dir
+from support.program_copies import copied, run_in
 
 _FIELD = """
     split_dioptres: float = option_field("""
@@ -37,7 +34,8 @@ _COC = {
     'return {"lean_slope": slope,': """root = math.copysign(abs(per_dioptre) ** 0.5, per_dioptre)
         bow = tuple(root * it for it in self.bow)
         return {"lean_bow": bow, "lean_slope": slope,""",
-    "    level = Lean(": """    bow = math.copysign(abs(lens.bow_dioptres) ** 0.5, lens.bow_dioptres)
+    "    level = Lean(": """    bow = lens.bow_dioptres
+    bow = math.copysign(abs(bow) ** 0.5, bow)
     level = Lean(""",
     "(*edge, middle), lens.split_dioptres)": """(*edge, middle), lens.split_dioptres,
         (bow / (width / 2), 0.0, 0.0))""",
@@ -49,13 +47,8 @@ _GLSL = {
 }
 
 _BEGIN = """
-import sys
 from dataclasses import replace
-from pathlib import Path
-import heatlens
 from heatlens.model.lens.lens import Lens
-folder = Path(sys.argv[1])
-assert Path(heatlens.__file__).is_relative_to(folder.parent), heatlens.__file__
 lens = Lens(50.0, 1.0, 3.0, 36.0, bow_dioptres=0.2)
 level = replace(lens, bow_dioptres=0.0)
 """
@@ -64,40 +57,18 @@ level = replace(lens, bow_dioptres=0.0)
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory) -> Path:
     """Return the folder of a copy of the program that has the term."""
-    top, shaders = tmp_path_factory.mktemp("copy"), data_dir("shaders")
-    package = top / "app" / "heatlens"
-    shutil.copytree(Path(sys.modules["heatlens"].__file__).parent, package)
-    shutil.copytree(shaders, top / "shaders")
-    (top / "assets").symlink_to(data_dir("assets"))
-    edit(package / "model/lens/opening_fields.py", {_FIELD: _NEW_FIELD + _FIELD})
-    edit(package / "model/focus/coc.py", _COC)
-    edit(top / "shaders/lib/lean.lib.glsl", _GLSL)
-    return top
-
-
-def edit(path: Path, changes: dict[str, str]) -> None:
-    text = path.read_text()
-    for old, new in changes.items():
-        assert old in text, f"{path.name} has no longer {old!r}"
-        text = text.replace(old, new)
-    path.write_text(text)
+    model = "app/heatlens/model"
+    edits = {
+        f"{model}/lens/opening_fields.py": {_FIELD: _NEW_FIELD + _FIELD},
+        f"{model}/focus/coc.py": _COC,
+        "shaders/lib/lean.lib.glsl": _GLSL,
+    }
+    return copied(tmp_path_factory.mktemp("copy"), edits)
 
 
 def run(copy: Path, program: str) -> subprocess.CompletedProcess[str]:
-    """Run a program that knows the term, in a folder of its own; it must not fail."""
-    folder = copy / "work"
-    folder.mkdir(exist_ok=True)
-    paths = os.pathsep.join([str(copy / "app"), str(Path(__file__).parents[1])])
-    done = subprocess.run(
-        [sys.executable, "-c", _BEGIN + textwrap.dedent(program), str(folder)],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": paths},
-    )
-    assert done.returncode == 0, done.stderr
-    return done
+    """Run a program that knows the term."""
+    return run_in(copy, _BEGIN + textwrap.dedent(program))
 
 
 def test_each_method_draws_it_or_refuses_it_in_words(copy):

@@ -69,15 +69,7 @@ examples:
   heatlens shot new 'plate.####.exr' -o s.heatlens.json --f-stop 1.4 --follow A=cryptomatte:hero
   heatlens shot new scene.glb -o s.heatlens.json --f-stop 2 --focus-distance 3 --size 1920x1080
 """
-# Typed name -> the parameter, and the lens option that its first key replaces.
-KEYED = {
-    "focus": (LensParameter.FOCUS_DISTANCE, "focus_distance"),
-    "f-stop": (LensParameter.F_STOP, "f_stop"),
-    "focal-length": (LensParameter.FOCAL_LENGTH, "focal_length"),
-    "squeeze": (LensParameter.SQUEEZE, "squeeze"),
-    "tilt": (LensParameter.TILT, "tilt"),
-    "split-dioptres": (LensParameter.SPLIT, "split_dioptres"),
-}
+KEYED = {parameter.typed: parameter for parameter in LensParameter}
 _KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
 
 Keys = dict[LensParameter, list[Key]]
@@ -256,10 +248,10 @@ def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace
     """Return the options with the first key of each keyed parameter as its value."""
     given = argparse.Namespace(**vars(args))
     given.origins = {**getattr(args, "origins", {}), **dict.fromkeys(map(str, keys), "--key")}
-    for parameter, option in KEYED.values():
+    for parameter in LensParameter:
         if parameter in keys:
-            _say_unused(args, option)
-            setattr(given, option, keys[parameter][0].value)
+            _say_unused(args, parameter.attribute)
+            setattr(given, parameter.attribute, keys[parameter][0].value)
     if LensParameter.FOCUS_DISTANCE in keys:
         _say_unused(args, "focus_at")
         given.focus_distance, given.focus_at = repr(given.focus_distance), None
@@ -293,7 +285,7 @@ def keys_of(texts: list[str]) -> Keys:
         match = _KEY.fullmatch(text)
         if match is None or match[1] not in KEYED:
             raise _no_key(text, _key_hint(text))
-        parameter = KEYED[match[1]][0]
+        parameter = KEYED[match[1]]
         keys.setdefault(parameter, []).append(_key(text, parameter, match))
     return {name: sorted(found, key=lambda key: key.frame) for name, found in keys.items()}
 

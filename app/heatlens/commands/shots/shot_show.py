@@ -184,8 +184,7 @@ def _shown(lens: Lens, parameter: LensParameter, value: float, unit: str) -> str
     """Format the value of a key with its unit."""
     if parameter is LensParameter.FOCUS_DISTANCE:
         return measured_text(lens, value, unit)
-    signs = {LensParameter.F_STOP: "f/{:.4g}", LensParameter.FOCAL_LENGTH: "{:.4g} mm"}
-    return signs.get(parameter, "{:.4g}").format(value)
+    return parameter.shown(value, unit, ".4g")
 
 
 def _table(head: Row, rows: Sequence[Row]) -> str:

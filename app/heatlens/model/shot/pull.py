@@ -16,8 +16,6 @@ from heatlens.model.shot.shot import LensParameter, Shot, live_sharp_dioptres
 _SNAP_AFTER = 0.7  # share of the frames for which a late snap waits
 _OVERSHOOT, _OVERSHOT_AFTER = 0.08, 0.75  # shares of the way in dioptres, and of the frames
 _LEAST_DIOPTRES = 1e-4
-_UNSEEN_LEAST = 0.002
-_UNSEEN_SHARE = {LensParameter.F_STOP: 0.01}
 EASE_PERCENT = 100 / 3  # the influence in a smooth curve
 _REDUCED = 0.125  # largest error of the keys, as a share of the sharp range
 _FOLLOWED = "it"
@@ -172,7 +170,7 @@ def recorded(shot: Shot, parameter: LensParameter, track: Mapping[int, float]) -
     `track` is the value by frame. The keys differ from it by no more than anybody sees: 1 % of
     an f-stop and 0.2 % of a focal length. Raises LensError if there can be no such lens.
     """
-    share = _UNSEEN_SHARE.get(parameter, _UNSEEN_LEAST)
+    share = parameter.facts.unseen_share
     curve, samples = shot.curves.of(parameter), sorted(track.items())
     first, last = samples[0][0], samples[-1][0]
     keys = reduced_keys(samples, share / max(track.values()), curve.scale)

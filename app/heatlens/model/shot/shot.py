@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from functools import lru_cache
 from math import ceil, floor
 
@@ -18,47 +17,15 @@ from heatlens.model.lens.lens import Lens
 from heatlens.model.lens.lens_kit import LensKit
 from heatlens.model.marks.mark import Mark
 from heatlens.model.marks.marks import check_marks
-from heatlens.model.option import Values, options_of
+from heatlens.model.option import Values
 from heatlens.model.shot.framing import Framing
 from heatlens.model.shot.grade import Grade
+from heatlens.model.shot.lens_parameter import FOCUS_SCALES as FOCUS_SCALES
+from heatlens.model.shot.lens_parameter import LensParameter as LensParameter
 from heatlens.model.shot.look import Look, check_looks
 from heatlens.model.shot.plate_options import PlateOptions
 from heatlens.model.shot.settings import DefocusSettings
 from heatlens.model.timecode import Timecode, parse_timecode
-
-
-class LensParameter(StrEnum):
-    """The fields of Lens that can have keys."""
-
-    FOCUS_DISTANCE = "focus_distance_m"
-    F_STOP = "f_stop"
-    FOCAL_LENGTH = "focal_length_mm"
-    SQUEEZE = "squeeze"
-    TILT = "tilt_deg"
-    SPLIT = "split_dioptres"
-
-    @property
-    def words(self) -> str:
-        """The name as people say it."""
-        return options_of(Lens)[self].words
-
-    @property
-    def is_rare(self) -> bool:
-        """True for those that are 0 in most lenses; the timeline shows them where they are not."""
-        return self in (LensParameter.TILT, LensParameter.SPLIT)
-
-
-# Scales of the focus between keys, by their words in files and on the command line.
-FOCUS_SCALES = {"dioptres": Scale.RECIPROCAL, "distance": Scale.LINEAR}
-
-_SCALES: dict[LensParameter, tuple[Scale, ...]] = {
-    LensParameter.FOCUS_DISTANCE: tuple(FOCUS_SCALES.values()),
-    LensParameter.F_STOP: (Scale.LOGARITHMIC,),
-    LensParameter.FOCAL_LENGTH: (Scale.LOGARITHMIC,),
-    LensParameter.SQUEEZE: (Scale.LINEAR,),
-    LensParameter.TILT: (Scale.LINEAR,),
-    LensParameter.SPLIT: (Scale.LINEAR,),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +44,8 @@ class LensCurves:
     live: LiveFocus | None = None
 
     def __post_init__(self) -> None:
-        for parameter, scales in _SCALES.items():
+        for parameter in LensParameter:
+            scales = parameter.facts.scales
             if self.of(parameter).scale not in scales:
                 raise InputError(f"Keys of {parameter} must use the {' or '.join(scales)} scale.")
 

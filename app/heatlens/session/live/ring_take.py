@@ -5,7 +5,7 @@ therefore recorded and placed on their frames when the recording ends.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 from heatlens.live.ring.sources import LensSample
 from heatlens.model.curves.frames import FrameRange
@@ -17,7 +17,8 @@ from heatlens.session.shot.editing import Editing
 
 Track = Mapping[int, float]  # value by frame
 Received = tuple[int, LensSample]  # a sample, and the frame at the playhead when it came
-_RECORDED = (LensParameter.FOCUS_DISTANCE, LensParameter.F_STOP, LensParameter.FOCAL_LENGTH)
+_TOLD = {told.name for told in fields(LensSample)}
+_RECORDED = tuple(it for it in LensParameter if it in _TOLD)
 
 
 class RingTake:

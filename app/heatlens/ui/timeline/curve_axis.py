@@ -14,24 +14,9 @@ from itertools import pairwise
 from heatlens.base.errors import LensError
 from heatlens.model.curves.curve import Curve
 from heatlens.model.curves.interpolation import Scale
-from heatlens.model.lens.lens import THIRD_STOPS
 from heatlens.model.shot.shot import LensParameter, Shot
-from heatlens.model.units import format_distance
 from heatlens.session.keys.key_choice import Chosen, checked, frames_of
 
-_INFINITY = float("inf")
-_DISTANCES_M = (
-    *(0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 7, 10, 20, 50),
-    _INFINITY,
-)
-_FINE_M = tuple(round(x * 10.0**power / 20, 4) for power in (-1, 0, 1) for x in range(20, 200))
-_FOCAL_LENGTHS_MM = (
-    *(4, 6, 8, 10, 12, 14, 16, 18, 21, 24, 28, 32, 35, 40, 50, 65, 75, 85, 100, 135, 150, 180),
-    *(200, 250, 300, 400, 500, 600, 800, 1200),
-)
-_SQUEEZES = (1, 1.1, 1.2, 1.25, 1.3, 1.33, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2)
-_STEPS = tuple(range(-20, 21))
-_FINE_STEPS = tuple(x / 10 for x in range(-200, 201))
 _LABELS_LEAST = 3
 _NEAREST = 1e-6  # dioptres; stands for infinity, which has no place on a scale of metres
 
@@ -98,35 +83,15 @@ class CurveAxis:
         return min(b - a for a, b in pairwise(places))
 
 
-AXES = {
-    axis.parameter: axis
-    for axis in (
-        CurveAxis(
-            LensParameter.FOCUS_DISTANCE, Scale.RECIPROCAL, 1.0, 0.0, 0.04, (_DISTANCES_M,),
-            format_distance, _FINE_M,
-        ),
-        CurveAxis(  # one stop doubles the light, which goes with the square of the f-number
-            LensParameter.F_STOP, Scale.LOGARITHMIC, -2.0, -math.inf, 2.0,
-            (THIRD_STOPS[::3], THIRD_STOPS), lambda value, _: f"f/{value:g}",
-        ),
-        CurveAxis(
-            LensParameter.FOCAL_LENGTH, Scale.LOGARITHMIC, -1.0, -math.inf, 1.0,
-            (_FOCAL_LENGTHS_MM,), lambda value, _: f"{value:g} mm",
-        ),
-        CurveAxis(
-            LensParameter.SQUEEZE, Scale.LINEAR, -1.0, -math.inf, 0.2, (_SQUEEZES,),
-            lambda value, _: f"{value:g} x",
-        ),
-        CurveAxis(
-            LensParameter.TILT, Scale.LINEAR, -1.0, -math.inf, 2.0, (_STEPS,),
-            lambda value, _: f"{value:g}°", _FINE_STEPS,
-        ),
-        CurveAxis(
-            LensParameter.SPLIT, Scale.LINEAR, -1.0, -math.inf, 0.2, (_STEPS,),
-            lambda value, _: f"{value:g} D", _FINE_STEPS,
-        ),
-    )
-}  # fmt: skip
+def _axis_of(parameter: LensParameter) -> CurveAxis:
+    told = parameter.facts
+    scale = told.scales[0]
+    least = 0.0 if scale is Scale.RECIPROCAL else -math.inf
+    ends = scale, told.factor, least, told.span_least
+    return CurveAxis(parameter, *ends, told.labels, parameter.shown, told.fine)
+
+
+AXES = {parameter: _axis_of(parameter) for parameter in LensParameter}
 
 
 def raised(shot: Shot, chosen: Chosen, axis: CurveAxis, places: float) -> Shot:

@@ -18,15 +18,6 @@ from heatlens.ui import probe, theme, widgets
 from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.view import TimelineView, TimeScale
 
-# The names under which the Lens panel reports the controls of each parameter.
-_CONTROLS = {
-    LensParameter.FOCUS_DISTANCE: "distance",
-    LensParameter.F_STOP: "f-stop",
-    LensParameter.FOCAL_LENGTH: "focal length",
-    LensParameter.SQUEEZE: "squeeze",
-    LensParameter.TILT: "tilt",
-    LensParameter.SPLIT: "split diopter",
-}
 _ROW_EM, _ROW_LEAST_EM = 1.45, 1.1  # height of a row, and the least height
 _KEY_EM, _REACH_EM = 0.42, 0.55
 _LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot left of the name, and for a gap to the keys
@@ -165,8 +156,8 @@ def _draw_key(shot: Shot, key: KeyId, middle: ImVec2, reach: float, color: int) 
 
 def lens_dots(desk: TimeDesk, drawn: Mapping[str, Rect]) -> None:
     """Draw the key dots beside the controls of the Lens panel, whose rectangles are `drawn`."""
-    for parameter, control in _CONTROLS.items():
-        at = drawn.get(control)
+    for parameter in LensParameter:
+        at = drawn.get(parameter.control)
         if at is not None:
             x = at[0] - 0.65 * imgui.get_font_size()
             key_dot(desk, parameter, ImVec2(x, (at[1] + at[3]) / 2), f"lens dot {parameter}")
