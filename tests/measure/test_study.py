@@ -197,13 +197,13 @@ def test_options_that_mean_nothing(capsys, plate, option, value, words):
     assert stopped.value.code == 2 and words in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("package", ["jinja2", "matplotlib.figure", "flip_evaluator"])
+@pytest.mark.parametrize("package", ["matplotlib", "flip_evaluator"])
 def test_a_missing_package_is_told_with_the_extra_that_brings_it(
     capsys, plate, tmp_path, monkeypatch, package
 ):
     monkeypatch.setitem(sys.modules, package, None)
     said = refused(capsys, plate, "-o", tmp_path / "report")
-    assert "pip install 'heatlens[study]'" in said and package.partition(".")[0] in said
+    assert "pip install 'heatlens[study]'" in said and package in said
     assert not (tmp_path / "report").exists()
 
 

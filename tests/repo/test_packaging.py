@@ -24,7 +24,7 @@ def check_metadata(said: Message) -> None:
     needed = said.get_all("Requires-Dist") or []
     assert any(line.startswith("platformdirs") for line in needed)
     extras = {name: packages_of(name, needed) for name in said.get_all("Provides-Extra") or []}
-    assert {"jinja2", "matplotlib", "flip-evaluator"} <= extras["study"]
+    assert {"matplotlib", "flip-evaluator"} <= extras["study"]
     of_users = (extras[name] for name in extras.keys() - {"all", "fit", "test"})
     assert extras["all"] == set().union(*of_users) and extras["all"] <= extras["test"]
 

@@ -4,6 +4,7 @@ Errors that the user can fix end a command with exit code 2.
 
 HeatlensError
 ├── InputError    a file, a channel or an option: what was found and what would help
+│   └── MissingPackageError   a package of an optional part, and the command that installs it
 ├── LensError     an impossible lens
 ├── GpuError      no usable OpenGL, or a picture too large for it
 │   └── NoWindowError   no window can be opened here
@@ -22,6 +23,10 @@ class HeatlensError(Exception):
 
 class InputError(HeatlensError):
     """A file, channel or option cannot be used as given."""
+
+
+class MissingPackageError(InputError):
+    """A package cannot be imported; the message says which command installs it."""
 
 
 class LensError(HeatlensError):

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import extra
 from heatlens.commands.bench_scene import (
     Dragged,
     add_drag_options,
@@ -141,7 +142,7 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
         metavar="N",
         help="with --methods: FLIP, PSNR and SSIM of each method against the mean of this many "
         "views of a scene with silhouettes, lamps and many depths, of which the plates are pinhole "
-        f"pictures (default {_TRUTH_VIEWS}; 0: only times); needs pip install 'heatlens[compare]'",
+        f"pictures (default {_TRUTH_VIEWS}; 0: only times); needs {extra('compare').cure()}",
     )
     group.add_argument(
         "--truth-size",
@@ -156,7 +157,7 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
         metavar="FILE",
         help="with --methods: draw time and error against the blur, and error against time, to a "
         ".png or .svg: a level line means a constant cost, one along the dotted line grows with "
-        "the area of the disc; needs pip install 'heatlens[plot]'",
+        f"the area of the disc; needs {extra('plot').cure()}",
     )
 
 

@@ -6,6 +6,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import extra
 from heatlens.commands.options.given_options import given, refuse_given
 from heatlens.commands.options.lens_options import (
     add_lens_options,
@@ -135,7 +136,7 @@ def add_drag_options(parser: argparse.ArgumentParser, group: "argparse._Argument
         action="store_true",
         help="instead of passes, measure what you see while dragging a control: for each preview "
         "level of the window, pictures per second and FLIP to the picture at rest, as they look "
-        "on the screen at 1:1; FLIP needs pip install 'heatlens[compare]'",
+        f"on the screen at 1:1; FLIP needs {extra('compare').cure()}",
     )
     group.add_argument(
         "--plate",

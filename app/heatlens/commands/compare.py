@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+from heatlens.base.extras import extra
 from heatlens.commands.options.value_types import finite, positive
 from heatlens.commands.output.pipes import file_of_input
 from heatlens.commands.output.say import say
@@ -25,7 +26,7 @@ EXIT_NEAR_ENOUGH = 0
 EXIT_TOO_FAR = 1
 
 HELP = "measure how far a picture is from its truth"
-DESCRIPTION = """\
+DESCRIPTION = f"""\
 Measures how far RESULT is from TRUTH, two pictures of one frame, and prints:
 
   PSNR       in dB, higher is closer: 30 good, 40 hard to see, 99 identical
@@ -40,7 +41,7 @@ EXR is linear light; PNG, JPEG and TIFF are taken as sRGB, or as light if they a
 If the data windows differ, the part of the display window that both files hold is compared.
 
 Exit code: 0 within all given limits, 1 if a limit is missed, 2 for errors that you can fix.
-Needs: pip install 'heatlens[compare]'
+Needs: {extra("compare").cure()}
 """
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import extra
 from heatlens.commands.options.device_option import add_device_option, use_device
 from heatlens.commands.options.field_options import add_fields, settings_of
 from heatlens.commands.options.frame_command import add_frame_options, take_one_frame
@@ -19,13 +20,12 @@ from heatlens.measure.metrics import flip_library
 from heatlens.measure.study import measured as references
 from heatlens.measure.study.folder import (
     PAGE,
-    check_page,
     checked_target,
     report_folder,
     write_report,
 )
 from heatlens.measure.study.measured import Reference, Report, Subject, cut, measure_all
-from heatlens.measure.study.pictures import check_chart, crop_boxes
+from heatlens.measure.study.pictures import crop_boxes
 from heatlens.model.lens.lens import Lens
 from heatlens.model.shot.settings import VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.units import format_distance
@@ -36,7 +36,7 @@ _TRUTH_VIEWS = 1024
 _FINER = 4  # the truth has this many times the views of the judged methods
 
 HELP = "compare every method on one frame, as a page"
-DESCRIPTION = """\
+DESCRIPTION = f"""\
 Blurs one frame with every method of heatlens and writes a folder with a page, index.html: each
 method's picture, how far it is from the truth (PSNR, SSIM, FLIP) and where, its time on this
 machine, and the places at which the methods differ most, side by side.
@@ -44,7 +44,7 @@ machine, and the places at which the methods differ most, side by side.
 The truth is --truth, a finished picture of the same view. Without it, the truth of a
 scene is the mean of --views views through the lens. The truth of a plate is unknown: its methods
 are compared with diffusion at film quality, and the page says so. An earlier report is replaced.
-Needs: pip install 'heatlens[study]'
+Needs: {extra("study").cure()}
 """
 EPILOG = """\
 examples:
@@ -120,9 +120,8 @@ def run(args: argparse.Namespace) -> int:
 def _study(args: argparse.Namespace) -> None:
     take_one_frame(args)
     checked_target(args.output)
-    check_page()
-    check_chart()
-    flip_library("study")
+    extra("study").check()
+    flip_library()
     truth = None if args.truth is None else read_picture(args.truth)
     subject = _subject(args)
     methods = _chosen(args, subject)

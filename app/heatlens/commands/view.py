@@ -12,7 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from heatlens.base.errors import InputError, NoWindowError
+from heatlens.base.errors import InputError, MissingPackageError, NoWindowError
+from heatlens.base.extras import extra
 from heatlens.commands.options.field_options import add_blur_options, settings_of
 from heatlens.commands.options.given_options import given, refuse_given, refuse_unused
 from heatlens.commands.options.lens_options import (
@@ -167,13 +168,10 @@ def _require(plate: str) -> None:
 
 def _open(args: argparse.Namespace) -> int:
     try:
-        from heatlens.ui.window import run_window
-    except ImportError as error:
-        raise NoWindowError(
-            f"The window cannot be loaded ({error}). Install what it needs with: "
-            "pip install 'heatlens[gui]', and on Debian or Ubuntu: apt-get install libgl1 libegl1. "
-            "`heatlens render` works without."
-        ) from error
+        with extra("gui").needed():
+            from heatlens.ui.window import run_window
+    except MissingPackageError as error:
+        raise NoWindowError(f"{error}. `heatlens render` works without.") from error
     if args.share is None:
         return open_with(args, run_window)
     sharing = Sharing(share_options_of(args, args.share))

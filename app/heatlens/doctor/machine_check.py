@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 import heatlens
-from heatlens.base.errors import GpuError
+from heatlens.base.errors import GpuError, MissingPackageError
+from heatlens.base.extras import extra, parts
 from heatlens.base.outside_text import one_line
 from heatlens.base.paths import data_dir
 from heatlens.base.stopping import temporary_folder
@@ -25,31 +26,12 @@ from heatlens.model.boxes import Box
 from heatlens.plate.exr.exr_read import read_parts
 from heatlens.plate.exr.exr_write import write_exr
 
-# Distribution -> the module to import; for optional ones also what is missing without it.
-_REQUIRED = {
-    "fileseq": "fileseq",
-    "moderngl": "moderngl",
-    "numpy": "numpy",
-    "opencolorio": "PyOpenColorIO",
-    "OpenEXR": "OpenEXR",
-    "pillow": "PIL",
-}
-_OPTIONAL = {
-    "glfw": ("glfw", "no window"),
-    "imgui-bundle": ("imgui_bundle", "no window"),
-    "av": ("av", "no movies"),
-    "trimesh": ("trimesh", "no OBJ, PLY and STL"),
-    "usd-core": ("pxr", "no USD"),
-    "flip-evaluator": ("flip_evaluator", "no FLIP in `compare`"),
-    "matplotlib": ("matplotlib", "no `bench --plot`"),
-}
 MOST_NEW = 0.05  # bytes that a second start may add to the cache, as a share of those of the first
 _CACHES = (
     "MESA_SHADER_CACHE_DIR",
     "__GL_SHADER_DISK_CACHE_PATH",
 )  # the variables of Mesa and NVIDIA
 _PATIENCE_S = 60.0
-_INSTALL = "pip install 'heatlens[gui]', on Debian or Ubuntu also: apt-get install libgl1 libegl1"
 
 
 def system() -> Iterator[Finding]:
@@ -71,19 +53,14 @@ def system() -> Iterator[Finding]:
 def packages() -> Iterator[Finding]:
     """Report the version of every package, or why it cannot be imported."""
     found: dict[str, str] = {}
-    for name, module in _REQUIRED.items():
-        why = _why_not(module)
-        if why is not None:
-            said = f"{name} cannot be imported ({why}). pip install {name}"
-            yield Finding("packages", "fault", said)
-        else:
-            found[name] = _version(name)
-    for name, (module, loss) in _OPTIONAL.items():
-        why = _why_not(module)
-        if why is not None:
-            yield Finding("packages", "note", f"{name}: {loss} ({why})", {"missing": name})
-        else:
-            found[name] = _version(name)
+    for part in parts():
+        for name, module in part.packages.items():
+            why = _why_not(module)
+            if why is None:
+                found[name] = _version(name)
+                continue
+            said = f"{name} cannot be imported ({why}). {part.gives} needs it: {part.cure(name)}"
+            yield Finding("packages", "note" if part.name else "fault", said, {"missing": name})
     listed = ", ".join(f"{name} {version}" for name, version in found.items())
     yield Finding("packages", "ok", listed, found)
 
@@ -161,9 +138,10 @@ def _kept_bytes(folder: Path) -> int:
 def fonts() -> Iterator[Finding]:
     """Look for the fonts that come with the library of the window."""
     try:
-        from heatlens.ui.window_try import fonts_found
-    except ImportError as error:
-        yield Finding("fonts", "note", f"no window ({error}). {_INSTALL}")
+        with extra("gui").needed():
+            from heatlens.ui.window_try import fonts_found
+    except MissingPackageError as error:
+        yield Finding("fonts", "note", str(error))
         return
     yield Finding("fonts", "ok", fonts_found())
 
@@ -171,9 +149,10 @@ def fonts() -> Iterator[Finding]:
 def display() -> Iterator[Finding]:
     """Open an invisible window, and close it again."""
     try:
-        from heatlens.ui import window_try
-    except ImportError as error:
-        yield Finding("display", "note", f"no window ({error}). {_INSTALL}")
+        with extra("gui").needed():
+            from heatlens.ui import window_try
+    except MissingPackageError as error:
+        yield Finding("display", "note", str(error))
         return
     named = window_try.display_named()
     if named is None:

@@ -37,6 +37,7 @@ from heatlens.model.units import parse_distance_m
 
 EDIT_SUFFIXES = (".otio", ".otioz", ".edl", ".aaf", ".xml")
 _ADAPTERS = {".edl": "cmx_3600", ".xml": "fcp_xml", ".aaf": "AAF"}
+_PACKAGES = {".edl": "otio_cmx3600_adapter", ".xml": "otio_fcp_adapter", ".aaf": "otio_aaf_adapter"}
 _AAF = bytes.fromhex("d0cf11e0a1b11ae1")  # of all compound files
 
 
@@ -54,7 +55,7 @@ class EditOptions:
 
 def otio() -> Any:
     """Return the module opentimelineio. Raises InputError that says what to install."""
-    return import_extra("opentimelineio", "Reading and writing edits", "edit")
+    return import_extra("opentimelineio")
 
 
 def read_edit(path: Path, options: EditOptions) -> Reel:
@@ -141,6 +142,8 @@ def _read(path: Path, rate: float | None) -> Any:
     if suffix == ".aaf" and file_bytes(path)[: len(_AAF)] != _AAF:  # its reader leaves it open
         raise InputError(f"{path} cannot be read as an edit: it is not an AAF file")
     adapters = otio().adapters
+    if suffix in _ADAPTERS:
+        import_extra(_PACKAGES[suffix])
     if suffix == ".edl":
         return _edl(path, rate or FRAMES_PER_SECOND)
     with _refused(f"{path} cannot be read as an edit"):

@@ -47,7 +47,7 @@ def _at_speed(event: str, speed: float, rate: float) -> str:
 
     `speed` is in frames of the source a second.
     """
-    time = import_extra("opentimelineio", "An edit", "edit").opentime
+    time = import_extra("opentimelineio").opentime
     found = _EVENT.match(event)
     assert found is not None
     begin, end, recorded, recorded_end = (

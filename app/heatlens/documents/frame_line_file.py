@@ -29,7 +29,7 @@ def read_canvases(path: Path) -> tuple[Canvas, ...]:
 
 def _bounded(path: Path) -> tuple[Canvas, ...]:
     allow_for(path)
-    fdl = import_extra("fdl", "Reading framing decisions", "edit")
+    fdl = import_extra("fdl", "Reading framing decisions")
     try:
         data = file_bytes(path)
         if len(data) > _BYTES_MOST:

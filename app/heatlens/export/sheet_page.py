@@ -90,7 +90,7 @@ class Sheet:
 
 def sheet_html(title: str, sheets: Sequence[Sheet]) -> str:
     """Return the page of all shots. Raises InputError if the package for pages is missing."""
-    return page_of(PURPOSE, _TEMPLATE, {"title": title, "sheets": sheets})
+    return page_of(_TEMPLATE, {"title": title, "sheets": sheets})
 
 
 def _facts(shot: Shot, entries: Sequence[SheetEntry]) -> dict[str, str]:

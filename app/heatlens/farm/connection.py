@@ -23,7 +23,7 @@ _LOSSES = ("FutureCancelledError", "CancelledError", "CommClosedError")  # the s
 
 def library() -> Any:
     """Import Dask. Raises InputError that says what to install."""
-    found = import_extra("distributed", "A cluster", "cluster")
+    found = import_extra("distributed")
     # They would log every lost connection, and every message that is refused.
     for name in ("distributed", "distributed.client", "distributed.protocol.core"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -82,7 +82,7 @@ def check_version(address: str, version: str) -> None:
     if version != here:
         raise InputError(
             f"The scheduler at {address} has Dask {printable(version)[:40]}, but this machine has "
-            f"{here}: install the same on all machines, as pip install distributed=={here} does."
+            f"{here}: install distributed=={here} on all machines."
         )
 
 

@@ -24,7 +24,13 @@ _VALUES = {
     "pathlib": ("Path", "PosixPath", "PurePosixPath", "WindowsPath", "PureWindowsPath"),
 }
 _OURS = {
-    "heatlens.base.errors": ("FaultError", "GpuError", "HeatlensError", "InputError"),
+    "heatlens.base.errors": (
+        "FaultError",
+        "GpuError",
+        "HeatlensError",
+        "InputError",
+        "MissingPackageError",
+    ),
     "heatlens.camera.samples": ("CameraSamples",),
     "heatlens.files.json_record": ("JsonEntry",),
     "heatlens.model.curves.frames": ("FrameRange",),

@@ -9,16 +9,14 @@ from heatlens.base.extras import import_extra
 from heatlens.base.outside_text import one_line
 
 
-def check_pages(purpose: str, is_pdf: bool = False) -> None:
-    """Raise InputError that begins with `purpose` if a package for pages or PDF is missing."""
-    import_extra("jinja2", purpose, "study")
-    if is_pdf:
-        _weasyprint(purpose)
+def check_pdf(purpose: str) -> None:
+    """Raise InputError that begins with `purpose` if what makes a PDF is missing."""
+    _weasyprint(purpose)
 
 
 def _weasyprint(purpose: str) -> ModuleType:
     try:
-        return import_extra("weasyprint", f"{purpose} as PDF", "pdf")
+        return import_extra("weasyprint", f"{purpose} as PDF")
     except OSError as error:
         raise InputError(
             f"{purpose} as PDF needs the library Pango ({one_line(error)}); Debian calls its "
@@ -38,16 +36,13 @@ def pdf_of(purpose: str, page: str) -> bytes:
 
 
 def page_of(
-    purpose: str,
     template: Path,
     values: Mapping[str, object],
     filters: Mapping[str, Callable[..., object]] | None = None,
 ) -> str:
-    """Return the page of a template with these values; a missing value is an error.
+    """Return the page of a template with these values; a missing value is an error."""
+    import jinja2  # here, because few commands make pages
 
-    Raises InputError if the package for pages is not installed.
-    """
-    jinja2 = import_extra("jinja2", purpose, "study")
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(template.parent),
         undefined=jinja2.StrictUndefined,

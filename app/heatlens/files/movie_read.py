@@ -39,7 +39,7 @@ _WITH_ALPHA = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 
 def av() -> ModuleType:
     """Return PyAV, which is needed only for movies. Raises InputError that says what to install."""
-    return import_extra("av", "A movie", "movie")
+    return import_extra("av")
 
 
 @dataclass(frozen=True, eq=False)

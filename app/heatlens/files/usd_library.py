@@ -34,7 +34,7 @@ def usd_module(name: str) -> ModuleType:
 
     Raises InputError that says what to install if it cannot be loaded.
     """
-    return import_extra(f"pxr.{name}", "USD", "usd")
+    return import_extra(f"pxr.{name}")
 
 
 @contextmanager

@@ -44,12 +44,12 @@ class Entry:
     height: float
 
 
-def new_figure(width_in: float, height_in: float, extra: str = "plot") -> "Figure":
+def new_figure(width_in: float, height_in: float) -> "Figure":
     """Return an empty figure with automatic layout of titles and legends.
 
-    Raises InputError that names the `extra` to install if matplotlib is missing.
+    Raises InputError that says what to install if matplotlib is missing.
     """
-    made: Figure = import_extra("matplotlib.figure", "A chart", extra).Figure(
+    made: Figure = import_extra("matplotlib.figure").Figure(
         figsize=(width_in, height_in), layout="constrained"
     )
     return made
@@ -60,7 +60,7 @@ def write_figure(path: Path, figure: "Figure") -> None:
 
     Raises InputError if the file cannot be written.
     """
-    matplotlib = import_extra("matplotlib", "A chart", "plot")
+    matplotlib = import_extra("matplotlib")
     kind = path.suffix.lower()[1:]
     metadata = {"Date": None} if kind == "svg" else None
     with replacing(path) as beside, matplotlib.rc_context(_FIXED_TEXT):

@@ -72,18 +72,18 @@ def nonfinite_count(rgb: FloatImage) -> int:
     return int(np.count_nonzero(~np.isfinite(rgb).all(axis=-1)))
 
 
-def flip_library(extra: str) -> ModuleType:
-    """Import FLIP. Raises InputError that says to install it with an extra of heatlens."""
+def flip_library() -> ModuleType:
+    """Import FLIP. Raises InputError that says what to install."""
     # On a busy machine its threads would wait for each other 20 times as long as they compute.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # is read when the library is loaded
-    return import_extra("flip_evaluator", "FLIP", extra)
+    return import_extra("flip_evaluator")
 
 
 def flip_evaluation(
     result: FloatImage, truth: FloatImage, kind: str, **options: object
 ) -> tuple[FloatImage, float, object]:
     """Return (map, mean, parameters) of the FLIP library; `kind` is LDR (sRGB) or HDR (linear)."""
-    library = flip_library("compare")
+    library = flip_library()
     options = {"applyMagma": False, "inputsRGB": kind == "LDR"} | options
     with contextlib.redirect_stdout(io.StringIO()):  # some of its versions report progress there
         difference, mean, parameters = library.evaluate(truth, result, kind, **options)

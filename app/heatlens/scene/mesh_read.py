@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.base.errors import InputError
-from heatlens.base.extras import import_extra
+from heatlens.base.errors import InputError, MissingPackageError
+from heatlens.base.extras import extra, import_extra
 from heatlens.base.outside_text import one_line
 from heatlens.base.paths import file_bytes, unreadable
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
@@ -220,7 +220,7 @@ def read_mesh(path: Path) -> Scene:
 
 
 def _trimesh() -> ModuleType:
-    return import_extra("trimesh", "A mesh", "scene")
+    return import_extra("trimesh")
 
 
 class _Told(logging.Handler):
@@ -253,18 +253,16 @@ def _parts(
 ) -> Iterator[tuple[str, Any]]:
     kind = path.suffix.lower().removeprefix(".")
     try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
+        # trimesh imports some libraries only when a file needs them.
+        with extra("scene").needed(str(path)), warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")  # about damaged numbers and deprecated calls
             scene = trimesh.load_scene(
                 io.BytesIO(data), file_type=kind, resolver=folder, process=False
             )
             # Here trimesh reads what it has deferred.
             parts = [(str(name), part) for name, part in scene.geometry.items()]
-    except ImportError as error:  # trimesh imports some libraries only when a file needs them
-        raise InputError(
-            f"{path} needs more than is installed ({error}). Install it with: "
-            "pip install 'heatlens[scene]'"
-        ) from error
+    except MissingPackageError:
+        raise
     except Exception as error:  # trimesh raises any exception for a damaged file
         said = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(

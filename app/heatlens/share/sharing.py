@@ -7,7 +7,7 @@ import io
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from heatlens.base.errors import InputError
+from heatlens.base.extras import extra, import_extra
 from heatlens.base.paths import preferences_dir
 from heatlens.share.address import Role, ShareOptions, kept_links
 from heatlens.share.shared import SharedSession
@@ -29,12 +29,9 @@ class Sharing:
 
     def begin(self, log: Callable[[str], None]) -> None:
         """Listen; `log` gets a line for each client. Raises InputError with what would help."""
-        try:
+        import_extra("segno")  # the codes of the links
+        with extra("share").needed():
             from heatlens.share.server import ShareServer
-        except ImportError as error:
-            raise InputError(
-                f"Nothing can be shared ({error}): pip install 'heatlens[share]' has what it needs."
-            ) from error
         links = kept_links(preferences_dir() / _LINKS_FILE, self._options.has_new_links)
         server = ShareServer(self._options.address, links, self.shared, log)
         server.start()

@@ -22,7 +22,7 @@ from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.export.sheet_page import PURPOSE, Sheet, sheet_entries, write_sheet
 from heatlens.export.sheet_rows import sheet_frames
 from heatlens.files.atomic_file import check_writable
-from heatlens.files.html_page import check_pages
+from heatlens.files.html_page import check_pdf
 from heatlens.model.curves.frames import FrameRange, parse_frame_range
 from heatlens.model.shot.shot import Shot
 from heatlens.render import headless_renderer
@@ -82,7 +82,8 @@ def _write(args: argparse.Namespace) -> None:
     if args.output.suffix.lower() not in _SUFFIXES:
         raise InputError(f"{args.output}: the name of a pull sheet must end in .html or .pdf.")
     check_writable(args.output)
-    check_pages(PURPOSE, args.output.suffix.lower() == ".pdf")
+    if args.output.suffix.lower() == ".pdf":
+        check_pdf(PURPOSE)
     parts = _parts(args)
     looks = [display_look(args, shot_header(part.shot), part.shot.grade) for part in parts]
     count = sum(len(sheet_frames(part.shot, part.frames)) for part in parts)

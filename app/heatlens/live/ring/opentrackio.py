@@ -25,7 +25,8 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.base.errors import InputError
+from heatlens.base.errors import InputError, MissingPackageError
+from heatlens.base.extras import import_extra
 from heatlens.live.ring.sources import LensSample
 from heatlens.model.curves.frames import exact_rate
 from heatlens.model.option import Values
@@ -196,9 +197,9 @@ def _decoder(
     if encoding is Encoding.JSON:
         return json.loads, errors
     try:
-        import cbor2  # imported late, because it is an optional package
-    except ImportError as error:
-        raise RingPacketError("samples in CBOR need: pip install 'heatlens[ring]'") from error
+        cbor2 = import_extra("cbor2", "A sample in CBOR")
+    except MissingPackageError as error:
+        raise RingPacketError(str(error)) from error
     return cbor2.loads, (*errors, cbor2.CBORError)
 
 

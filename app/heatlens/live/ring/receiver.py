@@ -16,10 +16,10 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from threading import Thread, get_ident
 from types import ModuleType
-from typing import Any, cast
+from typing import Any
 
 from heatlens.base.errors import InputError
-from heatlens.base.extras import import_extra
+from heatlens.base.extras import extra, import_extra
 from heatlens.live.ring.address import Protocol, RingAddress, listening_socket, parse_ring_address
 from heatlens.live.ring.hearing import Decoder, Hearing, OpenTrackIODecoder, Sender
 from heatlens.live.ring.opentrackio import RingPacketError
@@ -37,7 +37,7 @@ class OscDecoder:
     lost = 0  # every datagram is complete
 
     def __init__(self) -> None:
-        self._packets = import_extra("pythonosc.osc_packet", "OSC", "ring")
+        self._packets = import_extra("pythonosc.osc_packet", "OSC")
 
     def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
         """Return one sample of all messages of a datagram. Raise RingPacketError if not OSC."""
@@ -184,16 +184,10 @@ class MidiInput(Controls):
 
 
 def _library() -> ModuleType:
-    try:
-        import mido
-
-        mido.backend.load()
-    except ImportError as error:  # the backend is a second package
-        raise InputError(
-            "MIDI needs: pip install 'heatlens[ring]' python-rtmidi, and the sound library of the "
-            f"system ({error})."
-        ) from error
-    return cast(ModuleType, mido)
+    mido = import_extra("mido", "MIDI")
+    with extra("ring").needed("MIDI"):
+        mido.backend.load()  # the backend is a second package
+    return mido
 
 
 def _port_named(mido: ModuleType, name: str) -> str:

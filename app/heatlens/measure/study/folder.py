@@ -17,7 +17,7 @@ from pathlib import Path
 from heatlens.base.errors import InputError
 from heatlens.base.paths import opened_file
 from heatlens.base.stopping import unfinished
-from heatlens.files.html_page import check_pages, page_of
+from heatlens.files.html_page import page_of
 from heatlens.measure.chart import write_figure
 from heatlens.measure.study.measured import Report, Row
 from heatlens.measure.study.pictures import (
@@ -34,7 +34,6 @@ from heatlens.plate.plate import FloatImage
 from heatlens.version import __version__
 
 _TEMPLATE = Path(__file__).with_name("page.html.jinja")
-_PURPOSE = "The page of a study"
 
 
 @dataclass(frozen=True)
@@ -60,18 +59,10 @@ class Place:
     crops: tuple[Crop, ...]
 
 
-def check_page() -> None:
-    """Raise InputError if the package that makes the page is not installed."""
-    check_pages(_PURPOSE)
-
-
 def page_html(report: Report, chart: str) -> str:
-    """Return the whole page, valid HTML 5 with every name escaped; `chart` is a file beside it.
-
-    Raises InputError if the package that makes the page is not installed.
-    """
+    """Return the whole page, valid HTML 5 with every name escaped; `chart` is a file beside it."""
     values = {**_values(report), "chart": chart}
-    return page_of(_PURPOSE, _TEMPLATE, values, {"duration": duration})
+    return page_of(_TEMPLATE, values, {"duration": duration})
 
 
 def duration(seconds: float) -> str:

@@ -129,11 +129,6 @@ _SECONDS_LEAST = 1e-6  # a clock may return 0, which a logarithmic axis does not
 _FLIP_LEAST = 0.01  # the shortest axis, for methods that all equal the reference
 
 
-def check_chart() -> None:
-    """Raise InputError if matplotlib is not installed, with the extra of `study`."""
-    new_figure(1.0, 1.0, extra="study")
-
-
 def error_chart(rows: Sequence[Row], best: Row) -> "Figure":
     """Return a figure with a point for each method: milliseconds, logarithmic, and FLIP from 0.
 

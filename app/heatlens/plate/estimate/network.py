@@ -143,7 +143,7 @@ def _network(path: Path, key: str, output: DepthModelOutput) -> Network:
 
 def _session(path: Path) -> Any:
     """Return the network, ready to run. Raises InputError if it cannot be loaded."""
-    runtime = import_extra("onnxruntime", "Estimating depth", "estimate")
+    runtime = import_extra("onnxruntime")
     options = runtime.SessionOptions()
     options.log_severity_level = 4
     try:

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps, features
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import BASE, extra, import_extra
 from heatlens.base.outside_text import one_line
 from heatlens.base.paths import file_bytes, opened_file, unreadable
 from heatlens.files.apart import called_apart
@@ -173,9 +174,9 @@ def _by_openimageio(path: Path) -> tuple[NDArray[np.generic], dict[str, object]]
     if importlib.util.find_spec("OpenImageIO") is None:
         raise InputError(
             f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "
-            "pip install 'heatlens[pictures]'."
+            f"{extra('pictures').cure()}."
         )
-    library: ModuleType = importlib.import_module("OpenImageIO")
+    library = import_extra("OpenImageIO", str(path))
     with quiet_library():
         return _read_by(library, path)
 
@@ -252,7 +253,7 @@ def _check_avif(path: Path, head: bytes) -> None:
     if head[4:12] != b"ftypavif":
         return
     if not features.check("avif"):
-        raise InputError(f"{path}: AVIF needs Pillow 11.3 or newer: pip install -U pillow.")
+        raise InputError(f"{path}: AVIF needs Pillow 11.3 or newer: {BASE.cure('-U pillow')}.")
     at = head.find(b"av1C")
     if at >= 0 and head[at + 6 : at + 7] and head[at + 6] & 0b0100_0000:
         raise InputError(
@@ -263,9 +264,7 @@ def _check_avif(path: Path, head: bytes) -> None:
 
 def _with_heic(path: Path) -> None:
     """Register the HEIC reader with Pillow."""
-    if importlib.util.find_spec("pillow_heif") is None:
-        raise InputError(f"{path}: HEIC needs pip install 'heatlens[heic]'.")
-    importlib.import_module("pillow_heif").register_heif_opener()
+    import_extra("pillow_heif", f"{path}: HEIC").register_heif_opener()
 
 
 def _info(image: Image.Image | None) -> dict[str, object]:

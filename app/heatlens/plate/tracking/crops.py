@@ -61,7 +61,7 @@ class Crop:
 
 def opencv() -> ModuleType:
     """Return the library that tracks. Raises InputError if it is not installed."""
-    return import_extra("cv2", "Following a surface", "track")
+    return import_extra("cv2")
 
 
 def white_of(plate: Plate) -> float:

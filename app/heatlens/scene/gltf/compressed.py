@@ -11,16 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.base.errors import InputError
+from heatlens.base.extras import import_extra
 from heatlens.files.limits import is_bounded
 from heatlens.scene.gltf.json_values import Record
 
 _BYTES_MOST = 1 << 30  # that a compressed part of a file may claim to be
 _SIDE_MOST_PX = 16384
 KTX2_HEAD = b"\xabKTX 20\xbb\r\n\x1a\n"
-
-
-class LibraryMissingError(InputError):
-    """A file needs a library that is not installed."""
 
 
 class OwnProcessNeededError(Exception):
@@ -30,13 +27,7 @@ class OwnProcessNeededError(Exception):
 def _library(name: str, what: str) -> ModuleType:
     if importlib.util.find_spec(name) is not None and not is_bounded():
         raise OwnProcessNeededError
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise LibraryMissingError(
-            f"{what} needs {name}, which cannot be loaded ({error}). Install it with: "
-            "pip install 'heatlens[scene]'"
-        ) from error
+    return import_extra(name, what)
 
 
 def draco_parts(
@@ -44,7 +35,7 @@ def draco_parts(
 ) -> tuple[NDArray[np.uint32], dict[int, NDArray[np.generic]]]:
     """Return triangles (T, 3) and the attributes (V, width) by their numbers in the bytes.
 
-    Raises InputError if the bytes are damaged, LibraryMissingError without DracoPy.
+    Raises InputError if the bytes are damaged, MissingPackageError without DracoPy.
     """
     library = _library("DracoPy", f"{record.entry.path}: a mesh compressed by Draco")
     try:
@@ -59,7 +50,7 @@ def draco_parts(
 def meshopt_bytes(record: Record, data: memoryview) -> bytes:
     """Return what the bytes of a buffer view are unpacked to.
 
-    Raises InputError if they are damaged, LibraryMissingError without meshopt.
+    Raises InputError if they are damaged, MissingPackageError without meshopt.
     """
     library = _library("meshopt", f"{record.entry.path}: a buffer compressed by meshoptimizer")
     count, stride = record.whole("count"), record.whole("byteStride")
@@ -76,7 +67,7 @@ def meshopt_bytes(record: Record, data: memoryview) -> bytes:
 def ktx2_pixels(data: bytes, what: str) -> NDArray[np.uint8]:
     """Return a picture in KTX 2 with Basis Universal as (H, W, 4); errors call it `what`.
 
-    Raises InputError if it is damaged or too large, LibraryMissingError without opengl_basisu.
+    Raises InputError if it is damaged or too large, MissingPackageError without opengl_basisu.
     """
     library = _library("opengl_basisu", f"{what}: a picture in KTX 2")
     try:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.base.errors import InputError
-from heatlens.scene.gltf.compressed import KTX2_HEAD, LibraryMissingError, ktx2_pixels
+from heatlens.base.errors import InputError, MissingPackageError
+from heatlens.scene.gltf.compressed import KTX2_HEAD, ktx2_pixels
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.picture_read import read_picture
@@ -72,7 +72,7 @@ class GltfTextures:
     def _read(self, source: int, record: Record) -> None:
         try:
             self._found[source] = self.add(_picture(self.gltf, record, self.images))
-        except LibraryMissingError:
+        except MissingPackageError:
             raise
         except InputError as error:
             self.without[source] = str(error).removeprefix(f"{self.gltf.path}: ").rstrip(".")

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.scene.gltf.compressed import LibraryMissingError, draco_parts
+from heatlens.base.errors import MissingPackageError
+from heatlens.scene.gltf.compressed import draco_parts
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 
@@ -215,7 +216,7 @@ class Vertices:
             return None
         try:
             faces, parts = draco_parts(told, self.gltf.view(view))
-        except LibraryMissingError:
+        except MissingPackageError:
             if self._has_plain_data():
                 return None
             raise

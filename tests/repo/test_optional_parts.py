@@ -1,0 +1,243 @@
+"""Each optional part is one record, and what is missing without it is said in one sentence."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import heatlens
+from heatlens.base import extras
+from heatlens.base.errors import InputError
+from heatlens.base.extras import BASE, EXTRAS, Extra, import_extra
+from heatlens.commands import info
+from heatlens.commands.main import main
+from heatlens.doctor.machine_check import packages
+from heatlens.live.ring.opentrackio import Encoding, sample_of
+from heatlens.live.ring.receiver import open_ring
+from heatlens.plate.tracking.crops import opencv
+from support.command_line import channels
+from support.compressed_files import RED_KTX2, draco, packed, with_picture
+from support.exports import write_shot_file
+from support.exr_files import write_file
+from support.mesh_files import STL
+from support.networks import write_network
+from support.picture_files import save, save_16_bits_of_color
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = Path(heatlens.__file__).parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+LISTED: dict[str, list[str]] = PROJECT["optional-dependencies"]
+NO_PARTS = {
+    "all": "all other extras of users",
+    "fit": "for developers, who make the kernels again",
+    "test": "for developers",
+}
+# Modules that may catch an ImportError, with what they import.
+MAY_CATCH = {
+    "base/extras.py": "all packages that may be missing",
+    "files/atomic_file.py": "fcntl of Python, which Windows does not have",
+}
+MODULES = [module for part in EXTRAS for module in part.packages.values()]
+OF_MODULE = {module: part for part in EXTRAS for module in part.packages.values()}
+
+
+def names_of(requirements: list[str]) -> set[str]:
+    """Return the packages of requirements; of heatlens itself, the extras that are named."""
+    text = " ".join(re.sub(r"heatlens\[([\w,]*)\]", r"\1", it) for it in requirements)
+    return set(re.sub(r"[<>=]+[\w.]+", "", text).replace(",", " ").split())
+
+
+def test_the_records_are_the_extras_of_the_project():
+    assert [it.name for it in EXTRAS] == sorted(LISTED.keys() - NO_PARTS)
+    for part in EXTRAS:
+        assert {*part.packages, *part.brings} == names_of(LISTED[part.name]), part.name
+    assert set(BASE.packages) == names_of(PROJECT["dependencies"])
+
+
+def test_the_extra_of_all_has_every_part():
+    brought = {name for part in EXTRAS for name in part.brings}
+    assert names_of(LISTED["all"]) == {it.name for it in EXTRAS} - brought
+
+
+def texts(tree: ast.AST) -> list[str]:
+    return [
+        node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    ]
+
+
+def caught(tree: ast.AST) -> set[str]:
+    handlers = [it.type for it in ast.walk(tree) if isinstance(it, ast.ExceptHandler) and it.type]
+    return {it.id for each in handlers for it in ast.walk(each) if isinstance(it, ast.Name)}
+
+
+def test_only_the_records_speak_of_installing_and_catch_what_is_missing():
+    installing, catching = set(), set()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        tree, name = ast.parse(path.read_text(encoding="utf-8")), str(path.relative_to(PACKAGE))
+        installing |= {name} if any("pip install" in text for text in texts(tree)) else set()
+        catching |= {name} if caught(tree) & {"ImportError", "ModuleNotFoundError"} else set()
+    assert installing == {"base/extras.py"}
+    assert catching == set(MAY_CATCH)
+
+
+def test_the_documents_name_the_extras_that_there_are():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    told = readme.partition("name only the parts that you need: ")[2].partition(".")[0]
+    assert re.findall(r"`(\w+)`", told) == [it.name for it in EXTRAS]
+    manual = (ROOT / "app" / "MANUAL.md").read_text(encoding="utf-8")
+    named = re.findall(r"extra\s+`(\w+)`", readme + manual)
+    named += ",".join(re.findall(r"heatlens\[([\w,]+)\]", readme + manual)).split(",")
+    assert set(named) <= {it.name for it in EXTRAS}
+
+
+def plate(folder: Path) -> Path:
+    return write_file(folder / "p.exr", channels())
+
+
+def cut(folder: Path, suffix: str) -> list[object]:
+    path = folder / f"cut{suffix}"
+    path.write_bytes(bytes.fromhex("d0cf11e0a1b11ae1"))  # the head of an AAF
+    return ["info", path]
+
+
+def file_of(name: str, data: bytes = b"nothing") -> Callable[[Path], list[object]]:
+    def words(folder: Path) -> list[object]:
+        (folder / name).write_bytes(data)
+        return ["info", folder / name]
+
+    return words
+
+
+def deep_color(folder: Path) -> list[object]:
+    path = save_16_bits_of_color(folder / "c.png", np.full((16, 16, 3), 7, np.uint16))
+    return ["compare", path, path]
+
+
+def estimating(folder: Path) -> list[object]:
+    picture = save(folder / "p.png", np.full((16, 16, 3), 7, np.uint8))
+    network = write_network(folder / "n.onnx")
+    known = ["--depth-known", "2,2=2m", "--near", "1", "--far", "9"]
+    return ["render", picture, "-o", folder / "o.png", "--depth-model", network, *known]
+
+
+def clustered(folder: Path) -> list[object]:
+    where = ["--cluster", "tcp://127.0.0.1:9"]
+    return ["export", write_shot_file(folder), "-o", folder / "out" / "n.####.exr", *where]
+
+
+def framed(folder: Path) -> list[object]:
+    (folder / "a.fdl").write_text("{}")
+    out = ["-o", folder / "out" / "n.####.png"]
+    return ["export", write_shot_file(folder), *out, "--framing", folder / "a.fdl"]
+
+
+# Words of a command that needs the package of each module.
+COMMANDS: dict[str, Callable[[Path], list[object]]] = {
+    "distributed": clustered,
+    "flip_evaluator": lambda folder: ["compare", plate(folder), plate(folder)],
+    "opentimelineio": file_of("cut.otio"),
+    "otio_aaf_adapter": lambda folder: cut(folder, ".aaf"),
+    "otio_cmx3600_adapter": lambda folder: cut(folder, ".edl"),
+    "otio_fcp_adapter": lambda folder: cut(folder, ".xml"),
+    "onnxruntime": estimating,
+    "pillow_heif": file_of("p.heic"),
+    "av": file_of("m.mov"),
+    "weasyprint": lambda folder: ["shot", "sheet", write_shot_file(folder), "-o", folder / "a.pdf"],
+    "OpenImageIO": deep_color,
+    "matplotlib": lambda folder: ["bench", "--methods", "--plot", folder / "a.png"],
+    "trimesh": file_of("a.stl", STL),
+    "charset_normalizer": file_of("a.stl", b"\xff" * 90),
+    "DracoPy": lambda folder: ["info", draco().write(folder / "a.glb")],
+    "meshopt": lambda folder: ["info", packed().write(folder / "a.glb")],
+    "opengl_basisu": lambda folder: ["info", with_picture(RED_KTX2).write(folder / "a.glb")],
+    "pxr": file_of("s.usda", b"#usda 1.0\n"),
+    "fdl": framed,
+}
+# Commands of processes of their own, because this process has imported what they need.
+APART: dict[str, Callable[[Path], list[object]]] = {
+    "glfw": lambda folder: ["view", plate(folder)],
+    "imgui_bundle": lambda folder: ["view", plate(folder)],
+    "aiohttp": lambda folder: ["serve", plate(folder)],
+    "segno": lambda folder: ["serve", plate(folder)],
+}
+# What commands reach only with a camera, a controller or a window.
+CALLS: dict[str, Callable[[], object]] = {
+    "cbor2": lambda: sample_of(b"\xa0", Encoding.CBOR),
+    "mido": lambda: open_ring("midi:fader"),
+    "pythonosc": lambda: open_ring("osc://:9000"),
+    "cv2": opencv,
+}
+
+
+@pytest.fixture
+def without(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Return a function that takes a package away, here and from processes that are started."""
+
+    def take(module: str) -> None:
+        for name in [it for it in sys.modules if it.partition(".")[0] == module] + [module]:
+            monkeypatch.setitem(sys.modules, name, None)
+        folder = tmp_path / "without"
+        folder.mkdir()
+        (folder / f"{module}.py").write_text(f"raise ImportError('no {module}')\n")
+        path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
+        monkeypatch.setenv("PYTHONPATH", path)
+
+    return take
+
+
+def check(said: str, module: str) -> None:
+    """Check that one sentence tells how the package is installed."""
+    assert f"{OF_MODULE[module].cure()}" in said and module in said
+    assert len(said.splitlines()) == 1 and said.count("pip install") == 1
+
+
+def test_every_package_is_asked_for_below():
+    assert sorted([*COMMANDS, *APART, *CALLS]) == sorted(MODULES)
+
+
+@pytest.mark.parametrize("module", COMMANDS)
+def test_a_command_without_its_package_ends_with_the_sentence(module, tmp_path, capsys, without):
+    words = [str(word) for word in COMMANDS[module](tmp_path)]
+    without(module)
+    assert main(words) == 2
+    check(capsys.readouterr().err, module)
+
+
+@pytest.mark.parametrize("module", APART)
+def test_a_window_and_a_server_without_their_packages_say_so(module, tmp_path, without):
+    words = [str(word) for word in APART[module](tmp_path)]
+    without(module)
+    command = [sys.executable, "-m", "heatlens", *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    check(done.stderr, module)
+
+
+@pytest.mark.parametrize("module", CALLS)
+def test_what_is_called_without_its_package_raises_the_sentence(module, without):
+    without(module)
+    with pytest.raises(InputError) as refusal:
+        CALLS[module]()
+    check(str(refusal.value), module)
+
+
+def test_a_part_that_is_made_up_needs_its_record_alone(tmp_path, capsys, monkeypatch):
+    fog = Extra("fog", "A fog", {"fog-maker": "fogmaker"}, besides=", and a cloud")
+    monkeypatch.setattr(extras, "EXTRAS", (*EXTRAS, fog))
+    monkeypatch.setattr(info, "run", lambda args: import_extra("fogmaker.drops"))
+    assert main(["info", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == (
+        "heatlens: A fog needs the package fog-maker, which cannot be imported (No module named "
+        "'fogmaker'). Install it with: pip install 'heatlens[fog]', and a cloud\n"
+    )
+    (missing,) = (it for it in packages() if it.state == "note")
+    assert missing.details == {"missing": "fog-maker"} and fog.cure() in missing.said
