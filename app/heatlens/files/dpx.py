@@ -31,7 +31,7 @@ _WHITE = 1023
 
 def require_openimageio() -> ModuleType:
     """Return OpenImageIO. Raises InputError if it is not installed."""
-    return import_extra("OpenImageIO", "Writing DPX", "pictures")
+    return import_extra("OpenImageIO", "Writing DPX")
 
 
 def dpx_bytes(values: Stored, marks: Mapping[str, str]) -> bytes:
