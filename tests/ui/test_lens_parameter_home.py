@@ -17,6 +17,8 @@ from heatlens.model.option import options_of
 from heatlens.model.shot.lens_parameter import LensParameter
 from heatlens.model.shot.shot import LensCurves, Shot
 from heatlens.session.keys.key_rows import ROWS, shown_rows
+from heatlens.ui.setting_places import SETTINGS
+from heatlens.ui.timeline import dope_sheet
 from heatlens.ui.timeline.curve_axis import AXES
 
 PACKAGE = Path(heatlens.__file__).parent
@@ -71,8 +73,16 @@ def test_each_is_in_every_place(parameter):
     parser = argparse.ArgumentParser()
     add_shot_options(parser)
     assert hasattr(parser.parse_args([]), parameter.attribute) and parameter.typed in KEYED
-    assert parameter.control and str(parameter) in options_of(Lens)
+    assert parameter.control in SETTINGS["Lens"] and str(parameter) in options_of(Lens)
     assert LensCurves().of(parameter).scale is parameter.facts.scales[0]
+
+
+def test_a_dot_stands_beside_the_control_of_each(monkeypatch):
+    dots = []
+    monkeypatch.setattr(dope_sheet, "key_dot", lambda _desk, row, *_place: dots.append(row))
+    monkeypatch.setattr(dope_sheet.imgui, "get_font_size", lambda: 10.0)
+    dope_sheet.lens_dots(None, {it.control: (0.0, 0.0, 1.0, 1.0) for it in LensParameter})
+    assert dots == list(LensParameter)
 
 
 def test_values_are_shown_with_their_unit():
