@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import ModuleType
+from typing import Any, cast
 
 from heatlens.base.errors import HeatlensError, InputError
 from heatlens.base.extras import import_extra
@@ -18,6 +19,7 @@ from heatlens.base.outside_text import one_line
 from heatlens.base.paths import file_bytes, unreadable
 from heatlens.documents.edit_media import MediaFinder, played
 from heatlens.documents.edit_times import Seen, seen_in
+from heatlens.documents.edit_types import Item, Timeline
 from heatlens.documents.edl_text import prepared
 from heatlens.files.apart import called_apart
 from heatlens.files.limits import allow_for, is_bounded
@@ -53,7 +55,7 @@ class EditOptions:
     rate: float | None = None
 
 
-def otio() -> Any:
+def otio() -> ModuleType:
     """Return the module opentimelineio. Raises InputError that says what to install."""
     return import_extra("opentimelineio")
 
@@ -90,7 +92,7 @@ def _refused(sentence: str) -> Iterator[None]:
         raise InputError(f"{sentence}: {one_line(error)}.") from error
 
 
-def reel_of_timeline(path: Path, timeline: Any, options: EditOptions) -> Reel:
+def reel_of_timeline(path: Path, timeline: Timeline, options: EditOptions) -> Reel:
     """Return the reel of a timeline of the file `path`, with its nested tracks laid out."""
     seen = seen_in(timeline.tracks)
     finder = MediaFinder(path, options.folders)
@@ -122,11 +124,11 @@ def _frames_of(part: Seen, rate: float) -> range:
     return range(math.ceil(part.first_s * exact), math.ceil(part.end_s * exact))
 
 
-def read_timeline(path: Path, rate: float | None = None) -> Any:
+def read_timeline(path: Path, rate: float | None = None) -> Timeline:
     """Return the timeline of a file. Raises InputError if it cannot be read, or holds none."""
     if not path.is_file():
         raise unreadable(path)
-    read, timeline = _read(path, rate), otio().schema.Timeline
+    read, timeline = _read(path, rate), cast(type[Timeline], otio().schema.Timeline)
     if isinstance(read, timeline):
         return read
     several = read if isinstance(read, otio().schema.SerializableCollection) else ()
@@ -176,6 +178,7 @@ def _begun_together(timeline: Any) -> Any:
 
 def _shot(part: Seen, frames: range, finder: MediaFinder, rate: float) -> ReelShot:
     clip = part.clip
+    assert clip is not None  # a gap is no shot
     media = finder.of(clip)
     made, retime, doubt = played(part, frames, media, rate)
     there = media.sequence is None or made.intersection(
@@ -220,12 +223,12 @@ def _speed_note(part: Seen, retime: Retime | None) -> str:
     )
 
 
-def _rate_note(clip: Any, rate: float) -> str:
+def _rate_note(clip: Item, rate: float) -> str:
     own = float(clip.duration().rate)
     return "" if own == rate else f"it runs at {own:g} frames a second, the cut at {rate:g}"
 
 
-def _dissolves(clip: Any) -> Iterator[str]:
+def _dissolves(clip: Item) -> Iterator[str]:
     """Yield a note for each transition beside a clip."""
     schema, track = otio().schema, clip.parent()
     if not isinstance(track, schema.Track):
@@ -241,7 +244,7 @@ def _dissolve_words(frames: float, where: str) -> str:
     return f"a transition of {frames:g} frames {where} needs --handles {math.ceil(frames / 2)}"
 
 
-def _markers(clip: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _markers(clip: Item) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the markers that are focus marks, such as "A=2.4m", and the others as notes."""
     marks, notes = [], []
     for marker in clip.markers:

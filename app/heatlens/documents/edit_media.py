@@ -72,12 +72,9 @@ def played(
 
     `frames` are those of the cut, at `rate` a second, that show the part.
     """
-    time, begin_s, first, doubt = (
-        part.clip.trimmed_range().start_time,
-        media.start_s,
-        media.first,
-        "",
-    )
+    assert part.clip is not None  # a gap plays nothing
+    time = part.clip.trimmed_range().start_time
+    begin_s, first, doubt = media.start_s, media.first, ""
     if begin_s is None:
         begin_s = seconds(time)
         first, doubt = media.frame_at(float(time.value), float(time.rate))

@@ -8,8 +8,9 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import TypeGuard
 
+from heatlens.documents.edit_types import Composition, Item, Time
 from heatlens.model.curves.frames import exact_rate
 
 _FRACTIONS_MOST = 10_000  # of a frame; finer ones are errors of rounding
@@ -17,7 +18,7 @@ _PICTURE = "Video"  # the kind of a track that is seen
 _HARDLY_S = Fraction(1, 10**9)
 
 
-def seconds(time: Any) -> Fraction:
+def seconds(time: Time) -> Fraction:
     """Return a RationalTime in seconds."""
     return Fraction(time.value).limit_denominator(_FRACTIONS_MOST) / exact_rate(time.rate)
 
@@ -41,7 +42,7 @@ class Clock:
         first, end = max(min(ends) + late, within[0]), min(max(ends) + late, within[1])
         return (first, end) if first < end else None
 
-    def within(self, item: Any, placed_s: Fraction) -> "Clock":
+    def within(self, item: Item, placed_s: Fraction) -> "Clock":
         """Return the clock of an item that begins at `placed_s` of this one."""
         shown, speed = item.trimmed_range(), speed_of(item)
         begin_s = seconds(shown.start_time)
@@ -57,7 +58,7 @@ Span = tuple[Fraction, Fraction]
 class Seen:
     """What the cut shows from `first_s` to before `end_s`: a clip, or nothing if that is None."""
 
-    clip: Any
+    clip: Item | None
     clock: Clock
     first_s: Fraction
     end_s: Fraction
@@ -67,7 +68,7 @@ class Seen:
         return replace(self, first_s=max(self.first_s, span[0]), end_s=min(self.end_s, span[1]))
 
 
-def seen_in(stack: Any) -> list[Seen]:
+def seen_in(stack: Composition) -> list[Seen]:
     """Return what the stack of a timeline shows, in order and without a hole.
 
     Sound that is longer than the picture does not make the cut longer.
@@ -81,35 +82,38 @@ def seen_in(stack: Any) -> list[Seen]:
     return _seen(stack, Clock(begin_s), (Fraction(0), long_s)) if long_s > 0 else []
 
 
-def speed_of(item: Any) -> Fraction:
+def speed_of(item: Item) -> Fraction:
     """Return how many times as fast as usual an item is played: 0 held, below 0 backwards."""
     scalars = (effect.time_scalar for effect in item.effects if hasattr(effect, "time_scalar"))
     return Fraction(math.prod(scalars)).limit_denominator(_FRACTIONS_MOST)
 
 
-def _is_picture(item: Any) -> bool:
+def _is_picture(item: Item) -> bool:
     return getattr(item, "enabled", False) and getattr(item, "kind", _PICTURE) == _PICTURE
 
 
-def _seen(item: Any, clock: Clock, span: Span) -> list[Seen]:
-    name = item.schema_name()
-    if not _is_picture(item) or name == "Gap":
+def _is_called(item: Item, name: str) -> TypeGuard[Composition]:
+    return item.schema_name() == name
+
+
+def _seen(item: Item, clock: Clock, span: Span) -> list[Seen]:
+    if not _is_picture(item) or item.schema_name() == "Gap":
         return [Seen(None, clock, *span)]
-    if name == "Stack":
+    if _is_called(item, "Stack"):
         return _topmost(item, clock, span)
-    if name == "Track":
+    if _is_called(item, "Track"):
         return _in_turn(item, clock, span)
     return [Seen(item, clock, *span)]
 
 
-def _placed(item: Any, clock: Clock, placed_s: Fraction, span: Span) -> list[Seen]:
+def _placed(item: Item, clock: Clock, placed_s: Fraction, span: Span) -> list[Seen]:
     """Return what is seen of an item that begins at `placed_s` of the clock."""
     long_s = seconds(item.duration())
     part = clock.span(placed_s, placed_s + long_s, span)
     return [] if part is None else _seen(item, clock.within(item, placed_s), part)
 
 
-def _in_turn(track: Any, clock: Clock, span: Span) -> list[Seen]:
+def _in_turn(track: Composition, clock: Clock, span: Span) -> list[Seen]:
     found, placed_s = list[Seen](), Fraction(0)
     for item in track:
         if item.schema_name() != "Transition":
@@ -118,7 +122,7 @@ def _in_turn(track: Any, clock: Clock, span: Span) -> list[Seen]:
     return list(_filled(found, span))
 
 
-def _topmost(stack: Any, clock: Clock, span: Span) -> list[Seen]:
+def _topmost(stack: Composition, clock: Clock, span: Span) -> list[Seen]:
     """Return what is seen of a stack: where an item shows nothing, the one below it."""
     above = [Seen(None, clock, *span)]
     for item in reversed(stack):

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from heatlens.base.errors import InputError
 from heatlens.base.extras import import_extra
@@ -47,6 +47,13 @@ def _bounded(path: Path) -> tuple[Canvas, ...]:
     return found
 
 
+class _Rect(Protocol):
+    x: float
+    y: float
+    width: float
+    height: float
+
+
 def _shapes(canvas: Any) -> Iterator[Canvas]:
     """Yield a canvas as it is and desqueezed, then the same for the part of it that is used."""
     decisions = list(canvas.framing_decisions)
@@ -56,12 +63,12 @@ def _shapes(canvas: Any) -> Iterator[Canvas]:
             yield Canvas(area.width * squeeze, area.height, lines)
 
 
-def _line(decision: Any, area: Any) -> FrameLine:
+def _line(decision: Any, area: _Rect) -> FrameLine:
     protection = decision.get_protection_rect()
     kept = None if protection is None else _part(protection, area)
     return FrameLine(decision.label or decision.id, _part(decision.get_rect(), area), kept)
 
 
-def _part(rect: Any, area: Any) -> Part:
+def _part(rect: _Rect, area: _Rect) -> Part:
     x, y = (rect.x - area.x) / area.width, (rect.y - area.y) / area.height
     return x, y, x + rect.width / area.width, y + rect.height / area.height

@@ -6,6 +6,7 @@ import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -21,7 +22,7 @@ NO_ANSWER = (OSError, ValueError, TimeoutError)  # raised if there is no answer
 _LOSSES = ("FutureCancelledError", "CancelledError", "CommClosedError")  # the scheduler has died
 
 
-def library() -> Any:
+def library() -> ModuleType:
     """Import Dask. Raises InputError that says what to install."""
     found = import_extra("distributed")
     # They would log every lost connection, and every message that is refused.
@@ -69,7 +70,7 @@ def who_answers(address: str) -> Met:
     return Met(address, name, own)
 
 
-async def _told(distributed: Any, address: str) -> tuple[dict[str, Any], dict[str, Any]]:
+async def _told(distributed: ModuleType, address: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what a scheduler calls itself, and its versions."""
     secured = distributed.Security().get_connection_args("client")
     async with distributed.rpc(address, connection_args=secured) as scheduler:

@@ -10,6 +10,7 @@ import io
 import pickle
 from collections.abc import Iterable
 from functools import cache
+from types import ModuleType
 from typing import Any
 
 # A future holds the name of a task; results that are bytes name their type.
@@ -21,7 +22,7 @@ class NotDataError(TypeError):
 
 
 class _DataReader(pickle.Unpickler):
-    def find_class(self, module: str, name: str) -> Any:
+    def find_class(self, module: str, name: str) -> object:
         """Return a class that only holds data. Raises NotDataError for everything else."""
         if (module, name) in _DATA:
             return super().find_class(module, name)
@@ -31,12 +32,12 @@ class _DataReader(pickle.Unpickler):
         raise NotDataError(f"{module}.{name} is not data")
 
 
-def _read(data: Any, *, buffers: Iterable[Any] = ()) -> Any:
+def _read(data: bytes | memoryview, *, buffers: Iterable[bytes | memoryview] = ()) -> object:
     return _DataReader(io.BytesIO(data), buffers=buffers).load()
 
 
 @cache  # once for each process
-def take_only_data(distributed: Any) -> None:
+def take_only_data(distributed: ModuleType) -> None:
     """Let the clients of Dask in this process take only data.
 
     They would also unpickle, print and warn what any worker tells them to; now they do not listen.
@@ -54,7 +55,7 @@ def _close_after_refusals(connection: Any) -> None:
     """
     read = connection.read
 
-    async def read_data(self: Any, *words: Any, **named: Any) -> Any:
+    async def read_data(self: Any, *words: object, **named: object) -> object:
         try:
             return await read(self, *words, **named)
         except NotDataError:

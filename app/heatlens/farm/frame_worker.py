@@ -4,7 +4,7 @@ import time
 from dataclasses import replace
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from heatlens.base.errors import InputError
 from heatlens.defocus.line_solver import SOLVERS, SolverName
@@ -66,7 +66,7 @@ def sent(job: FrameJob) -> FrameJob:
     return replace(job, source=job.source.located(), plate=plate)
 
 
-def _unread(path: Path) -> Any:
+def _unread(path: Path) -> NoReturn:
     raise AssertionError(f"{path} is read by the worker.")
 
 

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ from heatlens.scene.picture_read import read_picture
 from heatlens.scene.ply_strips import point_normals, splat_colors, strip_triangles, triangulated
 from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
 from heatlens.scene.scene import Instance, Material, Mesh, Scene
+
+if TYPE_CHECKING:
+    from trimesh import PointCloud
 
 _CUTOFF = 0.5
 _SPLATS = (
@@ -90,7 +93,7 @@ class _Reading:
                 )
         return geometry
 
-    def _add_points(self, name: str, geometry: Any) -> None:
+    def _add_points(self, name: str, geometry: "PointCloud") -> None:
         """Add points without faces, as scanners write them; for lines, add only a note."""
         if getattr(geometry, "entities", None) is not None or not len(geometry.vertices):
             self.notes["Lines are not drawn; only triangles and points are."] = None
@@ -304,7 +307,7 @@ def _colors(geometry: Any) -> NDArray[np.float32] | None:
     return np.repeat(_linear(np.clip(told, 0, 1)), 3 if kind == "face" else 1, axis=0)
 
 
-def _point_colors(geometry: Any) -> NDArray[np.float32] | None:
+def _point_colors(geometry: "PointCloud") -> NDArray[np.float32] | None:
     """Return (P, 3) linear colours of points, or None."""
     told = getattr(geometry, "colors", None)
     if told is None or np.ndim(told) != 2 or np.shape(told)[0] != len(geometry.vertices):

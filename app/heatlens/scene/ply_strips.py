@@ -8,10 +8,13 @@ trimesh can only read a binary PLY whose polygons all have the same number.
 
 import struct
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from trimesh import PointCloud
 
 _NORMAL = ("nx", "ny", "nz")
 _SPLAT = ("f_dc_0", "f_dc_1", "f_dc_2")
@@ -42,7 +45,7 @@ _CORNERS = ("vertex_indices", "vertex_index")
 Bytes = NDArray[np.uint8]
 
 
-def strip_triangles(cloud: object) -> NDArray[np.int64] | None:
+def strip_triangles(cloud: "PointCloud") -> NDArray[np.int64] | None:
     """Return the triangles (T, 3) of the strips in a PLY; None if it has no strips.
 
     In a strip, each vertex forms a triangle with the two before it, with alternating orientation;
@@ -55,12 +58,12 @@ def strip_triangles(cloud: object) -> NDArray[np.int64] | None:
     return np.concatenate(found) if found else np.zeros((0, 3), np.int64)
 
 
-def point_normals(cloud: Any) -> NDArray[np.float64] | None:
+def point_normals(cloud: "PointCloud") -> NDArray[np.float64] | None:
     """Return the normals (V, 3) of the points in a PLY, or None."""
     return _columns(cloud, _NORMAL)
 
 
-def splat_colors(cloud: Any) -> NDArray[np.float64] | None:
+def splat_colors(cloud: "PointCloud") -> NDArray[np.float64] | None:
     """Return the colours (V, 3), sRGB values of 0 to 1, of Gaussian splats; None for other points.
 
     The constant term of their spherical harmonics, as the program of Kerbl et al. writes it ("3D
@@ -70,7 +73,7 @@ def splat_colors(cloud: Any) -> NDArray[np.float64] | None:
     return None if told is None else np.clip(0.5 + _HARMONIC * told, 0.0, 1.0)
 
 
-def _columns(cloud: Any, names: tuple[str, ...]) -> NDArray[np.float64] | None:
+def _columns(cloud: "PointCloud", names: tuple[str, ...]) -> NDArray[np.float64] | None:
     """Return these properties (V, N) of the points in a PLY; None if one is missing."""
     told, count = _element(cloud, "vertex"), len(cloud.vertices)
     columns = [_numbers(_column(told, name)) for name in names]
@@ -102,7 +105,7 @@ def _of_strip(strip: NDArray[np.generic]) -> NDArray[np.int64]:
     return np.asarray(rows[is_whole & has_area])
 
 
-def _element(cloud: Any, name: str) -> object:
+def _element(cloud: "PointCloud", name: str) -> object:
     raw = cloud.metadata.get("_ply_raw")
     return raw[name].get("data") if isinstance(raw, dict) and name in raw else None
 

@@ -4,6 +4,7 @@ No network comes with heatlens, and none is fetched.
 """
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -74,7 +75,7 @@ class Network:
     note: str
     size: tuple[int, int] | None  # fixed height and width of the input
     key: str  # changes with the file
-    run: Any
+    run: Callable[..., list[FloatImage]]
     input_name: str
 
     def seen(self, color: FloatImage) -> FloatImage:
@@ -154,12 +155,12 @@ def _session(path: Path) -> Any:
         raise InputError(f"{path} is not a network that can be run: {one_line(error)}") from error
 
 
-def _is_impossible(shape: list[Any]) -> bool:
+def _is_impossible(shape: list[object]) -> bool:
     """Return whether a size that the file states cannot be that of a picture."""
     return any(isinstance(side, int) and not 0 < side <= _SIDE_GIVEN_MOST for side in shape)
 
 
-def _takes_picture(shape: list[Any]) -> bool:
+def _takes_picture(shape: list[object]) -> bool:
     """Return whether an input is (1, 3, height, width); sizes left open have names, or none."""
     return len(shape) == 4 and (shape[1] in (3, None) or isinstance(shape[1], str))
 

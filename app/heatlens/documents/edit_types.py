@@ -1,0 +1,59 @@
+"""What is used of OpenTimelineIO, which comes without types."""
+
+from collections.abc import Iterable, Mapping, Reversible, Sized
+from typing import Protocol
+
+
+class Time(Protocol):
+    """An opentime.RationalTime: so many frames at a rate."""
+
+    value: float
+    rate: float
+
+
+class TimeRange(Protocol):
+    """An opentime.TimeRange."""
+
+    start_time: Time
+    duration: Time
+
+
+class Marker(Protocol):
+    """A schema.Marker."""
+
+    name: str
+    comment: str
+
+
+class Item(Protocol):
+    """A core.Item: a clip, a gap, a track or a stack."""
+
+    name: str
+    effects: Iterable[object]
+    markers: Iterable[Marker]
+    metadata: Mapping[str, object]
+    source_range: TimeRange | None
+
+    def schema_name(self) -> str:
+        """Return what it is: "Clip", "Gap", "Track", "Stack"; a track also has "Transition"s."""
+
+    def duration(self) -> Time:
+        """Return how long it is shown."""
+
+    def trimmed_range(self) -> TimeRange:
+        """Return which part of it is shown."""
+
+    def parent(self) -> object:
+        """Return what holds it."""
+
+
+class Composition(Item, Reversible[Item], Sized, Protocol):
+    """A core.Composition: a track, or a stack whose first item is the lowest."""
+
+
+class Timeline(Protocol):
+    """A schema.Timeline."""
+
+    name: str
+    tracks: Composition
+    global_start_time: Time | None
