@@ -1,4 +1,4 @@
-// Counts the pixels in each of DEPTH_BINS even bins of dioptres, exactly as model/value_bins.py does:
+// Counts the pixels in each of DEPTH_BINS even bins of dioptres, exactly as core/model/value_bins.py does:
 // layers are chosen by which bins are empty, so the result must not depend on the machine.
 //
 // Input

@@ -14,7 +14,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // first row of the band (defocus/pixel_list.py)
+uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 uniform sampler2D view_tx;
 uniform bool begins;
 layout(rgba32f) uniform image2D sum_img;

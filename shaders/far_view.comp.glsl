@@ -16,7 +16,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // first row of the band (defocus/pixel_list.py)
+uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 layout(std430) readonly buffer head_block { uint head_buf[]; };
 layout(std430) readonly buffer link_block { uvec2 link_buf[]; };
 layout(rgba32f) uniform writeonly image2D out_view_img;

@@ -15,7 +15,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // first row of the band (defocus/pixel_list.py)
+uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 
 #ifdef LISTS
 layout(rg16f) uniform writeonly image2D out_kind_img;

@@ -12,7 +12,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;        // first row of the band (defocus/pixel_list.py)
+uniform int first_row;        // first row of the band (render/defocus/pixel_list.py)
 uniform sampler2D coc_tx;
 uniform ivec4 coarser_place;  // level 1 of the pyramid
 uniform int cut;              // number of the cut, near to far

@@ -13,7 +13,7 @@
 
 layout(local_size_x = HIGHLIGHT_GROUP, local_size_y = HIGHLIGHT_GROUP) in;
 
-uniform int first_row;  // first row of the band (defocus/pixel_list.py)
+uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 uniform ivec2 picture_size;
 layout(std430) writeonly buffer tally_block { uint tally_buf[]; };
 layout(std430) writeonly buffer row_block { uint row_buf[]; };

@@ -24,7 +24,7 @@
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform int first_row;  // first row of the band (defocus/pixel_list.py)
+uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 uniform sampler2D color_tx;
 uniform sampler2D surroundings_tx;
 uniform sampler2D coc_tx;

@@ -17,14 +17,14 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from heatlens.base import faults
+from heatlens.core.base import faults
 from support import contexts
 from support.command_line import ENVIRONMENT, end_started
 
 if TYPE_CHECKING:
-    from heatlens.gpu.device import Device
-    from heatlens.render import FrameRenderer
-    from heatlens.scene_gpu.raster import SceneRaster
+    from heatlens.render.frame_renderer import FrameRenderer
+    from heatlens.render.gpu.device import Device
+    from heatlens.render.scene_gpu.raster import SceneRaster
     from support.both_ways import BothWays
     from support.gui import Gui
 
@@ -76,7 +76,9 @@ def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add `--update-golden`, which rewrites the golden pictures, and `--fuzz-minutes`."""
     parser.addoption("--fuzz-minutes", type=float, help="fuzz each format for so long")
-    parser.addoption("--update-golden", action="store_true", help="rewrite tests/render/golden/")
+    parser.addoption(
+        "--update-golden", action="store_true", help="rewrite tests/render/frames/golden/"
+    )
 
 
 @pytest.fixture(autouse=True)
@@ -110,7 +112,7 @@ def no_other_context(request: pytest.FixtureRequest) -> Iterator[None]:
 @pytest.fixture
 def second_context(session_context: "Device") -> Iterator["Device"]:
     """Make another context, and leave that of the run the current one."""
-    from heatlens.gpu.opengl import gl_device
+    from heatlens.render.gpu.opengl import gl_device
 
     made = gl_device.headless_device()
     yield made
@@ -126,7 +128,7 @@ def expects_faults() -> None:
 @pytest.fixture(scope="session")
 def session_context() -> Iterator["Device"]:
     """Make the one OpenGL context of the run; making one costs 0.2 s."""
-    from heatlens.gpu.context import headless_context
+    from heatlens.render.gpu.context import headless_context
 
     ctx = headless_context()
     contexts.list_unheld(ctx)
@@ -145,7 +147,7 @@ def ctx(session_context: "Device") -> Iterator["Device"]:
 @pytest.fixture(scope="module")
 def raster(session_context: "Device") -> Iterator["SceneRaster"]:
     """Return what draws scenes as a raster."""
-    from heatlens.scene_gpu.raster import SceneRaster
+    from heatlens.render.scene_gpu.raster import SceneRaster
 
     made = SceneRaster(session_context)
     yield made
@@ -203,7 +205,7 @@ def command_context(session_context: "Device") -> Iterator["Device"]:
 @pytest.fixture(scope="module")
 def renderer(session_context: "Device") -> "FrameRenderer":
     """Make one renderer a test file: it builds the shaders."""
-    from heatlens.render import FrameRenderer
+    from heatlens.render.frame_renderer import FrameRenderer
 
     return FrameRenderer(session_context)
 
@@ -251,15 +253,15 @@ def usd_path(tmp_path: Path) -> Path:
 @pytest.fixture
 def small_demo(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace the demo scene by a small one that is seen in few pixels."""
-    import heatlens.scene.demo
-    from heatlens.model.lens.lens import Lens
-    from heatlens.model.shot.framing import Framing
-    from heatlens.model.shot.shot import Shot
+    import heatlens.media.scene.demo
+    from heatlens.core.model.lens.lens import Lens
+    from heatlens.core.model.shot.framing import Framing
+    from heatlens.core.model.shot.shot import Shot
     from support.scenes import still_life
 
     shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), framing=Framing(80, 48, "camera"))
-    monkeypatch.setattr(heatlens.scene.demo, "demo_scene", still_life)
-    monkeypatch.setattr(heatlens.scene.demo, "demo_shot", lambda: shot)
+    monkeypatch.setattr(heatlens.media.scene.demo, "demo_scene", still_life)
+    monkeypatch.setattr(heatlens.media.scene.demo, "demo_shot", lambda: shot)
 
 
 @pytest.fixture

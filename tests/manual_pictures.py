@@ -14,9 +14,9 @@ from pathlib import Path
 from imgui_bundle import imgui
 from PIL import Image
 
-from heatlens.gpu.context import headless_context
-from heatlens.gpu.device import Device
-from heatlens.scene.scene_read import DEMO
+from heatlens.media.scene.scene_read import DEMO
+from heatlens.render.gpu.context import headless_context
+from heatlens.render.gpu.device import Device
 from support.gui import Gui, gui_of
 
 ASSETS = Path(__file__).parents[1] / "assets"

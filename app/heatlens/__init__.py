@@ -5,16 +5,16 @@
     plate = heatlens.open("plate.exr")
     picture = plate.render(f_stop=1.4, focus_distance_m=2.24)   # NumPy, (H, W, 4) float32
 
-`heatlens.api` documents the functions. Modules are loaded only on first use.
+`heatlens.fronts.api` documents the functions. Modules are loaded only on first use.
 """
 
 TYPE_CHECKING = False  # type checkers know this name; importing `typing` would take milliseconds
 if TYPE_CHECKING:
-    from heatlens.api import Source, open
-    from heatlens.base.errors import HeatlensError, HeatlensWarning
-    from heatlens.model.lens.lens import Lens
-    from heatlens.model.shot.settings import DefocusSettings
-    from heatlens.model.shot.shot import Shot
+    from heatlens.core.base.errors import HeatlensError, HeatlensWarning
+    from heatlens.core.model.lens.lens import Lens
+    from heatlens.core.model.shot.settings import DefocusSettings
+    from heatlens.core.model.shot.shot import Shot
+    from heatlens.fronts.api import Source, open
     from heatlens.version import __version__
 
 __all__ = [
@@ -29,14 +29,14 @@ __all__ = [
 ]
 
 _HOMES = {
-    "DefocusSettings": "heatlens.model.shot.settings",
-    "HeatlensError": "heatlens.base.errors",
-    "HeatlensWarning": "heatlens.base.errors",
-    "Lens": "heatlens.model.lens.lens",
-    "Shot": "heatlens.model.shot.shot",
-    "Source": "heatlens.api",
+    "DefocusSettings": "heatlens.core.model.shot.settings",
+    "HeatlensError": "heatlens.core.base.errors",
+    "HeatlensWarning": "heatlens.core.base.errors",
+    "Lens": "heatlens.core.model.lens.lens",
+    "Shot": "heatlens.core.model.shot.shot",
+    "Source": "heatlens.fronts.api",
     "__version__": "heatlens.version",
-    "open": "heatlens.api",
+    "open": "heatlens.fronts.api",
 }
 
 

@@ -9,7 +9,7 @@ if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
     # Ctrl-C in the first milliseconds ends the process silently; later `launch` handles it.
     _signal.signal(_signal.SIGINT, lambda *_: os._exit(128 + _signal.SIGINT))
 
-from heatlens.commands.launch import main
+from heatlens.fronts.commands.launch import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -18,7 +18,7 @@ from demo_street.shapes import (
     turned_z,
 )
 from demo_street.street_set import DemoSet
-from heatlens.scene.scene import Array, Color, Mesh
+from heatlens.media.scene.scene import Array, Color, Mesh
 
 LOOP_FRAMES = 240
 _THIGH_M = _SHIN_M = 0.43

@@ -19,7 +19,7 @@ from demo_street.shapes import (
 )
 from demo_street.street import AMBER, WARM
 from demo_street.street_set import DemoSet
-from heatlens.scene.scene import Array, Mesh, PointLight
+from heatlens.media.scene.scene import Array, Mesh, PointLight
 
 _TABLE_M = (0.78, -2.15)  # x, z
 _TOP_M = 0.76

@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from demo_street.actors import LOOP_FRAMES, Walk, joints_at
 from demo_street.street_set import DemoSet
-from heatlens.model.curves.frames import FRAMES_PER_SECOND
-from heatlens.scene.scene import Array, Material, Mesh, PointLight
+from heatlens.core.model.curves.frames import FRAMES_PER_SECOND
+from heatlens.media.scene.scene import Array, Material, Mesh, PointLight
 
 Followed = tuple[Walk, str]  # a walk, and the joint that an instance follows
 _CODES = {"float32": 5126, "uint32": 5125, "uint16": 5123}

@@ -16,7 +16,7 @@ from demo_street.gltf_file import glb_of
 from demo_street.shapes import quads, scaled
 from demo_street.street import build_street
 from demo_street.street_set import DemoSet
-from heatlens.scene.scene import Material
+from heatlens.media.scene.scene import Material
 
 _SKIN = (0.55, 0.34, 0.24)
 ACTORS = {

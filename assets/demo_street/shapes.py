@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from heatlens.scene.scene import Array, Mesh
+from heatlens.media.scene.scene import Array, Mesh
 
 Point = tuple[float, float, float]
 

@@ -16,7 +16,7 @@ from demo_street.shapes import (
     turned_y,
 )
 from demo_street.street_set import DemoSet
-from heatlens.scene.scene import Array, Color, Mesh, PointLight
+from heatlens.media.scene.scene import Array, Color, Mesh, PointLight
 
 WARM: Color = (1.0, 0.62, 0.28)
 AMBER: Color = (1.0, 0.46, 0.13)

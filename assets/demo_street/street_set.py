@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
-from heatlens.scene.scene import Array, Color, Instance, Material, Mesh, PointLight
+from heatlens.media.scene.scene import Array, Color, Instance, Material, Mesh, PointLight
 
 
 @dataclass

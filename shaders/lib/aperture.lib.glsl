@@ -1,5 +1,5 @@
-// The opening of the lens: the only GPU code that knows its shape. model/lens/aperture.py is its twin on the
-// CPU; model/lens/disc_shape.py and model/lens/pupil.py set the uniforms below.
+// The opening of the lens: the only GPU code that knows its shape. core/model/lens/aperture.py is its twin on the
+// CPU; core/model/lens/disc_shape.py and core/model/lens/pupil.py set the uniforms below.
 // A circle or an ellipse is here; with SHAPED, every other shape is in lib/shaped_aperture.lib.glsl.
 //
 // A radius is half a signed circle of confusion, in pixels before squeeze and pixel aspect. An offset runs

@@ -1,4 +1,4 @@
-// Traces rays through the trees of scene_gpu/bvh.py: one over the instances, and below it one for each
+// Traces rays through the trees of render/scene_gpu/bvh.py: one over the instances, and below it one for each
 // mesh. The nearer child is visited first, so that a hit there can skip the farther one.
 //
 // A ray is start + distance * along; `along` goes one metre deeper in the camera's axes, so that a

@@ -1,4 +1,4 @@
-// The pyramid from which surfaces behind the focus are guessed (defocus/far_guess.py). A texel has rgb and coc
+// The pyramid from which surfaces behind the focus are guessed (render/defocus/far_guess.py). A texel has rgb and coc
 // of a surface behind the focus; it is 0 where nothing is known.
 
 uniform sampler2D levels_tx;

@@ -1,4 +1,4 @@
-// What the tilt of a lens and a split diopter add at a pixel: model/focus/coc.py, in the unit that Python gives.
+// What the tilt of a lens and a split diopter add at a pixel: core/model/focus/coc.py, in the unit that Python gives.
 
 uniform vec3 lean_slope;   // of a tilt, for each pixel right and down, and at the picture's corner
 uniform vec3 lean_edge;    // share of the split, before it is limited to 0..1 and smoothed

@@ -1,5 +1,5 @@
 // A part of the lens, seen from a place in the picture: xy how far a point moves for each pixel of its coc,
-// z diameter of the part over that of the lens, w its share of the light (defocus/lens_parts.py).
+// z diameter of the part over that of the lens, w its share of the light (render/defocus/lens_parts.py).
 
 #ifdef PART_VARIES
 uniform vec4 lens_part[PART_PLACES * PART_PLACES];  // at places from corner to corner, row by row

@@ -1,4 +1,4 @@
-// An opening given by a picture instead of a diaphragm. model/lens/opening_image.py is its twin and explains the
+// An opening given by a picture instead of a diaphragm. core/model/lens/opening_image.py is its twin and explains the
 // table.
 
 uniform usampler2D aperture_image_tx;  // (IMAGE_SIDE + 1)^2: the light of all cells above and to the left

@@ -1,4 +1,4 @@
-// A scene in storage buffers, as scene_gpu/scene_buffers.py writes them. All std430.
+// A scene in storage buffers, as render/scene_gpu/scene_buffers.py writes them. All std430.
 //
 //   instances_block  144 bytes each; those of one mesh are consecutive
 //   materials_block  80 bytes each

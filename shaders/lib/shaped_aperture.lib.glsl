@@ -1,5 +1,5 @@
 // An opening with blades, cut off by the barrel of the lens, brighter or darker at its rim, or different
-// for each colour. model/lens/opening.py is its twin and explains the formulas. Points p are in radii of the
+// for each colour. core/model/lens/opening.py is its twin and explains the formulas. Points p are in radii of the
 // round lens before the squeeze, x to the right and y up.
 //
 // With IMAGED a picture replaces the blades, see lib/opening_image.lib.glsl.

@@ -9,11 +9,11 @@ import sys
 import numpy as np
 import pytest
 
-from heatlens.base.paths import data_dir
-from heatlens.camera.camera_file import read_camera
-from heatlens.documents.shot_file import read_shot
-from heatlens.model.lens.lens import LensModel
-from heatlens.plate.read import read_plate
+from heatlens.core.base.paths import data_dir
+from heatlens.core.model.lens.lens import LensModel
+from heatlens.media.camera.camera_file import read_camera
+from heatlens.media.documents.shot_file import read_shot
+from heatlens.media.plate.read import read_plate
 from support.blender import PYTHON
 from support.tev_peers import serving, settle
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.base.paths import data_dir
-from heatlens.live.stream.protocol import CreateImage, PacketStream, ReadFile, message_of
-from heatlens.live.stream.received_plate import LENS_IMAGE
+from heatlens.core.base.paths import data_dir
+from heatlens.media.live.stream.protocol import CreateImage, PacketStream, ReadFile, message_of
+from heatlens.media.live.stream.received_plate import LENS_IMAGE
 
 
 def stand_in() -> dict[str, ModuleType]:

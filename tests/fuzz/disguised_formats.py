@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from heatlens.base.errors import InputError
-from heatlens.files.picture_formats import suffixes_read
-from heatlens.plate.mattes.mattes import matte_of
-from heatlens.plate.picture.picture_open import open_picture, picture_info
-from heatlens.plate.read import read_plate
+from heatlens.core.base.errors import InputError
+from heatlens.media.files.picture_formats import suffixes_read
+from heatlens.media.plate.mattes.mattes import matte_of
+from heatlens.media.plate.picture.picture_open import open_picture, picture_info
+from heatlens.media.plate.read import read_plate
 from support.mattes import MANIFEST, matte_plate
 
 _COLORS = np.linspace(0, 255, 6 * 9 * 3).reshape(6, 9, 3).astype(np.uint8)

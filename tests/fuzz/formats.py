@@ -20,29 +20,34 @@ import photo_formats
 import ring_packets
 from tevclient import packet as client_packet
 
-from heatlens.base.errors import HeatlensError, InputError
-from heatlens.camera.camera_file import read_camera, write_camera
-from heatlens.camera.rows import read_csv_camera, read_json_camera
-from heatlens.camera.usd_read import usd_camera
-from heatlens.color.color_config import load_color_config
-from heatlens.documents import edit_file
-from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.files.usd_library import usd_module
-from heatlens.live.stream.chosen_image import chosen_image
-from heatlens.live.stream.images import TevImages
-from heatlens.live.stream.protocol import PacketStream, TevPacketError, TevStreamError, message_of
-from heatlens.live.stream.received_plate import LENS_IMAGE, lens_header, plate_of_image
-from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.model.shot.shot import Shot
-from heatlens.plate.header.camera_header import lens_attributes
-from heatlens.plate.picture import picture_open
-from heatlens.plate.plate import Plate
-from heatlens.plate.read import read_plate
-from heatlens.scene.gltf import compressed
-from heatlens.scene.scene import Scene
-from heatlens.scene.scene_read import read_scene
-from heatlens.scene.usd.read import usd_scene
+from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.camera.camera_file import read_camera, write_camera
+from heatlens.media.camera.rows import read_csv_camera, read_json_camera
+from heatlens.media.camera.usd_read import usd_camera
+from heatlens.media.color.color_config import load_color_config
+from heatlens.media.documents import edit_file
+from heatlens.media.documents.shot_file import read_shot, write_shot
+from heatlens.media.files.usd_library import usd_module
+from heatlens.media.live.stream.chosen_image import chosen_image
+from heatlens.media.live.stream.images import TevImages
+from heatlens.media.live.stream.protocol import (
+    PacketStream,
+    TevPacketError,
+    TevStreamError,
+    message_of,
+)
+from heatlens.media.live.stream.received_plate import LENS_IMAGE, lens_header, plate_of_image
+from heatlens.media.plate.header.camera_header import lens_attributes
+from heatlens.media.plate.picture import picture_open
+from heatlens.media.plate.plate import Plate
+from heatlens.media.plate.read import read_plate
+from heatlens.media.scene.gltf import compressed
+from heatlens.media.scene.scene import Scene
+from heatlens.media.scene.scene_read import read_scene
+from heatlens.media.scene.usd.read import usd_scene
 from support.cameras import moving_camera
 from support.exr_files import distances, rgb, tiled_header, write_file, write_parts
 from support.gltf_files import encoded, figure_scene, square_scene

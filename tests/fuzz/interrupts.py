@@ -31,8 +31,8 @@ import numpy as np
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
 import heatlens
-from heatlens.base.paths import data_dir
-from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.core.base.paths import data_dir
+from heatlens.media.plate.header.camera_header import lens_attributes
 from support.exr_files import write_file
 from support.plates import room
 from support.x_server import Screen

@@ -25,7 +25,7 @@ from pathlib import Path
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
 from fuzz.interrupts import came_early
-from heatlens.documents.shot_file import write_shot
+from heatlens.media.documents.shot_file import write_shot
 from support.command_line import started
 from support.exports import files_in, shot_of, write_plates
 

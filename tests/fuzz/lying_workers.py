@@ -14,7 +14,7 @@ from pathlib import Path
 
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
-from heatlens.documents.shot_file import write_shot
+from heatlens.media.documents.shot_file import write_shot
 from support.command_line import started
 from support.dask_cluster import dask_cluster
 from support.exports import files_in, shot_of, write_plates

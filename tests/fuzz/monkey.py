@@ -23,13 +23,13 @@ from statistics import median
 
 from imgui_bundle import imgui
 
-from heatlens.gpu.device import LinkedProgram
+from heatlens.render.gpu.device import LinkedProgram
 
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from heatlens.base.faults import FaultError
-from heatlens.base.free_memory import share_one_heap
+from heatlens.core.base.faults import FaultError
+from heatlens.core.base.free_memory import share_one_heap
 from support.gui import Gui, gui_of
 from support.sequences import sequence_files
 from support.session_files import QUICK
@@ -221,7 +221,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=random.randrange(10**6))
     parser.add_argument("--source", default="")
     args = parser.parse_args()
-    from heatlens.gpu.context import headless_context
+    from heatlens.render.gpu.context import headless_context
 
     share_one_heap()
     with tempfile.TemporaryDirectory() as folder:

@@ -7,9 +7,9 @@ import numpy as np
 from pythonosc.osc_bundle_builder import IMMEDIATELY, OscBundleBuilder
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from heatlens.base.errors import HeatlensError
-from heatlens.live.ring.hearing import Hearing
-from heatlens.live.ring.receiver import OscDecoder
+from heatlens.core.base.errors import HeatlensError
+from heatlens.media.live.ring.hearing import Hearing
+from heatlens.media.live.ring.receiver import OscDecoder
 
 
 def datagrams(folder: Path) -> list[Path]:

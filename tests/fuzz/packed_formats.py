@@ -11,7 +11,7 @@ import DracoPy
 import meshopt
 import numpy as np
 
-from heatlens.scene.gltf.compressed import KTX2_HEAD
+from heatlens.media.scene.gltf.compressed import KTX2_HEAD
 from support.compressed_files import DRACO, RED_KTX2, with_picture
 from support.gltf_files import GltfWriter
 

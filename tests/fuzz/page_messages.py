@@ -20,15 +20,15 @@ from typing import get_type_hints
 
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
-from heatlens.base.errors import HeatlensError, InputError
-from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.settings import DefocusSettings
-from heatlens.model.view.view import ViewState
-from heatlens.session.door.door import REQUESTS
-from heatlens.session.session import Session
-from heatlens.share.asked import _FIELDS, parsed, shared
-from heatlens.share.headless import HeadlessLoop
-from heatlens.share.shared import SharedSession
+from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.view.view import ViewState
+from heatlens.studio.session.door.door import REQUESTS
+from heatlens.studio.session.session import Session
+from heatlens.studio.share.asked import _FIELDS, parsed, shared
+from heatlens.studio.share.headless import HeadlessLoop
+from heatlens.studio.share.shared import SharedSession
 
 _EDGES = (0, 1, -1, 0.1, 2000, -2000, 30, 31, 1e-300, 1e300, -1e300, 2**63, -(2**63), 1.5, 64, 0.01)
 _ODD = ("inf", "", "m", "ft", "01:00", "x" * 300, "\x1b[2J", None, True, [], [1, 2], {}, {"a": 1})
@@ -107,7 +107,7 @@ class Played:
 
 
 def main() -> None:
-    from heatlens.render import headless_renderer
+    from heatlens.render.frame_renderer import headless_renderer
     from support.evening import session_of, write_plates
 
     parser = argparse.ArgumentParser(description=__doc__)

@@ -8,9 +8,9 @@ import numpy as np
 import pillow_heif
 from PIL import Image
 
-from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.plate.plate import Plate
-from heatlens.plate.read import read_plate
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.plate.plate import Plate
+from heatlens.media.plate.read import read_plate
 from support.picture_files import (
     colors,
     disparity,

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from mutate import mutated
 
-from heatlens.base.errors import HeatlensError
-from heatlens.live.ring.hearing import Hearing, OpenTrackIODecoder
-from heatlens.live.ring.opentrackio import (
+from heatlens.core.base.errors import HeatlensError
+from heatlens.media.live.ring.hearing import Hearing, OpenTrackIODecoder
+from heatlens.media.live.ring.opentrackio import (
     HEADER_BYTES,
     IDENTIFIER,
     Encoding,
@@ -24,7 +24,7 @@ from heatlens.live.ring.opentrackio import (
     fletcher16,
     segment_of,
 )
-from heatlens.live.ring.sources import LensSample
+from heatlens.media.live.ring.sources import LensSample
 from support.opentrackio_samples import COMPLETE, READ_AS, RECOMMENDED, written
 
 _LONG = RECOMMENDED | {"tracker": {"notes": "x" * 3000}}

@@ -182,7 +182,7 @@ class Mutants:
 
     def _outcome(self, path: Path, data: bytes) -> str:
         """Return how the file at `path` is answered when it holds `data`."""
-        from heatlens.base.errors import FaultError, HeatlensError
+        from heatlens.core.base.errors import FaultError, HeatlensError
 
         self._put(path, data)
         try:

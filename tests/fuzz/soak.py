@@ -23,11 +23,11 @@ from pathlib import Path
 
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
-from heatlens.gpu.context import headless_context
-from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
-from heatlens.model.shot.shot import Shot
-from heatlens.render import FrameRenderer
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.core.model.shot.shot import Shot
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.context import headless_context
 from support.gui import gui_of
 from support.plates import plate_of, room
 from support.session_files import QUICK, room_file

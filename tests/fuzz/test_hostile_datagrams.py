@@ -5,11 +5,11 @@ import time
 
 from ring_packets import hostile_datagrams
 
-from heatlens.live.ring.address import Protocol, RingAddress
-from heatlens.live.ring.opentrackio import source_id
-from heatlens.live.ring.receiver import LensReceiver
-from heatlens.live.ring.sender import LensSender
-from heatlens.live.ring.sources import LensSample
+from heatlens.media.live.ring.address import Protocol, RingAddress
+from heatlens.media.live.ring.opentrackio import source_id
+from heatlens.media.live.ring.receiver import LensReceiver
+from heatlens.media.live.ring.sender import LensSender
+from heatlens.media.live.ring.sources import LensSample
 
 A = source_id("A")
 

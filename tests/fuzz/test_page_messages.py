@@ -47,7 +47,7 @@ def test_the_loop_goes_on_after_what_cannot_be_drawn(played, monkeypatch, no_fau
     def broken():
         raise MemoryError
 
-    monkeypatch.setattr("heatlens.share.headless._AFTER_ERROR_S", 0.0)
+    monkeypatch.setattr("heatlens.studio.share.headless._AFTER_ERROR_S", 0.0)
     monkeypatch.setattr(played.loop, "_draw", broken)
     played.play(iter([{"do": "Darker"}]))
     assert "not enough memory" in played.shared.state["message"]

@@ -4,6 +4,7 @@ Read from the syntax tree, so that an import inside a function counts as well.
 """
 
 import ast
+import importlib
 import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -15,25 +16,26 @@ import pytest
 import heatlens
 
 PACKAGE = Path(heatlens.__file__).parent
-LAYERS = (
-    *("base", "model", "files", "sequence", "plate", "frame_cache", "live", "documents"),
-    *("scene", "camera", "color", "gpu", "defocus", "scene_gpu", "source", "render", "preview"),
-    *(
-        "rendered_frames",
-        "display",
-        "export",
-        "farm",
-        "measure",
-        "session",
-        "share",
-        "ui",
-        "doctor",
-        "api",
+# Each wing with its rooms, both in order: what is further down knows what stands above it.
+WINGS = {
+    "core": ("base", "model"),
+    "media": (
+        *("files", "sequence", "plate", "frame_cache", "live", "documents"),
+        *("scene", "camera", "color"),
     ),
-    "commands",
-)
+    "render": (
+        *("gpu", "defocus", "scene_gpu", "source", "frame_renderer", "preview"),
+        *("rendered_frames", "display"),
+    ),
+    "deliver": ("export", "farm"),
+    "studio": ("session", "share", "ui"),
+    "fronts": ("doctor", "api", "commands"),
+    "lab": ("measure", "commands"),
+}
+LAYERS = tuple(f"{wing}.{room}" for wing, rooms in WINGS.items() for room in rooms)
+FOLDERS_MAX, WING_SHARE_MAX, PAIRS_MAX = 8, 0.45, 22
 _OF_WINDOWS = (
-    *("heatlens.ui", "imgui_bundle", "glfw", "support.gui"),
+    *("heatlens.studio.ui", "imgui_bundle", "glfw", "support.gui"),
     *("support.scene_window", "support.timeline_window", "support.window_plates"),
 )
 LINES_WARNED, LINES_MAX = 300, 500
@@ -43,11 +45,16 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 
 def layer_of(module: str) -> str:
-    """Return the layer of a dotted module below heatlens: "plate.depth" is in "plate"."""
-    first = module.partition(".")[0]
-    if first == "__main__":
-        return LAYERS[-1]  # python -m heatlens is the command line
-    return LAYERS[0] if first in ("", "__init__", "version") else first
+    """Return the layer of a module below heatlens: "media.plate.depth" is in "media.plate".
+
+    A wing by itself is the layer of its first room: its `__init__` imports nothing.
+    """
+    wing, *rest = module.split(".")
+    if wing == "__main__":
+        return "fronts.commands"  # python -m heatlens is the command line
+    if wing in ("", "__init__", "version"):
+        return LAYERS[0]
+    return f"{wing}.{rest[0]}" if rest and rest[0] != "__init__" else wing
 
 
 def imported_modules(source: str) -> Iterator[str]:
@@ -63,7 +70,7 @@ def imported_modules(source: str) -> Iterator[str]:
 
 def layers_imported(source: str) -> set[str]:
     inner = {m.partition(".")[2] for m in imported_modules(source) if m.startswith("heatlens")}
-    return {"base" if name.startswith("__version__") else layer_of(name) for name in inner}
+    return {LAYERS[0] if name.startswith("__version__") else layer_of(name) for name in inner}
 
 
 def module_of(path: Path) -> str:
@@ -102,18 +109,116 @@ def offenders(is_wrong: Callable[[Path], object]) -> list[str]:
 
 
 def test_every_file_is_in_a_known_layer():
-    assert not offenders(lambda path: layer_of(module_of(path)) not in LAYERS)
+    assert not offenders(lambda path: layer_of(module_of(path)) not in (*LAYERS, *WINGS))
+    assert set(LAYERS) <= {layer_of(module_of(path)) for path in FILES}
+
+
+def wing_of(path: Path) -> str:
+    """Return the wing of a file; the package itself is a front, whose names it hands on."""
+    first = path.relative_to(PACKAGE).parts[0]
+    return first if first in WINGS else "core" if first == "version.py" else "fronts"
+
+
+def wings_imported(path: Path) -> set[str]:
+    """Return the other wings that a file imports from, also in functions and for types."""
+    inner = {name.partition(".")[2] for name in modules_imported(path) if name[:9] == "heatlens."}
+    return {name.partition(".")[0] for name in inner if name.partition(".")[0] in WINGS} - {
+        wing_of(path)
+    }
+
+
+def test_the_wings_stand_in_an_order():
+    order = list(WINGS)
+    pairs = {(wing_of(path), wing) for path in FILES for wing in wings_imported(path)}
+    assert len(pairs) <= PAIRS_MAX
+    assert [(own, other) for own, other in pairs if order.index(own) < order.index(other)] == []
+    assert not {own for own, other in pairs if other == "lab"}
+
+
+def test_the_list_of_folders_shows_the_wings():
+    folders = {path.name for path in PACKAGE.iterdir() if path.is_dir()} - {"__pycache__"}
+    assert folders == set(WINGS) and len(folders) <= FOLDERS_MAX
+
+
+def test_no_wing_outweighs_the_others():
+    lines = Counter[str]()
+    for path in FILES:
+        lines[wing_of(path)] += len(source_of(path).splitlines())
+    assert max(lines.values()) <= WING_SHARE_MAX * lines.total(), lines
+
+
+@pytest.mark.parametrize("wing", WINGS)
+def test_a_wing_says_what_it_is_for_and_imports_nothing(wing):
+    tree = ast.parse(source_of(PACKAGE / wing / "__init__.py"))
+    assert len(tree.body) == 1, "a docstring alone"
+    words = ast.get_docstring(tree) or ""
+    assert words.startswith(f"{wing.capitalize()}: ") and 4 <= len(words.splitlines()) <= 6
+
+
+# Named by a text and imported on first use, because they lie further up than who names them.
+NAMED_ON_USE = {
+    "core.model.marks.marks": {"media.plate.mark_distance"},
+    "render.source.kinds": {
+        *("fronts.api.opening", "fronts.commands.sources.of_plates"),
+        *("fronts.commands.sources.of_scenes", "fronts.commands.sources.source_commands"),
+        "studio.session.opened.picture_feed",
+    },
+}
+
+
+def names_on_use(path: Path) -> list[tuple[str, str]]:
+    """Return each module and name that a file gives to `OnUse`."""
+    return [
+        (node.args[0].value, node.args[1].value)
+        for node in ast.walk(ast.parse(source_of(path)))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id == "OnUse"
+    ]
+
+
+def test_what_is_named_on_use_is_there():
+    for path in FILES:
+        for module, name in names_on_use(path):
+            assert hasattr(importlib.import_module(f"heatlens.{module}"), name), (path, module)
+
+
+def test_what_is_named_on_use_further_up_is_listed():
+    found: dict[str, set[str]] = {}
+    for path in FILES:
+        own = LAYERS.index(importing_layer(path)) if names_on_use(path) else 0
+        up = {name for name, _ in names_on_use(path) if LAYERS.index(layer_of(name)) > own}
+        if up:
+            found[module_of(path)] = up
+    assert found == NAMED_ON_USE
+
+
+def test_no_module_consists_of_imports_alone():
+    def hands_on(path: Path) -> bool:
+        body = ast.parse(source_of(path)).body
+        rest = [
+            node
+            for node in body
+            if not isinstance(node, ast.Import | ast.ImportFrom)
+            and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
+        ]
+        return len(body) > 1 and not rest
+
+    assert not offenders(hands_on)
 
 
 def importing_layer(path: Path) -> str:
     """Return the layer of a file; the package itself counts as `api`, which it re-exports."""
-    return "api" if module_of(path) == "__init__" else layer_of(module_of(path))
+    own = layer_of(module_of(path))
+    first = {wing: f"{wing}.{rooms[0]}" for wing, rooms in WINGS.items()}
+    return "fronts.api" if module_of(path) == "__init__" else first.get(own, own)
 
 
 def test_imports_only_from_its_layer_and_those_to_the_left():
     def reaches_up(path: Path) -> bool:
         own = LAYERS.index(importing_layer(path))
-        return any(LAYERS.index(name) > own for name in layers_imported(source_of(path)))
+        reached = layers_imported(source_of(path)) - WINGS.keys()
+        return any(LAYERS.index(name) > own for name in reached)
 
     assert not offenders(reaches_up)
 
@@ -124,7 +229,7 @@ def test_imports_are_absolute():
 
 @pytest.mark.parametrize(
     "libraries, layers",
-    [({"moderngl"}, ("gpu",)), ({"imgui_bundle", "glfw"}, ("ui",))],
+    [({"moderngl"}, ("render.gpu",)), ({"imgui_bundle", "glfw"}, ("studio.ui",))],
     ids=["OpenGL", "window"],
 )
 def test_only_its_layers_know_a_library(libraries, layers):
@@ -137,7 +242,7 @@ def test_only_its_layers_know_a_library(libraries, layers):
 
 def test_model_needs_no_library_but_numpy():
     known = sys.stdlib_module_names | {"numpy", "heatlens", "platformdirs"}  # this one for base
-    low = ("base", "model")
+    low = ("core.base", "core.model")
     assert not offenders(lambda path: own_layer(path) in low and packages_imported(path) - known)
 
 
@@ -145,9 +250,9 @@ def test_only_the_window_names_its_state_and_its_panels():
     """What lies below the window cannot ask for it, not even for a type."""
 
     def asks_for_it(path: Path) -> bool:
-        users = any(name.startswith("heatlens.ui") for name in modules_imported(path))
-        return own_layer(path) != "ui" and (
-            (users and own_layer(path) not in ("doctor", "commands"))
+        users = any(name.startswith("heatlens.studio.ui") for name in modules_imported(path))
+        return own_layer(path) != "studio.ui" and (
+            (users and own_layer(path) not in ("fronts.doctor", "fronts.commands"))
             or bool({"UiState", "App"} & _names_in(source_of(path)))
         )
 
@@ -196,7 +301,7 @@ def test_no_file_imports_itself_in_a_circle():
     assert circles(arrows) == []
 
 
-HALLS = ("model", "ui", "session", "plate", "commands")
+HALLS = ("core.model", "studio.ui", "studio.session", "media.plate", "fronts.commands")
 
 
 @pytest.mark.parametrize("hall", HALLS)
@@ -216,20 +321,20 @@ def test_no_room_imports_itself_in_a_circle(hall):
 def room_of(hall: str, module: str) -> str | None:
     """Return the room of a hall that a module lies in; None for all other modules."""
     parts = module.split(".")
-    return parts[1] if parts[0] == hall and len(parts) > 2 else None
+    return parts[2] if layer_of(module) == hall and len(parts) > 3 else None
 
 
 def test_no_hall_is_without_rooms():
     """Who looks for a feature reads a short list of names."""
     for folder, count in Counter(path.parent for path in FILES).items():
-        has_rooms = folder.parent == PACKAGE and folder.name in HALLS and folder.name != "ui"
+        has_rooms = ".".join(folder.relative_to(PACKAGE).parts) in {*HALLS} - {"studio.ui"}
         most = FILES_OF_A_HALL if has_rooms else FILES_OF_OTHERS
         most = FILES_AT_THE_ROOT if folder == PACKAGE else most
         assert count <= most, folder
 
 
 def test_tests_of_the_session_need_no_window():
-    tests = sorted(Path(__file__).parents[1].glob("session/*.py"))
+    tests = sorted(Path(__file__).parents[1].glob("studio/session/*.py"))
     assert tests
     for test in tests:
         users = set(imported_modules(test.read_text(encoding="utf-8")))
@@ -238,7 +343,7 @@ def test_tests_of_the_session_need_no_window():
 
 def test_only_commands_print():
     assert not offenders(
-        lambda path: own_layer(path) != "commands" and calls_print(source_of(path))
+        lambda path: not own_layer(path).endswith(".commands") and calls_print(source_of(path))
     )
 
 
@@ -262,12 +367,14 @@ def test_long_files_do_not_become_more():
 
 
 def test_the_checks_see_what_they_look_for():
-    source = "def f():\n    from heatlens import gpu\n    import heatlens.plate.plate\n    print(1)"
-    assert layers_imported(source) == {"gpu", "plate"}
+    source = (
+        "def f():\n    from heatlens import render\n    import heatlens.media.plate.a\n    print(1)"
+    )
+    assert layers_imported(source) == {"render", "media.plate"}
     assert calls_print(source)
     assert list(imported_modules("from . import plate")) == ["."]
-    assert layers_imported("from heatlens import __version__") == {"base"}
-    assert layers_imported("from heatlens.base.errors import InputError") == {"base"}
+    assert layers_imported("from heatlens import __version__") == {"core.base"}
+    assert layers_imported("from heatlens.core.base.errors import InputError") == {"core.base"}
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}}) == [["b", "c"]]
     assert circles({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
 

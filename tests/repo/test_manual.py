@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from heatlens.ui.state import PANELS
+from heatlens.studio.ui.state import PANELS
 
 ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "app" / "MANUAL.md"

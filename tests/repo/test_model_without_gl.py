@@ -21,15 +21,15 @@ def run_tests(*words: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_every_test_of_the_model_can_be_collected():
-    run = run_tests("--collect-only", "tests/model")
+    run = run_tests("--collect-only", "tests/core/model")
     assert run.returncode == 0, run.stdout
 
 
 def test_a_test_of_the_model_runs():
-    run = run_tests("tests/model/test_boxes.py")
+    run = run_tests("tests/core/model/test_boxes.py")
     assert run.returncode == 0, run.stdout
 
 
 def test_a_test_that_draws_does_not():
     """Otherwise the two tests above would prove nothing."""
-    assert run_tests("tests/display/test_display_pass.py").returncode != 0
+    assert run_tests("tests/render/display/test_display_pass.py").returncode != 0

@@ -42,14 +42,18 @@ def imports_library(path: Path) -> bool:
 
 
 def outside() -> list[Path]:
-    found = [p for p in sorted(PACKAGE.rglob("*.py")) if p.relative_to(PACKAGE).parts[0] != "gpu"]
+    found = [
+        p
+        for p in sorted(PACKAGE.rglob("*.py"))
+        if p.relative_to(PACKAGE).parts[:2] != ("render", "gpu")
+    ]
     assert len(found) > 300
     return found
 
 
 def test_nothing_outside_imports_the_library():
     assert [str(path) for path in outside() if imports_library(path)] == []
-    assert any(imports_library(path) for path in (PACKAGE / "gpu").rglob("*.py"))
+    assert any(imports_library(path) for path in (PACKAGE / "render/gpu").rglob("*.py"))
 
 
 def test_nothing_outside_names_what_lies_within():
@@ -65,7 +69,7 @@ def test_only_tests_of_gpu_import_the_library():
 def test_no_module_outside_holds_a_thing_of_the_library():
     held = []
     for found in pkgutil.walk_packages(heatlens.__path__, "heatlens."):
-        if found.name in NOT_LOADED or found.name.startswith("heatlens.gpu"):
+        if found.name in NOT_LOADED or found.name.startswith("heatlens.render.gpu"):
             continue
         module = importlib.import_module(found.name)
         held += [f"{found.name}.{name}" for name, it in vars(module).items() if _is_of(it)]

@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 import heatlens
-from heatlens.base import extras
-from heatlens.base.errors import InputError
-from heatlens.base.extras import BASE, EXTRAS, Extra, import_extra
-from heatlens.commands import info
-from heatlens.commands.main import main
-from heatlens.doctor.machine_check import packages
-from heatlens.live.ring.opentrackio import Encoding, sample_of
-from heatlens.live.ring.receiver import open_ring
-from heatlens.plate.tracking.crops import opencv
+from heatlens.core.base import extras
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.extras import BASE, EXTRAS, Extra, import_extra
+from heatlens.fronts.commands import info
+from heatlens.fronts.commands.main import main
+from heatlens.fronts.doctor.machine_check import packages
+from heatlens.media.live.ring.opentrackio import Encoding, sample_of
+from heatlens.media.live.ring.receiver import open_ring
+from heatlens.media.plate.tracking.crops import opencv
 from support.command_line import channels
 from support.compressed_files import RED_KTX2, draco, packed, with_picture
 from support.exports import write_shot_file
@@ -41,8 +41,8 @@ NO_PARTS = {
 }
 # Modules that may catch an ImportError, with what they import.
 MAY_CATCH = {
-    "base/extras.py": "all packages that may be missing",
-    "files/atomic_file.py": "fcntl of Python, which Windows does not have",
+    "core/base/extras.py": "all packages that may be missing",
+    "media/files/atomic_file.py": "fcntl of Python, which Windows does not have",
 }
 MODULES = [module for part in EXTRAS for module in part.packages.values()]
 OF_MODULE = {module: part for part in EXTRAS for module in part.packages.values()}
@@ -85,7 +85,7 @@ def test_only_the_records_speak_of_installing_and_catch_what_is_missing():
         tree, name = ast.parse(path.read_text(encoding="utf-8")), str(path.relative_to(PACKAGE))
         installing |= {name} if any("pip install" in text for text in texts(tree)) else set()
         catching |= {name} if caught(tree) & {"ImportError", "ModuleNotFoundError"} else set()
-    assert installing == {"base/extras.py"}
+    assert installing == {"core/base/extras.py"}
     assert catching == set(MAY_CATCH)
 
 

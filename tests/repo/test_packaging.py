@@ -59,7 +59,8 @@ def test_wheel_runs_from_outside_the_checkout(tmp_path: Path) -> None:
     (described,) = (tmp_path / "site").glob("heatlens-*.dist-info/METADATA")
     check_metadata(message_from_string(described.read_text(encoding="utf-8")))
     code = (
-        "import heatlens.base.paths as p; from heatlens.defocus.kernels import named_kernel;"
+        "import heatlens.core.base.paths as p;"
+        "from heatlens.render.defocus.kernels import named_kernel;"
         "named_kernel('disc_4'); print(p.data_dir('shaders'), p.data_dir('assets'), p.__file__)"
     )
     run = subprocess.run(

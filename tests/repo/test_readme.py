@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from heatlens import __version__
-from heatlens.commands.main import _with_command, build_parser, main
-from heatlens.ui import window
+from heatlens.fronts.commands.main import _with_command, build_parser, main
+from heatlens.studio.ui import window
 
 ROOT = Path(__file__).resolve().parents[2]
 MANUAL = ROOT / "app" / "MANUAL.md"

@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from heatlens.files import limits
-from heatlens.plate.depth.repair import COC_MOST_PX, LIGHT_MOST
-from heatlens.plate.exr import exr_limits
-from heatlens.scene import picture_read, scene
-from heatlens.scene.gltf import file as gltf_file
-from heatlens.scene.gltf import nodes as gltf_nodes
-from heatlens.share import client, connections, picture, server
-from heatlens.share.asked import MESSAGE_MOST
+from heatlens.media.files import limits
+from heatlens.media.plate.depth.repair import COC_MOST_PX, LIGHT_MOST
+from heatlens.media.plate.exr import exr_limits
+from heatlens.media.scene import picture_read, scene
+from heatlens.media.scene.gltf import file as gltf_file
+from heatlens.media.scene.gltf import nodes as gltf_nodes
+from heatlens.studio.share import client, connections, picture, server
+from heatlens.studio.share.asked import MESSAGE_MOST
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "app" / "SECURITY.md").read_text()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from heatlens.base.errors import InputError
-from heatlens.commands.main import main
-from heatlens.files.atomic_file import replacing
-from heatlens.plate.read import read_plate
+from heatlens.core.base.errors import InputError
+from heatlens.fronts.commands.main import main
+from heatlens.media.files.atomic_file import replacing
+from heatlens.media.plate.read import read_plate
 from support.command_line import CAMERA, channels
 from support.exr_files import distances, rgb, write_file
 

@@ -1,6 +1,6 @@
 """What kind of source stands before the lens is asked in few places, each listed with its reason.
 
-Everything else asks a source what it can do: see `heatlens.source.source.Source`.
+Everything else asks a source what it can do: see `heatlens.render.source.source.Source`.
 """
 
 import ast
@@ -12,20 +12,20 @@ import heatlens
 PACKAGE = Path(heatlens.__file__).parent
 # Modules that may look up the record of a kind.
 MAY_ASK_THE_KIND = {
-    "api.opening": "opens a source by the record of its kind",
-    "commands.bench_scene": "a truth is for sources with many views alone",
-    "commands.options.given_options": "refuses the options of other kinds, which the record names",
-    "commands.sources.source_commands": "reads a source on the command line by its record",
-    "session.live.sent_lens": "a renderer may send its lens after its picture",
-    "session.files.start_choices": "the start screen names the kind of a recent file",
+    "fronts.api.opening": "opens a source by the record of its kind",
+    "lab.commands.bench_scene": "a truth is for sources with many views alone",
+    "fronts.commands.options.given_options": "refuses options of kinds that the record names",
+    "fronts.commands.sources.source_commands": "reads a source on the command line by its record",
+    "studio.session.live.sent_lens": "a renderer may send its lens after its picture",
+    "studio.session.files.start_choices": "the start screen names the kind of a recent file",
 }
 # Modules that may ask whether there is a 3D scene: they draw or do what only scenes have.
 MAY_ASK_FOR_A_SCENE = {
-    "commands.output.picture_progress": "counts the steps in which a scene is drawn",
-    "session.pictures.look_pictures": "looks of a scene are drawn by a renderer of their own",
-    "session.scenes.scene_commands": "another scene ends the following",
-    "session.playing.pull_jobs": "the place of the camera is part of a frame's key",
-    "session.playing.rendered_pull": "the scene is shared with the renderer of frames ahead",
+    "fronts.commands.output.picture_progress": "counts the steps of a scene",
+    "studio.session.pictures.look_pictures": "looks of a scene have a renderer of their own",
+    "studio.session.scenes.scene_commands": "another scene ends the following",
+    "studio.session.playing.pull_jobs": "the place of the camera is part of a frame's key",
+    "studio.session.playing.rendered_pull": "the scene is shared with the renderer of frames ahead",
 }
 KINDS = {
     *("PlateSource", "SceneSource", "StreamSource"),
@@ -46,7 +46,7 @@ def modules() -> dict[str, ast.AST]:
     return {
         name: ast.parse(path.read_text(encoding="utf-8"))
         for name, path in found.items()
-        if not name.startswith("source.")
+        if not name.startswith("render.source.")
     }
 
 
@@ -55,7 +55,7 @@ def asks_the_kind(tree: ast.AST) -> bool:
     imported = {
         alias.asname or alias.name
         for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and node.module == "heatlens.source.kinds"
+        if isinstance(node, ast.ImportFrom) and node.module == "heatlens.render.source.kinds"
         for alias in node.names
     } - {"NO_FILES", "STREAM_PREFIX"}
     return any(
@@ -99,15 +99,15 @@ def test_a_scene_is_asked_for_in_listed_places_alone():
 
 def test_no_flag_of_the_kind_has_come_back():
     found = {name: GONE & names_in(tree) for name, tree in modules().items()}
-    # Here a name is looked at; heatlens.source.kinds asks for all others.
-    del found["scene.scene_read"]
+    # Here a name is looked at; heatlens.render.source.kinds asks for all others.
+    del found["media.scene.scene_read"]
     assert {name: flags for name, flags in found.items() if flags} == {}
 
 
 def test_the_checks_see_what_they_look_for():
     asks = ("isinstance(x, OpenedScene)", "isinstance(x, (int, opened.OpenedPlates))")
     assert all(asks_the_kind(ast.parse(text)) for text in asks)
-    by_name = "from heatlens.source.kinds import kind_of\nkind_of(text)"
+    by_name = "from heatlens.render.source.kinds import kind_of\nkind_of(text)"
     assert asks_the_kind(ast.parse(by_name))
     assert not asks_the_kind(ast.parse("isinstance(x, Plate)\nkind_of(text)"))
     for text in ("self.renderer.scene is None", "a.scene is not b.scene"):

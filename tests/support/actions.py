@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from heatlens.session.door.named_commands import named_commands
-from heatlens.ui.action_list import actions
-from heatlens.ui.actions import Action
+from heatlens.studio.session.door.named_commands import named_commands
+from heatlens.studio.ui.action_list import actions
+from heatlens.studio.ui.actions import Action
 
 
 class _Nothing:

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from heatlens.model.shot.settings import DefocusSettings
-from heatlens.model.shot.shot import Shot
-from heatlens.render import FrameRenderer
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.shot.shot import Shot
+from heatlens.render.frame_renderer import FrameRenderer
 from support.plates import Image, lens_blurring, plate_of, room
 
 

@@ -2,7 +2,7 @@
 
 from hypothesis import strategies as st
 
-from heatlens.model.lens.aperture import Aperture
+from heatlens.core.model.lens.aperture import Aperture
 
 
 def apertures() -> st.SearchStrategy[Aperture]:

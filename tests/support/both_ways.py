@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from heatlens.gpu.device import Device
-from heatlens.gpu.textures import FloatArray, download, new_texture
-from heatlens.model.lens.pupil import PINHOLE
-from heatlens.scene.scene import Scene
-from heatlens.scene.scene_view import SceneView
-from heatlens.scene_gpu.raster import SceneRaster
-from heatlens.scene_gpu.ray_tracer import RayTracer
+from heatlens.core.model.lens.pupil import PINHOLE
+from heatlens.media.scene.scene import Scene
+from heatlens.media.scene.scene_view import SceneView
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.textures import FloatArray, download, new_texture
+from heatlens.render.scene_gpu.raster import SceneRaster
+from heatlens.render.scene_gpu.ray_tracer import RayTracer
 from support.scenes import moved
 
 VIEW = SceneView(moved(0, 0, -3), (32, 32), 50.0, np.inf, 0.5, 20.0)

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from hypothesis import strategies as st
 
-from heatlens.camera.samples import CameraSamples, fields_of
-from heatlens.model.curves.curve import Curve, Key
-from heatlens.model.curves.frames import FrameRange
-from heatlens.model.curves.interpolation import Interpolation, Scale
-from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.shot import LensCurves, Shot
+from heatlens.core.model.curves.curve import Curve, Key
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.curves.interpolation import Interpolation, Scale
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.shot import LensCurves, Shot
+from heatlens.media.camera.samples import CameraSamples, fields_of
 
 FRAMES = FrameRange(1001, 1008)
 EYE = (0.2, 1.3, -0.4)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heatlens.plate.neighbours.view import View
-from heatlens.plate.of_arrays import plate_of_arrays
+from heatlens.media.plate.neighbours.view import View
+from heatlens.media.plate.of_arrays import plate_of_arrays
 
 SIZE = (48, 72)  # height, width
 FOCAL_PX = 80.0

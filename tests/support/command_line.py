@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 import heatlens
-from heatlens.commands.main import main
-from heatlens.plate.exr.exr_read import read_parts
-from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.fronts.commands.main import main
+from heatlens.media.plate.exr.exr_read import read_parts
+from heatlens.media.plate.header.camera_header import lens_attributes
 from support.exr_files import rgb
 
 WIDTH, HEIGHT = 16, 10

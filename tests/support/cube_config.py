@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.color.color_config import ColorConfig, load_color_config
+from heatlens.media.color.color_config import ColorConfig, load_color_config
 
 CUBE_CONFIG = """ocio_profile_version: 2
 roles: {default: plain, scene_linear: plain}

@@ -3,8 +3,8 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from heatlens.model.curves.curve import Curve, Key
-from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
+from heatlens.core.model.curves.curve import Curve, Key
+from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
 
 HOLD, LINEAR, SMOOTH, BEZIER = Interpolation
 UNBENT = (HOLD, LINEAR, SMOOTH)  # those that stay between their keys whatever the handles say

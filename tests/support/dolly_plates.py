@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.media.plate.header.camera_header import lens_attributes
 from support.cards import POST, SIZE, seen
 from support.exr_files import write_file
 

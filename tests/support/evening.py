@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.documents.shot_file import autosave_path, read_shot
-from heatlens.model.marks.marks import PointMark
-from heatlens.model.shot.settings import Quality
-from heatlens.model.shot.shot import LensParameter
-from heatlens.plate.header.camera_header import lens_attributes
-from heatlens.session.session import Session
-from heatlens.session.settings.preferences import Preferences
-from heatlens.session.shot.shot_store import unnamed_path
-from heatlens.session.shot.start import Start
+from heatlens.core.model.marks.marks import PointMark
+from heatlens.core.model.shot.settings import Quality
+from heatlens.core.model.shot.shot import LensParameter
+from heatlens.media.documents.shot_file import autosave_path, read_shot
+from heatlens.media.plate.header.camera_header import lens_attributes
+from heatlens.studio.session.session import Session
+from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.session.shot.shot_store import unnamed_path
+from heatlens.studio.session.shot.start import Start
 from support.exr_files import write_file
 from support.fake_renderer import FakeRenderer
 

@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.commands.main import main
-from heatlens.documents.shot_file import write_shot
-from heatlens.model.curves.curve import Key
-from heatlens.model.curves.frames import FrameRange
-from heatlens.model.curves.interpolation import Interpolation
-from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot.shot import LensParameter, Shot
-from heatlens.plate.exr.exr_read import read_parts
-from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.core.model.curves.curve import Key
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.fronts.commands.main import main
+from heatlens.media.documents.shot_file import write_shot
+from heatlens.media.plate.exr.exr_read import read_parts
+from heatlens.media.plate.header.camera_header import lens_attributes
 from support.exr_files import write_file
 from support.plates import room
 

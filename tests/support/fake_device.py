@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.gpu import device as d
+from heatlens.render.gpu import device as d
 
 BYTES = {"f1": 1, "f2": 2, "f4": 4, "u4": 4}
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from types import SimpleNamespace
 
-from heatlens.defocus.plate_passes import proxy_size
-from heatlens.model.shot.shot import Shot
-from heatlens.plate.plate import Plate
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.plate.plate import Plate
+from heatlens.render.defocus.plate_passes import proxy_size
 
 STEPS = 3  # that a picture takes
 

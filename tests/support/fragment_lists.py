@@ -1,6 +1,6 @@
 """Fragment lists of plain arrays."""
 
-from heatlens.plate.fragments import FragmentLists, packed_starts, packed_words
+from heatlens.media.plate.fragments import FragmentLists, packed_starts, packed_words
 
 
 def packed_lists(

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.base.errors import InputError
-from heatlens.sequence.names import NameForm
-from heatlens.sequence.sequence import Sequence
+from heatlens.core.base.errors import InputError
+from heatlens.media.sequence.names import NameForm
+from heatlens.media.sequence.sequence import Sequence
 from support.plates import plate_of
 
 PATIENCE_S = 60  # before a test gives up; none takes a hundredth of it

@@ -1,6 +1,6 @@
 """Pictures as they were when somebody looked at them and found them right.
 
-    pytest --update-golden tests/render/test_golden.py    # look before you commit
+    pytest --update-golden tests/render/frames/test_golden.py    # look before you commit
 
 They are compared on llvmpipe only, where they were made. Elsewhere the comparison is skipped,
 unless CI is set in the environment: a runner that compares nothing must not pass for green.
@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heatlens.gpu.device import Device
-from heatlens.model.boxes import Box
-from heatlens.plate.exr.exr_read import read_parts
-from heatlens.plate.exr.exr_write import write_exr
-from heatlens.plate.picture.picture_write import write_png
+from heatlens.core.model.boxes import Box
+from heatlens.media.plate.exr.exr_read import read_parts
+from heatlens.media.plate.exr.exr_write import write_exr
+from heatlens.media.plate.picture.picture_write import write_png
+from heatlens.render.gpu.device import Device
 from support.plates import Image
 
 MOST_OFF = 1 / 255  # a step of an 8-bit screen, of the light itself or of 1 where that is less

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 from imgui_bundle import imgui
 
-from heatlens.gpu.context import is_software
-from heatlens.gpu.device import Device, Framebuffer
-from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.render import FrameRenderer
-from heatlens.session.session import Session
-from heatlens.session.settings.preferences import Preferences
-from heatlens.session.shot.start import Start
-from heatlens.ui import probe, theme
-from heatlens.ui.screen import Screen
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.context import is_software
+from heatlens.render.gpu.device import Device, Framebuffer
+from heatlens.studio.session.session import Session
+from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.session.shot.start import Start
+from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui.screen import Screen
 
 SIZE = (1280, 800)
 Point = tuple[float, float]

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot.shot import Shot
-from heatlens.plate.plate import Plate
-from heatlens.render import FrameRenderer
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.plate.plate import Plate
+from heatlens.render.frame_renderer import FrameRenderer
 from support.plates import FAR_M, Image, plate_of
 
 KINDS = [(bokeh, quality) for bokeh in Bokeh for quality in Quality]

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from heatlens.defocus.layer_cuts import Cut, LayerCut, layer_cuts
-from heatlens.model.shot.settings import LAYERS_MAX
+from heatlens.core.model.shot.settings import LAYERS_MAX
+from heatlens.render.defocus.layer_cuts import Cut, LayerCut, layer_cuts
 
 _PLACES_PX = np.array([-62.5, -25.0, -10.0, -4.0])
 LADDER_PX = _PLACES_PX[:, None] * (1.1, 0.9)  # the ends of a ladder of gaps

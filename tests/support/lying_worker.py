@@ -12,13 +12,13 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from heatlens.base.stopping import temporary_folder
-from heatlens.commands import worker as honest
-from heatlens.farm import answers, frame_worker
-from heatlens.farm.answers import FetchedPart, PartDone
-from heatlens.farm.cluster import PartTask
-from heatlens.farm.connection import library
-from heatlens.sequence.names import parse_frames
+from heatlens.core.base.stopping import temporary_folder
+from heatlens.deliver.farm import answers, frame_worker
+from heatlens.deliver.farm.answers import FetchedPart, PartDone
+from heatlens.deliver.farm.cluster import PartTask
+from heatlens.deliver.farm.connection import library
+from heatlens.fronts.commands import worker as honest
+from heatlens.media.sequence.names import parse_frames
 
 Parts = list[FetchedPart]
 Tell = Callable[[PartDone], None]

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.settings import DefocusSettings, Method
-from heatlens.model.shot.shot import Shot
-from heatlens.render import FrameRenderer
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.settings import DefocusSettings, Method
+from heatlens.core.model.shot.shot import Shot
+from heatlens.render.frame_renderer import FrameRenderer
 from support.plates import FOCUS_M, Image, coc_plate_of
 
 OF_PLATES = [method for method in Method if not method.needs_scene]

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
-from heatlens.base.paths import data_dir
-from heatlens.model.lens.opening_image import IMAGE_SIDE, OpeningImage
+from heatlens.core.base.paths import data_dir
+from heatlens.core.model.lens.opening_image import IMAGE_SIDE, OpeningImage
 
 HEART_SIDE = 192
 _FINER = 4  # samples of a pixel, each way

@@ -9,9 +9,9 @@ from typing import Any
 
 import cbor2
 
-from heatlens.live.ring.opentrackio import Encoding
-from heatlens.live.ring.sources import LensSample
-from heatlens.model.timecode import Timecode
+from heatlens.core.model.timecode import Timecode
+from heatlens.media.live.ring.opentrackio import Encoding
+from heatlens.media.live.ring.sources import LensSample
 
 _RATE = {"num": 24000, "denom": 1001}
 _TIMECODE = {"hours": 1, "minutes": 2, "seconds": 3, "frames": 4, "frameRate": _RATE}

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_banded
 
-from heatlens.defocus.kernels import Kernel
+from heatlens.render.defocus.kernels import Kernel
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]

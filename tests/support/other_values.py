@@ -10,9 +10,9 @@ from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from heatlens.base.errors import HeatlensError
-from heatlens.model.lens.opening_image import OpeningImage
-from heatlens.plate.opening_picture import read_opening_image
+from heatlens.core.base.errors import HeatlensError
+from heatlens.core.model.lens.opening_image import OpeningImage
+from heatlens.media.plate.opening_picture import read_opening_image
 from support.opening_images import heart_path
 
 Value = TypeVar("Value")

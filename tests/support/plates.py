@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from heatlens.model.boxes import Box
-from heatlens.model.depth_words import DepthConvention, DepthKind
-from heatlens.model.lens.lens import Lens
-from heatlens.plate.plate import CameraHeader, DepthReport, Plate, ReadPixels
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.depth_words import DepthConvention, DepthKind
+from heatlens.core.model.lens.lens import Lens
+from heatlens.media.plate.plate import CameraHeader, DepthReport, Plate, ReadPixels
 
 Image = npt.NDArray[np.float32]
 

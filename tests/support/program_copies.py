@@ -8,7 +8,7 @@ import textwrap
 from pathlib import Path
 
 import heatlens
-from heatlens.base.paths import data_dir
+from heatlens.core.base.paths import data_dir
 
 _BEGIN = """
 import sys

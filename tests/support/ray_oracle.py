@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.scene.scene import Instance, Mesh, Scene
-from heatlens.scene.scene_view import SceneView
+from heatlens.media.scene.scene import Instance, Mesh, Scene
+from heatlens.media.scene.scene_view import SceneView
 
 Array = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from heatlens.gpu.device import Device
-from heatlens.live.ring.address import Protocol, RingAddress
-from heatlens.live.ring.receiver import LensReceiver
+from heatlens.media.live.ring.address import Protocol, RingAddress
+from heatlens.media.live.ring.receiver import LensReceiver
+from heatlens.render.gpu.device import Device
 from support.gui import Gui, gui_of
 from support.session_files import QUICK, room_file
 

@@ -4,8 +4,8 @@ GPUs place vertices at 1/256 of a pixel and mix texels by weights of 8 bits; Ope
 (sections 14.6.1 and 8.14.3). Figures of GPUs are those of an NVIDIA H200, rounded up.
 """
 
-from heatlens.gpu.context import is_software
-from heatlens.gpu.device import Device
+from heatlens.render.gpu.context import is_software
+from heatlens.render.gpu.device import Device
 
 
 def within(ctx: Device, software: float, gpu: float) -> float:

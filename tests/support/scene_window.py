@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from heatlens.model.view.view import Compare
+from heatlens.core.model.view.view import Compare
 from support.gui import Gui
 from support.session_files import QUICK
 

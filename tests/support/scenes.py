@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.model.shot.framing import CameraTrack, PoseKey, looking_at
-from heatlens.scene.scene import (
+from heatlens.core.model.shot.framing import CameraTrack, PoseKey, looking_at
+from heatlens.media.scene.scene import (
     Array,
     Daylight,
     Instance,

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.documents.shot_file import write_shot
-from heatlens.model.lens.lens import Lens
-from heatlens.model.shot.framing import Framing
-from heatlens.model.shot.settings import Bokeh, DefocusSettings, Quality
-from heatlens.model.shot.shot import Shot
-from heatlens.plate.header.camera_header import lens_attributes
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.framing import Framing
+from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.documents.shot_file import write_shot
+from heatlens.media.plate.header.camera_header import lens_attributes
 from support.exr_files import write_file
 from support.gltf_files import GltfWriter
 from support.plates import Image, room

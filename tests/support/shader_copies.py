@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from heatlens.base.paths import data_dir
-from heatlens.gpu.shader_reload import VARIABLE
+from heatlens.core.base.paths import data_dir
+from heatlens.render.gpu.shader_reload import VARIABLE
 
 
 def reloading_copy(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Copy the shaders to `folder`, build programs from there, and switch reloading on."""
     shutil.copytree(data_dir("shaders"), folder)
     for module in ("program", "shader_reload"):
-        monkeypatch.setattr(f"heatlens.gpu.{module}.data_dir", lambda _: folder)
-    monkeypatch.setattr("heatlens.gpu.shader_reload._watched", weakref.WeakSet())
+        monkeypatch.setattr(f"heatlens.render.gpu.{module}.data_dir", lambda _: folder)
+    monkeypatch.setattr("heatlens.render.gpu.shader_reload._watched", weakref.WeakSet())
     monkeypatch.setenv(VARIABLE, "1")
     return folder
 

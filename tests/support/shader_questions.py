@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.base.paths import data_dir
-from heatlens.gpu.device import Device, Texture
-from heatlens.gpu.shader_source import assemble, declared_in
+from heatlens.core.base.paths import data_dir
+from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.shader_source import assemble, declared_in
 
 _GROUP = 64
 _BLOCKS = f"""

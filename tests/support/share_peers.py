@@ -11,11 +11,11 @@ import aiohttp
 import numpy as np
 from PIL import Image
 
-from heatlens.share.address import Address, Role, new_links
-from heatlens.share.client import VERSION
-from heatlens.share.headless import HeadlessLoop
-from heatlens.share.server import ShareServer
-from heatlens.share.shared import SharedSession
+from heatlens.studio.share.address import Address, Role, new_links
+from heatlens.studio.share.client import VERSION
+from heatlens.studio.share.headless import HeadlessLoop
+from heatlens.studio.share.server import ShareServer
+from heatlens.studio.share.shared import SharedSession
 
 PATIENCE_S = 60.0
 

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from types import SimpleNamespace
 
-from heatlens.session.settings.preferences import Preferences
-from heatlens.session.shared import Shared
-from heatlens.session.shot.editing import Editing
-from heatlens.session.shot.start import GivenOptions, Start
+from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.session.shared import Shared
+from heatlens.studio.session.shot.editing import Editing
+from heatlens.studio.session.shot.start import GivenOptions, Start
 
 
 def shared_of(

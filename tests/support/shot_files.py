@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from heatlens.base.errors import InputError
-from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.model.curves.curve import Curve, Key
-from heatlens.model.curves.frames import FrameRange
-from heatlens.model.curves.interpolation import Ease, Interpolation, Scale
-from heatlens.model.lens.lens import Lens
-from heatlens.model.marks.marks import DistanceMark, PointMark
-from heatlens.model.shot.plate_options import PlateOptions
-from heatlens.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
-from heatlens.model.shot.shot import LensCurves, Shot
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.curve import Curve, Key
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.marks.marks import DistanceMark, PointMark
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.core.model.shot.shot import LensCurves, Shot
+from heatlens.media.documents.shot_file import read_shot, write_shot
 
 FIFTY = Lens(50.0, 1.3, 0.94, 36.0)
 FULL = Shot(

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from heatlens.model.marks.marks import DistanceMark, PointMark
-from heatlens.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.marks.marks import DistanceMark, PointMark
+from heatlens.core.model.shot.shot import LensParameter, Shot
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from heatlens.model.shot.shot import LensParameter
-from heatlens.session.session import Session
-from heatlens.session.time.playback import Ending
+from heatlens.core.model.shot.shot import LensParameter
+from heatlens.studio.session.session import Session
+from heatlens.studio.session.time.playback import Ending
 from support.evening import FIRST, LAST, begun, settled, write_plates
 
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 from tevclient import Ipc
 
-from heatlens.live.stream.server import TevServer
+from heatlens.media.live.stream.server import TevServer
 
 PATIENCE_S = 30  # before a test gives up; none takes a hundredth of it
 CHANNELS = ["R", "G", "B", "Z"]

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
-from heatlens.gpu.device import Device
-from heatlens.model.shot.pull import EASE_PERCENT
-from heatlens.model.shot.shot import LensParameter
-from heatlens.session.keys.key_drag import KeyDrag, KeyStretch
-from heatlens.session.marks.focus_pulls import PULL_FRAMES
-from heatlens.session.time.playback import Ending
-from heatlens.ui.timeline.view import TimelineView
+from heatlens.core.model.shot.pull import EASE_PERCENT
+from heatlens.core.model.shot.shot import LensParameter
+from heatlens.render.gpu.device import Device
+from heatlens.studio.session.keys.key_drag import KeyDrag, KeyStretch
+from heatlens.studio.session.marks.focus_pulls import PULL_FRAMES
+from heatlens.studio.session.time.playback import Ending
+from heatlens.studio.ui.timeline.view import TimelineView
 from support.gui import Gui, gui_of
 from support.sequences import FIRST, LAST, sequence_files
 from support.session_files import QUICK

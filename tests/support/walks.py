@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from heatlens.plate.plate import Plate
+from heatlens.media.plate.plate import Plate
 from support.exr_files import write_file
 from support.plates import plate_of
 

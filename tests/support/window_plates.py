@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.display.display_pass import DisplayPass
-from heatlens.gpu.textures import new_texture, upload
-from heatlens.plate.read import read_plate
-from heatlens.render import FrameRenderer
+from heatlens.media.plate.read import read_plate
+from heatlens.render.display.display_pass import DisplayPass
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.textures import new_texture, upload
 from support.gui import Gui
 
 

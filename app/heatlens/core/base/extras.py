@@ -1,0 +1,160 @@
+"""Import on first use: packages that may be missing, and modules that few commands need.
+
+Each optional part of heatlens is one record here, and an extra of the same name in pyproject.toml.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from types import ModuleType
+from typing import Any
+
+from heatlens.core.base.errors import MissingPackageError
+
+
+@dataclass(frozen=True)
+class Extra:
+    """A part of heatlens that works where its packages are installed.
+
+    name      the extra of pyproject.toml; "" for the packages that every installation has
+    gives     what is not there without it: begins a sentence
+    packages  what pip calls each package -> the module that Python imports
+    brings    other extras that it installs
+    besides   what else is installed with it: ends a sentence
+    """
+
+    name: str
+    gives: str
+    packages: Mapping[str, str]
+    brings: tuple[str, ...] = ()
+    besides: str = ""
+
+    def cure(self, package: str = "") -> str:
+        """Return the command that installs the extra, or a package that is no part of one."""
+        parts = f"'heatlens[{self.name}]'{self.besides}" if self.name else package
+        return f"pip install {parts}"
+
+    @contextmanager
+    def needed(self, purpose: str = "", package: str = "") -> Iterator[None]:
+        """Raise MissingPackageError, which begins with `purpose`, for an ImportError inside."""
+        try:
+            yield
+        except ImportError as error:
+            what = f"the package {package}, which cannot be imported"
+            raise MissingPackageError(
+                f"{purpose or self.gives} needs {what if package else 'more than is installed'} "
+                f"({error}). Install it with: {self.cure(package)}"
+            ) from error
+
+    def check(self) -> None:
+        """Look for all packages, those of other extras too. Raises MissingPackageError."""
+        for part in (self, *map(extra, self.brings)):
+            for package, module in part.packages.items():
+                with self.needed(package=package):
+                    if find_spec(module) is None:
+                        raise ModuleNotFoundError(f"No module named {module!r}")
+
+
+BASE = Extra(
+    "",
+    "heatlens",
+    {
+        "fileseq": "fileseq",
+        "jinja2": "jinja2",
+        "mmh3": "mmh3",
+        "moderngl": "moderngl",
+        "numpy": "numpy",
+        "opencolorio": "PyOpenColorIO",
+        "OpenEXR": "OpenEXR",
+        "pillow": "PIL",
+        "platformdirs": "platformdirs",
+        "shtab": "shtab",
+    },
+)
+_EDIT = {
+    "asc-fdl": "fdl",
+    "opentimelineio": "opentimelineio",
+    "otio-aaf-adapter": "otio_aaf_adapter",
+    "otio-cmx3600-adapter": "otio_cmx3600_adapter",
+    "otio-fcp-adapter": "otio_fcp_adapter",
+}
+_SCENE = {
+    "DracoPy": "DracoPy",
+    "charset-normalizer": "charset_normalizer",
+    "meshopt": "meshopt",
+    "opengl_basisu": "opengl_basisu",
+    "trimesh": "trimesh",
+}
+_RING = {"cbor2": "cbor2", "mido": "mido", "python-osc": "pythonosc"}
+_APT = ", and on Debian or Ubuntu: apt-get install libgl1 libegl1"
+_MIDI = "; MIDI also needs python-rtmidi, and the sound library of the system"
+EXTRAS = (
+    Extra("cluster", "A cluster", {"distributed": "distributed"}),
+    Extra("compare", "FLIP", {"flip-evaluator": "flip_evaluator"}),
+    Extra("edit", "An edit", _EDIT),
+    Extra("estimate", "Estimating depth", {"onnxruntime": "onnxruntime"}),
+    Extra("gui", "The window", {"glfw": "glfw", "imgui-bundle": "imgui_bundle"}, besides=_APT),
+    Extra("heic", "HEIC", {"pillow-heif": "pillow_heif"}),
+    Extra("movie", "A movie", {"av": "av"}),
+    Extra("pdf", "A PDF", {"weasyprint": "weasyprint"}),
+    Extra("pictures", "A picture of 16 bits a channel", {"OpenImageIO": "OpenImageIO"}),
+    Extra("plot", "A chart", {"matplotlib": "matplotlib"}),
+    Extra("ring", "A focus ring", _RING, besides=_MIDI),
+    Extra("scene", "A mesh", _SCENE),
+    Extra("share", "Sharing", {"aiohttp": "aiohttp", "segno": "segno"}),
+    Extra("study", "A study", {}, brings=("compare", "plot")),
+    Extra("track", "Following a surface", {"opencv-python-headless": "cv2"}),
+    Extra("usd", "USD", {"usd-core": "pxr"}),
+)
+
+
+def parts() -> tuple[Extra, ...]:
+    """Return what every installation has, and all optional parts."""
+    return (BASE, *EXTRAS)
+
+
+def extra(name: str) -> Extra:
+    """Return the record of an optional part."""
+    return next(it for it in EXTRAS if it.name == name)
+
+
+def import_extra(module: str, purpose: str = "") -> ModuleType:
+    """Import a module of a package that may be missing, such as "flip_evaluator".
+
+    `purpose` begins the sentence of the MissingPackageError, in place of what the extra gives.
+    """
+    top = module.partition(".")[0]
+    part, package = next(
+        (part, package)
+        for part in parts()
+        for package, imported in part.packages.items()
+        if imported == top
+    )
+    with part.needed(purpose, package):
+        return import_module(module)
+
+
+@dataclass(frozen=True)
+class OnUse:
+    """A function or class of another module, which is imported when it is called."""
+
+    module: str
+    name: str
+
+    @property
+    def found(self) -> Any:
+        """The function or class itself."""
+        return getattr(import_module(f"heatlens.{self.module}"), self.name)
+
+    def __call__(self, *args: Any) -> Any:
+        return self.found(*args)
+
+
+def ocio() -> ModuleType:
+    """Import PyOpenColorIO, without which pictures can still be shown with the sRGB curve.
+
+    Raises MissingPackageError.
+    """
+    return import_extra("PyOpenColorIO", "A view transform")

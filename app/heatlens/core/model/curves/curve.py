@@ -1,0 +1,242 @@
+"""Keyframes of one parameter: a value that moves over frames. Editing a curve makes a new one."""
+
+from bisect import bisect_right
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import check_frame
+from heatlens.core.model.curves.interpolation import (
+    Ease,
+    Interpolation,
+    Scale,
+    bezier,
+    hermite,
+    monotone_slope,
+)
+
+# Keys closer together than this count as one: no shutter is as fast, and no pointer as exact.
+SAME_FRAME = 1e-3
+# Half of it, so that keys moved together stay apart although sums are rounded.
+_FRAMES_APART = SAME_FRAME / 2
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """A value that a curve passes through exactly.
+
+    frame          may lie between two frames
+    value          in the parameter's own unit: metres, not dioptres
+    interpolation  of the segment after this key
+    ease_out       handle into the segment after it, if that is a Bezier
+    ease_in        handle into the segment before it, if that is one
+    """
+
+    frame: float
+    value: float
+    interpolation: Interpolation = Interpolation.SMOOTH
+    ease_out: Ease = field(default_factory=Ease)
+    ease_in: Ease = field(default_factory=Ease)
+
+    def __post_init__(self) -> None:
+        check_frame(self.frame)
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Keys in the order of their frames; the value is constant before and after them.
+
+    Raises InputError for keys out of order and for values outside the scale.
+    """
+
+    keys: tuple[Key, ...] = ()
+    scale: Scale = Scale.LINEAR
+
+    def __post_init__(self) -> None:
+        for key in self.keys:
+            self.scale.place_of(key.value)
+        for key, after in pairwise(self.keys):
+            if abs(after.frame - key.frame) < _FRAMES_APART:
+                raise InputError(f"There are two keys at frame {key.frame:g}.")
+            if not after.frame - key.frame >= _FRAMES_APART:
+                raise InputError(
+                    f"Keys must be sorted by frame: {after.frame:g} comes after {key.frame:g}."
+                )
+
+    def value_at(self, frame: float) -> float:
+        """Return the value at any time, in the parameter's unit; at a key, exactly that of the key.
+
+        Raises ValueError for a curve without keys.
+        """
+        if not self.keys:
+            raise ValueError("a curve without keys has no value")
+        index = self._index_before(frame)
+        if index < 0:
+            return self.keys[0].value
+        key = self.keys[index]
+        if index == len(self.keys) - 1 or key.frame == frame:
+            return key.value
+        return self._between(index, frame)
+
+    def key_at(self, frame: float) -> Key | None:
+        """Return the key at a frame, or None."""
+        return next((key for key in self.keys if _same_frame(key.frame, frame)), None)
+
+    def with_key(self, key: Key) -> "Curve":
+        """Return the curve with a key added, or replaced at its frame."""
+        return self._merged(self.keys, [key])
+
+    def with_value(self, frame: float, value: float) -> "Curve":
+        """Return the curve with a value at `frame`; a new key interpolates as the key before it."""
+        key = self.key_at(frame)
+        if key is None:
+            index = self._index_before(frame)
+            before = self.keys[index] if index >= 0 else Key(frame, value)
+            key = Key(frame, value, before.interpolation)
+        return self.with_key(replace(key, value=value))
+
+    def without_keys(self, frames: Collection[float]) -> "Curve":
+        """Return the curve without the keys at these frames."""
+        return replace(self, keys=tuple(key for key in self.keys if key.frame not in frames))
+
+    def moved(self, frames: Collection[float], by_frames: float) -> "Curve":
+        """Return the curve with the keys at these frames moved.
+
+        A moved key replaces a key that is already at its new frame.
+        """
+        kept = self.without_keys(frames).keys
+        return self._merged(kept, _shifted(self._keys_at(frames), by_frames))
+
+    def rippled(self, from_frame: float, by_frames: float) -> "Curve":
+        """Return the curve with all keys from `from_frame` on moved later or earlier.
+
+        Moving earlier cuts frames out, and the keys in those frames are removed.
+        """
+        stay_until = from_frame + min(by_frames, 0.0)
+        kept = [key for key in self.keys if key.frame < stay_until]
+        late = [key for key in self.keys if key.frame >= from_frame]
+        return self._merged(kept, _shifted(late, by_frames))
+
+    def copied(self, frames: Collection[float]) -> tuple[Key, ...]:
+        """Return the keys at these frames for `pasted`, with frames relative to the first key."""
+        chosen = self._keys_at(frames)
+        return tuple(_shifted(chosen, -chosen[0].frame)) if chosen else ()
+
+    def pasted(self, keys: Collection[Key], at_frame: float) -> "Curve":
+        """Return the curve with copied keys from `at_frame` on.
+
+        Pasted keys replace those at their frames.
+        """
+        return self._merged(self.keys, _shifted(keys, at_frame))
+
+    def on_scale(self, scale: Scale) -> "Curve":
+        """Return the same keys on another scale; the speed of the value at each key stays.
+
+        Raises InputError if a value does not exist on that scale.
+        """
+        if scale is self.scale:
+            return self
+        Curve(self.keys, scale)  # raises for values outside the scale, before slopes are computed
+        keys = (
+            _steepened(key, scale.slope_at(key.value) / self.scale.slope_at(key.value))
+            for key in self.keys
+        )
+        return Curve(tuple(keys), scale)
+
+    def with_handles(self, frame: float) -> "Curve":
+        """Return the curve with the segment at `frame` as a Bezier along the same path.
+
+        Its handles can then be bent. A held value has no path, and a Bezier has its handles
+        already.
+        """
+        index = self._index_before(frame)
+        if not 0 <= index < len(self.keys) - 1:
+            return self
+        start, end = self.keys[index : index + 2]
+        if start.interpolation is Interpolation.LINEAR:
+            slopes = (self._chord(index)[1],) * 2
+        elif start.interpolation is Interpolation.SMOOTH:
+            slopes = self._slope(index), self._slope(index + 1)
+        else:
+            return self
+        out, into = (Ease(speed_per_frame=slope) for slope in slopes)
+        bent = replace(start, interpolation=Interpolation.BEZIER, ease_out=out)
+        return self.with_key(bent).with_key(replace(end, ease_in=into))
+
+    def _between(self, index: int, frame: float) -> float:
+        """Return the value inside the segment after a key."""
+        start, end = self.keys[index], self.keys[index + 1]
+        frames = end.frame - start.frame
+        u = (frame - start.frame) / frames
+        ends = self.scale.place_of(start.value), self.scale.place_of(end.value)
+        reached = [start.value, end.value]  # only handles can leave this range
+        match start.interpolation:
+            case Interpolation.HOLD:
+                return start.value
+            case Interpolation.LINEAR:
+                place = ends[0] + (ends[1] - ends[0]) * u
+            case Interpolation.SMOOTH:
+                slopes = self._slope(index), self._slope(index + 1)
+                place = hermite(u, ends, (slopes[0] * frames, slopes[1] * frames))
+            case Interpolation.BEZIER:
+                out, into = start.ease_out.handle(frames), end.ease_in.handle(frames)
+                handles = (out[0] / frames, out[1]), (into[0] / frames, into[1])
+                place = bezier(u, ends, *handles)
+                tips = (ends[0], out[1]), (ends[1], -into[1])
+                reached += [self.scale.value_at(at + rise) for at, rise in tips if rise]
+        low, high = min(reached), max(reached)
+        return min(max(self.scale.value_at(place), low), high)  # also in spite of rounding
+
+    def _slope(self, index: int) -> float:
+        """Return the slope at a key on the scale.
+
+        0 at the ends, beyond which the value is constant.
+        """
+        if index in (0, len(self.keys) - 1):
+            return 0.0
+        return monotone_slope(self._chord(index - 1), self._chord(index))
+
+    def _chord(self, index: int) -> tuple[float, float]:
+        """Return the frames of the segment after a key, and its rise per frame.
+
+        0 for a held value.
+        """
+        start, end = self.keys[index], self.keys[index + 1]
+        frames = end.frame - start.frame
+        if start.interpolation is Interpolation.HOLD:
+            return frames, 0.0
+        return frames, (self.scale.place_of(end.value) - self.scale.place_of(start.value)) / frames
+
+    def _merged(self, kept: Iterable[Key], added: Collection[Key]) -> "Curve":
+        """Return both in order; of two keys at one frame the added one."""
+        others = [k for k in kept if not any(_same_frame(k.frame, a.frame) for a in added)]
+        return replace(self, keys=tuple(sorted([*others, *added], key=_frame_of)))
+
+    def _keys_at(self, frames: Collection[float]) -> list[Key]:
+        return [key for key in self.keys if key.frame in frames]
+
+    def _index_before(self, frame: float) -> int:
+        """Return the last key at or before a frame; -1 before the first."""
+        return bisect_right(self.keys, frame, key=_frame_of) - 1
+
+
+def _frame_of(key: Key) -> float:
+    return key.frame
+
+
+def _same_frame(frame: float, other: float) -> bool:
+    return abs(frame - other) < SAME_FRAME
+
+
+def _shifted(keys: Iterable[Key], by_frames: float) -> list[Key]:
+    return [replace(key, frame=key.frame + by_frames) for key in keys]
+
+
+def _steepened(key: Key, factor: float) -> Key:
+    """Return the key with the speed of both handles times `factor`."""
+    out, into = (
+        replace(ease, speed_per_frame=ease.speed_per_frame * factor)
+        for ease in (key.ease_out, key.ease_in)
+    )
+    return replace(key, ease_out=out, ease_in=into)

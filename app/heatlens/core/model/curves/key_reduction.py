@@ -1,0 +1,253 @@
+"""Few keys for a focus that was recorded frame by frame, within a tolerance in dioptres.
+
+A recording becomes cubic pieces, each as long as the tolerance allows. A piece begins and ends on
+samples and never goes beyond them: the slopes at its ends are found by least squares, within the
+bounds that keep a cubic monotone (F. N. Fritsch and R. E. Carlson, "Monotone Piecewise Cubic
+Interpolation", 1980). So the curve overshoots only where the hand did.
+
+`linear_keys` meets a value which is known at every frame with the fewest keys.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.curve import Key
+from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale, hermite
+
+Samples = Sequence[tuple[float, float]]  # (frame, focus distance in metres), by frame
+
+# A handle of a third of the piece makes a Bezier the plain cubic with that slope at its end.
+_THIRD_PERCENT = 100 / 3
+_STEEPEST = 3.0  # times the chord; a cubic with smaller slopes stays within the range of its ends
+_SWEEPS = 12  # over both slopes in turn; each more than halves the remaining error
+_ROUNDING = 1e-9  # difference between two ways to compute a cubic, relative and in dioptres
+# Relative difference of a value that was rounded to float32 twice.
+_SAME = 2e-7
+
+
+def reduced_keys(
+    samples: Iterable[tuple[float, float]],
+    tolerance_dioptres: float,
+    scale: Scale = Scale.RECIPROCAL,
+    eases: bool = False,
+) -> tuple[Key, ...]:
+    """Return few keys of the focus that pass every sample within a tolerance.
+
+    `samples` are pairs of a frame and a focus distance in metres, which may be infinite. They may
+    come in any order, and of several at one frame the last one counts. `scale` is that of the
+    curve which the keys are for. The first and the last sample are kept as they are, unless all
+    samples lie within the tolerance of the first: then that is the only key. With `eases` the
+    curve begins and ends without slope. Without samples there are no keys. Raises InputError for a
+    tolerance below 0, and for distances outside the scale.
+    """
+    if not tolerance_dioptres >= 0:
+        raise InputError(f"A tolerance must be 0 or more dioptres, got {tolerance_dioptres:g}.")
+    recording = _Recording(sorted(dict(samples).items()), tolerance_dioptres, scale, eases)
+    if not recording.samples:
+        return ()
+    if recording.is_still:
+        frame, distance_m = recording.samples[0]
+        return (Key(frame, distance_m),)
+    return recording.keys(_joined(recording, recording.pieces()))
+
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """A cubic from one sample to another, by their indices, and its slopes per frame at both."""
+
+    start: int
+    end: int
+    slope_out: float
+    slope_in: float
+
+
+@dataclass(frozen=True)
+class _Recording:
+    """The samples in the order of their frames, and the tolerance of the curve."""
+
+    samples: Samples
+    tolerance: float
+    scale: Scale
+    eases: bool = False
+
+    @property
+    def is_still(self) -> bool:
+        """Return True if the first sample represents all of them."""
+        first = self.samples[0][1]
+        return all(self._is_near(distance_m, first) for _, distance_m in self.samples)
+
+    def _is_near(self, distance_m: float, other_m: float) -> bool:
+        dioptres, other = (Scale.RECIPROCAL.place_of(m) for m in (distance_m, other_m))
+        return abs(dioptres - other) <= self.tolerance + _ROUNDING * max(dioptres, other)
+
+    def pieces(self) -> list[_Piece]:
+        """Return pieces from the first sample to the last, each about as long as it can be."""
+        found: list[_Piece] = []
+        start, last = 0, len(self.samples) - 1
+        while start < last:
+            found.append(self._longest(start, last))
+            start = found[-1].end
+        return found
+
+    def _longest(self, start: int, last: int) -> _Piece:
+        """Return a long piece from `start`, found by doubling its length, then by bisection."""
+        longest, reach = self.piece(start, start + 1), 2
+        too_long = last - start + 1
+        while reach < too_long:
+            piece = self.piece(start, start + reach)
+            if self.holds(piece):
+                longest = piece
+                reach = min(2 * reach, last - start) if reach < last - start else too_long
+            else:
+                too_long = reach
+        low = longest.end - start
+        while too_long - low > 1:
+            piece = self.piece(start, start + (low + too_long) // 2)
+            if self.holds(piece):
+                longest, low = piece, piece.end - start
+            else:
+                too_long = piece.end - start
+        return longest
+
+    def piece(self, start: int, end: int) -> _Piece:
+        """Return the monotone cubic between two samples that is nearest to those in between."""
+        frames, rise, rows = self._inside(start, end)
+        pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2))
+        s00, s01, s11, t0, t1 = (sum(row[i] * row[j] for row in rows) for i, j in pairs)
+        goes_on = start > 0 or not self.eases, end < len(self.samples) - 1 or not self.eases
+        out, into = (rise if free else 0.0 for free in goes_on)  # a straight line
+        for _ in range(_SWEEPS if rows and rise else 0):
+            if goes_on[0]:
+                out = _within((t0 - s01 * into) / s00, rise)
+            if goes_on[1]:
+                into = _within((t1 - s01 * out) / s11, rise)
+        return _Piece(start, end, out / frames, into / frames)
+
+    def _inside(
+        self, start: int, end: int
+    ) -> tuple[float, float, list[tuple[float, float, float]]]:
+        """Return the frames of a piece, its rise, and a row for each sample inside.
+
+        A row has the weights of both slopes, and the distance of the sample from a cubic with
+        slopes of 0.
+        """
+        (first, at_first), (last, at_last) = self.samples[start], self.samples[end]
+        low, frames = self.scale.place_of(at_first), last - first
+        rise, rows = self.scale.place_of(at_last) - low, []
+        for frame, distance_m in self.samples[start + 1 : end]:
+            u = (frame - first) / frames
+            off = self.scale.place_of(distance_m) - low - rise * u * u * (3.0 - 2.0 * u)
+            rows.append((u * (1.0 - u) ** 2, -u * u * (1.0 - u), off))
+        return frames, rise, rows
+
+    def holds(self, piece: _Piece) -> bool:
+        """Return True if the piece is within the tolerance of every sample."""
+        (first, at_first), (last, at_last) = self.samples[piece.start], self.samples[piece.end]
+        ends = self.scale.place_of(at_first), self.scale.place_of(at_last)
+        frames = last - first
+        rises = piece.slope_out * frames, piece.slope_in * frames
+        return all(
+            self._is_near(
+                self.scale.value_at(hermite((frame - first) / frames, ends, rises)), distance_m
+            )
+            for frame, distance_m in self.samples[piece.start + 1 : piece.end]
+        )
+
+    def is_monotone(self, piece: _Piece) -> bool:
+        """Return True if both slopes keep the cubic within the range of its ends."""
+        frames, rise, _ = self._inside(piece.start, piece.end)
+        slopes = piece.slope_out * frames, piece.slope_in * frames
+        return all(slope == _within(slope, rise) for slope in slopes)
+
+    def keys(self, pieces: Sequence[_Piece]) -> tuple[Key, ...]:
+        """Return a key for each end of a piece."""
+        into = [0.0, *(piece.slope_in for piece in pieces)]
+        out = [*(piece.slope_out for piece in pieces), 0.0]
+        at = [pieces[0].start, *(piece.end for piece in pieces)]
+        return tuple(
+            Key(
+                *self.samples[index],
+                Interpolation.BEZIER,
+                Ease(_THIRD_PERCENT, slope_out),
+                Ease(_THIRD_PERCENT, slope_in),
+            )
+            for index, slope_out, slope_in in zip(at, out, into, strict=True)
+        )
+
+
+def _within(slope: float, rise: float) -> float:
+    """Return the slope, limited so that the cubic over a piece with this rise stays monotone."""
+    low, high = sorted((0.0, _STEEPEST * rise))
+    return min(max(slope, low), high)
+
+
+def _joined(recording: _Recording, pieces: list[_Piece]) -> list[_Piece]:
+    """Return the pieces without corners between them where the tolerance leaves room for that."""
+    joined = list(pieces)
+    for index, (before, after) in enumerate(pairwise(pieces)):
+        before, coming = joined[index], after.slope_out
+        for slope in ((before.slope_in + coming) / 2, before.slope_in, coming, 0.0):
+            pair = replace(before, slope_in=slope), replace(after, slope_out=slope)
+            if all(recording.is_monotone(p) and recording.holds(p) for p in pair):
+                joined[index : index + 2] = pair
+                break
+    return joined
+
+
+def linear_keys(frames: tuple[int, ...], track: tuple[float, ...], scale: Scale) -> tuple[Key, ...]:
+    """Return the fewest keys that reproduce the track at every frame; none for a constant track.
+
+    A key is left out if it lies on the straight line between its neighbours on `scale`: the line
+    from the last key to the next has to pass every frame in between within the precision of
+    float32.
+    """
+    if len(set(track)) < 2:
+        return ()
+    places = [scale.place_of(value) for value in track]
+    kept = [0]
+    lowest, highest = -math.inf, math.inf  # slopes from the last key that pass every frame since
+    for index in range(1, len(frames)):
+        slope, frame_count = _slope(frames, places, kept[-1], index)
+        if not lowest <= slope <= highest:
+            kept.append(index - 1)
+            lowest, highest = -math.inf, math.inf
+            slope, frame_count = _slope(frames, places, index - 1, index)
+        reach = _slack(track[index], scale) / frame_count
+        lowest, highest = max(lowest, slope - reach), min(highest, slope + reach)
+    kept.append(len(frames) - 1)
+    return tuple(Key(frames[at], track[at], Interpolation.LINEAR) for at in kept)
+
+
+def _slope(frames: tuple[int, ...], places: list[float], start: int, end: int) -> tuple[float, int]:
+    count = frames[end] - frames[start]
+    return (places[end] - places[start]) / count, count
+
+
+def _slack(value: float, scale: Scale) -> float:
+    """Return the largest difference on the scale that rounds to the same float32 value."""
+    return _SAME * abs(scale.slope_at(value) * value) if math.isfinite(value) else 0.0
+
+
+def moving_part(samples: Samples, tolerance_dioptres: float) -> Samples:
+    """Return the samples without the frames at both ends at which the focus does not move.
+
+    Each sample that is left out lies within the tolerance of the first or the last that stays.
+    """
+    places = [Scale.RECIPROCAL.place_of(distance_m) for _, distance_m in samples]
+    start = _still_until(places, tolerance_dioptres)
+    end = len(places) - 1 - _still_until(places[::-1], tolerance_dioptres)
+    return samples[start : end + 1] if start < end else samples
+
+
+def _still_until(places: Sequence[float], tolerance: float) -> int:
+    """Return the last index of which no earlier place is farther away than the tolerance."""
+    low, high = places[0], places[0]
+    still = 0
+    for index, place in enumerate(places):
+        low, high = min(low, place), max(high, place)
+        if max(high - place, place - low) <= tolerance:
+            still = index
+    return still

@@ -1,0 +1,280 @@
+"""The circle of confusion of a thin lens, and the limits of what looks sharp.
+
+With aperture diameter A, image distance v and focus distance S, a point at depth z makes a disc on
+the sensor of diameter
+
+    coc(z) = A v (1 / S - 1 / z)  =  A v / S  -  A v * 1 / z
+
+negative in front of the focus, zero on it, positive behind. That is a straight line over 1/z, the
+dioptres, and stays one for focus at infinity: 0 - A f / z. Everything here follows from the line.
+`LensModel` says what v is: f / (1 - f / S) for a real lens, so that A v / S is the well-known
+A f / (S - f), and the focal length f for a renderer.
+
+`Lean` says where in the picture the focus is nearer than in its middle: tilt and split diopter.
+A tilted lens is sharp on a plane that leans. It goes through the hinge line, f / sin(tilt) from
+the lens at right angles to its axis, whatever its ring says (Merklinger 1992). In dioptres every
+plane is linear over the picture, so that with a point's tangents x, y from the middle of the view
+
+    1 / focus(x, y)  =  1 / focus(0, 0) + sin(tilt) / f * (x, y) . direction
+
+A split diopter is a close-up lens over a part of the picture, which adds its power there. Both add
+to the circle of confusion what `Lean` says, to first order in the size of the opening.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.lens.aperture import LEAN_TERMS
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.option import Values, options_of
+
+Triple = tuple[float, float, float]  # for each pixel to the right, for each one down, and at (0, 0)
+_EDGE_LEAST_PX = 1.0  # narrowest transition of a split
+
+
+@dataclass(frozen=True, slots=True)
+class Lean:
+    """Dioptres by which the focus at a pixel exceeds that in the middle of the picture.
+
+    slope  dioptres of the tilt
+    edge   share of the split that a pixel has, 0 to 1, before it is limited to that and smoothed
+    split  dioptres of the split
+    """
+
+    slope: Triple = (0.0, 0.0, 0.0)
+    edge: Triple = (0.0, 0.0, 0.0)
+    split: float = 0.0
+
+    @property
+    def is_level(self) -> bool:
+        """Return whether the focus is the same in all of the picture."""
+        return self == LEVEL
+
+    @property
+    def is_plane(self) -> bool:
+        """Return whether all that is sharp lies on one plane, which may lean."""
+        return self == Lean(slope=self.slope, edge=self.edge)
+
+    def dioptres_at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+        """Return the dioptres at places in pixels; the first pixel's middle is (0.5, 0.5)."""
+        tilted, part = (of[0] * np.asarray(x) + of[1] * np.asarray(y) + of[2] for of in self._both)
+        share = np.clip(part, 0.0, 1.0)
+        return np.asarray(tilted + self.split * share * share * (3 - 2 * share), np.float64)
+
+    def ends(self, area: Box) -> tuple[float, float]:
+        """Return limits of the dioptres in an area of pixels."""
+        places = ((x, y) for x in (area.x0, area.x1) for y in (area.y0, area.y1))
+        corners = [self.slope[0] * x + self.slope[1] * y for x, y in places]
+        split = min(self.split, 0.0), max(self.split, 0.0)
+        return min(corners) + self.slope[2] + split[0], max(corners) + self.slope[2] + split[1]
+
+    def moved(self, px: tuple[float, float]) -> "Lean":
+        """Return the same in a picture that begins this many pixels farther left and up."""
+        slope, edge = ((a, b, c - a * px[0] - b * px[1]) for a, b, c in self._both)
+        return replace(self, slope=slope, edge=edge)
+
+    def scaled(self, scale: float) -> "Lean":
+        """Return the same in the picture at another size."""
+        slope, edge = ((a / scale, b / scale, c) for a, b, c in self._both)
+        return replace(self, slope=slope, edge=edge)
+
+    def uniforms(self, per_dioptre: float) -> dict[str, object]:
+        """Return the uniforms of lib/lean.lib.glsl, which has `per_dioptre` for each dioptre."""
+        slope = tuple(per_dioptre * it for it in self.slope)
+        return {"lean_slope": slope, "lean_edge": self.edge, "lean_split": per_dioptre * self.split}
+
+    @property
+    def _both(self) -> tuple[Triple, Triple]:
+        return self.slope, self.edge
+
+
+LEVEL = Lean()
+
+
+def lean_of(lens: Lens, size: tuple[int, int], pixel_aspect_ratio: float = 1.0) -> Lean:
+    """Return where the focus lies in a picture of this width and height, which the sensor fills."""
+    if not any(getattr(lens, term) for term in LEAN_TERMS):
+        return LEVEL
+    width, height = size
+    focal_px = width * lens.focal_length_mm / lens.sensor_width_mm
+    steepness = 1e3 * math.sin(math.radians(lens.tilt_deg)) / lens.focal_length_mm / focal_px
+    slope = _rising(steepness, lens.tilt_direction_deg - 90.0, pixel_aspect_ratio)
+    sharpness = 1.0 / max(lens.split_softness * width, _EDGE_LEAST_PX)
+    edge = _rising(sharpness, lens.split_direction_deg, pixel_aspect_ratio)
+    middle = 0.5 - lens.split_position * width / 2 * sharpness
+    level = Lean((*slope, 0.0), (*edge, middle), lens.split_dioptres)
+    return level.moved((width / 2, height / 2))
+
+
+def bent_by(lens: Lens) -> list[str]:
+    """Return the words for each thing of a lens by which what is sharp lies on no plane."""
+    level: Values = dict.fromkeys(LEAN_TERMS, 0.0)
+    each: list[Values] = [level | {term: getattr(lens, term)} for term in LEAN_TERMS]
+    planes = [lean_of(replace(lens, **alone), (1, 1)).is_plane for alone in each]
+    told = options_of(Lens)
+    return [
+        told[term].label for term, is_flat in zip(LEAN_TERMS, planes, strict=True) if not is_flat
+    ]
+
+
+def _rising(by: float, direction_deg: float, pixel_aspect_ratio: float) -> tuple[float, float]:
+    """Return the rise for each pixel right and down; the direction is anticlockwise from right."""
+    angle = math.radians(direction_deg)
+    return by * math.cos(angle), -by * math.sin(angle) / pixel_aspect_ratio
+
+
+# Sixty times the width of the largest plate; sums over wider discs would overflow on a GPU.
+COC_MOST_PX = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class CocLine:
+    """Signed diameter over dioptres: coc_px = at_infinity_px + per_dioptre_px / depth_m.
+
+    Pictures are made of diameters up to COC_MOST_PX.
+
+    at_infinity_px   diameter of a point at infinity, in pixels across; 0 with focus at infinity
+    per_dioptre_px   pixels for each 1/m that the point is nearer; always negative
+    lean             what a tilt or a split adds at a pixel, in dioptres
+    """
+
+    at_infinity_px: float
+    per_dioptre_px: float
+    lean: Lean = LEVEL
+
+    @property
+    def uniforms(self) -> dict[str, object]:
+        """The uniforms of lib/coc.lib.glsl."""
+        ends = {"at_infinity_px": self.at_infinity_px, "per_dioptre_px": self.per_dioptre_px}
+        return ends | self.lean_uniforms
+
+    @property
+    def lean_uniforms(self) -> dict[str, object]:
+        """The uniforms of lib/lean.lib.glsl, in pixels."""
+        return self.lean.uniforms(-self.per_dioptre_px)
+
+    def scaled(self, scale: float) -> "CocLine":
+        """Return the line in the picture at another size."""
+        ends = self.at_infinity_px * scale, self.per_dioptre_px * scale
+        return CocLine(*ends, self.lean.scaled(scale))
+
+    def lean_px(self, area: Box) -> tuple[float, float]:
+        """Return limits of what the lean adds in an area of pixels."""
+        least, most = self.lean.ends(area)
+        return -self.per_dioptre_px * least, -self.per_dioptre_px * most
+
+
+NO_LINE = CocLine(0.0, 0.0)  # for a plate that holds the coc itself
+
+
+def coc_line(lens: Lens, display_width_px: int) -> CocLine:
+    """Return the line of a spherical lens of this focal length and f-stop, in pixels across.
+
+    `display_width_px` is the width of the display window, which the sensor's width fills.
+    `DiscShape` says what shape of that diameter a disc has, and counts pixels that are not square.
+    """
+    per_dioptre_px = _per_dioptre_mm(lens) * display_width_px / lens.sensor_width_mm
+    # With this division, `coc_px` gives exactly zero on the focus.
+    return CocLine(-per_dioptre_px / lens.focus_distance_m, per_dioptre_px)
+
+
+def coc_px(depth_m: ArrayLike, line: CocLine) -> NDArray[np.float64]:
+    """Return signed diameters in pixels, in the shape of `depth_m`; the sky's may be infinite.
+
+    They are those of a level focus: `lean_coc_px` is to be added.
+    """
+    return np.asarray(line.at_infinity_px + line.per_dioptre_px / np.asarray(depth_m, np.float64))
+
+
+def lean_coc_px(line: CocLine, area: Box) -> NDArray[np.float64] | float:
+    """Return what the lean adds to the coc of the pixels of an area, (height, width), or 0."""
+    if line.lean.is_level:
+        return 0.0
+    x, y = np.arange(area.x0, area.x1) + 0.5, np.arange(area.y0, area.y1)[:, None] + 0.5
+    return -line.per_dioptre_px * line.lean.dioptres_at(x, y)
+
+
+def lens_diameter_m(lens: Lens) -> float:
+    """Return the diameter in metres of the opening that makes the discs of `coc_line`.
+
+    A v (1/S - 1/z) on the sensor is f D (1/S - 1/z) with D = A v / f: this suits a pinhole picture,
+    whose magnification is f / z. The image of a real lens lies a little behind the focal length,
+    that of a renderer's lens on it, so that there D is the aperture.
+    """
+    return -_per_dioptre_mm(lens) / lens.focal_length_mm
+
+
+def axial_px(lens: Lens, display_width_px: int) -> float:
+    """Return the signed difference in disc diameter of blue and green, and of green and red.
+
+    For light that focuses a distance d farther behind the lens, the sensor is too near by d: with
+    the image distance v, this changes the diameter of a disc by A d / v.
+    """
+    shift_mm = lens.axial_colour_mm / 2
+    wider_mm = shift_mm * _focal_over_image_distance(lens) / lens.f_stop
+    return wider_mm * display_width_px / lens.sensor_width_mm
+
+
+def axial_dioptres(lens: Lens) -> float:
+    """Return 1 / focus distance in blue minus that in green, and in green minus that in red.
+
+    This makes discs wider by `axial_px`.
+    """
+    return axial_px(lens, 1) * lens.sensor_width_mm / -_per_dioptre_mm(lens)
+
+
+def sharp_px(lens: Lens, display_width_px: int) -> float:
+    """Return the diameter in pixels up to which a point counts as sharp."""
+    return lens.coc_limit_mm * display_width_px / lens.sensor_width_mm
+
+
+def hyperfocal_m(lens: Lens) -> float:
+    """Return the nearest focus distance at which infinity still looks sharp: A v / S = c there.
+
+    That is f + A f / c for a real lens and A f / c for a renderer's. c is the acceptable circle of
+    confusion; it applies to the height of the disc, which a squeeze does not change.
+    """
+    f_mm = lens.focal_length_mm
+    nearest_mm = f_mm if lens.model.facts.image_moves else 0.0
+    return 1e-3 * (nearest_mm + lens.aperture_diameter_mm * f_mm / lens.coc_limit_mm)
+
+
+def near_limit_m(lens: Lens) -> float:
+    """Return the nearest depth that looks sharp, where coc = -c."""
+    return 1.0 / (1.0 / lens.focus_distance_m + sharp_dioptres(lens))
+
+
+def far_limit_m(lens: Lens) -> float:
+    """Return the farthest depth that looks sharp, where coc = +c.
+
+    It is infinite from the hyperfocal distance on.
+    """
+    dioptres = 1.0 / lens.focus_distance_m - sharp_dioptres(lens)
+    return 1.0 / dioptres if dioptres > 0 else math.inf
+
+
+def depth_of_field_m(lens: Lens) -> float:
+    """Return the distance from the near to the far limit; infinite from the hyperfocal on."""
+    return far_limit_m(lens) - near_limit_m(lens)
+
+
+def sharp_dioptres(lens: Lens) -> float:
+    """Return how far from the focus, in 1/m and to either side, a point still looks sharp."""
+    return lens.coc_limit_mm / -_per_dioptre_mm(lens)
+
+
+def _per_dioptre_mm(lens: Lens) -> float:
+    """Return the diameter on the sensor in mm for each dioptre from the focus.
+
+    It is -A v, with no special case for focus at infinity.
+    """
+    f_mm = lens.focal_length_mm
+    return -1e-3 * lens.aperture_diameter_mm * f_mm / _focal_over_image_distance(lens)
+
+
+def _focal_over_image_distance(lens: Lens) -> float:
+    return lens.model.focal_over_image_distance(lens.focal_length_mm, lens.focus_distance_m)

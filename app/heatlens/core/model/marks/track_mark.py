@@ -1,0 +1,104 @@
+"""A focus mark on a surface of a plate that is followed through the frames."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Self
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.marks.mark import Mark, check_pixel
+
+_DOUBTED = 0.5  # likeness below which a tracked surface should be looked at
+_CLICK = re.compile(r"(-?\d{1,6}(?:\.\d+)?),(-?\d{1,6}(?:\.\d+)?)@(-?\d{1,9})")
+
+
+@dataclass(frozen=True, slots=True)
+class Click:
+    """Where somebody pointed at a surface: a frame and a pixel, counted as that of a PointMark."""
+
+    frame: int
+    x_px: float
+    y_px: float
+
+
+@dataclass(frozen=True, slots=True)
+class TrackPlace:
+    """Where a tracked surface is at a frame.
+
+    distance_m  metres; None where it is hidden or out of the picture
+    likeness    how much it looks as it did where it was clicked, 0 to 1
+    """
+
+    frame: int
+    x_px: float
+    y_px: float
+    distance_m: float | None = None
+    likeness: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.distance_m is not None and not self.distance_m > 0:
+            raise InputError(f"The distance must be above 0 m, got {self.distance_m:g} m.")
+
+
+@dataclass(frozen=True, slots=True)
+class TrackMark(Mark):
+    """A surface of a plate that is followed through the frames.
+
+    clicks  where it was pointed at: the first time, and each correction, at different frames
+    places  where it was found, one for each frame in order; none until it has been followed
+    """
+
+    clicks: tuple[Click, ...]
+    places: tuple[TrackPlace, ...] = ()
+
+    help = (
+        "on a surface that is tracked from a pixel of a frame as NAME=track:X,Y@FRAME (more pixels "
+        "correct it, X,Y@FRAME/X,Y@FRAME)"
+    )
+    begins = "=track:"
+    entry = "clicks"
+    meaning = "The surface that is tracked, at this frame"
+
+    def __post_init__(self) -> None:
+        Mark.__post_init__(self)
+        if not self.clicks or len({click.frame for click in self.clicks}) < len(self.clicks):
+            raise InputError(f"Mark {self.name}: give one pixel for each frame, as X,Y@FRAME.")
+        for click in self.clicks:
+            check_pixel(self.name, click.x_px, click.y_px)
+        frames = [place.frame for place in self.places]
+        if sorted(set(frames)) != frames:
+            raise InputError(f"Mark {self.name}: its places must be in the order of their frames.")
+
+    @classmethod
+    def typed(cls, name: str, place: str) -> Self:
+        found = [_CLICK.fullmatch(part) for part in place.split("/")]
+        if None in found:
+            raise InputError(
+                f"A surface is followed from a pixel of a frame, as track:X,Y@FRAME; got {place!r}."
+            )
+        return cls(name, tuple(Click(int(it[3]), float(it[1]), float(it[2])) for it in found if it))
+
+    def where(self, distance: Callable[[float], str]) -> str:
+        clicks = " and ".join(f"{it.x_px:g},{it.y_px:g} at {it.frame}" for it in self.clicks)
+        return f"surface at pixel {clicks}"
+
+    def place_at(self, frame: int) -> TrackPlace | None:
+        """Return where the surface is at a frame; None where nobody has looked."""
+        return next((place for place in self.places if place.frame == frame), None)
+
+    def distance_at_m(self, frame: int) -> float | None:
+        """Return its distance at a frame; None where it is hidden or out of the picture."""
+        place = self.place_at(frame)
+        return None if place is None else place.distance_m
+
+    @property
+    def doubted(self) -> list[int]:
+        """The frames at which it is seen, but looks unlike what was clicked."""
+        seen = [place for place in self.places if place.distance_m is not None]
+        return [place.frame for place in seen if place.likeness < _DOUBTED]
+
+    def corrected(self, click: Click) -> "TrackMark":
+        """Return the mark with one more click, to be followed again."""
+        others = [it for it in self.clicks if it.frame != click.frame]
+        clicks = sorted([*others, click], key=lambda it: it.frame)
+        return TrackMark(self.name, tuple(clicks))

@@ -1,0 +1,228 @@
+"""Moves of the focus as keys: pulls, recorded moves, followed things, and frames too close."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from enum import StrEnum
+from math import inf
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.curve import Curve, Key
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
+from heatlens.core.model.curves.key_reduction import Samples, moving_part, reduced_keys
+from heatlens.core.model.focus.live_focus import Distances, Follow, LiveFocus, MeasuredMark, Pursuit
+from heatlens.core.model.shot.shot import LensParameter, Shot, live_sharp_dioptres
+
+_SNAP_AFTER = 0.7  # share of the frames for which a late snap waits
+_OVERSHOOT, _OVERSHOT_AFTER = 0.08, 0.75  # shares of the way in dioptres, and of the frames
+_LEAST_DIOPTRES = 1e-4
+EASE_PERCENT = 100 / 3  # the influence in a smooth curve
+_REDUCED = 0.125  # largest error of the keys, as a share of the sharp range
+_FOLLOWED = "it"
+
+
+def pull(
+    shot: Shot,
+    from_distance_m: float,
+    to_distance_m: float,
+    start_frame: float,
+    frames: float,
+    ease_percent: float = EASE_PERCENT,
+) -> Shot:
+    """Pull the focus from one distance to another in `frames` frames from `start_frame` on.
+
+    `ease_percent` is the influence at both ends: 0 starts and stops abruptly, 100 most gently.
+    Focus keys inside the pull are removed. Raises InputError for a pull without frames or beyond an
+    ease, LensError for a distance at which no lens can be focused.
+    """
+    if not frames > 0:
+        raise InputError(f"A focus pull must last more than 0 frames, got {frames:g}.")
+    ease, end_frame = Ease(ease_percent), start_frame + frames
+    curve = _cleared(shot, start_frame, end_frame)
+    first = curve.key_at(start_frame) or Key(start_frame, from_distance_m)
+    last = curve.key_at(end_frame) or Key(end_frame, to_distance_m)
+    bezier = Interpolation.BEZIER
+    pulled = shot.with_curve(
+        LensParameter.FOCUS_DISTANCE,
+        curve.with_key(
+            replace(first, value=from_distance_m, interpolation=bezier, ease_out=ease)
+        ).with_key(replace(last, value=to_distance_m, ease_in=ease)),
+    )
+    for frame in (start_frame, end_frame):
+        pulled.lens_at(frame)
+    return pulled
+
+
+class PullShape(StrEnum):
+    """How a pull goes from one distance to the other."""
+
+    EASE = "ease"
+    LINEAR = "linear"
+    SNAP = "late snap"
+    OVERSHOOT = "overshoot and settle"
+
+
+def shaped_pull(
+    shot: Shot,
+    from_distance_m: float,
+    to_distance_m: float,
+    start_frame: float,
+    frames: float,
+    shape: PullShape = PullShape.EASE,
+    ease_percent: float = EASE_PERCENT,
+) -> Shot:
+    """Pull the focus as `pull` does, in a shape; `ease_percent` applies where the shape eases.
+
+    A late snap waits for most of the time and then moves quickly. An overshoot passes the end by a
+    share of the way, in dioptres, and comes back. Raises what `pull` raises.
+    """
+    origin, target = from_distance_m, to_distance_m
+    if shape is PullShape.LINEAR:
+        return pull(shot, origin, target, start_frame, frames, 0.0)
+    if shape is PullShape.SNAP:
+        waits = float(round(_SNAP_AFTER * frames))
+        pulled = pull(shot, origin, target, start_frame, frames, ease_percent)
+        return pull(pulled, origin, target, start_frame + waits, frames - waits, ease_percent)
+    if shape is PullShape.OVERSHOOT and frames > 1:
+        dioptres = 1.0 / target + _OVERSHOOT * (1.0 / target - 1.0 / origin)
+        beyond_m = 1.0 / dioptres if dioptres > _LEAST_DIOPTRES else inf
+        arrives = float(max(round(_OVERSHOT_AFTER * frames), 1))
+        pulled = pull(shot, origin, target, start_frame, frames, ease_percent)
+        pulled = pull(pulled, origin, beyond_m, start_frame, arrives, ease_percent)
+        return pull(pulled, beyond_m, target, start_frame + arrives, frames - arrives, ease_percent)
+    return pull(shot, origin, target, start_frame, frames, ease_percent)
+
+
+def reversed_focus(shot: Shot, frames: FrameRange) -> Shot:
+    """Return the shot with the keys of the focus between two frames in the opposite order.
+
+    With keys at both ends, the focus at each frame is the old focus at the mirrored frame. Raises
+    InputError for fewer than two keys.
+    """
+    curve = shot.curves.focus_distance_m
+    inside = [key for key in curve.keys if frames.first <= key.frame <= frames.last]
+    if len(inside) < 2:
+        raise InputError("A pull needs two keys of the focus before it can be reversed.")
+    first, last = inside[0].frame, inside[-1].frame
+    mirrored = [
+        replace(
+            key,
+            frame=first + last - key.frame,
+            interpolation=before.interpolation,
+            ease_in=key.ease_out,
+            ease_out=key.ease_in,
+        )
+        for before, key in zip([inside[-1], *inside[:-1]], inside, strict=True)
+    ]
+    curve = curve.without_keys([key.frame for key in inside])
+    for key in mirrored:
+        curve = curve.with_key(key)
+    return shot.with_curve(LensParameter.FOCUS_DISTANCE, curve)
+
+
+def held_focus(shot: Shot, frame: float) -> Shot:
+    """Return the shot with a focus key at a frame that holds until the next key."""
+    keyed = shot.with_key(frame, LensParameter.FOCUS_DISTANCE)
+    curve = keyed.curves.focus_distance_m
+    key = curve.key_at(frame)
+    assert key is not None
+    held = curve.with_key(replace(key, interpolation=Interpolation.HOLD))
+    return keyed.with_curve(LensParameter.FOCUS_DISTANCE, held)
+
+
+def performed(
+    shot: Shot, samples: Samples, tolerance_dioptres: float, by_hand: bool = False
+) -> Shot:
+    """Return the shot with a recorded focus as few keys, which replace those in its range.
+
+    `samples` are (frame, focus distance in metres) in the order of the frames, at least one. The
+    focus is off by no more than the tolerance at each of them. A pull that was performed `by_hand`
+    has its keys where the hand moves, and its ends ease. Raises LensError if no lens can be
+    focused, InputError for infinity on a scale of metres.
+    """
+    curve, (first, last) = shot.curves.focus_distance_m, (samples[0][0], samples[-1][0])
+    moved = moving_part(samples, tolerance_dioptres) if by_hand else samples
+    keys = list(reduced_keys(moved, tolerance_dioptres, curve.scale, by_hand))
+    kept = curve.without_keys([key.frame for key in curve.keys if first <= key.frame <= last])
+    keys = _held(keys, first, last, kept)
+    after = shot.with_curve(LensParameter.FOCUS_DISTANCE, kept.pasted(keys, 0))
+    for frame, _ in samples:
+        after.lens_at(frame)
+    return after
+
+
+def _held(keys: list[Key], first: float, last: float, others: Curve) -> list[Key]:
+    """Return the keys of a recording; where other keys remain, its end values are held."""
+    if len(keys) == 1 and last > first:  # still
+        return [replace(keys[0], interpolation=Interpolation.HOLD), Key(last, keys[0].value)]
+    held = list(keys)
+    if keys[0].frame > first and any(key.frame < first for key in others.keys):
+        held.insert(0, Key(first, keys[0].value, Interpolation.HOLD))
+    if keys[-1].frame < last and any(key.frame > last for key in others.keys):
+        held[-1] = replace(held[-1], interpolation=Interpolation.HOLD)
+        held.append(Key(last, keys[-1].value))
+    return held
+
+
+def recorded(shot: Shot, parameter: LensParameter, track: Mapping[int, float]) -> Shot:
+    """Return the shot with a recorded parameter as few keys, which replace the old ones.
+
+    `track` is the value by frame. The keys differ from it by no more than anybody sees: 1 % of
+    an f-stop and 0.2 % of a focal length. Raises LensError if there can be no such lens.
+    """
+    share = parameter.facts.unseen_share
+    curve, samples = shot.curves.of(parameter), sorted(track.items())
+    first, last = samples[0][0], samples[-1][0]
+    keys = reduced_keys(samples, share / max(track.values()), curve.scale)
+    kept = curve.without_keys([key.frame for key in curve.keys if first <= key.frame <= last])
+    held = _held(list(keys), first, last, kept)
+    after = shot.with_curve(parameter, kept.pasted(held, 0))
+    for frame, _ in samples:
+        after.lens_at(frame)
+    return after
+
+
+def frames_too_close(shot: Shot) -> tuple[int, ...]:
+    """Return the frames at which the focus is nearer than the lens's close focus."""
+    limit_m, span = shot.lens.close_focus_m, shot.span
+    if limit_m is None or span is None:
+        return ()
+    return tuple(frame for frame in span if shot.lens_at(frame).focus_distance_m < limit_m)
+
+
+def _cleared(shot: Shot, first: float, last: float) -> Curve:
+    """Return the focus without its keys between two frames; keys at these two stay."""
+    curve = shot.curves.focus_distance_m
+    return curve.without_keys([key.frame for key in curve.keys if first < key.frame < last])
+
+
+def followed(shot: Shot, distances_m: Distances, follow: Follow | None = None) -> Shot:
+    """Return the shot with the focus on a thing at all frames of `distances_m`.
+
+    Its keys replace all keys in their range. With the default `follow` the focus is off by no more
+    than a quarter of the sharp range. Raises InputError if the thing is hidden at every frame,
+    LensError if it comes nearer than a lens can be focused.
+    """
+    frames = sorted(distances_m)
+    if not any(far_m is not None for far_m in distances_m.values()):
+        raise InputError("It is hidden, or out of the picture, at every frame.")
+    measured = MeasuredMark(_FOLLOWED, tuple(distances_m[frame] for frame in frames))
+    return _keyed(
+        shot, LiveFocus((Pursuit(_FOLLOWED),), follow or Follow(), frames[0], (measured,))
+    )
+
+
+def baked(shot: Shot) -> Shot:
+    """Return a shot with keys in place of the focus that follows; without one, unchanged."""
+    live = shot.curves.live
+    if live is None:
+        return shot
+    still = replace(shot, curves=replace(shot.curves, live=None))
+    return _keyed(still, live) if live.measured else still
+
+
+def _keyed(shot: Shot, live: LiveFocus) -> Shot:
+    sharp = live_sharp_dioptres(shot, live.frames)
+    track = live.dioptres(sharp, shot.frames_per_second)
+    samples = [(f, Scale.RECIPROCAL.value_at(at)) for f, at in zip(live.frames, track, strict=True)]
+    return performed(shot, samples, 2.0 * _REDUCED * min(sharp))

@@ -1,0 +1,162 @@
+"""A reel: shots in the order in which they are cut, each a file of its own."""
+
+import math
+import re
+from dataclasses import dataclass, replace
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import (
+    COUNT_MOST,
+    FRAMES_PER_SECOND,
+    FrameRange,
+    check_frames_per_second,
+)
+from heatlens.core.model.shot.grade import Grade
+from heatlens.core.model.shot.shot import Shot
+
+SHOT_FIELD = "{shot}"  # stands for the name of the shot in the name of a file
+_ROUNDING = 1e-6  # of a frame, that sums of times may be too small by
+_IN_FILE_NAMES = re.compile(r"[^\w.+-]+")
+
+
+@dataclass(frozen=True)
+class Retime:
+    """How a cut plays a shot that it does not show frame by frame.
+
+    start  the frame of the source that is shown first, as a time in frames
+    speed  frames of the source for each frame of the cut: 0 holds one, below 0 plays backwards
+    count  frames of the cut
+    step   frames of the source from one that exists to the next
+    """
+
+    start: float
+    speed: float
+    count: int
+    step: int = 1
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.start) and math.isfinite(self.speed)):
+            raise InputError(f"A cut cannot play {self.speed:g} frames from {self.start:g} on.")
+        check_cut_length(self.count, "A shot")
+        if self.count < 1 or self.step < 1:
+            raise InputError("The count and the step of a retime are at least 1.")
+
+    def shown(self, first: int) -> tuple[int, ...]:
+        """Return the frame of the source for each frame of the cut; `first` is one that exists."""
+        times = (self.start + at * self.speed for at in range(self.count))
+        found = (math.floor(time + _ROUNDING) for time in times)
+        return tuple(first + (frame - first) // self.step * self.step for frame in found)
+
+
+@dataclass(frozen=True)
+class ReelShot:
+    """A shot of a reel.
+
+    name     what the reel calls it; part of the names of its files
+    source   a shot file, or what the source of a shot can be: plates, a scene, a movie; "" if the
+             media of the edit are missing
+    frames   those of the cut; None for those from in to out, or all
+    notes    sentences on what the edit says and a shot cannot hold, and on what is missing
+    marks    focus marks that the edit holds, each as NAME=DISTANCE
+    grade    of the edit; None if it has none
+    retime   how the cut plays the frames; None for each of them once, in order
+    """
+
+    name: str
+    source: str
+    frames: FrameRange | None = None
+    notes: tuple[str, ...] = ()
+    marks: tuple[str, ...] = ()
+    grade: Grade | None = None
+    retime: Retime | None = None
+
+    def __post_init__(self) -> None:
+        if self.retime is not None and self.frames is None:
+            raise InputError(f"The shot {self.name} has a retime, but no frames.")
+        if not self.name or _IN_FILE_NAMES.search(self.name):
+            raise InputError(f"A shot of a reel cannot be called {self.name!r}.")
+
+    @property
+    def shown(self) -> tuple[int, ...]:
+        """The frame of the source for each frame of the cut; () if the source decides."""
+        if self.frames is None:
+            return ()
+        return self.retime.shown(self.frames.first) if self.retime else tuple(self.frames)
+
+    @property
+    def count(self) -> int:
+        """The frames of the cut; 0 if the source decides."""
+        return 0 if self.frames is None else (self.retime or self.frames).count
+
+    @property
+    def made(self) -> str | None:
+        """The frames that are made as files, as `--frames` takes them; None if all are."""
+        step = "" if self.retime is None or self.retime.step == 1 else f"x{self.retime.step}"
+        return None if self.frames is None else f"{self.frames}{step}"
+
+    def part_of(self, shot: Shot) -> Shot:
+        """Return what the cut shows of a shot: its frames, with its grade unless it has its own."""
+        return replace(shot, in_out=self.frames or shot.in_out, grade=shot.grade or self.grade)
+
+
+@dataclass(frozen=True)
+class Reel:
+    """Shots in order; no two have the same name.
+
+    start_timecode  of the first frame of the cut; None if it is not known
+    gaps            empty frames before shots, by the number of the shot from 0; those after the
+                    last one have the number of shots
+    """
+
+    name: str
+    shots: tuple[ReelShot, ...]
+    frames_per_second: float = FRAMES_PER_SECOND
+    start_timecode: str | None = None
+    gaps: tuple[tuple[int, int], ...] = ()
+
+    def __post_init__(self) -> None:
+        check_frames_per_second(self.frames_per_second)
+        if not self.shots:
+            raise InputError(f"The reel {self.name} has no shot.")
+        seen: set[str] = set()
+        for shot in self.shots:
+            if shot.name in seen:
+                raise InputError(f"Two shots of the reel are called {shot.name}.")
+            seen.add(shot.name)
+        for number, frames in self.gaps:
+            if frames < 1 or not 0 <= number <= len(self.shots):
+                raise InputError(f"A gap of a reel has at least one frame, got {frames}.")
+        length = sum(shot.count for shot in self.shots) + sum(count for _, count in self.gaps)
+        check_cut_length(length, f"The reel {self.name}")
+
+    @property
+    def missing(self) -> tuple[ReelShot, ...]:
+        """The shots whose media are missing."""
+        return tuple(shot for shot in self.shots if not shot.source)
+
+
+def check_cut_length(frames: float, what: str) -> None:
+    """Raise InputError if a cut would have more frames than fit in memory, before they are made."""
+    if not frames <= COUNT_MOST:
+        raise InputError(
+            f"{what} has {frames:,.0f} frames with its gaps; a cut has at most {COUNT_MOST:,}."
+        )
+
+
+def named_apart(shots: tuple[ReelShot, ...]) -> tuple[ReelShot, ...]:
+    """Return the shots with a number after names that were used before: sh010, sh010_2."""
+    taken: set[str] = set()
+    made = []
+    for shot in shots:
+        name, number = shot.name, 1
+        while name in taken:
+            number += 1
+            name = f"{shot.name}_{number}"
+        taken.add(name)
+        made.append(replace(shot, name=name))
+    return tuple(made)
+
+
+def shot_name(text: str) -> str:
+    """Return a name for a shot that files can have: of letters, digits and . + - _ alone."""
+    return _IN_FILE_NAMES.sub("_", text.strip()).strip("._") or "shot"

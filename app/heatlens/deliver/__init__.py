@@ -1,0 +1,6 @@
+"""Deliver: rendered frames become files, on this machine or on many.
+
+`export` plans, renders and writes frames, movies and the pull sheet.
+`farm` makes jobs for render farms and asks the workers of a cluster for frames.
+No code here knows of a session, a window or the words of the command line.
+"""

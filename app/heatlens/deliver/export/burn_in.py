@@ -1,0 +1,91 @@
+"""Write frame, timecode and lens into a picture, on a darkened strip at its lower edge."""
+
+import re
+from functools import cache
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.paths import data_dir
+from heatlens.core.model.lens.lens import Lens, measured_text
+from heatlens.core.model.timecode import Timecode
+from heatlens.media.plate.plate import FloatImage, Plate
+
+FIELDS = ("frame", "timecode", "focus", "f_stop", "shot")
+USUAL = "F {frame}   {timecode}   {focus}   f/{f_stop}   {shot}"
+_TEXT_SHARE = 1 / 24  # text height, as a part of the picture's: legible on a phone
+_LEAST_SIZE = 1.0  # FreeType has no smaller one
+_STRIP_LIGHT = 0.35  # brightness of the picture behind the text, relative to its own
+_FIELD = re.compile(r"\{([^{}]*)\}")
+
+
+def checked_template(template: str) -> str:
+    """Return the template; raise InputError if it has fields that are unknown."""
+    unknown = [name for name in _FIELD.findall(template) if name not in FIELDS]
+    if unknown:
+        known = ", ".join(f"{{{name}}}" for name in FIELDS)
+        raise InputError(f"The burn-in has no {{{unknown[0]}}}; it has {known}.")
+    return template
+
+
+def burn_in_text(
+    template: str,
+    frame: int,
+    lens: Lens,
+    plate: Plate,
+    unit: str,
+    timecode: Timecode | None = None,
+    shot: str = "",
+) -> str:
+    """Return the template with its fields filled in, for example `F 1001   2.24 m   f/2.8`.
+
+    Two or more spaces separate the parts of the template; a part is left out if one of its fields
+    is empty. Plates that hold circles of confusion have no lens values.
+    """
+    values = {"frame": str(frame), "timecode": str(timecode or ""), "shot": shot}
+    has_lens = plate.coc_px is None
+    values["focus"] = measured_text(lens, lens.focus_distance_m, unit) if has_lens else ""
+    values["f_stop"] = f"{lens.f_stop:.3g}" if has_lens else ""
+    parts = re.split(r"(\s{2,})", template)  # parts and the gaps between them
+    told = ""
+    for gap, part in zip(["", *parts[1::2]], parts[::2], strict=True):
+        if all(values[name] for name in _FIELD.findall(part)):
+            filled = _FIELD.sub(lambda match: values[match[1]], part)
+            told += (gap if told else "") + filled
+    return told
+
+
+def burned_in(display: FloatImage, text: str) -> FloatImage:
+    """Return `display`, (H, W, 3) in 0..1, with `text`, which is smaller in a narrow picture."""
+    height, width = display.shape[:2]
+    mask = _mask(text, width, height * _TEXT_SHARE)[-height:]
+    picture = display.copy()
+    strip = picture[-mask.shape[0] :]
+    strip *= _STRIP_LIGHT
+    strip += mask[..., None] * (1.0 - strip)
+    return picture
+
+
+def _mask(text: str, width: int, size: float) -> FloatImage:
+    """Return a strip (h, `width`) of 0..1, 1 in the letters."""
+    font = _font(size)
+    wide = font.getlength(text) + 2 * size
+    if wide > width:
+        size *= width / wide
+        font = _font(size)
+    ascent, descent = font.getmetrics()
+    image = Image.new("L", (width, ascent + descent))
+    ImageDraw.Draw(image).text((size, 0), text, fill=255, font=font)
+    return np.asarray(image, np.float32) / np.float32(255)
+
+
+@cache
+def _font(size: float) -> ImageFont.FreeTypeFont:
+    """Return a font that comes with heatlens, so that the text is the same on every machine.
+
+    All of its characters are as wide as a space, so that numbers stand still from frame to frame.
+    """
+    path = data_dir("assets") / "fonts" / "DejaVuSansMono.ttf"
+    basic = ImageFont.Layout.BASIC
+    return ImageFont.truetype(path, max(_LEAST_SIZE, size), layout_engine=basic)

@@ -1,0 +1,153 @@
+"""Write a rendered frame to its file: an EXR with all requested channels, or a display picture."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.curves.frames import exact_rate
+from heatlens.core.model.focus.coc import coc_px, lean_coc_px
+from heatlens.core.model.timecode import Timecode
+from heatlens.deliver.export.job import ExportJob
+from heatlens.deliver.export.options import ExportOptions
+from heatlens.deliver.export.plan import PlannedFrame
+from heatlens.deliver.export.sequence_check import Remark
+from heatlens.media.files.marks import JOB_ATTRIBUTE, blurred_mark
+from heatlens.media.plate.coc_line import line_of
+from heatlens.media.plate.deep.deep_write import write_deep
+from heatlens.media.plate.header.timecode import exr_timecode, timecode_of
+from heatlens.media.plate.kept_channels import kept_channels
+from heatlens.media.plate.picture.picture_write import lens_header, write_picture, write_shown
+from heatlens.media.plate.plate import FloatImage, Plate
+
+MOVIE_WHITE = 65280  # 255 times 256, which FFmpeg takes as white in 16 bits
+
+
+@dataclass(frozen=True, eq=False)
+class RenderedFrame:
+    """A frame on its way to its file.
+
+    pixels   EXR: light, (H, W, 4) premultiplied; else display values 0..1, (H, W, 3)
+    remarks  how the plate differs from those before
+    pace     words on the time of the quality final, where it was measured
+    """
+
+    planned: PlannedFrame
+    plate: Plate
+    pixels: FloatImage
+    remarks: tuple[Remark, ...] = ()
+    pace: str = ""
+
+
+def write_frame(job: ExportJob, frame: RenderedFrame) -> None:
+    """Write a numbered file. Raises InputError if that fails; an existing file then stays."""
+    if job.pinhole and job.beside.deep:
+        _write_deep(job, frame)
+    elif job.output.is_exr:
+        _write_exr(job, frame)
+    else:
+        _write_shown(frame, blurred_mark(not job.pinhole))
+
+
+def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
+    proxy = job.shot.defocus.proxy
+    kept, told = _kept(job, frame)
+    write_picture(
+        frame.planned.path,
+        frame.pixels,
+        frame.plate,
+        frame.planned.lens,
+        proxy,
+        half=not job.options.is_float,
+        compression=job.options.compression,
+        more_channels=measures_of(frame, proxy, job.options),
+        more_attributes={
+            **told,
+            JOB_ATTRIBUTE: frame.planned.fingerprint,
+            "framesPerSecond": exact_rate(job.shot.frames_per_second),
+            **_timecode(job, frame),
+        },
+        kept_channels=kept,
+        is_blurred=not job.pinhole,
+    )
+
+
+def _write_deep(job: ExportJob, frame: RenderedFrame) -> None:
+    plate, planned = frame.plate, frame.planned
+    attributes = {
+        **plate.attributes,
+        **lens_header(plate, planned.lens),
+        **blurred_mark(False),
+        JOB_ATTRIBUTE: planned.fingerprint,
+        "framesPerSecond": exact_rate(job.shot.frames_per_second),
+    }
+    write_deep(planned.path, plate, attributes, half=not job.options.is_float)
+
+
+def _kept(
+    job: ExportJob, frame: RenderedFrame
+) -> tuple[dict[str, NDArray[np.generic]], dict[str, Any]]:
+    """Return the result of `kept_channels`; a black frame keeps no channels of the plate."""
+    wanted = () if frame.planned.origin.is_black else job.keep
+    return kept_channels(frame.plate, job.shot.plate_options, wanted)
+
+
+def frame_timecode(job: ExportJob, planned: PlannedFrame, plate: Plate) -> Timecode | None:
+    """Return the timecode of the shot, else of the plate.
+
+    If another plate replaces that of the frame, its timecode is advanced to the frame. Returns None
+    if there is no timecode, or it does not fit the rate.
+    """
+    shot, frame = job.shot, planned.frame
+    told = shot.timecode_at(frame, timecode_of(plate.attributes), min(job.frames))
+    if told is None or shot.start_timecode is not None:
+        return told
+    return told.later(frame - planned.origin.frame, shot.frames_per_second)
+
+
+def _timecode(job: ExportJob, frame: RenderedFrame) -> dict[str, object]:
+    timecode = frame_timecode(job, frame.planned, frame.plate)
+    value = None if timecode is None else exr_timecode(timecode)
+    return {} if value is None else {"timeCode": value}
+
+
+def measures_of(frame: RenderedFrame, proxy: float, wanted: ExportOptions) -> dict[str, FloatImage]:
+    """Return Z in metres and coc in pixels of each pixel before the blur, as requested."""
+    plate, channels = frame.plate, {}
+    if wanted.with_depth:
+        if plate.depth_m is None:
+            raise InputError(
+                f"{plate.path} holds circles of confusion and no depth: leave --with-depth out."
+            )
+        channels["Z"] = _sampled(plate.depth_m, frame.pixels.shape)
+    if wanted.with_coc:
+        channels["coc"] = np.float32(proxy) * _sampled(_coc_px(frame), frame.pixels.shape)
+    return channels
+
+
+def _coc_px(frame: RenderedFrame) -> FloatImage:
+    """Return the coc at the plate's full size."""
+    plate = frame.plate
+    if plate.coc_px is not None:
+        return plate.coc_px
+    assert plate.depth_m is not None
+    line, area = line_of(plate, frame.planned.lens), plate.data_window
+    lean = lean_coc_px(line, Box(0, 0, area.width, area.height))
+    return (coc_px(plate.depth_m, line) + lean).astype(np.float32)
+
+
+def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
+    """Resize (H, W) values to the middle pixel of each footprint, as the renderer does."""
+    rows, columns = (
+        ((np.arange(small) + 0.5) * (full / small)).astype(int)
+        for small, full in zip(shape[:2], values.shape, strict=True)
+    )
+    sampled: FloatImage = values[rows[:, None], columns]
+    return sampled
+
+
+def _write_shown(frame: RenderedFrame, mark: dict[str, str]) -> None:
+    write_shown(frame.planned.path, frame.pixels, {JOB_ATTRIBUTE: frame.planned.fingerprint} | mark)

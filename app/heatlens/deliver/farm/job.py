@@ -1,0 +1,197 @@
+"""The description of an export for several machines, from which each engine makes its own text.
+
+A word of a command line is a tuple of texts, places and FRAMES, so that every engine can put its
+own names where paths differ between machines, and quote texts by its own rules.
+"""
+
+import math
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from pathlib import Path
+from typing import Literal
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.stopping import temporary_folder
+from heatlens.deliver.farm.events import Event, event_in
+from heatlens.media.sequence.names import frames_text
+
+_GIB = 1 << 30
+_HEADROOM = 1.25  # other frames may need more memory than the measured one
+_TASK_S = 60.0  # long compared with the start of a process, short enough to repeat
+_GUESSED_FRAMES = 10  # frames of a task if no frame was measured
+Text = Callable[[str], str]
+_UNIT_BYTES = 1 if sys.platform == "darwin" else 1024  # the unit of ru_maxrss
+
+
+class _Frames(Enum):
+    FRAMES = "frames"
+
+
+FRAMES = _Frames.FRAMES  # stands for the frames of a task
+
+
+@dataclass(frozen=True)
+class Place:
+    """A file or folder whose path may differ between machines."""
+
+    name: str
+    path: Path
+    kind: Literal["FILE", "DIRECTORY"]
+    flow: Literal["IN", "OUT"]
+
+
+Word = tuple[str | Place | _Frames, ...]
+
+
+@dataclass(frozen=True)
+class Needs:
+    """The resources that a task needs."""
+
+    memory_gib: int | None = None  # None if unknown
+    processors: int = 2
+    gpus: int = 0
+
+
+@dataclass(frozen=True)
+class Step:
+    """Tasks that have one command line.
+
+    words  those after `heatlens`; FRAMES stands for the frames of a task
+    parts  the frames of each task; () for a single task that names none
+    """
+
+    name: str
+    words: tuple[Word, ...]
+    parts: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """The number of tasks."""
+        return len(self.parts) or 1
+
+
+@dataclass(frozen=True)
+class FarmJob:
+    """An export of one or several shots in tasks.
+
+    steps   the frames of each shot, in any order
+    last    a task that waits for them: it makes movies of the frames, or runs a command
+    inputs  every file that is read
+    """
+
+    name: str
+    places: tuple[Place, ...]
+    steps: tuple[Step, ...]
+    last: Step | None
+    needs: Needs
+    inputs: tuple[Path, ...]
+
+    @property
+    def count(self) -> int:
+        """The number of tasks."""
+        return sum(step.count for step in (*self.steps, *([self.last] if self.last else [])))
+
+    def steps_of(self, most: int) -> tuple[Step, ...]:
+        """Return the steps, cut into several where they have over `most` tasks."""
+        return tuple(
+            replace(step, name=step.name if at == 0 else f"{step.name} {at // most + 1}", parts=it)
+            for step in self.steps
+            for at in range(0, step.count, most)
+            for it in [step.parts[at : at + most]]
+        )
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The cost of the first frames on this machine."""
+
+    start_s: float
+    frame_s: float
+    memory_bytes: int
+
+    @property
+    def memory_gib(self) -> int:
+        """Return the memory that a task should ask for."""
+        return math.ceil(_HEADROOM * self.memory_bytes / _GIB)
+
+    @property
+    def frames_of_a_task(self) -> int:
+        """Return how many frames take about a minute."""
+        return max(1, int((_TASK_S - self.start_s) / max(self.frame_s, 1e-3)))
+
+
+def parts_of(
+    frames: Sequence[int], chunk: int | None, measured: Measured | None = None
+) -> tuple[str, ...]:
+    """Return `frames` in groups, in the form of `parse_frames`: 1001-1019x2.
+
+    A group has `chunk` frames, by default as many as take about a minute. Raises InputError for
+    empty groups.
+    """
+    if chunk is not None and chunk < 1:
+        raise InputError(f"--chunk must be 1 frame or more, got {chunk}.")
+    size = chunk or (_GUESSED_FRAMES if measured is None else measured.frames_of_a_task)
+    return tuple(frames_text(frames[at : at + size]) for at in range(0, len(frames), size))
+
+
+def located(places: Iterable[Place], text: str, path: Path) -> Word:
+    """Return a word that joins `text` and `path`; the path is relative to its place, if any."""
+    for place in sorted(places, key=lambda place: -len(place.path.parts)):
+        lead = (text, place) if text else (place,)
+        if place.path == path:
+            return lead
+        if place.kind == "DIRECTORY" and place.path in path.parents:
+            return (*lead, f"/{path.relative_to(place.path).as_posix()}")
+    return (f"{text}{path}",)
+
+
+def word_text(word: Word, place: Callable[[Place], str], frames: str, text: Text = str) -> str:
+    """Return a word as one text, with an engine's own forms of places, frames and plain text."""
+    told = (
+        text(it) if isinstance(it, str) else place(it) if isinstance(it, Place) else frames
+        for it in word
+    )
+    return "".join(told)
+
+
+def typed(words: Iterable[Word], frames: str = "") -> list[str]:
+    """Return words as they are typed on this machine."""
+    return [word_text(word, lambda place: str(place.path), frames) for word in words]
+
+
+def topmost(folders: Iterable[Path]) -> tuple[Path, ...]:
+    """Return the folders that are inside none of the others."""
+    found = dict.fromkeys(folders)
+    return tuple(folder for folder in found if not found.keys() & set(folder.parents))
+
+
+def measured(job: FarmJob, name: str, frames: Sequence[int]) -> Measured:
+    """Render the first two of `frames` to a folder that is deleted.
+
+    `name` is that of the output files. Raises InputError with the reason if that fails.
+    """
+    with temporary_folder() as folder:
+        words = (*typed(job.steps[0].words, frames_text(frames[:2])), f"--output={folder / name}")
+        line = [sys.executable, "-P", "-m", "heatlens", *words, "--progress=json"]
+        begin = time.monotonic()
+        with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+            assert process.stdout is not None
+            rows = ((time.monotonic() - begin, event_in(row)) for row in process.stdout)
+            told = [(at_s, event) for at_s, event in rows if event is not None]
+            usage = os.wait4(process.pid, 0)[2]
+    return _cost(told, usage.ru_maxrss * _UNIT_BYTES)
+
+
+def _cost(told: Sequence[tuple[float, Event]], memory_bytes: int) -> Measured:
+    ends_s = [at_s for at_s, event in told if event["event"] == "frame"]
+    last = told[-1][1] if told else {}
+    if not ends_s or last["event"] != "end":
+        why = last.get("message", "it was killed, as systems do when memory runs out")
+        raise InputError(f"The first frame, which shows what a task needs, failed: {why}")
+    frame_s = ends_s[-1] - ends_s[0] if len(ends_s) > 1 else ends_s[0]
+    return Measured(ends_s[0], frame_s, memory_bytes)

@@ -1,0 +1,78 @@
+"""Describe an export as a shell script that submits it to Slurm.
+
+https://slurm.schedmd.com/sbatch.html
+"""
+
+from collections.abc import Sequence
+from shlex import quote
+
+from heatlens.deliver.farm.job import FarmJob, Needs, Step, Word, word_text
+
+_ARRAY_MOST = 1000  # tasks of an array: MaxArraySize is 1001 unless a site changes it
+
+_HEAD = """\
+#!/bin/sh
+# {name}: {tasks} tasks. Submit them with: sh THIS_FILE
+jobs=
+fail() {{
+  test -z "$jobs" || scancel $jobs
+  echo "heatlens: $1" >&2
+  exit 2
+}}
+submit() {{
+  id=$(sbatch --parsable --requeue --kill-on-invalid-dep=yes {options} "$@") ||
+    fail 'Slurm did not take the job, see the line above. Nothing is left of it in the queue.'
+  jobs="$jobs ${{id%%;*}}"
+}}
+command -v sbatch >/dev/null || fail 'sbatch is not here: run this where Slurm takes jobs.'
+"""
+_TASKS = """\
+set -- {parts}
+shift "$SLURM_ARRAY_TASK_ID"
+"""
+
+
+def slurm_script(job: FarmJob) -> str:
+    """Return the script. It begins with a variable for each place, which all tasks receive."""
+    head = _HEAD.format(
+        name=quote(job.name).replace("\n", " "),
+        tasks=job.count,
+        options=" ".join(map(quote, _options(job.name, job.needs))),
+    )
+    places = [f"export heatlens_{place.name}={quote(str(place.path))}\n" for place in job.places]
+    tasks = [
+        _submitted(_array(step), f"--array=0-{step.count - 1}")
+        for step in job.steps_of(_ARRAY_MOST)
+    ]
+    if job.last is not None:
+        waits = '--dependency="afterok$(printf :%s $jobs)"'
+        tasks.append(_submitted(_command(job.last.words), waits))
+    return "".join([head, *places, *tasks, "echo $jobs\n"])
+
+
+def _options(name: str, needs: Needs) -> list[str]:
+    return [
+        f"--job-name=heatlens {name}",
+        f"--cpus-per-task={needs.processors}",
+        *([] if needs.memory_gib is None else [f"--mem={needs.memory_gib}G"]),
+        *([f"--gres=gpu:{needs.gpus}"] if needs.gpus else []),
+    ]
+
+
+def _submitted(script: str, option: str) -> str:
+    """Return the command that submits a script, as a here-document with an unused end mark."""
+    end = "END"
+    while end in script:
+        end += "_"
+    return f"submit {option} <<'{end}'\n#!/bin/sh\n{script}{end}\n"
+
+
+def _array(step: Step) -> str:
+    return _TASKS.format(parts=" ".join(step.parts)) + _command(step.words)
+
+
+def _command(words: Sequence[Word]) -> str:
+    def typed(word: Word) -> str:
+        return word_text(word, lambda place: f'"$heatlens_{place.name}"', '"$1"', quote)
+
+    return f"exec heatlens {' '.join(map(typed, words))}\n"

@@ -1,0 +1,63 @@
+"""OpenGL for the Python interface: started with the first picture, then kept."""
+
+import os
+import threading
+from collections.abc import Callable
+from typing import TypeVar
+
+from heatlens.core.base.errors import GpuError
+from heatlens.render.frame_renderer import FrameRenderer, headless_renderer
+
+Content = TypeVar("Content")
+
+
+class Engine:
+    """The OpenGL of this process, and what is loaded into it."""
+
+    def __init__(self) -> None:
+        self._renderer: FrameRenderer | None = None
+        self._thread = 0
+        self._loaded: tuple[object, object] | None = None
+        self._is_forked = False
+        os.register_at_fork(after_in_child=self._note_fork)
+
+    def _note_fork(self) -> None:
+        """Note in a child that the OpenGL of its parent cannot be used: its threads are gone."""
+        self._is_forked = self._renderer is not None
+
+    def renderer(self) -> FrameRenderer:
+        """Return the renderer with its context current.
+
+        Raises GpuError in every thread but the first, after a fork, and where OpenGL is missing.
+        """
+        if self._is_forked:
+            raise GpuError(
+                "this process was forked from one in which heatlens has drawn already, and OpenGL "
+                "does not outlive a fork. Start processes with "
+                'multiprocessing.get_context("spawn").'
+            )
+        if self._renderer is None:
+            self._renderer = headless_renderer()
+            self._thread = threading.get_ident()
+        if threading.get_ident() != self._thread:
+            raise GpuError(
+                "heatlens draws in the thread that rendered first. Render there, or use processes."
+            )
+        self._renderer.ctx.make_current()
+        return self._renderer
+
+    def load(self, owner: object, content: Content, take: Callable[[Content], None]) -> None:
+        """Call `take` to load `content` into the renderer for `owner`, unless it is loaded."""
+        if self._loaded is not None and self._loaded[1] is content:
+            return
+        self._loaded = None
+        take(content)
+        self._loaded = (owner, content)
+
+    def forget(self, owner: object) -> None:
+        """Forget the content that `owner` has loaded."""
+        if self._loaded is not None and self._loaded[0] is owner:
+            self._loaded = None
+
+
+ENGINE = Engine()

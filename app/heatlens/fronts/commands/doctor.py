@@ -1,0 +1,114 @@
+"""`heatlens doctor`: check whether everything works on this machine, also for bug reports."""
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+
+from heatlens.core.base.pace import Step
+from heatlens.fronts.commands.output.progress_line import paced_progress
+from heatlens.fronts.commands.output.say import tell
+from heatlens.fronts.doctor import gpu_check, machine_check, picture_check
+from heatlens.fronts.doctor.finding import Check, Finding, made_sure
+from heatlens.fronts.doctor.gpu_check import Gpu
+from heatlens.render.defocus.line_solver import SOLVERS
+from heatlens.render.gpu.context import headless_context
+
+HELP = "check that everything works on this machine"
+DESCRIPTION = """\
+Checks everything that heatlens depends on: packages, OpenGL and its limits, every shader, the
+solvers against float64, the still life against a stored picture, colours, fonts and display, and
+whether a second start finds its shaders compiled. Says how long it takes. The exit code is 1 if
+something fails. Paste the output into bug reports.
+"""
+# Seconds that each part takes if nothing is compiled yet.
+_SECONDS = {
+    "packages": 1.2,
+    "shaders": 0.02,
+    "solvers": 1.5,
+    "still life": 3.4,
+    "second start": 6.2,
+}
+EPILOG = """\
+examples:
+  heatlens doctor
+  heatlens doctor --json > doctor.json
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--json", action="store_true", help="print one JSON object instead of lines"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run all checks and print each finding at once; return 1 if something fails."""
+    start, found = time.perf_counter(), []
+    with paced_progress(_steps()) as tell_step:
+        for finding in _findings(tell_step):
+            found.append(finding)
+            tell_step("")
+            if not args.json:
+                tell(f"{finding.state:5}  {finding.name}: {finding.said}")
+    faults = sum(finding.state == "fault" for finding in found)
+    seconds = time.perf_counter() - start
+    if args.json:
+        report = {"ok": not faults, "seconds": seconds, "findings": [asdict(f) for f in found]}
+        print(json.dumps(report, indent=2))
+    else:
+        told = "no fault found" if not faults else f"at fault: {faults}"
+        print(f"{len(found)} findings in {seconds:.1f} s, {told}")
+    return int(faults > 0)
+
+
+def _steps() -> list[Step]:
+    """Return the parts of all checks in order, with the seconds that they took on two cores.
+
+    Each check has its own pace: a driver for a GPU builds shaders more slowly. On a machine with
+    other work each takes longer.
+    """
+    crowd = _crowd()
+    solvers = [gpu_check.solver_words(name) for name in SOLVERS]
+    parts = {"shaders": gpu_check.shader_words(), "solvers": solvers}
+    return [
+        Step(words, crowd * _SECONDS.get(name, 0.1), name)
+        for name in _checks()
+        for words in (name, *parts.get(name, ()))
+    ]
+
+
+def _crowd() -> float:
+    """Return by how much other work slows this down now: what runs, shared by the processors."""
+    if sys.platform != "linux":  # other systems do not tell it, or in another way
+        return 1.0
+    processors = len(os.sched_getaffinity(0))
+    return max(1.0, (os.getloadavg()[0] + 1.0) / processors)
+
+
+def _findings(tell_step: Callable[[str], None]) -> Iterator[Finding]:
+    for name, check in _checks(tell_step).items():
+        tell_step(name)
+        yield from made_sure(name, check)
+
+
+def _checks(tell_step: Callable[[str], None] = lambda _: None) -> dict[str, Check]:
+    """Return the checks, basic ones first; the display is last, because drivers may crash there."""
+    gpu = Gpu(headless_context, tell_step)
+    return {
+        "machine": machine_check.system,
+        "packages": machine_check.packages,
+        "EXR": machine_check.files,
+        "OpenGL": gpu.device,
+        "shaders": gpu.shaders,
+        "solvers": gpu.solvers,
+        "still life": lambda: picture_check.still_life(gpu.ctx),
+        "OpenColorIO": lambda: picture_check.color(gpu.ctx),
+        "OpenGL errors": gpu.errors,
+        "second start": machine_check.second_start,
+        "fonts": machine_check.fonts,
+        "display": machine_check.display,
+    }

@@ -1,0 +1,212 @@
+"""`heatlens info`: print what is in a file and how heatlens would read it."""
+
+import argparse
+import json
+import os
+from collections.abc import Sequence as Items
+from itertools import count
+from pathlib import Path
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.outside_text import printable
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.reel import Reel, ReelShot
+from heatlens.core.model.units import format_distance
+from heatlens.fronts.commands.options.lens_options import add_plate_options, plate_options
+from heatlens.fronts.commands.options.scene_options import add_placing_options
+from heatlens.fronts.commands.options.value_types import number
+from heatlens.fronts.commands.output.progress_line import progress_line
+from heatlens.fronts.commands.output.say import tell
+from heatlens.fronts.commands.output.thing_words import thing_lines
+from heatlens.fronts.commands.reel_options import add_media_options, reel_of, with_blurred_notes
+from heatlens.fronts.commands.sources.source_commands import Facts, Line, commands_for
+from heatlens.media.documents.reel_file import is_reel
+from heatlens.media.documents.shot_file import is_shot_file
+from heatlens.media.files.json_record import record_to_json
+from heatlens.media.frame_cache.sequence_facts import sequence_facts
+from heatlens.media.sequence.names import NameForm, form_of, parse_pattern
+from heatlens.media.sequence.sequence import Sequence, find_sequence
+
+HELP = "show the contents of a render or a 3D scene, and how its depth is read"
+DESCRIPTION = """\
+Prints what a render holds and how heatlens would read it: size and windows (pixels), channels, the
+lens in the header (focal length and sensor in mm, focus in metres), the primaries of the colours,
+the range of the depth (metres), and how the depth is interpreted and why. Try the depth options
+here before a render.
+
+For several frames (shot.####.exr, a folder, or a list of files): which frames exist and which are
+missing, their sizes, how their depth is read, and its range over the shot.
+
+For a 3D scene: its cameras, frames, objects, triangles, lights and size.
+
+For a reel or an edit (.otio, .edl, .xml, .aaf): its shots with their media and frames, and what a
+reel cannot hold, such as a change of speed.
+
+The exit code is 1 if frames of a sequence are missing, or cannot be rendered because they are
+damaged or have no depth, so that a farm can check plates before it renders. A single file that can
+be read gives 0, also without depth.
+
+--json writes lengths in metres and millimetres as the names say. A window is [x0, y0, x1, y1] with
+x1 and y1 behind the last pixel: [0, 0, 320, 180] has 320 x 180 pixels. The text names the last
+pixel, (319, 179), as the EXR header does. width_px and height_px are the size of the data window,
+display_width_px and display_height_px that of the display window.
+"""
+
+_LABEL_WIDTH = 16
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "plates",
+        nargs="+",
+        metavar="PLATE",
+        help="one or more renders; a sequence; a folder; a 3D scene; a reel or an edit; or demo",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON for programs; see above")
+    add_plate_options(parser)
+    lens = parser.add_argument_group("the lens, for --depth-kind radial without one in the header")
+    lens.add_argument("--focal-length", type=number, metavar="MM", help="focal length in mm")
+    lens.add_argument("--sensor-width", type=number, metavar="MM", help="width of the sensor in mm")
+    add_media_options(parser)
+    add_placing_options(parser.add_argument_group("for a 3D scene whose file does not define it"))
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the facts; the exit code is 1 if frames of a sequence are missing or damaged."""
+    found = [_facts_of(args, item) for item in found_among(args.plates)]
+    if args.json:
+        facts = [item[0] for item in found]
+        tell(json.dumps(facts if len(facts) > 1 else facts[0], indent=2, allow_nan=False), "\n")
+    else:
+        tell("\n\n".join(_text(lines) for _, lines in found), "\n")
+    return int(any(lacks_frames(facts) for facts, _ in found))
+
+
+def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[Facts, list[Line]]:
+    if isinstance(item, Sequence):
+        return sequence_info(item, plate_options(args))
+    if is_shot_file(item):
+        raise InputError(f"{item} is a shot file: `heatlens shot show {item}` prints it.")
+    if is_reel(item):
+        return reel_info(with_blurred_notes(reel_of(args, item)))
+    return commands_for(item).info(args, item)
+
+
+def _text(lines: list[Line]) -> str:
+    """Return the lines as text with aligned labels."""
+    return "\n".join(f"{label:<{_LABEL_WIDTH}}{printable(str(value))}" for label, value in lines)
+
+
+def found_among(texts: Items[str]) -> list[str | Sequence]:
+    """Return a file or a sequence for the names; listed frames of one shot become one sequence.
+
+    Patterns and folders are sequences. Listed files belong together if their names have the same
+    form. Raises InputError for a pattern without files.
+    """
+    groups: dict[tuple[Path, NameForm], list[int]] = {}
+    found: list[str | Sequence | tuple[Path, NameForm]] = []
+    for text in texts:
+        path = Path(os.path.expanduser(text))
+        is_pattern = not path.exists() and parse_pattern(path.name) is not None
+        form, frame = form_of(path.name)
+        if path.is_dir() or is_pattern:
+            found.append(find_sequence(text))
+        elif frame is None or len(texts) == 1 or not path.exists():
+            found.append(text)
+        else:
+            key = (path.parent, form)
+            if key not in groups:
+                found.append(key)
+            groups.setdefault(key, []).append(frame)
+    return [_settled(item, groups) if isinstance(item, tuple) else item for item in found]
+
+
+def _settled(
+    key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], list[int]]
+) -> str | Sequence:
+    """Return the name of a single file, or the sequence of the listed frames."""
+    folder, form = key
+    frames = tuple(sorted(groups[key]))
+    if len(frames) == 1:
+        return str(folder / form.name_at(frames[0]))
+    every = tuple(range(frames[0], frames[-1] + 1))
+    return Sequence(folder, form, every, frames)
+
+
+def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[Facts, list[Line]]:
+    """Return the facts of a sequence, and lines of text; show the progress on a terminal."""
+    number = count(1)
+    with progress_line() as show:
+        facts = sequence_facts(
+            sequence,
+            options,
+            lambda frame: show(f"frame {frame}, {next(number)} of {len(sequence.present)}"),
+        )
+    return facts, _lines(facts)
+
+
+def lacks_frames(facts: Facts) -> bool:
+    """Return True for a sequence of which frames are missing or damaged, and for missing media."""
+    return bool(facts.get("missing") or facts.get("damaged"))
+
+
+def _lines(facts: Facts) -> list[Line]:
+    lines = [
+        ("sequence", facts["path"]),
+        ("frames", f"{facts['frames']} ({facts['frame_count']})"),
+        ("missing", facts["missing"] or "none"),
+        *_with_frames("size", facts["sizes"]),
+        *_with_frames("depth", facts["depth"]),
+    ]
+    if facts["near_m"] is not None:
+        near, far = format_distance(facts["near_m"]), format_distance(facts["far_m"])
+        span = f"{near} (frame {facts['near_frame']}) to {far} (frame {facts['far_frame']})"
+        lines.append(("  range", span))
+    lines += thing_lines(facts["things"])
+    lines += [("behind", f"{name} {words}") for name, words in facts["behind"].items()]
+    near = facts["neighbours"]
+    if near["count"]:
+        lines.append(("neighbours", near["words"]))
+        lines.append(("  found", f"{near['found']:.0%} of what near silhouettes could hide"))
+    lines += _with_frames("note", facts["notes"])
+    lines += [(f"frame {frame}", sentence) for frame, sentence in facts["damaged"].items()]
+    return lines
+
+
+def _with_frames(label: str, found: dict[str, str]) -> list[Line]:
+    """Return one line if all frames agree, else a line for each value with its frames."""
+    if len(found) == 1 and label != "note":
+        return [(label, name) for name in found]
+    return [(label, f"{name} ({_frames_words(frames)})") for name, frames in found.items()]
+
+
+def _frames_words(frames: str) -> str:
+    """Return "frame 2" or "frames 1-2,5"."""
+    return f"frame {frames}" if frames.isdecimal() else f"frames {frames}"
+
+
+def reel_info(reel: Reel) -> tuple[Facts, list[Line]]:
+    """Return the facts of a reel for programs, and as lines for people."""
+    facts = {
+        "reel": reel.name,
+        "frames_per_second": reel.frames_per_second,
+        "start_timecode": reel.start_timecode,
+        "shots": [record_to_json(shot) for shot in reel.shots],
+        "missing": [shot.name for shot in reel.missing],
+    }
+    start = f", from {reel.start_timecode}" if reel.start_timecode else ""
+    about = f"{len(reel.shots)} shots, {reel.frames_per_second:g} frames a second{start}"
+    lines = [("reel", reel.name), ("cut", about)]
+    for shot in reel.shots:
+        lines += _reel_lines(shot)
+    return facts, lines
+
+
+def _reel_lines(shot: ReelShot) -> list[Line]:
+    frames = "all frames"
+    if shot.frames is not None:
+        frames = f"{shot.frames} ({shot.frames.count})"
+    about = f"{shot.source}, {frames}" if shot.source else f"no media, {frames}"
+    grade = [] if shot.grade is None else [("  grade", str(shot.grade))]
+    marks = [("  mark", mark) for mark in shot.marks]
+    return [(shot.name, about), *marks, *grade, *(("  note", note) for note in shot.notes)]

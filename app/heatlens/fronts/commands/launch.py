@@ -1,0 +1,186 @@
+"""The process that the user starts: it starts a worker process for the command, and waits.
+
+Ctrl-C must take effect at once, whatever the command is doing. Drivers and libraries do not allow
+that: an interrupt during one of their calls is handled only when the call returns, many seconds
+later, appears as a wrong error ("cannot be loaded"), or causes a crash. So the worker ignores
+Ctrl-C. This process handles it: it kills the worker, removes its unfinished files, and prints a
+message. The window, which has to save state, asks to receive the signal instead
+(`stopping.hearing`).
+
+This process also reports when a fault in a driver or a library ended the worker.
+
+Exit codes: those of `commands.main`, and 128 + N after signal N: 130 Ctrl-C, 143 SIGTERM.
+"""
+
+import atexit
+import io
+import os
+import signal
+import sys
+import time
+import warnings
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NoReturn
+
+from heatlens.core.base import stopping
+from heatlens.core.base.errors import FAULT_CODE
+
+_PATIENCE_S = 3.0  # time for a worker that handles signals itself to finish its current step
+
+
+def main() -> int:
+    """Run the command line of this process; returns the exit code."""
+    _use_utf8()
+    if sys.platform != "linux":  # the system calls used here exist only on Linux
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        return _work()
+    stops = stopping.stop_signals()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*stops, signal.SIGCHLD})
+    record, parent = stopping.begin_record(), os.getpid()
+    worker = os.fork()
+    if worker == 0:
+        for stop in stops:
+            signal.signal(stop, signal.SIG_IGN)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        stopping.end_with(parent)
+        return _work()
+    return _wait_for(worker, stops, record)
+
+
+def _use_utf8() -> None:
+    """Restart with UTF-8 file names where they are not; libraries offer no other way.
+
+    Text is still printed in the terminal's encoding, with the characters that it lacks escaped.
+    """
+    if sys.getfilesystemencoding() != "utf-8":
+        terminal = f"terminal={sys.stdout.encoding}" if sys.stdout else "terminal"
+        words = ("-X", "utf8", "-X", terminal, *sys.orig_argv[1:])
+        os.execv(sys.executable, [sys.executable, *words])
+    encoding = sys._xoptions.get("terminal")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            encoding = encoding if isinstance(encoding, str) else None
+            stream.reconfigure(encoding=encoding, errors="backslashreplace")
+
+
+def _work() -> int:
+    from heatlens.core.base.background import is_at_work, wait_a_moment
+    from heatlens.core.base.faults import report_from_threads
+    from heatlens.core.base.free_memory import share_one_heap
+
+    share_one_heap()
+    from heatlens.fronts.commands.main import main as run
+    from heatlens.media.files.quiet import protect_output
+
+    protect_output()
+    report_from_threads()
+    if not sys.warnoptions:  # warnings show lines of source code, which do not help users
+        warnings.simplefilter("ignore")
+
+    code = run()
+    if is_at_work():
+        atexit.unregister(wait_a_moment)
+        _end_now(code)
+    return code
+
+
+def _end_now(code: int) -> NoReturn:
+    """End the process even if a thread still waits for a disk that does not answer.
+
+    Python would keep that thread running during shutdown, and abort the process if the thread is
+    inside a C++ library at that moment.
+    """
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
+    os._exit(code)
+
+
+def _wait_for(worker: int, stops: frozenset[signal.Signals], record: int) -> int:
+    """Wait until the worker has ended or must be ended; return the exit code."""
+    while True:
+        heard = signal.sigwait({*stops, signal.SIGCHLD})
+        ended, status = os.waitpid(worker, os.WNOHANG)
+        if ended:
+            return _ended(os.waitstatus_to_exitcode(status), record)
+        if heard in stops:
+            return _stop(worker, signal.Signals(heard), record)
+
+
+def _stop(worker: int, how: signal.Signals, record: int) -> int:
+    """End the worker, remove its unfinished files, and say so unless it did itself."""
+    code = _asked(worker, how) if stopping.read_record(record).hears else None
+    if code is not None and code >= 0:
+        return code
+    if code is None:
+        os.kill(worker, signal.SIGSTOP)  # so that it starts no more children while they are listed
+        for process in (worker, *_descendants(worker)):
+            _kill(process)
+        os.waitpid(worker, 0)
+    left = stopping.read_record(record)
+    stopping.remove_left(left)
+    if not left.has_said:
+        _say("stopped")
+    return 128 + how
+
+
+def _asked(worker: int, how: signal.Signals) -> int | None:
+    """Pass the signal on; return the worker's exit code, or None if it does not end in time.
+
+    A second signal from the user ends the waiting.
+    """
+    os.kill(worker, how)
+    end = time.monotonic() + _PATIENCE_S
+    while (left_s := end - time.monotonic()) > 0:
+        got = signal.sigtimedwait({signal.SIGCHLD, signal.SIGINT, signal.SIGTERM}, left_s)
+        ended, status = os.waitpid(worker, os.WNOHANG)
+        if ended:
+            return os.waitstatus_to_exitcode(status)
+        if got is not None and got.si_signo != signal.SIGCHLD:
+            return None
+    return None
+
+
+def _ended(code: int, record: int) -> int:
+    """Return this process's exit code for the worker's, which is negative if a signal ended it."""
+    if code >= 0:
+        return code
+    stopping.remove_left(stopping.read_record(record))
+    name = signal.Signals(-code).name
+    if -code in (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGFPE, signal.SIGILL):
+        _say(
+            f"a fault in the graphics driver or in a library ended the work ({name}). "
+            "`heatlens doctor` checks this machine."
+        )
+        return FAULT_CODE
+    if -code == signal.SIGKILL:
+        _say("the work was killed from outside, as systems do when memory runs out")
+    return 128 - code
+
+
+def _descendants(process: int) -> Iterable[int]:
+    """Yield the processes that `process` started, and those that they started."""
+    for tasks in Path(f"/proc/{process}/task").glob("*/children"):
+        try:
+            children = [int(word) for word in tasks.read_text().split()]
+        except OSError:  # the thread has ended meanwhile
+            continue
+        for child in children:
+            yield child
+            yield from _descendants(child)
+
+
+def _kill(process: int) -> None:
+    try:
+        os.kill(process, signal.SIGKILL)
+    except ProcessLookupError:
+        return  # it ended by itself
+
+
+def _say(sentence: str) -> None:
+    """Print a sentence, over any line of progress that the worker left on the terminal."""
+    wipe = "\r\x1b[K" if sys.stderr.isatty() else ""
+    sys.stderr.write(f"{wipe}heatlens: {sentence}\n")
+    sys.stderr.flush()

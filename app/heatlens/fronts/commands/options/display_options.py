@@ -1,0 +1,101 @@
+"""The options of the view transform, which all commands that write display pictures share.
+
+The default is what the window shows: the first view of the current OpenColorIO config.
+"""
+
+import argparse
+from pathlib import Path
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.shot.grade import Grade
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.view.view import NO_GRADE, PLAIN_VIEW, DisplayOptions
+from heatlens.deliver.export.job import DisplayLook
+from heatlens.fronts.commands.options.field_options import add_fields, typed_fields
+from heatlens.fronts.commands.output.say import say
+from heatlens.media.color.color_config import ColorConfig, default_view, load_color_config
+from heatlens.media.color.grade_file import grade_named
+from heatlens.media.color.input_space import input_space_of
+from heatlens.media.color.view_transform import ViewTransform, srgb_transform, view_transform
+from heatlens.media.plate.header.channels import Header
+from heatlens.media.plate.parts.header_read import read_color_header
+from heatlens.render.source.named import source_of
+
+
+def add_display_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
+    """Add the options of `DisplayOptions`; return their group."""
+    group = parser.add_argument_group(
+        "look",
+        "For pictures and movies; EXR stays scene-linear. The default matches the window, but for "
+        "pixels that are wider than high: a picture keeps each as one, and `export --desqueeze` "
+        "widens them.",
+    )
+    add_fields(group, DisplayOptions)
+    return group
+
+
+def look_of(args: argparse.Namespace) -> DisplayOptions:
+    """Return the display options as a value."""
+    return DisplayOptions(**typed_fields(args, DisplayOptions))
+
+
+def color_header(path: Path | None, options: PlateOptions) -> Header:
+    """Return the header of a plate's colours; it is empty if there is no plate.
+
+    It is also empty if the plate cannot be read, which is reported when the plate is needed.
+    """
+    if path is None:
+        return {}
+    try:
+        return read_color_header(path, options)
+    except InputError:
+        return {}
+
+
+def shot_header(shot: Shot) -> Header:
+    """Return the header of a shot's first existing plate."""
+    return color_header(source_of(shot).first_file, shot.plate_options)
+
+
+def display_look(
+    args: argparse.Namespace, header: Header, grade: Grade | None = None
+) -> DisplayLook:
+    """Return the look of the options for a plate with this header; see `transform_of`."""
+    asked = look_of(args)
+    return DisplayLook(transform_of(asked, header, grade), asked.exposure_stops, asked.gamma)
+
+
+def transform_of(
+    look: DisplayOptions, attributes: Header, grade: Grade | None = None
+) -> ViewTransform:
+    """Return the view transform of the options for a plate whose header has `attributes`.
+
+    `grade` is that of the shot. Doubtful choices are printed. Raises InputError if the config
+    cannot be used, or does not have the given names.
+    """
+    config = _config(look)
+    light = input_space_of(config, attributes, look.input_space or "")
+    if light.note:
+        say(light.note)
+    if look.cdl is not None:
+        grade = None if look.cdl == NO_GRADE else grade_named(look.cdl)
+    if config is None:
+        if grade is not None:
+            say(f"the grade (ASC CDL) is not shown: {PLAIN_VIEW!r} is the plain curve alone")
+        return srgb_transform(light.name, light.turned_from)
+    display = look.display or config.default_display
+    view = look.view or default_view(config, display, attributes)
+    return view_transform(config, display, view, light.name, light.turned_from, grade)
+
+
+def say_seen_through(transform: ViewTransform) -> None:
+    """Print the view transform that a picture was made with."""
+    say(f"seen through {transform.view} on {transform.display}")
+
+
+def _config(look: DisplayOptions) -> ColorConfig | None:
+    """Load the config; return None if the plain sRGB curve was requested."""
+    if look.view == PLAIN_VIEW and look.ocio is None and look.display is None:
+        return None
+    return load_color_config(look.ocio)

@@ -1,0 +1,137 @@
+"""The options of an export that several processes or machines make.
+
+This machine's heatlens and OpenGL driver are compared with those where a job was written: another
+version or driver, such as software beside a GPU, may give slightly other pictures.
+"""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+from heatlens.core.base.errors import GpuError, InputError
+from heatlens.deliver.export.plan import ExportPlan
+from heatlens.fronts.commands.options.device_option import add_device_option
+from heatlens.fronts.commands.options.value_types import whole
+from heatlens.fronts.commands.output.say import say
+from heatlens.render.frame_renderer import FrameRenderer, headless_renderer
+from heatlens.render.gpu.context import headless_context, is_software
+from heatlens.version import __version__
+
+
+def add_farm_options(parser: argparse.ArgumentParser) -> None:
+    """Add who makes the frames of an export, here or on other machines."""
+    group = parser.add_argument_group("render farm")
+    _add_job_options(group)
+    _add_worker_options(group)
+
+
+def _add_job_options(group: "argparse._ArgumentGroup") -> None:
+    """Add what describes a job for other machines."""
+    group.add_argument(
+        "--submit",
+        choices=("openjd", "slurm"),
+        help="print the export as a job instead of rendering: openjd, a template of Open Job "
+        "Description (YAML); slurm, a shell script that submits it to Slurm",
+    )
+    group.add_argument(
+        "--bundle",
+        type=Path,
+        metavar="FOLDER",
+        help="with openjd: write a job bundle that lists the parameter values and all files to "
+        "read, for AWS Deadline Cloud",
+    )
+    group.add_argument(
+        "--chunk",
+        type=whole,
+        metavar="N",
+        help="frames of each task (default: about a minute of work, measured by rendering two "
+        "frames here)",
+    )
+    group.add_argument(
+        "--memory",
+        type=whole,
+        metavar="GIB",
+        help="memory of each task (default: measured in the same way, rounded up)",
+    )
+    group.add_argument("--expect", metavar="VERSION/DRIVER", help=argparse.SUPPRESS)
+    group.add_argument("--cpus", type=whole, metavar="N", help="processors of a task (default 2)")
+    group.add_argument("--gpus", type=whole, metavar="N", help="GPUs of each task (default 0)")
+
+
+def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
+    """Add who makes the frames now, and which of them."""
+    group.add_argument(
+        "--processes",
+        type=whole,
+        metavar="N",
+        help="render with N processes on this machine, which uses many processors better",
+    )
+    add_device_option(group, has_processes=True)
+    group.add_argument(
+        "--cluster",
+        metavar="tcp://HOST:8786",
+        help="render with the workers of this Dask scheduler; `heatlens worker` starts one",
+    )
+    group.add_argument("--agreed", metavar="NAME@HOST", help=argparse.SUPPRESS)
+    group.add_argument(
+        "--fetch",
+        action="store_true",
+        help="with --cluster: send frames back over the network, if the workers cannot reach the "
+        "output folder (default: they write there)",
+    )
+    group.add_argument(
+        "--part",
+        metavar="RANGE",
+        help="render only these frames of the export, as the tasks of a farm do; frames of a movie "
+        "are kept in a folder beside it until an export without --part joins them",
+    )
+    group.add_argument(
+        "--moved",
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("OLD", "NEW"),
+        help="look in the folder NEW for files that the shot names in the folder OLD; may be given "
+        "several times",
+    )
+
+
+def program_of_tasks(on_gpus: bool) -> str:
+    """Return "VERSION/DRIVER" for tasks that are to render as this machine does.
+
+    The driver is missing where there is no OpenGL, and where tasks get a GPU that this machine
+    lacks: jobs are written on the login node of a cluster.
+    """
+    try:
+        ctx = headless_context()
+    except GpuError:
+        return __version__
+    if on_gpus and is_software(ctx):
+        return __version__
+    return f"{__version__}/{ctx.name}"
+
+
+def renderer_of(args: argparse.Namespace, plan: ExportPlan) -> Callable[[], FrameRenderer]:
+    """Return a function that makes a renderer, and compares its program with `--expect`."""
+
+    def made() -> FrameRenderer:
+        renderer = headless_renderer()
+        found = f"{__version__}/{renderer.ctx.name}"
+        _compare(args.expect or "", found, plan.job.shot.plate_options.strict)
+        return renderer
+
+    return made
+
+
+def _compare(wanted: str, found: str, strict: bool) -> None:
+    names = ("heatlens", "OpenGL driver")
+    pairs = zip(names, wanted.split("/", 1), found.split("/", 1), strict=False)
+    others = [
+        f"{name} {here}, not {there}" for name, there, here in pairs if there and there != here
+    ]
+    if not others:
+        return
+    told = f"this machine has {' and '.join(others)}, where the job was written"
+    if strict:
+        raise InputError(f"{told[0].upper()}{told[1:]}. Without --strict it renders nevertheless.")
+    say(f"{told}; pictures may differ slightly.")

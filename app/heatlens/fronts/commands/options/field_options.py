@@ -1,0 +1,143 @@
+"""Make command-line options from the fields of settings, and read the values typed for them.
+
+The range, unit and help of an option are defined on its field, see `heatlens.core.model.option`.
+
+The options of the blur, which many commands share, are made in this way.
+"""
+
+import argparse
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from enum import StrEnum
+from typing import Any, Literal, get_args, get_origin
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.lens.opening_image import OpeningImage
+from heatlens.core.model.option import Option, Values, options_of, type_of
+from heatlens.core.model.shot.settings import DefocusSettings, Method
+from heatlens.fronts.commands.options.value_types import (
+    f_number,
+    finite,
+    millimetres,
+    number,
+    whole,
+    with_point,
+)
+from heatlens.media.plate.opening_picture import read_opening_image
+
+_NUMBERS: dict[str, Callable[[str], float]] = {
+    "": number,
+    "mm": millimetres,
+    "m": finite,
+    "f-stop": f_number,
+}
+Group = argparse.ArgumentParser | argparse._ArgumentGroup
+_USUAL = DefocusSettings()
+
+
+def add_fields(group: Group, kind: type, names: Iterable[str] = ()) -> None:
+    """Add the options of the fields `names` of a dataclass to a parser or group; default all."""
+    told = options_of(kind)
+    for name in names or told:
+        group.add_argument(flag_of(kind, name), **_keywords(type_of(kind, name), told[name]))
+
+
+def flag_of(kind: type, name: str) -> str:
+    """Return the option of a field as it is typed: "--focal-length"."""
+    return f"--{options_of(kind)[name].flag}"
+
+
+def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()) -> Values:
+    """Return the given values for fields of a dataclass, without those that were not given.
+
+    Raises InputError for values that cannot be read, and for numbers outside their range.
+    """
+    told, found = options_of(kind), {}
+    for name in names or told:
+        value = getattr(args, _attribute(told[name]), None)
+        if value is not None and value is not False:
+            found[name] = _value(value, type_of(kind, name), told[name])
+    return found
+
+
+def fill_fields(args: argparse.Namespace, record: object) -> None:
+    """Give options that were not typed the values of `record`, where these are not defaults."""
+    kind: Any = type(record)
+    for name, told in options_of(kind).items():
+        typed, value = getattr(args, _attribute(told)), getattr(record, name)
+        if (typed is None or typed is False) and value != getattr(kind(), name):
+            setattr(args, _attribute(told), value)
+
+
+def attributes_of(kind: type, names: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return the attributes of parsed arguments that hold the options of fields."""
+    told = options_of(kind)
+    return tuple(_attribute(told[name]) for name in names or told)
+
+
+def unasked(method: Method) -> dict[str, list[str]]:
+    """Return the attributes of blur options that a method ignores, grouped by the reason."""
+    found: dict[str, list[str]] = {}
+    for told in options_of(DefocusSettings).values():
+        if told.asked_by is not None and not told.asked_by(method):
+            found.setdefault(told.why_not, []).append(_attribute(told))
+    return found
+
+
+def _attribute(told: Option) -> str:
+    return told.flag.replace("-", "_")
+
+
+def _keywords(kind: Any, told: Option) -> Values:
+    """Return the keyword arguments of `add_argument` for an option."""
+    if kind is bool:
+        return {"action": "store_true", "help": told.help}
+    if get_origin(kind) is tuple:
+        return {"action": "append", "metavar": told.metavar, "help": told.help}
+    if get_origin(kind) is Literal:
+        return {"choices": get_args(kind), "help": told.help}
+    if issubclass(kind, StrEnum):
+        return {"choices": [str(member) for member in kind], "help": told.help}
+    keywords: dict[str, object] = {"metavar": told.metavar, "help": told.help}
+    if told.parse is None and kind in (int, float):
+        keywords["type"] = whole if kind is int else _NUMBERS[told.unit]
+    return keywords
+
+
+def _value(typed: Any, kind: Any, told: Option) -> Any:
+    if get_origin(kind) is tuple:
+        return tuple(_value(one, get_args(kind)[0], told) for one in typed)
+    if kind is OpeningImage:
+        return typed if isinstance(typed, OpeningImage) else read_opening_image(typed)
+    if get_origin(kind) is Literal:
+        return typed
+    if told.parse is not None and isinstance(typed, str):
+        return told.parse(with_point(typed) if kind is float else typed)
+    if issubclass(kind, StrEnum):
+        return kind(typed)
+    if kind in (int, float):
+        _check(typed, told)
+    return typed
+
+
+def _check(value: float, told: Option) -> None:
+    """Raise InputError for a number out of range; the model checks those with a unit."""
+    if told.least is not None and not told.unit and not told.allows(value):
+        low, high = told.least, told.most
+        raise InputError(f"--{told.flag} must be {low:g} to {high:g}, got {value:g}.")
+
+
+def add_blur_options(parser: argparse.ArgumentParser) -> None:
+    """Add the group `blur` to `parser`: an option for each field of DefocusSettings."""
+    group = parser.add_argument_group("blur", "How the blur is computed, not how large it is.")
+    add_fields(group, DefocusSettings)
+
+
+def settings_of(
+    args: argparse.Namespace, unless_given: DefocusSettings = _USUAL
+) -> DefocusSettings:
+    """Return the blur settings of the options; missing ones are taken from `unless_given`.
+
+    Raises InputError for impossible numbers.
+    """
+    return replace(unless_given, **typed_fields(args, DefocusSettings))

@@ -1,0 +1,296 @@
+"""The options of the lens: given values come first, then the plate's header; all are printed.
+
+A lens kit gives the properties and the limits of its lenses. The options for reading a plate take
+lens and film back from them.
+"""
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.lens.aperture import APERTURE_FIELDS
+from heatlens.core.model.lens.filmback import filmback_named
+from heatlens.core.model.lens.lens import Lens, MeasuredFrom, measured_text
+from heatlens.core.model.lens.lens_kit import LensKit
+from heatlens.core.model.option import Values
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.shot import Shot
+from heatlens.fronts.commands.options.field_options import (
+    add_fields,
+    attributes_of,
+    flag_of,
+    typed_fields,
+)
+from heatlens.fronts.commands.output.say import say
+from heatlens.media.documents.lens_kits import kit_shelf
+from heatlens.media.plate.coc_line import depth_at_m, focused_at_pixel, no_distances
+from heatlens.media.plate.estimate.trusted import trust
+from heatlens.media.plate.header.header_lens import MissingLensError, plate_lens
+from heatlens.media.plate.opening_picture import opening_notes, read_opening_image
+from heatlens.media.plate.plate import Plate
+
+# The fields of Lens that a kit limits, and the options that set them.
+_BOUNDED = {
+    "focal_length_mm": ("focal_length",),
+    "f_stop": ("f_stop",),
+    "focus_distance_m": ("focus_distance", "focus_at"),
+}
+
+
+def add_kit_option(group: "argparse._ArgumentGroup") -> None:
+    group.add_argument(
+        "--lens-kit",
+        metavar="NAME[:LENGTH]",
+        help="use a lens of a kit, such as vintage-primes:50: its focal length, character, widest "
+        "stop and close focus; `heatlens kits` lists them",
+    )
+    group.add_argument(
+        "--breathe",
+        action="store_true",
+        help="let the view breathe with focus as the lens of the kit does (default: no breathing); "
+        "--breathing sets it for a lens without a kit",
+    )
+
+
+def kit_of(args: argparse.Namespace) -> LensKit | None:
+    """Return the kit of the options. Raises InputError if there is no such kit."""
+    return None if args.lens_kit is None else kit_shelf().chosen(args.lens_kit)[0]
+
+
+def kit_values(args: argparse.Namespace) -> dict[str, object]:
+    """Return the fields of Lens from --lens-kit: the character, and the focal length if given.
+
+    Raises InputError if two focal lengths are given.
+    """
+    if args.lens_kit is None:
+        if args.breathe:
+            raise InputError(
+                "--breathe lets the view change as the lens of a kit does: give --lens-kit, or "
+                "--breathing with a ratio."
+            )
+        return {}
+    kit, length_mm = kit_shelf().chosen(args.lens_kit)
+    values = kit.character.opening | ({"breathing": _any_breathing(kit)} if args.breathe else {})
+    if length_mm is None:
+        return values
+    if args.focal_length not in (None, length_mm):
+        raise InputError(
+            f"--lens-kit {args.lens_kit} and {flag_of(Lens, 'focal_length_mm')} "
+            f"{args.focal_length:g} give two focal lengths: give one."
+        )
+    return {**values, "focal_length_mm": length_mm}
+
+
+def _any_breathing(kit: LensKit) -> float:
+    """Return the breathing of any lens of the kit; that of the lens in use later replaces it."""
+    return next((lens.breathing for lens in kit.lenses if lens.breathing != 1.0), 1.0)
+
+
+def lens_of_kit(args: argparse.Namespace, lens: Lens) -> Lens:
+    """Return the lens limited to what the kit of the options allows, and print any change.
+
+    Raises InputError if an option requests something that the kit does not have.
+    """
+    kit = kit_of(args)
+    if kit is None:
+        return lens
+    refusal = kit.refusal(lens)
+    bounded = kit.followed(None, lens)
+    if args.breathing is not None:
+        bounded = replace(bounded, breathing=args.breathing)
+    changed = [name for name in _BOUNDED if getattr(bounded, name) != getattr(lens, name)]
+    if any(getattr(args, option, None) is not None for n in changed for option in _BOUNDED[n]):
+        raise InputError(refusal)
+    if refusal:
+        say(f"{refusal} The nearest possible value is used.")
+    return bounded
+
+
+def shot_with_kit(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with the kit of the options, its lens within the kit."""
+    kit = kit_of(args)
+    return shot if kit is None else replace(shot, kit=kit, lens=lens_of_kit(args, shot.lens))
+
+
+# The values that a lens needs; those in the plate's header need not be given.
+_NEEDED = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
+_MEASURED = ("measured_from", "pupil_offset_mm")
+_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "model", "breathing", *_MEASURED)
+_FLAGS = {name: flag_of(Lens, name) for name in (*_NEEDED, "model")}
+_GIVEN_WITH = {**_FLAGS, "focus_distance_m": f"{_FLAGS['focus_distance_m']} or --focus-at"}
+
+
+def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> None:
+    """Add the group `lens` to `parser`: the values of a lens, --filmback and --focus-at.
+
+    If `can_pick` is False, --focus-at is left out, because there is no picture to pick from yet.
+    """
+    group = parser.add_argument_group(
+        "lens",
+        "Values not given are taken from the plate's header or the scene's camera if possible.",
+    )
+    add_fields(group, Lens, ["focal_length_mm"])
+    back = group.add_mutually_exclusive_group()
+    add_fields(back, Lens, ["sensor_width_mm"])
+    back.add_argument("--filmback", metavar="NAME", help='a film back by name, such as "Super 35"')
+    add_fields(group, Lens, ["f_stop"])
+    focus = group.add_mutually_exclusive_group()
+    add_fields(focus, Lens, ["focus_distance_m"])
+    if can_pick:
+        focus.add_argument(
+            "--focus-at", metavar="X,Y", help="focus on the surface at this pixel of the picture"
+        )
+    add_fields(group, Lens, _OTHERS)
+    add_kit_option(group)
+
+
+def sensor_width_of(args: argparse.Namespace) -> float | None:
+    """Return the width in mm of --sensor-width or --filmback; None if neither is given.
+
+    Raises InputError for an unknown film back.
+    """
+    name: str | None = getattr(args, "filmback", None)
+    width_mm: float | None = getattr(args, "sensor_width", None)
+    return width_mm if name is None else filmback_named(name).width_mm
+
+
+def given_lens(args: argparse.Namespace) -> Values:
+    """Return the fields of Lens that the options give, except what --focus-at finds.
+
+    Raises InputError for an invalid distance, an unknown film back, an unknown lens kit or an
+    aperture image that cannot be read.
+    """
+    _read_image(args)
+    values = {**kit_values(args), **typed_fields(args, Lens, (*_NEEDED, *_OTHERS))}
+    _measure_from_pupil(values)
+    width_mm = sensor_width_of(args)
+    return values if width_mm is None else {**values, "sensor_width_mm": width_mm}
+
+
+def _read_image(args: argparse.Namespace) -> None:
+    """Replace the path in --aperture-image by its picture, once. Raises InputError."""
+    if not isinstance(args.aperture_image, str):
+        return
+    args.aperture_image = read_opening_image(args.aperture_image)
+    say(*opening_notes(args.aperture_image, bool(args.blades or args.blade_curvature)))
+
+
+def _measure_from_pupil(values: Values) -> None:
+    """Convert the given focus to a distance from the entrance pupil. Raises InputError."""
+    start = values.get("measured_from", MeasuredFrom.PUPIL)
+    if "pupil_offset_mm" in values and start is MeasuredFrom.PUPIL:
+        raise InputError("--pupil-offset needs --distances-from film-plane.")
+    if "focus_distance_m" in values:
+        offset_m = start.offset_m(values.get("pupil_offset_mm", 0.0))
+        values["focus_distance_m"] -= offset_m
+        if offset_m and values["focus_distance_m"] <= 0:
+            raise InputError(
+                f"A focus at {values['focus_distance_m'] + offset_m:g} m from the film plane lies "
+                f"behind an entrance pupil {offset_m:g} m in front of it."
+            )
+
+
+def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
+    """Return the lens of the options and the plate's header, and a sentence on each value."""
+    values, sources = given_lens(args), sources_of(args)
+    if plate.coc_px is not None:
+        return _lens_of_coc(args, plate, values)
+    if args.focus_at is not None:
+        values["focus_distance_m"] = depth_at_m(plate, *pixel_of(args.focus_at))
+    try:
+        found = plate_lens(plate, values)
+    except MissingLensError as error:
+        raise InputError(error.sentence(_GIVEN_WITH)) from None
+    changed = {
+        "assumed full frame": f"assumed full frame; change it with {_FLAGS['sensor_width_mm']}"
+    }
+    told = {field: changed.get(source, source) for field, source in found.sources.items()}
+    lens = found.lens
+    if args.focus_at is not None:
+        lens = focused_at_pixel(plate, lens, *pixel_of(args.focus_at))
+    lens = lens_of_kit(args, lens)
+    return lens, f"lens: {lens_words(lens, {**told, **sources})}"
+
+
+def sources_of(args: argparse.Namespace) -> dict[str, str]:
+    """Return what sets each field of Lens: an option, a camera or a key."""
+    back = f"film back {args.filmback}" if args.filmback is not None else "--sensor-width"
+    focus = "--focus-distance" if args.focus_at is None else f"--focus-at {args.focus_at}"
+    typed = {**_FLAGS, "sensor_width_mm": back, "focus_distance_m": focus}
+    if args.focal_length is None:
+        typed["focal_length_mm"] = f"--lens-kit {args.lens_kit}"
+    typed |= getattr(args, "origins", {})
+    given = given_lens(args)
+    return {
+        field: option
+        for field, option in typed.items()
+        if field in given or (field == "focus_distance_m" and args.focus_at is not None)
+    }
+
+
+FOLLOWED = "--follow"  # the origin of a focus that is not known yet
+
+
+def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
+    """Return each value of a lens with its origin."""
+    values = {
+        "focal_length_mm": f"focal length {lens.focal_length_mm:g} mm",
+        "sensor_width_mm": f"sensor width {lens.sensor_width_mm:g} mm",
+        "f_stop": f"f/{lens.f_stop:g}",
+        "focus_distance_m": _focus_words(lens, sources["focus_distance_m"]),
+        "model": f"discs of a {lens.model.facts.words}",
+    }
+    return ", ".join(f"{text} ({sources[field]})" for field, text in values.items())
+
+
+def _focus_words(lens: Lens, origin: str) -> str:
+    """Return the focus as text, and from where it is measured if that is not the pupil."""
+    if origin == FOLLOWED:  # it is measured when the lens is complete
+        return "focus on a mark"
+    told = measured_text(lens, lens.focus_distance_m)
+    is_usual = lens.measured_from is MeasuredFrom.PUPIL
+    return f"focus {told}" if is_usual else f"focus {told} from the {lens.measured_from.words}"
+
+
+def _lens_of_coc(
+    args: argparse.Namespace, plate: Plate, values: Mapping[str, Any]
+) -> tuple[Lens, str]:
+    """Return a lens for a plate with circles of confusion, of which only the aperture is used."""
+    if args.focus_at is not None:
+        raise no_distances(plate)
+    said = ["lens: none needed, the plate holds circles of confusion"]
+    ignored = (*attributes_of(Lens, (*_NEEDED, "model")), "filmback")
+    given = [name for name in ignored if getattr(args, name) is not None]
+    said += [f"--{name.replace('_', '-')} is not used" for name in given]
+    return plate_lens(plate, values).lens, ", ".join(said)
+
+
+def pixel_of(text: str) -> tuple[int, int]:
+    """Parse X,Y for --focus-at. Raises InputError for anything else."""
+    try:
+        x, y = (int(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(
+            f"--focus-at takes a pixel as X,Y, got {text!r}. Example: 960,540."
+        ) from None
+    return x, y
+
+
+def add_plate_options(parser: argparse.ArgumentParser) -> None:
+    """Add the group `how to read the plate` to `parser`: an option for each field that has one."""
+    add_fields(parser.add_argument_group("how to read the plate"), PlateOptions)
+
+
+def plate_options(args: argparse.Namespace) -> PlateOptions:
+    """Return the plate options, with lens and film back if the command has options for them.
+
+    Raises HeatlensError for an unknown unit or film back.
+    """
+    trust(getattr(args, "depth_model", None))
+    return PlateOptions(
+        focal_length_mm=getattr(args, "focal_length", None),
+        sensor_width_mm=sensor_width_of(args),
+        **typed_fields(args, PlateOptions),
+    )

@@ -1,0 +1,223 @@
+"""The options for viewing a 3D scene, and the first shot of a scene with these options.
+
+Some convert the seconds of a glTF scene to frames, and choose the animation.
+"""
+
+import argparse
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import FRAMES_PER_SECOND, check_within
+from heatlens.core.model.shot.framing import Framing, SceneTiming, WorldAxis
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.units import parse_scene_unit_m
+from heatlens.fronts.commands.options.lens_options import (
+    given_lens,
+    lens_words,
+    pixel_of,
+    shot_with_kit,
+    sources_of,
+)
+from heatlens.fronts.commands.options.value_types import number, whole
+from heatlens.media.plate.coc_line import focused_at_pixel
+from heatlens.media.scene.first_shot import FirstShot, first_shot
+from heatlens.media.scene.placing import Placing
+
+if TYPE_CHECKING:
+    from heatlens.render.frame_renderer import (
+        FrameRenderer,  # `info`, which has some of these, draws nothing
+    )
+
+_FOCUS = "focus_distance_m"
+_WITH_SECONDS = (".glb", ".gltf")
+
+
+def add_framing_options(
+    parser: argparse.ArgumentParser, has_rate: bool = False
+) -> "argparse._ArgumentGroup":
+    """Add --size, --scene-camera and the options of its timing; return their group.
+
+    `has_rate` says that the command has an option --fps already.
+    """
+    group = parser.add_argument_group("3D scene", "How the scene is viewed; not for plates.")
+    group.add_argument(
+        "--size", type=size_of, metavar="WxH", help="size of the picture (default 1280x720)"
+    )
+    group.add_argument(
+        "--scene-camera",
+        metavar="NAME",
+        help="camera of the scene to use (default: the first; without any, the view shows the "
+        "whole scene)",
+    )
+    add_timing_options(group, has_rate)
+    add_placing_options(group)
+    return group
+
+
+def add_placing_options(group: "argparse._ArgumentGroup") -> None:
+    """Add --up-axis and --meters-per-unit."""
+    group.add_argument(
+        "--up-axis",
+        type=axis_of,
+        metavar="x|y|z",
+        help="up axis of a PLY, STL or OBJ, which do not define it (default: a guess)",
+    )
+    group.add_argument(
+        "--meters-per-unit",
+        type=unit_of,
+        metavar="UNIT",
+        help="unit of a PLY, STL or OBJ: m, cm, mm, ft, in, or a number of metres (default: a "
+        "guess by its size)",
+    )
+
+
+def placing_of(args: argparse.Namespace) -> Placing:
+    """Return the given up axis and unit for a scene whose file does not define them."""
+    return Placing(args.up_axis, args.meters_per_unit)
+
+
+def axis_of(text: str) -> WorldAxis:
+    """Parse x, y or z; argparse turns the error into its own sentence."""
+    try:
+        return WorldAxis(text.lower())
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is none of x, y and z.") from None
+
+
+def unit_of(text: str) -> float:
+    """Parse a unit to metres; argparse turns the error into its own sentence."""
+    try:
+        return parse_scene_unit_m(text)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def size_of(text: str) -> tuple[int, int]:
+    """Parse WxH; argparse turns the error into its own sentence."""
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
+    size = (int(match[1]), int(match[2])) if match else (0, 0)
+    if min(size) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size in pixels. Example: 1920x1080")
+    return size
+
+
+def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
+    """Return the first shot of the scene `text` with the lens and the framing of the options.
+
+    Raises InputError if the scene cannot be read or has no such camera, or the lens lacks a value.
+    """
+    if args.focus_at is not None:
+        raise InputError(
+            "--focus-at needs a picture, and a scene has none until it is rendered: give "
+            "--focus-distance."
+        )
+    return _checked(args, text, _first_shot(args, text))
+
+
+def load_scene(
+    args: argparse.Namespace, renderer: "FrameRenderer", defocus: DefocusSettings
+) -> tuple[Shot, int, tuple[str, ...]]:
+    """Load the scene that `args.plate` names to the GPU.
+
+    Return the shot, the frame, and sentences on the scene and on each value of the lens. Raises
+    InputError if the scene cannot be read or has no such frame, or the lens is not complete.
+    """
+    text = str(args.plate)
+    first = _first_shot(args, text)
+    frame = first.frame if args.frame is None else args.frame
+    check_within(first.shot.frames, text, (frame,))
+    renderer.load_scene(first.scene)
+    if args.focus_at is not None:
+        plate = renderer.look(first.shot, frame).plate
+        focused = focused_at_pixel(plate, first.shot.lens_at(frame), *pixel_of(args.focus_at))
+        first = _first_shot(args, text, {_FOCUS: focused.focus_distance_m})
+    _checked(args, text, first)
+    said = (*first.scene.notes, said_of_lens(args, first, frame))
+    return replace(first.shot, defocus=defocus), frame, said
+
+
+def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with the given size and camera."""
+    framing = shot.framing or Framing()
+    if args.size is not None:
+        framing = replace(framing, width_px=args.size[0], height_px=args.size[1])
+    if args.scene_camera is not None:
+        framing = replace(framing, camera=args.scene_camera, track=None)
+    if args.up_axis is not None:
+        framing = replace(framing, up_axis=args.up_axis)
+    if args.meters_per_unit is not None:
+        framing = replace(framing, meters_per_unit=args.meters_per_unit)
+    return replace(shot, framing=framing)
+
+
+def said_of_lens(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
+    """Return a sentence on the lens at a frame, with the origin of each value."""
+    words = lens_words(first.shot.lens_at(frame), {**first.sources, **sources_of(args)})
+    return f"lens at frame {frame}: {words}"
+
+
+def _first_shot(
+    args: argparse.Namespace, text: str, found: dict[str, object] | None = None
+) -> FirstShot:
+    lens = {**given_lens(args), **(found or {})}
+    timing, placing = timing_of(args, text), placing_of(args)
+    first = first_shot(text, args.size, args.scene_camera, lens, timing, placing)
+    return replace(first, shot=shot_with_kit(args, first.shot))
+
+
+def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:
+    """Raise InputError if the f-stop or the focus is missing, because blur must not be assumed.
+
+    A picture without a lens needs neither.
+    """
+    needed = {"f_stop": "--f-stop", _FOCUS: "--focus-distance"}
+    missing = [option for name, option in needed.items() if name in first.assumed]
+    if missing and not getattr(args, "pinhole", False):
+        options = " and ".join(missing)
+        raise InputError(f"{text}: the scene does not define the whole lens. Give {options}.")
+    return first
+
+
+def add_timing_options(group: "argparse._ArgumentGroup", has_rate: bool = False) -> None:
+    """Add --clip, --first-frame and --fps; `has_rate` says that the command already has --fps."""
+    group.add_argument(
+        "--clip",
+        metavar="NAME",
+        help="animation of a glTF to play, by name or number (`info` lists them; default: all at "
+        "once)",
+    )
+    group.add_argument(
+        "--first-frame",
+        type=whole,
+        metavar="N",
+        help="frame number of the first key of a glTF (default: second 0 is frame 1), or of the "
+        "first frame of a movie (default 1). Blender's frames 101 to 126 at 25 a second are "
+        "--fps 25 --first-frame 101",
+    )
+    if not has_rate:
+        group.add_argument(
+            "--fps",
+            type=number,
+            metavar="N",
+            help=f"frames per second of a glTF (default {FRAMES_PER_SECOND:g})",
+        )
+        group.set_defaults(is_rate_of_scene=True)
+
+
+def timing_of(args: argparse.Namespace, text: str) -> SceneTiming | None:
+    """Return the timing that was given for the scene `text`, None for the usual one.
+
+    A frame rate given for another purpose also applies to a scene that has no frames of its own.
+    Raises InputError for an impossible rate.
+    """
+    rate, has_seconds = args.fps, Path(text).suffix.lower() in _WITH_SECONDS
+    if not has_seconds and not getattr(args, "is_rate_of_scene", False):
+        rate = None
+    if args.clip is None and args.first_frame is None and rate is None:
+        return None
+    rate = FRAMES_PER_SECOND if rate is None else rate
+    return SceneTiming(args.clip, rate, args.first_frame)

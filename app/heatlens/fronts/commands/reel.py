@@ -1,0 +1,114 @@
+"""`heatlens reel`: make a reel of shots, from an edit or from files, and follow a changed edit."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.shot.reel import Reel, ReelShot, named_apart, shot_name
+from heatlens.fronts.commands.output.say import said_once, say, tell
+from heatlens.fronts.commands.reel_options import add_media_options, reel_of, refuse_blurred
+from heatlens.fronts.commands.shots.shot_new import add_shot_options, new_shot
+from heatlens.media.documents.reel_file import REEL_SUFFIX, is_reel, write_reel
+from heatlens.media.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot, write_shot
+from heatlens.media.files.atomic_file import make_folder
+from heatlens.media.plate.parts.header_read import read_color_header
+from heatlens.media.scene.scene_read import check_scene_is_there
+from heatlens.render.source.named import has_camera, source_named
+
+HELP = "make a reel of shots, or follow a changed edit"
+DESCRIPTION = """\
+Makes a reel, a small file with the names of shots in order, from an edit (.otio, .edl, .xml, .aaf)
+or from shot files, plates and scenes. With --shots, each clip gets a shot file with the lens of the
+options and of the plates' headers.
+
+Do it again after the edit has changed: shot files that are there keep their lens, keys and marks,
+and only their part from in to out follows the cut.
+"""
+EPILOG = """\
+examples:
+  heatlens reel cut.otio -o cut.heatreel.json --shots shots --f-stop 2 --focus-distance 2.4
+  heatlens reel cut.edl -o cut.heatreel.json --media /show/plates --edit-fps 25
+  heatlens reel sh010.heatlens.json sh020.heatlens.json -o evening.heatreel.json
+  heatlens export cut.heatreel.json -o 'out/{shot}/{shot}.####.exr'
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("sources", nargs="+", metavar="EDIT", help="an edit; or shots in order")
+    parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{REEL_SUFFIX} to write")
+    parser.add_argument(
+        "--shots", type=Path, metavar="FOLDER", help="write a shot file for each clip into it"
+    )
+    add_media_options(parser)
+    add_shot_options(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the reel and its shots; say what the edit holds that a reel cannot."""
+    if not args.output.name.lower().endswith(REEL_SUFFIX):
+        raise InputError(f"{args.output}: the name of a reel must end in {REEL_SUFFIX}.")
+    reel = _reel(args)
+    say(*(f"{shot.name}: {note}." for shot in reel.shots for note in shot.notes))
+    if args.shots is not None:
+        make_folder(args.shots)
+        with said_once(len(reel.shots)):
+            reel = replace(reel, shots=tuple(_with_file(args, shot) for shot in reel.shots))
+    write_reel(args.output, reel)
+    tell(str(args.output))
+    return 0
+
+
+def _reel(args: argparse.Namespace) -> Reel:
+    """Return the reel of the one edit, or of the shots that were named."""
+    first, *others = args.sources
+    if is_reel(first) and not others:
+        reel = reel_of(args, first)
+        refuse_blurred(first, reel)
+        return reel
+    for text in args.sources:
+        _check_opens(text)
+    shots = (ReelShot(shot_name(Path(text).name.split(".")[0]), text) for text in args.sources)
+    return Reel(args.output.name[: -len(REEL_SUFFIX)], named_apart(tuple(shots)))
+
+
+def _check_opens(text: str) -> None:
+    """Raise InputError for what is not there, or is neither a shot nor what one can show."""
+    if is_reel(text):
+        raise InputError(f"{text} is a reel or an edit itself: name it alone, or name shots.")
+    if is_shot_file(text):
+        read_shot(Path(text))
+    elif has_camera(text):
+        check_scene_is_there(text)
+    elif (first := source_named(text).first_file) is not None:
+        read_color_header(first)
+
+
+def _with_file(args: argparse.Namespace, shot: ReelShot) -> ReelShot:
+    """Return the shot with its shot file as source, which is written or follows the cut."""
+    if not shot.source or is_shot_file(shot.source):
+        return shot
+    path = args.shots / f"{shot.name}{SHOT_SUFFIX}"
+    if path.exists():
+        _follow(path, shot)
+    else:
+        own = argparse.Namespace(
+            **{**vars(args), "plate": shot.source, "mark": [*args.mark, *shot.marks]}
+        )
+        write_shot(path, replace(new_shot(own), in_out=shot.frames, grade=shot.grade))
+    return replace(shot, source=str(path.absolute()))
+
+
+def _follow(path: Path, shot: ReelShot) -> None:
+    """Let a shot file follow the cut; everything else in it stays."""
+    before = read_shot(path)
+    after = replace(before, source=shot.source, in_out=shot.frames, grade=shot.grade)
+    if after == before:
+        return
+    write_shot(path, after)
+    say(f"{shot.name}: the cut shows frames {_words(shot.frames)}, before {_words(before.in_out)}.")
+
+
+def _words(frames: FrameRange | None) -> str:
+    return "all" if frames is None else str(frames)

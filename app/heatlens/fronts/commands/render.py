@@ -1,0 +1,255 @@
+"""`heatlens render`: render one plate or scene through a lens, to an EXR or a PNG."""
+
+import argparse
+import time
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.shot.shot import Shot
+from heatlens.deliver.export.job import DisplayLook
+from heatlens.fronts.commands.options.device_option import add_device_option, use_device
+from heatlens.fronts.commands.options.display_options import (
+    add_display_options,
+    color_header,
+    display_look,
+    say_seen_through,
+)
+from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
+from heatlens.fronts.commands.options.frame_command import add_frame_options, take_one_frame
+from heatlens.fronts.commands.options.given_options import given, refuse_unused
+from heatlens.fronts.commands.options.lens_options import plate_options
+from heatlens.fronts.commands.options.pinhole_output import (
+    add_keep_option,
+    add_pinhole_options,
+    check_pinhole_options,
+    kept_names,
+    rendered_plate,
+)
+from heatlens.fronts.commands.output.picture_progress import picture_progress
+from heatlens.fronts.commands.output.pipes import DASH, file_for_output, file_of_input
+from heatlens.fronts.commands.output.say import say, tell
+from heatlens.fronts.commands.sources.source_commands import commands_for
+from heatlens.media.color.color_config import load_color_config
+from heatlens.media.files.atomic_file import check_space, make_folder
+from heatlens.media.files.marks import blurred_mark
+from heatlens.media.files.picture_formats import words_written
+from heatlens.media.plate.deep.deep_write import write_deep
+from heatlens.media.plate.exr.exr_write import COMPRESSIONS
+from heatlens.media.plate.kept_channels import kept_channels
+from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.plate.picture.picture_write import (
+    Encode,
+    check_output,
+    lens_header,
+    write_picture,
+)
+from heatlens.media.plate.plate import Plate
+from heatlens.media.scene.scene_read import files_of_scene
+from heatlens.render.display.display_values import DisplayValues
+from heatlens.render.frame_renderer import FrameRenderer, drained, headless_renderer
+from heatlens.render.gpu.textures import FloatArray, download
+from heatlens.render.source.named import single_source
+
+_PACKED = 0.1  # size of a well compressed picture, as a part of its uncompressed size
+HELP = "render a plate with depth of field"
+DESCRIPTION = """\
+Puts a lens in front of a pinhole plate (EXR with colour and depth) or a 3D scene (glTF, OBJ, PLY,
+USD) and writes the picture: EXR scene-linear with the lens in its header, or PNG, JPEG or TIFF for
+viewing.
+"""
+EPILOG = """\
+examples:
+  heatlens render plate.exr -o out.exr --f-stop 2 --focus-distance 2.24 \\
+      --focal-length 50 --sensor-width 36
+  heatlens render plate.exr -o out.png --focus-at 960,540 --f-stop 1.4
+  heatlens render plate.exr -o quick.png --f-stop 2 --focus-distance 6ft3in \\
+      --quality draft --proxy 0.5
+  heatlens render plate.exr -o scatter.exr --f-stop 2 --focus-distance 2.24 --method scatter
+  heatlens render scene.glb -o truth.exr --size 1280x720 --method accumulation --views 1024 \\
+      --f-stop 2 --focus-distance 3
+  heatlens render scene.glb -o pinhole.exr --pinhole
+  heatlens render scene.glb -o plate.exr --pinhole --overscan auto --deep --f-stop 2 \\
+      --focus-distance 3
+  heatlens render demo -o demo.png --frame 120
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    add_frame_options(parser, _add_output_options, add_blur_options)
+
+
+def _add_output_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        help=f".exr; for viewing, without overscan: {words_written()}; or - for an EXR on standard "
+        "output. Replaces an existing file, and makes one missing folder",
+    )
+    parser.add_argument(
+        "--behind-out",
+        type=Path,
+        metavar="FILE",
+        help="with --neighbours: also write the hidden surfaces that were found (RGBA and Z) to "
+        "clean.exr or clean.####.exr, a clean plate for --behind",
+    )
+    add_pinhole_options(parser)
+    parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
+    parser.add_argument(
+        "--compression", choices=COMPRESSIONS, help="for EXR (default: as in the plate, or zip)"
+    )
+    add_keep_option(parser)
+    add_device_option(parser)
+    parser.add_argument("--stats", action="store_true", help="print the time of each step")
+    add_display_options(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read, render and write a picture; print all decisions."""
+    is_piped = str(args.output) == DASH
+    with file_of_input(args.plate) as plate, file_for_output(args.output) as output:
+        args.plate, args.output = plate, output
+        _render(args)
+    if not is_piped:
+        tell(str(args.output))
+    return 0
+
+
+def _render(args: argparse.Namespace) -> None:
+    start = time.perf_counter()
+    take_one_frame(args)
+    beside = [*([] if args.depth is None else [args.depth]), *(args.behind or [])]
+    check_output(args.output, *files_of_scene(args.plate), *map(Path, beside))
+    _check_look(args)
+    check_pinhole_options(args, _is_exr(args))
+    settings = settings_of(args)
+    refuse_unused(args, str(args.plate), settings.method)
+    wanted = _kept_names(args, settings)
+    look = _look(args)
+    use_device(args)
+    renderer = headless_renderer()
+    renderer.stopwatch.on = args.stats
+    shot, frame = commands_for(args.plate).load(args, renderer, settings)
+    _check_room(args, shot, renderer)
+    read_done = time.perf_counter()
+    with picture_progress(renderer, shot) as tell:
+        plate, pixels = _picture(args, renderer, shot, frame, tell)
+    if not _is_exr(args):
+        say(*_squeezed(args, plate))
+    if renderer.has_many_views:
+        say(*renderer.loaded.plate.notes)
+    render_done = time.perf_counter()
+    lens = shot.lens_at(frame)
+    if args.deep:
+        make_folder(args.output.parent)
+        attributes = {**plate.attributes, **lens_header(plate, lens), **blurred_mark(False)}
+        write_deep(args.output, plate, attributes, half=not args.float)
+    else:
+        kept, kept_attributes = kept_channels(plate, plate_options(args), wanted)
+        write_picture(
+            *(args.output, pixels, plate, lens, settings.proxy),
+            half=not args.float,
+            compression=args.compression or plate.compression or "zip",
+            encode=srgb_encoded if look is None else _encode(look, renderer),
+            more_channels=_depth_beside(args, plate),
+            more_attributes=kept_attributes,
+            kept_channels=kept,
+            is_blurred=not args.pinhole,
+        )
+    if args.stats:
+        _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
+
+
+def _squeezed(args: argparse.Namespace, plate: Plate) -> tuple[str, ...]:
+    """Return a sentence on a picture of an anamorphic lens, which the window shows wider."""
+    aspect = plate.pixel_aspect_ratio
+    if aspect == 1.0:
+        return ()
+    return (
+        f"the pixels of {plate.path} are {aspect:g} times as wide as high, so {args.output} is "
+        f"squeezed: `heatlens export` with --desqueeze {aspect:g} widens it.",
+    )
+
+
+def _depth_beside(args: argparse.Namespace, plate: Plate) -> dict[str, FloatArray]:
+    """Return the depth channel of a picture without a lens."""
+    return {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
+
+
+def _check_room(args: argparse.Namespace, shot: Shot, renderer: FrameRenderer) -> None:
+    """Raise InputError if the disk has less space than the compressed picture needs."""
+    width, height = renderer.size(shot)
+    values = 4 * width * height * shot.defocus.proxy**2
+    need = values * (4 if args.float else 2) * _PACKED if _is_exr(args) else 0.0
+    check_space(args.output.absolute().parent, need, "the picture")
+
+
+def _picture(
+    args: argparse.Namespace,
+    renderer: FrameRenderer,
+    shot: Shot,
+    frame: int,
+    tell: Callable[[str], None],
+) -> tuple[Plate, FloatArray]:
+    """Return the plate and the pixels to write."""
+    if args.pinhole:
+        plate = rendered_plate(args, renderer, shot, frame)
+        return plate, plate.color
+    pixels = download(drained(renderer.steps(shot, frame), tell))
+    return renderer.loaded.plate, pixels
+
+
+def _is_exr(args: argparse.Namespace) -> bool:
+    return bool(args.output.suffix.lower() == ".exr")
+
+
+def _check_look(args: argparse.Namespace) -> None:
+    wrong = given(args, add_display_options)
+    if wrong and _is_exr(args):
+        if args.ocio is not None:
+            load_color_config(args.ocio)  # report a missing file before all else
+        raise InputError(
+            f"{', '.join(wrong)}: an EXR stays scene-linear for further work. Write a PNG in "
+            "addition."
+        )
+
+
+def _kept_names(args: argparse.Namespace, settings: DefocusSettings) -> tuple[str, ...]:
+    """Return the channels to keep; refuse options that need an EXR of a plate at full size."""
+    for_exr = {"--compression": args.compression, "--keep-channels": args.keep_channels}
+    wrong = [option for option, value in for_exr.items() if value]
+    if wrong and not _is_exr(args):
+        raise InputError(
+            f"{', '.join(wrong)}: these options are for EXR, and {args.output} is not an EXR file."
+        )
+    if not args.keep_channels:
+        return ()
+    options = plate_options(args)
+    return kept_names(args, single_source(args.plate, options), options, settings.proxy)
+
+
+def _look(args: argparse.Namespace) -> DisplayLook | None:
+    """Return the look of the output; None for an EXR, which stays scene-linear."""
+    if _is_exr(args):
+        return None
+    options = plate_options(args)
+    header = color_header(single_source(args.plate, options).first_file, options)
+    return display_look(args, header)
+
+
+def _encode(look: DisplayLook, renderer: FrameRenderer) -> Encode:
+    """Return the encoding for the output: the view transform, as an export has it."""
+    say_seen_through(look.transform)
+    return DisplayValues(renderer.ctx, look.transform, look.exposure_stops, look.gamma).encode
+
+
+def _say_stats(renderer: FrameRenderer, at: tuple[float, float, float, float]) -> None:
+    read, render, write = (1e3 * (b - a) for a, b in pairwise(at))
+    say(f"read {read:.0f} ms, render {render:.0f} ms, write {write:.0f} ms")
+    say(f"on {renderer.ctx.name}, solver {renderer.solver.name}")
+    for name, entry in renderer.stopwatch.times.items():
+        say(f"  {name:24} {1e3 * entry.seconds:8.1f} ms  {entry.runs:3d} x")

@@ -1,0 +1,89 @@
+"""`heatlens serve`: a session for browsers alone, without a window."""
+
+import argparse
+from threading import Event
+
+from heatlens.core.base.paths import preferences_dir, rendered_frames_dir
+from heatlens.core.base.stopping import StopSignals
+from heatlens.fronts.commands.options.device_option import add_device_option, use_device
+from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.view import (
+    add_share_options,
+    add_view_options,
+    open_with,
+    share_options_of,
+    tell_links,
+)
+from heatlens.render.frame_renderer import headless_renderer
+from heatlens.render.gpu.context import is_software
+from heatlens.studio.session.session import Session
+from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.session.shot.start import Start
+from heatlens.studio.share.headless import HeadlessLoop
+from heatlens.studio.share.sharing import Sharing
+
+HELP = "share a picture with tablets and browsers, without a window"
+DESCRIPTION = """\
+Serves the director's page: any browser, on a tablet, a phone or a laptop, turns the lens of the
+picture that this machine renders. It needs no display, so it also runs over SSH or in a container.
+Open the printed link, or scan the code with the tablet's camera. The link is a key: whoever has it
+can turn the lens, but can open or write no file. The second link may only look, for clients.
+"""
+EPILOG = """\
+examples:
+  heatlens serve                             # the demo, for a browser on this machine
+  heatlens serve shot.heatlens.json --address 192.168.1.20   # for the tablets of this network
+  heatlens serve plate.exr --address 192.168.1.20 --certificate stage.pem   # with TLS
+  ssh -L 8870:localhost:8870 workstation heatlens serve plate.exr   # through SSH
+
+Ctrl-C ends it. Changes are kept as unsaved changes of the shot, which `heatlens view` offers.
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments and options."""
+    parser.add_argument(
+        "plate",
+        nargs="?",
+        help="what to open, as for `heatlens view`: a plate, a sequence, a scene or a shot "
+        "(default: the demo)",
+    )
+    add_device_option(parser)
+    parser.add_argument(
+        "--address",
+        default="",
+        metavar="HOST[:PORT]",
+        help="the address of this machine that tablets reach, such as 192.168.1.20 (default: only "
+        "this machine, port 8870)",
+    )
+    add_share_options(parser)
+    add_view_options(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until Ctrl-C."""
+    use_device(args)
+    if not args.plate and args.listen is None:
+        args.demo = True
+    return open_with(args, lambda start: _serve(args, start))
+
+
+def _serve(args: argparse.Namespace, start: Start) -> None:
+    sharing, news = Sharing(share_options_of(args, args.address)), Event()
+    sharing.shared.wake = news.set
+    sharing.begin(say)
+    try:
+        tell_links(sharing)
+        renderer = headless_renderer()
+        preferences = Preferences.load(preferences_dir())
+        session = Session(
+            *(renderer, start, news.set, preferences, rendered_frames_dir()),
+            is_software(renderer.ctx),
+        )
+        session.begin()
+        with StopSignals(news.set) as stops:
+            HeadlessLoop(session, sharing.shared, news).run(lambda: bool(stops.number))
+        session.close()
+        stops.raise_if_stopped()
+    finally:
+        sharing.end()

@@ -1,0 +1,155 @@
+"""The options of `heatlens shot new` that let the focus follow a mark."""
+
+import argparse
+import re
+from dataclasses import replace
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.focus.live_focus import Follow, LiveFocus, Pursuit
+from heatlens.core.model.marks.marks import MatteMark
+from heatlens.core.model.marks.track_mark import TrackMark
+from heatlens.core.model.shot.pull import baked
+from heatlens.core.model.shot.shot import Shot
+from heatlens.fronts.commands.options.field_options import add_fields, typed_fields
+from heatlens.fronts.commands.output.progress_line import progress_line
+from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.sources.source_commands import commands_for
+from heatlens.media.sequence.names import frames_text
+from heatlens.render.source.live_focus import measured
+
+_PULL = re.compile(r"([^@]+)@(-?\d{1,9})\+(\d{1,6})")
+
+
+def add_follow_options(parser: argparse.ArgumentParser) -> None:
+    """Add the group `focus that follows`."""
+    group = parser.add_argument_group(
+        "focus that follows", "The focus is measured on the plates, and reduced to few keys."
+    )
+    group.add_argument(
+        "--follow",
+        metavar="NAME[=WHAT]",
+        help="let the focus follow a mark at every frame: one of --mark, or a new one, such as "
+        "A=cryptomatte:hero; --focus-distance is not needed then",
+    )
+    group.add_argument(
+        "--follow-pull",
+        action="append",
+        default=[],
+        metavar="NAME@FRAME+FRAMES",
+        help="leave the followed mark at a frame for another one, made with --mark, and arrive so "
+        "many frames later: B@1040+18; may be repeated",
+    )
+    group.add_argument(
+        "--live",
+        action="store_true",
+        help="keep the following itself in the shot, in place of keys: what is made of the shot is "
+        "measured again where the plates have changed",
+    )
+    add_fields(group, Follow)
+
+
+def followed_name(args: argparse.Namespace) -> str | None:
+    """Return the name of the mark that the focus follows; None without --follow.
+
+    Raises InputError where something else sets the focus, and for options without --follow.
+    """
+    if args.follow is None:
+        if typed_fields(args, Follow) or args.follow_pull or args.live:
+            raise InputError(
+                "--live and --follow-... need --follow, which names the mark to follow."
+            )
+        return None
+    if any(text.startswith("focus@") for text in args.key):
+        raise InputError("--follow sets the focus at every frame: leave --key focus@... out.")
+    return str(args.follow).partition("=")[0].partition("@")[0]
+
+
+def shot_with_tracks(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with its tracked surfaces followed; say where they are in doubt.
+
+    Raises InputError where they cannot be followed, and for a thing that no frame has.
+    """
+    for mark in shot.marks:
+        if isinstance(mark, MatteMark):
+            commands_for(args.plate).check_thing(args, mark)
+    marks = [
+        commands_for(args.plate).tracked(args, shot, mark) if isinstance(mark, TrackMark) else mark
+        for mark in shot.marks
+    ]
+    for mark in marks:
+        if isinstance(mark, TrackMark) and (frames := mark.doubted):
+            say(
+                f"{mark.name} looks different at frames {frames_text(frames)}: look there, and "
+                "correct it with one more X,Y@FRAME if it is wrong."
+            )
+    return replace(shot, marks=tuple(marks))
+
+
+def shot_that_follows(args: argparse.Namespace, shot: Shot, name: str) -> Shot:
+    """Return the shot with a focus that follows its mark; say where the mark is hidden.
+
+    Raises InputError where the shot has no such mark or no plates, and where the mark cannot be
+    measured on them.
+    """
+    pursuits = (Pursuit(name), *map(_pursuit, args.follow_pull))
+    for pursuit in pursuits:
+        if not any(mark.name == pursuit.mark for mark in shot.marks):
+            raise InputError(
+                f"--follow {pursuit.mark}: there is no such mark. Add --mark {pursuit.mark}=WHAT."
+            )
+    live = LiveFocus(pursuits, Follow(**typed_fields(args, Follow)))
+    keyless = replace(shot.curves.focus_distance_m, keys=())
+    curves = replace(shot.curves, focus_distance_m=keyless, live=live)
+    with progress_line() as show:
+        after = measured(replace(shot, curves=curves), show)
+    assert after.curves.live is not None
+    _say_hidden(after.curves.live)
+    over = _counted(len(after.curves.live.frames), "frame")
+    followed = f"the focus follows {live.words} over {over}"
+    if args.live:
+        say(f"{followed}, live.")
+    else:
+        after = baked(after)
+        say(f"{followed} with {_counted(len(after.curves.focus_distance_m.keys), 'key')}.")
+    first = after.frames.first if after.frames else 1
+    return replace(after, lens=replace(shot.lens, focus_distance_m=_focus_m(after, first)))
+
+
+def measured_now(shot: Shot) -> Shot:
+    """Return the shot with a focus that follows measured again, if its files have changed; say so.
+
+    Raises InputError as `measured` does.
+    """
+    with progress_line() as show:
+        after = measured(shot, show)
+    live = shot.curves.live
+    if after != shot and live is not None and live.measured:
+        say(f"what {live.words} is on has changed since it was measured: the focus is new.")
+    return after
+
+
+def _focus_m(shot: Shot, frame: int) -> float:
+    return shot.lens_at(frame).focus_distance_m
+
+
+def _counted(count: int, what: str) -> str:
+    return f"1 {what}" if count == 1 else f"{count} {what}s"
+
+
+def _say_hidden(live: LiveFocus) -> None:
+    for it in live.measured:
+        places = zip(live.frames, it.distances_m, strict=True)
+        hidden = [frame for frame, far_m in places if far_m is None]
+        if hidden:
+            say(
+                f"{it.mark} is hidden, or out of the picture, at frames {frames_text(hidden)}: "
+                "there the focus moves on to where it is seen again."
+            )
+
+
+def _pursuit(text: str) -> Pursuit:
+    """Parse "B@1040+18". Raises InputError for anything else."""
+    match = _PULL.fullmatch(text)
+    if match is None:
+        raise InputError(f"--follow-pull {text}: write a mark, a frame and a length: B@1040+18.")
+    return Pursuit(match[1], int(match[2]), int(match[3]))

@@ -1,0 +1,319 @@
+"""`heatlens shot new`: write a shot file from options, even before the first frame exists.
+
+Keys and focus marks are typed so: `focus@1001=0.94:linear`, `A=6'3"`, `B@960,540`,
+`C=cryptomatte:hero`.
+"""
+
+import argparse
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.curve import Key
+from heatlens.core.model.curves.frames import FRAMES_PER_SECOND, parse_frame_range
+from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.lens.lens import Lens, from_pupil_m, parse_measured_m
+from heatlens.core.model.marks import marks
+from heatlens.core.model.marks.mark import Mark
+from heatlens.core.model.marks.marks import TYPED_MARK, DistanceMark, mark_of
+from heatlens.core.model.option import or_meant
+from heatlens.core.model.shot.pull import frames_too_close
+from heatlens.core.model.shot.shot import FOCUS_SCALES, LensParameter, Shot
+from heatlens.core.model.units import format_distance, parse_distance_m
+from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
+from heatlens.fronts.commands.options.given_options import refuse_unused
+from heatlens.fronts.commands.options.lens_options import (
+    FOLLOWED,
+    add_lens_options,
+    add_plate_options,
+    plate_options,
+    shot_with_kit,
+)
+from heatlens.fronts.commands.options.scene_options import add_framing_options
+from heatlens.fronts.commands.options.shot_camera import (
+    add_camera_option,
+    camera_of,
+    decided_otherwise,
+    said_of,
+    with_camera_values,
+)
+from heatlens.fronts.commands.options.value_types import number
+from heatlens.fronts.commands.output.pipes import DASH, file_of_input
+from heatlens.fronts.commands.output.plate_words import first_plate, say_doubts_of_shot
+from heatlens.fronts.commands.output.say import say, tell
+from heatlens.fronts.commands.shots.following import (
+    add_follow_options,
+    followed_name,
+    shot_that_follows,
+    shot_with_tracks,
+)
+from heatlens.fronts.commands.sources.shot_plate import on_frames_of_plate
+from heatlens.fronts.commands.sources.source_commands import commands_for
+from heatlens.media.camera.into_shot import with_camera
+from heatlens.media.camera.samples import CameraSamples
+from heatlens.media.documents.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.media.sequence.names import frames_text
+
+HELP = "write a shot file"
+DESCRIPTION = """\
+Writes a shot file: the plate or 3D scene, the lens with its keys, focus marks, frames and blur. The
+plate's frames may be rendered later, unless the lens is to be taken from their header.
+"""
+EPILOG = """\
+examples:
+  heatlens shot new 'plate.####.exr' -o s.heatlens.json --focal-length 50 --sensor-width 36 \\
+      --f-stop 1.3 --key focus@1001=0.94 --key focus@1024=3.83
+  heatlens shot new 'plate.####.exr' -o s.heatlens.json --key focus@1001=6ft3in \\
+      --key focus@1024=inf:linear --key f-stop@1010=2.8 --mark A=6ft3in --mark B@960,540
+  heatlens shot new 'plate.####.exr' -o s.heatlens.json --f-stop 1.4 --follow A=cryptomatte:hero
+  heatlens shot new scene.glb -o s.heatlens.json --f-stop 2 --focus-distance 3 --size 1920x1080
+"""
+KEYED = {parameter.typed: parameter for parameter in LensParameter}
+_KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
+
+Keys = dict[LensParameter, list[Key]]
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "plate",
+        help="the plate: a pattern such as 'plate.####.exr' or one file; or a 3D scene; or - to "
+        "take the lens from a plate on standard input",
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{SHOT_SUFFIX} to write")
+    parser.add_argument("--overwrite", action="store_true", help="replace an existing shot file")
+    add_shot_options(parser)
+    parser.set_defaults(run=run)
+
+
+def add_shot_options(parser: argparse.ArgumentParser) -> None:
+    """Add every option but the plate and the output."""
+    add_camera_option(parser)
+    _add_time_options(parser)
+    add_follow_options(parser)
+    add_lens_options(parser)
+    add_blur_options(parser)
+    add_plate_options(parser)
+    add_framing_options(parser, has_rate=True)
+
+
+def _add_time_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("over time")
+    _add_keys_and_marks(group)
+    group.add_argument(
+        "--focus-interpolation",
+        choices=FOCUS_SCALES,
+        default="dioptres",
+        help="interpolate focus between keys in dioptres, like a focus ring (default), or metres",
+    )
+    group.add_argument(
+        "--frames", metavar="FIRST-LAST", help="default: those of the plate, else those of the keys"
+    )
+    group.add_argument("--in-out", metavar="FIRST-LAST", help="the part to play (default all)")
+    group.add_argument(
+        "--fps", type=number, metavar="N", help=f"default: the camera's, else {FRAMES_PER_SECOND:g}"
+    )
+    group.add_argument(
+        "--start-timecode",
+        metavar="HH:MM:SS:FF",
+        help="timecode of the first frame (default: from the plates' headers)",
+    )
+    group.add_argument(
+        "--close-focus", metavar="DISTANCE", help="nearest focus of the lens, for warnings"
+    )
+
+
+def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
+    group.add_argument(
+        "--key",
+        action="append",
+        default=[],
+        metavar="PARAMETER@FRAME=VALUE[:PATH]",
+        help=f"{', '.join(KEYED)} at a frame, and the path to the next key: "
+        f"{', '.join(Interpolation)} (default smooth); may be repeated",
+    )
+    group.add_argument(
+        "--mark",
+        action="append",
+        default=[],
+        metavar="NAME=DISTANCE",
+        help=f"focus mark {', '.join(kind.help for kind in marks.KINDS)}; may be repeated",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the shot; print what was found, and frames nearer than the close focus."""
+    _check_output(args.output, args.overwrite)
+    shot = _piped_shot(args) if args.plate == DASH else new_shot(args)
+    write_shot(args.output, shot)
+    close = frames_too_close(shot)
+    if close:
+        limit = format_distance(shot.lens.close_focus_m or 0.0)
+        say(f"focus is nearer than the close focus of {limit} at frames {frames_text(close)}.")
+    tell(str(args.output))
+    return 0
+
+
+def _piped_shot(args: argparse.Namespace) -> Shot:
+    """Return the shot of a plate on standard input, which has no name to find it again."""
+    with file_of_input(Path(DASH)) as plate:
+        shot = new_shot(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
+    say(
+        "standard input has no file name, so the shot has no plate: give one with `heatlens "
+        "export --plate`."
+    )
+    return replace(shot, source=None)
+
+
+def new_shot(args: argparse.Namespace) -> Shot:
+    """Return the shot of the options and of `args.plate`, after checking each key."""
+    keys, follows = keys_of(args.key), followed_name(args)
+    camera = on_frames_of_plate(args, camera_of(args))
+    kept = decided_otherwise(args, keys)
+    given = args if camera is None else with_camera_values(args, camera, kept)
+    given = _with_first_keys(given, keys)
+    if follows is not None:
+        given = _with_any_focus(given)
+    refuse_unused(args, args.plate, settings_of(args).method)
+    shot = _with_options(args, commands_for(args.plate).new_shot(given, camera))
+    if camera is not None:
+        shot = with_camera(shot, _from_pupil(camera, shot.lens), kept)
+        say(*camera.notes, said_of(camera, shot, args.camera, kept))
+    shot = _with_keys(shot, keys)
+    shot = shot_with_tracks(given, shot)
+    if follows is not None:
+        shot = shot_that_follows(given, shot, follows)
+    _say_outside(shot)
+    say_doubts_of_shot(shot, first_plate(shot), camera)
+    return shot
+
+
+def _say_outside(shot: Shot) -> None:
+    """Warn of keys outside the shot, which are allowed but mostly typing mistakes."""
+    span = shot.frames
+    outside = [f"{frame:g}" for frame in shot.key_frames if span is not None and frame not in span]
+    if outside:
+        which = "a key" if len(outside) == 1 else "keys"
+        kept = "it is kept and counts" if len(outside) == 1 else "they are kept and count"
+        where = f"{which} outside at {', '.join(outside)}"
+        say(f"{shot.source} has frames {span}, with {where}: {kept} for the frames between keys.")
+
+
+def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with the values that come only from options."""
+    if args.close_focus is not None:
+        shot = replace(
+            shot,
+            lens=replace(shot.lens, close_focus_m=parse_measured_m(shot.lens, args.close_focus)),
+        )
+    is_new = args.follow is not None and TYPED_MARK.fullmatch(args.follow)
+    named = [*args.mark, *([args.follow] if is_new else [])]
+    made = replace(
+        shot_with_kit(args, shot),
+        defocus=settings_of(args),
+        plate_options=plate_options(args),
+        marks=(*shot.marks, *(_mark_from_pupil(mark_of(text), shot.lens) for text in named)),
+        in_out=parse_frame_range(args.in_out) if args.in_out else None,
+    ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
+    return made if args.start_timecode is None else made.started_at(args.start_timecode)
+
+
+def _with_keys(shot: Shot, keys: Keys) -> Shot:
+    """Return the shot with its keys; each must make a possible lens."""
+    for parameter, typed in keys.items():
+        if parameter is LensParameter.FOCUS_DISTANCE:
+            typed = [replace(key, value=from_pupil_m(shot.lens, key.value)) for key in typed]
+        shot = shot.with_curve(parameter, replace(shot.curves.of(parameter), keys=tuple(typed)))
+    for frame in shot.key_frames:
+        shot.lens_at(frame)
+    return shot
+
+
+def _from_pupil(camera: CameraSamples, lens: Lens) -> CameraSamples:
+    """Return the camera with its focus distances converted to distances from the entrance pupil."""
+    if camera.focus_distance_m is None or not lens.measuring_offset_m:
+        return camera
+    focus_m = tuple(from_pupil_m(lens, distance_m) for distance_m in camera.focus_distance_m)
+    return replace(camera, focus_distance_m=focus_m)
+
+
+def _mark_from_pupil(mark: Mark, lens: Lens) -> Mark:
+    if not isinstance(mark, DistanceMark) or not lens.measuring_offset_m:
+        return mark
+    return replace(mark, distance_m=from_pupil_m(lens, mark.distance_m))
+
+
+def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:
+    """Return the options with the first key of each keyed parameter as its value."""
+    given = argparse.Namespace(**vars(args))
+    given.origins = {**getattr(args, "origins", {}), **dict.fromkeys(map(str, keys), "--key")}
+    for parameter in LensParameter:
+        if parameter in keys:
+            _say_unused(args, parameter.attribute)
+            setattr(given, parameter.attribute, keys[parameter][0].value)
+    if LensParameter.FOCUS_DISTANCE in keys:
+        _say_unused(args, "focus_at")
+        given.focus_distance, given.focus_at = repr(given.focus_distance), None
+    return given
+
+
+def _with_any_focus(args: argparse.Namespace) -> argparse.Namespace:
+    """Return the options with a provisional focus, until the followed mark is measured."""
+    given = argparse.Namespace(**vars(args))
+    given.origins = {**getattr(args, "origins", {}), "focus_distance_m": FOLLOWED}
+    given.focus_distance, given.focus_at = "1", None
+    return given
+
+
+def _say_unused(args: argparse.Namespace, option: str) -> None:
+    if getattr(args, option) is not None:
+        say(f"--{option.replace('_', '-')} is not used, because keys set it at every frame.")
+
+
+def _check_output(path: Path, overwrite: bool) -> None:
+    if not path.name.endswith(SHOT_SUFFIX) or path.name == SHOT_SUFFIX:
+        raise InputError(f"{path}: the name of a shot file must end in {SHOT_SUFFIX}.")
+    if path.is_file() and not overwrite:
+        raise InputError(f"{path} already exists. Replace it with --overwrite.")
+
+
+def keys_of(texts: list[str]) -> Keys:
+    """Parse keys into a list for each parameter. Raises InputError for an invalid key."""
+    keys: Keys = {}
+    for text in texts:
+        match = _KEY.fullmatch(text)
+        if match is None or match[1] not in KEYED:
+            raise _no_key(text, _key_hint(text))
+        parameter = KEYED[match[1]]
+        keys.setdefault(parameter, []).append(_key(text, parameter, match))
+    return {name: sorted(found, key=lambda key: key.frame) for name, found in keys.items()}
+
+
+def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
+    _, frame, value, path = match.groups()
+    is_focus = parameter is LensParameter.FOCUS_DISTANCE
+    try:
+        return Key(
+            float(frame),
+            parse_distance_m(value) if is_focus else float(value),
+            Interpolation.SMOOTH if path is None else Interpolation(path),
+        )
+    except ValueError:
+        raise _no_key(text) from None
+
+
+def _key_hint(text: str) -> str:
+    """Return a sentence on a key without a frame, or with a name like another one; else ""."""
+    name, sign, value = text.partition("=")
+    if sign and name in KEYED:
+        return f" The frame is missing, as in {name}@1001={value}."
+    return or_meant(name.partition("@")[0], KEYED)
+
+
+def _no_key(text: str, hint: str = "") -> InputError:
+    return InputError(
+        f"--key takes PARAMETER@FRAME=VALUE, such as focus@1001=6'3\" or f-stop@1010=2.8:linear; "
+        f"parameters are {', '.join(KEYED)}; paths are {', '.join(Interpolation)}; "
+        f"got {text!r}.{hint}"
+    )

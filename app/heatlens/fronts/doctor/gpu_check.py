@@ -1,0 +1,288 @@
+"""Check OpenGL: its version and limits, the build of every shader, and the line solvers.
+
+A solver is right if the blur of a small random picture equals the same blur in float64. Shaders are
+built in every variant that the program uses.
+"""
+
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.base.errors import GpuError, ShaderError
+from heatlens.core.base.paths import data_dir
+from heatlens.core.model.view.overlays import overlays_by_name
+from heatlens.fronts.doctor.finding import Finding
+from heatlens.media.color.view_transform import srgb_transform
+from heatlens.render.defocus import pass_list
+from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion, pole_layers
+from heatlens.render.defocus.kernels import Kernel, named_kernel
+from heatlens.render.defocus.line_solver import (
+    SOLVERS,
+    Axis,
+    LineSolver,
+    LineSystem,
+    PartitionSolver,
+    SweepSolver,
+)
+from heatlens.render.gpu.context import is_software
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.program import ComputeProgram, DrawProgram
+from heatlens.render.gpu.program_versions import PLAIN, Variants, crossed, either
+from heatlens.render.gpu.textures import FloatArray, download, new_array, new_texture, upload
+
+_LIMITS = {
+    "texture_side_px": "largest texture",
+    "storage_block_bytes": "storage block",
+    "group_invocations": "invocations of a workgroup",
+}
+# Fragment shaders whose vertex shader has another name.
+_VERTEX = {f"scene_{name}": "scene_mesh" for name in ("cover", "depth", "surface")}
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+KERNELS = ("heat", "disc_2", "disc_4")
+TOLERANCE = 2e-5  # for colours in 0..1, solved in float32
+_SIZE = (96, 64)
+_COC_MAX_PX = 40.0
+_COMPACT_FULL_PX = 4.0  # diameter from which the Laplacian is fully compact
+Build = tuple[str, dict[str, object]]
+
+_AXES: tuple[Axis, ...] = ("rows", "columns")
+_SIZES_PX = ((1920, 1080), (3840, 2160))  # in larger ones an invocation solves more pixels
+_SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
+_STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
+_STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
+
+
+@dataclass
+class Gpu:
+    """The context that the checks share, made on first use."""
+
+    make_context: Callable[[], Device]
+    tell: Callable[[str], None] = lambda _: None  # is called with the words of each part
+    _made: list[Device] = field(default_factory=list)
+
+    @property
+    def ctx(self) -> Device:
+        """The context. Raises GpuError if there is no OpenGL 4.3."""
+        if not self._made:
+            self._made.append(self.make_context())
+        return self._made[0]
+
+    def device(self) -> Iterator[Finding]:
+        """Report the driver and its limits."""
+        device = self.ctx
+        limits = {name: getattr(device.limits, name) for name in _LIMITS}
+        details = {
+            "renderer": device.name,
+            "vendor": device.vendor,
+            "version": device.version,
+            "is_software": is_software(self.ctx),
+            **limits,
+        }
+        listed = ", ".join(f"{_LIMITS[name]} {value}" for name, value in limits.items())
+        kind = "on the processor" if details["is_software"] else "on a GPU"
+        said = f"{details['renderer']}, OpenGL {details['version']}, {kind}; {listed}"
+        yield Finding("OpenGL", "ok", said, details)
+
+    def shaders(self) -> Iterator[Finding]:
+        """Build every shader in every variant."""
+        builds = solver_builds() + pass_builds()
+        refused: list[str] = []
+        for words, build in zip(shader_words(), builds, strict=True):
+            self.tell(words)
+            try:
+                _build(self.ctx, build)
+            except ShaderError as error:
+                refused.append(" ".join(str(error).split()))
+        for words in refused:
+            yield Finding("shaders", "fault", words)
+        built = len(builds) - len(refused)
+        said = f"{built} of {len(builds)} builds"
+        details = {"built": built, "refused": refused}
+        yield Finding("shaders", "fault" if refused else "ok", said, details)
+
+    def solvers(self) -> Iterator[Finding]:
+        """Compare each solver on random lines with NumPy in float64."""
+        for name, make in SOLVERS.items():
+            self.tell(solver_words(name))
+            solver = make(self.ctx)
+            errors = {kernel: worst_error(self.ctx, solver, kernel) for kernel in KERNELS}
+            solver.release()
+            worst = max(errors.values())
+            good = worst <= TOLERANCE
+            said = f"{name}: off by {worst:.1e} at most (allowed {TOLERANCE:.0e})"
+            details = {"solver": name, "errors": errors}
+            yield Finding("solvers", "ok" if good else "fault", said, details)
+
+    def errors(self) -> Iterator[Finding]:
+        """Report whether the previous checks left an error in OpenGL."""
+        error = self.ctx.error
+        if error:
+            raise GpuError(f"OpenGL reports an error: {error}.")
+        yield Finding("OpenGL errors", "ok", "none")
+
+
+def shader_words() -> list[str]:
+    """Return the words of each part of the check of shaders."""
+    count = len(solver_builds()) + len(pass_builds())
+    return [f"shader {number} of {count}" for number in range(1, count + 1)]
+
+
+def solver_words(name: str) -> str:
+    """Return the words of the check of one solver."""
+    return f"solver {name}"
+
+
+def _build(ctx: Device, build: Build) -> None:
+    """Compile, link and release. Vertex shaders are built with their fragment shaders."""
+    name, defines = build
+    stem, stage, _ = name.split(".")
+    if stage == "frag":
+        DrawProgram(ctx, _vertex_of(stem), stem, defines).release()
+    elif stage == "comp":
+        functions = srgb_transform().glsl if stem.startswith("display") else ""
+        ComputeProgram(ctx, name, defines, functions).release()
+
+
+def _vertex_of(fragment: str) -> str:
+    """Return the vertex shader of the same or a shorter name: `picture` for `picture_detail`."""
+    name = _VERTEX.get(fragment, fragment)
+    while "_" in name and not (data_dir("shaders") / f"{name}.vert.glsl").is_file():
+        name = name.rpartition("_")[0]
+    return name
+
+
+def worst_error(ctx: Device, solver: LineSolver, kernel_name: str) -> float:
+    """Return the largest difference between GPU and float64, in colours of 0..1."""
+    rng = np.random.default_rng(20060106)
+    width, height = _SIZE
+    color = rng.random((height, width, 4), np.float32)
+    coc = (_COC_MAX_PX * rng.random((height, width)) ** 4).astype(np.float32)
+    coc[rng.random((height, width)) < 0.3] = _COC_MAX_PX  # flat parts, and pixels in focus
+    coc[rng.random((height, width)) < 0.05] = 0.0
+    kernel = named_kernel(kernel_name)
+    expected = blurred_float64(color.astype(np.float64), coc.astype(np.float64), kernel)
+    return float(np.abs(_blurred(ctx, solver, color, coc, kernel) - expected).max())
+
+
+def _blurred(
+    ctx: Device, solver: LineSolver, color: FloatArray, coc: FloatArray, kernel: Kernel
+) -> FloatArray:
+    color_tx, coc_tx, out = (new_texture(ctx, _SIZE, count) for count in (4, 1, 4))
+    poles = new_array(ctx, solver.between_size(_SIZE), pole_layers(kernel, "f4"), 4)
+    upload(color_tx, color)
+    upload(coc_tx, coc)
+    what = Diffusion(color_tx, coc_tx, kernel, (1.0, 1.0))
+    BlurPass(solver).run(what, BlurTargets(poles, out))
+    result = download(out)
+    for texture in (color_tx, coc_tx, out, poles):
+        texture.release()
+    return result
+
+
+def blurred_float64(color: Array, coc: Array, kernel: Kernel) -> Array:
+    """Compute the result of `BlurPass` for `color` (H, W, C) and `coc` (H, W) by dense matrices."""
+    rows = [_solved(coc, kernel, kappa, color) for kappa in kernel.poles]
+    out = np.zeros(color.shape)
+    for b, kappa in enumerate(kernel.poles):
+        mixed = np.asarray(sum(kernel.mix[a, b] * row for a, row in enumerate(rows)))
+        out += _solved(coc.T, kernel, kappa, mixed.swapaxes(0, 1)).real.swapaxes(0, 1)
+    return out
+
+
+def _solved(coc: Array, kernel: Kernel, kappa: complex, x: Array | Complex) -> Complex:
+    """Return (1 + kappa d^2 L)^-1 x along each line of `coc` (lines, n), L compact.
+
+    X is (lines, n, channels); its ends go on beyond the line.
+    """
+    conductance = np.minimum(coc[:, 1:], coc[:, :-1]) ** 2
+    compact = _laplacian(_compact(conductance, kernel))
+    system = np.eye(coc.shape[-1]) + (kappa + 0j) * _laplacian(conductance) - compact
+    given = x.astype(np.complex128) - np.einsum("lij,ljc->lic", compact, x)
+    for end in (0, -1):
+        beyond = coc[:, end] ** 2
+        flow = kappa * beyond - _compact(beyond, kernel)
+        heat = (np.sqrt(1.0 + 4.0 * flow + 0j) - 1.0) / 2.0  # for infinitely many pixels
+        system[:, end, end] += heat
+        given[:, end] = given[:, end] + heat[:, None] * x[:, end]
+    return np.asarray(np.linalg.solve(system, given), np.complex128)
+
+
+def _compact(conductance: Array, kernel: Kernel) -> Array:
+    """Return how compact the Laplacian is between two pixels."""
+    part = np.minimum(conductance / _COMPACT_FULL_PX**2, 1.0)
+    return np.asarray(kernel.compact * part * (2.0 - part))
+
+
+def _laplacian(conductance: Array) -> Array:
+    """Return the Laplacian matrices (lines, n, n) of conductances (lines, n - 1)."""
+    lines, links = conductance.shape
+    matrix = np.zeros((lines, links + 1, links + 1))
+    at = np.arange(links)
+    matrix[:, at, at] += conductance
+    matrix[:, at + 1, at + 1] += conductance
+    matrix[:, at, at + 1] -= conductance
+    matrix[:, at + 1, at] -= conductance
+    return matrix
+
+
+def solver_builds() -> list[Build]:
+    """Return the builds of each solver for each system of lines."""
+    return [
+        (name, system.shader_defines(axis) | build)
+        for one in pass_list.PASSES
+        for system, axis in itertools.product(one.systems, _AXES)
+        for name, build in _strategy_builds(system)
+    ]
+
+
+def _strategy_builds(system: LineSystem) -> list[Build]:
+    lines = SweepSolver.LINES_PER_GROUP
+    sweep: Build = (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1})
+    shapes = (PartitionSolver.shape(system, *size) for size in _SIZES_PX)
+    partition: list[Build] = [(_PARTITION, dict(shape)) for shape in shapes]
+    cyclic: list[Build] = [(_CYCLIC, {"STAGE": stage}) for stage in _STAGES]
+    return [sweep, *partition, *cyclic]
+
+
+def pass_builds() -> list[Build]:
+    """Return the builds of all other shaders, in each variant that the program or a scene uses."""
+    declared: dict[str, Variants] = _elsewhere()
+    for one in pass_list.PASSES:
+        declared |= one.shaders
+    files = {file.name for file in data_dir("shaders").glob("*.glsl")} - set(_STRATEGIES)
+    names = sorted(files | declared.keys())
+    return [(name, dict(defines)) for name in names for defines in declared.get(name, PLAIN)]
+
+
+def _elsewhere() -> dict[str, Variants]:
+    """Return the variants of shaders that belong to no pass of the pipeline."""
+    scene = _of_scenes("HOLES", "COLORS", "BUMPS", "PLACES")
+    peeled = _of_scenes("HOLES", "COLORS", "BUMPS", "PLACES", "PEEL")
+    modes: Variants = tuple({"MODE": it.function} for it in overlays_by_name().values())
+    peaking: Variants = ({"PEAKING": 0}, {"PEAKING": 1})
+    return {
+        "accumulate.comp.glsl": pass_list.SHAPES,
+        "lean_bins.comp.glsl": either("LISTS"),
+        "peel_lists.comp.glsl": either("COUNT"),
+        "ray_trace.comp.glsl": crossed(pass_list.SHAPES, scene),
+        "scene_cover.frag.glsl": peeled,
+        "scene_depth.frag.glsl": scene,
+        "scene_mesh.vert.glsl": _of_scenes("COLORS", "BUMPS", "PLACES", "PEEL"),
+        "scene_sky.frag.glsl": _of_scenes("HOLES", "BUMPS", "PLACES", "PEEL"),
+        "scene_surface.frag.glsl": peeled,
+        "overlay.comp.glsl": ({}, *crossed(modes, peaking)),
+    }
+
+
+def _of_scenes(*words: str) -> Variants:
+    """Return the variants with none, one, four and five of the defines that a scene decides.
+
+    PEEL draws hidden surfaces.
+    """
+    chosen = (names for count in (0, 1, 4, 5) for names in itertools.combinations(words, count))
+    return tuple(dict.fromkeys(names, 1) for names in chosen)

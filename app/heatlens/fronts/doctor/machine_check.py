@@ -1,0 +1,180 @@
+"""Check the machine, the packages, and whether a second start finds its shaders compiled.
+
+The window needs libraries, fonts and a display besides OpenGL.
+"""
+
+import importlib
+import importlib.metadata
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+import heatlens
+from heatlens.core.base.errors import GpuError, MissingPackageError
+from heatlens.core.base.extras import extra, parts
+from heatlens.core.base.outside_text import one_line
+from heatlens.core.base.paths import data_dir
+from heatlens.core.base.stopping import temporary_folder
+from heatlens.core.model.boxes import Box
+from heatlens.fronts.doctor.finding import Finding
+from heatlens.media.plate.exr.exr_read import read_parts
+from heatlens.media.plate.exr.exr_write import write_exr
+
+MOST_NEW = 0.05  # bytes that a second start may add to the cache, as a share of those of the first
+_CACHES = (
+    "MESA_SHADER_CACHE_DIR",
+    "__GL_SHADER_DISK_CACHE_PATH",
+)  # the variables of Mesa and NVIDIA
+_PATIENCE_S = 60.0
+
+
+def system() -> Iterator[Finding]:
+    """Report program, Python, operating system, processor and memory."""
+    details = {
+        "heatlens": heatlens.__version__,
+        "python": platform.python_version(),
+        "system": _system_name(),
+        "processors": os.cpu_count(),
+        "memory_gb": _memory_gb(),
+    }
+    said = (
+        f"heatlens {details['heatlens']}, Python {details['python']}, {details['system']}, "
+        f"{details['processors']} processors, {details['memory_gb']} GB"
+    )
+    yield Finding("machine", "ok", said, details)
+
+
+def packages() -> Iterator[Finding]:
+    """Report the version of every package, or why it cannot be imported."""
+    found: dict[str, str] = {}
+    for part in parts():
+        for name, module in part.packages.items():
+            why = _why_not(module)
+            if why is None:
+                found[name] = _version(name)
+                continue
+            said = f"{name} cannot be imported ({why}). {part.gives} needs it: {part.cure(name)}"
+            yield Finding("packages", "note" if part.name else "fault", said, {"missing": name})
+    listed = ", ".join(f"{name} {version}" for name, version in found.items())
+    yield Finding("packages", "ok", listed, found)
+
+
+def files() -> Iterator[Finding]:
+    """Write an EXR, read it again and compare every value."""
+    values = np.linspace(-4.0, 4.0, 12, dtype=np.float32).reshape(3, 4)
+    window = Box(0, 0, 4, 3)
+    with temporary_folder() as folder:
+        path = folder / "doctor.exr"
+        write_exr(path, {"Z": values}, window, window)
+        ((_, channels),) = read_parts(path)
+    same = np.array_equal(channels["Z"], values)
+    said = "written and read again" if same else "the data read differ from the data written"
+    yield Finding("EXR", "ok" if same else "fault", said)
+
+
+def _why_not(module: str) -> str | None:
+    """Return why `module` cannot be imported, or None where it can."""
+    try:
+        importlib.import_module(module)
+    except Exception as error:  # a library that lacks another may raise anything
+        return str(error) or type(error).__name__
+    return None
+
+
+def _version(distribution: str) -> str:
+    try:
+        return importlib.metadata.version(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        return "of unknown version"
+
+
+def _system_name() -> str:
+    try:
+        name = platform.freedesktop_os_release()["PRETTY_NAME"]
+    except (OSError, KeyError):
+        name = platform.system()
+    return f"{name}, kernel {platform.release()}, {platform.machine()}"
+
+
+def _memory_gb() -> float | None:
+    try:
+        size = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (ValueError, OSError, AttributeError):
+        return None
+    return round(size / 1e9, 1)
+
+
+def second_start() -> Iterator[Finding]:
+    """Report how much a second start compiles that the first one had compiled."""
+    with tempfile.TemporaryDirectory(prefix="heatlens-") as folder:
+        first, both = (_kept_bytes(Path(folder)) for _ in range(2))
+    new = (both - first) / first if first else 1.0
+    said = f"finds {100 * (1 - new):.0f} % of its shaders compiled by the first"
+    if not first:
+        said = "compiles every shader again: the driver has no shader cache, or keeps it elsewhere"
+    details = {"kept_bytes": first, "share_new": new}
+    yield Finding("second start", "ok" if new <= MOST_NEW else "note", said, details)
+
+
+def _kept_bytes(folder: Path) -> int:
+    """Render the still life in a process of its own; return the size of the driver's cache."""
+    cache = folder / "cache"
+    cache.mkdir(exist_ok=True)  # NVIDIA's driver keeps nothing in a folder that does not exist
+    plate, picture = data_dir("assets") / "still_life.exr", folder / "picture.exr"
+    command = [sys.executable, "-m", "heatlens", "render", str(plate), "-o", str(picture)]
+    environment = os.environ | dict.fromkeys(_CACHES, str(cache))
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise GpuError(f"rendering in a process of its own fails: {one_line(done.stderr, 400)}")
+    return sum(path.stat().st_size for path in cache.rglob("*") if path.is_file())
+
+
+def fonts() -> Iterator[Finding]:
+    """Look for the fonts that come with the library of the window."""
+    try:
+        with extra("gui").needed():
+            from heatlens.studio.ui.window_try import fonts_found
+    except MissingPackageError as error:
+        yield Finding("fonts", "note", str(error))
+        return
+    yield Finding("fonts", "ok", fonts_found())
+
+
+def display() -> Iterator[Finding]:
+    """Open an invisible window, and close it again."""
+    try:
+        with extra("gui").needed():
+            from heatlens.studio.ui import window_try
+    except MissingPackageError as error:
+        yield Finding("display", "note", str(error))
+        return
+    named = window_try.display_named()
+    if named is None:
+        yield Finding("display", "note", "none here; `heatlens render` works without")
+        return
+    details = {"display": named, "renderer": _renderer_of_a_window(window_try.__name__)}
+    yield Finding("display", "ok", f"{named}, drawn by {details['renderer']}", details)
+
+
+def _renderer_of_a_window(module: str) -> str:
+    """Return the OpenGL renderer of a window in a separate process. Raises GpuError if that fails.
+
+    X kills a process on errors, and with Mesa no window can draw on a thread that also has a
+    context without a window.
+    """
+    # -P: a file in the current folder that has the name of a Python module must not be run.
+    command = [sys.executable, "-P", "-m", module]
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, timeout=_PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        raise GpuError(f"No window opened within {_PATIENCE_S:g} s.") from None
+    if run.returncode:
+        said = " ".join(run.stderr.split()) or f"exit code {run.returncode}"
+        raise GpuError(f"No window can be opened: {said}")
+    return run.stdout.strip()

@@ -1,0 +1,232 @@
+"""Measure preview levels as seen while dragging: pictures per second, and error to rest.
+
+They are drawn as the window does at 1:1: enlarged, with the focused detail of the plate.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.shot.shot import Shot
+from heatlens.lab.measure.bench import timing
+from heatlens.lab.measure.bench.timing import BenchFrames, Frame, Say
+from heatlens.lab.measure.metrics import flip_evaluation
+from heatlens.media.plate.plate import Plate
+from heatlens.render.defocus.kernels import Kernel
+from heatlens.render.defocus.plate_passes import ProxyPass, proxy_size
+from heatlens.render.defocus.quality import kernel_for
+from heatlens.render.display.display_pass import DisplayPass
+from heatlens.render.display.picture_pass import (
+    Detail,
+    EnlargePass,
+    FocusMeanPass,
+    PicturePass,
+    PlacedPicture,
+)
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.device import Sampling, Texture
+from heatlens.render.gpu.textures import TexturePool
+from heatlens.render.preview.level_choice import cheaper
+
+Shown = NDArray[np.float32]
+_BLACK = np.zeros((16, 16, 3), np.float32)
+
+
+@dataclass(eq=False)
+class DragView:
+    """Owns a screen as large as the picture at rest, in the plain sRGB curve."""
+
+    renderer: FrameRenderer
+    size: tuple[int, int]
+
+    def __post_init__(self) -> None:
+        ctx = self.renderer.ctx
+        self._pool = TexturePool(ctx)
+        self._display, self._enlarge = DisplayPass(ctx), EnlargePass(ctx)
+        self._proxy, self._laying = ProxyPass(ctx), PicturePass(ctx)
+        self._focus_mean = FocusMeanPass(ctx)
+        self._out = ctx.texture(self.size, 4)
+        self._screen = ctx.framebuffer([self._out])
+        # Bound when the screen goes: the driver would bind the window's, and there may be none.
+        self._rest = ctx.simple_framebuffer((1, 1))
+        self._held: list[Texture] = []
+
+    def at_rest(self, picture: Texture) -> Shown:
+        """Return the whole picture as on the screen, (H, W, 3), 0 to 1."""
+        return self._on_screen(self._shown(picture), None)
+
+    def moving(self, picture: Texture, shot: Shot, rest_proxy: float) -> Shown:
+        """Return a level's `picture` of `shot` as it is shown while dragging."""
+        proxy = shot.defocus.proxy
+        if proxy >= rest_proxy:
+            return self.at_rest(picture)
+        return self._on_screen(self._enlarged(picture), self._detail(shot, rest_proxy))
+
+    def _detail(self, shot: Shot, rest_proxy: float) -> Detail:
+        loaded, proxy = self.renderer.loaded, shot.defocus.proxy
+        plate = self._shown(self._small(self.size) if rest_proxy < 1.0 else loaded.color)
+        sides = (max(1, round(side * proxy / rest_proxy)) for side in self.size)
+        width, height = sides
+        line, mean = self.renderer.optics(shot).line, self._small((width, height))
+        focused = self._pool.texture("focused", mean.size, 4)
+        self._focus_mean.run(loaded.color, loaded.depth, line, mean, focused)
+        return Detail(plate, self._enlarged(focused), loaded.depth, line, 1.0 / proxy)
+
+    def _small(self, size: tuple[int, int]) -> Texture:
+        loaded = self.renderer.loaded
+        color = self._pool.texture(f"small plate {size}", size, 4)
+        depth = self._pool.texture("small depth", size, 1)
+        self._proxy.run(loaded.color, loaded.depth, 1.0, color, depth)
+        return color
+
+    def _new(self, size: tuple[int, int]) -> Texture:
+        texture = self.renderer.ctx.texture(size, 4)
+        texture.repeats = False
+        self._held.append(texture)
+        return texture
+
+    def _shown(self, picture: Texture) -> Texture:
+        out = self._new(picture.size)
+        self._display.run(picture, out)
+        out.sampling = Sampling.NEAREST
+        return out
+
+    def _enlarged(self, picture: Texture) -> Texture:
+        shown = self._pool.texture("shown small", picture.size, 4, "f2")
+        self._display.run(picture, shown)
+        out = self._new(picture.size)
+        self._enlarge.run(shown, out)
+        out.sampling = Sampling.LINEAR
+        return out
+
+    def _on_screen(self, picture: Texture, detail: Detail | None) -> Shown:
+        width, height = self.size
+        corners = (0.0, 0.0), (float(width), float(height))
+        is_whole = detail is None
+        placed = PlacedPicture(picture, *corners, Box(0, 0, width, height), is_whole, True, detail)
+        self._laying.run([placed], self._screen, self.size)
+        while self._held:
+            self._held.pop().release()
+        pixels = np.frombuffer(self._screen.read(components=3), np.uint8)
+        return (pixels.reshape(height, width, 3)[::-1] / np.float32(255)).astype(np.float32)
+
+    def release(self) -> None:
+        """Delete all GPU objects except the framebuffer that stays bound."""
+        self._rest.use()
+        self._screen.release()
+        self._out.release()
+        self._pool.release()
+        self._display.release()
+
+
+@dataclass(frozen=True, slots=True)
+class DragRow:
+    """One level of the ladder, the first being the picture at rest.
+
+    ms and pictures_per_s  None where a picture took longer than the limit
+    flip                   mean LDR-FLIP to the picture at rest, None where it was not measured
+    """
+
+    width: int
+    height: int
+    quality: str
+    poles: int
+    layer_count: int
+    ms: float | None
+    pictures_per_s: float | None
+    flip: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class DragReport:
+    """All levels; `flip_missing` says why there is no FLIP, else it is ""."""
+
+    source: str
+    width: int
+    height: int
+    renderer: str
+    rows: tuple[DragRow, ...]
+    flip_missing: str
+
+
+def level_words(settings: DefocusSettings, size: tuple[int, int]) -> str:
+    """Return the progress message of a level; `size` is that of the plate."""
+    width, height = proxy_size(size, settings.proxy)
+    return f"level {width}x{height}, {settings.at_quality}"
+
+
+def measure_drag(
+    frames: BenchFrames, plate: Plate, lens: Lens, settings: DefocusSettings, runs: int, say: Say
+) -> DragReport:
+    """Return time and FLIP of every level that the window may show of this picture."""
+    missing = flip_missing()
+    if missing:
+        say(missing)
+    frame = frames.frame(plate, lens, settings)
+    full = frame.renderer.loaded.color.size
+    size = proxy_size(full, settings.proxy)
+    view = DragView(frame.renderer, size)
+    rest, rows = None, []
+    for level in cheaper(settings):
+        say(level_words(level, full))
+        row, shown = _row(frame, level, view, runs, None if missing else rest)
+        rest = shown if rest is None else rest
+        rows.append(row)
+    view.release()
+    renderer = frames.ctx.name
+    return DragReport(str(plate.path), *size, renderer, tuple(rows), missing)
+
+
+def flip_missing() -> str:
+    """Return why FLIP cannot be measured here; "" if it can."""
+    try:
+        flip_evaluation(_BLACK, _BLACK, "LDR")
+    except InputError as error:
+        return f"FLIP is left out: {error}"
+    return ""
+
+
+def _row(
+    frame: Frame, level: DefocusSettings, view: DragView, runs: int, rest: Shown | None
+) -> tuple[DragRow, Shown | None]:
+    """Measure one preview level and its picture; the picture is None if it took too long."""
+    here = replace(frame, shot=replace(frame.shot, defocus=level))
+    timed = timing.bounded(here, runs, timing.LIMIT_S)
+    shown = flip = None
+    if timed is not None:
+        shown = view.moving(timed.picture, here.shot, frame.shot.defocus.proxy)
+        flip = None if rest is None else float(flip_evaluation(shown, rest, "LDR")[1])
+    ms = None if timed is None else timed.ms
+    kernel: Kernel = kernel_for(level)
+    size = proxy_size(frame.renderer.loaded.color.size, level.proxy)
+    rate = None if ms is None or not ms > 0.0 else 1e3 / ms
+    row = DragRow(*size, str(level.at_quality), len(kernel.poles), here.layer_count, ms, rate, flip)
+    return row, shown
+
+
+def drag_table(report: DragReport) -> str:
+    """Return the levels as a text table."""
+    lines = [
+        f"drag: {report.source}, {report.width}x{report.height} at rest; {report.renderer}",
+        "level        pixels  quality   poles  layers        ms  pictures/s  FLIP to rest",
+    ]
+    for number, row in enumerate(report.rows):
+        name = "at rest" if number == 0 else str(number)
+        flip = "-" if row.flip is None else f"{row.flip:.4f}"
+        lines.append(
+            f"{name:8}{f'{row.width}x{row.height}':>11}  {row.quality:8}{row.poles:7d}"
+            f"{row.layer_count:8d}{_cell(row.ms, 10)}{_cell(row.pictures_per_s, 12)}{flip:>14}"
+        )
+    if report.flip_missing:
+        lines.append(report.flip_missing)
+    return "\n".join(lines)
+
+
+def _cell(value: float | None, width: int) -> str:
+    return f"{'too slow' if value is None or math.isnan(value) else format(value, '.1f'):>{width}}"

@@ -1,0 +1,167 @@
+"""Measure the time of every method against the amount of blur, and name the methods compared.
+
+Methods that need a scene get a wall, with the same blur everywhere.
+"""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.model.focus.coc import coc_line
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.core.model.shot.settings import DefocusSettings, Method
+from heatlens.lab.measure.bench import timing
+from heatlens.lab.measure.bench.synthetic_plate import LENS, uniform_coc_plate
+from heatlens.lab.measure.bench.timing import BenchFrames, Frame, Patience, Say
+from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.scene.scene import Daylight, Instance, Material, Mesh, Scene
+
+METHOD_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
+_SQUARES = (96, 54)  # twice as many triangles: about those of the built-in scene
+_BLACK = (0.0, 0.0, 0.0)
+_NIGHT = Daylight(sun=_BLACK, zenith=_BLACK, horizon=_BLACK, ground=_BLACK)
+# Numbers of views in the literature, from Haeberli and Akeley 1990 on.
+KNOWN_VIEWS = (23, 66)
+
+
+@dataclass(frozen=True, slots=True)
+class MethodRow:
+    """Milliseconds of a frame by each method's name, with the same coc everywhere.
+
+    They are the median of as many frames as the time limit allowed; None if not even one fitted.
+    """
+
+    coc_px: float
+    ms: dict[str, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class MethodReport:
+    """All methods over all circles of confusion; `limit_s` is the time limit of each cell."""
+
+    width: int
+    height: int
+    limit_s: float
+    rows: tuple[MethodRow, ...]
+
+
+def measure_methods(
+    frames: BenchFrames, size: tuple[int, int], settings: DefocusSettings, runs: int, say: Say
+) -> MethodReport:
+    """Measure each method on a plate of uniform coc, or on such a scene if it needs one.
+
+    A method that was too slow once is left out from there on.
+    """
+    patience, rows = Patience(runs, say), []
+    for coc in METHOD_COC_PX:
+        ms: dict[str, float | None] = {}
+        for name, asked in entrants(settings).items():
+            make = partial(_uniform, frames, size, coc, asked)
+            timed = patience.timed(name, make, method_where(coc))
+            ms[name] = None if timed is None else timed.ms
+        rows.append(MethodRow(coc, ms))
+    return MethodReport(*size, timing.LIMIT_S, tuple(rows))
+
+
+def method_where(coc_px: float) -> str:
+    """Return the words after a method's name in progress messages."""
+    return f"circle of confusion {coc_px:g} px"
+
+
+def _uniform(
+    frames: BenchFrames, size: tuple[int, int], coc_px: float, settings: DefocusSettings
+) -> Frame:
+    """Return a frame that has the same coc everywhere."""
+    if settings.method.needs_scene:
+        scene = uniform_coc_scene(size, coc_px)
+        return frames.scene_frame(scene, wall_framing(size), LENS, settings)
+    return frames.frame(uniform_coc_plate(size, coc_px), LENS, settings)
+
+
+def uniform_coc_scene(size: tuple[int, int], diameter_px: float) -> Scene:
+    """Return a wall across the view that emits the colours of `uniform_coc_plate`, up to white.
+
+    The wall is in front of the focus, where |coc| is `diameter_px`; behind the focus |coc| cannot
+    exceed its value at infinity. The picture repeats beyond its border, so that no point of the
+    lens sees past it.
+    """
+    distance_m = wall_m(size[0], diameter_px, LENS)
+    wall = _wall(size, diameter_px, distance_m, LENS)
+    glow = Material("wall", _BLACK, emission=(1.0, 1.0, 1.0), emission_map=0)
+    here = Instance("wall", 0, np.eye(4))
+    picture = _picture(size, diameter_px)
+    return Scene(Path("synthetic"), (wall,), (here,), (glow,), (picture,), daylight=_NIGHT)
+
+
+def wall_framing(size: tuple[int, int]) -> Framing:
+    """Return the framing of a camera in the origin that looks along -z."""
+    pose = looking_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    return Framing(*size, track=CameraTrack((PoseKey(1, pose),)))
+
+
+def wall_m(width_px: int, diameter_px: float, lens: Lens) -> float:
+    """Return the distance in metres at which the coc is -`diameter_px`."""
+    line = coc_line(lens, width_px)
+    return line.per_dioptre_px / (-diameter_px - line.at_infinity_px)
+
+
+def _wall(size: tuple[int, int], margin_px: float, distance_m: float, lens: Lens) -> Mesh:
+    """Return a wall of _SQUARES over the picture, plus `margin_px` around them; uv is 0 to 1."""
+    x, y = (
+        np.array([-margin_px, *np.linspace(0, side, count + 1), side + margin_px])
+        for side, count in zip(size, _SQUARES, strict=True)
+    )
+    pixels = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    pixel_m = distance_m * lens.sensor_width_mm / (size[0] * lens.focal_length_mm)
+    across, down = (pixel_m * (pixels - np.array(size) / 2)).T
+    positions = np.stack([across, -down, np.full_like(down, -distance_m)], axis=1)
+    return Mesh(
+        positions.astype(np.float32),
+        np.tile(np.array((0.0, 0.0, 1.0), np.float32), (len(positions), 1)),
+        (pixels / size).astype(np.float32),
+        _triangles(len(x), len(y)),
+    )
+
+
+def _triangles(columns: int, rows: int) -> NDArray[np.uint32]:
+    """Return two triangles for each square of a grid of corners, front side towards +z."""
+    corner = np.arange(columns * rows, dtype=np.uint32).reshape(rows, columns)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    return np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
+
+
+def _picture(size: tuple[int, int], diameter_px: float) -> NDArray[np.uint8]:
+    light = uniform_coc_plate(size, diameter_px).color
+    shown = np.ones_like(light)
+    shown[..., :3] = np.clip(srgb_encoded(light[..., :3]), 0.0, 1.0)
+    return np.asarray(np.rint(255 * shown), np.uint8)
+
+
+def entrants(settings: DefocusSettings) -> dict[str, DefocusSettings]:
+    """Return the settings of every method by its name, in the order of `Method`.
+
+    The name of a method that averages views contains their number: "accumulation 23".
+    """
+    found: dict[str, DefocusSettings] = {}
+    for method in Method:
+        asked = replace(settings, method=method)
+        if method.needs_scene:
+            found |= {f"{method} {n}": replace(asked, views=n) for n in _views(asked)}
+        else:
+            found[str(method)] = asked
+    return found
+
+
+def most_views(settings: DefocusSettings) -> int:
+    """Return the largest number of views that any method of a bench renders."""
+    return max(KNOWN_VIEWS[-1], settings.views)
+
+
+def _views(settings: DefocusSettings) -> list[int]:
+    """Return the numbers of views to measure; for accumulation, those of the literature too."""
+    known = KNOWN_VIEWS if settings.method is Method.ACCUMULATION else ()
+    return sorted({*known, settings.views})

@@ -1,0 +1,116 @@
+"""Read two pictures, find the region that both hold, and write their difference as a picture."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.lab.measure.metrics import flip_evaluation
+from heatlens.media.plate.file_parts import color_file_parts
+from heatlens.media.plate.header.channel_choice import choose_color
+from heatlens.media.plate.header.channels import pixels_of
+from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.plate.picture.picture_write import write_shown
+from heatlens.media.plate.plate import FloatImage
+from heatlens.media.plate.windows import box_at_header
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """The unrepaired colour of a file: `rgb` (H, W, 3) float32, with NaN, over `data_window`."""
+
+    path: Path
+    rgb: FloatImage
+    data_window: Box
+    display_window: Box
+
+    def over(self, region: Box) -> FloatImage:
+        """Return the pixels (H, W, 3) of a region inside the data window."""
+        x0, y0 = region.x0 - self.data_window.x0, region.y0 - self.data_window.y0
+        return self.rgb[y0 : y0 + region.height, x0 : x0 + region.width]
+
+
+def read_picture(path: str | os.PathLike[str]) -> Picture:
+    """Read the finished picture of a file, scene-linear; PNG, JPEG and TIFF are taken as sRGB.
+
+    Raises InputError for a file that is missing, damaged or has no colour.
+    """
+    path = Path(path)
+    parts = color_file_parts(path, PlateOptions())
+    headers = [header for header, _ in parts]
+    choice = choose_color(path, headers, None)
+    header = headers[choice.rgb[0].part]
+    channels = [pixels_of(parts, ref).astype(np.float32) for ref in choice.rgb]
+    return Picture(
+        path=path,
+        rgb=np.stack(channels, axis=-1),
+        data_window=box_at_header(header, "dataWindow"),
+        display_window=box_at_header(header, "displayWindow"),
+    )
+
+
+def shared_region(result: Picture, truth: Picture) -> Box:
+    """Return the region that both files hold: the data window if it is the same in both.
+
+    If the data windows differ, it is the part of the display window that both hold. Raises
+    InputError if the display windows differ, because it is then unknown which pixels correspond.
+    """
+    if result.display_window != truth.display_window:
+        raise InputError(
+            "Only pictures on one pixel grid can be compared: the display window of "
+            f"{_said(result.path, result.display_window)}, that of "
+            f"{_said(truth.path, truth.display_window)}."
+        )
+    if result.data_window == truth.data_window:
+        return result.data_window
+    region = result.data_window.intersection(truth.data_window).intersection(truth.display_window)
+    if region.is_empty:
+        raise InputError(
+            "The pictures have no pixel in common: the data window of "
+            f"{_said(result.path, result.data_window)}, that of "
+            f"{_said(truth.path, truth.data_window)}."
+        )
+    return region
+
+
+def _said(path: Path, box: Box) -> str:
+    return f"{path} is {box.width} x {box.height} pixels at ({box.x0}, {box.y0})"
+
+
+def absolute_difference(result: FloatImage, truth: FloatImage, gain: float) -> FloatImage:
+    """Return `gain` times |result - truth| of the display values, clamped to 0..1; (H, W, 3)."""
+    error = np.abs(srgb_encoded(result) - srgb_encoded(truth)) * np.float32(gain)
+    clamped: FloatImage = np.minimum(error, np.float32(1.0))
+    return clamped
+
+
+def flip_map(result: FloatImage, truth: FloatImage) -> FloatImage:
+    """Return the LDR-FLIP of each pixel in the colours of magma, as display values (H, W, 3).
+
+    Black means no difference. Raises InputError if the package for FLIP is not installed.
+    """
+    shown, shown_truth = srgb_encoded(result), srgb_encoded(truth)
+    colors = flip_evaluation(shown, shown_truth, "LDR", applyMagma=True)[0]
+    return np.asarray(colors, np.float32)
+
+
+def write_difference(
+    path: str | os.PathLike[str], result: FloatImage, truth: FloatImage, error: FloatImage
+) -> None:
+    """Write `result` and `truth`, scene-linear, and `error`, display values, from left to right.
+
+    All three are (H, W, 3). Raises InputError for a name that is not a PNG or cannot be written.
+    """
+    check_is_png(path)
+    strip = np.concatenate([srgb_encoded(result), srgb_encoded(truth), error], axis=1)
+    write_shown(path, strip)
+
+
+def check_is_png(path: str | os.PathLike[str]) -> None:
+    """Raise InputError unless the name ends in .png; call it before a long comparison."""
+    if Path(path).suffix.lower() != ".png":
+        raise InputError(f"{path}: the difference can only be written as .png.")

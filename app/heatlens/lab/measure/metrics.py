@@ -1,0 +1,154 @@
+"""Measure how far a picture is from the truth, with established metrics."""
+
+import contextlib
+import io
+import os
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.extras import import_extra
+from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.plate.plate import FloatImage
+
+# Given for identical pictures, because the logarithm of a zero error is infinite.
+PSNR_MOST_DB = 99.0
+# Prevents black pixels of the truth from dominating the relative error.
+_RELATIVE_FLOOR = 0.01
+# Side of the window that SSIM slides over the picture.
+_SSIM_SIDE_PX = 7
+# Its constants for values in 0..1: (0.01)^2 and (0.03)^2, as in the paper.
+_SSIM_C1, _SSIM_C2 = 1e-4, 9e-4
+# Below this the FLIP library finds no exposure for a truth and ends the process.
+_DARKEST_TRUTH = 1e-6
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec. 709
+
+
+@dataclass(frozen=True, slots=True)
+class Scores:
+    """Distances between a result and its truth.
+
+    psnr_db    peak signal to noise of the display picture in dB, PSNR_MOST_DB where equal
+    ssim       structural similarity of the display picture, 1 where equal (Wang et al. 2004)
+    flip       mean LDR-FLIP of the display picture, 0 equal to 1 worst (Andersson et al. 2020)
+    flip_hdr   mean HDR-FLIP of the light, exposures chosen from the truth (Andersson et al. 2021)
+    relmse     mean of (result - truth)^2 / (truth^2 + 0.01) of the light
+    nonfinite  pixels of the result that hold NaN or infinity; they count as black
+    """
+
+    psnr_db: float
+    ssim: float
+    flip: float
+    flip_hdr: float
+    relmse: float
+    nonfinite: int
+
+
+def score(result: FloatImage, truth: FloatImage) -> Scores:
+    """Compare scene-linear RGB pictures (H, W, 3); the display picture is sRGB at exposure 0.
+
+    Raises InputError for different sizes, for less than 7 pixels a side, and where the packages
+    that measure are not installed.
+    """
+    _check_shapes(result, truth)
+    nonfinite = nonfinite_count(result)
+    result, truth = finite(result), finite(truth)
+    shown, shown_truth = srgb_encoded(result), srgb_encoded(truth)
+    return Scores(
+        psnr_db=_psnr_db(shown, shown_truth),
+        ssim=_ssim(shown, shown_truth),
+        flip=float(flip_evaluation(shown, shown_truth, "LDR")[1]),
+        flip_hdr=_flip_hdr(result, truth),
+        relmse=_relmse(result, truth),
+        nonfinite=nonfinite,
+    )
+
+
+def nonfinite_count(rgb: FloatImage) -> int:
+    """Count the pixels of (H, W, 3) in which any channel is NaN or infinite."""
+    return int(np.count_nonzero(~np.isfinite(rgb).all(axis=-1)))
+
+
+def flip_library() -> ModuleType:
+    """Import FLIP. Raises InputError that says what to install."""
+    # On a busy machine its threads would wait for each other 20 times as long as they compute.
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # is read when the library is loaded
+    return import_extra("flip_evaluator")
+
+
+def flip_evaluation(
+    result: FloatImage, truth: FloatImage, kind: str, **options: object
+) -> tuple[FloatImage, float, object]:
+    """Return (map, mean, parameters) of the FLIP library; `kind` is LDR (sRGB) or HDR (linear)."""
+    library = flip_library()
+    options = {"applyMagma": False, "inputsRGB": kind == "LDR"} | options
+    with contextlib.redirect_stdout(io.StringIO()):  # some of its versions report progress there
+        difference, mean, parameters = library.evaluate(truth, result, kind, **options)
+    return difference, float(mean), parameters
+
+
+def _check_shapes(result: FloatImage, truth: FloatImage) -> None:
+    if result.shape != truth.shape:
+        raise InputError(
+            "Only pictures of one size can be compared: the result is "
+            f"{result.shape[1]} x {result.shape[0]} pixels, "
+            f"the truth {truth.shape[1]} x {truth.shape[0]}."
+        )
+    if min(result.shape[:2]) < _SSIM_SIDE_PX:
+        raise InputError(
+            f"Pictures need {_SSIM_SIDE_PX} pixels a side to be compared; these have "
+            f"{result.shape[1]} x {result.shape[0]}."
+        )
+
+
+def finite(rgb: FloatImage) -> FloatImage:
+    """Return float32 values with NaN and infinity replaced by black."""
+    return np.where(np.isfinite(rgb), rgb, 0).astype(np.float32)
+
+
+def _psnr_db(shown: FloatImage, shown_truth: FloatImage) -> float:
+    mean_square = float(np.mean(_error(shown, shown_truth) ** 2))
+    return (
+        PSNR_MOST_DB if mean_square == 0 else min(-10 * float(np.log10(mean_square)), PSNR_MOST_DB)
+    )
+
+
+def _ssim(shown: FloatImage, shown_truth: FloatImage) -> float:
+    """Return the mean over channels and all windows of 7 x 7 pixels, with sample covariances."""
+    a, b = shown.astype(np.float64), shown_truth.astype(np.float64)
+    mean_a, mean_b = _window_means(a), _window_means(b)
+    sample = _SSIM_SIDE_PX**2 / (_SSIM_SIDE_PX**2 - 1)
+    variances = sample * (_window_means(a * a) + _window_means(b * b) - mean_a**2 - mean_b**2)
+    covariance = sample * (_window_means(a * b) - mean_a * mean_b)
+    luminance = (2 * mean_a * mean_b + _SSIM_C1) / (mean_a**2 + mean_b**2 + _SSIM_C1)
+    return float(np.mean(luminance * (2 * covariance + _SSIM_C2) / (variances + _SSIM_C2)))
+
+
+def _window_means(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the mean of every window that lies whole inside; (H, W, C) to (H - 6, W - 6, C)."""
+    for axis in (0, 1):
+        sums = np.insert(np.cumsum(values, axis), 0, 0.0, axis)
+        ends = np.arange(_SSIM_SIDE_PX, sums.shape[axis])
+        values = np.take(sums, ends, axis) - np.take(sums, ends - _SSIM_SIDE_PX, axis)
+    return values / _SSIM_SIDE_PX**2
+
+
+def _flip_hdr(result: FloatImage, truth: FloatImage) -> float:
+    """Return the mean HDR-FLIP; at exposure 0 if the truth is too dark to choose exposures."""
+    result, truth = np.maximum(result, 0), np.maximum(truth, 0)
+    parameters: dict[str, float] = {}
+    if float((truth @ _LUMINANCE).max()) < _DARKEST_TRUTH:
+        parameters = {"startExposure": 0.0, "stopExposure": 0.0}
+    return float(flip_evaluation(result, truth, "HDR", parameters=parameters)[1])
+
+
+def _relmse(result: FloatImage, truth: FloatImage) -> float:
+    floor = truth.astype(np.float64) ** 2 + _RELATIVE_FLOOR
+    return float(np.mean(_error(result, truth) ** 2 / floor))
+
+
+def _error(result: FloatImage, truth: FloatImage) -> NDArray[np.float64]:
+    return result.astype(np.float64) - truth

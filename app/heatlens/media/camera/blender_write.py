@@ -1,0 +1,111 @@
+"""Write a camera as a Python script for Blender.
+
+The script sets the lens of the scene's camera, or of the camera that is named in the script; if
+there is none, it makes one. It sets the frame rate and the range of frames, and interpolates
+linearly between frames. Blender has no infinity: a focus at infinity becomes INFINITE_M.
+"""
+
+import math
+import pprint
+from typing import Any
+
+from heatlens.core.base.paths import data_dir
+from heatlens.media.camera.placement import camera_to_world, euler_deg
+from heatlens.media.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
+
+_DIAPHRAGM = ("blades", "blade_rotation_deg")
+_PROPERTIES = {
+    "focal_length_mm": "lens",
+    "sensor_width_mm": "sensor_width",
+    "sensor_height_mm": "sensor_height",
+    "f_stop": "dof.aperture_fstop",
+    "nominal_f_stop": '["nominal_f_stop"]',  # our own property, beside Blender's
+    "squeeze": "dof.aperture_ratio",  # Cycles divides the width of the lens by it
+    # Blender has no such properties; they are kept as custom properties.
+    **{name: f'["{name}"]' for name in OPENING_TRACKS if name not in _DIAPHRAGM},
+}
+_BLADES, _ROTATION = "dof.aperture_blades", "dof.aperture_rotation"
+_IMAGE = '["aperture_image"]'
+_ROTATION_ORDER = "XYZ"  # Blender's own
+
+
+def blender_text(camera: CameraSamples) -> str:
+    """Return the Python script, which needs only Blender: `set_lens.py` with its values filled."""
+    focus = camera.focus_distance_m
+    location, rotation = _placement(camera)
+    fps, fps_base = _rate(camera.frames_per_second)
+    values = {
+        "NAME": ascii(camera.name),
+        "FPS": fps,
+        "FPS_BASE": fps_base,
+        "FRAMES": _literal(list(camera.frames)),
+        "LENS": _literal(_lens(camera)),
+        "FOCUS_DISTANCE_M": _literal(None if focus is None else _values([*map(finite_m, focus)])),
+        "LOCATION_M": _literal(location),
+        "ROTATION_DEG": _literal(rotation),
+    }
+    text = (data_dir("assets") / "blender" / "set_lens.py").read_text(encoding="utf-8")
+    for name, value in values.items():
+        text = text.replace(f"\n{name} = None", f"\n{name} = {value}", 1)
+    return text
+
+
+def _lens(camera: CameraSamples) -> dict[str, object]:
+    """Return the value of each property; None removes one of our own that an earlier lens left.
+
+    A camera with an f-stop defines its opening too: missing values are those of a plain lens,
+    whatever the camera in Blender had before.
+    """
+    tracks, image = camera.lens_tracks, camera.aperture_image
+    told = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
+    if camera.f_stop is None and "blades" not in camera.opening:
+        return told
+    own = {path: None for path in _PROPERTIES.values() if path.startswith("[")}
+    return own | told | _diaphragm(camera) | {_IMAGE: None if image is None else image.path}
+
+
+def _diaphragm(camera: CameraSamples) -> dict[str, object]:
+    """Return Blender's blades and their rotation in radians.
+
+    In both programs the corners lie on the circle. At rotation 0 Blender has the middle of a blade
+    at the right, heatlens a corner at the top; both turn anticlockwise.
+    """
+    still = (0.0,) * len(camera.frames)
+    blades, rotation = (camera.opening.get(name, still) for name in _DIAPHRAGM)
+    number = [round(value) for value in blades]
+    turns = [
+        math.remainder(math.pi / 2 + math.radians(deg) - math.pi / n, 2 * math.pi / n) if n else 0.0
+        for n, deg in zip(number, rotation, strict=True)
+    ]
+    return {_BLADES: _values(number), _ROTATION: _values(turns)}
+
+
+def _rate(frames_per_second: float) -> tuple[int, float]:
+    """Return Blender's integer rate and its divisor: 24 and 1.001 for 23.976."""
+    whole = round(frames_per_second) or 1
+    base = whole / frames_per_second
+    return whole, 1.001 if abs(base - 1.001) < 1e-5 else base
+
+
+def _placement(camera: CameraSamples) -> tuple[object, object]:
+    """Return location and rotation in Blender's world, where z is up; both may be None.
+
+    A moving value is a list of one vector for each frame, else it is one vector. Blender's cameras
+    look along -z, as ours do.
+    """
+    if camera.world_to_camera is None:
+        return None, None
+    placed = camera_to_world(camera.world_to_camera, camera.up_axis, "z")
+    rotation = euler_deg(placed[:, :3, :3], _ROTATION_ORDER)
+    return tuple(
+        _values([tuple(row) for row in rows.tolist()]) for rows in (placed[:, :3, 3], rotation)
+    )
+
+
+def _values(values: Any) -> Any:
+    """Return a list if the value changes, else a single value."""
+    return values[0] if all(value == values[0] for value in values) else list(values)
+
+
+def _literal(value: Any) -> str:
+    return pprint.pformat(value, width=100, compact=True, sort_dicts=False)

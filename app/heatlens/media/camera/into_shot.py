@@ -1,0 +1,75 @@
+"""Apply a camera to a shot: its lens, with keys for values that change."""
+
+from collections.abc import Collection
+from dataclasses import fields, replace
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.key_reduction import linear_keys
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.option import Values, type_of
+from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.media.camera.samples import (
+    PLAIN_OPENING,
+    CameraSamples,
+    Track,
+    is_constant,
+    with_nominal_f_stop,
+)
+
+
+def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -> Shot:
+    """Return `shot` with the lens of `camera`.
+
+    Fields of Lens named in `kept`, and those that the camera does not have, stay as they are; an
+    opening with any known value is taken whole. A value that changes over the frames gets linear
+    keys on the curve's own scale; a constant one gets none.
+
+    Raises InputError for a film back whose width changes, and LensError where the values describe
+    no possible lens.
+    """
+    tracks = lens_tracks(camera, kept)
+    shot = replace(shot, lens=replace(shot.lens, **first_values(camera, kept)))
+    for parameter in LensParameter:
+        if parameter in tracks:
+            curve = shot.curves.of(parameter)
+            keys = linear_keys(camera.frames, tracks[parameter], curve.scale)
+            shot = shot.with_curve(parameter, replace(curve, keys=keys))
+    for frame in camera.frames:
+        shot.lens_at(frame)
+    return shot
+
+
+def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> Values:
+    """Return the fields of Lens of the camera at its first frame, except those in `kept`.
+
+    Raises InputError for a sensor width that changes.
+    """
+    plain = PLAIN_OPENING if camera.tells_opening else {}
+    values = {name: value for name, value in plain.items() if name not in kept}
+    told: Values = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
+    for name in told:
+        if type_of(Lens, name) is not float:  # cameras hold floats, even for counts
+            told[name] = type_of(Lens, name)(round(told[name]))
+    if camera.lens_model is not None and "model" not in kept:
+        told["model"] = camera.lens_model
+    if camera.aperture_image is not None and "aperture_image" not in kept:
+        told["aperture_image"] = camera.aperture_image
+    return values | told
+
+
+def lens_tracks(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, Track]:
+    """Return the camera's tracks that are fields of Lens, without those in `kept`.
+
+    The f-stop is the nominal one, which belongs to the camera's lens model. Raises InputError for a
+    sensor width that changes.
+    """
+    camera = with_nominal_f_stop(camera)
+    names = {field.name for field in fields(Lens)}.difference(kept)
+    tracks = {name: track for name, track in camera.lens_tracks.items() if name in names}
+    width_mm = tracks.get("sensor_width_mm")
+    if width_mm is not None and not is_constant(width_mm):
+        raise InputError(
+            f"The sensor of camera {camera.name} is {min(width_mm):g} to {max(width_mm):g} mm "
+            "wide, but a shot has one width for all its frames: give the width to use."
+        )
+    return tracks

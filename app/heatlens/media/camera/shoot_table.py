@@ -1,0 +1,305 @@
+"""Read the lens metadata table of a shoot: focus, iris and focal length of a lens at each frame.
+
+The tables of ARRI Meta Extract, RED and Sony are supported, and any others with similar column
+names; see `heatlens.media.plate.header.shoot_names`. A table is split into rows, and cells that
+cannot be read are reported.
+"""
+
+import csv
+import io
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.paths import file_bytes, unreadable
+from heatlens.core.model.curves.frames import FRAMES_PER_SECOND
+from heatlens.core.model.option import Values
+from heatlens.core.model.timecode import Timecode, timecode_in
+from heatlens.media.camera.samples import CameraSamples
+from heatlens.media.plate.header.shoot_names import ShootLens, not_understood, shoot_lens
+
+Row = Mapping[str, str]
+
+_WITH_POINT = re.compile(r"\s*[0-9]+\.[0-9]+\s*")
+_WITH_COMMA = re.compile(r"\s*[0-9]+,([0-9]+)\s*")
+_THOUSAND = 3  # digits after a comma that may separate thousands
+_EXPECTED = {
+    "focus_distance_m": """a distance such as 2.24, 190cm, 6'3" or inf""",
+    "focal_length_mm": "a focal length such as 50 or 50mm",
+    "f_stop": "an f-stop such as 2.8",
+    "t_stop": "a T-stop such as 2.8 or T2.8",
+    "squeeze": "a squeeze from 1 to 2",
+}
+
+
+@dataclass(frozen=True)
+class ShootTable:
+    """The cells of a table.
+
+    columns      names in the order of the file
+    rows         cells by the name of their column
+    row_numbers  the line of the file in which each row ends; the columns are in line 1
+    too_wide     a sentence on the first row with more cells than columns; "" without one
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+    row_numbers: tuple[int, ...]
+    too_wide: str
+
+
+def table_of(text: str) -> ShootTable:
+    """Return the rows of a table whose cells are separated by commas, semicolons or tabs.
+
+    Decimal commas become points where the table has no points. Raises csv.Error for damaged
+    text.
+    """
+    head = text.split("\n", 1)[0]
+    between = max("\t;,", key=head.count)
+    reader = csv.DictReader(io.StringIO(text, newline=""), delimiter=between, skipinitialspace=True)
+    rows: list[Row] = []
+    numbers: list[int] = []
+    too_wide = ""
+    for row in reader:
+        too_wide = too_wide or _too_wide(row, reader.line_num, between)
+        rows.append({str(name): str(cell or "") for name, cell in row.items() if name})
+        numbers.append(reader.line_num)
+    if _has_decimal_commas(rows, between):
+        rows = [{name: _pointed(cell) for name, cell in row.items()} for row in rows]
+    return ShootTable(tuple(reader.fieldnames or ()), tuple(rows), tuple(numbers), too_wide)
+
+
+def unreadable_notes(path: Path, table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
+    """Return a sentence for each value of the lens that cannot be read in some rows.
+
+    Raises InputError if most cells of a column that hold anything cannot be read.
+    """
+    notes = []
+    for field, expected in _EXPECTED.items():
+        bad = [index for index, lens in enumerate(lenses) if field in lens.unreadable]
+        if not bad:
+            continue
+        column = lenses[bad[0]].unreadable[field]
+        cell = table.rows[bad[0]][column].strip()
+        count = len(bad) + sum(getattr(lens, field) is not None for lens in lenses)
+        where = f"row {table.row_numbers[bad[0]]} holds {cell!r}, which is not {expected}"
+        if 2 * len(bad) > count:
+            raise InputError(
+                f"{path}: the column {column!r} cannot be read in {len(bad)} of {count} rows: "
+                f"{where}."
+            )
+        notes.append(
+            f"The column {column!r} cannot be read in {len(bad)} of {count} rows, which keep the "
+            f"neighbouring row's value: {where}."
+        )
+    return notes
+
+
+def conflict_notes(table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
+    """Return a sentence for each value on which two columns disagree in some row."""
+    notes = []
+    for field in _EXPECTED:
+        rows = [index for index, lens in enumerate(lenses) if field in lens.conflicts]
+        if rows:
+            lens, row = lenses[rows[0]], table.rows[rows[0]]
+            first, other = lens.sources[field], lens.conflicts[field]
+            notes.append(
+                f"The columns {first!r} and {other!r} disagree in {len(rows)} of {len(lenses)} "
+                f"rows, and {first!r} counts: row {table.row_numbers[rows[0]]} holds "
+                f"{row[first].strip()!r} and {row[other].strip()!r}."
+            )
+    return notes
+
+
+def _too_wide(row: Mapping[str | None, object], number: int, between: str) -> str:
+    """Return a sentence if cells lie beyond the last column, as after unquoted decimal commas."""
+    extra = row.get(None)
+    if not isinstance(extra, list) or not any(str(cell).strip() for cell in extra):
+        return ""
+    hint = " Numbers with a decimal comma need quotes." if between == "," else ""
+    return f"row {number} has more cells than the table has columns.{hint}"
+
+
+def _has_decimal_commas(rows: Sequence[Row], between: str) -> bool:
+    """Return True if a comma marks decimals even before three digits, as in 4,812.
+
+    In a table with a point in any number they do not, because commas may separate thousands.
+    Otherwise, semicolons between the cells show it, and so does a comma not before three digits.
+    """
+    cells = [cell for row in rows for cell in row.values()]
+    if any(_WITH_POINT.fullmatch(cell) for cell in cells):
+        return False
+    after = [match[1] for cell in cells if (match := _WITH_COMMA.fullmatch(cell))]
+    return between == ";" or any(len(digits) != _THOUSAND for digits in after)
+
+
+def _pointed(cell: str) -> str:
+    """Return the cell with points for decimal commas."""
+    return re.sub(r"(?<=[0-9]),(?=[0-9])", ".", cell)
+
+
+_FRAMES = ("frame", "frameno", "frame number", "index")
+_TIMECODES = ("master tc", "timecode", "time code", "tc", "lens tc", "timecode in")
+_RATES = ("project fps", "fps", "sensor fps", "frames_per_second")
+_OF_RED = {"FrameNo", "Acceleration X"}  # RED gives distances in mm, without stating the unit
+_OWN = {"focus_distance_m", "focal_length_mm", "nominal_f_stop", "f_stop", "up_axis"}
+_OF_A_LENS = {"focus_distance_m", "focal_length_mm", "t_stop", "f_stop"}
+_READ = ("focal_length_mm", "f_stop", "focus_distance_m", "squeeze")
+_T_AS_F = (
+    "The iris is in T-stops, which are taken as f-stops: the true f-stop is a little wider, by "
+    "the light that the glass absorbs."
+)
+_METRES = (
+    "The focus has no unit{0} and is taken as metres; for another, give --table-unit focus=mm, "
+    "cm, ft or in."
+)
+_TOLD = ("focus_distance_m", "f_stop", "focal_length_mm")
+
+
+def is_shoot_table(names: Sequence[str]) -> bool:
+    """Return whether the columns are those of a shoot: at least two of them are lens values."""
+    example = shoot_lens({name: "1" for name in names if name})
+    return len(_OF_A_LENS & set(example.sources)) > 1
+
+
+def table_columns(path: Path) -> list[str]:
+    """Return the names of the columns; none of heatlens's own names is one of a shoot."""
+    names = _read(path).columns
+    return [] if _OWN & set(names) else list(names)
+
+
+def read_shoot_table(
+    path: Path, first_frame: int | None = None, focus_unit_m: float | None = None
+) -> CameraSamples:
+    """Read the lens at each row; the first row is at `first_frame`, or as numbered in the table.
+
+    Without `first_frame` the timecodes of the rows are kept, to be matched with those of a shot.
+    `focus_unit_m` is the unit of focus distances that have none of their own, where it is known. A
+    missing value is taken from the row before; so are a few unreadable ones, with a note. Raises
+    InputError if the file cannot be read, has no rows, most values of a column cannot be read, or
+    the frames are not in order.
+    """
+    table = _read(path)
+    rows = table.rows
+    if not rows:
+        raise InputError(f"{path} has no rows: a camera needs at least one frame.")
+    if table.too_wide:
+        raise InputError(f"{path}: {table.too_wide}")
+    unit_m = 1e-3 if _OF_RED <= set(rows[0]) else None
+    lenses = [shoot_lens(row, unit_m, focus_unit_m) for row in rows]
+    tracks = _tracks(lenses)
+    notes = _notes(path, table, lenses, tracks)
+    if all(track is None for track in tracks.values()):
+        raise InputError(f"{path}: no row has a value of the lens. {_unknown(table)}".strip())
+    try:
+        return CameraSamples(
+            name=path.name.split(".")[0],
+            frames=_frames(path, rows, first_frame),
+            **tracks,
+            frames_per_second=_rate(rows[0]),
+            timecodes=_timecodes(rows) if first_frame is None else None,
+            has_focus_unit=any(lens.has_unit and lens.focus_distance_m for lens in lenses),
+            notes=notes,
+        )
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _read(path: Path) -> ShootTable:
+    """Return the columns, separated by commas, semicolons or tabs, and the rows."""
+    try:
+        return table_of(file_bytes(path).decode("utf-8-sig"))
+    except OSError as error:
+        raise unreadable(path, error) from error
+    except (ValueError, csv.Error) as error:
+        raise InputError(f"{path} is damaged: {error}.") from error
+
+
+def _tracks(lenses: Sequence[ShootLens]) -> Values:
+    """Return the values of each field that is read, or None; T-stops stand in for f-stops."""
+    tracks = {name: _track(name, lenses) for name in _READ}
+    return tracks | {"f_stop": tracks["f_stop"] or _track("t_stop", lenses)}
+
+
+def _track(name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:
+    """Return a value for each row; None if no row has one."""
+    known = [getattr(lens, name) for lens in lenses]
+    first = next((value for value in known if value is not None), None)
+    if first is None:
+        return None
+    held: list[float] = []
+    for value in known:
+        held.append(value if value is not None else held[-1] if held else first)
+    return tuple(held)
+
+
+def _notes(
+    path: Path, table: ShootTable, lenses: Sequence[ShootLens], tracks: Values
+) -> tuple[str, ...]:
+    """Return notes on the values, and on columns that may hold missing ones."""
+    is_t_stop = tracks["f_stop"] is not None and _track("f_stop", lenses) is None
+    unknown = _unknown(table) if any(tracks[name] is None for name in _TOLD) else ""
+    return (
+        *unreadable_notes(path, table, lenses),
+        *conflict_notes(table, lenses),
+        *_unit_notes(lenses),
+        *filter(None, (_T_AS_F if is_t_stop else "", unknown)),
+    )
+
+
+def _unit_notes(lenses: Sequence[ShootLens]) -> list[str]:
+    """Return a sentence if the focus of some rows has no known unit."""
+    count = sum(not lens.has_unit for lens in lenses)
+    if not count:
+        return []
+    of = sum(lens.focus_distance_m is not None for lens in lenses)
+    if count == of:
+        return [_METRES.format("")]
+    return [_METRES.format(f" in {count} of {of} rows")]
+
+
+def _unknown(table: ShootTable) -> str:
+    """Return a sentence on the columns that are not understood; "" where all are."""
+    others = {*_FRAMES, *_TIMECODES, *_RATES}
+    return not_understood(name for name in table.columns if name.strip().lower() not in others)
+
+
+def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[int, ...]:
+    """Return the frames in their column; without it, or with a given first frame, count on."""
+    column = _named(rows[0], _FRAMES)
+    if column is None:
+        first = 0 if first_frame is None else first_frame
+        return tuple(range(first, first + len(rows)))
+    try:
+        frames = [int(row[column].strip()) for row in rows]
+    except ValueError:
+        raise InputError(f"{path}: the column {column!r} should hold whole numbers.") from None
+    moved = 0 if first_frame is None else first_frame - frames[0]
+    return tuple(frame + moved for frame in frames)
+
+
+def _timecodes(rows: Sequence[Row]) -> tuple[Timecode, ...] | None:
+    """Return the timecode of each row; None if any row has none."""
+    column = _named(rows[0], _TIMECODES)
+    if column is None:
+        return None
+    told = [timecode_in(row[column]) for row in rows]
+    known = tuple(timecode for timecode in told if timecode is not None)
+    return known if len(known) == len(rows) else None
+
+
+def _rate(row: Row) -> float:
+    column = _named(row, _RATES)
+    try:
+        rate = float(row[column]) if column is not None else 0.0
+    except ValueError:
+        rate = 0.0
+    return rate if 0 < rate <= 1000 else FRAMES_PER_SECOND
+
+
+def _named(row: Row, known: Sequence[str]) -> str | None:
+    """Return the column that has one of these names, ignoring case."""
+    by_small = {name.strip().lower(): name for name in row}
+    return next((by_small[name] for name in known if name in by_small), None)

@@ -1,0 +1,258 @@
+"""Read a camera from a USD stage, in any of its formats."""
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import FrameRange, check_frame
+from heatlens.core.model.lens.lens import LensModel
+from heatlens.core.model.lens.opening_image import OpeningImage
+from heatlens.media.camera.placement import Matrix, matrix_of, shortest
+from heatlens.media.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis, fields_of
+from heatlens.media.camera.usd_write import (
+    APERTURE_IMAGE,
+    LENS_MODEL,
+    MM_ATTRIBUTES,
+    NOMINAL_F_STOP,
+    OPENING,
+    SQUEEZE,
+    units_per_mm,
+)
+from heatlens.media.files.quiet import quiet_library
+from heatlens.media.files.usd_library import (
+    UsdObject,
+    lens_unit_mm,
+    lens_unit_note,
+    open_usd,
+    read_usd_apart,
+    usd_failures_reported,
+    usd_module,
+)
+from heatlens.media.plate.header.placement import are_rigid
+
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+_AND_PRIM = re.compile(r"(.+\.usd[acz]?):(/.*)", re.IGNORECASE | re.DOTALL)
+_ATTRIBUTES = (
+    *MM_ATTRIBUTES.values(),
+    "focusDistance",
+    "fStop",
+    SQUEEZE,
+    NOMINAL_F_STOP,
+    *OPENING.values(),
+)
+_STILL_FRAME = 1
+_LISTED = 5
+_FAR = 0.999  # share of INFINITE_M, for rounding to float32 and another unit
+
+
+@dataclass(frozen=True)
+class _Stage:
+    """An opened USD file, its unit, and the camera prim."""
+
+    path: Path
+    stage: UsdObject
+    prim: UsdObject
+    meters_per_unit: float
+
+
+def split_prim(text: str) -> tuple[Path, str | None]:
+    """Split `shot.usda:/world/cam` into file and prim path; None if no prim is named."""
+    match = _AND_PRIM.fullmatch(text)
+    return (Path(match[1]), match[2]) if match else (Path(text), None)
+
+
+def read_usd_camera(text: str) -> CameraSamples:
+    """Run `usd_camera` in a separate process, to survive a crash of OpenUSD.
+
+    Raises InputError as `usd_camera` does, and where OpenUSD ends that process.
+    """
+    return read_usd_apart(usd_camera, text, split_prim(text)[0])
+
+
+def usd_camera(text: str) -> CameraSamples:
+    """Read the camera of a file, or the one named in it as in `shot.usda:/world/cam`.
+
+    A time code is a frame. USD writes an f-stop or a focus of 0 where nothing is out of focus; both
+    count as unknown here. Raises InputError if the file is damaged, has no camera, or has
+    several and none is named.
+    """
+    path, prim_path = split_prim(text)
+    with quiet_library(), usd_failures_reported(path):
+        opened = _opened(path, prim_path)
+        try:
+            _check_projection(opened)
+            frames = _frames(opened)
+            placement, notes = _placement(opened, frames)
+            unit_note = _unit_note(opened, frames[0])
+            notes = notes if unit_note is None else (*notes, unit_note)
+            return CameraSamples(
+                name=opened.prim.GetName(),
+                frames=frames,
+                **fields_of(_lens(opened, frames, unit_note)),
+                lens_model=_lens_model(opened),
+                aperture_image=_aperture_image(opened),
+                world_to_camera=placement,
+                up_axis=_up_axis(opened),
+                frames_per_second=opened.stage.GetTimeCodesPerSecond(),
+                notes=(f"{path}: the camera is {opened.prim.GetPath()}.", *notes),
+            )
+        except InputError as error:
+            raise InputError(f"{path}: {opened.prim.GetPath()}: {error}") from None
+
+
+def _opened(path: Path, prim_path: str | None) -> _Stage:
+    usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
+    stage = open_usd(path)
+    cameras = [p for p in _all_prims(usd, stage) if p.IsA(geometry.Camera)]
+    unit_m = geometry.GetStageMetersPerUnit(stage)
+    if not 0 < unit_m < math.inf:
+        raise InputError(f"{path} has {unit_m:g} metres per unit, so no length can be read.")
+    return _Stage(path, stage, _chosen(path, cameras, prim_path), unit_m)
+
+
+def _all_prims(usd: UsdObject, stage: UsdObject) -> Iterable[UsdObject]:
+    """Return every prim of the stage, those within instances included."""
+    prims: Iterable[object] = stage.Traverse(usd.TraverseInstanceProxies())
+    return prims
+
+
+def _chosen(path: Path, cameras: list[UsdObject], prim_path: str | None) -> object:
+    found = {str(camera.GetPath()): camera for camera in cameras}
+    if not found:
+        raise InputError(f"{path} has no camera.")
+    if prim_path in found:
+        return found[prim_path]
+    if prim_path is None and len(found) == 1:
+        return cameras[0]
+    listed = ", ".join([*list(found)[:_LISTED], *(["..."] if len(found) > _LISTED else [])])
+    if prim_path is None:
+        raise InputError(
+            f"{path} has {len(found)} cameras: {listed}. Name one, as in "
+            f"{path.name}:{next(iter(found))}"
+        )
+    raise InputError(f"{path} has no camera {prim_path}; it has {listed}.")
+
+
+def _check_projection(opened: _Stage) -> None:
+    if opened.prim.GetAttribute("projection").Get() == "orthographic":
+        raise InputError("the camera is orthographic: it has no lens.")
+
+
+def _frames(opened: _Stage) -> tuple[int, ...]:
+    """Return every whole frame within the time samples of lens and placement."""
+    xformable = usd_module("UsdGeom").Xformable
+    attributes = [opened.prim.GetAttribute(name) for name in _ATTRIBUTES]
+    times = {time for attribute in attributes if attribute for time in attribute.GetTimeSamples()}
+    times.update(time for prim in _parents(opened) for time in xformable(prim).GetTimeSamples())
+    if not times:
+        return (_STILL_FRAME,)
+    for time in (min(times), max(times)):
+        check_frame(time)
+    return tuple(FrameRange(math.floor(min(times)), math.ceil(max(times))))
+
+
+def _unit_note(opened: _Stage, frame: int) -> str | None:
+    """Return the sentence on a lens in mm, against USD; None for any other."""
+    focal, width = (
+        _track(opened, MM_ATTRIBUTES[name], (frame,))[0]
+        for name in ("focal_length_mm", "sensor_width_mm")
+    )
+    unit_m = opened.meters_per_unit
+    if math.isclose(lens_unit_mm(unit_m, focal, width), unit_m * 100):
+        return None
+    return lens_unit_note(opened.path, unit_m, focal)
+
+
+def _lens(opened: _Stage, frames: tuple[int, ...], unit_note: str | None) -> dict[str, UsdObject]:
+    mm = units_per_mm(opened.meters_per_unit) if unit_note is None else 1.0
+    lengths: dict[str, Track | None] = {
+        name: _track(opened, attribute, frames, mm) for name, attribute in MM_ATTRIBUTES.items()
+    }
+    focus = _track(opened, "focusDistance", frames, 1 / opened.meters_per_unit)
+    return lengths | {
+        "f_stop": _unless_zero(_track(opened, "fStop", frames)),
+        "focus_distance_m": _unless_zero(tuple(map(_infinite_if_far, focus))),
+        "squeeze": _own_track(opened, SQUEEZE, frames),
+        **{name: _own_track(opened, own, frames) for name, own in OPENING.items()},
+        "nominal_f_stop": _own_track(opened, NOMINAL_F_STOP, frames),
+    }
+
+
+def _own_track(opened: _Stage, name: str, frames: tuple[int, ...]) -> Track | None:
+    """Return an attribute that only heatlens writes; None if it is not there."""
+    return _track(opened, name, frames) if opened.prim.HasAttribute(name) else None
+
+
+def _lens_model(opened: _Stage) -> LensModel | None:
+    """Return the lens model that heatlens has written; None if it is missing or unknown."""
+    told = opened.prim.GetAttribute(LENS_MODEL)
+    name = told.Get() if told else None
+    return LensModel(name) if name in list(LensModel) else None
+
+
+def _aperture_image(opened: _Stage) -> OpeningImage | None:
+    """Return the aperture image named in the file, not yet read; None if there is none."""
+    told = opened.prim.GetAttribute(APERTURE_IMAGE)
+    path = told.Get() if told else None
+    return OpeningImage(path) if isinstance(path, str) and path else None
+
+
+def _track(opened: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0) -> Track:
+    """Return an attribute at each frame, divided by `unit`."""
+    attribute = opened.prim.GetAttribute(name)
+    values = [attribute.Get(frame) for frame in frames]
+    for frame, value in zip(frames, values, strict=True):
+        if not isinstance(value, float | int):
+            raise InputError(f"{name} should be a number at frame {frame}, got {value!r}.")
+    short = {value: shortest(value, unit) for value in dict.fromkeys(values)}  # mostly few
+    return tuple(short[value] for value in values)
+
+
+def _unless_zero(track: Track) -> Track | None:
+    return track if any(track) else None
+
+
+def _infinite_if_far(distance_m: float) -> float:
+    return math.inf if distance_m >= INFINITE_M * _FAR else distance_m
+
+
+def _up_axis(opened: _Stage) -> UpAxis:
+    axis = usd_module("UsdGeom").GetStageUpAxis(opened.stage)
+    return "z" if axis == "Z" else "y"
+
+
+def _placement(
+    opened: _Stage, frames: tuple[int, ...]
+) -> tuple[tuple[Matrix, ...] | None, tuple[str, ...]]:
+    """Return world to camera in metres, without the scale of parents, and notes.
+
+    The placement is None where the file has none.
+    """
+    geometry = usd_module("UsdGeom")
+    if not any(geometry.Xformable(prim).GetOrderedXformOps() for prim in _parents(opened)):
+        return None, ()
+    to_world = np.empty((len(frames), 4, 4))
+    for own, frame in zip(to_world, frames, strict=True):
+        found = geometry.Xformable(opened.prim).ComputeLocalToWorldTransform(frame)
+        found.Orthonormalize(issueWarning=False)
+        own[:] = np.array(found, np.float64).T
+    to_world[:, :3, 3] *= opened.meters_per_unit
+    if not (is_one := are_rigid(to_world)).all():
+        frame = frames[int(np.argmin(is_one))]
+        return None, (f"its transform at frame {frame} shears or mirrors, and is left out.",)
+    return tuple(map(matrix_of, np.linalg.inv(to_world).tolist())), ()
+
+
+def _parents(opened: _Stage) -> Iterable[object]:
+    """Yield the camera and its ancestors as far as they can have a transform."""
+    prim = opened.prim
+    while prim and not prim.IsPseudoRoot():
+        if prim.IsA(usd_module("UsdGeom").Xformable):
+            yield prim
+        prim = prim.GetParent()

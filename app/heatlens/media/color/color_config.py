@@ -1,0 +1,227 @@
+"""Load the OpenColorIO config: its displays and views, and the default input space for plates.
+
+Plates are scene-linear. Renderers write Rec.709 (sRGB) primaries by default, so that space is the
+default input if the config has it.
+"""
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.extras import ocio
+from heatlens.core.base.paths import file_bytes, unreadable
+from heatlens.media.plate.parts.picture_parts import FOR_THE_EYE
+
+# The full name, because `ocio://default` differs between versions of the library, which would
+# change every picture. This config (ACES 2.0) comes with OpenColorIO 2.5, of VFX Platform 2026.
+BUILT_IN = "cg-config-v4.0.0_aces-v2.0_ocio-v2.5"
+
+# Names of linear Rec.709 in configs of ACES 2, the Color Interop Forum, ACES 1, and Blender.
+PLAIN_OCIO_VIEW = "Un-tone-mapped"
+LINEAR_REC709 = (
+    "Linear Rec.709 (sRGB)",
+    "lin_rec709_scene",
+    "lin_rec709",
+    "Utility - Linear - sRGB",
+    "Utility - Linear - Rec.709",
+    "Linear Rec.709",
+    "lin_srgb",
+)
+_ARCHIVE = b"PK"  # .ocioz
+_SAID_ALREADY = re.compile(r"^Error: Loading the OCIO profile '.*?' failed\. ")
+
+
+@dataclass(frozen=True, eq=False)
+class ColorConfig:
+    """An OpenColorIO config that was read and validated."""
+
+    source: str  # where the config came from, for messages
+    config: Any  # PyOpenColorIO.Config
+
+    def displays(self) -> tuple[str, ...]:
+        """Return the names of the displays, in the config's order; at least one."""
+        return tuple(self.config.getDisplays())
+
+    def views(self, display: str) -> tuple[str, ...]:
+        """Return the names of the views of `display`, in the config's order.
+
+        Raises InputError if there is no such display.
+        """
+        check_known(f"{self.source}: display", display, self.displays())
+        return tuple(self.config.getViews(display))
+
+    @property
+    def default_display(self) -> str:
+        """The display that the config puts first."""
+        return str(self.config.getDefaultDisplay())
+
+    @property
+    def default_view(self) -> str:
+        """The view that the config puts first for its default display.
+
+        A studio's config shows the starting point of its grade, and the built-in one rolls off
+        highlights as film does, while the plain curve would clip every bright disc to flat white.
+        To compare with a renderer's own window, which uses that plain curve, choose
+        "Un-tone-mapped".
+        """
+        return str(self.config.getDefaultView(self.default_display))
+
+    @property
+    def default_input_space(self) -> str:
+        """Linear Rec.709 if the config has it, else its role scene_linear."""
+        for name in (*LINEAR_REC709, "scene_linear"):
+            space = self.config.getColorSpace(name)
+            if space is not None:
+                return str(space.getName())
+        raise InputError(
+            f"{self.source}: it has neither a linear Rec.709 space nor the role scene_linear, so "
+            "the plate's colours cannot be interpreted. Add that role."
+        )
+
+    def space_called(self, *names: str) -> str | None:
+        """Return the first colour space with one of `names`.
+
+        A name may be the space's own, an alias or its interop identifier. Returns None where there
+        is none, or the space is marked as data.
+        """
+        for name in names:
+            space = self.config.getColorSpace(name) or self._with_interop_id(name)
+            if space is not None and not space.isData():
+                return str(space.getName())
+        return None
+
+    def _with_interop_id(self, name: str) -> Any:
+        """Return the space with this identifier, which configs may give since OpenColorIO 2.5."""
+        for space in self.config.getColorSpaces():
+            if name and space.getInteropID() == name:
+                return space
+        return None
+
+    def grading_space(self, input_space: str) -> str:
+        """Return the space for grades: the config's role for that, else that of the light."""
+        space = self.config.getColorSpace("color_timing")
+        return input_space if space is None else str(space.getName())
+
+    def is_data_view(self, display: str, view: str) -> bool:
+        """Return whether a view shows the numbers of a picture as they are."""
+        space = self.config.getColorSpace(self.config.getDisplayViewColorSpaceName(display, view))
+        return space is not None and bool(space.isData())
+
+    def input_spaces(self) -> tuple[str, ...]:
+        """Return the spaces that a scene-linear picture may have, the default first.
+
+        These are the spaces marked as scene-linear; if the config marks none, as before
+        OpenColorIO 2, every space that is not data.
+        """
+        spaces = list(self.config.getColorSpaces())
+        linear = [s for s in spaces if s.getEncoding() == "scene-linear"]
+        names = [s.getName() for s in linear or spaces if not s.isData()]
+        return tuple(dict.fromkeys([self.default_input_space, *names]))
+
+
+def load_color_config(path: str | None) -> ColorConfig:
+    """Load the config at `path`, else the one $OCIO names, else the built-in one.
+
+    `path` may be a .ocio or .ocioz file or an `ocio://` name. Raises InputError if the config is
+    missing or broken, or OpenColorIO is not installed.
+    """
+    named = path or os.environ.get("OCIO")
+    if not named:
+        return ColorConfig(f"built-in {BUILT_IN}", _read(f"ocio://{BUILT_IN}", "built-in config"))
+    source = named if path else f"$OCIO {named}"
+    return ColorConfig(source, _read(named, source))
+
+
+def files_of_config(path: Path) -> tuple[Path, ...]:
+    """Return the config at `path`, then the tables that it names and that are found."""
+    library, config = ocio(), load_color_config(str(path)).config
+    found = [path]
+    for name in dict.fromkeys(name for it in _transforms(config) for name in _tables(it)):
+        with suppress(library.Exception, library.ExceptionMissingFile):
+            found.append(Path(config.getCurrentContext().resolveFileLocation(name)))
+    return tuple(found)
+
+
+def _transforms(config: Any) -> Iterator[Any]:
+    library = ocio()
+    for kind, entries in (
+        ("COLORSPACE", list(config.getColorSpaces())),
+        ("VIEWTRANSFORM", list(config.getViewTransforms())),
+    ):
+        for way in ("TO", "FROM"):
+            direction = getattr(library, f"{kind}_DIR_{way}_REFERENCE")
+            yield from (entry.getTransform(direction) for entry in entries)
+    for look in config.getLooks():
+        yield from (look.getTransform(), look.getInverseTransform())
+
+
+def _tables(transform: Any) -> Iterator[str]:
+    """Return the names of the files that a transform refers to, alone or as a group."""
+    if isinstance(transform, ocio().FileTransform):
+        yield transform.getSrc()
+    elif isinstance(transform, ocio().GroupTransform):
+        for inner in transform:
+            yield from _tables(inner)
+
+
+def _read(address: str, source: str) -> object:
+    """Read the config; an error in one of its views appears only when that view is used."""
+    library = ocio()
+    if not address.isprintable():  # bytes of another encoding arrive as surrogates
+        raise InputError(f"{source!a}: OpenColorIO accepts only Unicode paths. Rename the file.")
+    _check_file(Path(address), source)
+    try:
+        config = library.Config.CreateFromFile(address)
+    except UnicodeDecodeError as error:  # the library cut its message inside a character
+        raise InputError(f"{source} is not a usable OpenColorIO config: it is damaged.") from error
+    except (library.Exception, library.ExceptionMissingFile) as error:
+        raise InputError(
+            f"{source} is not a usable OpenColorIO config: {one_line(error)}"
+        ) from error
+    if not config.getDisplays():
+        raise InputError(f"{source} defines no display, so it cannot show a picture.")
+    return config
+
+
+def _check_file(path: Path, source: str) -> None:
+    """Raise InputError for a config that is not UTF-8 text; archives are not checked."""
+    if not path.exists():  # OpenColorIO's own name, or a missing file, which the library reports
+        return
+    try:
+        data = file_bytes(path)
+        if not data.startswith(_ARCHIVE):
+            data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{source} is not a usable OpenColorIO config: byte {error.start} is not UTF-8."
+        ) from error
+    except OSError as error:
+        raise unreadable(path, error) from error
+
+
+def one_line(error: Exception) -> str:
+    """Return the library's message without line breaks and without the file's name."""
+    return _SAID_ALREADY.sub("", " ".join(str(error).split())).rstrip(".") + "."
+
+
+def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
+    """Raise InputError, listing the known names, unless `name` is among `known`."""
+    if name not in known:
+        raise InputError(f"{what} {name!r} is not among {', '.join(known)}.")
+
+
+def default_view(config: ColorConfig, display: str, attributes: Mapping[str, object]) -> str:
+    """Return the initial view of a display for a plate whose header has `attributes`.
+
+    This is the first view of the config. A photo is already display-referred, so it gets the view
+    without tone mapping, if there is one.
+    """
+    views = config.views(display)
+    if attributes.get(FOR_THE_EYE) and PLAIN_OCIO_VIEW in views:
+        return PLAIN_OCIO_VIEW
+    return views[0]

@@ -1,0 +1,92 @@
+"""Find the colour space of a plate: the user's choice, else the one in its header.
+
+The window, `render` and `export` all use this, so that they treat a plate in the same way.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from heatlens.media.color.color_config import LINEAR_REC709, ColorConfig
+from heatlens.media.plate.header.primaries import (
+    ADOBE_RGB,
+    AP0,
+    AP1,
+    P3_D65,
+    REC709,
+    REC2020,
+    XYZ,
+    HeaderPrimaries,
+    Primaries,
+    header_primaries,
+)
+
+# Names of the spaces in configs of ACES 2, ACES 1 and Blender; the identifier is tried first.
+_NAMES: Mapping[Primaries, tuple[str, ...]] = {
+    REC709: LINEAR_REC709,
+    AP0: ("ACES2065-1", "lin_ap0", "ACES - ACES2065-1"),
+    AP1: ("ACEScg", "lin_ap1", "ACES - ACEScg"),
+    REC2020: ("Linear Rec.2020", "lin_rec2020", "Utility - Linear - Rec.2020"),
+    P3_D65: ("Linear P3-D65", "lin_p3d65", "Utility - Linear - P3-D65", "Linear DCI-P3 D65"),
+    ADOBE_RGB: ("Linear AdobeRGB", "lin_adobergb", "Utility - Linear - Adobe RGB"),
+    XYZ: ("CIE XYZ-D65 - Scene-referred", "cie_xyz_d65_scene", "Linear CIE-XYZ D65"),
+}
+
+
+@dataclass(frozen=True)
+class InputSpace:
+    """A space of the config, why it was chosen, and a note if the header's space is unknown.
+
+    Light in primaries that no space of the config has is converted to linear Rec. 709 by a matrix.
+    """
+
+    name: str
+    why: str
+    note: str = ""
+    turned_from: Primaries | None = None  # the plate's primaries, if a matrix converts to `name`
+
+
+def input_space_of(
+    config: ColorConfig | None, attributes: Mapping[str, object], chosen: str = ""
+) -> InputSpace:
+    """Return the colour space of a picture whose header has `attributes`, or `chosen` if given.
+
+    If `config` is None, the plain sRGB curve is used, which knows the primaries of
+    `plate.primaries` by name. Raises InputError if the config has no default space.
+    """
+    if chosen:
+        return InputSpace(chosen, "chosen")
+    told = header_primaries(attributes)
+    found = None if told is None else _found(config, told)
+    if told is not None and found is not None:
+        return InputSpace(found, f"header, {told.attribute}")
+    if told is not None and told.primaries is not None:
+        rec709 = REC709.name if config is None else config.space_called(*LINEAR_REC709)
+        if rec709 is not None:
+            why = f"header, {told.attribute}, by a matrix"
+            return InputSpace(rec709, why, turned_from=told.primaries)
+    usual = REC709.name if config is None else config.default_input_space
+    if told is None:
+        return InputSpace(usual, "the header names no other")
+    return InputSpace(usual, f"no other for {told.attribute}", _note(config, told, usual))
+
+
+def _found(config: ColorConfig | None, told: HeaderPrimaries) -> str | None:
+    """Return the name in the config of the space that the header states, or None."""
+    if config is None:
+        return None if told.known is None else told.known.name
+    if told.known is None:
+        # A studio's config may have its own names; chromaticities are not a name.
+        return config.space_called(told.value) if told.attribute == "colorInteropID" else None
+    return config.space_called(told.known.interop_id, *_NAMES[told.known])
+
+
+def _note(config: ColorConfig | None, told: HeaderPrimaries, usual: str) -> str:
+    """Return a sentence on a header whose space is not in the config."""
+    if told.known is not None and config is not None:
+        problem = f"{config.source} has no {told.known.name}, which is the header's"
+    else:
+        problem = "heatlens knows no colour space with the header's"
+    return (
+        f"{problem} {told.attribute} ({told.value}): the plate is read as {usual} until another "
+        "input space is chosen."
+    )

@@ -1,0 +1,92 @@
+"""Pack and unpack what a reading process answers, so that an answer can run nothing.
+
+An answer is a pickle, because it holds arrays and values of many classes. A pickle can name any
+function of any module and have it called, so that unpacking takes the names below and no others.
+`tests/media/files/test_answers.py` finds a class that a reader answers with and that is missing
+here.
+"""
+
+import io
+import pickle
+from collections.abc import Mapping
+
+# Arrays as NumPy packs them, by version 1 and by version 2.
+_ARRAYS = {
+    "numpy": ("dtype", "ndarray"),
+    "numpy.core.multiarray": ("_reconstruct", "scalar"),
+    "numpy._core.multiarray": ("_reconstruct", "scalar"),
+    "numpy.core.numeric": ("_frombuffer",),
+    "numpy._core.numeric": ("_frombuffer",),
+}
+_VALUES = {
+    "PIL.TiffImagePlugin": ("IFDRational",),  # in the EXIF of a photograph
+    "collections": ("OrderedDict",),
+    "fractions": ("Fraction",),
+    "pathlib": ("Path", "PosixPath", "PurePosixPath", "WindowsPath", "PureWindowsPath"),
+}
+_OURS = {
+    "heatlens.core.base.errors": (
+        "FaultError",
+        "GpuError",
+        "HeatlensError",
+        "InputError",
+        "MissingPackageError",
+    ),
+    "heatlens.media.camera.samples": ("CameraSamples",),
+    "heatlens.media.files.json_record": ("JsonEntry",),
+    "heatlens.core.model.curves.frames": ("FrameRange",),
+    "heatlens.core.model.lens.lens": ("LensModel",),
+    "heatlens.core.model.lens.opening_image": ("OpeningImage",),
+    "heatlens.core.model.shot.framing": (
+        "CameraTrack",
+        "Pose",
+        "PoseKey",
+        "SceneTiming",
+        "WorldAxis",
+    ),
+    "heatlens.core.model.shot.grade": ("Grade",),
+    "heatlens.core.model.shot.reel": ("Reel", "ReelShot", "Retime"),
+    "heatlens.core.model.timecode": ("Timecode",),
+    "heatlens.core.model.view.guides": ("Canvas", "FrameLine"),
+    "heatlens.media.plate.picture.picture_open": ("RawPicture",),
+    "heatlens.media.scene.gltf.animation": ("Animation", "ValueTrack"),
+    "heatlens.media.scene.gltf.deform": ("Binding", "Deformed", "Skin", "Targets"),
+    "heatlens.media.scene.gltf.json_values": ("Record",),
+    "heatlens.media.scene.gltf.lights": ("MovingLights",),
+    "heatlens.media.scene.gltf.nodes": ("NodeTree",),
+    "heatlens.media.scene.gltf.read": ("_Hanging",),
+    "heatlens.media.scene.scene": (
+        *("Daylight", "Instance", "Lighting", "MapPlace", "Material", "Mesh", "PointLight"),
+        *("Scene", "SceneCamera", "Wrap"),
+    ),
+    "heatlens.media.scene.usd.read": ("_Sampled",),
+}
+ALLOWED: Mapping[str, tuple[str, ...]] = _ARRAYS | _VALUES | _OURS
+
+
+class AnswerError(Exception):
+    """An answer names something that no answer holds."""
+
+
+class _Unpacker(pickle.Unpickler):
+    def find_class(self, module: str, name: str) -> object:
+        """Return a class or function of the list; raise AnswerError for any other."""
+        if name not in ALLOWED.get(module, ()):
+            raise AnswerError(f"the answer of a reading process names {module}.{name}")
+        return super().find_class(module, name)
+
+
+def packed(answer: object) -> bytes:
+    """Return `answer` as bytes."""
+    return pickle.dumps(answer, protocol=pickle.HIGHEST_PROTOCOL)
+
+
+def unpacked(answer: bytes) -> object:
+    """Return what `packed` was given.
+
+    Raises AnswerError for bytes that name anything beside the list, or are no answer at all.
+    """
+    try:
+        return _Unpacker(io.BytesIO(answer)).load()
+    except (pickle.UnpicklingError, EOFError, ValueError, LookupError, AttributeError) as error:
+        raise AnswerError(f"the answer of a reading process is damaged ({error})") from error

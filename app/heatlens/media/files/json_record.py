@@ -1,0 +1,247 @@
+"""Convert values of the model to JSON and back; errors name the place in the file.
+
+A dataclass becomes an object with its fields as entries; fields that are None are left out.
+Infinity, for which JSON has no number, is written as the text "inf".
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from difflib import get_close_matches
+from enum import Enum
+from pathlib import Path
+from types import NoneType
+from typing import Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_type_hints
+
+from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.base.paths import file_bytes, unreadable
+from heatlens.core.model.lens.opening_image import OpeningImage
+
+T = TypeVar("T")
+
+_DIGEST_BYTES = 16
+_WHOLE_MOST = 2**53  # integral floats below this are exact, and are written without ".0"
+
+
+def record_to_json(record: Any) -> dict[str, object]:
+    """Return a dataclass as a JSON object.
+
+    Its fields must be numbers, texts, enums, such dataclasses, or tuples or maps of these. Those
+    without a default come first.
+    """
+    own = sorted(fields(record), key=lambda field: not _is_needed(field))
+    values = {field.name: getattr(record, field.name) for field in own}
+    return {name: plain(value) for name, value in values.items() if value is not None}
+
+
+def _is_needed(field: Any) -> bool:
+    return field.default is MISSING and field.default_factory is MISSING
+
+
+def plain(value: object) -> object:
+    """Return the JSON value of a number, text, enum, image (its path), tuple, map or dataclass."""
+    if isinstance(value, OpeningImage):
+        return value.path
+    if is_dataclass(value):
+        return record_to_json(value)
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {name: plain(member) for name, member in value.items()}
+    if isinstance(value, float):
+        if math.isinf(value):
+            return "inf"
+        return int(value) if value.is_integer() and abs(value) < _WHOLE_MOST else value
+    return value
+
+
+def digest(facts: Mapping[str, object]) -> str:
+    """Return 32 hexadecimal digits that are equal for equal facts; facts must fit into JSON."""
+    text = json.dumps(facts, sort_keys=True)
+    return hashlib.blake2b(text.encode(), digest_size=_DIGEST_BYTES).hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
+class JsonEntry:
+    """A value in a JSON file and its place there, such as `keys.focus_distance_m[2]`.
+
+    Every method raises InputError with the file and the place if the value is not as expected.
+    """
+
+    path: Path
+    place: str
+    value: Any
+
+    def refuse(self, sentence: str) -> NoReturn:
+        """Raise InputError that names the file and the place, and says `sentence`."""
+        place = f" {self.place}:" if self.place else ""
+        raise InputError(f"{self.path}:{place} {sentence}")
+
+    def check_version(self, entry: str, version: int, what: str) -> None:
+        """Refuse a file that is not a `what` of heatlens, or has another version than `version`.
+
+        `entry` is the name of the entry that holds the version.
+        """
+        if not isinstance(self.value, dict) or entry not in self.value:
+            self.refuse(f"this is no {what} of heatlens: it has no entry {entry!r}")
+        found = JsonEntry(self.path, entry, self.value[entry])
+        if found.whole() != version:
+            found.refuse(
+                f"version {found.whole()} is not known here, only {version}; a newer heatlens "
+                "may have written it"
+            )
+
+    def members(self, known: Collection[str], needed: Iterable[str] = ()) -> dict[str, "JsonEntry"]:
+        """Return the entries of an object by name; all must be among `known`."""
+        if not isinstance(self.value, dict):
+            self.refuse(f"{_shown(self.value)} should be an object in braces")
+        for name in self.value:
+            if name not in known:
+                near = get_close_matches(name, known, 1)
+                hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+                self.refuse(f"unknown entry {name!r}; {hint}")
+        for name in needed:
+            if name not in self.value:
+                self.refuse(f"the entry {name!r} is missing")
+        prefix = f"{self.place}." if self.place else ""
+        return {
+            name: JsonEntry(self.path, prefix + name, value) for name, value in self.value.items()
+        }
+
+    def items(self) -> list["JsonEntry"]:
+        if not isinstance(self.value, list):
+            self.refuse(f"{_shown(self.value)} should be a list in brackets")
+        return [
+            JsonEntry(self.path, f"{self.place}[{index}]", value)
+            for index, value in enumerate(self.value)
+        ]
+
+    def record(self, kind: type[T]) -> T:
+        """Return this object as a dataclass `kind`; missing entries take their defaults."""
+        hints = get_type_hints(kind)
+        own: tuple[Any, ...] = fields(kind)  # type: ignore[arg-type]
+        needed = [field.name for field in own if _is_needed(field)]
+        entries = self.members([field.name for field in own], needed)
+        return self.built(kind, {n: entry.of_type(hints[n]) for n, entry in entries.items()})
+
+    def built(self, kind: Callable[..., T], values: Mapping[str, object]) -> T:
+        """Build `kind` from `values`; its HeatlensError becomes an InputError with the place."""
+        try:
+            return kind(**values)
+        except HeatlensError as error:
+            self.refuse(str(error))
+
+    def of_type(self, hint: Any) -> Any:
+        """Return the value converted for a field with the type `hint`."""
+        if NoneType in get_args(hint):
+            (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)
+            return None if self.value is None else self.of_type(hint)
+        if get_origin(hint) is tuple:
+            return self.row(get_args(hint))
+        if get_origin(hint) is Mapping:
+            return self.by_name(get_args(hint)[1])
+        if get_origin(hint) is Literal:
+            return self.choice(get_args(hint))
+        if hint is OpeningImage:
+            return OpeningImage(self.text())  # read later, once the folder is known
+        if is_dataclass(hint):
+            return self.record(hint)  # type: ignore[arg-type]
+        if issubclass(hint, Enum):
+            return hint(self.choice([member.value for member in hint]))
+        read = {float: self.number, int: self.whole, str: self.text, bool: self.flag}
+        return read[hint]()
+
+    def by_name(self, hint: Any) -> dict[str, Any]:
+        """Return an object as a mapping to values of one type; its entries may have any name."""
+        known = self.value if isinstance(self.value, dict) else ()
+        return {name: entry.of_type(hint) for name, entry in self.members(known).items()}
+
+    def row(self, hints: tuple[Any, ...]) -> tuple[object, ...]:
+        """Return a list as a tuple with these types; `...` at the end allows any length."""
+        items = self.items()
+        if hints[-1] is Ellipsis:
+            hints = (hints[0],) * len(items)
+        if len(items) != len(hints):
+            self.refuse(f"there should be {len(hints)} values, not {len(items)}")
+        return tuple(item.of_type(hint) for item, hint in zip(items, hints, strict=True))
+
+    def number(self) -> float:
+        """Return a finite number, or infinity for "inf"."""
+        if self.value == "inf":
+            return math.inf
+        if isinstance(self.value, bool) or not isinstance(self.value, int | float):
+            self.refuse(f"{_shown(self.value)} should be a number")
+        if not abs(self.value) < 1e300:
+            self.refuse(f'{_shown(self.value)} is too large; infinity is written "inf"')
+        return float(self.value)
+
+    def whole(self) -> int:
+        """Return an integer."""
+        number = self.number()
+        if not number.is_integer():
+            self.refuse(f"{_shown(self.value)} should be a whole number")
+        return int(number)
+
+    def flag(self) -> bool:
+        """Return true or false."""
+        if not isinstance(self.value, bool):
+            self.refuse(f"{_shown(self.value)} should be true or false")
+        return self.value
+
+    def text(self) -> str:
+        if not isinstance(self.value, str):
+            self.refuse(f"{_shown(self.value)} should be a text in quotation marks")
+        return self.value
+
+    def choice(self, choices: Collection[str]) -> str:
+        """Return one of these words."""
+        if not isinstance(self.value, str) or self.value not in choices:
+            self.refuse(f"{_shown(self.value)} should be one of {', '.join(choices)}")
+        return self.value
+
+
+def read_json(path: Path) -> JsonEntry:
+    """Read a whole JSON file. Raises InputError if it cannot be read or is damaged."""
+    try:
+        text = file_bytes(path).decode("utf-8-sig")  # some editors write a byte order mark
+        value = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
+    except OSError as error:
+        raise unreadable(path, error) from error
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path} is not a text file, as shots and cameras in JSON are: it is another kind of "
+            "file, or damaged."
+        ) from error
+    except json.JSONDecodeError as error:
+        raise InputError(
+            f"{path}: line {error.lineno}, column {error.colno}: {error.msg}; the file is damaged "
+            "or cut short."
+        ) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path} is damaged: {error}.") from error
+    return JsonEntry(path, "", value)
+
+
+def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """Return an object; refuse an entry that occurs twice, because one of them would be lost."""
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in found if names.count(name) > 1)
+        raise ValueError(f"the entry {twice!r} occurs twice in the same place")
+    return found
+
+
+def _constant(name: str) -> NoReturn:
+    """Refuse NaN and Infinity, which some programs write and JSON does not have."""
+    raise ValueError(f'{name} is not a JSON number; infinity is written "inf"')
+
+
+def _shown(value: object) -> str:
+    """Return a value as JSON text, shortened to 40 characters."""
+    text = json.dumps(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."

@@ -1,0 +1,209 @@
+"""The formats of pictures besides EXR, each declared in one record, and the frames of movies.
+
+Whatever differs between the formats is a field of `PictureFormat`, so a new format is one more
+record in `FORMATS`: what is read, written, offered, explained and known again follows from it.
+
+A movie stands for a folder of its frames: clip.mov/frame.0012.mov is the twelfth frame of clip.mov.
+The frames of clip.mov@1001 are counted from 1001.
+"""
+
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import BinaryIO
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.extras import OnUse
+from heatlens.media.files.dpx import dpx_bytes, dpx_marks, is_whole_dpx, require_openimageio
+from heatlens.media.files.picture_encoding import (
+    Stored,
+    jpeg_bytes,
+    png_bytes,
+    tiff_bytes,
+    webp_bytes,
+)
+from heatlens.media.files.whole_pictures import (
+    is_whole_jpeg,
+    is_whole_png,
+    is_whole_tiff,
+    is_whole_webp,
+)
+
+MOVIES_READ = (".mov", ".mp4", ".m4v", ".mxf", ".webm", ".mkv")
+_FIRST_FRAME = 1
+_MOVIE = re.compile(
+    rf"(.+(?:{'|'.join(map(re.escape, MOVIES_READ))}))(?:@([0-9]{{1,9}}))?",
+    re.IGNORECASE | re.DOTALL,
+)
+_FRAME = re.compile(r"frame\.([0-9]{4,10})\..*", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Writing:
+    """How pictures of one format are written, and known again by the next export.
+
+    note         what the help says of the files
+    encoded      returns a file of whole numbers (H, W, 3 or 4) and marks
+    marks        returns the marks in a file; raises ValueError or what its library does
+    is_whole     tells of an open file and its length whether all of it is there
+    bits         of each channel
+    keeps_alpha  it holds transparency; without it, pictures lie over black
+    most_px      the longest side
+    require      raises InputError if a package is missing
+    """
+
+    note: str
+    encoded: Callable[[Stored, Mapping[str, str]], bytes]
+    marks: Callable[[Path], dict[str, str]]
+    is_whole: Callable[[BinaryIO, int], bool]
+    bits: int = 8
+    keeps_alpha: bool = True
+    most_px: int = 65535
+    require: Callable[[], object] = tuple
+
+
+@dataclass(frozen=True)
+class PictureFormat:
+    """One format of pictures: everything that differs between formats.
+
+    word       what menus and sentences call it
+    suffixes   its file extensions in lower case, the usual one first
+    begins     how its files may begin; () if their beginning does not tell
+    of_pillow  the names of Pillow for what may be in it; () if it is read without Pillow
+    writing    how it is written; None if it is only read
+    """
+
+    word: str
+    suffixes: tuple[str, ...]
+    begins: tuple[bytes, ...] = ()
+    of_pillow: tuple[str, ...] = ()
+    writing: Writing | None = None
+
+
+_by_pillow = partial(Writing, marks=OnUse("media.files.opened_by_ending", "marks_by_pillow"))
+# Pillow has no other name for a JPEG with further pictures behind the first, as of phones.
+FORMATS = [
+    PictureFormat(
+        "PNG",
+        (".png",),
+        (b"\x89PNG",),
+        ("PNG",),
+        _by_pillow("8 bits", encoded=png_bytes, is_whole=is_whole_png),
+    ),
+    PictureFormat(
+        "JPEG",
+        (".jpg", ".jpeg"),
+        (b"\xff\xd8\xff",),
+        ("JPEG",),
+        _by_pillow(
+            "8 bits, with losses", encoded=jpeg_bytes, is_whole=is_whole_jpeg, keeps_alpha=False
+        ),
+    ),
+    PictureFormat(
+        "TIFF",
+        (".tif", ".tiff"),
+        (b"II*\0", b"MM\0*"),
+        ("TIFF",),
+        _by_pillow("8 bits", encoded=tiff_bytes, is_whole=is_whole_tiff),
+    ),
+    PictureFormat("HEIC", (".heic", ".heif"), of_pillow=("HEIF",)),
+    PictureFormat(
+        "WebP",
+        (".webp",),
+        (b"RIFF",),
+        ("WEBP",),
+        _by_pillow(
+            "8 bits, with losses as in JPEG, and transparency",
+            encoded=webp_bytes,
+            is_whole=is_whole_webp,
+            most_px=16383,
+        ),
+    ),
+    PictureFormat(
+        "DPX",
+        (".dpx",),
+        (b"SDPX", b"XPDS"),
+        writing=Writing(
+            "10 bits, as displayed and not the log of film",
+            dpx_bytes,
+            dpx_marks,
+            is_whole_dpx,
+            bits=10,
+            keeps_alpha=False,
+            require=require_openimageio,
+        ),
+    ),
+    PictureFormat("BMP", (".bmp",), (b"BM",), ("BMP", "DIB")),
+    PictureFormat("TGA", (".tga",), of_pillow=("TGA",)),
+    PictureFormat("AVIF", (".avif",), of_pillow=("AVIF",)),
+    PictureFormat("PFM", (".pfm",)),
+    PictureFormat("NumPy", (".npy",), (b"\x93NUMPY",)),
+]
+
+
+def format_of(path: str | os.PathLike[str]) -> PictureFormat | None:
+    """Return the format that the ending of a name tells; None for EXR, movies and others."""
+    suffix = Path(path).suffix.lower()
+    return next((it for it in FORMATS if suffix in it.suffixes), None)
+
+
+def writing_of(path: str | os.PathLike[str]) -> Writing:
+    """Return how the format of a name is written. Raises InputError for names of no such format."""
+    found = format_of(path)
+    if found is None or found.writing is None:
+        raise InputError(f"{path}: pictures are written as {', '.join(suffixes_written()[1:])}.")
+    return found.writing
+
+
+def suffixes_read() -> tuple[str, ...]:
+    """Return the endings of all pictures that can be read."""
+    return (".exr", *(suffix for it in FORMATS for suffix in it.suffixes))
+
+
+def suffixes_written() -> tuple[str, ...]:
+    """Return the endings of all pictures that can be written, EXR as the first."""
+    return (".exr", *(suffix for it in FORMATS if it.writing for suffix in it.suffixes))
+
+
+def words_written() -> str:
+    """Return the endings of the pictures for viewing, with what the help says of each."""
+    return ", ".join(f"{it.suffixes[0]} ({it.writing.note})" for it in FORMATS if it.writing)
+
+
+def is_picture(path: Path) -> bool:
+    """Return whether the name is that of a readable picture other than EXR, or of a movie."""
+    return format_of(path) is not None or movie_named(path) is not None
+
+
+def movie_named(path: Path) -> tuple[Path, int] | None:
+    """Return the file of a movie and the number of its first frame; None for another name."""
+    found = _MOVIE.fullmatch(path.name)
+    if found is None:
+        return None
+    return path.with_name(found[1]), _FIRST_FRAME if found[2] is None else int(found[2])
+
+
+def movie_frame_name(movie: Path, frame: int) -> str:
+    """Return the name of a frame in the folder that `movie` stands for."""
+    return f"frame.{frame:04d}{movie.suffix}"
+
+
+def in_movie(path: Path) -> tuple[Path, int] | None:
+    """Return the file of the movie of which `path` is a frame, and how many frames come before it.
+
+    The movie itself stands for its first frame. None if `path` is not a movie.
+    """
+    folder, found = movie_named(path.parent), _FRAME.fullmatch(path.name)
+    if folder is not None and found is not None:
+        return folder[0], int(found[1]) - folder[1]
+    alone = movie_named(path)
+    return None if alone is None else (alone[0], 0)
+
+
+def file_on_disk(path: Path) -> Path:
+    """Return the file that holds the picture at `path`: a movie for each of its frames."""
+    found = in_movie(path)
+    return path if found is None else found[0]

@@ -1,0 +1,149 @@
+"""Keep plates in memory within a budget of bytes."""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from heatlens.media.plate.plate import Plate
+from heatlens.media.sequence.sequence import Stamp
+
+Direction = Literal[1, -1]
+
+
+@dataclass(frozen=True)
+class PlayOrder:
+    """A playhead on sorted `frames` that moves in `direction` and reads `window` frames ahead.
+
+    Playback loops, so the first frame follows the last.
+    """
+
+    frames: tuple[int, ...]
+    playhead: int  # one of `frames`
+    direction: Direction
+    window: int
+
+    @staticmethod
+    def at(frames: tuple[int, ...], frame: int, direction: Direction, window: int) -> "PlayOrder":
+        """Return the order for a playhead on `frame`, else on the nearest earlier or first one."""
+        playhead = frames[max(bisect_right(frames, frame) - 1, 0)]
+        return PlayOrder(frames, playhead, direction, window)
+
+    def wanted(self) -> Iterator[int]:
+        """Yield the playhead and the frames ahead of it, in the order of playback."""
+        start, count = self._index(self.playhead), len(self.frames)
+        for steps in range(min(self.window + 1, count)):
+            yield self.frames[(start + steps * self.direction) % count]
+
+    def rank(self, frame: int) -> tuple[int, int]:
+        """Return a sort key; frames with a low rank are kept longest.
+
+        Frames ahead come first, in order of playback, then those behind, the nearest first.
+        """
+        steps = self.direction * (self._index(frame) - self._index(self.playhead))
+        ahead = steps % len(self.frames)
+        return (0, ahead) if ahead <= self.window else (1, len(self.frames) - ahead)
+
+    def _index(self, frame: int) -> int:
+        return bisect_left(self.frames, frame)
+
+
+Stamps = tuple[Stamp | None, ...]  # stamps of the files of one plate
+
+
+@dataclass(frozen=True)
+class Damaged:
+    """A frame whose file cannot be read, and a sentence that says why."""
+
+    path: Path
+    sentence: str
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A plate that was read, and the `stamps` of its files before it was read."""
+
+    content: Plate | Damaged
+    stamps: Stamps
+
+    @property
+    def size_bytes(self) -> int:
+        """Bytes of the colour, depth and fragment lists; notes are too small to count."""
+        return plate_bytes(self.content) if isinstance(self.content, Plate) else 0
+
+
+def plate_bytes(plate: Plate) -> int:
+    """Return the bytes of memory that the pixels and the fragment lists of `plate` take."""
+    depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
+    lists = 0 if plate.fragments is None else plate.fragments.nbytes
+    lists += 0 if plate.beyond is None else plate_bytes(plate.beyond)
+    pixels = plate.color.nbytes + (0 if depth is None else depth.nbytes)
+    # A cutout has as much for each of its two parts, and a share of each pixel.
+    cut = 0 if plate.cutout is None else 2 * pixels + plate.cutout.share.nbytes
+    return pixels + cut + lists
+
+
+class PlateShelf:
+    """Plates by frame, and space reserved for those that are being read.
+
+    If the frame at the playhead is larger than the whole budget, it is held alone, because it must
+    be shown. Not thread-safe: the caller holds a lock.
+    """
+
+    def __init__(self, budget_bytes: int):
+        self.budget_bytes = budget_bytes
+        self.held: dict[int, Held] = {}
+        self.reserved: dict[int, int] = {}
+        self._known_bytes: dict[int, int] = {}  # sizes of frames when they were last read
+        self._usual_bytes = budget_bytes  # until a size is known, the first frame is read alone
+
+    @property
+    def bytes_in_use(self) -> int:
+        """Bytes of the pixels held, and of the reserved space."""
+        held_bytes = sum(held.size_bytes for held in self.held.values())
+        return held_bytes + sum(self.reserved.values())
+
+    def reserve(self, frame: int, order: PlayOrder) -> bool:
+        """Reserve space for `frame`, dropping less wanted frames; return False if it cannot fit.
+
+        Its size is assumed to be that of its last read, else that of the last frame read.
+        """
+        size_bytes = self._known_bytes.get(frame, self._usual_bytes)
+        victims = [f for f in self._by_rank(order) if order.rank(f) > order.rank(frame)]
+        kept_bytes = self.bytes_in_use - sum(self.held[f].size_bytes for f in victims)
+        fits = kept_bytes + size_bytes <= self.budget_bytes
+        if not fits and (kept_bytes > 0 or frame != order.playhead):
+            return False
+        while victims and self.bytes_in_use + size_bytes > self.budget_bytes:
+            del self.held[victims.pop()]
+        self.reserved[frame] = size_bytes
+        return True
+
+    def put(self, frame: int, held: Held, order: PlayOrder) -> None:
+        """Put `held` into the space reserved for `frame`, and drop others if it is larger."""
+        del self.reserved[frame]
+        self.held[frame] = held
+        if held.size_bytes:
+            self._known_bytes[frame] = self._usual_bytes = held.size_bytes
+        self.trim(order)
+
+    def trim(self, order: PlayOrder) -> None:
+        """Drop the least wanted frames until the rest fits, but never that at the playhead."""
+        victims = [frame for frame in self._by_rank(order) if frame != order.playhead]
+        while victims and self.bytes_in_use > self.budget_bytes:
+            del self.held[victims.pop()]
+
+    def keep_only(self, frames: set[int]) -> None:
+        """Drop the pixels of all other frames."""
+        for frame in self.held.keys() - frames:
+            del self.held[frame]
+
+    def forget(self, frame: int) -> None:
+        """Drop `frame` and its known size, because its file has changed."""
+        self.held.pop(frame, None)
+        self._known_bytes.pop(frame, None)
+
+    def _by_rank(self, order: PlayOrder) -> list[int]:
+        """Return the frames with pixels in memory, the most wanted first."""
+        return sorted((f for f, held in self.held.items() if held.size_bytes), key=order.rank)

@@ -1,0 +1,143 @@
+"""What is in the frames of a shot and how heatlens would read them, as plain values for JSON."""
+
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from pathlib import Path
+from statistics import fmean
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.focus.plausibility import span_doubts
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.files.picture_formats import is_picture
+from heatlens.media.frame_cache.sequence_reader import NeighbourReader
+from heatlens.media.plate.mattes.cryptomatte import thing_names
+from heatlens.media.plate.mattes.things import require_things
+from heatlens.media.plate.parts.header_read import read_headers
+from heatlens.media.plate.plate import BehindReport, Plate, depth_span
+from heatlens.media.sequence.depth_files import PlateFiles
+from heatlens.media.sequence.names import frames_text
+from heatlens.media.sequence.sequence import Sequence
+
+Facts = dict[str, object]
+
+
+def sequence_facts(
+    sequence: Sequence, options: PlateOptions, tell: Callable[[int], None] = lambda frame: None
+) -> Facts:
+    """Return frames, gaps, sizes, the depths of the shot, and faults of single frames.
+
+    Reads every frame, and calls `tell` with each one first. Lengths are in metres; values that no
+    frame has are None. A sentence that applies to several frames is given once. Raises InputError
+    where no frame has a thing that the options name.
+    """
+    require_things(sequence.path_at(sequence.present[0]), options)
+    survey = _Survey(options)
+    reader = NeighbourReader(options, sequence)
+    for frame in sequence.present:
+        tell(frame)
+        try:
+            survey.add(frame, reader.alone(sequence.path_at(frame)))
+        except InputError as error:
+            survey.damaged[frame] = str(error)
+    return {
+        "path": sequence.pattern,
+        "frames": frames_text(sequence.present),
+        "frame_count": len(sequence.present),
+        "missing": frames_text(sequence.missing) if sequence.missing else None,
+        **survey.facts(),
+        "things": _things(sequence, survey.damaged),
+        "neighbours": _neighbours(sequence, reader, survey.damaged),
+    }
+
+
+def _things(sequence: Sequence, damaged: Collection[int]) -> dict[str, list[str]]:
+    """Return the names of things in the Cryptomattes of all frames."""
+    found: dict[str, set[str]] = {}
+    for frame in sequence.present:
+        path = sequence.path_at(frame)
+        if frame in damaged or is_picture(path):
+            continue
+        for layer, names in thing_names(path.parent, read_headers(path)).items():
+            found.setdefault(layer, set()).update(names)
+    return {layer: sorted(names) for layer, names in found.items()}
+
+
+def _neighbours(sequence: Sequence, reader: NeighbourReader, damaged: Collection[int]) -> Facts:
+    """Return which neighbours are used, and what they show on average at three frames."""
+    near, good = reader.neighbourhood, [it for it in sequence.present if it not in damaged]
+    told: Facts = {"count": near.count, "step": near.step, "words": near.words, "found": None}
+    if near.count and good:
+        asked = sorted({good[0], good[len(good) // 2], good[-1]})
+        plates = (reader.alone(sequence.path_at(frame)) for frame in asked)
+        told["found"] = fmean(reader.found(plate).hidden_part for plate in plates)
+    return told
+
+
+class _Survey:
+    """Collects what the frames have in common, and where they differ."""
+
+    def __init__(self, options: PlateOptions) -> None:
+        self._options = options
+        self._beside = {Path(it).name: PlateFiles((it,)) for it in options.files_beside}
+        self._sizes: dict[str, list[int]] = {}
+        self._readings: dict[str, list[int]] = {}
+        self._notes: dict[str, list[int]] = {}
+        self._behind: dict[str, list[BehindReport]] = {}
+        self._near: tuple[float, int] | None = None
+        self._far: tuple[float, int] | None = None
+        self.damaged: dict[int, str] = {}
+
+    def add(self, frame: int, plate: Plate) -> None:
+        """Add one frame that could be read."""
+        window, depth = plate.display_window, plate.depth
+        self._sizes.setdefault(f"{window.width} x {window.height}", []).append(frame)
+        said = f"{depth.channel}, {depth.convention}, {depth.kind}"
+        self._readings.setdefault(said, []).append(frame)
+        span = depth_span(plate, self._options.scene_unit_m)
+        doubtful = [doubt.sentence for doubt in span_doubts(span)]
+        for report in plate.behind:
+            self._behind.setdefault(report.name, []).append(report)
+        reported_already = {report.sentence for report in plate.behind}
+        for note in (*plate.notes, *doubtful):
+            if note not in reported_already:
+                self._notes.setdefault(self._without_paths(note, plate.path), []).append(frame)
+        if span.has_surfaces:
+            near, far = (span.near_m, frame), (span.far_m, frame)
+            self._near = near if self._near is None else min(self._near, near)
+            self._far = far if self._far is None else max(self._far, far)
+
+    def _without_paths(self, note: str, path: Path) -> str:
+        """Name the files of a frame alike in all frames, so that the same sentence is equal."""
+        names = {path: path.name}
+        for name, files in self._beside.items():
+            names |= dict.fromkeys(files(path)[1:], name)
+        for file, name in names.items():
+            note = note.replace(f"{file}: ", "").replace(str(file), name)
+        return note
+
+    def facts(self) -> Facts:
+        """Return all of it."""
+        return {
+            "sizes": _by_frames(self._sizes),
+            "depth": _by_frames(self._readings),
+            "near_m": None if self._near is None else self._near[0],
+            "near_frame": None if self._near is None else self._near[1],
+            "far_m": None if self._far is None else self._far[0],
+            "far_frame": None if self._far is None else self._far[1],
+            "behind": {name: _mean_words(reports) for name, reports in self._behind.items()},
+            "notes": _by_frames(self._notes),
+            "damaged": {str(frame): sentence for frame, sentence in self.damaged.items()},
+        }
+
+
+def _mean_words(reports: list[BehindReport]) -> str:
+    """Return what a picture behind adds, averaged over its frames."""
+    count = len(reports)
+    hidden = sum(report.hidden_part for report in reports) / count
+    seen = sum(report.seen_part for report in reports) / count
+    return replace(reports[0], hidden_part=hidden, seen_part=seen).words
+
+
+def _by_frames(found: dict[str, list[int]]) -> dict[str, str]:
+    """Return each thing with the frames that have it."""
+    return {name: frames_text(tuple(frames)) for name, frames in found.items()}

@@ -1,0 +1,290 @@
+"""Read all frames of a sequence in the same way as its first frame.
+
+The plates may get the hidden surfaces that neighbouring frames show.
+"""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.depth_words import DepthConvention
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.frame_cache.plate_shelf import plate_bytes
+from heatlens.media.plate.header.placement import from_exr, is_rigid, placement_at
+from heatlens.media.plate.neighbours.found import Found, with_neighbours
+from heatlens.media.plate.neighbours.trust import border_px, chosen_frames, standing, step_of
+from heatlens.media.plate.neighbours.view import FloatMatrix, View
+from heatlens.media.plate.parts.header_read import read_headers
+from heatlens.media.plate.plate import Plate
+from heatlens.media.plate.read import read_plate
+from heatlens.media.sequence.sequence import Sequence, Stamp, stamp_of
+
+
+class SequenceReader:
+    """Reads plates; if their depth convention is not given, it is guessed once and then kept.
+
+    A guess depends on the values of a frame, and a sequence must not change its convention from one
+    frame to the next. `first` is the frame that decides; if it is None or cannot be read, the
+    first frame that is read decides. May be called from several threads.
+
+    The bins of the depths are counted here as well, because the thread that shows a plate is busier
+    than the one that reads it.
+    """
+
+    def __init__(self, options: PlateOptions, first: Path | None = None) -> None:
+        self._options = options
+        self._first = first
+        self._lock = threading.Lock()
+
+    def __call__(self, path: Path) -> Plate:
+        """Read the plate at `path`. Raises InputError as `read_plate` does."""
+        with self._lock:  # held while the deciding frame is read, because the others wait for it
+            options = self._options
+            is_open = len(options.behind_conventions) < len(options.behind)
+            if options.depth_convention is DepthConvention.AUTO or is_open:
+                return self._decided(path)
+        return read_plate(path, options).counted()
+
+    def _decided(self, path: Path) -> Plate:
+        """Read the plate at `path` after the deciding frame has settled the options."""
+        if self._first is not None and self._first != path:
+            try:
+                self._settle(read_plate(self._first, self._options))
+            except InputError:  # reported when that frame is shown; another one decides
+                self._first = None
+        plate = read_plate(path, self._options)
+        self._settle(plate)
+        return plate.counted()
+
+    def _settle(self, plate: Plate) -> None:
+        self._options = settled_options(self._options, plate)
+
+
+def settled_options(options: PlateOptions, plate: Plate) -> PlateOptions:
+    """Return `options` with the conventions that were used for `plate` and the pictures behind."""
+    of_behind = {report.name: report.convention for report in plate.behind}
+    return replace(
+        options,
+        depth_convention=plate.depth.convention,
+        behind_conventions=tuple(of_behind[text] for text in options.behind),
+    )
+
+
+USUAL_COUNT = 2  # frames on either side where the headers tell the camera
+_SHELF_BYTES = 1 << 30  # six plates of 4K
+_UNASKED = "No neighbouring frames are used."
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """The frames that show hidden surfaces of each other.
+
+    count    frames on either side; 0 where none are used
+    step     distance between two of them, in frames
+    cameras  matrices from world to camera by frame; empty for a camera that stands still
+    words    a sentence: which frames are used, or why none are
+    """
+
+    count: int = 0
+    step: int = 1
+    cameras: dict[int, FloatMatrix] = field(default_factory=dict)
+    words: str = _UNASKED
+
+    def around(self, frame: int, present: tuple[int, ...]) -> tuple[int, ...]:
+        """Return the neighbours of `frame` that are used."""
+        told = self.cameras or present
+        if not self.count or frame not in told:
+            return ()
+        return chosen_frames(frame, tuple(told), self.count, self.step)
+
+
+class NeighbourReader:
+    """Reads plates as a `SequenceReader` does, and adds surfaces that only other frames show.
+
+    The frames are chosen from the whole sequence, so that parts of an export equal the whole. May
+    be called from several threads; each plate is read once as long as it fits into memory.
+    """
+
+    def __init__(self, options: PlateOptions, sequence: Sequence) -> None:
+        self._options = options
+        self._sequence = sequence
+        self._read = SequenceReader(options, sequence.path_at(sequence.present[0]))
+        self._shelf = _Shelf(self._read)
+        self._lock = threading.Lock()
+
+    def __call__(self, path: Path) -> Plate:
+        """Read the plate at `path` and add the surfaces. Raises InputError as `read_plate` does."""
+        return self.found(self.alone(path)).plate
+
+    def alone(self, path: Path) -> Plate:
+        """Read the plate at `path` without its neighbours."""
+        return self._shelf(path) if self.neighbourhood.count else self._read(path)
+
+    def found(self, plate: Plate) -> Found:
+        """Add the surfaces to a plate that was read alone; also return the frames that showed them.
+
+        A neighbour that cannot be read is named and left out.
+        """
+        path, frames = plate.path, self._frames(plate.path)
+        view = None if not frames else self._view(self._frame(path), plate)
+        if view is None:
+            return Found(plate, 0.0, ())
+        views, unread = [], []
+        for frame in frames:
+            try:
+                views.append(self._view(frame, self._shelf(self._sequence.path_at(frame))))
+            except InputError as error:
+                unread.append((frame, str(error)))
+        others = [it for it in views if it is not None]
+        found = with_neighbours(view, others, border_px(plate))
+        left_out = tuple(sorted((*found.left_out, *unread)))
+        notes = tuple(f"Frame {frame} is not used for {path}: {why}" for frame, why in left_out)
+        with_notes = replace(found.plate, notes=(*found.plate.notes, *notes))
+        return replace(found, plate=with_notes.counted(), left_out=left_out)
+
+    def files_of(self, path: Path) -> tuple[Path, ...]:
+        """Return the files of the neighbours that the plate at `path` is made with."""
+        return tuple(self._sequence.path_at(frame) for frame in self._frames(path))
+
+    @property
+    def neighbourhood(self) -> Neighbourhood:
+        """The frames used; the first call reads headers and a plate or two."""
+        with self._lock:
+            return self._neighbourhood
+
+    @cached_property
+    def _neighbourhood(self) -> Neighbourhood:
+        asked, present = self._options.neighbours, self._sequence.present
+        if asked == 0 or len(present) < 2 or not self._sequence.form.padding:
+            return Neighbourhood()
+        cameras = self._cameras()
+        plate = self._first_readable(present) if cameras or asked else None
+        if plate is None or (asked is None and plate.fragments is not None):
+            return Neighbourhood()  # nobody asked, or it holds its hidden surfaces
+        if why_not := self._why_not(plate, cameras):
+            return Neighbourhood(words=f"{_UNASKED} {why_not}")
+        return self._neighbours(plate, asked or USUAL_COUNT, cameras)
+
+    def _neighbours(
+        self, plate: Plate, count: int, cameras: dict[int, FloatMatrix]
+    ) -> Neighbourhood:
+        """Return the frames on either side that are used; all plates are like `plate`."""
+        focal = _focal_px(plate, self._options) or (1.0, 1.0)
+        step = step_of(cameras, plate, focal[0], count)
+        every = "" if step == 1 else f", every {step} frames"
+        how = "the headers have the camera" if cameras else "the camera stands still"
+        words = f"Uses {count} frames on either side{every}: {how}."
+        return Neighbourhood(count, step, cameras, words)
+
+    def _why_not(self, plate: Plate, cameras: dict[int, FloatMatrix]) -> str:
+        """Return why no neighbours can be used, as a sentence; "" if they can."""
+        if not plate.has_distances:
+            return "The plates hold circles of confusion."
+        if cameras:
+            return "" if _focal_px(plate, self._options) else _NO_FOCAL
+        last = self._first_readable(self._sequence.present[::-1])
+        return "" if last is not None and standing(plate, last) else _NO_CAMERA
+
+    def _first_readable(self, frames: tuple[int, ...]) -> Plate | None:
+        for frame in frames:
+            try:
+                return self._shelf(self._sequence.path_at(frame))
+            except InputError:  # reported where the frame is shown
+                continue
+        return None
+
+    def _cameras(self) -> dict[int, FloatMatrix]:
+        """Return the matrix from world to camera by frame; {} if any header lacks it."""
+        cameras = {}
+        for frame in self._sequence.present:
+            try:
+                told = placement_at(read_headers(self._sequence.path_at(frame)))
+            except InputError:  # reported where the frame is shown; the others are used
+                continue
+            if told is None:
+                return {}
+            matrix, _ = from_exr(told, self._options.scene_unit_m)
+            if not is_rigid(matrix):
+                return {}
+            cameras[frame] = matrix
+        return cameras
+
+    def _frame(self, path: Path) -> int:
+        frame = self._sequence.frame_at(path)
+        assert frame is not None  # `_frames` found neighbours
+        return frame
+
+    def _frames(self, path: Path) -> tuple[int, ...]:
+        frame = self._sequence.frame_at(path)
+        return () if frame is None else self.neighbourhood.around(frame, self._sequence.present)
+
+    def _view(self, frame: int, plate: Plate) -> View | None:
+        cameras, box = self.neighbourhood.cameras, plate.display_window
+        centre = box.width / 2, box.height / 2
+        if not cameras:
+            return View(frame, plate, np.eye(4), (float(box.width),) * 2, centre)
+        focal = _focal_px(plate, self._options)
+        return None if focal is None else View(frame, plate, cameras[frame], focal, centre)
+
+
+_NO_FOCAL = "The focal length of the camera is unknown: give --focal-length and a film back."
+_NO_CAMERA = (
+    "The camera moves, and the headers do not have its position: render the plates with the entry "
+    "worldToCamera."
+)
+
+
+def _focal_px(plate: Plate, options: PlateOptions) -> tuple[float, float] | None:
+    """Return the focal length in pixels along x and y; None if it is not known."""
+    length_mm = plate.camera.focal_length_mm or options.focal_length_mm
+    width_mm = plate.camera.sensor_width_mm or options.sensor_width_mm
+    if length_mm is None or width_mm is None:
+        return None
+    focal_px = length_mm / width_mm * plate.display_window.width
+    return focal_px, focal_px * plate.pixel_aspect_ratio
+
+
+class _Shelf:
+    """Keeps the latest plates within a limit of bytes, so that each is read once."""
+
+    def __init__(self, read: Callable[[Path], Plate]) -> None:
+        self._read = read
+        self._lock = threading.Lock()
+        self._held: OrderedDict[tuple[Path, Stamp | None], Future[Plate]] = OrderedDict()
+
+    def __call__(self, path: Path) -> Plate:
+        """Return the plate at `path`; read it if it is not held or its files have changed."""
+        key = path, stamp_of(path)
+        with self._lock:
+            coming = self._held.get(key)
+            is_mine = coming is None
+            coming = coming or Future()
+            self._held[key] = coming
+            self._held.move_to_end(key)
+        if is_mine:
+            self._fill(key, coming)
+        return coming.result()
+
+    def _fill(self, key: tuple[Path, Stamp | None], coming: "Future[Plate]") -> None:
+        try:
+            coming.set_result(self._read(key[0]))
+        except BaseException as error:
+            coming.set_exception(error)
+        with self._lock:
+            if coming.exception() is not None:
+                self._held.pop(key, None)
+            while len(self._held) > 1 and self.bytes_in_use > _SHELF_BYTES:
+                self._held.popitem(last=False)
+
+    @property
+    def bytes_in_use(self) -> int:
+        """Bytes of all plates held."""
+        done = [it for it in self._held.values() if it.done() and it.exception() is None]
+        return sum(plate_bytes(it.result()) for it in done)

@@ -1,0 +1,251 @@
+"""Read and write the lens and the timecode of OpenTrackIO samples.
+
+Source: SMPTE RIS OSVP, OpenTrackIO 1.0.1. The sample is JSON, or CBOR (RFC 8949) with the same
+names; `lens` holds `focusDistance` in metres, `pinholeFocalLength` in millimetres, `fStop`,
+`tStop`, and `encoders` from 0 to 1. Samples and their sources are named by `urn:uuid:...`.
+
+A datagram is a header of 16 bytes and a segment of a sample's text ("transport"; the reference
+parser is in the public repository SMPTE/ris-osvp-metadata-camdkit), all numbers in network order:
+
+    4  "OTrk"        1  reserved         1  encoding
+    2  sequence      4  segment offset   2  last segment (1 bit) and length (15 bits)
+    2  checksum      n  segment
+"""
+
+import json
+import math
+import re
+import socket
+import struct
+import uuid
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from heatlens.core.base.errors import InputError, MissingPackageError
+from heatlens.core.base.extras import import_extra
+from heatlens.core.model.curves.frames import exact_rate
+from heatlens.core.model.option import Values
+from heatlens.core.model.timecode import Timecode
+from heatlens.media.live.ring.sources import LensSample
+
+_VERSION = [1, 0, 1]
+_POSITIVE = {
+    "focus_distance_m": "focusDistance",
+    "f_stop": "fStop",
+    "t_stop": "tStop",
+    "focal_length_mm": "pinholeFocalLength",
+}
+_TURNS = {"focus_turn": "focus", "iris_turn": "iris", "zoom_turn": "zoom"}
+_TIME = ("hours", "minutes", "seconds", "frames")
+_NAME_LETTERS = 80
+_NUMBER_MOST = 2**63  # larger than any source number; CBOR has numbers of any length
+_RATE_MOST = 10_000.0
+_ID = re.compile("urn:uuid:[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+_OFFSET_MOST_M = 2.0
+_LEAST = math.ulp(0.0)  # smallest allowed number above 0
+
+IDENTIFIER = b"OTrk"
+HEADER_BYTES = 16
+MAX_SEGMENT_BYTES = 1500 - HEADER_BYTES
+MAX_SAMPLE_BYTES = 1 << 16  # a usual complete sample has about 3 kB
+SEQUENCES = 1 << 16  # sequence numbers begin again after these
+_HEADER = struct.Struct("!4sBBHIHH")
+_BEFORE_CHECKSUM = HEADER_BYTES - 2
+_LAST = 1 << 15
+
+
+class RingPacketError(InputError):
+    """A datagram is invalid; all of it was ignored."""
+
+
+class Encoding(IntEnum):
+    """How the text of a sample is encoded."""
+
+    JSON = 1
+    CBOR = 2
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A datagram: its bytes, their offset in the sample, and its sequence number."""
+
+    encoding: Encoding
+    sequence: int
+    offset: int
+    is_last: bool
+    payload: bytes
+
+    @property
+    def end(self) -> int:
+        """The offset of the next segment in the sample."""
+        return self.offset + len(self.payload)
+
+
+def fletcher16(data: bytes) -> int:
+    """Return Fletcher's checksum of `data` modulo 256, the second sum in the high byte."""
+    values = np.frombuffer(data, np.uint8).astype(np.int64)
+    first = int(values.sum()) % 256
+    second = int(values @ np.arange(len(values), 0, -1)) % 256
+    return second << 8 | first
+
+
+def segment_of(datagram: bytes) -> Segment:
+    """Parse a datagram; raise RingPacketError if it is incomplete or inconsistent."""
+    if len(datagram) < HEADER_BYTES or not datagram.startswith(IDENTIFIER):
+        raise RingPacketError("a datagram is not OpenTrackIO")
+    _, _, encoding, sequence, offset, last_length, checksum = _HEADER.unpack_from(datagram)
+    payload = datagram[HEADER_BYTES:]
+    if len(payload) != last_length & ~_LAST:
+        raise RingPacketError("a datagram is not as long as its header says")
+    if fletcher16(datagram[:_BEFORE_CHECKSUM] + payload) != checksum:
+        raise RingPacketError("the checksum of a datagram is wrong")
+    if encoding not in tuple(Encoding):
+        raise RingPacketError(f"a sample has encoding {encoding}, which is neither JSON nor CBOR")
+    if offset + len(payload) > MAX_SAMPLE_BYTES:
+        raise RingPacketError(f"a sample is longer than {MAX_SAMPLE_BYTES} bytes")
+    return Segment(Encoding(encoding), sequence, offset, bool(last_length & _LAST), payload)
+
+
+def datagrams_of(payload: bytes, encoding: Encoding, sequence: int) -> Iterator[bytes]:
+    """Divide the text of a sample into datagrams, numbered from `sequence`, modulo 65,536."""
+    offsets = range(0, max(len(payload), 1), MAX_SEGMENT_BYTES)
+    for number, offset in enumerate(offsets, sequence):
+        part = payload[offset : offset + MAX_SEGMENT_BYTES]
+        is_last = offset + len(part) >= len(payload)
+        length = len(part) | (_LAST if is_last else 0)
+        words = (IDENTIFIER, 0, encoding, number % SEQUENCES, offset, length)
+        header = _HEADER.pack(*words, 0)[:_BEFORE_CHECKSUM]
+        yield header + struct.pack("!H", fletcher16(header + part)) + part
+
+
+def sample_of(text: bytes, encoding: Encoding) -> LensSample:
+    """Read a sample; impossible values are left out.
+
+    Raise RingPacketError for a text that is not a sample.
+    """
+    root = _decoded(text, encoding)
+    if not isinstance(root, dict):
+        raise RingPacketError("a sample is not an object of names and values")
+    lens = _below(root, "lens")
+    values: Values = {name: _number(lens, key, _LEAST) for name, key in _POSITIVE.items()}
+    turns = _below(lens, "encoders")
+    values |= {name: _number(turns, key, 0.0, 1.0) for name, key in _TURNS.items()}
+    offset_m = _number(lens, "entrancePupilOffset", -_OFFSET_MOST_M, _OFFSET_MOST_M)
+    values["pupil_offset_mm"] = None if offset_m is None else 1e3 * offset_m
+    values |= {"timecode": _timecode(root), "frames_per_second": _rate(root)}
+    return LensSample(_source(root), **values)
+
+
+def source_id(name: str) -> str:
+    """Return the identifier of the source called `name` on this machine; one stays as it is."""
+    if _ID.fullmatch(name):
+        return name
+    return uuid.uuid5(uuid.NAMESPACE_URL, f"heatlens:{socket.gethostname()}:{name}").urn
+
+
+def text_of(sample: LensSample, encoding: Encoding, source_number: int = 1) -> bytes:
+    """Write a sample with the values that it has."""
+    lens: Values = {
+        key: getattr(sample, name) for name, key in _POSITIVE.items() if _is_known(sample, name)
+    }
+    if _is_known(sample, "pupil_offset_mm"):
+        lens["entrancePupilOffset"] = 1e-3 * float(sample.pupil_offset_mm or 0.0)
+    turns = {key: getattr(sample, name) for name, key in _TURNS.items() if _is_known(sample, name)}
+    root: dict[str, object] = {"protocol": {"name": "OpenTrackIO", "version": _VERSION}}
+    root |= {"sampleId": uuid.uuid4().urn, "sourceId": source_id(sample.source)}
+    root |= {"sourceNumber": source_number, "timing": _timing(sample)}
+    root["lens"] = lens | ({"encoders": turns} if turns else {})
+    return _encoded(root, encoding)
+
+
+def _timing(sample: LensSample) -> dict[str, object]:
+    """Return the rate of the samples and the timecode; no timecode without a rate."""
+    if sample.frames_per_second is None:
+        return {}
+    exact, timecode = exact_rate(sample.frames_per_second), sample.timecode
+    rate = {"num": exact.numerator, "denom": exact.denominator}
+    if timecode is None:
+        return {"sampleRate": rate}
+    time = {name: getattr(timecode, name) for name in _TIME} | {"frameRate": rate}
+    return {"sampleRate": rate, "timecode": time | ({"dropFrame": True} if timecode.drop else {})}
+
+
+def _is_known(sample: LensSample, name: str) -> bool:
+    """Return True if the value is present and finite; JSON has no infinity."""
+    value = getattr(sample, name)
+    return value is not None and math.isfinite(value)
+
+
+def _decoded(text: bytes, encoding: Encoding) -> object:
+    """Decode an untrusted text of at most 64 kB; every failure is a RingPacketError."""
+    read, errors = _decoder(encoding)
+    try:
+        return read(text)
+    except errors as error:
+        raise RingPacketError(f"a sample cannot be decoded as {encoding.name}") from error
+
+
+def _decoder(
+    encoding: Encoding,
+) -> tuple[Callable[[bytes], object], tuple[type[Exception], ...]]:
+    """Return the decoding function, and the errors that it raises for a damaged text."""
+    errors = (ValueError, RecursionError, OverflowError, TypeError)
+    if encoding is Encoding.JSON:
+        return json.loads, errors
+    try:
+        cbor2 = import_extra("cbor2", "A sample in CBOR")
+    except MissingPackageError as error:
+        raise RingPacketError(str(error)) from error
+    return cbor2.loads, (*errors, cbor2.CBORError)
+
+
+def _encoded(root: Mapping[str, object], encoding: Encoding) -> bytes:
+    if encoding is Encoding.JSON:
+        return json.dumps(root, separators=(",", ":")).encode()
+    import cbor2
+
+    return cbor2.dumps(root)
+
+
+def _below(holder: Mapping[str, object], key: str) -> Mapping[str, Any]:
+    found = holder.get(key)
+    return found if isinstance(found, dict) else {}
+
+
+def _number(holder: Mapping[str, Any], key: str, least: float, most: float = 1e9) -> float | None:
+    """Return the number if it is in [least, most], else None."""
+    found = holder.get(key)
+    if isinstance(found, bool) or not isinstance(found, (int, float)):
+        return None
+    return float(found) if least <= found <= most else None
+
+
+def _source(root: Mapping[str, object]) -> str:
+    """Return the sender's name, shortened to fit on a line."""
+    for key in ("sourceId", "sourceNumber"):
+        found = root.get(key)
+        is_number = type(found) is int and abs(found) < _NUMBER_MOST
+        if isinstance(found, str) or is_number:
+            return str(found)[:_NAME_LETTERS]
+    return ""
+
+
+def _rate(root: Mapping[str, object]) -> float | None:
+    """Return the samples a second."""
+    rate = _below(_below(root, "timing"), "sampleRate")
+    number, over = _number(rate, "num", _LEAST), _number(rate, "denom", _LEAST)
+    found = None if number is None or over is None else number / over
+    return found if found is not None and found <= _RATE_MOST else None
+
+
+def _timecode(root: Mapping[str, object]) -> Timecode | None:
+    held = _below(_below(root, "timing"), "timecode")
+    hours, minutes, seconds, frames = (held.get(name, -1) for name in _TIME)
+    if not all(type(number) is int for number in (hours, minutes, seconds, frames)):
+        return None
+    found = Timecode(hours, minutes, seconds, frames, held.get("dropFrame") is True)
+    return found if found.is_possible else None

@@ -1,0 +1,266 @@
+"""Define a sample of a lens at one moment, and keep the newest ones of each sender.
+
+The interface of lens inputs is here too: a camera on the network, a controller or a game pad.
+Nothing here depends on the protocol. The axes of a game pad or jog wheel are channels of
+`PadInput`; the window reads the device.
+"""
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from threading import Lock
+
+from heatlens.core.base.closing import Closing
+from heatlens.core.model.timecode import Timecode
+
+CHANNELS_MOST = 256  # largest number of channels of a sender; further ones are ignored
+
+
+@dataclass(frozen=True)
+class LensSample:
+    """The values of a lens; None for values that the sample does not have.
+
+    source           name that the sender gives itself, or ""
+    focus_distance_m, f_stop, t_stop, focal_length_mm   as measured by the sender
+    focus_turn, iris_turn, zoom_turn   positions of the rings, 0 to 1 from end to end
+    timecode         of the frame of the sample
+    frames_per_second   the rate of the samples, in which the timecode counts
+    pupil_offset_mm  from the film plane to the entrance pupil
+    channels         values of a controller, by its names for them
+    """
+
+    source: str = ""
+    focus_distance_m: float | None = None
+    f_stop: float | None = None
+    t_stop: float | None = None
+    focal_length_mm: float | None = None
+    focus_turn: float | None = None
+    iris_turn: float | None = None
+    zoom_turn: float | None = None
+    timecode: Timecode | None = None
+    channels: Mapping[str, float] = field(default_factory=dict)
+    pupil_offset_mm: float | None = None
+    frames_per_second: float | None = None
+
+    def after(self, before: "LensSample") -> "LensSample":
+        """Return this sample with missing values taken from `before`.
+
+        Samples can be partial: a missing value has not changed.
+        """
+        now = {field.name: getattr(self, field.name) for field in fields(self)}
+        kept = {name: getattr(before, name) for name, value in now.items() if value in (None, "")}
+        channels = {**before.channels, **self.channels}
+        if len(channels) > CHANNELS_MOST:
+            channels = {n: v for n, v in channels.items() if n in before.channels}
+        return LensSample(**{**now, **kept, "channels": channels})
+
+
+MAX_SOURCES = 16
+SILENT_AFTER_S = 1.0  # a camera without samples for this long counts as silent
+_RATE_OVER = 50  # number of samples to average the rate over
+Numbered = tuple[int, LensSample]  # a sample with its version number
+_LOG_MOST = 4096  # samples kept for recording: 4 s at 1,000 a second
+
+
+@dataclass
+class RingSource:
+    """The samples of one sender.
+
+    `sample` has the latest of every value that was ever sent; `begun_s` and `heard_s` are of the
+    first and the last sample, on the clock of the receiver. `log` has the latest samples, each
+    with its version number.
+    """
+
+    sample: LensSample
+    begun_s: float
+    heard_s: float
+    times_s: deque[float] = field(default_factory=lambda: deque(maxlen=_RATE_OVER))
+    log: deque[Numbered] = field(default_factory=lambda: deque(maxlen=_LOG_MOST))
+
+    @property
+    def rate_hz(self) -> float:
+        """The number of samples per second; 0 before the second one."""
+        span_s = self.times_s[-1] - self.times_s[0] if self.times_s else 0.0
+        return (len(self.times_s) - 1) / span_s if span_s > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Heard:
+    """The state of the sources at a moment.
+
+    sample    the newest values of the followed source; None before its first sample
+    sources   names of all sources, in the order in which they were first heard
+    rate_hz, age_s   samples per second, and time since the last sample
+    version   increases with every sample of any source
+    silent_after_s   age from which the source is silent; infinite for one that sends only changes
+    """
+
+    sample: LensSample | None
+    sources: tuple[str, ...]
+    rate_hz: float
+    age_s: float
+    version: int
+    silent_after_s: float = SILENT_AFTER_S
+
+    @property
+    def is_silent(self) -> bool:
+        """True if the source has stopped sending."""
+        return self.sample is not None and self.age_s > self.silent_after_s
+
+
+class RingSources:
+    """Keeps the newest values of a limited number of senders; any thread may call it."""
+
+    def __init__(
+        self, clock: Callable[[], float] = time.monotonic, silent_after_s: float = SILENT_AFTER_S
+    ) -> None:
+        """Begin without sources; `clock` returns seconds. For `silent_after_s` see `Heard`."""
+        self._silent_after_s = silent_after_s
+        self.version = 0
+        self._clock = clock
+        self._sources: dict[str, RingSource] = {}
+        self._followed = ""  # name of the source that is meant by None
+        self._lock = Lock()
+
+    def keep(self, sample: LensSample) -> None:
+        """Add a sample to its source; a new source can replace the one silent for longest."""
+        now_s = self._clock()
+        with self._lock:
+            known = self._sources.get(sample.source)
+            if known is None:
+                self._make_room()
+                known = self._sources[sample.source] = RingSource(sample, now_s, now_s)
+            known.sample, known.heard_s = sample.after(known.sample), now_s
+            known.times_s.append(now_s)
+            self.version += 1
+            known.log.append((self.version, known.sample))
+
+    def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
+        """Return the samples of a source after a version, each with its own version.
+
+        The oldest comes first. Each has all values as they were then. For None see `heard`.
+        """
+        with self._lock:
+            chosen = self._chosen(source)
+            log = () if chosen is None else chosen.log
+            return tuple(numbered for numbered in log if numbered[0] > version)
+
+    def heard(self, source: str | None = None) -> Heard:
+        """Return the present state of `source`; None is the source that was heard first.
+
+        After it has fallen silent, None is the source that began to speak then, if there is one: a
+        tracker that is started again has another name.
+        """
+        with self._lock:
+            names, chosen = tuple(self._sources), self._chosen(source)
+            if chosen is None:
+                return Heard(None, names, 0.0, 0.0, self.version)
+            age_s = self._clock() - chosen.heard_s
+            return Heard(
+                *(chosen.sample, names, chosen.rate_hz, age_s, self.version, self._silent_after_s)
+            )
+
+    def _chosen(self, source: str | None) -> RingSource | None:
+        if source is not None:
+            return self._sources.get(source)
+        if self._followed not in self._sources:
+            self._followed = next(iter(self._sources), "")
+        followed = self._sources.get(self._followed)
+        if followed is None or not self._is_silent(followed):
+            return followed
+        later = (name for name, one in self._sources.items() if one.begun_s > followed.heard_s)
+        speaking = (name for name in later if not self._is_silent(self._sources[name]))
+        self._followed = next(speaking, self._followed)
+        return self._sources[self._followed]
+
+    def _is_silent(self, source: RingSource) -> bool:
+        return self._clock() - source.heard_s > self._silent_after_s
+
+    def _make_room(self) -> None:
+        while len(self._sources) >= MAX_SOURCES:
+            del self._sources[min(self._sources, key=lambda name: self._sources[name].heard_s)]
+
+
+_EVERY_S = 0.02
+
+
+class RingInput(Closing):
+    """An input for the rings of a lens; any thread may call it.
+
+    address   the address or name of the device, for the user
+    sources   what each source has sent
+    on_news   called after each sample, on any thread
+    """
+
+    address: object
+    sources: RingSources
+    on_news: Callable[[], None] | None = None
+    refused = 0  # number of invalid datagrams
+    fault: str | None = None  # why the last datagram was refused
+
+    @property
+    def lost(self) -> int:
+        """The number of samples that were never complete."""
+        return 0
+
+    def heard(self, source: str | None = None) -> Heard:
+        """Return the present state of a source; see `RingSources.heard`."""
+        return self.sources.heard(source)
+
+    def seconds_until_due(self) -> float | None:
+        """Return the seconds until the window must poll the input; None if `on_news` wakes it."""
+        return None
+
+
+class Controls(RingInput):
+    """Keeps the channels of a connected controller."""
+
+    def __init__(
+        self,
+        address: object,
+        clock: Callable[[], float] = time.monotonic,
+        silent_after_s: float = SILENT_AFTER_S,
+    ) -> None:
+        """Begin without channels; for `silent_after_s` see `RingSources`."""
+        self.address = address
+        self.sources = RingSources(clock, silent_after_s)
+
+    def take(self, source: str, channels: Mapping[str, float]) -> None:
+        """Store values of channels and call `on_news`."""
+        self.sources.keep(LensSample(source, channels=dict(channels)))
+        if self.on_news is not None:
+            self.on_news()
+
+
+class PadInput(Controls):
+    """Reads the axes through `read` on demand, at most as often as a pad changes.
+
+    The window sets `read`, because its library works on the window's thread only. It returns the
+    axes by their names, or None while no pad is connected, which counts as silence.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """Begin without a pad."""
+        super().__init__("pad", clock)
+        self.read: Callable[[], Mapping[str, float] | None] = lambda: None
+        self._clock = clock
+        self._read_at = -_EVERY_S
+
+    def heard(self, source: str | None = None) -> Heard:
+        """Return the present state of the pad."""
+        now_s = self._clock()
+        if now_s - self._read_at >= _EVERY_S:
+            self._read_at = now_s
+            axes = self.read()
+            if axes is not None:
+                self.sources.keep(LensSample(channels=dict(axes)))
+        return super().heard(source)
+
+    def seconds_until_due(self) -> float:
+        """Return the seconds until the pad is to be read again."""
+        return _EVERY_S
+
+    def close(self) -> None:
+        """Release the pad."""
+        self.read = lambda: None

@@ -1,0 +1,87 @@
+"""Write a plate and the surfaces behind it to a deep EXR file, completely or not at all."""
+
+import os
+from collections.abc import Mapping
+
+import numpy as np
+import OpenEXR
+from numpy.typing import NDArray
+
+from heatlens.core.base.errors import InputError
+from heatlens.media.plate.exr.exr_write import write_part, written_header
+from heatlens.media.plate.fragments import FragmentLists
+from heatlens.media.plate.plate import Plate
+
+# The library needs an array object for each channel of each pixel.
+_BYTES_A_PIXEL = 1500
+_MOST_BYTES = 6_000_000_000
+_CHANNELS = ("R", "G", "B", "A", "Z")
+
+
+def write_deep(
+    path: str | os.PathLike[str], plate: Plate, attributes: Mapping[str, object], half: bool = True
+) -> None:
+    """Write the plate with its fragment lists: R, G, B (times coverage), A, and Z in metres.
+
+    Z always has 32 bits. Raises InputError, and leaves an existing file at `path` unchanged, if the
+    plate is too large for this or the file cannot be written.
+    """
+    check_deep_fits(path, plate.data_window.width, plate.data_window.height)
+    counts, samples = deep_samples(plate)
+    windows = plate.data_window, plate.display_window
+    header = written_header(attributes, *windows, plate.pixel_aspect_ratio)
+    header |= {"compression": OpenEXR.ZIPS_COMPRESSION, "type": OpenEXR.deepscanline}
+    stored = {
+        name: _by_pixel(values.astype(np.float16 if half and name != "Z" else np.float32), counts)
+        for name, values in zip(_CHANNELS, samples.T, strict=True)
+    }
+    shape = plate.data_window.shape
+    write_part(path, header, {name: values.reshape(shape) for name, values in stored.items()})
+
+
+def check_deep_fits(path: str | os.PathLike[str], width: int, height: int) -> None:
+    """Raise InputError for a deep picture that takes too much memory to write."""
+    need = width * height * _BYTES_A_PIXEL
+    if need > _MOST_BYTES:
+        fits = int((_MOST_BYTES / _BYTES_A_PIXEL * width / height) ** 0.5)
+        raise InputError(
+            f"{path}: a deep picture of {width}x{height} takes about {need / 1e9:.0f} GB of memory "
+            f"to write. A --size of {fits}x{fits * height // width}, overscan included, fits."
+        )
+
+
+def deep_samples(plate: Plate) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Return the number of samples of each pixel, and (N, 5) samples: premultiplied RGBA, and Z.
+
+    The visible surface of a pixel comes first; it is added where the list does not begin with it.
+    """
+    assert plate.depth_m is not None
+    pixels = plate.depth_m.size
+    lists = plate.fragments or FragmentLists(
+        np.zeros(pixels + 1, np.uint32), np.zeros((0, 3), np.uint32)
+    )
+    begins = (lists.starts >> 1).astype(np.int64)
+    listed, is_shown = np.diff(begins), (lists.starts[:-1] & 1) == 0
+    counts = listed + is_shown
+    first = np.cumsum(counts) - counts
+    samples = np.empty((int(counts.sum()), 5), np.float32)
+    shown = first[is_shown]
+    samples[shown, :4] = plate.color.reshape(-1, 4)[is_shown]
+    samples[shown, 4] = plate.depth_m.ravel()[is_shown]
+    owner = np.repeat(np.arange(pixels), listed)
+    at = first[owner] + is_shown[owner] + np.arange(lists.count)[: len(owner)] - begins[owner]
+    cover = lists.coverage[: len(owner), None].astype(np.float32)
+    samples[at, :3] = lists.color[: len(owner)] * cover
+    samples[at, 3:4] = cover
+    with np.errstate(divide="ignore"):
+        samples[at, 4] = np.float32(1.0) / lists.dioptres[: len(owner)]
+    return counts, samples
+
+
+def _by_pixel(values: NDArray[np.generic], counts: NDArray[np.int64]) -> NDArray[np.object_]:
+    """Split `values` into an array of P arrays, one for each pixel."""
+    found = np.empty(len(counts), object)
+    end = np.cumsum(counts)
+    for i, (first, last) in enumerate(zip((end - counts).tolist(), end.tolist(), strict=True)):
+        found[i] = values[first:last]
+    return found

@@ -1,0 +1,290 @@
+"""Combine surfaces behind each other into one picture with a fragment list for each pixel.
+
+Plates with alpha are widened to their display window: in EXR, pixels outside the data are empty.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.model.boxes import Box
+from heatlens.media.plate.deep.fragment_merge import (
+    FRAGMENTS_MOST,
+    Fragments,
+    in_order,
+    joined,
+    merged,
+    shortened,
+)
+from heatlens.media.plate.fragments import (
+    LEAST_COVERAGE,
+    OPAQUE,
+    SAME_DEPTH,
+    FloatImage,
+    FragmentLists,
+    packed_starts,
+    packed_words,
+)
+from heatlens.media.plate.plate import DepthReport, Plate, ReadPixels
+from heatlens.media.plate.windows import moved_to_window
+
+# Samples of a pixel closer than this, relative to their distance, belong to one surface.
+SAME_SURFACE = 0.01
+_BAND_PIXELS = 1 << 17  # processed at once
+# A header may claim any display window without further bytes. For a file with few pixels, a frame
+# of 8K is enough, and takes a gigabyte of memory.
+_EMPTY_MOST = 8192 * 4320
+_OF_DATA_MOST = 4  # times the data window, whose pixels the file must contain
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """One picture of a stack: premultiplied RGBA (H, W, 4) and depths (H, W) in metres.
+
+    lists  the known surfaces behind it, or None
+    """
+
+    color: FloatImage
+    depth_m: FloatImage
+    lists: FragmentLists | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Stacked:
+    """Several surfaces combined into one picture.
+
+    color      (H, W, 4) premultiplied composite, as a pinhole sees it
+    depth_m    (H, W) depth of the nearest fragment
+    lists      None if no pixel has a second surface
+    count      number of all surfaces, including the visible ones
+    most       largest number of surfaces in one pixel
+    shortened  number of pixels that had too many surfaces, so that some were merged
+    """
+
+    color: FloatImage
+    depth_m: FloatImage
+    lists: FragmentLists | None
+    count: int
+    most: int
+    shortened: int
+
+
+def stacked(surfaces: Sequence[Surface], is_measured: bool = False) -> Stacked:
+    """Combine surfaces of the same size, sorting each pixel by depth; their order does not matter.
+
+    If the nearest surface of a pixel is opaque, the list holds the others; if it covers only a part
+    of the pixel, the list holds all of them.
+    """
+    height, width = surfaces[0].depth_m.shape
+    has_lists = any(surface.lists is not None for surface in surfaces)
+    made = ListBuilder(height, width, SAME_SURFACE if has_lists else SAME_DEPTH)
+    rows = max(_BAND_PIXELS // width, 1)
+    for first in range(0, height, rows):
+        last = min(first + rows, height)
+        parts = [fragments_of(surface, first, last) for surface in surfaces]
+        made.add(first, last, in_order(joined(parts)))
+    return made.stacked(is_measured)
+
+
+class ListBuilder:
+    """Builds the picture and its lists from fragments that are added band by band."""
+
+    def __init__(self, height: int, width: int, tolerance: float) -> None:
+        """Allocate a picture; fragments closer than `tolerance` of their distance are merged."""
+        self._width = width
+        self._tolerance = tolerance
+        self._color = np.zeros((height, width, 4), np.float32)
+        self._depth_m = np.full((height, width), np.inf, np.float32)
+        self._counts = np.zeros(height * width, np.int64)
+        self._has_front = np.zeros(height * width, bool)
+        self._words: list[NDArray[np.uint32]] = []
+        self._count = self._most = self._shortened = 0
+        self._has_many = False  # some pixel has several
+
+    def add(self, first: int, last: int, fragments: Fragments) -> None:
+        """Add the sorted fragments of the rows from `first` up to, not including, `last`.
+
+        Their pixel numbers count from the beginning of row `first`.
+        """
+        size = (last - first) * self._width
+        fragments = merged(fragments, self._tolerance)
+        counts = np.bincount(fragments.pixel, minlength=size)
+        self._most = max(self._most, int(counts.max(initial=0)))
+        is_long = counts > FRAGMENTS_MOST
+        if is_long.any():
+            self._shortened += int(is_long.sum())
+            fragments = shortened(fragments, counts)
+            counts = np.bincount(fragments.pixel, minlength=size)
+        self._count += len(fragments)
+        starts = np.cumsum(counts) - counts
+        self._color[first:last] = _shown(fragments, counts, starts).reshape(-1, self._width, 4)
+        has_any = counts > 0
+        nearest = np.full(size, np.inf, np.float32)
+        nearest[has_any] = fragments.depth_m[starts[has_any]]
+        self._depth_m[first:last] = nearest.reshape(-1, self._width)
+        self._take_lists(first * self._width, fragments, counts, starts)
+
+    def _take_lists(
+        self,
+        begin: int,
+        fragments: Fragments,
+        counts: NDArray[np.int64],
+        starts: NDArray[np.int64],
+    ) -> None:
+        """List the fragments of each pixel, except an opaque nearest one, which is visible."""
+        has_any = counts > 0
+        has_front = has_any.copy()
+        has_front[has_any] = fragments.alpha[starts[has_any]] < OPAQUE
+        is_listed = np.ones(len(fragments), bool)
+        is_listed[starts[has_any & ~has_front]] = False
+        pixels = slice(begin, begin + counts.size)
+        self._has_many |= bool((counts > 1).any())
+        self._counts[pixels] = np.where(has_any, counts - ~has_front, 0)
+        self._has_front[pixels] = has_front
+        listed = fragments.where(is_listed)
+        cover = listed.alpha[:, None]
+        rgba = np.concatenate([listed.color / cover, cover], axis=1)
+        self._words.append(packed_words(rgba, listed.depth_m))
+
+    def stacked(self, is_measured: bool) -> Stacked:
+        """Return the finished picture; `is_measured` as in `FragmentLists`."""
+        lists = None
+        if self._has_many:
+            starts = packed_starts(self._counts, self._has_front)
+            lists = FragmentLists(starts, np.concatenate(self._words), is_measured)
+        return Stacked(self._color, self._depth_m, lists, self._count, self._most, self._shortened)
+
+
+def _shown(
+    fragments: Fragments, counts: NDArray[np.int64], starts: NDArray[np.int64]
+) -> NDArray[np.float32]:
+    """Return the composite, premultiplied RGBA (P, 4), of the fragments of each pixel."""
+    color = np.zeros((counts.size, 4), np.float32)
+    pixel = np.flatnonzero(counts > 0)
+    color[pixel, :3] = fragments.color[starts[pixel]]
+    color[pixel, 3] = fragments.alpha[starts[pixel]]
+    for step in range(1, int(counts.max(initial=0))):
+        pixel = pixel[(counts[pixel] > step) & (color[pixel, 3] < 1.0)]
+        if not pixel.size:
+            break
+        at, seen = starts[pixel] + step, 1.0 - color[pixel, 3:]
+        color[pixel, :3] += seen * fragments.color[at]
+        color[pixel, 3:] += seen * fragments.alpha[at][:, None]
+    return color
+
+
+def fragments_of(surface: Surface, first: int, last: int) -> Fragments:
+    """Return all fragments, visible and listed, of the rows from `first` to `last` - 1."""
+    rgba, width = surface.color[first:last].reshape(-1, 4), surface.color.shape[1]
+    depth = surface.depth_m[first:last].ravel()
+    is_there = rgba[:, 3] > LEAST_COVERAGE
+    if surface.lists is None:
+        return _of_picture(rgba, depth, is_there)
+    starts = surface.lists.starts[first * width : last * width + 1]
+    begins_with_front = (starts[:-1] & 1).astype(bool)
+    numbers = (starts >> 1).astype(np.int64)
+    listed = slice(int(numbers[0]), int(numbers[-1]))
+    cover = surface.lists.coverage[listed].astype(np.float32)
+    with np.errstate(divide="ignore"):
+        depth_m = np.float32(1.0) / surface.lists.dioptres[listed]
+    behind = Fragments(
+        np.repeat(np.arange(len(numbers) - 1), np.diff(numbers)),
+        surface.lists.color[listed].astype(np.float32) * cover[:, None],
+        cover,
+        depth_m,
+    )
+    return joined([_of_picture(rgba, depth, is_there & ~begins_with_front), behind])
+
+
+def _of_picture(rgba: FloatImage, depth_m: FloatImage, is_there: NDArray[np.bool_]) -> Fragments:
+    pixel = np.flatnonzero(is_there)
+    alpha = np.minimum(rgba[pixel, 3], np.float32(1.0))
+    return Fragments(pixel, rgba[pixel, :3], alpha, depth_m[pixel])
+
+
+def lists_over(lists: FragmentLists, window: Box, target: Box) -> FragmentLists:
+    """Return the lists moved from `window` to `target`; pixels outside `window` get none."""
+    if window == target:
+        return lists
+    rows = np.arange(target.y0, target.y1)[:, None] - window.y0
+    columns = np.arange(target.x0, target.x1)[None, :] - window.x0
+    is_inside = (0 <= rows) & (rows < window.height) & (0 <= columns) & (columns < window.width)
+    pixels = np.where(is_inside, rows * window.width + columns, 0).ravel()
+    first = lists.starts[pixels] >> 1
+    counts = ((lists.starts[pixels + 1] >> 1) - first).astype(np.int64) * is_inside.ravel()
+    has_front = (lists.starts[pixels] & 1).astype(bool) & is_inside.ravel()
+    begins = np.cumsum(counts) - counts
+    numbers = np.arange(counts.sum()) + np.repeat(first - begins, counts)
+    return FragmentLists(packed_starts(counts, has_front), lists.words[numbers], lists.is_measured)
+
+
+def farthest_m(surface: Surface) -> FloatImage:
+    """Return the depth (H, W) in metres of the farthest known fragment of each pixel."""
+    if surface.lists is None:
+        return surface.depth_m
+    numbers = (surface.lists.starts >> 1).astype(np.int64)
+    has_list = np.diff(numbers) > 0
+    with np.errstate(divide="ignore"):
+        last_m = np.float32(1.0) / surface.lists.dioptres[numbers[1:][has_list] - 1]
+    farthest = surface.depth_m.copy().ravel()
+    farthest[has_list] = last_m
+    return farthest.reshape(surface.depth_m.shape)
+
+
+def window_of_all(data: Box, display: Box) -> Box:
+    """Return the box around both windows; `data` alone where such a picture would be too large."""
+    if display.is_empty:
+        return data
+    both = data.union(display)
+    most = max(_EMPTY_MOST, _OF_DATA_MOST * data.width * data.height)
+    return both if both.width * both.height <= most else data
+
+
+def with_empty_outside(plate: Plate) -> Plate:
+    """Return a plate with alpha over both of its windows; added pixels have no light or surfaces.
+
+    Renderers cut the data window to the box around an element, so that its edges could not blur
+    beyond that box. A plate without alpha stays as it is, because its surroundings are unknown.
+    """
+    source, target = plate.data_window, window_of_all(plate.data_window, plate.display_window)
+    if not plate.has_alpha or source == target:
+        return plate
+    color = _color_over(plate.color, source, target)
+    if plate.coc_px is not None:
+        pixels = ReadPixels(color, coc_px=_coc_over(plate.coc_px, source, target))
+        return replace(plate, pixels=pixels, data_window=target)
+    assert plate.depth_m is not None
+    depth_m = moved_to_window(plate.depth_m, source, target, np.inf)
+    added = depth_m.size - plate.depth_m.size
+    pixels = ReadPixels(color, depth_m)
+    return replace(plate, pixels=pixels, data_window=target, depth=_with_empty(plate.depth, added))
+
+
+def stacked_over(made: Stacked, source: Box, target: Box) -> Stacked:
+    """Return the picture of deep samples over `target`; it has no surfaces outside `source`."""
+    if source == target:
+        return made
+    lists = None if made.lists is None else lists_over(made.lists, source, target)
+    depth_m = moved_to_window(made.depth_m, source, target, np.inf)
+    return replace(
+        made, color=_color_over(made.color, source, target), depth_m=depth_m, lists=lists
+    )
+
+
+def _color_over(color: FloatImage, source: Box, target: Box) -> FloatImage:
+    planes = [moved_to_window(color[..., k], source, target, 0.0) for k in range(color.shape[2])]
+    return np.stack(planes, axis=-1)
+
+
+def _coc_over(coc_px: FloatImage, source: Box, target: Box) -> FloatImage:
+    """Return circles of confusion over `target`; empty pixels are as far as the farthest pixel.
+
+    Any nearer, it would hide the blur of surfaces behind it.
+    """
+    return moved_to_window(coc_px, source, target, float(coc_px.max()))
+
+
+def _with_empty(report: DepthReport, added: int) -> DepthReport:
+    return replace(report, infinite_count=report.infinite_count + added)

@@ -1,0 +1,350 @@
+"""Guess which convention a depth channel follows from its name and values.
+
+If the values fit several conventions equally well, no guess is made and an error asks the user: a
+wrong guess would blur the wrong things and look almost right. If one convention is more likely, it
+is used, and a question is shown to the user.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.depth_words import DepthConvention, DepthKind
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.plate.depth.depth_shape import FlatVotes, flat_votes
+from heatlens.media.plate.parts.picture_parts import PictureFacts
+from heatlens.media.plate.plate import FloatImage
+
+# Values from here on mean "nothing hit": 1e10 (Blender, MoonRay), FLT_MAX, 1e30, inf.
+INFINITE_FROM = 1e10
+# Exact values that mean the same: the far plane of Mantra and the largest half float.
+INFINITE_EXACTLY = (1e6, 65504.0)
+
+# Filtering takes a normalised depth a little past its ends.
+NORMALIZED_UP_TO = 1.5
+
+# A greater 1/z would be nearer than 5 cm, if the unit is metres; in smaller units 1/z is smaller.
+INVERSE_MOST = 20.0
+# If the least 1/z of a picture were greater, everything in it would be nearer than one unit.
+INVERSE_LOW_MOST = 1.0
+# Distances of a whole picture seldom lie so near, and hardly ever mostly at the near end.
+_NEAR_TOP, _NEAR_LOW, _DENSE_PART = 4.0, 0.5, 0.25
+
+_Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A convention with the reason for it, and what to show to the user.
+
+    why       one sentence
+    certain   False if a note has to tell the user about the guess
+    question  asks the user to choose, and names the options, where another convention fits nearly
+              as well; else ""
+    """
+
+    convention: DepthConvention  # never AUTO
+    why: str
+    certain: bool = True
+    question: str = ""
+
+
+@dataclass(frozen=True)
+class DepthOrigin:
+    """What is known about the source of a depth besides the channel's name.
+
+    program  the program that wrote the file, "" if unknown
+    kind     what the depth is most likely measured along
+    facts     what a PNG, JPEG, TIFF or HEIC says about its depth; None for a channel of an EXR
+    """
+
+    program: str = ""
+    kind: DepthKind = DepthKind.PLANAR
+    facts: PictureFacts | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RawDepth:
+    """A depth channel as stored, (H, W) float32, with statistics of its values."""
+
+    values: FloatImage
+    what: str  # "shot.exr: depth channel 'Z'", the start of every sentence about it
+    channel: str
+    infinite: _Mask  # an infinity that distances are marked with, of either sign
+    low: float  # least and greatest of the others; NaN when there are none
+    high: float
+    zero_count: int
+    nan_count: int
+    negative_count: int
+    origin: DepthOrigin
+
+    @property
+    def infinite_count(self) -> int:
+        """Pixels that hold a mark of infinity."""
+        return int(np.count_nonzero(self.infinite))
+
+    @property
+    def top(self) -> float:
+        """Greatest magnitude of the values, without marks of infinity."""
+        return max(abs(self.low), abs(self.high))
+
+    @property
+    def bottom(self) -> float:
+        """Least magnitude of the values, without marks of infinity, if all have one sign."""
+        return min(abs(self.low), abs(self.high))
+
+
+def in_full_scale(raw: RawDepth) -> RawDepth:
+    """Scale integer values so that white is 1; return floating-point values unchanged."""
+    white = None if raw.origin.facts is None else raw.origin.facts.full_scale
+    if white is None:
+        return raw
+    values = raw.values / np.float32(white)
+    return replace(raw, values=values, low=raw.low / white, high=raw.high / white)
+
+
+def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) -> RawDepth:
+    """Gather statistics of the channel. Raises InputError if every value is zero or NaN."""
+    magnitude = np.abs(values)
+    infinite = magnitude >= INFINITE_FROM
+    is_whole = origin.facts is not None and origin.facts.full_scale is not None
+    for mark in () if is_whole else INFINITE_EXACTLY:
+        infinite |= magnitude == mark
+    plain = values[~infinite]
+    nan_count = int(np.count_nonzero(np.isnan(plain)))
+    if nan_count:
+        plain = plain[~np.isnan(plain)]
+    zero_count = int(plain.size - np.count_nonzero(plain))
+    if zero_count + nan_count == values.size:
+        found = "NaN" if zero_count == 0 else "zero or NaN" if nan_count else "zero"
+        raise InputError(
+            f"{what} is empty (every pixel is {found}). Was the depth pass switched on for this "
+            "render? Choose another channel with --depth-channel."
+        )
+    low, high = (float(plain.min()), float(plain.max())) if plain.size else (np.nan, np.nan)
+    negative = int(np.count_nonzero(plain < 0)) if low < 0 else 0
+    return RawDepth(
+        values, what, channel, infinite, low, high, zero_count, nan_count, negative, origin
+    )
+
+
+def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
+    """Guess the convention of `raw`, with the reason.
+
+    Raises InputError if its values fit several conventions, naming the options that decide, and if
+    only one of --near and --far is given with distances.
+    """
+    guess = _guessed(raw, options)
+    ends = {"--near": options.near_m, "--far": options.far_m}
+    given = [name for name, value in ends.items() if value is not None]
+    if guess.convention is DepthConvention.DISTANCE and len(given) == 1:
+        raise InputError(
+            f"{raw.what} is read as distances, but {given[0]} is for a normalized depth: "
+            f"leave {given[0]} out, or give --depth-convention."
+        )
+    return guess
+
+
+def _guessed(raw: RawDepth, options: PlateOptions) -> Guess:
+    if options.depth_convention is not DepthConvention.AUTO:
+        return Guess(options.depth_convention, "Given with --depth-convention.")
+    if raw.origin.facts is not None:
+        return guess_of_picture(raw, raw.origin.facts, options)
+    by_name = _guess_by_name(raw.channel)
+    if by_name:
+        return by_name
+    if raw.infinite_count == raw.values.size:
+        return Guess(
+            DepthConvention.DISTANCE,
+            "Every pixel holds a value that means infinity, as only distances do.",
+        )
+    has_ends = options.near_m is not None and options.far_m is not None
+    if has_ends and raw.top <= NORMALIZED_UP_TO:
+        return _normalized_direction(raw)
+    if raw.top > 1:
+        return _guess_beyond_one(raw, has_ends)
+    return _guess_within_one(raw)
+
+
+def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
+    """Guess distances, unless the surfaces or the program say that these values are 1/z."""
+    beyond = "above 1" if raw.high > 1 else "below -1"
+    why = f"Its values run from {raw.low:g} to {raw.high:g}, {beyond}, so they are distances."
+    if has_ends:
+        return Guess(
+            DepthConvention.DISTANCE, f"{why} --near and --far are not used.", certain=False
+        )
+    if raw.infinite_count:
+        return Guess(DepthConvention.DISTANCE, why)
+    votes = flat_votes(raw.values, raw.infinite)
+    if raw.top > INVERSE_MOST:
+        return (
+            _doubted_disparity(raw, why)
+            if votes.says_inverse
+            else Guess(DepthConvention.DISTANCE, why)
+        )
+    if votes.says_distance:
+        return Guess(DepthConvention.DISTANCE, f"{why} Its flat surfaces vary as distances do.")
+    if votes.says_inverse and raw.bottom <= INVERSE_LOW_MOST:
+        return _inverse_by_surfaces(raw, votes)
+    if votes.says_inverse:
+        return _doubted_disparity(raw, why)
+    if _is_of_nuke(raw):
+        return _asked(
+            raw,
+            DepthConvention.INVERSE,
+            f"Nuke wrote the file, and its {raw.channel} is 1/z; no flat surface confirms it.",
+        )
+    if _is_dense_near_zero(raw):
+        return _asked(
+            raw, DepthConvention.DISTANCE, f"{why} But most of them are near zero, as those of 1/z."
+        )
+    return Guess(DepthConvention.DISTANCE, why)
+
+
+def _doubted_disparity(raw: RawDepth, why: str) -> Guess:
+    """Take distances, and ask: networks write disparity in a scale of their own."""
+    question = (
+        f"{raw.what} runs from {raw.low:g} to {raw.high:g}, and its flat surfaces vary as "
+        "disparity does: are these distances? Give --depth-convention distance, or "
+        "--depth-convention disparity with --near and --far."
+    )
+    return Guess(DepthConvention.DISTANCE, why, certain=False, question=question)
+
+
+def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
+    """Guess 1/z from the flat surfaces; ask the user unless the program writes 1/z as well."""
+    why = (
+        f"Its flat surfaces vary as 1/z does, in {votes.inverse} places against {votes.distance} "
+        "that vary as distances do"
+    )
+    if _is_of_nuke(raw):
+        return Guess(DepthConvention.INVERSE, f"{why}, and Nuke wrote the file.", certain=False)
+    return _asked(raw, DepthConvention.INVERSE, f"{why}.")
+
+
+def _is_of_nuke(raw: RawDepth) -> bool:
+    """Return True for the layer depth.Z of Nuke's own renderer, which holds 1/z."""
+    return raw.origin.program == "Nuke" and raw.channel.lower() == "depth.z"
+
+
+def _is_dense_near_zero(raw: RawDepth) -> bool:
+    """Return True if most values are much smaller than the largest, which is no more than a few.
+
+    Such values are 1/z of a scene, or distances on a table.
+    """
+    if raw.top > _NEAR_TOP or raw.bottom > _NEAR_LOW:
+        return False
+    magnitude = np.abs(raw.values[~raw.infinite & np.isfinite(raw.values)])
+    return bool(np.median(magnitude) < _DENSE_PART * raw.top)
+
+
+def _asked(raw: RawDepth, taken: DepthConvention, why: str) -> Guess:
+    """Take the likelier of distance and 1/z, and add the question that only a person can answer."""
+    question = (
+        f"{raw.what} runs from {raw.low:g} to {raw.high:g}: are these distances, or 1/z? Give "
+        "--depth-convention distance or --depth-convention inverse."
+    )
+    return Guess(taken, why, certain=False, question=question)
+
+
+def _guess_by_name(channel: str) -> Guess | None:
+    """Guess from the channel's name; return None if it gives no hint."""
+    name = channel.lower()
+    if "coc" in name or "circleofconfusion" in name:
+        return Guess(DepthConvention.COC, "Its name says circle of confusion.")
+    if "dispar" in name or "inverse" in name or "invz" in name:
+        return Guess(DepthConvention.INVERSE, "Its name says that it holds 1/z.")
+    return None
+
+
+def _normalized_direction(raw: RawDepth) -> Guess:
+    """Guess which end of a 0..1 depth is far: the one at which more pixels lie."""
+    ones = int(np.count_nonzero((raw.values >= 1) & ~raw.infinite))
+    zeros = int(np.count_nonzero((raw.values <= 0) & ~raw.infinite))
+    inverted, upright = DepthConvention.NORMALIZED_INVERTED, DepthConvention.NORMALIZED
+    convention = inverted if zeros > ones else upright
+    far = "0, black" if zeros > ones else "1, white"
+    return Guess(
+        convention,
+        f"--near and --far are given and its values lie in 0 to 1; {zeros} pixels are 0 and {ones} "
+        f"are 1, so {far}, is taken as far: a guess, which --depth-convention overrules.",
+        certain=False,
+    )
+
+
+def _guess_within_one(raw: RawDepth) -> Guess:
+    """Guess the convention of values up to 1, or raise InputError."""
+    span = f"{raw.low:g} to {raw.high:g}"
+    if raw.infinite_count:
+        return Guess(
+            DepthConvention.DISTANCE,
+            f"It holds values that mean infinity besides {span}, as distances do.",
+        )
+    if raw.low == raw.high:
+        return Guess(
+            DepthConvention.DISTANCE, f"It is {raw.low:g} everywhere: taken as a distance."
+        )
+    votes = flat_votes(raw.values, raw.infinite)
+    if votes.says_inverse and _is_of_nuke(raw):
+        return _inverse_by_surfaces(raw, votes)
+    if raw.zero_count and raw.top < 1 and not votes.says_distance:
+        return Guess(
+            DepthConvention.INVERSE,
+            f"It is 0 in {raw.zero_count} pixels and up to {raw.high:g} elsewhere, as 1/z with 0 "
+            "at infinity: a guess, which --depth-convention overrules.",
+            certain=False,
+        )
+    raise InputError(
+        f"{raw.what} holds only values from {span}, which may be a normalised depth, distances or "
+        "1/z. Say which: --depth-convention normalized or normalized-inverted (1 near) with --near "
+        "and --far in metres, or --depth-convention distance or inverse."
+    )
+
+
+def guess_of_picture(raw: RawDepth, facts: PictureFacts, options: PlateOptions) -> Guess:
+    """Guess the convention of a depth in a PNG, JPEG, TIFF, PFM or HEIC, which rarely states it."""
+    if facts.convention is not None:
+        return Guess(facts.convention, facts.why, certain=False)
+    if options.scene_unit_m != 1.0:
+        return Guess(
+            DepthConvention.DISTANCE, "A unit is given with --scene-unit, as distances have."
+        )
+    votes = flat_votes(raw.values, raw.infinite, 1.0 if facts.full_scale else 0.0)
+    span = f"{raw.low:g} to {raw.high:g}"
+    if facts.full_scale is None and not votes.says_inverse:
+        why = f"Floating point from {span}"
+        question = _question_of_picture(raw, span)
+        if votes.says_distance:
+            return Guess(
+                DepthConvention.DISTANCE, f"{why}, whose flat surfaces run as distances do.", False
+            )
+        return Guess(
+            DepthConvention.DISTANCE, f"{why}, as programs write distances.", False, question
+        )
+    if votes.says_inverse:
+        why = (
+            f"Its flat surfaces run evenly over 1/z in {votes.inverse} places, which does not tell "
+            "whether white or black is near; phones and networks write white near."
+        )
+        return Guess(DepthConvention.DISPARITY, why, False, _question_of_direction(raw))
+    why = "Phones and networks that estimate depth write disparity, with white near."
+    return Guess(DepthConvention.DISPARITY, why, False, _question_of_picture(raw, span))
+
+
+def _question_of_direction(raw: RawDepth) -> str:
+    return (
+        f"{raw.what} is disparity, but is white near in it, or black? Say --depth-convention "
+        "disparity, or disparity-inverted where black is near."
+    )
+
+
+def _question_of_picture(raw: RawDepth, span: str) -> str:
+    return (
+        f"{raw.what} runs from {span}: is it disparity (white near, as phones, MiDaS and Depth "
+        "Anything write it), a depth of 0 to 1, or distances? Say --depth-convention disparity or "
+        "disparity-inverted (black near), normalized or normalized-inverted (white near), each "
+        "with --near and --far, or distance with --scene-unit."
+    )

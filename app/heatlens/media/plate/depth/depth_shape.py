@@ -1,0 +1,129 @@
+"""Tell from the flat surfaces of a depth channel whether it holds distances or their inverse.
+
+For a plane seen through a pinhole, 1/z is a linear function of the pixel. Of three pixels in a
+row at equal distances, the middle one holds the arithmetic mean of the outer two if the channel is
+1/z, and their harmonic mean if it is z. Walls, floors and the facets of meshes vote. A surface that
+faces the camera or is curved casts no vote, and neither does a channel that is a single ramp from
+edge to edge, which people paint to test a lens.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.media.plate.plate import FloatImage
+
+# Distances in pixels between compared pixels: near surfaces are steep, far ones need more.
+_STRIDES = (4, 16, 48)
+_SAMPLES_MOST = 200_000  # triples for each stride and direction
+# Beyond this ratio two pixels lie on different surfaces more often than on one.
+_RATIO_MOST = 3.0
+# A vote counts within this part of the way from the harmonic to the arithmetic mean.
+_TOLERANCE = 0.1
+_HALF_STEP, _FLOAT_STEP = 2.0**-11, 2.0**-18  # relative rounding steps of stored values
+_STEPS_APART = 20.0  # the two means can be distinguished if they differ by so many steps
+_LEAST_VOTES = 100
+# Samples along each side; the greatest deviation from a plane, as a part of the range of values.
+_RAMP_SAMPLES, _RAMP_PART = 16, 0.01
+_LEAST_SHARE, _LEAST_LEAD = 0.02, 5.0
+
+_Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class FlatVotes:
+    """How many places of a channel fit a plane if read as distances, and if read as 1/z."""
+
+    distance: int
+    inverse: int
+    looked_at: int
+
+    @property
+    def says_distance(self) -> bool:
+        """True if far more places fit a plane when the values are read as distances."""
+        return self._wins(self.distance, self.inverse)
+
+    @property
+    def says_inverse(self) -> bool:
+        """True if far more places fit a plane when the values are read as 1/z."""
+        return self._wins(self.inverse, self.distance)
+
+    def _wins(self, own: int, other: int) -> bool:
+        least = max(_LEAST_VOTES, _LEAST_SHARE * self.looked_at)
+        return own >= least and own >= _LEAST_LEAD * other
+
+
+def flat_votes(
+    values: FloatImage, infinite: NDArray[np.bool_], whole_step: float = 0.0
+) -> FlatVotes:
+    """Count the votes of the surfaces in `values` (H, W); `infinite` marks pixels without surface.
+
+    `whole_step` is the rounding step of integer values, 0 for floating point.
+    """
+    magnitude = np.where(infinite | ~np.isfinite(values), 0.0, np.abs(values))
+    step = _HALF_STEP if _is_half(magnitude) else _FLOAT_STEP
+    distance = inverse = looked_at = 0
+    if _is_one_ramp(magnitude):
+        return FlatVotes(0, 0, 0)
+    for first, middle, last in _triples(magnitude.astype(np.float64)):
+        part, can_tell = _way_to_arithmetic(first, middle, last, step, whole_step)
+        distance += int(np.count_nonzero(can_tell & (np.abs(part) < _TOLERANCE)))
+        inverse += int(np.count_nonzero(can_tell & (np.abs(part - 1.0) < _TOLERANCE)))
+        looked_at += int(np.count_nonzero(can_tell))
+    return FlatVotes(distance, inverse, looked_at)
+
+
+def _is_half(magnitude: FloatImage) -> bool:
+    """Return True if the values fit in half floats without loss."""
+    row = magnitude[magnitude.shape[0] // 2]
+    with np.errstate(over="ignore"):
+        return bool(np.array_equal(row, row.astype(np.float16).astype(row.dtype)))
+
+
+def _is_one_ramp(magnitude: FloatImage) -> bool:
+    """Return True if all values lie on a single linear function of the pixel."""
+    rows = np.linspace(0, magnitude.shape[0] - 1, _RAMP_SAMPLES).astype(int)
+    columns = np.linspace(0, magnitude.shape[1] - 1, _RAMP_SAMPLES).astype(int)
+    y, x = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
+    values = magnitude[y, x].astype(np.float64)
+    design = np.stack([np.ones(len(x)), x, y], axis=1)
+    plane = design @ np.linalg.lstsq(design, values, rcond=None)[0]
+    return bool(np.abs(values - plane).max() <= _RAMP_PART * np.ptp(values))
+
+
+def _triples(
+    values: NDArray[np.float64],
+) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
+    """Yield triples of pixels in a row, along x and along y, for every stride.
+
+    Rows are left out so that at most about _SAMPLES_MOST triples are examined each time.
+    """
+    for plane in (values, values.T):
+        for stride in _STRIDES:
+            if plane.shape[1] <= 2 * stride:
+                continue
+            thin = plane[:: max(1, plane.size // _SAMPLES_MOST)]
+            yield thin[:, : -2 * stride], thin[:, stride:-stride], thin[:, 2 * stride :]
+
+
+def _way_to_arithmetic(
+    first: NDArray[np.float64],
+    middle: NDArray[np.float64],
+    last: NDArray[np.float64],
+    step: float,
+    whole_step: float,
+) -> tuple[NDArray[np.float64], _Mask]:
+    """Return where the middle value lies between the two means, and a mask where this is certain.
+
+    0 means on the harmonic mean, 1 on the arithmetic mean.
+    """
+    is_surface = (first > 0) & (middle > 0) & (last > 0)
+    total = np.where(is_surface, first + last, 1.0)
+    harmonic, arithmetic = 2 * first * last / total, total / 2
+    apart = arithmetic - harmonic
+    can_tell = is_surface & (apart > _STEPS_APART * np.maximum(step * arithmetic, whole_step))
+    can_tell &= np.maximum(first, last) < _RATIO_MOST * np.minimum(first, last)
+    part = (middle - harmonic) / np.where(can_tell, apart, 1.0)
+    return part, can_tell

@@ -1,0 +1,152 @@
+"""Mend values that no camera records, so that diffusion never spreads them.
+
+NaN and infinity are replaced by neighbouring values. A damaged file, a wrong unit or a program's
+marker for "nothing here" gives other values: how near, how blurred and how bright the pixels of a
+plate may be is limited, because beyond these limits sums over a picture would overflow. Such values
+are clamped when a plate is read, and one note tells the user.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.focus.coc import COC_MOST_PX
+from heatlens.media.plate.plate import FloatImage
+
+# With more bad pixels than this, most of the picture would be invented.
+MAX_BAD_FRACTION = 0.5
+# Pixels filled at once; this limits the memory for many bad pixels to about 50 MB.
+_BATCH = 1 << 17
+
+_Mask = NDArray[np.bool_]
+_STEPS = ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
+
+
+def check_mostly_good(bad_count: int, size: int, what: str) -> None:
+    """Raise InputError when more than half of the pixels are bad; `what` names file and channel."""
+    if bad_count > MAX_BAD_FRACTION * size:
+        raise InputError(
+            f"{what} has no usable value in {bad_count} of {size} pixels (NaN, infinite, of the "
+            "wrong sign or nearer than a micrometre): too many to repair. Render the frame again "
+            "or choose another channel."
+        )
+
+
+def repair_color(color: FloatImage, what: str) -> int:
+    """Replace pixels of `color` (H, W, C) with NaN or infinity in place; return their count.
+
+    Each takes the median of its good neighbours, in 3x3 or else 5x5 pixels, so that a single lamp
+    nearby does not matter. Larger holes are filled from their rim inwards. Negative values are
+    valid and stay. Raises InputError if more than half of the pixels are bad.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        if np.isfinite(color.sum()):  # a bad pixel makes the sum bad: quick for good pictures
+            return 0
+    bad = ~np.isfinite(color).all(axis=2)
+    rows, columns = np.nonzero(bad)
+    if rows.size == 0:
+        return 0
+    check_mostly_good(rows.size, bad.size, what)
+    padded = np.pad(color, ((2, 2), (2, 2), (0, 0)), constant_values=np.nan)
+    padded[2:-2, 2:-2][bad] = np.nan
+    count = int(rows.size)
+    while rows.size:  # a hole closes from its rim inwards
+        batches = [slice(start, start + _BATCH) for start in range(0, rows.size, _BATCH)]
+        filled = np.concatenate([_filled(padded, rows[b], columns[b]) for b in batches])
+        color[rows, columns] = padded[rows + 2, columns + 2] = filled
+        left = np.isnan(filled[:, 0])
+        rows, columns = rows[left], columns[left]
+    return count
+
+
+def _filled(padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatImage:
+    """Return new colours (N, C) for the pixels at `rows` and `columns` of the unpadded picture.
+
+    A colour is NaN if the pixel has no good neighbour yet.
+    """
+    colors = _neighbour_median(padded, rows, columns, 1)
+    lonely = np.isnan(colors[:, 0])
+    colors[lonely] = _neighbour_median(padded, rows[lonely], columns[lonely], 2)
+    return colors
+
+
+def _neighbour_median(
+    padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp], radius: int
+) -> FloatImage:
+    """Return the lower median (N, C) of the good pixels within `radius`; NaN if there are none."""
+    reach = range(2 - radius, 3 + radius)
+    stack = np.stack([padded[rows + dy, columns + dx] for dy in reach for dx in reach])
+    stack.sort(axis=0)  # NaN sorts last
+    good = np.count_nonzero(~np.isnan(stack[:, :, 0]), axis=0)
+    middle: FloatImage = stack[np.maximum(good - 1, 0) // 2, np.arange(rows.size)]
+    return middle
+
+
+def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
+    """Replace every `bad` pixel of `depth` (H, W) by its nearest good neighbour, in place.
+
+    Values are copied, never averaged, because a depth between two surfaces belongs to neither.
+    Returns the number of bad pixels; raises InputError if they are more than half.
+    """
+    rows, columns = np.nonzero(bad)
+    count = int(rows.size)
+    if count == 0:
+        return 0
+    check_mostly_good(count, bad.size, what)
+    good = np.pad(~bad, 1)
+    values = np.pad(depth, 1)
+    rows, columns = rows + 1, columns + 1
+    while rows.size:  # each round fills the rim of every hole; good pixels exist, so it ends
+        found = _nearest_step(good, rows, columns)
+        has = found >= 0
+        steps = np.array(_STEPS)[found[has]]
+        here = rows[has], columns[has]
+        values[here] = values[here[0] + steps[:, 0], here[1] + steps[:, 1]]
+        good[here] = True
+        rows, columns = rows[~has], columns[~has]
+    depth[:] = values[1:-1, 1:-1]
+    return count
+
+
+def _nearest_step(
+    good: _Mask, rows: NDArray[np.intp], columns: NDArray[np.intp]
+) -> NDArray[np.intp]:
+    """Return for each pixel the index into _STEPS of its first good neighbour, or -1."""
+    found = np.full(rows.size, -1, dtype=np.intp)
+    for index, (dy, dx) in reversed(list(enumerate(_STEPS))):
+        found[good[rows + dy, columns + dx]] = index
+    return found
+
+
+# A thousandth of a millimetre in front of the lens. Anything nearer is treated as a missing depth
+# and repaired: its blur would overflow on a GPU.
+DEPTH_LEAST_M = 1e-6
+# The sum over all pixels of the largest plate, and its square, stay below float32's 3.4e38.
+LIGHT_MOST = 1e14
+
+
+def bound_coc(coc_px: FloatImage, what: str) -> tuple[str, ...]:
+    """Clamp diameters (H, W) of the circle of confusion in place, and return notes about it.
+
+    The notes are empty if nothing had to be clamped. `what` names the file and the channel.
+    """
+    count = int(np.count_nonzero(np.abs(coc_px) > COC_MOST_PX))
+    np.clip(coc_px, -COC_MOST_PX, COC_MOST_PX, out=coc_px)
+    words = f"a circle of confusion of more than {COC_MOST_PX:,.0f} px"
+    return _clamped_note(what, words, count, coc_px.size)
+
+
+def bound_color(color: FloatImage, what: str) -> tuple[str, ...]:
+    """Clamp finite colours (H, W, C) in place, and return notes, as `bound_coc` does."""
+    if -LIGHT_MOST <= color.min() and color.max() <= LIGHT_MOST:
+        return ()
+    count = int(np.count_nonzero((np.abs(color) > LIGHT_MOST).any(axis=2)))
+    np.clip(color, -LIGHT_MOST, LIGHT_MOST, out=color)
+    words = f"light beyond {LIGHT_MOST:g}"
+    return _clamped_note(what, words, count, color.shape[0] * color.shape[1])
+
+
+def _clamped_note(what: str, words: str, count: int, size: int) -> tuple[str, ...]:
+    if not count:
+        return ()
+    return (f"{what} holds {words} in {count} of {size} pixels: they were set to this limit.",)

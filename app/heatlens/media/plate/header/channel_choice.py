@@ -1,0 +1,295 @@
+"""Choose the channels of a file that hold colour and depth, by a ranking of their names."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.option import or_meant
+from heatlens.media.files.picture_formats import is_picture
+from heatlens.media.plate.header.channels import (
+    ChannelRef,
+    Header,
+    flat_channels,
+    list_channels,
+    listed,
+    unusable_sentence,
+    views_of,
+)
+from heatlens.media.plate.header.written_by import written_by
+
+# Layers that hold the finished picture, best first; "" is the layer without a name.
+_COLOR_LAYERS = (
+    *("", "rgba", "rgb", "combined", "beauty", "final", "main", "color", "colour", "c", "ci"),
+    *("image", "left", "composite"),
+)
+# Layers whose channels are coordinates, directions or identities: neither light nor depth.
+_DATA_LAYERS = (
+    *("n", "normal", "normals", "p", "position", "pworld", "pref", "uv", "st", "motion", "vector"),
+    *("velocity", "motionvector", "crypto", "cryptomatte", "objectid", "mist", "fog"),
+)
+# Names of depth channels without case and punctuation, best first.
+DEPTH_WORDS = (
+    *("z", "depth", "zdepth", "lineardepth", "cameradepth", "pz", "vrayzdepth", "distance"),
+    *("zfiltered", "disparity", "inversedepth", "inversez"),
+    "dd",  # the names of depth in Mitsuba's manual: dd.y, dd.T
+)
+# In Mitsuba the distance along the ray is called T, whatever the layer.
+_MITSUBA_WORDS = ("t",)
+_COC_WORDS = ("coc", "cocpx", "circleofconfusion")
+# Leaf names that renderers give to the only channel of a layer, or to grey written three times.
+_VALUE_LEAVES = ("", "z", "v", "y", "r", "x", "red", "value", "t")
+_LETTERS = {"r": "r", "red": "r", "g": "g", "green": "g", "b": "b", "blue": "b"}
+_LETTERS |= {"a": "a", "alpha": "a"}
+
+
+class NoDepthError(InputError):
+    """A picture has no channel whose name says that it is a depth."""
+
+
+@dataclass(frozen=True)
+class ColorChoice:
+    """The channels for red, green, blue and alpha; luminance fills all three colours.
+
+    `notes` tell the user how they were chosen where that is not obvious.
+    """
+
+    layer: str
+    rgb: tuple[ChannelRef, ChannelRef, ChannelRef]
+    alpha: ChannelRef | None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def view(self) -> str:
+        """The stereo view it belongs to, "" where the file has only one."""
+        return self.rgb[0].view
+
+
+def choose_color(
+    path: Path,
+    headers: Sequence[Header],
+    layer: str | None,
+    eye: str | None = None,
+    among: Sequence[ChannelRef] | None = None,
+) -> ColorChoice:
+    """Choose the colour channels of `layer`, or of the most likely layer if that is None.
+
+    They are chosen from `among`, or from all flat channels if that is None. In a stereo file they
+    belong to the view `eye`; if that is None, to the first view, and a note says so. Raises
+    InputError that names what was looked for and what the file has.
+    """
+    views = views_of(headers)
+    view = _view_called(path, views, eye)
+    layers = _color_layers(flat_channels(headers) if among is None else among)
+    if views and (eye is not None or layer is None):
+        layers = _of_view(layers, view or views[0])
+    if layer is not None:
+        wanted = next((name for name in layers if name.lower() == layer.lower()), None)
+        if wanted is None:
+            raise InputError(
+                f"{path} has no RGB layer {layer!r} for --color-layer; it has: {listed(layers)}."
+                f"{or_meant(layer, layers)}"
+            )
+        return _without_chroma(path, headers, layers[wanted])
+    if not layers:
+        raise InputError(_no_color_sentence(path, headers))
+    chosen = min(layers.values(), key=lambda choice: _color_rank(choice, len(headers) > 1))
+    chosen = _without_chroma(path, headers, _with_guess_noted(chosen, layers))
+    return chosen if eye is not None else _with_views_noted(path, chosen, views)
+
+
+def color_layers_among(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the layers among full channel names that `choose_color` could take."""
+    return tuple(_color_layers([ChannelRef(0, name, name) for name in names]))
+
+
+def depth_channels_first(names: Iterable[str]) -> tuple[str, ...]:
+    """Sort full channel names so that the most likely depth channels come first."""
+    refs = [ChannelRef(0, name, name) for name in names]
+    words = (*DEPTH_WORDS, *_COC_WORDS)
+    ranks = {ref.full_name: _depth_rank(ref, refs, words, "") for ref in refs}
+    return tuple(sorted(ranks, key=lambda name: (ranks[name] is None, ranks[name] or 0)))
+
+
+def choose_depth(
+    path: Path, headers: Sequence[Header], name: str | None, color: ColorChoice | None, coc: bool
+) -> ChannelRef:
+    """Choose the depth channel: `name`, or the most likely one if that is None.
+
+    With `coc`, a circle of confusion is preferred over a depth. The depth of another view than the
+    colour's is never chosen; among equally good names the one closest to the colour wins (same
+    layer tree, then same part). Raises InputError that names what was looked for and what the file
+    has.
+    """
+    usable = flat_channels(headers)
+    if name is not None:
+        return _named(path, usable, name)
+    words = (*_COC_WORDS, *DEPTH_WORDS) if coc else DEPTH_WORDS
+    if written_by(headers) == "Mitsuba":
+        words = (*words, *_MITSUBA_WORDS)
+    layer, part, view = (color.layer, color.rgb[0].part, color.view) if color else ("", 0, "")
+    ranked: list[tuple[int, bool, bool, int]] = []
+    for index, ref in enumerate(usable):
+        rank = (
+            None if view and ref.view not in ("", view) else _depth_rank(ref, usable, words, layer)
+        )
+        if rank is not None:
+            far = ref.full_name.partition(".")[0] != layer.partition(".")[0]
+            ranked.append((rank, far, ref.part != part, index))
+    if not ranked:
+        raise NoDepthError(_no_depth_sentence(path, headers, view))
+    return usable[min(ranked)[-1]]
+
+
+def _view_called(path: Path, views: Sequence[str], eye: str | None) -> str | None:
+    """Return the view named `eye`, ignoring case; raise InputError if there is none."""
+    if eye is None:
+        return None
+    wanted = next((view for view in views if view.lower() == eye.lower()), None)
+    if wanted is None:
+        has = f"it has: {', '.join(views)}" if views else "it has one view, without a name"
+        raise InputError(f"{path} has no view {eye!r} for --eye; {has}.{or_meant(eye, views)}")
+    return wanted
+
+
+def _of_view(layers: Mapping[str, ColorChoice], view: str) -> dict[str, ColorChoice]:
+    """Return the layers of a view; where it has none, those of all views."""
+    own = {name: choice for name, choice in layers.items() if choice.view == view}
+    return own or {name: choice for name, choice in layers.items() if not choice.view}
+
+
+def _with_views_noted(path: Path, chosen: ColorChoice, views: Sequence[str]) -> ColorChoice:
+    """Return `chosen` with a note where the file has other views as well."""
+    others = [view for view in views if view != chosen.view]
+    if not (chosen.view and others):
+        return chosen
+    note = (
+        f"{path} holds the views {' and '.join(views)}: {chosen.view} is taken; "
+        f"--eye {others[0]} takes the other."
+    )
+    return replace(chosen, notes=(*chosen.notes, note))
+
+
+def _color_layers(usable: Sequence[ChannelRef]) -> dict[str, ColorChoice]:
+    """Return every layer that can be shown, by name: red, green and blue, or luminance alone."""
+    groups: dict[tuple[int, str], dict[str, ChannelRef]] = {}
+    for ref in usable:
+        letter = ref.leaf.lower()
+        groups.setdefault((ref.part, ref.layer), {})[_LETTERS.get(letter, letter)] = ref
+    layers: dict[str, ColorChoice] = {}
+    for (_, layer), group in groups.items():
+        if {"r", "g", "b"} <= group.keys():
+            rgb = (group["r"], group["g"], group["b"])
+        elif "y" in group and _last(group["y"].plain_layer) in _COLOR_LAYERS:
+            rgb = (group["y"],) * 3
+        else:
+            continue
+        layers.setdefault(layer, ColorChoice(layer, rgb, group.get("a")))
+    return layers
+
+
+def _color_rank(choice: ColorChoice, many_parts: bool) -> tuple[int, int]:
+    """Return a sort key: the lowest is most likely the finished picture; ties keep file order."""
+    leaf = _last(choice.rgb[0].plain_layer)
+    if leaf in _COLOR_LAYERS:
+        return _COLOR_LAYERS.index(leaf), choice.rgb[0].part
+    is_data = leaf in _DATA_LAYERS or _squashed(leaf) in DEPTH_WORDS
+    first = 0 if many_parts and choice.rgb[0].part == 0 else 1
+    return len(_COLOR_LAYERS) + first + 2 * is_data, choice.rgb[0].part
+
+
+def _depth_rank(
+    ref: ChannelRef, usable: Sequence[ChannelRef], words: Sequence[str], color_layer: str
+) -> int | None:
+    """Return a rank: the lowest is most likely a depth; None if the name does not suggest one."""
+    layer, leaf = _last(ref.plain_layer), ref.leaf.lower()
+    if layer in _DATA_LAYERS:
+        return None
+    if _squashed(leaf) in words:
+        siblings = {r.leaf.lower() for r in usable if (r.part, r.layer) == (ref.part, ref.layer)}
+        if {"x", "y"} <= siblings and leaf == "z":
+            return None  # the third axis of a vector
+        known = layer in _COLOR_LAYERS or _squashed(layer) in words or ref.layer == color_layer
+        return 2 * words.index(_squashed(leaf)) + (0 if known else 2 * len(words))
+    if _squashed(layer) in words and leaf in _VALUE_LEAVES:
+        return 2 * words.index(_squashed(layer)) + 1
+    return None
+
+
+def _named(path: Path, usable: Sequence[ChannelRef], name: str) -> ChannelRef:
+    """Find the channel that the user named.
+
+    The name may be a full name, a name within a part, or a layer that holds a single channel.
+    """
+    for ref in usable:
+        if name in (ref.full_name, ref.key):
+            return ref
+    wanted = name.lower()
+    for ref in usable:
+        if wanted in (ref.full_name.lower(), ref.key.lower()):
+            return ref
+    inside = [ref for ref in usable if ref.layer.lower() == wanted]
+    if len(inside) == 1:
+        return inside[0]
+    raise InputError(
+        f"{path} has no channel {name!r} for --depth-channel; it has: "
+        f"{listed(ref.full_name for ref in usable)}."
+        f"{or_meant(name, (ref.full_name for ref in usable))}"
+    )
+
+
+def _last(layer: str) -> str:
+    """Return the last component of a layer's name in lower case."""
+    return layer.rpartition(".")[2].lower()
+
+
+def _squashed(name: str) -> str:
+    """Return the name in lower case without punctuation: Z_Depth, z-depth and zDepth are equal."""
+    return "".join(letter for letter in name.lower() if letter.isalnum())
+
+
+def _with_guess_noted(chosen: ColorChoice, layers: Mapping[str, ColorChoice]) -> ColorChoice:
+    """Return `chosen`, with a note if its name does not say that it is the finished picture."""
+    if _last(chosen.rgb[0].plain_layer) in _COLOR_LAYERS or len(layers) == 1:
+        return chosen
+    note = (
+        "No layer has a usual name for the finished picture: the colour is layer "
+        f"{chosen.layer!r}; --color-layer takes another of {listed(layers)}."
+    )
+    return replace(chosen, notes=(note,))
+
+
+def _without_chroma(path: Path, headers: Sequence[Header], chosen: ColorChoice) -> ColorChoice:
+    """Return `chosen`; raise InputError for a luminance whose chroma is in other channels."""
+    keys = {ref.leaf.upper() for ref in list_channels(headers) if ref.part == chosen.rgb[0].part}
+    if chosen.rgb[0] == chosen.rgb[1] and {"RY", "BY"} & keys:
+        raise InputError(
+            f"{path} stores luminance and subsampled chroma (Y, RY, BY), which heatlens does not "
+            "read; write it as R, G, B."
+        )
+    return chosen
+
+
+def _no_color_sentence(path: Path, headers: Sequence[Header]) -> str:
+    """Return a sentence on the channels that were looked for, those found, and those of no use."""
+    found = listed(ref.full_name for ref in list_channels(headers))
+    return (
+        f"{path} has no colour: looked for channels R, G, B or Y, alone or in a layer; it has: "
+        f"{found}.{unusable_sentence(headers)}"
+    )
+
+
+def _no_depth_sentence(path: Path, headers: Sequence[Header], view: str) -> str:
+    """Return a sentence on the channels looked for, those found, and the option to name one."""
+    if is_picture(path):
+        return (
+            f"{path} has no depth: name its file with --depth FILE or the half of the picture "
+            "that holds it with --depth-side, or estimate it with --depth-model FILE.onnx."
+        )
+    found = listed(ref.full_name for ref in list_channels(headers))
+    of_view = f" of the view {view}" if view else ""
+    return (
+        f"{path} has no depth channel{of_view}: looked for Z, depth, depth.Z, zdepth, distance "
+        f"and the like; it has: {found}.{unusable_sentence(headers)} Render the depth into the "
+        "file, or name its channel with --depth-channel or its file with --depth FILE."
+    )

@@ -1,0 +1,173 @@
+"""List the channels of a file, each with its full name and the view that it belongs to.
+
+The full name of a channel is `layer.leaf`. In a file of several parts, the name of the part serves
+as the layer of channels that name none: `Z` in a part called `depth` is `depth.Z`.
+
+A part with a single view of a stereo picture names it in the attribute `view`. A part with several
+lists them in `multiView`; the view then stands before the last component of a channel's name, and
+channels without a layer belong to the first view. Some programs only write left and right into the
+names. Source: the OpenEXR documents "Storing Multi-View Images in OpenEXR Files" and "Standard
+Attributes".
+"""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.base.outside_text import shortened
+
+Header = dict[str, Any]
+Part = tuple[Header, dict[str, NDArray[np.generic]]]
+
+_NAMES_LISTED = 20
+_EYES = ("left", "right")
+_SEPARATORS = re.compile(r"[-._ ]")
+
+
+@dataclass(frozen=True)
+class ChannelRef:
+    """One channel: the part it is in, its name there, its full name, and its view, "" for none."""
+
+    part: int
+    key: str
+    full_name: str
+    view: str = ""
+
+    @property
+    def layer(self) -> str:
+        """The full name without its last component; "" for none."""
+        return self.full_name.rpartition(".")[0]
+
+    @property
+    def leaf(self) -> str:
+        """The last component, which says what the channel is within its layer."""
+        return self.full_name.rpartition(".")[2]
+
+    @property
+    def plain_layer(self) -> str:
+        """The layer without the name of the view."""
+        return without_view(self.layer, self.view)
+
+
+def type_name(header: Header) -> str:
+    """Return the part's type in lower case: scanlineimage, tiledimage, deepscanline or deeptile."""
+    return str(header.get("type", "scanlineimage")).rpartition(".")[2].lower()
+
+
+def compression_name(header: Header) -> str:
+    """Return the name of the compression as `--compression` takes it: none, zip, piz, dwaa ..."""
+    name = str(header["compression"]).rpartition(".")[2].removesuffix("_COMPRESSION").lower()
+    return "none" if name == "no" else name
+
+
+def is_deep(header: Header) -> bool:
+    """Return True for a part with many samples in a pixel."""
+    return type_name(header).startswith("deep")
+
+
+def list_channels(headers: Sequence[Header]) -> tuple[ChannelRef, ...]:
+    """Return every channel, in the order of the file."""
+    views, refs = views_of(headers), []
+    for part, header in enumerate(headers):
+        for channel in header["channels"]:
+            full_name = _full_name(header, channel.name, len(headers) > 1)
+            view = view_of(header, full_name, views)
+            refs.append(ChannelRef(part, channel.name, full_name, view))
+    return tuple(refs)
+
+
+def flat_channels(headers: Sequence[Header]) -> tuple[ChannelRef, ...]:
+    """Return the channels with exactly one value in every pixel: neither deep nor subsampled."""
+    sampled = {
+        (part, channel.name)
+        for part, header in enumerate(headers)
+        for channel in header["channels"]
+        if channel.xSampling == channel.ySampling == 1 and not is_deep(header)
+    }
+    return tuple(ref for ref in list_channels(headers) if (ref.part, ref.key) in sampled)
+
+
+def pixels_of(parts: Sequence[Part], ref: ChannelRef) -> NDArray[np.generic]:
+    """Return the channel's values (H, W), float16, float32 or uint32 as in the file."""
+    pixels: NDArray[np.generic] = parts[ref.part][1][ref.key]
+    return pixels
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return the first twenty names joined in one line."""
+    return shortened([name or "(no name)" for name in names], _NAMES_LISTED) or "nothing"
+
+
+def unusable_sentence(headers: Sequence[Header]) -> str:
+    """Return a sentence about deep or subsampled channels, "" if there are none."""
+    if any(is_deep(header) for header in headers):
+        return (
+            " It holds deep samples, which heatlens can read only as the plate itself: flatten "
+            "it first."
+        )
+    if any(c.xSampling != 1 or c.ySampling != 1 for h in headers for c in h["channels"]):
+        return " Subsampled channels are not read: write them at full resolution."
+    return ""
+
+
+def _full_name(header: Header, key: str, many_parts: bool) -> str:
+    """Return `layer.leaf`; the part's name serves as the layer of a channel that names none."""
+    part_name = str(header.get("name", ""))
+    if not many_parts or not part_name or key.lower().startswith(f"{part_name.lower()}."):
+        return key
+    plain = without_view(part_name, str(header.get("view", "")))
+    if plain and key.lower().startswith(f"{plain.lower()}."):  # Blender adds the view to the part
+        return f"{part_name}{key[len(plain) :]}"
+    return f"{part_name}.{key}"
+
+
+def views_of(headers: Sequence[Mapping[str, object]]) -> tuple[str, ...]:
+    """Return the views that the headers name, the default view first; () for fewer than two."""
+    listed = [name for header in headers for name in _listed_views(header)]
+    own = [str(header["view"]) for header in headers if header.get("view")]
+    found = list(dict.fromkeys(listed or own))
+    if not found:
+        found = _eyes_in_names(headers)
+    if not listed:  # the order of the parts means nothing
+        found.sort(key=lambda name: name.lower() != _EYES[0])
+    return tuple(found) if len(found) > 1 else ()
+
+
+def view_of(header: Mapping[str, object], full_name: str, views: Sequence[str]) -> str:
+    """Return the view of a channel; "" if it belongs to all views or there are none."""
+    own = str(header.get("view", ""))
+    listed = _listed_views(header)
+    if own in views and len(listed) < 2:
+        return own
+    words = [word.lower() for word in _SEPARATORS.split(full_name)]
+    named = next((view for view in views if view.lower() in words), "")
+    if named or len(listed) < 2:
+        return named
+    return "" if "." in full_name else listed[0]
+
+
+def without_view(name: str, view: str) -> str:
+    """Remove the name of the view: `rgba_left` and `left.rgba` become `rgba`."""
+    if not view:
+        return name
+    words = re.split(r"([-._ ])", name)
+    kept = [i for i in range(0, len(words), 2) if words[i].lower() != view.lower()]
+    return "".join(words[i] + (words[i + 1] if i != kept[-1] else "") for i in kept)
+
+
+def _listed_views(header: Mapping[str, object]) -> list[str]:
+    """Return the names in `multiView`, which an older writer may have stored as another type."""
+    value = header.get("multiView")
+    return [str(name) for name in value] if isinstance(value, list | tuple) else []
+
+
+def _eyes_in_names(headers: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return left and right if the names of parts or channels contain both."""
+    names = [str(header.get("name", "")) for header in headers]
+    names += [channel.name for header in headers for channel in header.get("channels", ())]
+    words = {word.lower() for name in names for word in _SEPARATORS.split(name)}
+    return list(_EYES) if set(_EYES) <= words else []

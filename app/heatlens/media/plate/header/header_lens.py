@@ -1,0 +1,160 @@
+"""The lens for a plate from given values and the header.
+
+To start with, usual values fill what is missing; elsewhere nothing may be assumed.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from heatlens.core.base.errors import InputError, LensError
+from heatlens.core.model.lens.aperture import APERTURE_FIELDS
+from heatlens.core.model.lens.lens import Lens, LensModel
+from heatlens.core.model.option import Values
+from heatlens.media.plate.header.camera_header import lens_model_of
+from heatlens.media.plate.plate import Plate
+
+FULL_FRAME_WIDTH_MM = 36.0
+# The values that blur depends on, with the names that users see.
+NEEDED = {
+    "focal_length_mm": "focal length",
+    "sensor_width_mm": "sensor width",
+    "f_stop": "f-stop",
+    "focus_distance_m": "focus distance",
+}
+
+_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "close_focus_m")  # headers do not have these
+# A normal lens on full frame at a medium stop, with which every change of a control is visible.
+_USUAL: Values = {"focal_length_mm": 50.0, "f_stop": 2.8, "sensor_width_mm": 36.0}
+
+
+@dataclass(frozen=True)
+class StartLens:
+    """A lens, and the source of each of its values by field name."""
+
+    lens: Lens
+    sources: Mapping[str, str]
+
+
+def start_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
+    """Return the lens to start with; `given` holds fields of Lens.
+
+    Without a focus distance, the focus is on the middle of the picture. Raises LensError if the
+    given values are impossible.
+    """
+    values: Values = {}
+    sources: dict[str, str] = {}
+    for name, usual in _USUAL.items():
+        header = getattr(plate.camera, name)
+        if name in given:
+            values[name], sources[name] = given[name], "given"
+        elif _is_possible(name, header):
+            values[name], sources[name] = header, f"header, {plate.camera.sources.get(name)}"
+        else:
+            values[name], sources[name] = usual, "assumed: not in the header"
+    values["focus_distance_m"], sources["focus_distance_m"] = _focus(plate, given, values)
+    values["model"], sources["model"] = _model(plate, given)
+    extra = {name: given[name] for name in _OTHERS if name in given}
+    t_stop = plate.camera.t_stop if _is_possible("t_stop", plate.camera.t_stop) else None
+    return StartLens(Lens(**values, **extra, t_stop=t_stop), sources)
+
+
+def _model(plate: Plate, given: Mapping[str, Any]) -> tuple[LensModel, str]:
+    return (given["model"], "given") if "model" in given else lens_model_of(plate.camera)
+
+
+def _is_possible(name: str, value: float | None) -> bool:
+    """Return whether a lens can have this value; an absurd header must not block the plate."""
+    if value is None:
+        return False
+    try:
+        Lens(**{**_USUAL, "focus_distance_m": math.inf, name: value})
+    except LensError:
+        return False
+    return True
+
+
+def _focus(plate: Plate, given: Mapping[str, Any], values: Mapping[str, Any]) -> tuple[float, str]:
+    if "focus_distance_m" in given:
+        return given["focus_distance_m"], "given"
+    header = plate.camera.focus_distance_m
+    if header is not None and header * 1e3 > values["focal_length_mm"]:
+        return header, f"header, {plate.camera.sources.get('focus_distance_m')}"
+    middle = _middle_depth_m(plate)
+    if middle * 1e3 > values["focal_length_mm"]:
+        return middle, "what is in the middle of the picture"
+    return math.inf, "infinity: no other distance is known"
+
+
+def _middle_depth_m(plate: Plate) -> float:
+    """Return the median depth of the middle ninth of the picture."""
+    if plate.depth_m is None:
+        return math.inf
+    height, width = plate.depth_m.shape
+    third = plate.depth_m[height // 3 : height - height // 3, width // 3 : width - width // 3]
+    ordered = np.sort(third, axis=None)
+    return float(ordered[len(ordered) // 2])
+
+
+class MissingLensError(InputError):
+    """Some values of the lens are given neither by the caller nor by the header."""
+
+    def __init__(self, plate: Plate, fields: tuple[str, ...]) -> None:
+        """Keep the names of all missing fields of Lens."""
+        self.plate = plate
+        self.fields = fields
+        super().__init__(self.sentence({name: name for name in fields}))
+
+    def sentence(self, how: Mapping[str, str]) -> str:
+        """Return the message; `how` names for each field of Lens the option that gives it."""
+        what = _listed([NEEDED[name] for name in self.fields])
+        them = "it" if len(self.fields) == 1 else "them"
+        given = _listed([how[name] for name in self.fields])
+        why = self._refused_words()
+        return f"{self.plate.path}: the header has no {what}{why}; give {them} with {given}."
+
+    def _refused_words(self) -> str:
+        """Return which of the missing values the header gives as a value that no lens can have."""
+        refused = self.plate.camera.refused
+        found = [refused[name] for name in self.fields if name in refused]
+        if not found:
+            return ""
+        return f" ({_listed(found)}: ignored: no real lens has this value)"
+
+
+def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
+    """Return the lens of `given` fields and the plate's header, and the source of each value.
+
+    Only the sensor may be assumed, as full frame; its source then says so. A plate with a circle of
+    confusion needs no lens values. Raises MissingLensError if values are missing, and LensError if
+    they are impossible.
+    """
+    if not plate.has_distances:
+        return StartLens(Lens(50.0, 2.8, math.inf, FULL_FRAME_WIDTH_MM, **_opening(given)), {})
+    values, sources = dict(given), dict.fromkeys(given, "given")
+    for name in NEEDED:
+        value = getattr(plate.camera, name)
+        if name not in values and value is not None:
+            values[name] = value
+            sources[name] = f"header, {plate.camera.sources.get(name, 'camera')}"
+    if "sensor_width_mm" not in values:
+        values["sensor_width_mm"] = FULL_FRAME_WIDTH_MM
+        sources["sensor_width_mm"] = "assumed full frame"
+    if "model" not in values:
+        values["model"], sources["model"] = lens_model_of(plate.camera)
+    missing = tuple(name for name in NEEDED if name not in values)
+    if missing:
+        raise MissingLensError(plate, missing)
+    return StartLens(Lens(**values), sources)
+
+
+def _opening(given: Mapping[str, object]) -> Values:
+    return {name: given[name] for name in APERTURE_FIELDS if name in given}
+
+
+def _listed(words: list[str]) -> str:
+    """Return the words joined as "a, b and c"."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

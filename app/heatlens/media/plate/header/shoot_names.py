@@ -1,0 +1,278 @@
+"""Read lens metadata of cameras on set, from the headers of EXR files and from tables.
+
+The known names are those of ARRI (Meta Extract, and `com.arri.camera.` in headers), of Cooke /i and
+Zeiss eXtended Data as cameras pass them on, of RED and of Sony. Names are compared without path,
+unit, case and punctuation, so that "Lens Focus Distance", "lens_focus_distance_m" and
+"com.arri.camera.LensFocusDistance" are the same.
+
+Distances, irises and squeezes are read as cameras write them.
+"""
+
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.outside_text import shortened
+from heatlens.core.model.units import FOOT_M, INCH_M, is_bare_number, parse_distance_m, with_points
+
+_FOCUS = ("lensfocusdistance", "focusdistance", "focusdist", "lensdistance", "focus")
+_LENGTH = ("lensfocallength", "focallength", "lenszoom", "zoom", "length")
+_F_STOP = ("lensfstop", "fstop", "fnumber", "lensfnumber")
+_T_STOP = (
+    *("lenststop", "tstop", "tnumber", "lensiris", "iris", "lensaperture", "aperture"),
+    *("aperturevalue", "lenststopnumber", "iriststop"),
+)
+_LINEAR_IRIS = ("lenslineariris",)  # ARRI: thousandths of a stop, 1000 is T1
+_SQUEEZE = ("lenssqueeze", "lenssqueezefactor", "anamorphicsqueeze", "squeeze")
+_UNDERSTOOD = "Focus Distance, Focal Length, F-Stop, T-Stop, Iris, Squeeze"
+_LIKE_A_LENS = re.compile(r"lens|foc|fok|iris|stop|apert|blend|zoom|brenn|dist", re.IGNORECASE)
+_FAR = 1000.0
+_ALIKE = 0.05  # two columns may round the same value differently
+_DISTANCE_UNIT = ("lensdistanceunit", "distanceunit", "lensunit")
+_UNITS_M = {
+    **dict.fromkeys(("m", "meter", "metre", "meters", "metres", "metric"), 1.0),
+    **dict.fromkeys(("mm", "millimeter", "millimetre"), 1e-3),
+    **dict.fromkeys(("cm", "centimeter", "centimetre"), 1e-2),
+    **dict.fromkeys(("ft", "feet", "foot", "imperial"), FOOT_M),
+    **dict.fromkeys(("in", "inch", "inches"), INCH_M),
+}
+_UNIT_AT_END = re.compile(r"(?:[(\[]\s*([a-z]+)\s*[)\]]|[_ ]([a-z]+))\s*$")
+_VENDOR = re.compile(r"arri|cooke|zeiss|sony|red\b", re.IGNORECASE)
+_MISSING = ("", "-", "--", "n.a.", "n/a", "na", "nan", "none", "null", "unknown", "invalid")
+_NUMBER = r"[0-9]+(?:\.[0-9]+)?"
+_STOP_AND_TENTHS = re.compile(rf"[tf]?/?\s*({_NUMBER})\s*\+\s*([0-9])/10")  # 1.4 + 7/10
+_STOPS_FROM_ONE = re.compile(r"[tf]\s+([0-9]{1,2})(?:\s+([0-9])/10)?")  # T 2 3/10
+_MILLIMETRE_M = 1e-3
+_LEAST, _MOST = 1e-6, 1e6  # limits in any unit; no lens has a length or a focus beyond them
+
+
+@dataclass(frozen=True)
+class ShootLens:
+    """The values of a lens in the metadata of one frame; None for missing ones.
+
+    sources     field -> the name of the entry that gave it
+    has_unit    False if the distance had no unit and metres were assumed
+    unreadable  field -> the name of an entry whose value cannot be read, where no other gave one
+    conflicts   field -> the name of an entry with a value other than the one used
+    """
+
+    focus_distance_m: float | None = None
+    focal_length_mm: float | None = None
+    f_stop: float | None = None
+    t_stop: float | None = None
+    squeeze: float | None = None
+    sources: Mapping[str, str] = field(default_factory=dict)
+    has_unit: bool = True
+    unreadable: Mapping[str, str] = field(default_factory=dict)
+    conflicts: Mapping[str, str] = field(default_factory=dict)
+
+
+def shoot_lens(
+    entries: Mapping[str, object], unit_m: float | None = None, given_m: float | None = None
+) -> ShootLens:
+    """Return the lens values in the entries of a header or the cells of a table row.
+
+    `unit_m` is the length in metres of the unit of distances, for metadata that does not name one,
+    and `given_m` the one given by the user. A unit beside a value takes precedence over `given_m`,
+    and that over the unit in a name. Zero, which cameras write for unknown values, counts as
+    missing. Impossible values count as unreadable.
+    """
+    told = _Entries(entries, unit_m, given_m)
+    values: dict[str, float] = {}
+    sources: dict[str, str] = {}
+    unreadable: dict[str, str] = {}
+    conflicts: dict[str, str] = {}
+    for target, name, value in told.values():
+        if value is None:
+            unreadable.setdefault(target, name)
+        elif target not in values:
+            values[target], sources[target] = value, name
+        elif not _are_alike(values[target], value):
+            conflicts.setdefault(target, name)
+    focus = sources.get("focus_distance_m")
+    return ShootLens(
+        **values,
+        sources=sources,
+        has_unit=focus is None or told.unit_of(focus) is not None,
+        unreadable={target: name for target, name in unreadable.items() if target not in values},
+        conflicts=conflicts,
+    )
+
+
+class _Entries:
+    """Entries with what is known of the units of distances: see `shoot_lens`."""
+
+    def __init__(
+        self, entries: Mapping[str, object], unit_m: float | None, given_m: float | None
+    ) -> None:
+        self._entries, self._unit_m, self._given_m = entries, unit_m, given_m
+        self._names = {_plain(name): name for name in entries}
+
+    def values(self) -> Iterator[tuple[str, str, float | None]]:
+        """Yield field, entry and value of each entry that is known; None for an unreadable one."""
+        readers: tuple[tuple[str, tuple[str, ...], Callable[[str], float | None]], ...] = (
+            ("focus_distance_m", _FOCUS, self._metres),
+            ("focal_length_mm", _LENGTH, self._millimetres),
+            ("f_stop", _F_STOP, lambda name: stop(self._entries[name])),
+            ("t_stop", _LINEAR_IRIS, lambda name: linear_iris(self._entries[name])),
+            ("t_stop", _T_STOP, lambda name: stop(self._entries[name])),
+            ("squeeze", _SQUEEZE, lambda name: squeeze(self._entries[name])),
+        )
+        for target, known, read in readers:
+            for name in (self._names[plain] for plain in known if plain in self._names):
+                if not is_missing(self._entries[name]):
+                    yield target, name, read(name)
+
+    def unit_of(self, name: str) -> float | None:
+        """Return the metres in the unit of the distance `name`; None if the unit is unknown."""
+        told = distance(self._entries[name])
+        own_m = None if told is None else told.unit_m
+        return own_m or self._given_m or self._named_unit_of(name) or self._unit_m
+
+    def _named_unit_of(self, name: str) -> float | None:
+        named = _named_unit(name)
+        if named is not None:
+            return named
+        names = (self._names[plain] for plain in _DISTANCE_UNIT if plain in self._names)
+        units = (str(self._entries[name]).strip().lower() for name in names)
+        return next((_UNITS_M[unit] for unit in units if unit in _UNITS_M), None)
+
+    def _metres(self, name: str) -> float | None:
+        told = distance(self._entries[name])
+        return None if told is None else told.in_metres(self.unit_of(name) or 1.0)
+
+    def _millimetres(self, name: str) -> float | None:
+        told = focal_length(self._entries[name])
+        return None if told is None else told.in_millimetres(_named_unit(name))
+
+
+def not_understood(columns: Iterable[str]) -> str:
+    """Return a sentence on columns that contain no known lens value; "" if all do."""
+    known = {*_FOCUS, *_LENGTH, *_F_STOP, *_T_STOP, *_LINEAR_IRIS, *_SQUEEZE, *_DISTANCE_UNIT}
+    unknown = [name for name in columns if _plain(name) not in known]
+    if not unknown:
+        return ""
+    unknown.sort(key=lambda name: not _LIKE_A_LENS.search(name))
+    return (
+        f"Not understood of its columns: {shortened([*map(repr, unknown)])}; "
+        f"understood are names such as {_UNDERSTOOD}."
+    )
+
+
+def _are_alike(one: float, other: float) -> bool:
+    """Return whether two numbers may be roundings of one value; all beyond 1000 are far."""
+    return math.isclose(min(one, _FAR), min(other, _FAR), rel_tol=_ALIKE)
+
+
+def is_of_shoot(name: str) -> bool:
+    """Return True for a header entry of a camera on set, False for one of a CG renderer."""
+    plain = _plain(name)
+    return plain.startswith("lens") or bool(_VENDOR.search(name))
+
+
+def _plain(name: str) -> str:
+    """Return the last component of a name, without unit, as lower-case letters and digits."""
+    last = re.split(r"[/:]|\.(?=[A-Za-z])", name.strip())[-1]
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", last).lower()
+    return re.sub(r"[^a-z0-9]", "", _UNIT_AT_END.sub(_without_unit, words))
+
+
+def _without_unit(match: re.Match[str]) -> str:
+    unit = match[1] or match[2]
+    return "" if unit in _UNITS_M else match[0]
+
+
+def _named_unit(name: str) -> float | None:
+    """Return the metres in the unit at the end of a name, as in "Focus (ft)"; None without one."""
+    match = _UNIT_AT_END.search(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())
+    return None if match is None else _UNITS_M.get(match[1] or match[2])
+
+
+@dataclass(frozen=True)
+class Length:
+    """A length above zero as it was written; `unit_m` is None for a number without a unit.
+
+    `value` counts metres where `unit_m` is not None, and unknown units otherwise.
+    """
+
+    value: float
+    unit_m: float | None
+
+    def in_metres(self, bare_m: float) -> float:
+        """Return metres; a number without a unit counts units of `bare_m` metres."""
+        return self.value * (bare_m if self.unit_m is None else 1.0)
+
+    def in_millimetres(self, bare_m: float | None) -> float:
+        """Return millimetres, which a number without a unit counts where `bare_m` is None."""
+        if self.unit_m is None and bare_m in (None, _MILLIMETRE_M):
+            return self.value
+        return self.in_metres(bare_m or 1.0) / _MILLIMETRE_M
+
+
+def is_missing(value: object) -> bool:
+    """Return True for an empty value, a word for a missing one, NaN, and zero."""
+    if isinstance(value, int | float):
+        return isinstance(value, bool) or value == 0 or math.isnan(value)
+    text = str(value).strip().lower()
+    return text in _MISSING or _number(text) == 0
+
+
+def distance(value: object) -> Length | None:
+    """Return a distance, which may be infinite but not zero; None if it cannot be read."""
+    if isinstance(value, int | float):
+        return Length(float(value), None) if value >= _LEAST else None
+    text = str(value)
+    try:
+        distance_m = parse_distance_m(text)
+    except InputError:
+        return None
+    if distance_m < _LEAST:
+        return None
+    return Length(distance_m, None if is_bare_number(text) else 1.0)
+
+
+def focal_length(value: object) -> Length | None:
+    """Return a finite length above zero; None if it cannot be read."""
+    length = distance(value)
+    return None if length is None or length.value > _MOST else length
+
+
+def squeeze(value: object) -> float | None:
+    """Return the squeeze of an anamorphic lens, 1 to 2, as in 1.8 or "2x"; None for others."""
+    number = _number(str(value).strip().lower().removesuffix("x"))
+    return number if number is not None and 1.0 <= number <= 2.0 else None
+
+
+def linear_iris(value: object) -> float | None:
+    """Return the T-number of thousandths of a stop, of which 1000 are T1; None for others."""
+    thousandths = _number(value)
+    if thousandths is None or not 0 < thousandths < 20_000:
+        return None
+    return float(2.0 ** ((thousandths - 1000.0) / 2000.0))
+
+
+def stop(value: object) -> float | None:
+    """Return the f- or T-number of a number, "T2.8", ARRI's "1.4 + 7/10" or Sony's "T 2 3/10".
+
+    None for any other text, and for impossible numbers.
+    """
+    text = with_points(str(value).strip().lower())
+    number: float | None = None
+    if match := _STOP_AND_TENTHS.fullmatch(text):
+        number = float(match[1]) * 2.0 ** (int(match[2]) / 20.0)
+    elif match := _STOPS_FROM_ONE.fullmatch(text):
+        number = float(2.0 ** ((int(match[1]) + int(match[2] or 0) / 10.0) / 2.0))
+    else:
+        number = _number(text.removeprefix("t").removeprefix("f").removeprefix("/"))
+    return number if number is not None and 0.3 <= number <= 128.0 else None
+
+
+def _number(value: object) -> float | None:
+    """Return a finite number; None for anything else."""
+    text = with_points(str(value).strip().lower())
+    if not is_bare_number(text):
+        return None
+    number = float(text)
+    return number if math.isfinite(number) else None

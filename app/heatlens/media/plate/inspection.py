@@ -1,0 +1,282 @@
+"""Describe what is in a file and how it would be read, as values that JSON can hold."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from heatlens.core.base.errors import InputError, LensError
+from heatlens.core.base.paths import opened_file
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.focus.plausibility import DepthSpan, Doubt, doubts, span_doubts
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.plate.behind import behind_layers, is_behind
+from heatlens.media.plate.exr.exr_read import deep_channels, is_deep_file
+from heatlens.media.plate.exr.exr_scan import channels_of, scanned_headers
+from heatlens.media.plate.file_parts import color_file_parts, notes_of
+from heatlens.media.plate.grain import DESPIKE_HELPS, despike_note, noise_doubt, noise_of
+from heatlens.media.plate.header.camera_header import camera_at_header, lens_model_of
+from heatlens.media.plate.header.channel_choice import ColorChoice, choose_color
+from heatlens.media.plate.header.channels import (
+    Header,
+    Part,
+    compression_name,
+    pixels_of,
+    type_name,
+    views_of,
+)
+from heatlens.media.plate.header.own_marks import blurred_notes, is_blurred
+from heatlens.media.plate.header.primaries import HeaderPrimaries, header_primaries
+from heatlens.media.plate.mattes.cryptomatte import thing_names
+from heatlens.media.plate.mattes.things import require_things
+from heatlens.media.plate.parts.header_read import read_headers
+from heatlens.media.plate.parts.picture_parts import FOR_THE_EYE
+from heatlens.media.plate.picture.highlights import clipped_note
+from heatlens.media.plate.plate import CameraHeader, Plate, depth_span
+from heatlens.media.plate.read import depth_of, read_color, read_plate
+from heatlens.media.plate.windows import box_at_header, pixel_aspect_of
+
+Facts = dict[str, Any]
+
+_PIXEL_TYPES = {"f2": "half", "f4": "float", "u4": "uint"}  # other parts hold a list for each pixel
+
+
+def inspect(path: Path, options: PlateOptions) -> Facts:
+    """Return size, parts, camera, colour and depth of the file at `path`.
+
+    Lengths are in metres or millimetres as their names say; windows are [x0, y0, x1, y1],
+    half-open. If no colour or no depth can be read, its entry is {"problem": sentence}. Infinity
+    becomes "infinity" and NaN becomes None, because JSON has neither. Raises InputError only if the
+    file itself cannot be read, or no frame has a thing that the options name.
+    """
+    require_things(path, options)
+    if is_deep_file(path):
+        return _deep_facts(read_plate(path, options), options)
+    all_parts = color_file_parts(path, options)
+    parts = [part for part in all_parts if not is_behind(part)] or all_parts
+    headers = [header for header, _ in parts]
+    choice, color = _color_facts(path, parts, options)
+    header = headers[choice.rgb[0].part if choice else 0]
+    window, shown = (box_at_header(header, name) for name in ("dataWindow", "displayWindow"))
+    stated = header_primaries(header)
+    camera = camera_at_header([header, *headers])
+    depth, depth_notes = _depth_facts(path, parts, choice, options, camera)
+    aspect, aspect_notes = pixel_aspect_of(path, header)
+    return {
+        "path": str(path),
+        **_size_facts(window, shown),
+        "pixel_aspect_ratio": aspect,
+        "views": list(views_of(headers)),
+        "things": thing_names(path.parent, headers),
+        "parts": [
+            _part_facts(header, {name: pixels.dtype.str for name, pixels in channels.items()})
+            for header, channels in all_parts
+        ],
+        "behind": _behind_facts(path, options, bool(behind_layers(all_parts))),
+        "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
+        "primaries": None if stated is None else _primaries_facts(stated),
+        "is_for_the_eye": bool(header.get(FOR_THE_EYE)),
+        "is_blurred": is_blurred(header),
+        "color": color,
+        "depth": depth,
+        "notes": [
+            *blurred_notes(path, header),
+            *notes_of(header),
+            *color.pop("notes", ()),
+            *aspect_notes,
+            *depth_notes,
+        ],
+    }
+
+
+def _size_facts(window: Box, shown: Box) -> Facts:
+    return {
+        "width_px": window.width,
+        "height_px": window.height,
+        "data_window": list(window.corners),
+        "display_window": list(shown.corners),
+        "display_width_px": shown.width,
+        "display_height_px": shown.height,
+    }
+
+
+def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
+    """Return the facts of a deep file: those of its flattened picture and of its surfaces."""
+    headers = read_headers(plate.path)
+    window, shown = _deep_window(plate.path, headers, options), plate.display_window
+    rgb = plate.color[..., :3]
+    noise = noise_of(rgb)
+    depth = {name: _json_value(value) for name, value in asdict(plate.depth).items()}
+    span = depth_span(plate, options.scene_unit_m)
+    stated = header_primaries(plate.attributes)
+    return {
+        "path": str(plate.path),
+        **_size_facts(window, shown),
+        "pixel_aspect_ratio": plate.pixel_aspect_ratio,
+        "is_for_the_eye": False,
+        "is_blurred": is_blurred(plate.attributes),
+        "views": list(views_of(headers)),
+        "things": thing_names(plate.path.parent, headers),
+        "parts": _deep_parts(plate.path, headers),
+        "behind": _reports(plate),
+        "camera": {name: _json_value(value) for name, value in asdict(plate.camera).items()},
+        "primaries": None if stated is None else _primaries_facts(stated),
+        "color": {
+            "layer": "",
+            "view": "",
+            "has_alpha": plate.has_alpha,
+            "min": float(rgb.min()),
+            "max": float(rgb.max()),
+            "nan_count": 0,
+            "infinite_count": 0,
+            "noise": noise,
+        },
+        "depth": depth,
+        "notes": [
+            *plate.notes,
+            *noise_doubt(noise, str(plate.path)),
+            *(doubt.sentence for doubt in _doubts(plate.camera, span)),
+        ],
+    }
+
+
+def _deep_parts(path: Path, headers: Sequence[Header]) -> list[Facts]:
+    """Return the facts of each part, whose pixels are not read."""
+    with opened_file(path) as file:
+        raw = scanned_headers(file)
+    kinds = [
+        {channel.name.decode(errors="replace"): channel.numpy_type for channel in channels_of(one)}
+        for one in raw
+    ]
+    return [_part_facts(*pair) for pair in zip(headers, kinds, strict=True)]
+
+
+def _deep_window(path: Path, headers: Sequence[Header], options: PlateOptions) -> Box:
+    """Return the data window in the file; the plate is wider if that does not fill its frame."""
+    channels = deep_channels(path, headers, options.color_layer, options.eye)
+    return box_at_header(headers[channels.part], "dataWindow")
+
+
+def _behind_facts(path: Path, options: PlateOptions, has_layers: bool) -> list[Facts]:
+    """Return what each picture behind adds. Raises InputError if a given file cannot be added."""
+    if not (has_layers or options.behind):
+        return []
+    try:
+        plate = read_plate(path, options)
+    except InputError as error:
+        if options.behind:
+            raise
+        return [{"name": "its own layers", "problem": str(error), "words": "cannot be added"}]
+    return _reports(plate)
+
+
+def _reports(plate: Plate) -> list[Facts]:
+    return [asdict(it) | {"problem": "", "words": it.words} for it in plate.behind]
+
+
+def _primaries_facts(stated: HeaderPrimaries) -> Facts:
+    """Return the attribute, its value, and the colour space that it names, None if unknown.
+
+    `by_matrix` is True if a matrix from the primaries can convert an unknown space to Rec. 709.
+    """
+    return {
+        "attribute": stated.attribute,
+        "value": stated.value,
+        "space": None if stated.known is None else stated.known.name,
+        "by_matrix": stated.primaries is not None,
+    }
+
+
+def _part_facts(header: Header, kinds: Mapping[str, str]) -> Facts:
+    """Return the name, layout and channels of one part; `kinds` are the NumPy types of these."""
+    return {
+        "name": str(header.get("name", "")),
+        "type": type_name(header),
+        "compression": compression_name(header),
+        "data_window": list(box_at_header(header, "dataWindow").corners),
+        "channels": {
+            channel.name: _PIXEL_TYPES.get(kinds.get(channel.name, "").lstrip("<>=|"), "deep")
+            for channel in header["channels"]
+        },
+    }
+
+
+def _color_facts(
+    path: Path, parts: Sequence[Part], options: PlateOptions
+) -> tuple[ColorChoice | None, Facts]:
+    """Return the chosen colour, and facts such as its range over R, G and B before any repair."""
+    try:
+        headers = [header for header, _ in parts]
+        choice = choose_color(path, headers, options.color_layer, options.eye)
+    except InputError as error:
+        return None, {"problem": str(error)}
+    planes = [pixels_of(parts, ref) for ref in dict.fromkeys(choice.rgb)]
+    finite = [plane[np.isfinite(plane)] for plane in planes]
+    facts: Facts = {
+        "layer": choice.layer,
+        "view": choice.view,
+        "has_alpha": choice.alpha is not None,
+        "min": min((float(values.min()) for values in finite if values.size), default=None),
+        "max": max((float(values.max()) for values in finite if values.size), default=None),
+        "nan_count": sum(int(np.count_nonzero(np.isnan(plane))) for plane in planes),
+        "infinite_count": sum(int(np.count_nonzero(np.isinf(plane))) for plane in planes),
+    }
+    try:
+        color, notes = read_color(path, parts, choice)
+        facts["noise"] = noise = noise_of(color)
+        facts["notes"] = [*choice.notes, *notes, *noise_doubt(noise, str(path), DESPIKE_HELPS)]
+        is_for_eye = parts[choice.rgb[0].part][0].get(FOR_THE_EYE)
+        if is_for_eye and not options.lift_highlights_stops:
+            facts["notes"] += clipped_note(color, str(path))
+    except InputError as error:
+        facts["problem"] = str(error)
+    return choice, facts
+
+
+def _depth_facts(
+    path: Path,
+    parts: Sequence[Part],
+    color: ColorChoice | None,
+    options: PlateOptions,
+    camera: CameraHeader,
+) -> tuple[Facts, tuple[str, ...]]:
+    """Return how the depth was read, with notes, or why there is none."""
+    try:
+        result = depth_of(path, parts, color, options)
+    except InputError as error:
+        return {"problem": str(error)}, ()
+    report = result.report
+    facts = {name: _json_value(value) for name, value in asdict(report).items()}
+    span = DepthSpan(report.near_m, report.far_m, report.infinite_count > 0, options.scene_unit_m)
+    doubtful = tuple(doubt.sentence for doubt in _doubts(camera, span))
+    if report.convention.facts.is_coc:
+        facts["min_px"] = float(result.values.min())
+        facts["max_px"] = float(result.values.max())
+    if not options.despike or color is None:
+        return facts, (*result.notes, *doubtful)
+    spikes = despike_note(read_color(path, parts, color)[0], result.values, str(path))
+    return facts, (*result.notes, *doubtful, *spikes)
+
+
+def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:
+    """Return doubts about the depths, and about the lens in the header if it is complete."""
+    focal_mm, f_stop = camera.focal_length_mm, camera.f_stop
+    focus_m, sensor_mm = camera.focus_distance_m, camera.sensor_width_mm
+    if focal_mm is None or f_stop is None or focus_m is None or sensor_mm is None:
+        return span_doubts(span)
+    try:
+        model, _ = lens_model_of(camera)
+        return doubts(Lens(focal_mm, f_stop, focus_m, sensor_mm, model=model), span)
+    except LensError as error:
+        return (Doubt("lens", f"The header describes an impossible lens. {error}"),)
+
+
+def _json_value(value: object) -> object:
+    """Return `value`; for a float that JSON cannot express, return a word or None."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return "infinity" if value == math.inf else None
+    return value

@@ -1,0 +1,163 @@
+"""Read Cryptomatte: how much of each pixel an object, material or asset covers.
+
+A Cryptomatte of a file is a list of ranks, each a pair of channels: the id of a thing, and the
+share of the pixel that it covers. The header lists the names of the things (Friedman and Jones,
+"Cryptomatte Specification", version 1.2.0, Psyop 2018).
+"""
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import mmh3
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.paths import file_bytes
+from heatlens.media.plate.header.channels import ChannelRef, Header, Part, flat_channels, pixels_of
+from heatlens.media.plate.plate import FloatImage
+
+METADATA = "cryptomatte/"  # prefix of the attributes
+_EXPONENT, _EXPONENT_ONE = 0x7F800000, 1 << 23
+_LEAVES = {"r": 0, "red": 0, "g": 1, "green": 1, "b": 2, "blue": 2, "a": 3, "alpha": 3}
+_HEX = 16
+_ID_MOST = 0xFFFFFFFF
+_MANIFEST_MOST_BYTES = 64_000_000
+_AN_ID = re.compile(r"(?:#|0x)?[0-9a-f]{8}", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Cryptomatte:
+    """One Cryptomatte of a file.
+
+    name    such as CryptoObject or ViewLayer.CryptoAsset
+    ranks   channels of ids and of coverage, the largest coverage first
+    header  the attributes that belong to it, without their prefix
+    folder  the folder of the file, in which a manifest of its own may lie
+    """
+
+    name: str
+    ranks: tuple[tuple[ChannelRef, ChannelRef], ...]
+    header: dict[str, str]
+    folder: Path
+
+    @cached_property
+    def ids(self) -> dict[str, int]:
+        """The id of each name in the manifest; none if there is no manifest or it is damaged.
+
+        An id that has no 32 bits is that of no pixel, and left out.
+        """
+        try:
+            text = self.header.get("manifest") or self._sidecar()
+            found = {str(name): int(str(bits), _HEX) for name, bits in json.loads(text).items()}
+            return {name: bits for name, bits in found.items() if 0 <= bits <= _ID_MOST}
+        except (OSError, ValueError, AttributeError, RecursionError):
+            return {}
+
+    def _sidecar(self) -> str:
+        # Only a file beside the plate is read, whatever path a header names.
+        name = Path(self.header.get("manif_file", "").replace("\\", "/")).name
+        if not name:
+            return "{}"
+        return file_bytes(self.folder / name, _MANIFEST_MOST_BYTES).decode("utf-8")
+
+    def id_of(self, name: str) -> int:
+        """Return the id of a name, or of `#1f2e3d4c`, which stands for a thing without a name.
+
+        Other programs write such an id as `0x1f2e3d4c` or `1f2e3d4c`.
+
+        A name that the manifest does not have has the hash that every renderer gives to it.
+        """
+        if name in self.ids:
+            return self.ids[name]
+        if _AN_ID.fullmatch(name):
+            return int(name.removeprefix("#"), _HEX)
+        if name.startswith("#"):
+            raise InputError(f"{name} is not an id: write it as # and 8 hexadecimal digits.")
+        return hashed(name)
+
+    def name_of(self, thing: int) -> str:
+        """Return the name of an id, or `#1f2e3d4c` if the manifest does not have it."""
+        names = (name for name, bits in self.ids.items() if bits == thing)
+        return next(names, f"#{thing:08x}")
+
+    def matte(self, parts: Sequence[Part], thing: int) -> FloatImage:
+        """Return the coverage (H, W) of each pixel by the object with this id."""
+        shape = pixels_of(parts, self.ranks[0][0]).shape
+        matte: FloatImage = np.zeros(shape, np.float32)
+        for ids, coverage in self.ranks:
+            is_there = bits_of(pixels_of(parts, ids)) == np.uint32(thing)
+            matte[is_there] += pixels_of(parts, coverage)[is_there].astype(np.float32)
+        return np.clip(np.nan_to_num(matte), 0.0, 1.0, out=matte)
+
+
+def hashed(name: str) -> int:
+    """Return the id of a name: its MurmurHash3, adjusted so that the float is a normal number.
+
+    Raises InputError for a name that no text of Unicode is, and so no thing has.
+    """
+    try:
+        stored = name.encode()
+    except UnicodeEncodeError as error:
+        raise InputError(f"{name!r} is no name of a thing: it is not UTF-8.") from error
+    bits = mmh3.hash(stored, signed=False)
+    if bits & _EXPONENT in (0, _EXPONENT):
+        bits ^= _EXPONENT_ONE
+    return bits
+
+
+def bits_of(ids: NDArray[np.generic]) -> NDArray[np.uint32]:
+    """Return the ids as integers; a file stores their bits as float32."""
+    return np.ascontiguousarray(ids).view(np.uint32)
+
+
+def cryptomattes(path: Path, parts: Sequence[Part]) -> tuple[Cryptomatte, ...]:
+    """Return the Cryptomattes of a file, in the order of their attributes."""
+    headers = [header for header, _ in parts]
+    # Half floats cannot hold the 32 bits of an id.
+    refs = [ref for ref in flat_channels(headers) if pixels_of(parts, ref).dtype == np.float32]
+    found = []
+    for name, attributes in _attributes(headers).items():
+        ranks = _ranks(refs, name)
+        if ranks:
+            found.append(Cryptomatte(name, ranks, attributes, path.parent))
+    return tuple(found)
+
+
+def thing_names(folder: Path, headers: Sequence[Header]) -> dict[str, list[str]]:
+    """Return the names of the things that each Cryptomatte of a file in `folder` lists."""
+    told = _attributes(headers).items()
+    return {name: sorted(Cryptomatte(name, (), it, folder).ids) for name, it in told}
+
+
+def half_cryptomattes(parts: Sequence[Part]) -> tuple[str, ...]:
+    """Return the names of those whose ids are half floats, which cannot hold their 32 bits."""
+    headers = [header for header, _ in parts]
+    refs = [ref for ref in flat_channels(headers) if pixels_of(parts, ref).dtype == np.float16]
+    return tuple(name for name in _attributes(headers) if _ranks(refs, name))
+
+
+def _attributes(headers: Sequence[Header]) -> dict[str, dict[str, str]]:
+    """Return the attributes of each Cryptomatte by its name; parts may repeat them."""
+    by_key: dict[str, dict[str, str]] = {}
+    for header in headers:
+        for attribute, value in header.items():
+            key, slash, what = attribute.removeprefix(METADATA).partition("/")
+            if attribute.startswith(METADATA) and slash and isinstance(value, str):
+                by_key.setdefault(key, {})[what] = value
+    return {told["name"]: told for told in by_key.values() if told.get("name")}
+
+
+def _ranks(refs: Sequence[ChannelRef], name: str) -> tuple[tuple[ChannelRef, ChannelRef], ...]:
+    """Return the pairs of channels of NAME00, NAME01, ..., as far as both of a pair are there."""
+    found: dict[int, ChannelRef] = {}
+    for ref in refs:
+        number = ref.layer[-2:]
+        if ref.layer[:-2] == name and number.isdecimal() and ref.leaf.lower() in _LEAVES:
+            found[4 * int(number) + _LEAVES[ref.leaf.lower()]] = ref
+    pairs = [(at, at + 1) for at in sorted(found) if at % 2 == 0 and at + 1 in found]
+    return tuple((found[ids], found[coverage]) for ids, coverage in pairs)

@@ -1,0 +1,103 @@
+"""Read the headers of a file without its pixels, in about a tenth of a millisecond.
+
+Also the timecode of a sequence, which is in the header of its first file, and the choice of entries
+that are copied to the output.
+"""
+
+import os
+from pathlib import Path
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.timecode import Timecode
+from heatlens.media.files.marks import JOB_ATTRIBUTE
+from heatlens.media.files.picture_formats import in_movie, is_picture
+from heatlens.media.files.quiet import quiet_library
+from heatlens.media.plate.exr.exr_limits import check_exr
+from heatlens.media.plate.exr.exr_read import deep_channels, is_deep_file
+from heatlens.media.plate.exr.exr_unknown import opened_parts
+from heatlens.media.plate.header.channel_choice import choose_color
+from heatlens.media.plate.header.channels import Header
+from heatlens.media.plate.header.own_marks import is_blurred
+from heatlens.media.plate.header.timecode import timecode_of
+from heatlens.media.plate.parts.picture_parts import PICTURE_FACTS, picture_header
+from heatlens.media.plate.picture.portrait import FOCUS_POINT
+from heatlens.media.sequence.sequence import Sequence
+
+_AS_FOUND = PlateOptions()
+
+
+def read_color_header(path: str | os.PathLike[str], options: PlateOptions = _AS_FOUND) -> Header:
+    """Read the header of the part that holds the colours that `options` choose.
+
+    Raises InputError if the file is missing, damaged or no EXR, or does not have these colours.
+    """
+    if is_picture(Path(path)):
+        return picture_header(Path(path), options.picture_curve, options.depth_side)
+    layer, eye = options.color_layer, options.eye
+    headers = read_headers(path)
+    if is_deep_file(Path(path)):
+        return headers[deep_channels(Path(path), headers, layer, eye).part]
+    return headers[choose_color(Path(path), headers, layer, eye).rgb[0].part]
+
+
+def read_headers(path: str | os.PathLike[str]) -> list[Header]:
+    """Read the header of every part.
+
+    Raises InputError if the file is missing, damaged or no EXR.
+    """
+    check_exr(Path(path))
+    try:
+        with quiet_library():
+            parts = opened_parts(path, header_only=True)
+        headers = [part.header for part in parts]
+    except (RuntimeError, ValueError, TypeError, OSError, MemoryError, ArithmeticError) as error:
+        raise InputError(
+            f"The header of {path} cannot be read: it is missing, damaged or not an OpenEXR file "
+            f"({error})."
+        ) from error
+    if not headers:
+        raise InputError(f"{path} is damaged: it has no readable part. Write it again.")
+    return headers
+
+
+def first_timecode(sequence: Sequence) -> tuple[int, Timecode] | None:
+    """Return the first frame that has a file, and the timecode in its header, if there is one."""
+    path = sequence.path_at(sequence.present[0])
+    timecodes = (timecode_of(attributes) for attributes in headers_of(path))
+    timecode = next((one for one in timecodes if one is not None), None)
+    return None if timecode is None else (sequence.present[0], timecode)
+
+
+def headers_of(path: Path) -> list[Header]:
+    """Return the headers that may tell timecode and frame rate: of an EXR, or of a movie."""
+    if in_movie(path) is not None:
+        return [picture_header(path)]
+    return [] if is_picture(path) else read_headers(path)
+
+
+def is_marked_blurred(path: Path) -> bool:
+    """Return whether heatlens wrote this picture through a lens; False if it cannot be read."""
+    try:
+        headers = [picture_header(path)] if is_picture(path) else read_headers(path)
+    except InputError:
+        return False
+    return any(map(is_blurred, headers))
+
+
+# The writer writes these itself, or they describe parts, channels and layouts of the input alone.
+_NOT_CARRIED = {
+    *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
+    *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
+    *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
+    *("deepImageState", JOB_ATTRIBUTE, FOCUS_POINT, PICTURE_FACTS),
+}
+
+
+def carried(header: Header) -> dict[str, object]:
+    """Return the metadata worth keeping in the output."""
+    return {
+        name: value
+        for name, value in header.items()
+        if name not in _NOT_CARRIED and not name.startswith("cryptomatte/")
+    }

@@ -1,0 +1,317 @@
+"""Present photos and other pictures as parts of a file, in the form in which EXR files are read.
+
+Colour becomes scene-linear and premultiplied. Facts about the camera and the primaries are put
+into the header under their EXR names; facts about a depth, under `PICTURE_FACTS`.
+"""
+
+from dataclasses import dataclass, replace
+from io import BytesIO
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageCms
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.depth_words import DepthConvention, DepthSide
+from heatlens.core.model.shot.plate_options import PictureCurve
+from heatlens.media.files.marks import picture_marks
+from heatlens.media.plate.header.camera_header import lens_attributes
+from heatlens.media.plate.header.channels import Header, Part
+from heatlens.media.plate.header.primaries import P3_D65
+from heatlens.media.plate.picture.display import log_light, srgb_decoded
+from heatlens.media.plate.picture.picture_open import RawPicture, open_picture, picture_info
+from heatlens.media.plate.picture.portrait import inner_depth
+from heatlens.media.plate.plate import FloatImage
+from heatlens.media.plate.windows import header_at_box, resized_nearest
+
+# Header entry that is 1 for a display-referred picture, whose values are not scene light. It is
+# copied to renders of that picture, so that they are viewed in the same way.
+FOR_THE_EYE = "heatlens:forTheEye"
+PICTURE_FACTS = (
+    "heatlens:pictureFacts"  # header entry that holds a `PictureFacts`; never written to a file
+)
+_FULL_FRAME_MM = (36.0, 24.0)
+_EXIF_FOCAL_35MM = 0xA405
+# Channels of a grey picture may differ by this part of the range: JPEG adds a little colour.
+_SHARE_COLORED = 0.02
+_SOLID_PX = 5  # a codec colours lines and dots at edges; a part so wide and high is a colour
+_SEAM_PX = 16  # beside the other half a codec mixes the colours of both in its blocks
+_AFTER = (DepthSide.RIGHT, DepthSide.BOTTOM)  # the depth is the second half
+
+Kind = Literal["color", "depth"]
+
+
+@dataclass(frozen=True)
+class PictureFacts:
+    """Facts about a picture besides its pixels.
+
+    notes       sentences about the colour
+    full_scale  value of white of a depth in integers, None for floating point
+    convention  convention of the depth if the file states it, else None
+    why         one sentence on how the convention is known
+    """
+
+    notes: tuple[str, ...] = ()
+    full_scale: float | None = None
+    convention: DepthConvention | None = None
+    why: str = ""
+
+
+def picture_facts(header: Header) -> PictureFacts | None:
+    """Return the facts about a picture; None for a part of an EXR."""
+    facts = header.get(PICTURE_FACTS)
+    return facts if isinstance(facts, PictureFacts) else None
+
+
+def color_parts(path: Path, curve: PictureCurve, side: DepthSide = DepthSide.NONE) -> list[Part]:
+    """Read R, G, B and A of a picture as linear light, and Z if the picture holds a depth.
+
+    The half at `side` is that depth. Raises InputError if the picture cannot be halved.
+    """
+    raw = open_picture(path)
+    depth = None
+    if side is not DepthSide.NONE:
+        raw, depth = _halves(path, raw, side)
+    straight, notes = _linear(path, raw, curve)
+    if straight.shape[2] in (2, 4):
+        straight[:, :, :-1] *= straight[:, :, -1:]
+    names = {1: "Y", 2: "YA", 3: "RGB", 4: "RGBA"}[straight.shape[2]]
+    channels = {name: np.ascontiguousarray(straight[:, :, i]) for i, name in enumerate(names)}
+    if depth is not None:
+        channels["Z"] = depth
+        return [_part(channels, raw, PictureFacts(notes, raw.full_scale), curve)]
+    found = inner_depth(path, raw.info)
+    if found is None:
+        return [_part(channels, raw, PictureFacts(notes), curve)]
+    channels["Z"] = resized_nearest(_upright(found.values, straight, raw), straight.shape[:2])
+    facts = PictureFacts((*notes, *found.notes), found.full_scale, found.convention, found.why)
+    return [_part(channels, raw, facts, curve)]
+
+
+def depth_parts(path: Path) -> list[Part]:
+    """Read a depth picture as Z, with the values that are stored in the file.
+
+    Raises InputError for a coloured picture, because the colours of a colour map have no order.
+    """
+    raw = open_picture(path)
+    facts = PictureFacts(full_scale=raw.full_scale)
+    return [_part({"Z": _grey(path, raw)}, raw, facts)]
+
+
+def _grey(path: Path, raw: RawPicture, asked: tuple[slice, slice] | None = None) -> FloatImage:
+    """Return the values (H, W) of a grey picture; raise InputError for a coloured one.
+
+    `asked` is the part that must be grey, as it does not lie beside another picture; None: all.
+    """
+    values = raw.values[:, :, : 3 if raw.values.shape[2] >= 3 else 1].astype(np.float32)
+    spread = values.max(axis=2) - values.min(axis=2)
+    most = _SHARE_COLORED * (raw.full_scale or max(float(np.ptp(values)), 1e-30))
+    if _has_solid_part((spread > most)[asked or np.s_[:, :]]):
+        raise InputError(
+            f"{path} is coloured, so it is not a depth, or a depth shown with a colour map: export "
+            "it in grey, best with 16 bits."
+        )
+    return np.ascontiguousarray(values[:, :, 0])
+
+
+def _has_solid_part(mask: NDArray[np.bool_]) -> bool:
+    """Return True if a square of the mask is set; in a small picture, all across or down."""
+    for axis in (0, 1):
+        side = min(_SOLID_PX, mask.shape[axis])
+        room = mask.shape[axis] - side + 1
+        shifted = (mask.take(range(at, at + room), axis) for at in range(side))
+        mask = np.logical_and.reduce(list(shifted))
+    return bool(mask.any())
+
+
+def _halves(path: Path, raw: RawPicture, side: DepthSide) -> tuple[RawPicture, FloatImage]:
+    """Return the picture without the half at `side`, and the depth in that half."""
+    height, width = raw.values.shape[:2]
+    half = _half_size((width, height), side)
+    if (2 * half[0], height) != (width, height) and (width, 2 * half[1]) != (width, height):
+        raise InputError(
+            f"{path} is {width} x {height} pixels, which cannot be halved: leave --depth-side out."
+        )
+    first = replace(raw, values=raw.values[: half[1], : half[0]])
+    second = replace(raw, values=raw.values[-half[1] :, -half[0] :])
+    color, depth = (first, second) if side in _AFTER else (second, first)
+    return color, _grey(path, depth, _beyond_seam(half, side))
+
+
+def _beyond_seam(size: tuple[int, int], side: DepthSide) -> tuple[slice, slice]:
+    """Return the rows and columns of the half at `side` that do not lie beside the other half."""
+    across = side in (DepthSide.LEFT, DepthSide.RIGHT)
+    length = size[0] if across else size[1]
+    left_out = min(_SEAM_PX, length // 4)
+    kept = slice(left_out, None) if side in _AFTER else slice(0, length - left_out)
+    return (slice(None), kept) if across else (kept, slice(None))
+
+
+def _half_size(size: tuple[int, int], side: DepthSide) -> tuple[int, int]:
+    """Return (width, height) without the half at `side`."""
+    across = 2 if side in (DepthSide.LEFT, DepthSide.RIGHT) else 1
+    down = 2 if side in (DepthSide.TOP, DepthSide.BOTTOM) else 1
+    return size[0] // across, size[1] // down
+
+
+def picture_header(
+    path: Path, curve: PictureCurve = PictureCurve.AUTO, side: DepthSide = DepthSide.NONE
+) -> Header:
+    """Read the header that `color_parts` would give, without the pixels."""
+    size, info = picture_info(path)
+    size = _half_size(size, side)
+    is_for_eye = not info.get("is_light") and curve.color_space is None
+    header = _header((), size, info, PictureFacts()) | _for_the_eye(is_for_eye)
+    return _in_rec709(header) if curve.color_space is not None else header
+
+
+def _in_rec709(header: Header) -> Header:
+    """Return the header of light that was converted to Rec.709, whatever the file is tagged as."""
+    return {name: value for name, value in header.items() if name != "chromaticities"}
+
+
+def _for_the_eye(is_so: bool) -> Header:
+    """Return the header entry that marks a display-referred picture if `is_so`, else nothing."""
+    return {FOR_THE_EYE: 1} if is_so else {}
+
+
+def _part(
+    channels: dict[str, FloatImage],
+    raw: RawPicture,
+    facts: PictureFacts,
+    curve: PictureCurve = PictureCurve.AUTO,
+) -> Part:
+    height, width = raw.values.shape[:2]
+    header = _header(tuple(channels), (width, height), raw.info, facts)
+    if curve.color_space is not None:
+        return _in_rec709(header), dict(channels)
+    is_for_eye = raw.full_scale is not None and not raw.info.get("is_light")
+    return header | _for_the_eye(is_for_eye), dict(channels)
+
+
+def _header(
+    channels: tuple[str, ...], size: tuple[int, int], info: dict[str, Any], facts: PictureFacts
+) -> Header:
+    window = header_at_box(Box(0, 0, *size))
+    header: Header = {
+        "channels": [SimpleNamespace(name=c, xSampling=1, ySampling=1) for c in channels],
+        "compression": "NO_COMPRESSION",
+        "dataWindow": window,
+        "displayWindow": window,
+        PICTURE_FACTS: facts,
+    }
+    if "display p3" in _profile_name(info).lower():
+        header["chromaticities"] = P3_D65.chromaticities
+    header |= _camera(info)
+    header |= picture_marks(info, info.get("exif_tags", {}))
+    header |= info.get("header", {})
+    return header
+
+
+def _camera(info: dict[str, Any]) -> dict[str, object]:
+    """Return header entries with the 35 mm equivalent focal length from EXIF, on full frame.
+
+    The f-stop is left out, because on a larger sensor the same f-stop gives more blur.
+    """
+    tags = info.get("exif_tags", {})
+    try:
+        focal_mm = float(tags.get(_EXIF_FOCAL_35MM, 0))
+    except (TypeError, ValueError, ZeroDivisionError):
+        return {}
+    if not 1 <= focal_mm <= 2000:
+        return {}
+    lens = lens_attributes(focal_mm, 1.0, 1.0, *_FULL_FRAME_MM)
+    return {name: lens[name] for name in ("pinholeFocalLength", "sensorOverallDimensions")}
+
+
+def _linear(path: Path, raw: RawPicture, curve: PictureCurve) -> tuple[FloatImage, tuple[str, ...]]:
+    """Return linear light (H, W, C) with unchanged alpha, and notes on how it was decided."""
+    values, profile_notes = _in_known_primaries(path, raw)
+    if raw.full_scale is not None:
+        values = values.astype(np.float32) / np.float32(raw.full_scale)
+    values = values.astype(np.float32)
+    if curve.color_space is not None:
+        return log_light(path, values, curve.color_space), profile_notes
+    is_srgb = _is_srgb(curve, raw)
+    colors = values.shape[2] - (values.shape[2] in (2, 4))
+    own_curve = raw.info.get("curve") if curve is PictureCurve.AUTO else None
+    decode = own_curve or (srgb_decoded if is_srgb else None)
+    if decode is not None:
+        values[:, :, :colors] = decode(values[:, :, :colors])
+    if "note" in raw.info:
+        profile_notes = (*profile_notes, raw.info["note"])
+    if curve is not PictureCurve.AUTO:
+        return values, profile_notes
+    if own_curve is not None:
+        return values, (f"{path}: {raw.info['curve_words']}.", *profile_notes)
+    bits = raw.info.get("bits", raw.values.dtype.itemsize * 8)
+    note = (
+        f"{path}: {bits} bits, taken as sRGB and converted to linear light; "
+        "--picture-curve linear takes them as light."
+        if is_srgb
+        else f"{path}: floating point, taken as scene-linear light; --picture-curve srgb converts "
+        "it from sRGB."
+    )
+    return values, (note, *profile_notes)
+
+
+def _is_srgb(curve: PictureCurve, raw: RawPicture) -> bool:
+    """Return whether the values are sRGB; with AUTO, integers are and floats are not."""
+    match curve:
+        case PictureCurve.AUTO:
+            return raw.full_scale is not None
+        case PictureCurve.SRGB:
+            return True
+        case PictureCurve.LINEAR:
+            return False
+        case _:
+            return False  # the log of a camera, which has been converted before
+
+
+def _in_known_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tuple[str, ...]]:
+    """Return values in the primaries of sRGB or P3; other profiles are converted to sRGB."""
+    name = _profile_name(raw.info)
+    lower = name.lower()
+    if not name or "srgb" in lower or raw.values.shape[2] < 3:
+        return raw.values, ()
+    if "display p3" in lower:
+        return raw.values, (f"{path}: its profile is {name}, whose primaries are used.",)
+    if raw.values.dtype != np.uint8:
+        return raw.values, (f"{path}: its profile {name} is not used; taken as sRGB.",)
+    colors = Image.fromarray(np.ascontiguousarray(raw.values[:, :, :3]))
+    try:
+        profile = ImageCms.ImageCmsProfile(BytesIO(raw.info["icc_profile"]))
+        turned = ImageCms.profileToProfile(colors, profile, ImageCms.createProfile("sRGB"))
+    except (ImageCms.PyCMSError, OSError):
+        return raw.values, (f"{path}: its profile {name} cannot be used; taken as sRGB.",)
+    values = raw.values.copy()
+    values[:, :, :3] = np.asarray(turned)
+    return values, (f"{path}: converted from its profile {name} to sRGB.",)
+
+
+def _profile_name(info: dict[str, Any]) -> str:
+    """Return the name of the colour profile; "" if there is none or it cannot be read."""
+    data = info.get("icc_profile")
+    if not data:
+        return ""
+    try:
+        return ImageCms.getProfileDescription(ImageCms.ImageCmsProfile(BytesIO(data))).strip()
+    except (ImageCms.PyCMSError, OSError):
+        return ""
+
+
+def _upright(depth: FloatImage, color: FloatImage, raw: RawPicture) -> FloatImage:
+    """Rotate the depth as EXIF says the colour is rotated."""
+    turn = raw.info.get("exif_tags", {}).get(0x0112, 1)
+    if turn in (5, 6, 7, 8) and (depth.shape[0] > depth.shape[1]) == (
+        color.shape[0] > color.shape[1]
+    ):
+        return depth  # it is stored upright already
+    image = Image.fromarray(depth)
+    methods = {2: 0, 3: 3, 4: 1, 5: 5, 6: 4, 7: 6, 8: 2}
+    turned = image.transpose(Image.Transpose(methods[turn])) if turn in methods else image
+    return np.asarray(turned, np.float32)

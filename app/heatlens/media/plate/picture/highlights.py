@@ -1,0 +1,52 @@
+"""Lift the highlights of pictures made to be looked at, whose light is cut off at white.
+
+A lamp that a camera clipped to white has the light of a sheet of paper, and its disc out of focus
+is a dull grey. How bright it was is not in the file: the user says by how many stops.
+"""
+
+import numpy as np
+
+from heatlens.media.plate.plate import FloatImage
+
+LIFT_FROM = 0.9  # light of the brightest channel up to which a pixel stays as it is
+PROPOSED_STOPS = 3.0
+_WHITE = 0.99  # light from which a pixel counts as clipped
+_WHITE_LEAST = 0.0002  # share of clipped pixels from which lifting is proposed
+
+
+def lifted(color: FloatImage, stops: float) -> FloatImage:
+    """Return `color` (H, W, C) of linear light 0..1 with its highlights lifted, alpha unchanged.
+
+    An inverse shoulder: pixels whose brightest channel is up to LIFT_FROM stay, one at 1 becomes
+    2^`stops`, and between them brightness grows smoothly and monotonically. All channels of a pixel
+    are scaled alike, so that its hue stays.
+    """
+    brightest = color[..., :3].max(axis=-1, keepdims=True)
+    gain = _shoulder(np.clip((brightest - LIFT_FROM) / (1.0 - LIFT_FROM), 0.0, 1.0), stops)
+    is_lifted = brightest > LIFT_FROM
+    made = color.copy()
+    made[..., :3] *= np.where(is_lifted, gain * LIFT_FROM / np.maximum(brightest, LIFT_FROM), 1.0)
+    return made
+
+
+def _shoulder(part: FloatImage, stops: float) -> FloatImage:
+    """Return the brightness at `part` of the way to white, as a multiple of LIFT_FROM.
+
+    Its logarithm is a quadratic that leaves LIFT_FROM with the slope of unchanged light.
+    """
+    slope = (1.0 - LIFT_FROM) / LIFT_FROM
+    bend = stops * np.log(2.0) - np.log(LIFT_FROM) - slope
+    gain: FloatImage = np.exp(slope * part + bend * part * part).astype(np.float32)
+    return gain
+
+
+def clipped_note(color: FloatImage, what: str) -> tuple[str, ...]:
+    """Return a proposal to lift the highlights of `color` (H, W, C), if enough pixels are white."""
+    share = float((color[..., :3].max(axis=-1) >= _WHITE).mean())
+    if share < _WHITE_LEAST:
+        return ()
+    return (
+        f"{what}: {100 * share:.2g} % of the pixels are clipped at white, so lamps become dull "
+        f"discs. --lift-highlights {PROPOSED_STOPS:g} makes them {2**PROPOSED_STOPS:g} times as "
+        "bright as white.",
+    )

@@ -1,0 +1,333 @@
+"""Read the stored values of pictures other than EXR: PNG, JPEG, DPX, NumPy and others.
+
+Pillow reads pictures with 8 bits a channel, and single channels of 16 or 32 bits. Pictures that it
+would silently reduce to 8 bits are read by OpenImageIO. That is an optional extra, and so is HEIC.
+
+A capture by Record3D is rgb/12.jpg and depth/12.exr with metadata.json beside them. This file gives
+the matrix of the camera by columns, in pixels of `w` x `h`, and the frame rate.
+"""
+
+import contextlib
+import importlib.util
+import json
+import os
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageOps, features
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.extras import BASE, extra, import_extra
+from heatlens.core.base.outside_text import one_line
+from heatlens.core.base.paths import file_bytes, opened_file, unreadable
+from heatlens.media.files.apart import called_apart
+from heatlens.media.files.limits import allow_for, is_bounded
+from heatlens.media.files.opened_by_ending import check_content, input_by_openimageio, picture_at
+from heatlens.media.files.picture_formats import in_movie
+from heatlens.media.files.quiet import quiet_library
+from heatlens.media.plate.exr.exr_limits import MAX_SIDE_PX
+from heatlens.media.plate.header.camera_header import lens_attributes
+from heatlens.media.plate.picture.movie_picture import movie_info, movie_values
+from heatlens.media.plate.picture.pfm import read_pfm
+from heatlens.media.plate.picture.portrait import portrait_header
+
+if TYPE_CHECKING:
+    from OpenImageIO import ImageSpec
+
+_MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
+_HEIC = (".heic", ".heif")
+_ORIENTATION = 0x0112  # tag of EXIF
+_LOGS = ("Printing density", "Logarithmic")  # transfers in the header of a DPX
+_HEAD_BYTES = 4096  # start of an AVIF that holds its description
+_FOLDER, _FILE = "rgb", "metadata.json"
+_LONG_SIDE_MM = 36.0  # of the full frame, on which phones tell their focal lengths
+_SAME_ASPECT = 0.02
+_CAPTURE_MOST_BYTES = 256_000_000  # metadata.json of a capture holds the pose of each frame
+
+
+@dataclass(frozen=True, eq=False)
+class RawPicture:
+    """Stored values (H, W, C) of 8, 16 or 32 bits, with 1 to 4 channels, and their metadata.
+
+    `info` is what Pillow found beside the pixels: profile, EXIF, segments, depth images; for a
+    frame of a movie, what `movie_info` tells. `white` is the value of white where it is not the
+    largest.
+    """
+
+    values: NDArray[Any]
+    info: dict[str, Any] = field(default_factory=dict)
+    white: float | None = None
+
+    @property
+    def full_scale(self) -> float | None:
+        """The value of white for integers; None for floating point."""
+        kind = self.values.dtype
+        return self.white or (float(np.iinfo(kind).max) if kind.kind in "ui" else None)
+
+
+def open_picture(path: Path) -> RawPicture:
+    """Read a whole picture. Raises InputError that names the file if it cannot be read."""
+    if _is_for_own_process(path):
+        return called_apart(open_picture, path, str(path))
+    movie = in_movie(path)
+    if movie is not None:
+        values, white, info = movie_values(*movie)
+        return RawPicture(values, info, white)
+    if path.suffix.lower() in _ARRAYS:
+        return RawPicture(_ARRAYS[path.suffix.lower()](path))
+    with refusals(path), _opened(path) as image:
+        if image is None or _is_cut_by_pillow(image):
+            values, told = _by_openimageio(path)
+            return RawPicture(values, told if image is None else _info(image))
+        upright = ImageOps.exif_transpose(image)
+        upright = upright.convert(_MODES[upright.mode]) if upright.mode in _MODES else upright
+        values = np.array(upright)
+        info = _photo_info(path, image, upright.size)
+    return RawPicture(values if values.ndim == 3 else values[:, :, None], info)
+
+
+def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
+    """Read (width, height) and the metadata without decoding the pixels, where possible."""
+    if _is_for_own_process(path):
+        return called_apart(picture_info, path, str(path))
+    movie = in_movie(path)
+    if movie is not None:
+        return movie_info(*movie)
+    if path.suffix.lower() in _ARRAYS:
+        height, width = _ARRAYS[path.suffix.lower()](path).shape[:2]
+        return (width, height), {} if path.suffix.lower() == ".npy" else {"is_light": True}
+    with refusals(path), _opened(path) as image:
+        if image is None:  # floating point, or a format that Pillow lacks
+            values, told = _by_openimageio(path)
+            return values.shape[1::-1], told | {"is_light": values.dtype.kind == "f"}
+        info = _photo_info(path, image, image.size)
+        return _upright_size(image), info | {"is_light": image.mode == "F"}
+
+
+def _is_for_own_process(path: Path) -> bool:
+    """Return True for HEIC, whose library is large and may crash, unless this is that process."""
+    if path.suffix.lower() not in _HEIC or importlib.util.find_spec("pillow_heif") is None:
+        return False
+    allow_for(path)
+    return not is_bounded()
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[Image.Image | None]:
+    """Open the file without decoding its pixels; yield None if Pillow does not know the format."""
+    if path.suffix.lower() in _HEIC:
+        _with_heic(path)
+    if not os.path.isfile(path):  # opening a pipe would wait for its writer
+        raise unreadable(path)
+    with opened_file(path) as file:  # raises an OSError that says why it cannot be opened
+        _check_avif(path, file.read(_HEAD_BYTES))
+    image = picture_at(path)
+    if image is None:
+        yield None
+        return
+    with image:
+        _check_size(path, image.size)
+        yield image
+
+
+@contextlib.contextmanager
+def refusals(path: Path) -> Iterator[None]:
+    """Turn every failure of the libraries into an InputError of one line.
+
+    For a damaged file they can raise anything, so the block must contain nothing but their calls.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # damage either leads to an error or does not matter
+            yield
+    except InputError:
+        raise
+    except FileNotFoundError as error:
+        raise unreadable(path, error) from error
+    except Image.DecompressionBombError as error:
+        raise InputError(f"{path} has too many pixels ({error}).") from error
+    except Exception as error:
+        said = one_line(error) or type(error).__name__
+        raise InputError(
+            f"{path} cannot be read: it is damaged, or of a kind that heatlens does not know "
+            f"({said})."
+        ) from error
+
+
+def _is_cut_by_pillow(image: Image.Image) -> bool:
+    """Return True if Pillow would reduce the picture from 16 bits to 8."""
+    is_color = image.mode in ("RGB", "RGBA", "LA", "RGBX")
+    return is_color and any(";16" in str(tile[-1]) for tile in getattr(image, "tile", ()))
+
+
+def _by_openimageio(path: Path) -> tuple[NDArray[np.generic], dict[str, object]]:
+    """Read values (H, W, C) in the type that the file has, and its metadata."""
+    if importlib.util.find_spec("OpenImageIO") is None:
+        raise InputError(
+            f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "
+            f"{extra('pictures').cure()}."
+        )
+    library = import_extra("OpenImageIO", str(path))
+    with quiet_library():
+        return _read_by(library, path)
+
+
+def _read_by(library: ModuleType, path: Path) -> tuple[NDArray[np.generic], dict[str, object]]:
+    opened = input_by_openimageio(library, path)
+    if opened is None:
+        library.geterror()  # else the library prints it when the program ends
+        check_content(path)
+        raise InputError(
+            f"{path} cannot be read as {path.suffix}: it is damaged, or of a rare kind. Convert it "
+            "to a PNG or TIFF of 16 bits, or to EXR."
+        )
+    spec = opened.spec()
+    _check_size(path, (spec.width, spec.height))
+    values = opened.read_image(library.UNKNOWN)
+    opened.close()
+    if values is None:
+        raise InputError(f"{path} is damaged or cut short ({one_line(opened.geterror())}).")
+    upright = _turned(np.asarray(values)[:, :, :4], spec.get_int_attribute("Orientation", 1))
+    return upright, _told(path, spec, upright.dtype.itemsize * 8)
+
+
+def _told(path: Path, spec: "ImageSpec", bits: int) -> dict[str, object]:
+    """Return the metadata: bits, and of a DPX the text with our marks and a note on its log."""
+    told: dict[str, object] = {"comment": spec.get_string_attribute("DocumentName")}
+    told["bits"] = spec.get_int_attribute("oiio:BitsPerSample", bits)
+    transfer = spec.get_string_attribute("dpx:Transfer")
+    if transfer in _LOGS:
+        told["note"] = (
+            f"{path}: its header tells {transfer.lower()}, the log of film; its numbers are taken "
+            "as display values."
+        )
+    return told
+
+
+def _turned(stored: NDArray[Any], orientation: int) -> NDArray[np.generic]:
+    """Return values (H, W, C) upright. Source: EXIF 2.32, the tag Orientation."""
+    upright = stored.swapaxes(0, 1) if orientation in (5, 6, 7, 8) else stored
+    upright = upright[::-1] if orientation in (3, 4, 7, 8) else upright
+    return np.ascontiguousarray(upright[:, ::-1] if orientation in (2, 3, 6, 7) else upright)
+
+
+def _array(path: Path) -> NDArray[np.generic]:
+    """Read values (H, W, C) of a NumPy file that holds only numbers."""
+    with refusals(path):
+        values = np.load(BytesIO(file_bytes(path)), allow_pickle=False)
+        values = values.squeeze() if values.ndim > 2 and 1 in values.shape else values
+        if values.ndim not in (2, 3) or values.dtype.kind not in "fui" or not values.size:
+            raise InputError(
+                f"{path} holds an array of shape {values.shape} of {values.dtype}; a picture is "
+                "(height, width) or (height, width, channels) of numbers."
+            )
+    _check_size(path, (values.shape[1], values.shape[0]))
+    pixels: NDArray[np.generic] = values if values.ndim == 3 else values[:, :, None]
+    return pixels
+
+
+def _pfm(path: Path) -> NDArray[np.generic]:
+    with refusals(path):
+        values = read_pfm(path)
+    _check_size(path, (values.shape[1], values.shape[0]))
+    return values
+
+
+_ARRAYS = {".npy": _array, ".pfm": _pfm}  # files of numbers alone, without a library for pictures
+
+
+def _check_avif(path: Path, head: bytes) -> None:
+    """Refuse an AVIF of more than 8 bits, because Pillow would reduce it to 8.
+
+    Source: AOMedia, AV1 Codec ISO Media File Format Binding, section 2.3.
+    """
+    if head[4:12] != b"ftypavif":
+        return
+    if not features.check("avif"):
+        raise InputError(f"{path}: AVIF needs Pillow 11.3 or newer: {BASE.cure('-U pillow')}.")
+    at = head.find(b"av1C")
+    if at >= 0 and head[at + 6 : at + 7] and head[at + 6] & 0b0100_0000:
+        raise InputError(
+            f"{path} has more than 8 bits a channel, which heatlens cannot read from AVIF: "
+            "convert it to a 16-bit PNG or TIFF, or to EXR."
+        )
+
+
+def _with_heic(path: Path) -> None:
+    """Register the HEIC reader with Pillow."""
+    import_extra("pillow_heif", f"{path}: HEIC").register_heif_opener()
+
+
+def _info(image: Image.Image | None) -> dict[str, object]:
+    """Return the metadata of a picture; a depth image becomes its values and its metadata."""
+    if image is None:
+        return {}
+    info: dict[str, Any] = {str(name): value for name, value in image.info.items()}
+    info["depth_images"] = [
+        (np.asarray(found.to_pillow()), found.info.get("metadata") or {})
+        for found in info.get("depth_images", ())
+    ]
+    info["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(0x8769)}
+    info["segments"] = list(getattr(image, "applist", ()))
+    return info
+
+
+def _upright_size(image: Image.Image) -> tuple[int, int]:
+    """Return (width, height) as the picture is shown; Pillow swaps those of TIFF itself."""
+    is_on_side = image.format != "TIFF" and image.getexif().get(_ORIENTATION, 1) in (5, 6, 7, 8)
+    return image.size[::-1] if is_on_side else image.size
+
+
+def _photo_info(path: Path, image: Image.Image, upright: tuple[int, int]) -> dict[str, object]:
+    """Return the metadata of a picture, with the camera that its folder or itself tells of."""
+    info = _info(image)
+    told = capture_info(path, upright)
+    header = portrait_header(path, image.size, info)
+    return {**info, "header": header, **told}
+
+
+def _check_size(path: Path, size: tuple[int, int]) -> None:
+    if not all(0 < side <= MAX_SIDE_PX for side in size):
+        raise InputError(
+            f"{path} has {size[0]} x {size[1]} pixels; heatlens takes 1 to {MAX_SIDE_PX} a side."
+        )
+
+
+def capture_info(path: Path, size: tuple[int, int]) -> dict[str, object]:
+    """Return the header of the camera for a picture of a capture; a note if it cannot be used."""
+    file = path.parent.parent / _FILE
+    if path.parent.name.lower() != _FOLDER or not file.is_file():
+        return {}
+    try:
+        return {"header": _header(_read(file, file.stat().st_mtime_ns), size)}
+    except (OSError, ValueError, LookupError, TypeError, ArithmeticError, RecursionError) as error:
+        return {"note": f"{file} does not tell the camera ({error!r}): its lens is assumed."}
+
+
+@lru_cache(maxsize=4)  # all frames of a capture share one file
+def _read(file: Path, changed_ns: int) -> dict[str, Any]:
+    found = json.loads(file_bytes(file, _CAPTURE_MOST_BYTES).decode("utf-8"))
+    return {name: found[name] for name in ("K", "w", "h", "fps") if name in found}
+
+
+def _header(found: dict[str, Any], size: tuple[int, int]) -> dict[str, object]:
+    across, width, height = float(found["K"][0]), float(found["w"]), float(found["h"])
+    if not (0 < across < 1e6 and 0 < width < 1e6 and 0 < height < 1e6):
+        raise ValueError(f"a focal length of {across:g} px in {width:g} x {height:g}")
+    if abs(size[0] * height / (size[1] * width) - 1) > _SAME_ASPECT:
+        raise ValueError(f"it is for {width:g} x {height:g} pixels")
+    mm = _LONG_SIDE_MM / max(width, height)
+    lens = lens_attributes(across * mm, 1.0, 1.0, width * mm, height * mm)
+    header = {name: lens[name] for name in ("pinholeFocalLength", "sensorOverallDimensions")}
+    if 0 < float(found.get("fps", 0)) <= 10_000:
+        header["framesPerSecond"] = Fraction(found["fps"]).limit_denominator(1001)
+    return header

@@ -1,0 +1,247 @@
+"""The plate: an input picture with its depth, independent of the format of its file."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.depth_words import DepthConvention, DepthKind
+from heatlens.core.model.focus.plausibility import DepthSpan
+from heatlens.core.model.lens.lens import LensModel
+from heatlens.core.model.value_bins import ValueBins, bins_of
+from heatlens.media.plate.fragments import FragmentLists
+
+FloatImage = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class CameraHeader:
+    """The lens values in a header; None for those that it does not have."""
+
+    focus_distance_m: float | None = None  # may be infinite
+    f_stop: float | None = None
+    focal_length_mm: float | None = None
+    sensor_width_mm: float | None = None
+    sensor_height_mm: float | None = None
+    t_stop: float | None = None
+    model: LensModel | None = None  # None: the header names no CG renderer
+    sources: Mapping[str, str] = field(default_factory=dict)  # field name -> its header entry
+    # field name -> the entry with an impossible value, for which the field is None
+    refused: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+
+@dataclass(frozen=True)
+class DepthReport:
+    """How the depth channel was read, for the user who has to rely on it."""
+
+    channel: str
+    convention: DepthConvention  # never AUTO: what was used
+    kind: DepthKind
+    why: str  # one sentence: why this convention
+    near_m: float  # nearest finite depth; infinity if nothing was hit at all, NaN for CoC
+    far_m: float  # farthest finite depth; infinity and NaN as for near_m
+    infinite_count: int  # pixels where nothing was hit
+    repaired_count: int  # pixels without a valid depth, which took that of a neighbour
+    question: str = ""  # asks the user to choose if another convention fits nearly as well
+
+
+@dataclass(frozen=True)
+class BehindReport:
+    """What one picture behind adds to a plate.
+
+    name         the file or pattern as it was given, or a layer of the plate's own file
+    hidden_part  share of the plate's pixels in which it lies behind the visible surface, 0..1
+    seen_part    share in which it is visible, in front of the plate or where that is empty, 0..1
+    convention   how the values of its depth were interpreted
+    """
+
+    name: str
+    hidden_part: float
+    seen_part: float
+    convention: DepthConvention = DepthConvention.DISTANCE
+
+    @property
+    def sentence(self) -> str:
+        """A full sentence on what it adds, beginning with its name."""
+        return f"{self.name} {self.words}."
+
+    @property
+    def words(self) -> str:
+        """What it adds, as the predicate of a sentence."""
+        hidden, seen = (f"{100 * part:.3g} %" for part in (self.hidden_part, self.seen_part))
+        if not (self.hidden_part or self.seen_part):
+            return (
+                "adds nothing: it lies neither behind nor in front of what the picture shows. "
+                "Its depth may be in another unit, or it is the same picture"
+            )
+        if not self.seen_part:
+            return f"lies behind {hidden} of the picture"
+        if not self.hidden_part:
+            return f"is seen in {seen} of the picture"
+        return f"lies behind {hidden} of the picture and is seen in {seen}"
+
+
+class Pixels(Protocol):
+    """The pixels of a plate over its data window, in memory or fetched from the GPU on access.
+
+    `color` is (H, W, 4) float32, scene-linear, premultiplied, C-contiguous; alpha is 1 if the file
+    has none. Exactly one of `depth_m` and `coc_px`, both (H, W) float32, is not None: planar metres
+    with +inf where nothing was hit, or signed diameters of the circle of confusion in pixels,
+    negative in front of the focus.
+    """
+
+    @property
+    def color(self) -> FloatImage: ...
+    @property
+    def depth_m(self) -> FloatImage | None: ...
+    @property
+    def coc_px(self) -> FloatImage | None: ...
+
+    def color_in(self, area: Box) -> FloatImage:
+        """Return the colours of an area inside the picture; (0, 0) is the first pixel."""
+
+    def depth_in(self, area: Box) -> FloatImage:
+        """Return the depths in metres of an area inside; the plate must have distances."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReadPixels:
+    """Pixels in memory."""
+
+    color: FloatImage
+    depth_m: FloatImage | None = None
+    coc_px: FloatImage | None = None
+
+    def color_in(self, area: Box) -> FloatImage:
+        return self.color[area.y0 : area.y1, area.x0 : area.x1]
+
+    def depth_in(self, area: Box) -> FloatImage:
+        assert self.depth_m is not None
+        return self.depth_m[area.y0 : area.y1, area.x0 : area.x1]
+
+
+def read_pixels(color: FloatImage, depth: FloatImage, is_coc: bool) -> ReadPixels:
+    """Return pixels in memory; `depth` (H, W) is a circle of confusion if `is_coc`, else metres."""
+    return ReadPixels(color, coc_px=depth) if is_coc else ReadPixels(color, depth)
+
+
+@dataclass(frozen=True, eq=False)
+class Cutout:
+    """What a matte keeps from the blur, and the rest of the picture, which is blurred.
+
+    light  (H, W, 4) of what is kept, times its share; also where it goes on behind something nearer
+    share  (H, W) of each pixel, 0..1
+    depth  (H, W) of what is kept, as the plate has it
+    rest   the picture without it; what it hides is guessed
+    ground  (H, W, 4) over which the rest is blurred, which has alpha then; None: it has all of it
+    """
+
+    light: FloatImage
+    share: FloatImage
+    depth: FloatImage
+    rest: ReadPixels
+    ground: FloatImage | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Plate:
+    """One pinhole picture with its depth, over the data window.
+
+    Code that often needs a few pixels should use `pixels`: those of a scene are on the GPU, and
+    `color` and `depth_m` download all of them.
+    """
+
+    path: Path
+    pixels: Pixels
+    has_alpha: bool
+    data_window: Box
+    display_window: Box
+    pixel_aspect_ratio: float  # width of a pixel over its height
+    camera: CameraHeader
+    depth: DepthReport
+    aovs: tuple[str, ...]  # every channel of the file, by its full name
+    attributes: dict[str, object]  # header entries to copy to the output
+    notes: tuple[str, ...]  # sentences to show to the user: repairs, guesses, warnings
+    compression: str = ""  # compression of the file, as `--compression` names it; "" for others
+    views: tuple[str, ...] = ()  # views of a stereo file, the default view first
+    fragments: FragmentLists | None = None  # the surfaces behind the picture, if known
+    behind: tuple[BehindReport, ...] = ()  # the sources of `fragments`, in any order
+    surfaces_lost: str = ""  # a sentence, where surfaces behind were merged or left out
+    missing_count: int = 0  # pixels whose depth a renderer has not sent yet
+    # The same with more pixels on every side, from other frames: what blurs in across the border.
+    beyond: "Plate | None" = None
+    world_to_camera: NDArray[np.float64] | None = None  # 4x4 in metres, where the header tells it
+    cutout: Cutout | None = None  # what a matte keeps from the blur
+
+    @property
+    def color(self) -> FloatImage:
+        """The colours of all pixels, see `Pixels.color`."""
+        return self.pixels.color
+
+    @property
+    def depth_m(self) -> FloatImage | None:
+        """The depths of all pixels, see `Pixels.depth_m`."""
+        return self.pixels.depth_m
+
+    @property
+    def coc_px(self) -> FloatImage | None:
+        """The circles of confusion of all pixels, see `Pixels.coc_px`."""
+        return self.pixels.coc_px
+
+    def in_memory(self) -> "Plate":
+        """Return the plate with its pixels in memory, which other threads may read."""
+        return replace(self, pixels=ReadPixels(self.color, self.depth_m, self.coc_px))
+
+    @cached_property
+    def bins(self) -> ValueBins:
+        """The distribution of the surfaces, including those behind the picture.
+
+        In dioptres, or in pixels if the plate holds circles of confusion.
+        """
+        if self.coc_px is not None:
+            return bins_of(self.coc_px)
+        assert self.depth_m is not None
+        dioptres = np.float32(1.0) / self.depth_m
+        if self.fragments is not None:
+            dioptres = np.concatenate([dioptres.ravel(), self.fragments.dioptres])
+        return bins_of(dioptres)
+
+    @cached_property
+    def seen_bins(self) -> ValueBins:
+        """The distribution of what is visible in the frame alone, if there are fragments."""
+        if self.fragments is None or self.depth_m is None:
+            return self.bins
+        shown, x, y = self.display_window, self.data_window.x0, self.data_window.y0
+        part = np.s_[max(shown.y0 - y, 0) : shown.y1 - y, max(shown.x0 - x, 0) : shown.x1 - x]
+        framed = self.depth_m[part]
+        return bins_of(np.float32(1.0) / (framed if framed.size else self.depth_m))
+
+    def counted(self) -> "Plate":
+        """Return the plate with its bins counted, so that a later thread need not count them."""
+        assert self.bins is not None and self.seen_bins is not None
+        if self.beyond is not None:
+            self.beyond.counted()
+        return self
+
+    def shows(self, x: int, y: int) -> bool:
+        """Return True for a pixel, counted from the corner of the display window, that it has."""
+        return self.data_window.contains(x + self.display_window.x0, y + self.display_window.y0)
+
+    @property
+    def has_distances(self) -> bool:
+        """True for a plate with distances, False for one with circles of confusion.
+
+        Reading this property fetches no pixels.
+        """
+        return self.pixels.coc_px is None
+
+
+def depth_span(plate: Plate, scene_unit_m: float) -> DepthSpan:
+    """Return the range of depths of a plate that was read with this scene unit."""
+    report = plate.depth
+    return DepthSpan(report.near_m, report.far_m, report.infinite_count > 0, scene_unit_m)

@@ -1,0 +1,64 @@
+"""Notes on a plate and the lens in front of it, for commands and Python callers."""
+
+from collections.abc import Sequence
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.focus.plausibility import Doubt, doubts, focus_unit_doubts
+from heatlens.core.model.lens.breathing import breathing_note
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.plate.overscan_need import room_of
+from heatlens.media.plate.plate import Plate, depth_span
+
+
+def depth_note(plate: Plate) -> str:
+    """Return a sentence on how the depth was read, and why, unless a note of the plate says why."""
+    depth = plate.depth
+    why = "" if any(depth.why in note for note in plate.notes) else f" {depth.why}"
+    return f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}.{why}"
+
+
+def lens_notes(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -> tuple[str, ...]:
+    """Return the effect of breathing, and doubts about this lens for the depths of the plate.
+
+    `scene_unit_m` is what one unit of the depth was taken for. Raises InputError for the first
+    doubt if `is_strict`.
+    """
+    return (*breathing_notes(lens, plate), *_doubts(plate, lens, scene_unit_m, is_strict))
+
+
+def shot_notes(shot: Shot, plate: Plate, without_unit_m: Sequence[float] = ()) -> tuple[str, ...]:
+    """Return `lens_notes` for a shot, whose lens is in doubt if it is so at every key.
+
+    Focus distances `without_unit_m` had no unit and are assumed to be metres; they are in doubt if
+    another unit fits the depths.
+
+    Raises InputError for the first doubt if the plate options of the shot are strict.
+    """
+    options = shot.plate_options
+    lenses = [shot.lens_at(frame) for frame in shot.key_frames] or [shot.lens]
+    span = depth_span(plate, options.scene_unit_m)
+    if units := focus_unit_doubts(without_unit_m, span):
+        return (*breathing_notes(shot.lens, plate), *_said(plate, units, options.strict))
+    if not all(doubts(lens, span) for lens in lenses):  # a pull may begin in front of all surfaces
+        return breathing_notes(shot.lens, plate)
+    doubted = _doubts(plate, lenses[0], options.scene_unit_m, options.strict)
+    return (*breathing_notes(shot.lens, plate), *doubted)
+
+
+def breathing_notes(lens: Lens, plate: Plate | None) -> tuple[str, ...]:
+    """Return the effect of breathing on the picture of a plate; None stands for a scene."""
+    note = breathing_note(lens, None if plate is None else room_of(plate))
+    return (note,) if note else ()
+
+
+def _doubts(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -> tuple[str, ...]:
+    if not plate.has_distances:
+        return ()
+    return _said(plate, doubts(lens, depth_span(plate, scene_unit_m)), is_strict)
+
+
+def _said(plate: Plate, found: Sequence[Doubt], is_strict: bool) -> tuple[str, ...]:
+    if found and is_strict:
+        raise InputError(f"{plate.path}: {found[0].sentence}")
+    return tuple(doubt.sentence for doubt in found)

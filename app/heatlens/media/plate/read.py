@@ -1,0 +1,187 @@
+"""Read files as plates: a picture with the depth that belongs to it."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.depth_words import DepthSide
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.plate.behind import (
+    behind_layers,
+    behind_paths,
+    deep_options,
+    file_options,
+    is_behind,
+    layer_options,
+    with_behind,
+)
+from heatlens.media.plate.deep.deep_plate import read_deep_plate
+from heatlens.media.plate.deep.stacked import with_empty_outside
+from heatlens.media.plate.depth.depth import DepthResult
+from heatlens.media.plate.depth.repair import bound_color, repair_color
+from heatlens.media.plate.depth_read import read_depth_of
+from heatlens.media.plate.estimate.estimated_depth import estimated_depth
+from heatlens.media.plate.exr.exr_read import is_deep_file
+from heatlens.media.plate.exr.exr_write import COMPRESSIONS
+from heatlens.media.plate.file_parts import color_file_parts, notes_of
+from heatlens.media.plate.grain import despike_note
+from heatlens.media.plate.header.camera_header import camera_at_header
+from heatlens.media.plate.header.channel_choice import ColorChoice, NoDepthError, choose_color
+from heatlens.media.plate.header.channels import (
+    Header,
+    Part,
+    compression_name,
+    list_channels,
+    pixels_of,
+    views_of,
+)
+from heatlens.media.plate.header.own_marks import blurred_notes
+from heatlens.media.plate.header.placement import rigid_at
+from heatlens.media.plate.mattes.cutout import with_cutout
+from heatlens.media.plate.mattes.flat_depth import with_flat_depth
+from heatlens.media.plate.parts.header_read import carried
+from heatlens.media.plate.parts.picture_parts import FOR_THE_EYE
+from heatlens.media.plate.picture.highlights import lifted
+from heatlens.media.plate.picture.portrait import focused_as_taken
+from heatlens.media.plate.plate import FloatImage, Plate, read_pixels
+from heatlens.media.plate.windows import box_at_header, pixel_aspect_of
+
+
+def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None) -> Plate:
+    """Read a picture with its depth, free of NaN, over the data window of its colour.
+
+    A picture with alpha is read over its display window too, see `with_empty_outside`.
+    Raises InputError that names the file, what was found and which option would help.
+    """
+    path, options = Path(path), options or PlateOptions()
+    plate, behind = _file_read(path, options)
+    if options.lift_highlights_stops and not plate.attributes.get(FOR_THE_EYE):
+        raise InputError(
+            f"{path}: its light is not clipped at white, as that of pictures and movies of whole "
+            "numbers is: leave --lift-highlights out."
+        )
+    plate = with_flat_depth(plate, options.flat_depth)
+    plate = replace(plate, world_to_camera=rigid_at(plate.attributes, options.scene_unit_m))
+    for number, other in enumerate(behind_paths(path, options)):
+        own = file_options(options, number)
+        own = deep_options(own) if is_deep_file(other) else own
+        behind[options.behind[number]] = _read_behind(other, own)
+    return with_cutout(with_behind(plate, list(behind.values()), list(behind)), options)
+
+
+def _read_behind(path: Path, options: PlateOptions) -> Plate:
+    try:
+        return read_plate(path, options)
+    except NoDepthError as error:
+        raise InputError(
+            f"{path} has no depth channel, but pictures behind the plate are sorted by their "
+            "depth: render Z into it."
+        ) from error
+
+
+def _file_read(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plate]]:
+    """Return the plate of the file at `path`, and plates of its layers behind it, by name."""
+    if is_deep_file(path):
+        return read_deep_plate(path, options), {}
+    parts = color_file_parts(path, options)
+    plate = _plate_of(path, [part for part in parts if not is_behind(part)] or parts, options)
+    behind = {
+        f"The layer {layer}": _plate_of(path, parts, layer_options(options, layer))
+        for layer in behind_layers(parts)
+    }
+    return plate, behind
+
+
+def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate:
+    """Return the plate of one layer of the file, with the depth that belongs to it."""
+    headers = [header for header, _ in parts]
+    choice = choose_color(path, headers, options.color_layer, options.eye)
+    color, color_notes = read_color(path, parts, choice)
+    header = headers[choice.rgb[0].part]
+    camera = camera_at_header([header, *headers])
+    aspect, aspect_notes = pixel_aspect_of(path, header)
+    depth = depth_of(path, parts, choice, options)
+    blurred = blurred_notes(path, header, options.strict)
+    notes = *blurred, *choice.notes, *color_notes, *aspect_notes, *depth.notes
+    if header.get(FOR_THE_EYE) and options.lift_highlights_stops:
+        color = lifted(color, options.lift_highlights_stops)
+    if options.despike:
+        notes += despike_note(color, depth.values, str(path))
+    is_coc = depth.report.convention.facts.is_coc
+    plate = Plate(
+        path=path,
+        pixels=read_pixels(color, depth.values, is_coc),
+        has_alpha=choice.alpha is not None,
+        data_window=box_at_header(header, "dataWindow"),
+        display_window=box_at_header(header, "displayWindow"),
+        pixel_aspect_ratio=aspect,
+        camera=camera,
+        depth=depth.report,
+        aovs=tuple(ref.full_name for ref in list_channels(headers)),
+        attributes=carried(header) | ({"view": choice.view} if choice.view else {}),
+        notes=(*notes_of(header), *notes),
+        compression=_compression(header),
+        views=views_of(headers),
+    )
+    return with_empty_outside(focused_as_taken(plate, header))
+
+
+def depth_of(
+    path: Path, parts: Sequence[Part], choice: ColorChoice | None, options: PlateOptions
+) -> DepthResult:
+    """Return the depth that belongs to a colour, read from a file or estimated by a network.
+
+    Raises InputError as `read_depth_of` and `estimated_depth` do.
+    """
+    is_read = options.depth_source is not None or options.depth_channel is not None
+    sides = options.depth_side is not DepthSide.NONE
+    if is_read + sides + (options.depth_model is not None) > 1:
+        raise InputError(
+            f"{path}: its depth is in a file or channel, in a half of the picture, or estimated: "
+            "give one of --depth or --depth-channel, --depth-side and --depth-model."
+        )
+    if options.depth_model is None:
+        return read_depth_of(path, parts, choice, options)
+    if choice is None:
+        raise InputError(f"{path} has no colour from which a depth could be estimated.")
+    light = read_color(path, parts, choice)[0]
+    return estimated_depth(path, light, options, partial(read_light, options))
+
+
+def read_light(options: PlateOptions, path: Path) -> FloatImage:
+    """Return the light (H, W, 4) of the picture at `path`."""
+    parts = color_file_parts(path, options)
+    choice = choose_color(path, [header for header, _ in parts], options.color_layer, options.eye)
+    return read_color(path, parts, choice)[0]
+
+
+def read_color(
+    path: Path, parts: Sequence[Part], choice: ColorChoice
+) -> tuple[FloatImage, tuple[str, ...]]:
+    """Return RGBA (H, W, 4) of the chosen channels with NaN and infinity repaired, and notes."""
+    red = pixels_of(parts, choice.rgb[0])
+    color = np.empty((*red.shape, 4), dtype=np.float32)
+    for index, ref in enumerate(choice.rgb):
+        color[:, :, index] = pixels_of(parts, ref)
+    color[:, :, 3] = 1.0 if choice.alpha is None else pixels_of(parts, choice.alpha)
+    what = f"{path}: colour layer {choice.layer or 'RGB'!r}"
+    count = repair_color(color, what)
+    bounded = bound_color(color, what)
+    if not count:
+        return color, bounded
+    return color, (
+        f"{path}: {count} of {red.size} pixels had NaN or infinity in their colour and were "
+        "replaced by the median of their neighbours.",
+        *bounded,
+    )
+
+
+def _compression(header: Header) -> str:
+    """Return the compression of the colour part, or "" if `write_exr` does not offer it."""
+    name = compression_name(header)
+    return name if name in COMPRESSIONS else ""

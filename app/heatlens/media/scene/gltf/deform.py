@@ -1,0 +1,208 @@
+"""Deform meshes by skins (bones) and morph targets (blend shapes).
+
+Sources: Khronos, glTF 2.0 specification, section 3.7.2.2 (morph targets) and 3.7.3 (skins).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.media.scene.gltf.animation import Animation
+from heatlens.media.scene.gltf.file import GltfFile
+from heatlens.media.scene.gltf.json_values import Record
+from heatlens.media.scene.gltf.vertices import Vertices, read_floats
+from heatlens.media.scene.mesh_make import smooth_normals
+from heatlens.media.scene.scene import Array, Mesh
+
+Floats = NDArray[np.float32]
+
+_FAR_MOST_M = 1e9
+_UNBOUND = "Meshes with bones but without weights keep their modelled shape"
+_MOST = 1e30  # beyond this, products overflow float32
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Bones: the node of each, and the matrices from the mesh's own axes to those of the bone.
+
+    inverse_binds  (J, 4, 4)
+    """
+
+    animation: Animation
+    joints: tuple[int, ...]
+    inverse_binds: Array
+
+    @property
+    def moves(self) -> bool:
+        """Return whether any of the bones moves."""
+        return any(self.animation.moves(joint) for joint in self.joints)
+
+    def matrices(self, frame: float) -> Floats:
+        """Return (J, 3, 4) from the mesh to the world."""
+        found = self.animation.worlds(frame)[list(self.joints)] @ self.inverse_binds
+        return np.nan_to_num(np.clip(found[:, :3], -_MOST, _MOST)).astype(np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Binding:
+    """The skinning of vertices: indices (V, K) and weights (V, K) of their bones."""
+
+    skin: Skin
+    joints: NDArray[np.intp]
+    weights: Floats
+
+    def applied(self, mesh: Mesh, frame: float) -> Mesh:
+        """Return the mesh in the world at a frame."""
+        bones = self.skin.matrices(frame)
+        blend = np.zeros((len(self.joints), 3, 4), np.float32)
+        for joint, weight in zip(self.joints.T, self.weights.T, strict=True):
+            blend += weight[:, None, None] * bones[joint]
+        turn = blend[:, :, :3]
+        positions = np.einsum("vij,vj->vi", turn, mesh.positions_m) + blend[:, :, 3]
+        tangents = mesh.tangents
+        if tangents is not None:
+            along = np.einsum("vij,vj->vi", turn, tangents[:, :3])
+            tangents = np.concatenate([_unit(along), tangents[:, 3:]], axis=1)
+        normals = _unit(np.einsum("vij,vj->vi", turn, mesh.normals))
+        return replace(mesh, positions_m=positions, normals=normals, tangents=tangents)
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """Morph targets (S, V, 3) that are added to a mesh with weights; None for no change."""
+
+    weights: Callable[[float], Array]
+    positions: Floats
+    normals: Floats | None
+    tangents: Floats | None
+
+    def applied(self, mesh: Mesh, frame: float) -> Mesh:
+        """Return the mesh with its morph targets applied at a frame."""
+        weights = np.clip(self.weights(frame), -_MOST, _MOST).astype(np.float32)
+        used = np.flatnonzero(weights)
+        if not len(used):
+            return mesh
+
+        def added(shapes: Floats | None) -> Floats | float:
+            return 0.0 if shapes is None else np.tensordot(weights[used], shapes[used], 1)
+
+        tangents = mesh.tangents
+        if tangents is not None:
+            along = _unit(tangents[:, :3] + added(self.tangents))
+            tangents = np.concatenate([along, tangents[:, 3:]], axis=1)
+        positions = np.asarray(mesh.positions_m + added(self.positions), np.float32)
+        normals = _unit(mesh.normals + added(self.normals))
+        return replace(mesh, positions_m=positions, normals=normals, tangents=tangents)
+
+
+@dataclass(frozen=True, eq=False)
+class Deformed:
+    """A mesh that changes from frame to frame.
+
+    mesh        the undeformed mesh
+    is_faceted  flat shading: each triangle has its own vertices and one normal
+    """
+
+    mesh: Mesh
+    targets: Targets | None
+    binding: Binding | None
+    is_faceted: bool
+
+    @np.errstate(over="ignore", invalid="ignore")  # places are limited below
+    def __call__(self, frame: float) -> Mesh:
+        """Return the mesh at a frame; its triangles are always the same."""
+        mesh = self.mesh
+        for change in (self.targets, self.binding):
+            mesh = mesh if change is None else change.applied(mesh, frame)
+        positions = np.nan_to_num(mesh.positions_m, nan=0.0)
+        positions = np.clip(positions, -_FAR_MOST_M, _FAR_MOST_M).astype(np.float32)
+        normals = mesh.normals
+        if self.is_faceted:
+            normals = smooth_normals(positions, mesh.triangles)
+        return replace(mesh, positions_m=positions, normals=normals)
+
+
+def _unit(vectors: Floats) -> Floats:
+    """Normalise vectors (V, 3); those without a direction point upwards."""
+    finite = np.nan_to_num(vectors, nan=0.0, posinf=0.0, neginf=0.0)
+    lengths = np.linalg.norm(finite, axis=1, keepdims=True)
+    safe = (lengths > 1e-20) & np.isfinite(lengths)
+    upwards = np.array([0.0, 1.0, 0.0], np.float32)
+    return np.where(safe, finite / np.where(safe, lengths, 1.0), upwards).astype(np.float32)
+
+
+def read_skin(gltf: GltfFile, animation: Animation, index: int) -> Skin:
+    """Read a skin; raise InputError if it is damaged."""
+    record = gltf.listed("skins")[index]
+    joints = record.indices("joints", len(gltf.listed("nodes")))
+    accessor = gltf.index(record, "inverseBindMatrices", "accessors")
+    if not joints:
+        record.refuse("it has no joints")
+    if accessor is None:
+        return Skin(animation, tuple(joints), np.tile(np.eye(4), (len(joints), 1, 1)))
+    rows = read_floats(gltf, accessor, 16).astype(float)
+    if len(rows) < len(joints):
+        record.refuse(f"it has {len(joints)} joints, but {len(rows)} matrices")
+    matrices = rows[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
+    return Skin(animation, tuple(joints), matrices)
+
+
+def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
+    """Return the skinning of a mesh; None if the file has none."""
+    joints, weights = [], []
+    number = 0
+    while (found := vertices.floats(f"JOINTS_{number}", 4)) is not None:
+        joints.append(found)
+        weights.append(vertices.floats(f"WEIGHTS_{number}", 4))
+        number += 1
+    if not joints or any(part is None for part in weights):
+        vertices.gltf.lose(_UNBOUND, vertices.primitive)
+        return None
+    shares = np.concatenate([part for part in weights if part is not None], axis=1)
+    bones = np.where(
+        shares == 0, 0, np.concatenate(joints, axis=1)
+    )  # indices without weight are arbitrary
+    if bones.size and not (0 <= bones.min() and bones.max() < len(skin.joints)):
+        vertices.primitive.refuse(
+            f"a vertex refers to bone {int(bones.max())} of {len(skin.joints)}"
+        )
+    sums = shares.sum(axis=1, keepdims=True)
+    shares = np.asarray(shares / np.where(np.abs(sums) > 1e-6, sums, 1.0), np.float32)
+    used = np.flatnonzero((shares != 0).any(axis=0))  # most files have columns of zeros
+    at = slice(None) if mesh.sources is None else mesh.sources
+    return Binding(skin, bones[at][:, used].astype(np.intp), shares[at][:, used])
+
+
+def read_targets(
+    vertices: Vertices, mesh: Mesh, weights: Callable[[float], Array], count: int
+) -> Targets | None:
+    """Return the morph targets of a mesh, `count` of which have weights."""
+    records = vertices.primitive.records("targets")[:count]
+    if count > len(vertices.primitive.records("targets")):
+        vertices.gltf.lose("Weights of missing morph targets change nothing", vertices.primitive)
+    if not records:
+        return None
+    positions, normals, tangents = (
+        _shapes(vertices, mesh, records, name) for name in ("POSITION", "NORMAL", "TANGENT")
+    )
+    if positions is None:
+        positions = np.zeros((len(records), len(mesh.positions_m), 3), np.float32)
+    return Targets(lambda frame: weights(frame)[: len(records)], positions, normals, tangents)
+
+
+def _shapes(vertices: Vertices, mesh: Mesh, records: list[Record], name: str) -> Floats | None:
+    gltf = vertices.gltf
+    found = np.zeros((len(records), len(mesh.positions_m), 3), np.float32)
+    at = slice(None) if mesh.sources is None else mesh.sources
+    is_any = False
+    for shape, record in zip(found, records, strict=True):
+        accessor = gltf.index(record, name, "accessors")
+        if accessor is None:
+            continue
+        values = read_floats(gltf, accessor, 3)
+        if len(values) != len(vertices.positions):
+            record.refuse(f"there are {len(vertices.positions)} positions, but {len(values)} here")
+        shape[:], is_any = values[at], True
+    return found if is_any else None

@@ -1,0 +1,209 @@
+"""Read the node tree of a glTF file, and compute the transforms of the nodes.
+
+Sources: Khronos, glTF 2.0 specification, section 3.5; KHR_node_visibility.
+
+Find what an animation channel changes: a node, its morph weights, or a camera's angle (section
+3.11; KHR_animation_pointer, which names what is changed by its place in the JSON).
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from heatlens.media.scene.gltf.file import GltfFile
+from heatlens.media.scene.gltf.json_values import Record
+from heatlens.media.scene.scene import Array
+
+# The properties of a node that an animation can move, and their values at rest.
+RESTS = {"translation": (0, 0, 0), "rotation": (0, 0, 0, 1), "scale": (1, 1, 1)}
+_FAR_MOST = 1e9
+_ROOT = -1
+_LEVELS_MOST = 256  # levels of nodes; usual scenes have about ten
+
+
+@dataclass(frozen=True, eq=False)
+class NodeTree:
+    """The nodes of the scene.
+
+    locals   (N, 4, 4) matrices from each node to its parent, at rest
+    parents  (N,) with -1 for none
+    levels   nodes by their depth in the tree, the roots first; nodes in no level are not visible
+    hidden   the nodes that the file hides, and their descendants
+    """
+
+    locals: Array
+    parents: tuple[int, ...]
+    levels: tuple[tuple[int, ...], ...]
+    records: tuple[Record, ...] = field(default=())
+    hidden: frozenset[int] = frozenset()
+
+    @property
+    def seen(self) -> tuple[int, ...]:
+        """Every node of the scene, in the order of the file."""
+        return tuple(sorted(node for level in self.levels for node in level))
+
+    @np.errstate(over="ignore", invalid="ignore")  # the caller checks the result
+    def worlds(self, moved: Mapping[int, Array] | None = None) -> Array:
+        """Return matrices (N, 4, 4) to the world; `moved` has the (4, 4) of nodes not at rest."""
+        worlds = self.locals.copy()
+        for node, local in (moved or {}).items():
+            worlds[node] = local
+        for level in self.levels[1:]:
+            nodes = list(level)
+            worlds[nodes] = worlds[[self.parents[node] for node in nodes]] @ worlds[nodes]
+        return worlds
+
+    def chain(self, node: int) -> list[int]:
+        """Return a node and its ancestors up to the root."""
+        found = [node]
+        while (parent := self.parents[found[-1]]) != _ROOT:
+            found.append(parent)
+        return found
+
+
+def read_tree(gltf: GltfFile) -> NodeTree:
+    """Read the nodes; raise InputError if they form no tree or a transform is invalid."""
+    records = tuple(gltf.listed("nodes"))
+    parents = [_ROOT] * len(records)
+    levels: list[tuple[int, ...]] = []
+    seen: set[int] = set()
+    level = _roots(gltf, records)
+    while level:
+        if len(set(level)) != len(level) or not seen.isdisjoint(level):
+            _raise_twice(gltf, level, seen)
+        if len(levels) == _LEVELS_MOST:
+            records[level[0]].refuse(f"it has more than {_LEVELS_MOST} ancestors")
+        seen.update(level)
+        levels.append(tuple(level))
+        level = _children(records, level, parents)
+    locals_ = np.tile(np.eye(4), (len(records), 1, 1))
+    for node in seen:
+        locals_[node] = _local(records[node])
+    hidden = _hidden(records, parents, levels)
+    return NodeTree(locals_, tuple(parents), tuple(levels), records, hidden)
+
+
+def _hidden(
+    records: tuple[Record, ...], parents: list[int], levels: list[tuple[int, ...]]
+) -> frozenset[int]:
+    """Return the nodes that KHR_node_visibility hides, and their descendants."""
+    found: set[int] = set()
+    for node in (node for level in levels for node in level):
+        told = records[node].inside("extensions", "KHR_node_visibility")
+        is_visible = not told.has("visible") or told.at("visible").value is not False
+        if parents[node] in found or not is_visible:
+            found.add(node)
+    return frozenset(found)
+
+
+def _raise_twice(gltf: GltfFile, level: list[int], seen: set[int]) -> None:
+    """Raise InputError that names a node with two places in the tree."""
+    twice = next(node for node in level if node in seen or level.count(node) > 1)
+    gltf.listed("nodes")[twice].refuse("it has two parents; nodes must form a tree")
+
+
+def _roots(gltf: GltfFile, records: tuple[Record, ...]) -> list[int]:
+    """Return the roots of the default scene, or of all nodes if there is no scene."""
+    scenes = gltf.listed("scenes")
+    if scenes:
+        return scenes[gltf.root.index("scene", len(scenes)) or 0].indices("nodes", len(records))
+    below = {child for record in records for child in record.indices("children", len(records))}
+    return [node for node in range(len(records)) if node not in below]
+
+
+def _children(records: tuple[Record, ...], level: list[int], parents: list[int]) -> list[int]:
+    """Return all nodes below a level, and set their parents."""
+    found = []
+    for node in level:
+        for child in records[node].indices("children", len(records)):
+            parents[child] = node
+            found.append(child)
+    return found
+
+
+def _local(record: Record) -> Array:
+    if not record.has("matrix"):
+        rows = [np.array([record.row(*rest)], float) for rest in RESTS.items()]
+        if np.abs(np.concatenate(rows, axis=1)).max() > _FAR_MOST:
+            record.refuse(f"it is moved or scaled by more than {_FAR_MOST:g}, which is too much")
+        return np.asarray(matrices(*rows)[0])
+    matrix: Array = np.array(record.row("matrix", (0.0,) * 16)).reshape(4, 4).T
+    if not np.abs(matrix).max() <= _FAR_MOST or not np.array_equal(matrix[3], (0, 0, 0, 1)):
+        record.refuse("its matrix is not a valid transform")
+    return np.asarray(matrix)
+
+
+def matrices(translations: Array, rotations: Array, scales: Array) -> Array:
+    """Return matrices (K, 4, 4) of K translations, quaternions (x, y, z, w) and scales.
+
+    A quaternion of length 0 does not rotate.
+    """
+    lengths = np.linalg.norm(rotations, axis=1, keepdims=True)
+    safe = np.where(lengths > 1e-12, lengths, 1.0)
+    x, y, z, w = np.where(lengths > 1e-12, rotations / safe, RESTS["rotation"]).T
+    found = np.tile(np.eye(4), (len(translations), 1, 1))
+    found[:, 0, :3] = np.stack(
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)]
+    ).T
+    found[:, 1, :3] = np.stack(
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)]
+    ).T
+    found[:, 2, :3] = np.stack(
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
+    ).T
+    found[:, :3, :3] *= np.clip(scales, -_FAR_MOST, _FAR_MOST)[:, None, :]
+    found[:, :3, 3] = np.clip(translations, -_FAR_MOST, _FAR_MOST)
+    return found
+
+
+WEIGHTS, ANGLE = "weights", "yfov"
+_POINTER = "KHR_animation_pointer"
+_OF_NODE = re.compile(r"/nodes/(\d{1,9})/(translation|rotation|scale|weights)")
+_OF_CAMERA = re.compile(r"/cameras/(\d{1,9})/perspective/(yfov)")
+_NOT_FOLLOWED = "Animations of anything but nodes and cameras' angles are left out"
+_NO_SHAPES = "Animated weights on nodes without morph targets change nothing"
+
+
+@dataclass(frozen=True)
+class Target:
+    """The animated property: one of RESTS or WEIGHTS of a node, or ANGLE of a camera."""
+
+    path: str
+    number: int
+
+
+def target_of(gltf: GltfFile, channel: Record) -> Target | None:
+    """Return what a channel changes; None if unsupported, with a note if that loses anything.
+
+    Raises InputError if it is a node that is given by a matrix.
+    """
+    told = channel.inside("target")
+    path, node = told.text("path"), gltf.index(told, "node", "nodes")
+    found = None if node is None else Target(path, node)
+    if path == "pointer":
+        found = _pointed(gltf, told.inside("extensions", _POINTER).text("pointer"))
+    if found is None or found.path not in (*RESTS, WEIGHTS, ANGLE):
+        gltf.lose(_NOT_FOLLOWED, channel)
+        return None
+    if found.path == WEIGHTS and not _has_shapes(gltf, found.number):
+        gltf.lose(_NO_SHAPES, channel)
+        return None
+    if found.path in RESTS and gltf.listed("nodes")[found.number].has("matrix"):
+        told.refuse(f"node {found.number} has a matrix, which cannot be moved by its {found.path}")
+    return found
+
+
+def _pointed(gltf: GltfFile, pointer: str) -> Target | None:
+    for pattern, name in ((_OF_NODE, "nodes"), (_OF_CAMERA, "cameras")):
+        match = pattern.fullmatch(pointer)
+        if match and int(match[1]) < len(gltf.listed(name)):
+            return Target(match[2], int(match[1]))
+    return None
+
+
+def _has_shapes(gltf: GltfFile, node: int) -> bool:
+    mesh = gltf.index(gltf.listed("nodes")[node], "mesh", "meshes")
+    parts = [] if mesh is None else gltf.listed("meshes")[mesh].records("primitives")
+    return any(part.has("targets") for part in parts)

@@ -1,0 +1,207 @@
+"""Make drawable meshes from the positions, triangles and attributes of a file.
+
+Tangents for normal maps are (x, y, z) and a sign at each vertex. The tangent follows u, and the
+bitangent, cross(normal, tangent) * sign, points against v, as in glTF 2.0 (section 3.7.2.1).
+Missing tangents are computed as in Mikkelsen 2008 ("Simulation of wrinkled surfaces revisited"),
+except that vertices are shared as in the file.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.base.errors import InputError
+from heatlens.media.scene.scene import Array, Mesh
+
+Floats = NDArray[np.float32]
+Triangles = NDArray[np.uint32]
+
+# Cameras have the same limit, where float32 resolves about a kilometre.
+_FAR_MOST_M = 1e9
+_UV_MOST = 1e4  # repeats; beyond that float32 cannot distinguish the pixels of a picture
+_UP = np.array([0.0, 1.0, 0.0])  # normal of a triangle without area, which is invisible
+
+
+def made_mesh(
+    what: str,
+    positions_m: Floats,
+    triangles: Triangles,
+    normals: Floats | None = None,
+    uvs: Floats | None = None,
+    material: int = 0,
+    colors: Floats | None = None,
+) -> Mesh:
+    """Make a mesh of (V, 3) positions and (T, 3) indices, flat-shaded if there are no normals.
+
+    Colours (V, 3) or (V, 4) are linear and are clipped to 0..1. Raises InputError, beginning with
+    `what`, for positions that are not finite and indices without a position.
+    """
+    _check(what, positions_m, triangles)
+    uvs = np.zeros((len(positions_m), 2), np.float32) if uvs is None else _uvs(uvs)
+    colors = None if colors is None else _shares(colors)
+    if normals is None:
+        # Each triangle gets its own vertices, so that each can have its own normal.
+        apart, triangles = triangles.reshape(-1), own_vertices(len(triangles))
+        positions_m, uvs = positions_m[apart], uvs[apart]
+        colors = None if colors is None else colors[apart]
+        normals = smooth_normals(positions_m, triangles)
+    else:
+        apart, normals = None, _unit(normals, positions_m, triangles)
+    return Mesh(
+        np.ascontiguousarray(positions_m),
+        np.ascontiguousarray(normals),
+        np.ascontiguousarray(uvs),
+        np.ascontiguousarray(triangles),
+        material,
+        None if colors is None else np.ascontiguousarray(colors, np.float32),
+        sources=apart,
+    )
+
+
+def _shares(colors: Floats) -> Floats | None:
+    """Clip colours to 0..1; return None if all are white, as many exporters write them."""
+    found = np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0)
+    return None if (found == 1).all() else found
+
+
+def own_vertices(count: int) -> Triangles:
+    """Return (count, 3) triangles that share no vertices."""
+    return np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
+
+
+def smooth_normals(positions: Floats, triangles: Triangles) -> Floats:
+    """Return normals (V, 3): the mean of the triangles around each vertex, weighted by area."""
+    corners = positions[triangles].astype(np.float64)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sums = np.zeros((len(positions), 3))
+    for axis in range(3):
+        for corner in range(3):
+            sums[:, axis] += np.bincount(triangles[:, corner], across[:, axis], len(positions))
+    return _normalized(sums, _UP)
+
+
+def _check(what: str, positions: Floats, triangles: Triangles) -> None:
+    if not (np.abs(positions) <= _FAR_MOST_M).all():
+        raise InputError(
+            f"{what}: a vertex is at NaN or beyond {_FAR_MOST_M:g} m, where nothing can be drawn."
+        )
+    if triangles.size and int(triangles.max()) >= len(positions):
+        raise InputError(
+            f"{what}: a triangle refers to vertex {int(triangles.max())} of {len(positions)}; the "
+            "file is damaged."
+        )
+
+
+def _uvs(uvs: Floats) -> Floats:
+    found = np.nan_to_num(uvs, nan=0.0, posinf=0.0, neginf=0.0)
+    return np.asarray(np.clip(found, -_UV_MOST, _UV_MOST), np.float32)
+
+
+def _unit(normals: Floats, positions: Floats, triangles: Triangles) -> Floats:
+    """Normalise normals; one of length 0 becomes that of the triangles around its vertex."""
+    lengths = np.linalg.norm(normals.astype(np.float64), axis=1)
+    if (np.isfinite(lengths) & (lengths > 1e-6)).all():
+        return np.asarray(normals / lengths[:, None], np.float32)
+    return _normalized(np.nan_to_num(normals), smooth_normals(positions, triangles))
+
+
+def _normalized(vectors: NDArray[np.floating], instead: NDArray[np.floating]) -> Floats:
+    lengths = np.linalg.norm(vectors.astype(np.float64), axis=1, keepdims=True)
+    safe = lengths > 1e-30
+    return np.where(safe, vectors / np.where(safe, lengths, 1.0), instead).astype(np.float32)
+
+
+# Area of a triangle, or of its texture coordinates, relative to two edges, that counts as none.
+_FLAT = 1e-6
+_SIDES = np.array([(1, 2), (2, 0), (0, 1)])  # the two other corners of each corner
+
+
+def unit_tangents(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Normalise tangents (V, 4) of a file: length 1 or 0, and a sign of 1 or -1."""
+    along = _of_length_one(values[:, :3].astype(np.float64))
+    signs = np.where(values[:, 3:] < 0, -1.0, 1.0)
+    return np.concatenate([along, signs], axis=1).astype(np.float32)
+
+
+def with_tangents(mesh: Mesh) -> Mesh:
+    """Return the mesh with tangents.
+
+    A vertex between mirrored and other texture coordinates is split in two. Tangents are zero where
+    the texture coordinates define no direction.
+    """
+    if mesh.tangents is not None:
+        return mesh
+    along, is_mirrored = _across_triangles(mesh)
+    mesh = _parted(mesh, is_mirrored)
+    triangles, normals = mesh.triangles, mesh.normals.astype(np.float64)
+    angles, sums = _angles(mesh), np.zeros((len(normals), 3))
+    for corner in range(3):
+        at = triangles[:, corner]
+        # Normalise in the tangent plane of the vertex, so that sloped triangles weigh the same.
+        leaning = along - normals[at] * np.sum(along * normals[at], axis=1, keepdims=True)
+        heavy = _of_length_one(leaning) * angles[:, corner, None]
+        for axis in range(3):
+            sums[:, axis] += np.bincount(at, heavy[:, axis], len(normals))
+    signs = np.ones((len(normals), 1))
+    signs[triangles[is_mirrored]] = -1.0
+    tangents = np.concatenate([_of_length_one(sums), signs], axis=1).astype(np.float32)
+    return replace(mesh, tangents=tangents)
+
+
+def _across_triangles(mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
+    """Return directions (T, 3) of u, zero for none, and a mask (T,) of mirrored uvs."""
+    corners = mesh.positions_m[mesh.triangles].astype(np.float64)
+    places = mesh.uvs[mesh.triangles].astype(np.float64)
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    s, t = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
+    area = s[:, 0] * t[:, 1] - t[:, 0] * s[:, 1]
+    along = (t[:, 1:] * a - s[:, 1:] * b) * np.sign(area)[:, None]
+    facing = np.cross(a, b)
+    is_flat = np.abs(area) <= _FLAT * np.linalg.norm(s, axis=1) * np.linalg.norm(t, axis=1)
+    is_flat |= np.linalg.norm(facing, axis=1) <= _FLAT * np.linalg.norm(a, axis=1) * (
+        np.linalg.norm(b, axis=1)
+    )
+    # The order of the corners may contradict the normals; v runs down.
+    outside = np.sum(facing * mesh.normals[mesh.triangles].sum(axis=1), axis=1)
+    is_mirrored = (area > 0) == (outside >= 0)
+    return np.where(is_flat[:, None], 0.0, _of_length_one(along)), is_mirrored & ~is_flat
+
+
+def _parted(mesh: Mesh, is_mirrored: NDArray[np.bool_]) -> Mesh:
+    """Duplicate each vertex that mirrored triangles share with others."""
+    count = len(mesh.positions_m)
+    uses = np.zeros((2, count), bool)
+    uses[0][mesh.triangles[~is_mirrored]] = uses[1][mesh.triangles[is_mirrored]] = True
+    shared = np.flatnonzero(uses.all(axis=0))
+    if not len(shared):
+        return mesh
+    second = np.arange(count)
+    second[shared] = count + np.arange(len(shared))
+    triangles = np.where(is_mirrored[:, None], second[mesh.triangles], mesh.triangles)
+    kept = np.concatenate([np.arange(count), shared])
+    return replace(
+        mesh,
+        positions_m=mesh.positions_m[kept],
+        normals=mesh.normals[kept],
+        uvs=mesh.uvs[kept],
+        triangles=triangles.astype(np.uint32),
+        colors=None if mesh.colors is None else mesh.colors[kept],
+        more_uvs=None if mesh.more_uvs is None else mesh.more_uvs[kept],
+        sources=(kept if mesh.sources is None else mesh.sources[kept]).astype(np.uint32),
+    )
+
+
+def _angles(mesh: Mesh) -> Array:
+    """Return the angles (T, 3) at the corners in radians."""
+    corners = mesh.positions_m[mesh.triangles].astype(np.float64)
+    sides = corners[:, _SIDES] - corners[:, :, None]
+    cosines = np.sum(_of_length_one(sides[:, :, 0]) * _of_length_one(sides[:, :, 1]), axis=-1)
+    return np.asarray(np.arccos(np.clip(cosines, -1.0, 1.0)))
+
+
+def _of_length_one(vectors: Array) -> Array:
+    """Return vectors (..., 3) scaled to length 1; zero stays zero."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    safe = lengths > 1e-30
+    return np.where(safe, vectors / np.where(safe, lengths, 1.0), 0.0)

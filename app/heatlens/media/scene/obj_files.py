@@ -1,0 +1,110 @@
+"""Find the files of materials and pictures that an OBJ names, without reading its triangles.
+
+Like trimesh, this follows the first `mtllib`, and each `map_Kd` in that file.
+"""
+
+import mmap
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from heatlens.core.base.paths import file_bytes, opened_file, unreadable
+
+
+class FilesBeside:
+    """Reads the files beside a scene's file for trimesh.
+
+    `missing` lists the names for which no file was found.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.folder, self.missing = path.parent.resolve(), list[str]()
+
+    def path(self, name: str) -> Path:
+        """Return the path for a name, whether the file exists or not.
+
+        Raises OSError for a name that leads out of the folder.
+        """
+        try:
+            path = (self.folder / name.strip().replace("\\", "/")).resolve()
+        except (
+            RuntimeError,
+            ValueError,
+        ) as error:  # a loop of links, or a zero byte within the name
+            raise FileNotFoundError(name) from error
+        if not path.is_relative_to(self.folder):
+            raise FileNotFoundError(name)
+        return path
+
+    def get(self, name: str) -> bytes:
+        """Return the bytes of a file; raise OSError where it is missing or outside the folder."""
+        try:
+            return file_bytes(self.path(name))
+        except OSError as error:
+            self.missing.append(name.strip()[:80])
+            raise FileNotFoundError(name) from error
+
+    __getitem__ = get
+
+
+_LIBRARY, _PICTURE = b"mtllib", "map_kd"
+
+
+def files_of_obj(path: Path) -> tuple[Path, ...]:
+    """Return the files of materials and pictures in order, whether they exist or not.
+
+    Files outside the folder of the OBJ are left out, because they are never read. Raises InputError
+    if the OBJ cannot be opened.
+    """
+    beside = FilesBeside(path)
+    found: dict[Path, None] = {}
+    name = _library_of(path)
+    if name is None:
+        return ()
+    with suppress(OSError):
+        library = beside.path(name)
+        found[library] = None
+        for picture in _pictures_of(library):
+            with suppress(OSError):
+                found[beside.path(picture)] = None
+    return tuple(found)
+
+
+def _library_of(path: Path) -> str | None:
+    """Return the name after the first `mtllib`; a backslash continues a line."""
+    try:
+        with opened_file(path) as file:
+            if not path.stat().st_size:
+                return None
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                at = data.find(_LIBRARY)
+                if at < 0:
+                    return None
+                data.seek(at + len(_LIBRARY))
+                return _text(b"".join(_lines(data)))
+    except OSError as error:
+        raise unreadable(path, error) from error
+
+
+def _lines(data: mmap.mmap) -> Iterator[bytes]:
+    """Yield the rest of a line and the lines that continue it."""
+    while line := data.readline():
+        line = line.rstrip(b"\r\n")
+        yield line.removesuffix(b"\\")
+        if not line.endswith(b"\\"):
+            return
+
+
+def _pictures_of(library: Path) -> Iterator[str]:
+    """Yield the name after each `map_Kd`; raise OSError if the file cannot be read."""
+    for line in _text(file_bytes(library)).splitlines():
+        if len(words := line.split()) > 1 and words[0].lower() == _PICTURE:
+            yield line[line.lower().index(_PICTURE) + len(_PICTURE) :]
+
+
+def _text(data: bytes) -> str:
+    """Decode UTF-8, or else Latin-1, which older programs write."""
+    try:
+        return data.decode("utf-8").strip()
+    except UnicodeDecodeError:
+        return data.decode("latin-1").strip()

@@ -1,0 +1,293 @@
+"""The prims of a USD stage that are drawn, and the meshes of each.
+
+Sphere, cube, cylinder, cone and so on are the geometric primitives of USD. Point instancers are
+many copies of a few prototypes, each with its own transform.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.media.files import usd_library
+from heatlens.media.files.usd_library import UsdObject, usd_module
+from heatlens.media.scene.mesh_make import made_mesh
+from heatlens.media.scene.primitives import Shape, capsule, cube, cylinder, plane, sphere
+from heatlens.media.scene.scene import Array, Mesh, check_instances
+from heatlens.media.scene.usd.curves import read_curves, read_points
+from heatlens.media.scene.usd.material import UsdMaterials
+from heatlens.media.scene.usd.mesh import Subdivision, read_parts
+from heatlens.media.scene.usd.stage import UsdStage, kind_of
+
+_TOLD_MOST = 8
+_HIDDEN = ("guide", "proxy")
+SHAPE_KINDS = (
+    *("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane"),
+    *("Cylinder_1", "Capsule_1"),  # newer schemas with two radii
+)
+_DRAWN = ("Mesh", "BasisCurves", "Points", *SHAPE_KINDS)
+_LENGTHS = ("size", "radius", "height", "width", "length", "radiusTop", "radiusBottom")
+
+
+@dataclass
+class UsdGeometry:
+    """The meshes of prims, each prim read once.
+
+    refused  the error of each prim that contradicts itself, and so has no mesh
+    """
+
+    materials: UsdMaterials
+    meshes: list[Mesh] = field(default_factory=list)
+    subdivision: Subdivision = field(default_factory=Subdivision)
+    refused: list[InputError] = field(default_factory=list)
+    _known: dict[object, tuple[int, ...]] = field(default_factory=dict)
+
+    def of(self, prim: UsdObject) -> tuple[int, ...]:
+        """Return the numbers of the meshes of a prim, one for each of its materials."""
+        own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+        if own.GetPath() not in self._known:
+            parts = self._read_or_refused(prim)
+            self._known[own.GetPath()] = tuple(
+                range(len(self.meshes), len(self.meshes) + len(parts))
+            )
+            self.meshes += parts
+        return self._known[own.GetPath()]
+
+    @property
+    def notes(self) -> list[str]:
+        """A sentence on each prim that is left out. Raises the first error if nothing is left."""
+        if self.refused and not self.meshes:
+            raise self.refused[0]
+        start = f"{self.materials.stage.path}: "
+        told = [f"Left out: {str(e).removeprefix(start)}" for e in self.refused[:_TOLD_MOST]]
+        more = len(self.refused) - len(told)
+        return [
+            *told,
+            *([f"Left out for similar reasons: {more} more objects."] if more else []),
+        ]
+
+    def _read_or_refused(self, prim: UsdObject) -> list[Mesh]:
+        try:
+            return self._read(prim)
+        except InputError as error:
+            self.refused.append(error)
+            return []
+
+    def _read(self, prim: object) -> list[Mesh]:
+        kind = kind_of(prim)
+        if kind == "BasisCurves":
+            return read_curves(self.materials, prim)
+        if kind == "Points":
+            return read_points(self.materials, prim)
+        if kind in SHAPE_KINDS:
+            return read_shape(self.materials, prim)
+        return read_parts(self.materials, self.subdivision, prim)
+
+
+def has_surface(prim: object) -> bool:
+    """Return True for a prim that is drawn, unless it is hidden."""
+    return kind_of(prim) in _DRAWN
+
+
+def is_shown(prim: object) -> bool:
+    """Return True for a prim that is visible and meant for a final picture."""
+    image = usd_module("UsdGeom").Imageable(prim)
+    return image.ComputeVisibility() != "invisible" and image.ComputePurpose() not in _HIDDEN
+
+
+def left_out(prims: Iterable[UsdObject]) -> str:
+    """Return a sentence that lists the kinds of surfaces that are not drawn; "" for none."""
+    gprim = usd_module("UsdGeom").Gprim
+    kinds = Counter(
+        str(prim.GetTypeName())
+        for prim in prims
+        if prim.IsA(gprim) and not has_surface(prim) and is_shown(prim)
+    )
+    told = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
+    return f"Not drawn, of kinds that are not read: {told}." if told else ""
+
+
+def read_shape(materials: UsdMaterials, prim: UsdObject) -> list[Mesh]:
+    """Return the mesh of a shape; an empty list if it has no extent.
+
+    Raises InputError if a length of it is negative or no number.
+    """
+    what = f"{materials.stage.path}: {prim.GetPath()}"
+    found = _shape(what, prim)
+    if not len(found.triangles):
+        return []
+    material = materials.of(prim)
+    return [made_mesh(what, found.positions, found.triangles, found.normals, found.uvs, material)]
+
+
+def _shape(what: str, prim: UsdObject) -> Shape:
+    kind, told = kind_of(prim), _lengths(what, prim)
+    axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
+    if axis not in ("X", "Y", "Z"):
+        raise InputError(f"{what}: its axis is {axis[:20]!r}, which is not X, Y or Z.")
+    radius, height = told.get("radius", 0.0), told.get("height", 0.0)
+    bottom, top = told.get("radiusBottom", radius), told.get("radiusTop", radius)
+    if kind == "Sphere":
+        return sphere(radius)
+    if kind == "Cube":
+        return cube(told["size"])
+    if kind == "Plane":
+        # Across z, the width is along x; across the others it takes the place of the length.
+        sides = told["width"], told["length"]
+        return plane(*(sides if axis == "Z" else sides[::-1])).along(axis)
+    if kind in ("Capsule", "Capsule_1"):
+        return capsule(height, bottom, top).along(axis)
+    return cylinder(height, bottom, 0.0 if kind == "Cone" else top).along(axis)
+
+
+def _lengths(what: str, prim: UsdObject) -> dict[str, float]:
+    """Return the lengths of a shape at their first values."""
+    first = usd_module("Usd").TimeCode.EarliestTime()
+    found = {}
+    for name in _LENGTHS:
+        if prim.HasAttribute(name):
+            value = usd_library.number(prim.GetAttribute(name).Get(first), f"{what}: {name}")
+            if not 0 <= value < math.inf:
+                raise InputError(f"{what}: its {name} is {value:g}, which is not a length.")
+            found[name] = value
+    return found
+
+
+_FAR_MOST = 1e9  # units; beyond it nothing can be drawn
+_DEEPEST = 8  # instancers within prototypes of instancers
+_ATTRIBUTES = ("positions", "orientations", "orientationsf", "scales", "protoIndices")
+
+
+@dataclass(frozen=True, eq=False)
+class Copies:
+    """The meshes that one prim adds, and their transforms in its own space.
+
+    names   (N,) names of the prims that own the meshes
+    meshes  (N,) numbers of the meshes
+    local   (F, N, 4, 4) from each mesh to the prim; F is 1 where nothing moves within it
+    """
+
+    names: tuple[str, ...]
+    meshes: tuple[int, ...]
+    local: Array
+
+
+def is_instancer(prim: UsdObject) -> bool:
+    """Return True for a point instancer."""
+    return bool(prim.IsA(usd_module("UsdGeom").PointInstancer))
+
+
+def is_within_instancer(prim: UsdObject) -> bool:
+    """Return True below a point instancer, where prims are prototypes and not drawn directly."""
+    parent = prim.GetParent()
+    while parent and not parent.IsPseudoRoot():
+        if is_instancer(parent):
+            return True
+        parent = parent.GetParent()
+    return False
+
+
+def changing(prim: UsdObject) -> list[UsdObject]:
+    """Return the attributes of an instancer that change over time."""
+    attributes = [prim.GetAttribute(name) for name in _ATTRIBUTES]
+    return [a for a in attributes if a and a.GetNumTimeSamples() > 1]
+
+
+@dataclass
+class Instancers:
+    """Reads the copies that instancers make."""
+
+    stage: UsdStage
+    geometry: UsdGeometry
+    notes: dict[str, None] = field(default_factory=dict)
+
+    def copies(self, prim: object, frames: FrameRange | None) -> Copies:
+        """Return the copies of the instancer over the frames in which its own attributes change.
+
+        Raises InputError if it has too many copies.
+        """
+        times = list(frames) if frames is not None and changing(prim) else []
+        found = self._at(prim, times[0] if times else None, 0)
+        locals_ = [found.local]
+        for frame in times[1:]:
+            other = self._at(prim, frame, 0)
+            if other.meshes != found.meshes:
+                self.notes["An instancer whose copies come and go keeps its first state."] = None
+                return found
+            locals_.append(other.local)
+        return Copies(found.names, found.meshes, np.concatenate(locals_))
+
+    def _at(self, prim: object, frame: float | None, depth: int) -> Copies:
+        """Return the copies at a frame, None for the first; also of instancers in prototypes."""
+        usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
+        time = usd.TimeCode.EarliestTime() if frame is None else usd.TimeCode(frame)
+        instancer = geometry.PointInstancer(prim)
+        kinds = np.array(instancer.GetProtoIndicesAttr().Get(time) or [], np.int64)
+        check_instances(self.stage.path, len(kinds))
+        places = np.array(
+            instancer.ComputeInstanceTransformsAtTime(
+                time, time, geometry.PointInstancer.IncludeProtoXform,
+                geometry.PointInstancer.IgnoreMask,
+            ),
+            np.float64,
+        ).reshape(-1, 4, 4).swapaxes(1, 2)  # fmt: skip
+        mask = np.array(instancer.ComputeMaskAtTime(time) or np.ones(len(kinds)), bool)
+        if not len(places) == len(kinds) == len(mask):
+            self.notes["A point instancer with inconsistent data is left out."] = None
+            return Copies((), (), np.zeros((1, 0, 4, 4)))
+        is_near = np.asarray((np.abs(places) <= _FAR_MOST).all(axis=(1, 2)))
+        if not is_near[mask].all():
+            self.notes["Copies of an instancer at infinity or too far away are left out."] = None
+        mask &= is_near
+        targets = instancer.GetPrototypesRel().GetForwardedTargets()
+        names: list[str] = []
+        meshes: list[int] = []
+        local = [np.zeros((0, 4, 4))]
+        for number, path in enumerate(targets):
+            of_kind = places[(kinds == number) & mask]
+            if not len(of_kind):
+                continue
+            for name, mesh, inner in self._prototype(path, time, depth):
+                names += [name] * len(of_kind)
+                meshes += [mesh] * len(of_kind)
+                local.append(of_kind @ inner)
+                check_instances(self.stage.path, len(names))
+        return Copies(tuple(names), tuple(meshes), np.concatenate(local)[None])
+
+    def _prototype(
+        self, path: object, time: object, depth: int
+    ) -> Iterator[tuple[str, int, Array]]:
+        """Yield the meshes of a prototype: name, number, and (4, 4) to the prototype's root."""
+        usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
+        root = self.stage.stage.GetPrimAtPath(path)
+        if not root or depth > _DEEPEST:
+            return
+        cache = geometry.XformCache(time)
+        predicate = usd.TraverseInstanceProxies(usd.PrimIsActive & usd.PrimIsLoaded)
+        walk = iter(usd.PrimRange(root, predicate))
+        for prim in walk:
+            if _is_hidden(prim):
+                walk.PruneChildren()
+                continue
+            inner = np.array(cache.ComputeRelativeTransform(prim, root)[0], np.float64).T
+            if is_instancer(prim):
+                walk.PruneChildren()
+                own = self._at(prim, None, depth + 1)
+                for name, mesh, local in zip(own.names, own.meshes, own.local[0], strict=True):
+                    yield name, mesh, inner @ local
+            elif has_surface(prim):
+                for mesh in self.geometry.of(prim):
+                    yield prim.GetName(), mesh, inner
+
+
+def _is_hidden(prim: UsdObject) -> bool:
+    """Return True if a prim within a prototype hides itself.
+
+    The visibility of the prototype's ancestors does not count: it often hides all prototypes.
+    """
+    seen, purpose = prim.GetAttribute("visibility"), prim.GetAttribute("purpose")
+    return bool(seen and seen.Get() == "invisible") or bool(purpose and purpose.Get() in _HIDDEN)

@@ -1,0 +1,122 @@
+"""Materials of USD: UsdPreviewSurface, and the pictures that its inputs are connected to."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.base.errors import InputError
+from heatlens.media.files.usd_library import UsdObject, check_asset, numbers, usd_module
+from heatlens.media.scene.picture_read import read_picture
+from heatlens.media.scene.scene import Color, Material
+from heatlens.media.scene.usd.stage import UsdStage
+
+_BLEND_CUTOFF = 0.5
+
+
+@dataclass
+class UsdMaterials:
+    """The materials that prims are bound to, without repeats; the first is for unbound prims."""
+
+    stage: UsdStage
+    materials: list[Material] = field(default_factory=lambda: [Material()])
+    images: list[NDArray[np.uint8]] = field(default_factory=list)
+    notes: dict[str, None] = field(default_factory=dict)  # used as an ordered set
+    shaders: set[int] = field(default_factory=set)  # those that are more than the color of a prim
+    _found: dict[str, int] = field(default_factory=dict)
+    _pictures: dict[str, int | None] = field(default_factory=dict)
+
+    def of(self, prim: UsdObject, has_own_colors: bool = False) -> int:
+        """Return the number of the material that a mesh or a part of it is bound to.
+
+        `has_own_colors` makes an unbound mesh white, because its vertices bring the colour.
+        """
+        shade = usd_module("UsdShade")
+        bound, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+        surface = bound.ComputeSurfaceSource()[0] if bound else None
+        told = prim.GetAttribute("primvars:displayColor").Get()
+        color = numbers(told, 3, f"{self.stage.path}: displayColor of {prim.GetPath()}")[
+            :1
+        ].tolist()
+        color = [(1.0, 1.0, 1.0)] if has_own_colors else color
+        name = str(bound.GetPath()) if surface else f"color {color}" if color else ""
+        if not name:
+            return 0
+        if name not in self._found:
+            material = self._surface(bound.GetPrim().GetName(), surface) if surface else None
+            self.materials.append(material or Material(base_color=_color(color[0])))
+            self._found[name] = len(self.materials) - 1
+            self.shaders |= {self._found[name]} if surface else set()
+        return self._found[name]
+
+    def _surface(self, name: str, surface: UsdObject) -> Material:
+        base, base_map = self._input(surface, "diffuseColor", 0.18, 0.18, 0.18)
+        glow, glow_map = self._input(surface, "emissiveColor", 0.0, 0.0, 0.0)
+        opacity, _ = self._input(surface, "opacity", 1.0)
+        threshold, _ = self._input(surface, "opacityThreshold", 0.0)
+        opening = surface.GetInput("opacity")
+        is_cut = _share(opacity) < 1 or bool(opening and opening.HasConnectedSource())
+        return Material(
+            name=name,
+            base_color=_color(base) if base_map is None else (1.0, 1.0, 1.0),
+            base_alpha=_share(opacity),
+            metallic=_share(self._input(surface, "metallic", 0.0)[0]),
+            roughness=_share(self._input(surface, "roughness", 0.5)[0]),
+            emission=_color(glow) if glow_map is None else (1.0, 1.0, 1.0),
+            alpha_cutoff=_share(threshold) or (_BLEND_CUTOFF if is_cut else 0.0),
+            base_color_map=base_map,
+            emission_map=glow_map,
+        )
+
+    def _input(
+        self, surface: UsdObject, name: str, *default: float
+    ) -> tuple[tuple[float, ...], int | None]:
+        """Return the value of an input, with as many numbers as its default, and its picture."""
+        found = surface.GetInput(name)
+        if not found:
+            return default, None
+        sources = found.GetConnectedSources()[0]
+        if not sources:
+            what = f"{self.stage.path}: {name} of {surface.GetPath()}"
+            told = numbers(found.Get(), len(default), what)
+            return (tuple(told[0].tolist()) if len(told) else default), None
+        file = sources[0].source.GetPrim().GetAttribute("inputs:file").Get()
+        is_file = isinstance(file, usd_module("Sdf").AssetPath)
+        if not is_file or name not in ("diffuseColor", "emissiveColor"):
+            return default, None
+        return default, self._picture(file.resolvedPath or file.path)
+
+    def _picture(self, path: str) -> int | None:
+        """Return the index of a picture in the images; None, with a note, if it cannot be read."""
+        if path not in self._pictures:
+            try:
+                self.images.append(self._opened(path))
+                self._pictures[path] = len(self.images) - 1
+            except InputError as error:
+                said = str(error).removeprefix(f"{self.stage.path}: ").rstrip(".")
+                self.notes[f"{said}; it is ignored."] = None
+                self._pictures[path] = None
+        return self._pictures[path]
+
+    def _opened(self, path: str) -> NDArray[np.uint8]:
+        """Return the pixels of a picture; raise InputError if it is missing or no picture."""
+        resolver = usd_module("Ar")
+        check_asset(self.stage.path, path)
+        asset = resolver.GetResolver().OpenAsset(resolver.ResolvedPath(path))
+        if not asset:
+            raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is missing.")
+        with asset:
+            data = bytes(asset.GetBuffer())
+        return read_picture(data, f"{self.stage.path}: {path}", self.images)
+
+
+def _color(value: Iterable[float]) -> Color:
+    red, green, blue = (float(v) if 0 <= v < math.inf else 0.0 for v in value)
+    return red, green, blue
+
+
+def _share(value: tuple[float, ...]) -> float:
+    """Clip to 0..1; NaN becomes 0."""
+    return min(value[0], 1.0) if value[0] > 0 else 0.0

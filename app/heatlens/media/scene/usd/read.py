@@ -1,0 +1,161 @@
+"""Meshes, materials and cameras of a USD stage as a scene. A time code is a frame."""
+
+from dataclasses import dataclass
+from itertools import chain, repeat
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.media.files.quiet import quiet_library
+from heatlens.media.files.usd_library import UsdObject, read_usd_apart, usd_failures_reported
+from heatlens.media.scene.scene import Array, Instance, Scene, check_instances
+from heatlens.media.scene.usd.cameras import changing_lens, is_camera, read_cameras
+from heatlens.media.scene.usd.geometry import (
+    Instancers,
+    UsdGeometry,
+    changing,
+    has_surface,
+    is_instancer,
+    is_shown,
+    is_within_instancer,
+    left_out,
+)
+from heatlens.media.scene.usd.material import UsdMaterials
+from heatlens.media.scene.usd.stage import STILL_FRAME, UsdStage, open_stage
+from heatlens.media.scene.usd.unread import unread_notes
+
+_MATRICES_MOST = 20_000_000  # matrices of all instances over all frames
+
+
+@dataclass(frozen=True, eq=False)
+class _Sampled:
+    """Places (F, P, 4, 4) over frames, and which of them each instance has.
+
+    The last instances are copies within the prim whose place they have, at `local` (F or 1, n, 4,
+    4) in it.
+    """
+
+    first: int
+    places: Array
+    chosen: tuple[int, ...]
+    local: Array
+
+    def __call__(self, frame: float) -> Array:
+        """Return (instances, 4, 4), interpolated linearly between two frames."""
+        at = min(max(frame - self.first, 0.0), max(len(self.places) - 1.0, 0.0))
+        found = _between(self.places, at)[list(self.chosen)]
+        copies = self.local.shape[1]
+        if copies:
+            found[-copies:] = found[-copies:] @ _between(self.local, at)
+        return found
+
+
+def _between(samples: Array, at: float) -> Array:
+    """Interpolate the samples (F, ...) linearly at a fractional index."""
+    before = min(int(at), max(len(samples) - 2, 0))
+    if len(samples) == 1:
+        return np.asarray(samples[0])
+    a, b = samples[before], samples[before + 1]
+    return np.asarray(a + (b - a) * (at - before))
+
+
+def read_usd(path: Path) -> Scene:
+    """Run `usd_scene` in a separate process, which survives a crash of OpenUSD.
+
+    Raises InputError as `usd_scene` does, and where OpenUSD ends that process.
+    """
+    return read_usd_apart(usd_scene, str(path), path)
+
+
+def usd_scene(text: str) -> Scene:
+    """Read a scene; raise InputError where it is damaged or has nothing visible."""
+    path = Path(text)
+    with quiet_library(), usd_failures_reported(path):
+        return _scene(open_stage(path))
+
+
+class _Instance(NamedTuple):
+    """The name and the mesh of an instance, and the number of its prim, or of its instancer."""
+
+    name: str
+    mesh: int
+    number: int
+
+
+def _scene(stage: UsdStage) -> Scene:
+    materials = UsdMaterials(stage)
+    geometry = UsdGeometry(materials)
+    instancers = Instancers(stage, geometry)
+    shown = [prim for prim in stage.prims if not is_within_instancer(prim)]
+    visible = [prim for prim in shown if is_shown(prim)]
+    prims, copying = list(filter(has_surface, visible)), list(filter(is_instancer, visible))
+    placed, cameras = [*prims, *copying], list(filter(is_camera, stage.prims))
+    attributes = [*chain.from_iterable(map(changing, copying))]
+    of_lenses = chain.from_iterable(map(changing_lens, cameras))
+    frames = stage.frames_of([*placed, *cameras], [*attributes, *of_lenses])
+    moving = stage.frames_of(placed, attributes)
+    instances = _instances(geometry, prims)
+    copies = [instancers.copies(prim, moving) for prim in copying]
+    for number, found in enumerate(copies, start=len(prims)):
+        instances += map(_Instance, found.names, found.meshes, repeat(number))
+    check_instances(stage.path, len(instances))
+    motion = _Sampled(
+        moving.first if moving else STILL_FRAME,
+        _sampled(stage, placed, moving),
+        tuple(instance.number for instance in instances),
+        _joined([found.local for found in copies]),
+    )
+    return Scene(
+        stage.path,
+        tuple(geometry.meshes),
+        tuple(
+            Instance(one.name, one.mesh, place)
+            for one, place in zip(instances, motion(motion.first), strict=True)
+        ),
+        tuple(materials.materials),
+        tuple(materials.images),
+        read_cameras(stage, cameras, frames),
+        motion=motion if moving else None,
+        frames=frames,
+        frames_per_second=stage.frames_per_second,
+        notes=_notes(stage, geometry, instancers, shown),
+    )
+
+
+def _instances(geometry: UsdGeometry, prims: list[UsdObject]) -> list[_Instance]:
+    """Return an instance for each mesh of the prims that are drawn themselves."""
+    return [_Instance(p.GetName(), m, n) for n, p in enumerate(prims) for m in geometry.of(p)]
+
+
+def _notes(
+    stage: UsdStage, geometry: UsdGeometry, instancers: Instancers, shown: list[UsdObject]
+) -> tuple[str, ...]:
+    """Return the notes of all readers; call this after everything has been read."""
+    told = (
+        *(*stage.notes, *geometry.materials.notes, *instancers.notes),
+        *(*geometry.notes, *geometry.subdivision.notes),
+        *filter(None, (left_out(shown),)),
+        *unread_notes(stage, shown),
+    )
+    return tuple(f"{stage.path}: {note}" for note in told)
+
+
+def _joined(parts: list[Array]) -> Array:
+    """Return the copies of all instancers (F or 1, n, 4, 4), over the frames of the longest."""
+    count = max((len(part) for part in parts), default=1)
+    if count * sum(part.shape[1] for part in parts) > _MATRICES_MOST:
+        raise InputError("The copies of point instancers move over too many frames.")
+    whole = [part if len(part) == count else np.repeat(part, count, axis=0) for part in parts]
+    return np.concatenate(whole, axis=1) if whole else np.zeros((1, 0, 4, 4))
+
+
+def _sampled(stage: UsdStage, prims: list[object], frames: FrameRange | None) -> Array:
+    """Return places (F, P, 4, 4); F is 1 if nothing moves."""
+    if frames is None:
+        return stage.places(prims, STILL_FRAME)[None]
+    if frames.count * len(prims) > _MATRICES_MOST:
+        raise InputError(f"{stage.path}: too many objects move over {frames.count:,} frames.")
+    return np.stack([stage.places(prims, frame) for frame in frames])

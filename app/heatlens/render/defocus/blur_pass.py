@@ -1,0 +1,158 @@
+"""Diffuse one image along rows, then columns, with the poles of a kernel."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.core.model.lens.disc_shape import DiscShape
+from heatlens.render.defocus.kernels import Kernel
+from heatlens.render.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
+from heatlens.render.defocus.tile_mask import TileMask
+from heatlens.render.gpu.device import Texture, TextureArray
+from heatlens.render.gpu.textures import Storage
+
+PACKED: Storage = "u4"  # eight halves of a pole's image in the four words of a texel
+
+
+@dataclass(frozen=True)
+class Over:
+    """The picture that a blurred layer of the same size is composited over, in place."""
+
+    color: Texture  # RGBA
+    is_farthest: bool  # the layer replaces what is behind it
+
+
+@dataclass(frozen=True)
+class BlurTargets:
+    """The scratch and result textures of the blur, at least of the picture's size."""
+
+    poles: TextureArray  # `pole_layers` of `PACKED`, or of float32
+    out_color: Texture  # RGBA
+    over: Over | None = None  # takes the result instead of `out_color`, which is scratch then
+
+
+@dataclass(frozen=True)
+class Diffusion:
+    """The picture to diffuse, and how far.
+
+    color          RGBA
+    coc            diameter in pixels; the sign is ignored
+    kernel         the shape to which a point of light spreads
+    axis_scales    diameter along x and y, relative to `coc`
+    least_px       lower limit of the coc
+    resampled_px_2 squared diameter of the blur that the picture has already
+    shape          the shape of the discs in pixels of the picture, if it varies over the picture
+    is_in_front    all of the picture is in front of the focus, regardless of the sign of `coc`
+    corner         the size of a picture that is in the corner of the textures
+    """
+
+    color: Texture
+    coc: Texture
+    kernel: Kernel
+    axis_scales: tuple[float, float]
+    least_px: float = 0.0
+    resampled_px_2: float = 0.0
+    shape: DiscShape | None = None
+    is_in_front: bool = False
+    corner: tuple[int, int] | None = None
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """The size of the picture."""
+        return self.corner or self.color.size
+
+    @property
+    def shape_uniforms(self) -> dict[str, object]:
+        """The uniforms of a shape that is not an ellipse; empty for ellipses."""
+        if self.shape is None or self.shape.is_plain:
+            return {}
+        uniforms = self.shape.diffusion_uniforms
+        if self.is_in_front:
+            front, _ = self.shape.side_variances
+            uniforms = uniforms | {"side_variances": (front, front)}
+        return uniforms
+
+
+def pole_layers(kernel: Kernel, storage: Storage = PACKED) -> int:
+    """Return the number of layers of the intermediate image between rows and columns."""
+    return len(kernel.poles) * (2 if kernel.is_complex and storage != PACKED else 1)
+
+
+class BlurPass:
+    """y = Re sum_ab M_ab (1 + kappa_b L_y)^-1 (1 + kappa_a L_x)^-1 x, L compact for discs."""
+
+    def __init__(self, solver: LineSolver) -> None:
+        self._solver = solver
+
+    def run(self, what: Diffusion, targets: BlurTargets, mask: TileMask | None = None) -> None:
+        """Diffuse a picture, or only its tiles in `mask`.
+
+        The target may be `what.color` itself; pixels in focus keep their values.
+        """
+        for _ in self.steps(what, targets, mask):
+            pass
+
+    def steps(
+        self, what: Diffusion, targets: BlurTargets, mask: TileMask | None = None
+    ) -> Iterator[None]:
+        """Do what `run` does in short steps, so that a window can answer in between."""
+        kernel = what.kernel
+        system = LineSystem(
+            "lib/blur_system.lib.glsl",
+            poles=len(kernel.poles),
+            is_complex=kernel.is_complex,
+            defines=_defines(targets.poles.dtype == PACKED, bool(what.shape_uniforms)),
+        )
+        source = what.color
+        for left in reversed(range(kernel.steps)):
+            over = None if left else targets.over
+            for axis, bound in _both_axes(what, source, replace(targets, over=over)):
+                yield from self._solver.steps(system, axis, what.size, bound, mask)
+            source = targets.out_color
+
+
+def _defines(is_packed: bool, is_shaped: bool) -> tuple[tuple[str, object], ...]:
+    return (("HALF_POLES", 1),) * is_packed + (("SHAPED", 1),) * is_shaped
+
+
+def _both_axes(
+    what: Diffusion, source: Texture, targets: BlurTargets
+) -> Iterator[tuple[Axis, Bindings]]:
+    """Yield rows of `source`, then columns; pixels in focus are taken from `what.color`."""
+    kernel, sums, over = what.kernel, what.kernel.mix.sum(axis=0), targets.over
+    uniforms: dict[str, object] = {
+        "kappa": _numbers(kernel, kernel.poles),
+        "mix_weights": _numbers(kernel, kernel.mix / sums),
+        "sum_weights": _numbers(kernel, sums),
+        "compact_c": kernel.compact,
+        "least_px": what.least_px,
+        "resampled_px_2": what.resampled_px_2,
+        **what.shape_uniforms,
+    }
+    yield (
+        "rows",
+        Bindings(
+            {"coc_tx": what.coc, "source_tx": source},
+            {"out_poles_img": targets.poles},
+            uniforms | {"axis_scale": what.axis_scales[0]},
+        ),
+    )
+    yield (
+        "columns",
+        Bindings(
+            {"coc_tx": what.coc, "color_tx": what.color, "poles_tx": targets.poles},
+            {"color_img": targets.out_color if over is None else over.color},
+            uniforms
+            | {"axis_scale": what.axis_scales[1], "is_over": over is not None}
+            | {"is_farthest": over is not None and over.is_farthest},
+        ),
+    )
+
+
+def _numbers(kernel: Kernel, values: npt.NDArray[np.complex128]) -> object:
+    """Return a kernel's coefficients in the layout of the shader's `Num` array."""
+    flat = values.ravel()
+    numbers = [(z.real, z.imag) for z in flat] if kernel.is_complex else [z.real for z in flat]
+    return numbers if len(numbers) > 1 else numbers[0]

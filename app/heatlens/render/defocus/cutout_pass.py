@@ -1,0 +1,112 @@
+"""Composite what a matte keeps from the blur among the layers, by its depth."""
+
+from dataclasses import dataclass
+
+from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+
+_EVERYWHERE = (-1e30, 1e30)  # circles of confusion
+
+
+@dataclass(frozen=True)
+class CutoutTextures:
+    """A cutout on the GPU (`plate.plate.Cutout`), at the size of a picture.
+
+    light   RGBA: rgb times its share of the pixel, and the share
+    alpha   the same with the plate's alpha as its light; None for a plate without alpha
+    depth   that of what is kept, or, once a lens is known, its signed circle of confusion
+    rest    RGBA of the picture without it
+    rest_depth  as that of a plate
+    ground  RGBA, over which the rest is blurred, which has alpha then; None if it needs none
+    """
+
+    light: Texture
+    alpha: Texture | None
+    depth: Texture
+    rest: Texture
+    rest_depth: Texture
+    ground: Texture | None = None
+
+    def lights_of(self, other: "CutoutTextures") -> list[tuple[Texture, Texture]]:
+        """Return each light of another cutout with the same of this one."""
+        pairs = [
+            (other.light, self.light),
+            (other.alpha, self.alpha),
+            (other.ground, self.ground),
+        ]
+        return [(a, b) for a, b in pairs if a is not None and b is not None]
+
+    def release(self) -> None:
+        """Release the textures."""
+        for texture in (
+            self.light,
+            self.alpha,
+            self.depth,
+            self.rest,
+            self.rest_depth,
+            self.ground,
+        ):
+            if texture is not None:
+                texture.release()
+
+
+@dataclass(frozen=True)
+class SharpPart:
+    """What stays sharp in a picture that is being blurred.
+
+    light, alpha  as those of `CutoutTextures`
+    coc           signed, pixels: its place among the layers
+    """
+
+    light: Texture
+    alpha: Texture | None
+    coc: Texture
+
+    def of_alpha(self) -> "SharpPart":
+        """Return the same for the plate's alpha as a picture."""
+        return SharpPart(self.alpha or self.light, self.alpha, self.coc)
+
+
+class CutoutPass:
+    """Composites a sharp part over what is behind it."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._program = ComputeProgram(ctx, "cutout_over.comp.glsl")
+        self._ground = ComputeProgram(ctx, "cutout_ground.comp.glsl")
+
+    def over_layers(self, sharp: SharpPart, ends_px: tuple[float, float], color: Texture) -> None:
+        """Composite what has its place within a range of coc over `color`, where alpha stays."""
+        self._run(sharp, sharp.coc, ends_px, color, is_on_top=False)
+
+    def on_top(self, sharp: SharpPart, coc: Texture, color: Texture) -> None:
+        """Composite all that is not hidden by the picture, of which this is the coc."""
+        self._run(sharp, coc, _EVERYWHERE, color, is_on_top=True)
+
+    def over_ground(self, ground: Texture, color: Texture, is_opaque: bool) -> None:
+        """Put `ground` behind `color`; `is_opaque` makes alpha exactly 1."""
+        self._ground.dispatch(
+            pixel_groups(color.size),
+            textures={"ground_tx": ground},
+            images={"color_img": color},
+            uniforms={"is_opaque": is_opaque},
+        )
+
+    def _run(
+        self,
+        sharp: SharpPart,
+        coc: Texture,
+        ends_px: tuple[float, float],
+        color: Texture,
+        is_on_top: bool,
+    ) -> None:
+        self._program.dispatch(
+            pixel_groups(color.size),
+            textures={
+                "cutout_tx": sharp.light,
+                "cutout_alpha_tx": sharp.alpha or sharp.light,
+                "cutout_coc_tx": sharp.coc,
+                "coc_tx": coc,
+            },
+            images={"out_color_img": color},
+            uniforms={"ends_px": ends_px, "is_on_top": is_on_top},
+        )

@@ -1,0 +1,126 @@
+"""Guess what lies behind surfaces behind the focus, where it is not known, for parts of the lens.
+
+The picture is cut in gaps of its depths. What is farther than a cut is extended under all that is
+nearer by a pyramid: its levels are means of what is known, and fill each other's holes from coarse
+to fine (pull and push; Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph", 1996).
+"""
+
+import math
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import pairwise
+
+from heatlens.render.defocus.listed_fragments import FragmentBuffers, ListedFragments
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.other_methods import Place, level_places, pyramid_size
+from heatlens.render.defocus.pixel_list import PixelBands
+from heatlens.render.defocus.scratch import Scratch
+from heatlens.render.defocus.steps import Steps
+from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+
+FAR_PARTS = "far parts"  # name of the step
+GUESSED_FROM_PX = 12.0  # least coc of both surfaces at an edge where a guess is used
+FRAGMENT_BYTES, WORD_BYTES = 12, 4
+
+
+def cuts_behind(optics: Optics, least_px: float) -> list[float]:
+    """Return the coc of the gaps behind the focus, near to far."""
+    middles = (float(ends.mean()) for ends in optics.gaps_px)
+    return [px for px in middles if least_px < px < optics.farthest_px]
+
+
+class FarGuess:
+    """Makes fragment lists with a guess behind each cut, for the same step."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx, self._bands = ctx, PixelBands(ctx)
+
+    @cached_property
+    def _first(self) -> ComputeProgram:
+        return ComputeProgram(self._ctx, "guess_pull.comp.glsl", {"FIRST": 1})
+
+    @cached_property
+    def _pull(self) -> ComputeProgram:
+        return ComputeProgram(self._ctx, "guess_pull.comp.glsl")
+
+    @cached_property
+    def _push(self) -> ComputeProgram:
+        return ComputeProgram(self._ctx, "guess_push.comp.glsl")
+
+    @cached_property
+    def _lists(self) -> ComputeProgram:
+        return ComputeProgram(self._ctx, "guess_lists.comp.glsl")
+
+    def steps(
+        self,
+        color: Texture,
+        coc: Texture,
+        optics: Optics,
+        least_px: float,
+        scratch: Scratch,
+    ) -> Steps[ListedFragments | None]:
+        """Return lists with a fragment a cut for a picture RGBA and its signed coc.
+
+        Surfaces whose coc is at most `least_px` are not behind the focus. Return None if the
+        picture has no gap from GUESSED_FROM_PX on.
+        """
+        cuts_px = cuts_behind(optics, least_px)
+        if optics.line is None or not cuts_px or cuts_px[-1] <= GUESSED_FROM_PX:
+            return None
+        line = optics.line.at_infinity_px, optics.line.per_dioptre_px
+        lists = ListedFragments(_room(coc.size, len(cuts_px), scratch), optics.line)
+        places = level_places(coc.size, math.inf)
+        levels = scratch.texture("guess levels", pyramid_size(places), 4)
+        for cut, cut_px in enumerate(cuts_px):
+            yield from self._filled(color, coc, cut_px, levels, places)
+            written = self._bands.run(
+                self._lists,
+                coc.size,
+                {"coarser_place": places[0], "cut": cut, "cuts": len(cuts_px), "cut_px": cut_px}
+                | {"least_px": least_px, "line": line},
+                textures={"coc_tx": coc, "levels_tx": levels},
+                buffers=lists.buffers,
+            )
+            for _ in written:
+                yield FAR_PARTS
+        return lists
+
+    def _filled(
+        self,
+        color: Texture,
+        coc: Texture,
+        cut_px: float,
+        levels: Texture,
+        places: list[Place],
+    ) -> Iterator[str]:
+        """Fill all levels of the pyramid with what is farther than `cut_px`."""
+        self._first.dispatch(
+            pixel_groups(places[0][2:]),
+            textures={"color_tx": color, "coc_tx": coc},
+            images={"out_levels_img": levels},
+            uniforms={"out_place": places[0], "cut_px": cut_px},
+        )
+        for finer, place in pairwise(places):
+            self._pull.dispatch(
+                pixel_groups(place[2:]),
+                textures={"levels_tx": levels},
+                images={"out_levels_img": levels},
+                uniforms={"finer_place": finer, "out_place": place},
+            )
+        yield FAR_PARTS
+        for place, coarser in reversed(list(pairwise(places))):
+            self._push.dispatch(
+                pixel_groups(place[2:]),
+                textures={"levels_tx": levels},
+                images={"levels_img": levels},
+                uniforms={"place": place, "coarser_place": coarser},
+            )
+        yield FAR_PARTS
+
+
+def _room(size: tuple[int, int], cuts: int, scratch: Scratch) -> FragmentBuffers:
+    pixels = size[0] * size[1]
+    starts = scratch.buffer("guess starts", WORD_BYTES * (pixels + 1))
+    words = scratch.buffer("guess words", FRAGMENT_BYTES * pixels * cuts)
+    return FragmentBuffers(starts, words, size, is_measured=False)

@@ -1,0 +1,210 @@
+"""Blur surfaces behind the focus for each part of the lens, where different blurs overlap.
+
+The lens is cut into parts of equal area. The view of each part behind the focus is assembled from
+the known surfaces, so that they hide each other correctly, and diffused by the small disc of that
+part. The mean of all views replaces the layers behind the focus near the edges of such surfaces.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.model.shot.settings import LAYERS_MAX, DefocusSettings
+from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
+from heatlens.render.defocus.far_guess import FAR_PARTS, WORD_BYTES
+from heatlens.render.defocus.far_zones import FarSurfaces, FarZone, FarZones
+from heatlens.render.defocus.kernels import Kernel
+from heatlens.render.defocus.layer_cuts import Cut, LayerCut
+from heatlens.render.defocus.lens_parts import lens_parts
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.pixel_list import PixelBands
+from heatlens.render.defocus.quality import parts_for
+from heatlens.render.defocus.scratch import Scratch
+from heatlens.render.defocus.steps import Steps
+from heatlens.render.gpu.device import Buffer, Device, Texture, TextureArray
+from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+
+FAR_FROM_PX = 1.5  # coc of the whole picture from which a surface is behind the focus
+_SOFTNESS = 0.2
+_LINK_BYTES = 8
+_NO_PART = np.zeros((1, 4))
+
+
+def is_in_parts(optics: Optics, settings: DefocusSettings) -> bool:
+    """Return whether the far field is blurred in parts, if its surfaces are known or guessed."""
+    is_far = optics.farthest_px > 2 * FAR_FROM_PX * settings.proxy
+    is_level = optics.line is None or optics.line.lean.is_level
+    return parts_for(settings) > 1 and is_far and is_level
+
+
+def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
+    """Return the layers, far to near, with an additional cut where the far field begins.
+
+    If that makes too many layers, the new cut replaces its neighbour: the farther one, because the
+    far field blurs what lies behind the cut by itself, or the nearer one where none is farther.
+    """
+    at_px = FAR_FROM_PX * proxy
+    cut = Cut(at_px, at_px * _SOFTNESS)
+    number = next((i for i, layer in enumerate(cuts) if layer.near.at_px < at_px), None)
+    if number is None:  # everything is farther
+        return [*cuts[:-1], replace(cuts[-1], near=cut)]
+    far, near = replace(cuts[number], near=cut), replace(cuts[number], far=cut)
+    before, after = cuts[:number], cuts[number + 1 :]
+    if before and far.far.at_px < 2 * at_px:  # too close to the next cut, which it replaces
+        before, far = before[:-1], replace(before[-1], near=cut)
+    if len(before) + 2 + len(after) > LAYERS_MAX:
+        if before:
+            before, far = before[:-1], replace(far, far=before[-1].far)
+        else:
+            near, after = replace(near, near=after[0].near), after[1:]
+    return [*before, far, near, *after]
+
+
+@dataclass(frozen=True)
+class FarField:
+    """The view of the parts of the lens behind the focus.
+
+    total  rgb times the known share, and that share: the mean of all parts
+    zone   where it is used
+    """
+
+    total: Texture
+    zone: FarZone
+
+
+@dataclass(frozen=True)
+class _Room:
+    """The memory for the view of one part."""
+
+    view: Texture
+    coc: Texture
+    heads: Buffer
+    links: Buffer
+
+    @staticmethod
+    def of(what: FarSurfaces, scratch: Scratch) -> "_Room":
+        width, height = what.coc.size
+        surfaces = what.front_first + width * height
+        return _Room(
+            scratch.texture("far view", (width, height), 4),
+            scratch.texture("far coc", (width, height), 1),
+            scratch.buffer("far heads", WORD_BYTES * (width + 1) * (height + 1)),
+            scratch.buffer("far links", _LINK_BYTES * surfaces),
+        )
+
+
+class FarPartsPass:
+    """Renders the far field in parts, which replaces layers."""
+
+    def __init__(self, ctx: Device, blur: BlurPass) -> None:
+        self._ctx, self._blur, self._bands = ctx, blur, PixelBands(ctx)
+        self._zones = FarZones(ctx)
+        self._programs: dict[tuple[str, bool], ComputeProgram] = {}
+
+    def _program(self, name: str, places: int = 1) -> ComputeProgram:
+        """Return a program, which is built when it is first used."""
+        key = name, places > 1
+        if key not in self._programs:
+            defines = {"PART_VARIES": 1} if places > 1 else {}
+            self._programs[key] = ComputeProgram(self._ctx, f"far_{name}.comp.glsl", defines)
+        return self._programs[key]
+
+    def steps(
+        self,
+        what: FarSurfaces,
+        optics: Optics,
+        parts: int,
+        kernel: Kernel,
+        poles: TextureArray,
+        scratch: Scratch,
+    ) -> Steps[FarField | None]:
+        """Diffuse the view of each part; return the mean view and the zone for it.
+
+        Return None if there is no zone.
+        """
+        zone = self._zones.find(what, optics, parts, scratch)
+        yield FAR_PARTS
+        if zone is None:
+            scratch.passed(FAR_PARTS)
+            return None
+        room = _Room.of(what, scratch)
+        total = scratch.texture("far sum", what.coc.size, 4)
+        yield from self._added(room, zone, total, None)
+        for part in lens_parts(optics.disc, what.coc.size, parts):
+            yield from self._viewed(what, zone, part, room)
+            seen = Diffusion(room.view, room.coc, kernel, optics.disc.half_extents)
+            for _ in self._blur.steps(seen, BlurTargets(poles, room.view), zone.tiles):
+                yield FAR_PARTS
+            yield from self._added(room, zone, total, part)
+        yield scratch.passed(FAR_PARTS)
+        return FarField(total, zone)
+
+    def _viewed(
+        self, what: FarSurfaces, zone: FarZone, part: NDArray[np.float64], room: _Room
+    ) -> Iterator[str]:
+        """Write what one part of the lens sees, and the discs of that part."""
+        linked = {"head_block": room.heads, "link_block": room.links}
+        images = {"out_view_img": room.view, "out_coc_img": room.coc}
+        uniforms = what.uniforms | zone.tiles.uniforms | _part_uniforms(part)
+        for name, out in (("links", {}), ("view", images)):
+            yield from _named(
+                self._bands.run(
+                    self._program(name, len(part)),
+                    what.coc.size,
+                    uniforms,
+                    textures=what.textures,
+                    images=out,
+                    buffers=what.lists.buffers | zone.buffers | linked,
+                )
+            )
+
+    def _added(
+        self,
+        room: _Room,
+        zone: FarZone,
+        total: Texture,
+        part: NDArray[np.float64] | None,
+    ) -> Iterator[str]:
+        """Add the blurred view of a part to the sum, or begin one without a part."""
+        width, height = total.size
+        own = _NO_PART if part is None else part
+        return _named(
+            self._bands.run(
+                self._program("sum", len(own)),
+                (width + 1, height + 1),
+                _part_uniforms(own) | zone.tiles.uniforms | {"begins": part is None},
+                textures={"view_tx": room.view},
+                images={"sum_img": total},
+                buffers=zone.buffers | {"head_block": room.heads},
+            )
+        )
+
+    def over(self, field: FarField, out: Texture) -> None:
+        """Write the far field over its zones of `out`, which holds the layers behind the focus."""
+        self._program("over").dispatch(
+            pixel_groups(out.size),
+            textures={"sum_tx": field.total, "zone_tx": field.zone.blocks},
+            images={"out_color_img": out},
+        )
+
+    def mix(self, without: Texture, field: FarField, out: Texture) -> None:
+        """Mix `out` with the picture without the far field, as far as its zones have grown."""
+        self._program("mix").dispatch(
+            pixel_groups(out.size),
+            textures={"without_tx": without},
+            images={"out_color_img": out},
+            uniforms={"growth": field.zone.growth},
+        )
+
+
+def _part_uniforms(part: NDArray[np.float64]) -> dict[str, object]:
+    """Return the uniform of lib/lens_part.lib.glsl."""
+    places = [tuple(place) for place in part]
+    return {"lens_part": places if len(places) > 1 else places[0]}
+
+
+def _named(steps: Iterator[None]) -> Iterator[str]:
+    for _ in steps:
+        yield FAR_PARTS

@@ -1,0 +1,163 @@
+"""Find where surfaces of different blur overlap behind the focus, for parts of the lens."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.render.defocus.far_guess import FRAGMENT_BYTES, GUESSED_FROM_PX
+from heatlens.render.defocus.listed_fragments import ListedFragments
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.quality import GUESSED_PARTS
+from heatlens.render.defocus.scratch import Scratch
+from heatlens.render.defocus.tile_mask import SegmentPass, TileMask
+from heatlens.render.gpu.device import Device, StorageBuffer, Texture
+from heatlens.render.gpu.program import ComputeProgram, blocks_for, pixel_groups
+from heatlens.render.gpu.shader_constants import FAR_BLOCK, FAR_WHOLE_PX_2, TILE
+
+_MARGIN_PX = 4.0  # as in far_edges.comp.glsl
+_FEATHER_PX = 2 * FAR_BLOCK  # far_over.comp.glsl uses the parts so far beyond a zone
+# Least coc of both surfaces at an edge that makes a zone, and coc below which layers show thin
+# surfaces better: a guess is worth less, and knows nothing of what a thin surface hides.
+_KNOWN_EDGES: dict[str, object] = {"nearest_px": 0.0, "thin_coc_px": 4.5}
+_GUESSED_EDGES: dict[str, object] = {"nearest_px": GUESSED_FROM_PX, "thin_coc_px": 16.0}
+
+
+@dataclass(frozen=True)
+class FarSurfaces:
+    """The picture without highlights, the surfaces behind it, and the coc where far begins."""
+
+    color: Texture
+    coc: Texture
+    lists: ListedFragments
+    least_px: float
+    is_guessed: bool = False  # the surfaces behind it
+
+    @property
+    def front_first(self) -> int:
+        """The number of the first pixel, after those of all fragments."""
+        return self.lists.held.words.size // FRAGMENT_BYTES
+
+    @property
+    def textures(self) -> dict[str, Texture]:
+        """The textures of lib/far_fragments.lib.glsl."""
+        return {"color_tx": self.color, "coc_tx": self.coc}
+
+    @property
+    def uniforms(self) -> dict[str, object]:
+        """The uniforms of lib/far_fragments.lib.glsl."""
+        own: dict[str, object] = {"least_px": self.least_px, "front_first": self.front_first}
+        return self.lists.uniforms | own
+
+
+@dataclass(frozen=True)
+class FarZone:
+    """Where parts of the lens replace layers.
+
+    blocks  left of the square of the reach of edges in each block (far_over.comp.glsl), pixels^2
+    tiles   those in which the view of a part is needed
+    growth  how far the zones have grown from nothing, above 0 to 1
+    """
+
+    blocks: Texture
+    tiles: TileMask
+    growth: float
+
+    @property
+    def buffers(self) -> dict[str, StorageBuffer]:
+        """The buffer of lib/tile_mask.lib.glsl."""
+        return {"tile_mask_block": self.tiles.words}
+
+
+class FarZones:
+    """Finds the zones in which parts of the lens replace layers."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self._made: tuple[ComputeProgram, ComputeProgram, SegmentPass] | None = None
+
+    def find(
+        self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
+    ) -> FarZone | None:
+        """Return the zones, or None if there are none; wait for the GPU."""
+        blocks = self._blocks(what, optics, parts, scratch)
+        left_px_2 = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2)
+        in_zone = (left_px_2[..., 0] > 0.0) & (left_px_2[..., 1] < FAR_WHOLE_PX_2)
+        if not in_zone.any():
+            return None
+        radius_px = max(optics.disc.half_extents) * optics.farthest_px / 2
+        margin_px = radius_px * _part_scale(what, parts) + _FEATHER_PX
+        growth = min(float(left_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
+        return FarZone(blocks, self._mask(in_zone, what.coc.size, margin_px, scratch), growth)
+
+    def _blocks(self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch) -> Texture:
+        """Find the edges of surfaces of different blur, and spread their reach."""
+        size = blocks_for(what.coc.size, FAR_BLOCK)
+        edges, spread, _ = self._programs()
+        zone, rows = (scratch.texture(name, size, 2) for name in ("far zone", "far zone rows"))
+        edges.dispatch(
+            pixel_groups(size),
+            textures=what.textures,
+            images={"out_zone_img": zone},
+            buffers=what.lists.buffers,
+            uniforms=what.uniforms
+            | {"part_scale": _part_scale(what, parts)}
+            | (_GUESSED_EDGES if what.is_guessed else _KNOWN_EDGES),
+        )
+        widest = max(optics.disc.half_extents) * optics.farthest_px / 2 + _MARGIN_PX
+        reach = {"reach_blocks": min(math.ceil(widest / FAR_BLOCK), max(size))}
+        for one, other, along in ((zone, rows, (1, 0)), (rows, zone, (0, 1))):
+            spread.dispatch(
+                pixel_groups(size),
+                textures={"zone_tx": one},
+                images={"out_zone_img": other},
+                uniforms=reach | {"along": along},
+            )
+        return zone
+
+    def _mask(
+        self,
+        in_zone: NDArray[np.bool_],
+        size: tuple[int, int],
+        margin_px: float,
+        scratch: Scratch,
+    ) -> TileMask:
+        """Return the tiles of a picture of `size` within `margin_px` of the zones."""
+        words = scratch.parts("far tiles", 1, TileMask.bytes_for(size))
+        words.whole.write(tiles_near(in_zone, margin_px).astype(np.uint32).tobytes())
+        lines = scratch.parts("far segments", 2, SegmentPass.bytes_for(size))
+        _, _, segments = self._programs()
+        (mask,) = segments.find([size], words, lines)
+        return mask
+
+    def _programs(self) -> tuple[ComputeProgram, ComputeProgram, SegmentPass]:
+        """Return the programs, which are built when they are first used."""
+        if self._made is None:
+            edges, spread = (
+                ComputeProgram(self._ctx, f"far_{name}.comp.glsl") for name in ("edges", "zone")
+            )
+            self._made = edges, spread, SegmentPass(self._ctx)
+        return self._made
+
+
+def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:
+    """Return the tiles (rows, columns) with one of the blocks within `margin_px`."""
+    for axis in (0, 1):
+        blocks = _near_along(np.moveaxis(blocks, axis, 0), math.ceil(margin_px / FAR_BLOCK))
+        blocks = np.moveaxis(blocks, 0, axis)
+    return blocks
+
+
+def _near_along(blocks: NDArray[np.bool_], margin: int) -> NDArray[np.bool_]:
+    """Return for each tile along the first axis whether a block is within `margin` blocks."""
+    side = TILE // FAR_BLOCK
+    count = np.concatenate([np.zeros((1, blocks.shape[1]), int), blocks.cumsum(axis=0)])
+    first = np.arange(0, len(blocks), side)
+    low, high = (np.clip(first + by, 0, len(blocks)) for by in (-margin, side + margin))
+    return np.asarray(count[high] > count[low])
+
+
+def _part_scale(what: FarSurfaces, parts: int) -> float:
+    """Return the diameter of a part over that of the lens, as zones are found for it."""
+    return float(min(parts, GUESSED_PARTS if what.is_guessed else parts) ** -0.5)

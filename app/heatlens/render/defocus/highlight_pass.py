@@ -1,0 +1,357 @@
+"""Highlights: pixels brighter than their surroundings are removed and drawn as discs."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from heatlens.render.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
+from heatlens.render.defocus.cutout_pass import SharpPart
+from heatlens.render.defocus.fragment_pass import Fragments
+from heatlens.render.defocus.kernels import named_kernel
+from heatlens.render.defocus.listed_fragments import (
+    ListedFragments,
+    ListProgram,
+    list_buffers,
+    list_uniforms,
+)
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.pixel_list import PixelBands, Slices, clear_list, list_bytes
+from heatlens.render.gpu.context import is_software
+from heatlens.render.gpu.device import Blend, Buffer, Device, Primitive, Texture
+from heatlens.render.gpu.draw_target import DrawTarget
+from heatlens.render.gpu.program import (
+    ComputeProgram,
+    DrawProgram,
+    VertexArray,
+    blocks_for,
+    groups_for,
+    pixel_groups,
+)
+from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP, HIGHLIGHT_LEVELS
+from heatlens.render.gpu.textures import OpeningTextures
+
+SPRITES_MAX = 4096
+_AREA_MAX = 24.0  # pixels drawn per pixel of the picture: hundreds of discs a third as wide
+_SURROUNDINGS_PX = 16.0  # smallest diameter of the surroundings of a pixel
+_PIXELS_A_BAND = 1 << 17  # drawn in a step, because hundreds of discs may overlap there
+_SPRITE_BYTES = 32
+PLAN_BYTES = 4 * (9 + 2 * HIGHLIGHT_LEVELS)
+
+
+def block_count(size: tuple[int, int]) -> int:
+    """Return how many blocks of 8 x 8 pixels cover a picture."""
+    return groups_for(size[0], HIGHLIGHT_BLOCK) * groups_for(size[1], HIGHLIGHT_BLOCK)
+
+
+@dataclass(frozen=True)
+class HighlightBuffers:
+    """Scratch of the highlight passes."""
+
+    tally: Buffer
+    plan: Buffer
+    row: Buffer
+    sprite: Buffer
+    lit: Buffer
+
+    @staticmethod
+    def sizes(size: tuple[int, int]) -> dict[str, int]:
+        """Return the bytes of each buffer for a picture."""
+        blocks = block_count(size)
+        return {
+            "tally": 4 * HIGHLIGHT_LEVELS * blocks,
+            "plan": PLAN_BYTES,
+            "row": 4 * HIGHLIGHT_LEVELS * groups_for(size[1], HIGHLIGHT_BLOCK),
+            "sprite": _SPRITE_BYTES * SPRITES_MAX,
+            "lit": list_bytes((blocks, 1)),
+        }
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Scratch for the surroundings of a pixel, all of half the size.
+
+    luminance  RGBA
+    coc        R, in the corner of the texture
+    targets    of the diffusion; without lists into `luminance` itself
+    """
+
+    luminance: Texture
+    coc: Texture
+    targets: BlurTargets
+
+
+@dataclass(frozen=True)
+class ListsWithoutHighlights:
+    """Fragment lists, and room for the words of the same lists without their highlights."""
+
+    whole: ListedFragments
+    low_words: Buffer
+
+    @property
+    def diffused(self) -> ListedFragments:
+        """The lists whose light is diffused with the layers."""
+        return self.whole.with_words(self.low_words)
+
+
+@dataclass(frozen=True)
+class WithoutHighlights:
+    """A picture split into its highlights and the rest.
+
+    low     RGBA, the part to diffuse
+    high    RGBA, the part to draw as discs, and its signed coc; written only where `lit` says so
+    lit     a bit for each pixel: it has a part to draw (lib/lit_bits.lib.glsl)
+    around  R of half the size, the luminance that highlights exceed
+    lists   the same for fragment lists; None without lists
+    """
+
+    low: Texture
+    high: Texture
+    lit: Buffer
+    around: Texture
+    lists: ListsWithoutHighlights | None = None
+
+    @staticmethod
+    def lit_bytes(size: tuple[int, int]) -> int:
+        """Return the bytes of `lit` for a picture."""
+        return block_count(size) * HIGHLIGHT_BLOCK**2 // 8
+
+    @property
+    def buffers(self) -> dict[str, Buffer]:
+        """The storage blocks of the shaders that take highlights out or put them back."""
+        lit, lists = {"lit_block": self.lit}, self.lists
+        return lit if lists is None else lit | {"low_fragment_block": lists.low_words}
+
+
+class HighlightSplitPass:
+    """Splits a picture into its highlights and the rest."""
+
+    def __init__(self, ctx: Device, blur: BlurPass) -> None:
+        self._blur = blur
+        self._luminance = ListProgram(ctx, "highlight_luminance.comp.glsl")
+        self._split = ListProgram(ctx, "highlight_split.comp.glsl")
+        self._bands = PixelBands(ctx)
+
+    def steps(
+        self,
+        color: Texture,
+        coc: Texture,
+        optics: Optics,
+        scratch: Surroundings,
+        out: WithoutHighlights,
+        has_places: bool = False,
+    ) -> Iterator[None]:
+        """Split `color` into the textures of `out`, and the colours of lists too.
+
+        `has_places`: the position of each light in its pixel is known, see `HighlightListPass`.
+        """
+        lists = out.lists
+        read = None if lists is None else lists.whole
+        luminance, half_coc, targets = scratch.luminance, scratch.coc, scratch.targets
+        yield from self._bands.run(
+            self._luminance.version(lists is not None),
+            luminance.size,
+            list_uniforms(read),
+            side=2,
+            textures={"color_tx": color, "coc_tx": coc},
+            images={"out_luminance_img": luminance, "out_coc_img": half_coc},
+            buffers=list_buffers(read) | {"lit_block": out.lit},
+        )
+        if lists is not None:
+            words = lists.whole.held.words
+            words.copy_to(lists.low_words)
+        heat = named_kernel("heat")
+        what = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
+        yield from self._blur.steps(what, targets)
+        yield from self._bands.run(
+            self._split.version(lists is not None),
+            color.size,
+            list_uniforms(read) | ({} if lists is None else {"has_places": has_places}),
+            textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color}
+            | ({} if lists is None else {"luminance_tx": luminance}),
+            images={"out_low_img": out.low, "out_high_img": out.high, "out_around_img": out.around},
+            buffers=list_buffers(read) | out.buffers,
+        )
+
+
+class HighlightListPass:
+    """Merges highlights into a bounded list of discs, in the order of the picture."""
+
+    def __init__(self, ctx: Device) -> None:
+        sprites = "highlight_sprites.comp.glsl"
+        self._find = ComputeProgram(ctx, "highlight_blocks.comp.glsl")
+        count = {"COUNT": 1}
+        if not is_software(ctx):  # a GPU waits for the slowest invocation
+            count["LEVELS_AT_ONCE"] = HIGHLIGHT_LEVELS
+        self._count = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on), count)
+        self._plan = ComputeProgram(ctx, "highlight_plan.comp.glsl")
+        self._write = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on))
+        self._restore = ListProgram(ctx, "highlight_restore.comp.glsl")
+        self._bands, self._slices = PixelBands(ctx), Slices(ctx)
+        self._openings = OpeningTextures(ctx)
+
+    def steps(
+        self,
+        split: WithoutHighlights,
+        optics: Optics,
+        buffers: HighlightBuffers,
+        coc: Texture,
+        places: Texture | None = None,
+    ) -> Iterator[None]:
+        """Fill the list; if it would be too long, put the highlights back.
+
+        `places`, RGBA of the picture's size, has the position of each light in its pixel.
+        """
+        high, size = split.high, split.high.size
+        sums = {"plan_block": buffers.plan, "row_block": buffers.row}
+        told = sums | {"tally_block": buffers.tally}
+        blocks = blocks_for(size, HIGHLIGHT_BLOCK)
+        clear_list(buffers.lit)
+        listed = {"pixel_list_block": buffers.lit, "lit_block": split.lit}
+        yield from self._bands.run(
+            self._find,
+            blocks,
+            {"picture_size": size},
+            side=HIGHLIGHT_BLOCK,
+            group=HIGHLIGHT_GROUP,
+            buffers=listed | told,
+        )
+        textures = {"high_tx": high, "places_tx": places or high}
+        merged = partial(
+            self._merged,
+            textures=textures | self._openings.of(optics.disc.aperture),
+            buffers=told | listed | {"sprite_block": buffers.sprite},
+            uniforms=optics.disc.uniforms
+            | {"has_places": places is not None, "area_max": _AREA_MAX * size[0] * size[1]},
+        )
+        count, write = (it.with_(**optics.disc.switches) for it in (self._count, self._write))
+        yield from merged(count, size)
+        self._plan.dispatch((1, 1), buffers=sums, uniforms=_planned(size, blocks))
+        yield
+        yield from merged(write, size)
+        self._put_back(split, buffers, coc)
+        yield
+
+    def _merged(
+        self,
+        program: ComputeProgram,
+        size: tuple[int, int],
+        buffers: dict[str, Buffer],
+        uniforms: dict[str, object],
+        **inputs: Any,
+    ) -> Iterator[None]:
+        """Run on the listed blocks of a picture of `size`."""
+        for part in self._slices.of(size):
+            program.dispatch(
+                buffers["pixel_list_block"], buffers=buffers, uniforms=uniforms | part, **inputs
+            )
+            yield
+
+    def _put_back(self, split: WithoutHighlights, buffers: HighlightBuffers, coc: Texture) -> None:
+        """Add the highlights to the rest again, if the plan says that they are too many."""
+        lists, textures = split.lists, {"high_tx": split.high}
+        read = None if lists is None else lists.whole
+        planned = {"tally_block": buffers.tally, "plan_block": buffers.plan}
+        self._restore.version(lists is not None).dispatch(
+            buffers.plan,
+            offset=20,
+            textures=textures if lists is None else textures | {"coc_tx": coc},
+            images={"low_img": split.low},
+            buffers=list_buffers(read) | split.buffers | planned,
+            uniforms=list_uniforms(read),
+        )
+
+
+def _planned(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, object]:
+    """Return the uniforms of the plan for a picture of `size` in so many `blocks`."""
+    restore_groups = pixel_groups(size)
+    return {
+        "blocks": blocks,
+        "sprites_max": SPRITES_MAX,
+        "restore_groups_x": restore_groups[0],
+        "restore_groups_y": restore_groups[1],
+    }
+
+
+class HighlightDrawPass:
+    """The list of discs added to the picture."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self._programs = ProgramVersions(lambda on: DrawProgram(ctx, "highlight_draw", defines=on))
+        self._quads: dict[DrawProgram, tuple[Buffer, VertexArray]] = {}
+        self._target = DrawTarget(ctx)
+        self._is_cut = is_software(ctx)
+        self._openings = OpeningTextures(ctx)
+
+    def steps(
+        self,
+        buffers: HighlightBuffers,
+        picture: Fragments,
+        nearest: Texture,
+        optics: Optics,
+        color: Texture,
+        sharp: SharpPart | None = None,
+    ) -> Iterator[None]:
+        """Add every disc of the list to `color`, except where `picture` or `sharp` hides it.
+
+        `nearest`, R of a pixel for each tile, has the least signed coc there.
+        It is drawn in bands without a GPU, so that many large discs do not hold up the window.
+        """
+        width, height = color.size
+        rows = max(1, _PIXELS_A_BAND // width) if self._is_cut else height
+        for first in range(0, height, rows):
+            band = (0, first, width, rows)
+            self._draw_band(buffers, picture, nearest, optics, color, band, sharp)
+            yield
+
+    def _draw_band(
+        self,
+        buffers: HighlightBuffers,
+        picture: Fragments,
+        nearest: Texture,
+        optics: Optics,
+        color: Texture,
+        band: tuple[int, int, int, int],
+        sharp: SharpPart | None,
+    ) -> None:
+        """Draw only into `band` (x, y, width, height); set all state that others change."""
+        listed = picture.lists is not None
+        program = self._programs.with_(LISTS=listed, **optics.disc.switches)
+        quads = self._quads_of(program, buffers.sprite)
+        target = self._target.around(color)
+        target.use()
+        target.scissor = band
+        program.bind(
+            textures={
+                "coc_tx": picture.coc,
+                "kind_tx": picture.kind,
+                "far_tx": picture.far,
+                "near_tx": picture.near,
+                "nearest_tx": nearest,
+                "cutout_tx": picture.color if sharp is None else sharp.light,
+                "cutout_coc_tx": picture.coc if sharp is None else sharp.coc,
+            }
+            | self._openings.of(optics.disc.aperture),
+            uniforms=optics.disc.uniforms
+            | {"picture_size": color.size, "nearest_px": optics.nearest_px}
+            | {"rows": (band[1], band[1] + band[3])}
+            | {"has_cutout": sharp is not None}
+            | list_uniforms(picture.lists),
+            buffers=list_buffers(picture.lists),
+        )
+        self._ctx.draw_with(Blend.ADD)
+        quads.render_indirect(buffers.plan, Primitive.TRIANGLE_STRIP, 1)
+        self._ctx.draw_with()
+        target.scissor = None
+
+    def _quads_of(self, program: DrawProgram, sprites: Buffer) -> VertexArray:
+        held = self._quads.get(program)
+        if held is None or held[0] is not sprites:
+            if held is not None:
+                held[1].release()
+            layout = [(sprites, "4f 4f/i", "in_place", "in_light")]
+            held = sprites, program.vertex_array(layout)
+            self._quads[program] = held
+        return held[1]

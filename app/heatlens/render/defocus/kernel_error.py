@@ -1,0 +1,136 @@
+"""Compute the error of a kernel against a disc, which `fit_kernels.py` minimises. Needs SciPy.
+
+A disc is approximated by a function of the line Laplacians that costs the same for every size,
+
+    K = Re sum_ab M_ab (1 + kappa_a d^2 L_x)^-1 (1 + kappa_b d^2 L_y)^-1,
+
+with J complex poles kappa and a complex symmetric matrix M. On a uniform plate L is the second
+difference, whose Fourier transform is the squared frequency, so that for a disc of radius 1 (d = 2)
+a factor has the transform f_a(u) = 1 / (1 + 4 kappa_a u^2), in radians a radius, and the disc has
+2 J_1(q) / q at q^2 = u^2 + v^2. By Parseval the error of the kernel is an integral over frequency,
+
+    E = integral w(q) (Re sum_ab M_ab f_a(u) f_b(v) - 2 J_1(q) / q)^2 du dv,   w = (q^2 + 0.3)^-p,
+
+weighted as the spectra of images fall off (p = 1; 3/4 for five poles, which can follow finer
+detail). Two properties are exact: light, Re sum M = 1, and variance, 2 Re sum_ab M_ab kappa_a =
+1/16.
+
+A disc with a bright or soft rim is fitted in the same way, at the size at which it has the variance
+of the flat disc of diameter d. Its brightness is a polynomial in 1 - s^2, s from the middle to the
+rim, and (m + 1) (1 - s^2)^m has the transform 2^(m+1) (m+1)! J_(m+1)(q) / q^(m+1).
+"""
+
+import math
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import jv
+
+from heatlens.core.model.lens.opening import RIM_MOST, RIM_POWER, Blades, variance
+
+Reals = npt.NDArray[np.float64]
+Complexes = npt.NDArray[np.complex128]
+
+LIGHT, VARIANCE = 1.0, 1 / 16
+IMAGE_SPECTRUM = 0.3  # constant in the weight of the error
+_FREQUENCY_MOST, _RADII, _ANGLES = 60.0, 480, 12  # samples of the integral
+
+
+class DiscError:
+    """The error E of kernels against a disc, by quadrature over an eighth of the frequencies."""
+
+    def __init__(self, power: float = 1.0, rim: float = 0.0) -> None:
+        """Set up the error with the `power` p of the weight, for a disc with a `rim`, -1 to 1."""
+        radius, per_radius = _gauss(np.linspace(0, _FREQUENCY_MOST, _RADII // 8 + 1), 8)
+        angle, per_angle = _gauss(np.array([0.0, np.pi / 4]), _ANGLES)
+        weight = per_radius * radius * (radius**2 + IMAGE_SPECTRUM) ** -power
+        self._across_2 = (np.outer(radius, np.cos(angle)) ** 2).ravel()
+        self._down_2 = (np.outer(radius, np.sin(angle)) ** 2).ravel()
+        self._weight = np.outer(weight, per_angle).ravel()
+        spread = np.sqrt(4 * variance(Blades(0, 0.0, 0.0), rim))
+        self._disc = np.repeat(spectrum(radius / spread, rim), _ANGLES)
+
+    @cached_property
+    def of_nothing(self) -> float:
+        """Return E of a kernel that is zero: the norm of the disc itself."""
+        return float(self._weight @ self._disc**2)
+
+    def decibels(self, value: float, slopes: Reals) -> tuple[float, Reals]:
+        """Return an error relative to the disc's norm in decibels, and its slopes.
+
+        In decibels, a search converges equally well for good and poor kernels.
+        """
+        found = 10 * float(np.log10(value / self.of_nothing))
+        return found, 10 / np.log(10) / value * slopes
+
+    def of(self, poles: Complexes, mix: Complexes) -> tuple[float, Complexes, Complexes]:
+        """Return E, dE/dkappa (J,) and dE/dM (J, J).
+
+        E changes by the real part of their products with changes of kappa and M.
+        """
+        across, down = self._factors(poles)
+        mixed_across, mixed_down = mix @ across, mix @ down
+        off = np.sum(across * mixed_down, axis=0).real - self._disc
+        weighed = self._weight * off
+        slope_across = -4 * self._across_2 * across**2
+        slope_down = -4 * self._down_2 * down**2
+        by_pole = 2 * (slope_across * mixed_down + slope_down * mixed_across) @ weighed
+        by_mix = 2 * (across * weighed) @ down.T
+        return float(weighed @ off), by_pole, (by_mix + by_mix.T) / 2
+
+    def best_mix(self, poles: Complexes) -> tuple[Complexes, Reals]:
+        """Return the M of least error with light and variance exact, and their two multipliers."""
+        pairs = [(a, b) for a in range(len(poles)) for b in range(a, len(poles))]
+        across, down = self._factors(poles)
+        columns, light, variance = [], [], []
+        for a, b in pairs:
+            both = across[a] * down[b] if a == b else across[a] * down[b] + across[b] * down[a]
+            moment = 2 * (poles[a] if a == b else poles[a] + poles[b])
+            columns += [both.real, -both.imag]
+            light += [1.0 if a == b else 2.0, 0.0]
+            variance += [moment.real, -moment.imag]
+        basis, exact = np.array(columns), np.array([light, variance])
+        weighed = basis * self._weight
+        system = np.block([[2 * weighed @ basis.T, exact.T], [exact, np.zeros((2, 2))]])
+        right = np.concatenate([2 * weighed @ self._disc, [LIGHT, VARIANCE]])
+        solved = np.linalg.lstsq(system, right, rcond=1e-15)[0]
+        mix = np.zeros((len(poles), len(poles)), np.complex128)
+        for (a, b), real, imaginary in zip(pairs, solved[0:-2:2], solved[1:-2:2], strict=True):
+            mix[a, b] = mix[b, a] = complex(real, imaginary)
+        return mix, solved[-2:]
+
+    def _factors(self, poles: Complexes) -> tuple[Complexes, Complexes]:
+        """Return f_a (J, frequencies) along both axes."""
+        kappa = poles[:, None]
+        return 1 / (1 + 4 * kappa * self._across_2), 1 / (1 + 4 * kappa * self._down_2)
+
+
+def spectrum(frequency: Reals, rim: float) -> Reals:
+    """Return the transform of a disc of radius 1 and light 1 with a bright or soft rim, -1 to 1."""
+    part = RIM_MOST * abs(rim)
+    return (1 - part) * _faded(frequency, 0) + part * _rim_spectrum(frequency, rim > 0)
+
+
+def _rim_spectrum(frequency: Reals, is_bright: bool) -> Reals:
+    """Return the transform of (p + 1) s^2p if bright, else (p + 1) (1 - s^2)^p; p = RIM_POWER."""
+    if not is_bright:
+        return _faded(frequency, RIM_POWER)
+    total = np.zeros_like(frequency)
+    for m in range(RIM_POWER + 1):  # s^2p = (1 - (1 - s^2))^p
+        total += (-1) ** m * math.comb(RIM_POWER, m) * _faded(frequency, m) / (m + 1)
+    return (RIM_POWER + 1) * total
+
+
+def _faded(frequency: Reals, power: int) -> Reals:
+    """Return the transform of (m + 1) (1 - s^2)^m, m = `power`; for m = 0 it is 2 J_1(q) / q."""
+    order = power + 1
+    bessel = jv(order, frequency) / frequency**order
+    return np.asarray(2.0**order * math.factorial(order) * bessel)
+
+
+def _gauss(edges: Reals, count: int) -> tuple[Reals, Reals]:
+    """Return places and weights of Gauss-Legendre quadrature with `count` in each interval."""
+    place, weight = np.polynomial.legendre.leggauss(count)
+    half = np.diff(edges)[:, None] / 2
+    return (edges[:-1, None] + half * (place + 1)).ravel(), (half * weight).ravel()

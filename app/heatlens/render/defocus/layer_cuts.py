@@ -1,0 +1,178 @@
+"""Cut the picture into depth layers, by signed circle of confusion.
+
+One cut separates what is in focus from what is in front of it, and another lies behind the focus.
+All nearer cuts are in gaps between things. A cut is used as soon as one pixel is within its
+transition, so that it appears and disappears without a jump during a rack focus.
+
+The gaps are found among depths in dioptres, because the blurs of two things then differ equally at
+every focus. So gaps depend on the picture and not on the lens: while focus or iris move, everything
+stays in its layer, except when it comes into focus.
+
+The cost of a set of cuts is estimated, with weights that suit many pictures: things of different
+blur in one layer keep light from each other, a thing that a cut crosses is blurred in two parts,
+and every layer takes time. Dynamic programming finds the cheapest of all sets.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.core.model.value_bins import ValueBins, bin_step
+
+Array = npt.NDArray[np.float64]
+
+GAPS_MAX = 6
+_CELLS = 256  # cells in which values are counted; a cut is between two cells
+_STRAY = 0.0005  # share of the values at either end that does not widen the cells
+_POWER = 0.65  # exponent of the distance of two values in the cost of sharing a layer
+_CROSSING = 0.12  # cost of a cut through all values
+_NEARBY = 0.02  # distance from a cut, as a share of the range, at which a value counts only 1/e
+_LAYER = 0.0005  # cost of one more layer
+_SOFTNESS = 0.01  # half width of a cut's transition, as a share of the range
+
+
+@lru_cache(maxsize=16)
+def gaps_of(bins: ValueBins) -> Array:
+    """Return the ends (n, 2) of the transition of each cut, in the unit of `bins`, ascending."""
+    shares = bins.counts / bins.counts.sum()
+    low, high = np.interp((_STRAY, 1.0 - _STRAY), np.cumsum(shares), bins.middles)
+    if not bin_step(low, high):
+        return np.zeros((0, 2))
+    places = np.clip((bins.middles - low) / (high - low) * _CELLS, 0, _CELLS - 1).astype(np.int64)
+    cells = np.bincount(places, shares, _CELLS).astype(np.float64)
+    cuts = low + (high - low) / _CELLS * np.array(_cheapest_cuts(cells), np.float64)
+    return cuts[:, None] + (high - low) * np.array([-_SOFTNESS, _SOFTNESS])
+
+
+def _cheapest_cuts(cells: Array) -> list[int]:
+    """Return the cells before which to cut, ascending."""
+    layers, crossing = _layer_costs(cells), _LAYER + _CROSSING * (_weights()[1] @ cells)
+    costs, before = [layers[0]], []  # least cost of the cells up to each end, by number of cuts
+    for _ in range(GAPS_MAX):
+        ways = (costs[-1] + crossing)[:, None] + layers
+        before.append(ways.argmin(axis=0))
+        costs.append(ways.min(axis=0))
+    cuts = [_CELLS]
+    for latest in before[: int(np.argmin([cost[-1] for cost in costs]))][::-1]:
+        cuts.append(int(latest[cuts[-1]]))
+    return cuts[:0:-1]
+
+
+def _layer_costs(cells: Array) -> Array:
+    """Return the cost of a layer from each place (begin) to each later one (end), else infinity."""
+    pairs = np.zeros((_CELLS + 1, _CELLS + 1))
+    pairs[1:, 1:] = (cells[:, None] * cells * _weights()[0]).cumsum(axis=0).cumsum(axis=1)
+    own = np.diagonal(pairs)
+    within = 0.5 * (own + own[:, None] - pairs - pairs.T)
+    return np.where(np.tri(_CELLS + 1, dtype=bool), np.inf, within)
+
+
+@cache
+def _weights() -> tuple[Array, Array]:
+    """Return the cost of each pair of cells in a layer, and how near each place is to each cell."""
+    cells = np.arange(_CELLS)
+    apart = np.abs(cells[:, None] - cells) / _CELLS
+    away = np.abs(np.arange(_CELLS + 1)[:, None] - cells - 0.5) / _CELLS
+    return apart**_POWER, np.exp(-away / _NEARBY)
+
+
+FIRST_CUT_PX = -1.0  # limit between the sharp range and anything in front of it
+FIRST_SOFTNESS_PX = 0.5  # half width of its transition: wide, because every pull passes it
+FAR_CUT_PART = 1 / 3  # position of the far cut, as a share of the farthest coc ...
+FAR_CUT_LEAST_PX = 1.3  # ... but at least this
+FAR_SOFTNESS = 0.2  # half width of its transition, as a share of its coc ...
+FAR_SOFTNESS_LEAST_PX = 0.8  # ... but at least this, because the farthest thing may pass it
+
+_BEYOND_PX = 1.0e30  # larger than any coc
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """A limit between two layers: signed coc and half width of the transition, in pixels."""
+
+    at_px: float
+    half_width_px: float
+
+
+NEARER_THAN_ALL = Cut(-_BEYOND_PX, 0.1 * _BEYOND_PX)
+FARTHER_THAN_ALL = Cut(_BEYOND_PX, 0.1 * _BEYOND_PX)
+_BEYOND = (NEARER_THAN_ALL, FARTHER_THAN_ALL)
+
+
+@dataclass(frozen=True, slots=True)
+class LayerCut:
+    """One layer: its limit towards the camera and its limit away from it."""
+
+    near: Cut
+    far: Cut
+    is_before_focus: bool = False  # the whole layer is in front of the focus
+
+    @property
+    def is_farthest(self) -> bool:
+        """True for the last layer, which has nothing behind it."""
+        return self.far is FARTHER_THAN_ALL
+
+    @property
+    def is_nearest(self) -> bool:
+        """True for the first layer, which nothing hides."""
+        return self.near is NEARER_THAN_ALL
+
+
+def layer_cuts(
+    occupied_px: Array, gaps_px: Array, layers_max: int, proxy: float = 1.0
+) -> list[LayerCut]:
+    """Return the layers for the signed coc in a picture (ascending), far to near.
+
+    `gaps_px` are the ends (n, 2) of the transitions of cuts in gaps, ascending. Empty layers are
+    left out. A picture scaled by `proxy` is cut at the same depths as the whole picture.
+    """
+    whole = _cuts_of_whole(occupied_px / proxy, gaps_px / proxy, layers_max)
+    return whole if proxy == 1.0 else [_scaled(layer, proxy) for layer in whole]
+
+
+def _scaled(layer: LayerCut, proxy: float) -> LayerCut:
+    near, far = (
+        cut if cut in _BEYOND else Cut(cut.at_px * proxy, cut.half_width_px * proxy)
+        for cut in (layer.near, layer.far)
+    )
+    return replace(layer, near=near, far=far)
+
+
+def _cuts_of_whole(occupied_px: Array, gaps_px: Array, layers_max: int) -> list[LayerCut]:
+    farthest_px = float(occupied_px[-1])
+    far_px = max(farthest_px * FAR_CUT_PART, FAR_CUT_LEAST_PX)
+    far = Cut(far_px, max(far_px * FAR_SOFTNESS, FAR_SOFTNESS_LEAST_PX))
+    cuts = [far] if far.at_px - far.half_width_px < farthest_px else []
+    cuts = cuts[: layers_max - 1]
+    cuts += _near_cuts(occupied_px, gaps_px, layers_max - 1 - len(cuts))
+    limits = [FARTHER_THAN_ALL, *cuts, NEARER_THAN_ALL]
+    layers = [
+        LayerCut(near=closer, far=farther, is_before_focus=farther.at_px <= FIRST_CUT_PX)
+        for farther, closer in pairwise(limits)
+    ]
+    layers = [layer for layer in layers if _holds_any(layer, occupied_px)]
+    return [replace(layers[0], far=FARTHER_THAN_ALL), *layers[1:]]
+
+
+def _near_cuts(occupied_px: Array, gaps_px: Array, count: int) -> list[Cut]:
+    """Return at most `count` cuts in front of the focus that some pixel reaches, far to near.
+
+    If there are more gaps, those nearest to the camera count: they stay the same during a pull.
+    """
+    if not count:
+        return []
+    first = Cut(FIRST_CUT_PX, FIRST_SOFTNESS_PX)
+    gaps = gaps_px[gaps_px[:, 1] < first.at_px - first.half_width_px][: count - 1]
+    cuts = [first, *(Cut((low + high) / 2, (high - low) / 2) for low, high in gaps[::-1].tolist())]
+    return [cut for cut in cuts if cut.at_px + cut.half_width_px > occupied_px[0]]
+
+
+def _holds_any(layer: LayerCut, occupied_px: Array) -> bool:
+    """Return True if any coc lies in the layer or its transitions."""
+    low = layer.near.at_px - layer.near.half_width_px
+    high = layer.far.at_px + layer.far.half_width_px
+    first = int(np.searchsorted(occupied_px, low))
+    return first < len(occupied_px) and bool(occupied_px[first] <= high)

@@ -1,0 +1,291 @@
+"""Cut out one depth layer, complete it for the blur, and composite it afterwards."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from heatlens.render.defocus.fragment_pass import Fragments
+from heatlens.render.defocus.layer_cuts import LayerCut
+from heatlens.render.defocus.layer_plan import LayerPlan
+from heatlens.render.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
+from heatlens.render.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
+from heatlens.render.defocus.pixel_list import OF_BOTH, WHOLE_LIST, Slices, clear_list
+from heatlens.render.defocus.tile_mask import TileList, TileMask, tile_count
+from heatlens.render.gpu.device import Buffer, Device, StorageBuffer, Texture
+from heatlens.render.gpu.program import ComputeProgram, groups_for, pixel_groups
+from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.shader_constants import STRIP_COLUMNS
+
+
+@dataclass(frozen=True)
+class Layer:
+    """The pixels of a layer, in its active tiles.
+
+    color  rgb premultiplied by coverage, a = coverage; hidden pixels to fill are marked
+    state  r = |coc| in pixels of the layer, g = how much content it has, 0..1
+    size   of the layer; if it is smaller than the picture, it is in the corner of the textures
+    mask   the active tiles; `listed` has the same tiles as a list
+    told   what the fragment lists tell of each pixel (layer_split.comp.glsl); None without lists
+    """
+
+    color: Texture
+    state: Texture
+    size: tuple[int, int]
+    mask: TileMask
+    listed: TileList
+    told: Texture | None = None
+
+
+class LayerSplitPass:
+    """Cuts one layer out of the picture."""
+
+    def __init__(self, ctx: Device) -> None:
+        shader = "layer_split.comp.glsl"
+        self._programs = {
+            False: ListProgram(ctx, shader),
+            True: ListProgram(ctx, shader, {"REDUCED": 1}),
+        }
+        self._slices = Slices(ctx)
+
+    def steps(
+        self, picture: Fragments, plan: LayerPlan, pixels: Buffer, out: Layer
+    ) -> Iterator[None]:
+        """Write the layer of `plan` at the plan's size, and list its hidden `pixels`."""
+        clear_list(pixels)
+        uniforms = {
+            **_limits(plan.cut),
+            "is_farthest": plan.cut.is_farthest,
+            "reduction": plan.reduction,
+            "layer_size": out.size,
+        }
+        lists = picture.lists
+        images = {"out_layer_img": out.color, "out_state_img": out.state}
+        if lists is not None and out.told is not None:
+            images["out_listed_img"] = out.told
+            uniforms |= list_uniforms(lists) | {
+                "is_nearest": plan.cut.is_nearest,
+                "at_infinity_px": lists.line.at_infinity_px,
+            }
+        for part in self._slices.of(picture.coc.size):
+            self._programs[plan.reduction > 1].version(lists is not None).dispatch(
+                out.listed.words,
+                offset=TileList.OF_LAYER,
+                textures=picture.textures(),
+                images=images,
+                buffers={"pixel_list_block": pixels, "tile_list_block": out.listed.words}
+                | list_buffers(lists),
+                uniforms=uniforms | part,
+            )
+            yield
+
+
+def _limits(cut: LayerCut) -> dict[str, object]:
+    """Return the uniforms of lib/layer.lib.glsl."""
+    return {
+        "cut_near_px": (cut.near.at_px, cut.near.half_width_px),
+        "cut_far_px": (cut.far.at_px, cut.far.half_width_px),
+    }
+
+
+@dataclass(frozen=True)
+class HiddenScratch:
+    """The scratch memory of the hidden fill.
+
+    bits    which pixels are visible: so far all, see `SeenBitsPass`
+    blocks  list of blocks to fill, of size `list_bytes` of the picture
+    cost    RGBA, a pixel for each block of 2 x 2
+    match   like `cost`; only with fragment lists that are matched to the picture
+    """
+
+    bits: StorageBuffer
+    blocks: Buffer
+    cost: Texture
+    match: Texture | None = None
+
+    @property
+    def lists(self) -> dict[str, StorageBuffer]:
+        """The storage blocks that tell what to fill, and from what."""
+        return {"bits_block": self.bits, "two_lists_block": self.blocks}
+
+
+class HiddenFillPass:
+    """Guesses hidden colours: continues visible structures behind nearer layers."""
+
+    def __init__(self, ctx: Device) -> None:
+        blocks, cost, fill = (f"hidden_{it}.comp.glsl" for it in ("blocks", "cost", "fill"))
+        self._block_programs = ProgramVersions(lambda on: ComputeProgram(ctx, blocks, on))
+        self._cost_programs = ProgramVersions(lambda on: ComputeProgram(ctx, cost, on))
+        self._fill_programs = ProgramVersions(lambda on: ComputeProgram(ctx, fill, on))
+        self._slices = Slices(ctx)
+
+    def steps(
+        self,
+        layer: Layer,
+        pixels: Buffer,
+        scratch: HiddenScratch,
+        reach_px: int,
+        around: Texture | None = None,
+    ) -> Iterator[None]:
+        """Fill the hidden `pixels` of `layer` in place, in short steps.
+
+        Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `around`
+        is that of `Fragments`, for a layer that may hold highlights.
+        """
+        told: _Textures = {} if layer.told is None else {"listed_tx": layer.told}
+        compared, out_match, match = _matched(layer, scratch)
+        written = {"out_cost_img": scratch.cost} | out_match
+        self._list_blocks(layer, pixels, scratch, written)
+        yield
+        guessed, cost = scratch.lists, self._cost_programs.with_(MATCHED=bool(match))
+        fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=bool(match))
+        uniforms: dict[str, object] = {"reach_px": reach_px, "layer_size": layer.size}
+        for part in self._slices.of(layer.size):
+            cost.dispatch(
+                scratch.blocks,
+                textures={"layer_tx": layer.color} | compared,
+                images=written,
+                buffers=guessed,
+                uniforms=uniforms | part,
+            )
+            yield
+        read = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | told | match
+        for part in self._slices.of(layer.size):
+            fill.dispatch(
+                scratch.blocks,
+                offset=OF_BOTH,
+                textures=read,
+                images={"layer_img": layer.color, "state_img": layer.state},
+                buffers=guessed,
+                uniforms=uniforms | {"has_highlights": around is not None} | part,
+            )
+            yield
+
+    def _list_blocks(
+        self, layer: Layer, pixels: Buffer, scratch: HiddenScratch, written: "_Textures"
+    ) -> None:
+        """Mark the hidden `pixels` as not visible, and list the blocks to fill."""
+        clear_list(scratch.blocks)
+        self._block_programs.with_(MATCHED=scratch.match is not None).dispatch(
+            pixels,
+            textures={"layer_tx": layer.color},
+            images=written,
+            buffers={
+                "bits_block": scratch.bits,
+                "pixel_list_block": pixels,
+                "two_lists_block": scratch.blocks,
+                "tile_mask_block": layer.mask.words,
+            },
+            uniforms=WHOLE_LIST
+            | layer.mask.uniforms
+            | {"slices": self._slices.count(layer.size), "layer_size": layer.size},
+        )
+
+
+_Textures = dict[str, Texture]
+
+
+def _matched(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures, _Textures]:
+    """Return the inputs of the brightness match, its output, and the textures to read it from.
+
+    All are empty if nothing is matched.
+    """
+    if layer.told is None or scratch.match is None:
+        return {}, {}, {}
+    compared = {"listed_tx": layer.told, "state_tx": layer.state}
+    return compared, {"out_match_img": scratch.match}, {"match_tx": scratch.match}
+
+
+class CocFillPass:
+    """Extends the coc of a layer beyond its content, and softens it at silhouettes."""
+
+    _SYSTEM = LineSystem("lib/fill_system.lib.glsl")
+
+    def __init__(self, solver: LineSolver) -> None:
+        self._solver = solver
+
+    def steps(
+        self,
+        state: Texture,
+        cut: LayerCut,
+        axis_scales: tuple[float, float],
+        rows: tuple[StorageBuffer, StorageBuffer],
+        out_coc: Texture,
+        mask: TileMask | None = None,
+        corner: tuple[int, int] | None = None,
+    ) -> Iterator[None]:
+        """Write a diameter to every pixel of `out_coc`, or only in the tiles of `mask`.
+
+        `rows` is scratch memory of `rows_bytes` each. `corner` is the size of a layer that is in
+        the corner of the textures.
+        """
+        size = corner or state.size
+        uniforms = {"kappa": 1.0, "is_near": cut.is_before_focus}
+        between = {"rows_diameter_block": rows[0], "rows_weight_block": rows[1]}
+        axes: tuple[Axis, Axis] = ("rows", "columns")
+        images: tuple[_Textures, ...] = {}, {"out_coc_img": out_coc}
+        for axis, written, scale in zip(axes, images, axis_scales, strict=True):
+            given = uniforms | {"axis_scale": scale}
+            bound = Bindings({"state_tx": state}, written, given, between)
+            yield from self._solver.steps(self._SYSTEM, axis, size, bound, mask)
+
+    @staticmethod
+    def rows_bytes(size: tuple[int, int]) -> int:
+        """Return the bytes of each buffer between rows and columns of a layer of this size."""
+        across = STRIP_COLUMNS * groups_for(size[0], STRIP_COLUMNS)  # lib/strips.lib.glsl
+        return 4 * across * 4 * groups_for(size[1], 4)
+
+
+class CompositePass:
+    """Composites a blurred layer, smaller than the picture, over the layers behind it."""
+
+    def __init__(self, ctx: Device) -> None:
+        shader = "composite.comp.glsl"
+        self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, shader, on))
+        self._begin = ComputeProgram(ctx, "composite_begin.comp.glsl")
+
+    def begin(self, farthest: LayerPlan, mask: TileMask, color: Texture) -> None:
+        """Make `color` black where the `farthest` layer, the first, will not replace it."""
+        self._begin.dispatch(
+            tile_count(color.size),
+            images={"out_color_img": color},
+            buffers={"tile_mask_block": mask.words},
+            uniforms=mask.uniforms | {"reduction": farthest.reduction},
+        )
+
+    def run(
+        self,
+        blurred: Layer,
+        plan: LayerPlan,
+        behind: Texture,
+        color: Texture,
+    ) -> None:
+        """Composite a `blurred` layer over `color`; the farthest layer replaces it.
+
+        One that has only a share of the layer is composited over `behind`, and mixed with `color`.
+        """
+        listed, mask, is_mixed = blurred.listed.words, blurred.mask, plan.share < 1.0
+        shared: _Textures = {"behind_tx": behind} if is_mixed else {}
+        self._programs.with_(MIXED=is_mixed).dispatch(
+            listed,
+            offset=TileList.OF_PICTURE,
+            textures={"layer_tx": blurred.color} | shared,
+            images={"out_color_img": color},
+            buffers={"tile_list_block": listed, "tile_mask_block": mask.words},
+            uniforms=WHOLE_LIST
+            | mask.uniforms
+            | {"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction}
+            | {"layer_size": blurred.size}
+            | ({"share": plan.share} if is_mixed else {}),
+        )
+
+
+class LimitsPass:
+    """Removes negative light and limits alpha to 0..1."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._program = ComputeProgram(ctx, "limits.comp.glsl")
+
+    def run(self, color: Texture, is_opaque: bool) -> None:
+        """Limit `color` in place; `is_opaque` makes alpha exactly 1."""
+        self._program.dispatch(
+            pixel_groups(color.size), images={"color_img": color}, uniforms={"is_opaque": is_opaque}
+        )

@@ -1,0 +1,109 @@
+"""Plan the work on each layer: its size, and how far its blur reaches.
+
+A strongly blurred layer has no detail to lose: it is processed at 1/2, 1/4 or 1/8 size, as long as
+its circle of confusion there stays large enough for the shape of the disc. While it is only just
+large enough, both sizes are processed and mixed, so that a layer changes its size without a jump.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from heatlens.render.defocus.layer_cuts import FARTHER_THAN_ALL, LayerCut
+from heatlens.render.defocus.optics import Optics
+
+REDUCTIONS = (8, 4, 2)
+LEAST_REDUCED_PX = 7.0  # smallest coc of a reduced layer, in its own pixels, and
+ALONE_FROM_PX = 8.0  # that from which it is not mixed with the layer at twice its size
+LEAST_REDUCED_SIDE = 64  # smallest shorter side of a reduced layer; smaller ones gain little
+SPREAD = 1.0  # reach of a kernel, relative to the coc; beyond it, less than a thousandth is left
+MARGIN_PX = 8.0  # neighbourhood used by the fill, and by enlarging a reduced layer
+
+
+@dataclass(frozen=True, slots=True)
+class LayerPlan:
+    """The plan of one layer.
+
+    reduction     size of a pixel of the layer, in pixels of the picture
+    widest_px     largest |coc| in the layer, in pixels of the picture
+    uncovered_px  how far behind a silhouette hidden content can show, in pixels of the picture
+    share         how much of the layer has this size, 0..1; the rest has twice this size
+    """
+
+    cut: LayerCut
+    reduction: int
+    widest_px: float
+    uncovered_px: float
+    share: float = 1.0
+
+    @property
+    def sizes(self) -> "list[LayerPlan]":
+        """The plan of each size at which the layer is processed, the larger one first."""
+        if self.share == 1.0:
+            return [self]
+        return [replace(self, reduction=self.reduction // 2, share=1.0), self]
+
+    @property
+    def ends_px(self) -> tuple[float, float]:
+        """The range of signed coc that belongs to the layer, with its transitions."""
+        near, far = self.cut.near, self.cut.far
+        return near.at_px - near.half_width_px, far.at_px + far.half_width_px
+
+    @property
+    def is_in_focus(self) -> bool:
+        """True if the layer may contain pixels in focus."""
+        low_px, high_px = self.ends_px
+        return low_px < 1.0 and high_px > -1.0
+
+    def size(self, picture: tuple[int, int]) -> tuple[int, int]:
+        """Return width and height of the layer, given those of the picture."""
+        return -(-picture[0] // self.reduction), -(-picture[1] // self.reduction)
+
+    @property
+    def resampled_px_2(self) -> float:
+        """The blur caused by reducing and enlarging the layer, as a squared disc diameter.
+
+        In pixels of the layer. Variances add, a disc's is d^2 / 16; a box of `reduction` pixels has
+        1/12 - 1/(12 reduction^2) more than one pixel, and linear interpolation 1/6 on the mean.
+        """
+        if self.reduction == 1:
+            return 0.0
+        return 16.0 * (1 / 12 - 1 / (12 * self.reduction**2) + 1 / 6)
+
+
+def layer_plans(cuts: list[LayerCut], optics: Optics, size: tuple[int, int]) -> list[LayerPlan]:
+    """Return a plan for each layer of a picture of `size` (width, height), in the same order."""
+    return [_plan(cut, optics, min(size)) for cut in cuts]
+
+
+def _plan(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
+    coc = optics.occupied_px
+    low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).ends_px)
+    held = coc[max(low - 1, 0) : high + 1]  # a limit may lie within a bin
+    widest = float(np.max(np.abs(held), initial=0.0))
+    narrowest = _least_px(cut, float(held[-1])) * min(optics.disc.spreads)
+    fitting = [k for k in REDUCTIONS if side_px >= k * LEAST_REDUCED_SIDE]
+    reduction = next((k for k in fitting if narrowest >= k * LEAST_REDUCED_PX), 1)
+    share = np.clip(
+        (narrowest / reduction - LEAST_REDUCED_PX) / (ALONE_FROM_PX - LEAST_REDUCED_PX), 0.0, 1.0
+    )
+    uncovering = 0.0 if cut.is_nearest else max(-optics.nearest_px, 0.0)
+    uncovered = max(optics.disc.half_extents) * (uncovering + widest) / 2 + MARGIN_PX
+    return LayerPlan(cut, reduction, widest, uncovered, 1.0 if reduction == 1 else float(share))
+
+
+def _least_px(cut: LayerCut, farthest_px: float) -> float:
+    """Return the smallest |coc| of a layer, given by its cut, which moves little during a pull."""
+    if not cut.is_before_focus:
+        return cut.near.at_px - cut.near.half_width_px
+    if cut.far is FARTHER_THAN_ALL:
+        return -farthest_px
+    return -cut.far.at_px - cut.far.half_width_px
+
+
+def reach_tiles(plan: LayerPlan, nearest_px: float, wider_scale: float, tile_px: float) -> int:
+    """Return how many tiles from its content a layer can still be visible."""
+    uncovered = (max(-nearest_px, 0.0) + plan.widest_px) / 2
+    reach = wider_scale * max(SPREAD * plan.widest_px, uncovered) + MARGIN_PX
+    return math.ceil(reach / tile_px) + 1

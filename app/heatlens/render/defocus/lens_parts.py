@@ -1,0 +1,91 @@
+"""Cut the opening of the lens into parts: where each lies, its width and its share of the light."""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.model.lens.disc_shape import DiscShape, Pair
+from heatlens.render.gpu.shader_constants import PART_PLACES
+
+Array = NDArray[np.float64]
+_SIDE = 64  # points across the opening at which its light is sampled
+_LEAST_LIGHT = 1e-4  # share of the light; parts with less are left out
+
+
+@lru_cache(maxsize=8)
+def lens_parts(disc: DiscShape, size: Pair, parts: int) -> Array:
+    """Return the parts (n, places, 4) of the opening as seen from behind the focus.
+
+    Each has the distance x, y that a point moves for each pixel of its coc, the diameter over that
+    of the lens, and the share of the light. A plain opening has `parts` of equal area. Every other
+    has those of the same areas that light passes: what is there has the part's middle, variance
+    and share. An opening that changes over the picture has values at PART_PLACES x PART_PLACES
+    places from corner to corner of a picture of `size`, row by row, any other at one.
+    """
+    across, down = disc.half_extents
+    found = np.stack([_parts_at(disc, parts, place) for place in _places(disc, size)], 1)
+    found = found[found[..., 3].max(axis=1) >= _LEAST_LIGHT]
+    found[..., 3] /= found[..., 3].sum(axis=0)
+    return np.asarray(found * (across / 2, -down / 2, 1.0, 1.0))
+
+
+def _places(disc: DiscShape, size: Pair) -> list[Pair]:
+    if disc.aperture.cat_eye == 0.0:
+        return [(0.0, 0.0)]
+    along = np.linspace(0.0, 1.0, PART_PLACES)
+    return [(size[0] * x, size[1] * y) for y in along for x in along]
+
+
+def _parts_at(disc: DiscShape, parts: int, place_px: Pair) -> Array:
+    """Return middle x and y in radii of the lens, width and share of light of each part."""
+    middle, width = part_centres(parts), np.full(parts, parts**-0.5)
+    if disc.is_plain:
+        return np.column_stack([middle, width, np.full(parts, 1 / parts)])
+    even, own = _moments(DiscShape(), parts, (0.0, 0.0)), _moments(disc, parts, place_px)
+    is_lit = own[:, 0] > 0.0
+    middle[is_lit] += (own - even)[is_lit, 1:3]
+    width[is_lit] *= np.sqrt(own[is_lit, 3] / even[is_lit, 3])
+    share = own[:, 0] / even[:, 0]
+    return np.column_stack([middle, width, share / share.sum()])
+
+
+@lru_cache(maxsize=PART_PLACES**2)
+def _moments(disc: DiscShape, parts: int, place_px: Pair) -> Array:
+    """Return light, middle x and y, and variance (parts, 4) of an opening over each part."""
+    x, y, part = _samples(parts)
+    across, down = disc.half_extents
+    light = disc.coverage(x * across, -y * down, 1.0, 1 / _SIDE, place_px)
+    total, *sums = (np.bincount(part, light * of, parts) for of in (1.0, x, y, x**2 + y**2))
+    x_mean, y_mean, square = (of / np.maximum(total, 1e-9) for of in sums)
+    variance = np.maximum(square - x_mean**2 - y_mean**2, 0.0)
+    return np.column_stack([total, x_mean, y_mean, variance])
+
+
+@lru_cache(maxsize=4)
+def _samples(parts: int) -> tuple[Array, Array, NDArray[np.intp]]:
+    """Return points x, y over the lens, and for each the number of the part nearest to it."""
+    along = (np.arange(_SIDE) + 0.5) * 2 / _SIDE - 1
+    x, y = (of.ravel() for of in np.meshgrid(along, along))
+    centres = part_centres(parts)
+    off = np.hypot(x[:, None] - centres[:, 0], y[:, None] - centres[:, 1])
+    return x, y, off.argmin(axis=1)
+
+
+def part_centres(parts: int) -> Array:
+    """Return the centres (n, 2) of parts of a round lens of radius 1, all of the same area.
+
+    They are in rings of 1, 6, 12, ... parts. Their mean is 0, and with discs of the parts' area
+    around them the variances are those of the lens: 1/4 along each axis.
+    """
+    rings = range(math.isqrt(parts // 3) + 1)
+    points = np.concatenate([_ring(6 * k, 3 * k * k) for k in rings])
+    spread = 2 * np.mean(points**2)
+    return points * math.sqrt((1 - 1 / parts) / 2 / spread) if parts > 1 else points
+
+
+def _ring(count: int, middle: float) -> Array:
+    """Return the centres of a ring of `count` parts; `middle` parts of area lie inside the ring."""
+    angle = np.arange(max(count, 1)) * 2 * math.pi / max(count, 1) + 0.2 * count
+    return math.sqrt(middle + 0.5 * bool(count)) * np.stack([np.cos(angle), np.sin(angle)], -1)

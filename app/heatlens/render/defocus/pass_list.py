@@ -1,0 +1,222 @@
+"""Declare the passes of the pipeline: the one list of their shaders, memory and bytes.
+
+The lifetimes of scratch memory (`render/defocus/scratch.py`), the costs of `heatlens bench` and the
+builds that `heatlens doctor` tries derive from it.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from heatlens.render.defocus import pass_costs
+from heatlens.render.defocus.line_solver import LineSystem
+from heatlens.render.defocus.pass_costs import Traffic, Work
+from heatlens.render.gpu.program_versions import PLAIN, Variants, crossed, either
+from heatlens.render.gpu.shader_constants import HIGHLIGHT_LEVELS, TILE
+
+# Where a name has its memory: the name of the memory; "" if memory and name are called the same.
+Places = Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A pass of the pipeline.
+
+    shaders     the builds of each shader, by its file; a file may belong to several passes
+    traffic     the bytes per pixel that it moves in a number of runs
+    writes      the names whose memory this pass is the first to write
+    reads_last  the names whose memory no later pass reads; others stay until the next picture
+    alone       the names whose memory only this pass uses
+    systems     the systems of lines that it solves
+    """
+
+    name: str
+    shaders: Mapping[str, Variants]
+    traffic: Callable[[Work, int], Traffic]
+    writes: Places = field(default_factory=dict)
+    reads_last: tuple[str, ...] = ()
+    alone: Places = field(default_factory=dict)
+    systems: tuple[LineSystem, ...] = ()
+
+
+# Shapes of the opening: an ellipse, or another one.
+SHAPES: Variants = ({}, *crossed(({"SHAPED": 1},), either("COLORED"), either("IMAGED")))
+_LISTS, _COUNT = either("LISTS"), either("COUNT")
+_ON_GPU = {"COUNT": 1, "LEVELS_AT_ONCE": HIGHLIGHT_LEVELS}
+_MATCHED: Variants = ({}, *crossed(({"LISTS": 1},), either("MATCHED")))
+_BLUR = "lib/blur_system.lib.glsl"
+
+
+def _comp(*names: str, variants: Variants = PLAIN) -> dict[str, Variants]:
+    """Return the variants of compute shaders, which all have the same ones."""
+    return dict.fromkeys((f"{name}.comp.glsl" for name in names), variants)
+
+
+def _draw(name: str, fragment: Variants) -> dict[str, Variants]:
+    """Return the variants of a vertex shader of discs and of its fragment shader."""
+    return {f"{name}.vert.glsl": SHAPES, f"{name}.frag.glsl": fragment}
+
+
+def _own(*names: str) -> dict[str, str]:
+    return dict.fromkeys(names, "")
+
+
+# The passes in order. "layer split" to "composite" run once for each layer; all passes up to
+# "colours" run for each colour; each of the last three replaces "alpha" to "highlights drawn".
+PASSES: tuple[Pass, ...] = (
+    Pass(
+        "proxy",
+        _comp("proxy", variants=either("PLACES"))
+        | _comp("peel_starts")
+        | _comp("proxy_lists", "proxy_silhouettes", variants=_COUNT),
+        pass_costs.proxy_bytes,
+        _own("proxy colour", "proxy depth", "proxy places", "proxy starts", "proxy fragments")
+        | _own("proxy fragment count", "wide colour", "wide depth", "scaled colour", "wide places")
+        | _own("proxy cutout", "proxy cutout alpha", "proxy cutout depth", "proxy ground"),
+    ),
+    Pass(
+        "coc",
+        _comp("coc", "coc_shift"),
+        pass_costs.coc_bytes,
+        _own("coc", "cutout coc", "colours kept"),
+    ),
+    # Alpha as a picture of its own, which is layered before the colour.
+    Pass(
+        "alpha", _comp("alpha_as_color", "alpha_join"), pass_costs.alpha_bytes, _own("alpha plate")
+    ),
+    Pass(
+        "highlights found",  # at half size, each pixel is compared with its surroundings
+        _comp("highlight_luminance", "highlight_split", variants=_LISTS),
+        pass_costs.highlights_found_bytes,
+        _own("low", "low fragments", "around") | {"high": "layer", "lit pixels": "pixel list"},
+        alone={
+            "surroundings": "hidden cost",
+            "surroundings coc": "layer coc",
+            "surroundings blurred": "hidden match",
+            "surroundings poles": "poles",
+        },
+    ),
+    Pass(
+        "highlights listed",
+        _comp("highlight_sprites", variants=crossed(SHAPES, (*_COUNT, _ON_GPU)))
+        | _comp("highlight_blocks", "highlight_plan")
+        | _comp("highlight_restore", variants=_LISTS),
+        pass_costs.highlights_listed_bytes,
+        _own("highlight plan", "highlight sprite"),
+        ("high", "lit pixels"),
+        _own("highlight row", "highlight lit") | {"highlight tally": "hidden blocks"},
+    ),
+    Pass(
+        "far parts",  # the views of parts of the lens behind the focus
+        _comp("far_links", "far_view", "far_sum", variants=({}, {"PART_VARIES": 1}))
+        | _comp("far_edges", "far_zone", "far_over", "far_mix", "guess_push", "guess_lists")
+        | _comp("guess_pull", variants=either("FIRST")),
+        pass_costs.far_parts_bytes,
+        _own("far sum", "far zone"),
+        alone=_own("far heads", "far links", "far zone rows", "far tiles", "far segments")
+        | _own("guess starts", "guess words", "guess levels")
+        | {"far view": "layer", "far coc": "layer coc", "far poles": "poles"},
+    ),
+    Pass(
+        "fragments",  # the picture is split at its silhouettes
+        _comp("fragments_find", "fragments_own", "fragments_far", "fragments_near", variants=_LISTS)
+        | _comp("fragments_thin"),
+        pass_costs.fragments_bytes,
+        _own("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),
+        alone={"rim list": "pixel list", "thin list": "hidden blocks"},
+    ),
+    Pass(
+        "tiles",
+        _comp("tile_layers", variants=crossed(_LISTS, ({}, {"ROWS_AT_ONCE": TILE})))
+        | _comp("tile_reach_rows", "tile_reach", "line_segments", "seen_bits_all")
+        | _comp("composite_begin"),
+        pass_costs.tiles_bytes,
+        _own("tile mask", "tile list", "line segments", "hidden bits"),
+        alone=_own("tile hole") | {"tile distance": "pixel list", "tile hider": "hidden blocks"},
+    ),
+    Pass(
+        "layer split",
+        _comp("layer_split", variants=crossed(either("REDUCED"), _LISTS)),
+        pass_costs.layer_split_bytes,
+        _own("behind", "layer", "layer state", "told") | {"hidden list": "pixel list"},
+    ),
+    Pass(
+        "hidden fill",
+        _comp("hidden_blocks", "hidden_cost", variants=either("MATCHED"))
+        | _comp("hidden_fill", variants=_MATCHED),
+        pass_costs.hidden_fill_bytes,
+        reads_last=("told", "hidden list"),
+        alone=_own("hidden blocks", "hidden cost", "hidden match"),
+    ),
+    Pass(
+        "coc fill",
+        {},
+        pass_costs.coc_fill_bytes,
+        _own("layer coc"),
+        ("layer state",),
+        {"coc fill diameters": "pixel list", "coc fill weights": "hidden blocks"},
+        (LineSystem("lib/fill_system.lib.glsl"),),
+    ),
+    Pass(
+        "blur",
+        {},
+        pass_costs.blur_pass_bytes,
+        _own("blurred"),
+        ("layer coc",),
+        _own("poles"),
+        (
+            *(LineSystem(_BLUR, n, n > 1, (("HALF_POLES", 1),)) for n in (1, 2, 3, 4, 5)),
+            LineSystem(_BLUR, 4, True, (("HALF_POLES", 1), ("SHAPED", 1))),
+        ),
+    ),
+    Pass(
+        "composite",
+        _comp("composite", variants=either("MIXED")) | _comp("cutout_over", "cutout_ground"),
+        pass_costs.composite_bytes,
+        _own("without far"),
+        reads_last=("layer", "behind"),
+    ),
+    Pass(
+        "highlights drawn",
+        _draw("highlight_draw", crossed(SHAPES, _LISTS)),
+        pass_costs.highlights_drawn_bytes,
+        reads_last=(
+            *("alpha plate", "low", "low fragments", "around", "highlight plan"),
+            *("far sum", "far zone", "tile mask", "tile list", "line segments", "hidden bits"),
+            *("highlight sprite", "kind", "far", "near", "tile content", "tile nearest"),
+        ),
+    ),
+    Pass(
+        "limits",
+        _comp("limits"),
+        pass_costs.limits_bytes,
+        _own("frame", "frame of a plate", "in plate's light"),
+        ("alpha out",),
+    ),
+    Pass("colours", _comp("colors_take"), pass_costs.colours_bytes, reads_last=("colours kept",)),
+    Pass(
+        "gather",
+        _comp("gather", variants=SHAPES),
+        pass_costs.method_bytes,
+        alone={"gather weight": "cover", "gather weights": "layer"},
+    ),
+    Pass(
+        "scatter",
+        _comp("scatter_sort", variants=_COUNT)
+        | _draw("scatter_draw", SHAPES)
+        | _comp("scatter_over"),
+        pass_costs.method_bytes,
+        alone=_own("scatter cover", "scatter places")
+        | {"bin light": "layer", "bin cover": "cover", "scatter order": "pixel list"},
+    ),
+    Pass(
+        "pyramid",
+        _comp("pyramid_reduce", "pyramid_read"),
+        pass_costs.method_bytes,
+        alone=_own("pyramid"),
+    ),
+)
+
+
+def pass_named(name: str) -> Pass:
+    """Return the pass called `name`. Raises KeyError if there is none."""
+    return {one.name: one for one in PASSES}[name]

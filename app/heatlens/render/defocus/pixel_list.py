@@ -1,0 +1,86 @@
+"""Divide the work on pixels, so that a window can answer in between.
+
+Pictures are divided into bands of rows. Passes that process only some pixels read these from lists
+on the GPU (lib/pixel_list.lib.glsl), which are divided into slices.
+"""
+
+import struct
+from collections.abc import Iterator
+from typing import Any
+
+from heatlens.render.gpu.context import is_software
+from heatlens.render.gpu.device import Buffer, Device
+from heatlens.render.gpu.program import ComputeProgram, groups_for
+from heatlens.render.gpu.shader_constants import PIXEL_GROUP
+
+BAND_PX = 1 << 18  # some ten milliseconds on two busy cores
+
+
+class PixelBands:
+    """Cuts pictures into bands of rows on a processor; a GPU gets them whole."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._is_cut = is_software(ctx)
+
+    def run(
+        self,
+        program: ComputeProgram,
+        size: tuple[int, int],
+        uniforms: dict[str, object] | None = None,
+        side: int = 1,
+        group: int = PIXEL_GROUP,
+        **inputs: Any,
+    ) -> Iterator[None]:
+        """Run on a picture of `size` invocations, and yield after each band.
+
+        Each invocation has `side` x `side` pixels of the plate, and each workgroup `group` x
+        `group` invocations. The shader adds the uniform `first_row` to the row of an invocation.
+        """
+        width, height = size
+        most = BAND_PX // (width * side * side) // group * group
+        rows = max(group, most) if self._is_cut else height
+        for first_row in range(0, height, rows):
+            groups = groups_for(width, group), groups_for(min(rows, height - first_row), group)
+            uniforms = {**(uniforms or {}), "first_row": first_row}
+            program.dispatch(groups, uniforms=uniforms, **inputs)
+            yield
+
+
+WHOLE_LIST: dict[str, object] = {"list_slice": (0, 1)}  # see lib/list_slice.lib.glsl
+# Workgroups x, y, z of the later pass, and a count; three times in lib/two_lists.lib.glsl.
+_HEAD = struct.pack("12I", *(0, 1, 1, 0) * 3)
+OF_FRONT, OF_BACK, OF_BOTH = 0, 16, 32  # byte offsets of their workgroups
+
+
+def list_bytes(size: tuple[int, int]) -> int:
+    """Return the bytes of a list with room for every pixel of a picture."""
+    return len(_HEAD) + 4 * size[0] * size[1]
+
+
+def clear_list(pixels: Buffer) -> None:
+    """Empty the list; call this before the pass that appends to it."""
+    pixels.write(_HEAD)
+
+
+class Slices:
+    """Divides the work on a list of pixels, so that a window can answer in between.
+
+    A GPU, which is done with a whole list in less than a frame, gets it at once.
+    """
+
+    _PIXELS = (
+        1 << 19
+    )  # pixels of the picture that a slice stands for: some ten milliseconds without a GPU
+
+    def __init__(self, ctx: Device) -> None:
+        self._is_cut = is_software(ctx)
+
+    def count(self, size: tuple[int, int]) -> int:
+        """Return the number of slices for a picture of `size`."""
+        return max(1, -(-size[0] * size[1] // self._PIXELS)) if self._is_cut else 1
+
+    def of(self, size: tuple[int, int]) -> Iterator[dict[str, object]]:
+        """Yield the uniform of each slice, see lib/list_slice.lib.glsl."""
+        count = self.count(size)
+        for part in range(count):
+            yield {"list_slice": (part, count)}

@@ -1,0 +1,96 @@
+"""Define the cost of each quality: kernel, steps and number of layers."""
+
+from dataclasses import dataclass, replace
+from typing import assert_never
+
+from heatlens.core.model.shot.settings import (
+    LAYERS_MAX,
+    PARTS,
+    Bokeh,
+    DefocusSettings,
+    Method,
+    Quality,
+)
+from heatlens.media.plate.plate import Plate
+from heatlens.render.defocus.kernels import Kernel, gaussian_kernel, named_kernel, rim_kernel
+
+
+@dataclass(frozen=True)
+class _Spent:
+    """The cost of a quality: kernel of the disc, steps of a Gaussian, largest number of layers.
+
+    parts  parts of the lens, for surfaces behind the focus
+    """
+
+    disc: str
+    gaussian_steps: int
+    layers: int
+    parts: int = 1
+
+
+def _spent(quality: Quality) -> _Spent:
+    match quality:
+        case Quality.DRAFT:
+            return _Spent("disc_2", gaussian_steps=2, layers=4)
+        case Quality.PREVIEW:
+            return _Spent("disc_3", gaussian_steps=3, layers=LAYERS_MAX)
+        case Quality.FILM:
+            return _Spent("disc_4", gaussian_steps=5, layers=LAYERS_MAX)
+        case Quality.FINAL:
+            return replace(_spent(Quality.FILM), parts=PARTS[-1])
+        case _:
+            assert_never(quality)
+
+
+GUESSED_PARTS = PARTS[1]  # more of them cost much and gain little
+
+
+def kernel_for(settings: DefocusSettings, rim: float = 0.0) -> Kernel:
+    """Return the kernel of a bokeh at a quality; all kernels of a disc have the same variance.
+
+    `rim` is the rim of discs on one side of the focus, see `Aperture`.
+    """
+    if settings.method is Method.HEAT:
+        return named_kernel("heat")
+    spent = _spent(settings.at_quality)
+    match settings.bokeh:
+        case Bokeh.HEAT:
+            return named_kernel("heat")
+        case Bokeh.GAUSSIAN:
+            return gaussian_kernel(spent.gaussian_steps)
+        case Bokeh.DISC:
+            return rim_kernel(spent.disc, rim)
+        case _:
+            assert_never(settings.bokeh)
+
+
+def layers_for(settings: DefocusSettings) -> int:
+    """Return the largest number of depth layers."""
+    if settings.method is not Method.DIFFUSION:
+        return 1
+    return settings.layers or _spent(settings.at_quality).layers
+
+
+def parts_for(settings: DefocusSettings, is_guessed: bool = False) -> int:
+    """Return the number of parts of the lens; a number above 1 overrides that of the quality.
+
+    A quality spends fewer of them on surfaces that are only guessed.
+    """
+    of_quality = _spent(settings.at_quality).parts
+    own = min(of_quality, GUESSED_PARTS) if is_guessed else of_quality
+    return settings.parts if settings.parts > 1 else own
+
+
+def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, ...]:
+    """Return sentences if the method cannot use the surfaces behind a plate, or lacks them."""
+    notes = []
+    if plate.fragments is not None and layers_for(settings) == 1:
+        notes.append(
+            f"The method {settings.method} blurs in one layer and guesses what lies behind; only "
+            "diffusion can take that from files."
+        )
+    if settings.parts > 1 and plate.has_alpha:
+        notes.append(
+            f"{settings.parts} parts of the lens change nothing: they need a picture without alpha."
+        )
+    return tuple(notes)

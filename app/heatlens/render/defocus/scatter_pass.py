@@ -1,0 +1,190 @@
+"""Compute depth of field by scattering: each pixel is drawn as its disc, far to near.
+
+Discs are drawn as instanced quads, sorted into bins of depth. Within a bin they add up, because the
+discs of one surface share its pixels and do not hide each other; bins are composited. Compositing
+discs one by one would let 1/e of what is behind a closed surface through.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.core.model.lens.disc_shape import DiscShape
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.gpu.device import Blend, Buffer, Device, Primitive, Texture
+from heatlens.render.gpu.draw_target import DrawTarget
+from heatlens.render.gpu.program import (
+    ComputeProgram,
+    DrawProgram,
+    VertexArray,
+    groups_for,
+    pixel_groups,
+)
+from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.shader_constants import (
+    DISC_RAMP_PX,
+    ROW_GROUP,
+    SCATTER_BINS,
+    SCATTER_DISC_SUMS,
+    SCATTER_GROWTH,
+    SCATTER_MIDDLE,
+    SCATTER_STEPS_A_PX,
+)
+from heatlens.render.gpu.textures import OpeningTextures
+
+_FRAGMENTS_PER_STEP = 2**23  # takes some tenths of a second on a processor
+
+Counts = npt.NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class ScatterTargets:
+    """The textures in which discs are drawn and composited, all of the picture's size.
+
+    light, cover          RGBA and red, the sums of one bin
+    out_color, out_cover  RGBA and red, the composite of all bins
+    place, pixel          buffers: see `buffer_bytes`
+    """
+
+    light: Texture
+    cover: Texture
+    out_color: Texture
+    out_cover: Texture
+    place: Buffer
+    pixel: Buffer
+
+
+def buffer_bytes(size: tuple[int, int]) -> dict[str, int]:
+    """Return the bytes of a picture's buffers: a word for each bin of a row and for each pixel."""
+    return {"place": 4 * SCATTER_BINS * size[1], "pixel": 4 * size[0] * size[1]}
+
+
+def disc_sums(disc: DiscShape) -> npt.NDArray[np.float64]:
+    """Return (SCATTER_DISC_SUMS,) sums of the coverage of small discs, by eighths of px of coc."""
+    diameters = np.arange(SCATTER_DISC_SUMS) / SCATTER_STEPS_A_PX
+    return np.array([_disc_sum(disc, d / 2) for d in diameters])
+
+
+def _disc_sum(disc: DiscShape, radius: float) -> float:
+    reach_x, reach_y = (int(np.ceil(radius * half + DISC_RAMP_PX)) for half in disc.half_extents)
+    y, x = np.mgrid[-reach_y : reach_y + 1, -reach_x : reach_x + 1]
+    return float(disc.coverage(x, y, radius, DISC_RAMP_PX).sum())
+
+
+def bin_places(counts: Counts) -> Counts:
+    """Return (rows, SCATTER_BINS): where the pixels of each row and bin begin, far bins first."""
+    far_to_near = counts[:, ::-1].T.astype(np.uint64)  # bins, rows
+    flat = far_to_near.ravel()
+    places = (np.cumsum(flat) - flat).reshape(far_to_near.shape)
+    return np.ascontiguousarray(places.T[:, ::-1].astype(np.uint32))
+
+
+def bin_coc_px(number: int, largest_px: float) -> float:
+    """Return the largest |coc| that a bin can hold."""
+    if number in (0, SCATTER_BINS - 1):
+        return largest_px
+    return min(largest_px, SCATTER_GROWTH ** abs(number - SCATTER_MIDDLE))
+
+
+def disc_fragments(coc_px: float, disc: DiscShape, size: tuple[int, int]) -> int:
+    """Return how many pixels drawing a disc touches: the part of its box inside the picture."""
+    sides = [(coc_px + disc.wider_px) * half + 2 * DISC_RAMP_PX + 1 for half in disc.half_extents]
+    across, down = (min(side, most) for side, most in zip(sides, size, strict=True))
+    return max(1, int(across * down))
+
+
+class ScatterPass:
+    """Sorts the pixels, draws each bin's discs in parts, and composites the bins."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self._count = ComputeProgram(ctx, "scatter_sort.comp.glsl", {"COUNT": 1})
+        self._sort = ComputeProgram(ctx, "scatter_sort.comp.glsl")
+        self._discs = ProgramVersions(lambda on: DrawProgram(ctx, "scatter_draw", defines=on))
+        self._over = ComputeProgram(ctx, "scatter_over.comp.glsl")
+        self._quads: dict[DrawProgram, tuple[Buffer, VertexArray]] = {}
+        self._target = DrawTarget(ctx)
+        self._openings = OpeningTextures(ctx)
+        self._command = ctx.buffer(reserve=16)
+
+    def steps(
+        self,
+        color: Texture,
+        coc: Texture,
+        optics: Optics,
+        targets: ScatterTargets,
+    ) -> Iterator[None]:
+        """Fill `targets.out_color`, RGBA as `color`, in steps that are short wherever discs lie."""
+        totals = self._sorted(coc, targets)
+        yield
+        numbers = [int(n) for n in np.flatnonzero(totals)[::-1]]
+        sums = [float(s) for s in disc_sums(optics.disc)] if optics.disc.is_plain else []
+        largest_px = max(abs(optics.nearest_px), abs(optics.farthest_px))
+        textures = {"color_tx": color, "coc_tx": coc} | self._openings.of(optics.disc.aperture)
+        inputs = (textures, optics.disc, sums)
+        self._target.around(targets.light, targets.cover).clear()
+        first = 0
+        for number in numbers:
+            count = int(totals[number])
+            fragments = disc_fragments(bin_coc_px(number, largest_px), optics.disc, color.size)
+            part = max(1, _FRAGMENTS_PER_STEP // fragments)
+            for start in range(first, first + count, part):
+                self._draw(inputs, targets, start, min(part, first + count - start))
+                yield
+            first += count
+            self._put_over(targets, number == numbers[0], number == numbers[-1])
+            yield
+
+    def _sorted(self, coc: Texture, targets: ScatterTargets) -> Counts:
+        """Fill `targets.pixel`, far to near, and count the pixels in each bin."""
+        rows = coc.size[1]
+        groups = (groups_for(rows, ROW_GROUP), 1)
+        buffers = {"place_block": targets.place, "pixel_block": targets.pixel}
+        self._count.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
+        words = np.frombuffer(targets.place.read(4 * SCATTER_BINS * rows), np.uint32)
+        counts = words.reshape(rows, SCATTER_BINS)
+        targets.place.write(bin_places(counts).tobytes())
+        self._sort.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
+        return np.asarray(counts.sum(axis=0), np.uint32)
+
+    def _draw(
+        self,
+        inputs: tuple[dict[str, Texture], DiscShape, list[float]],
+        targets: ScatterTargets,
+        first: int,
+        count: int,
+    ) -> None:
+        """Add `count` discs from `first` on; sets all state that other draws may have changed."""
+        textures, disc, sums = inputs
+        program = self._discs.with_(**disc.switches)
+        quads = self._quads_of(program, targets.pixel)
+        uniforms = disc.uniforms | ({"disc_sums": sums} if sums else {})
+        self._target.around(targets.light, targets.cover).use()
+        program.bind(textures=textures, uniforms=uniforms)
+        self._command.write(np.array([4, count, 0, first], np.uint32).tobytes())
+        self._ctx.draw_with(Blend.ADD)
+        quads.render_indirect(self._command, Primitive.TRIANGLE_STRIP, 1)
+        self._ctx.draw_with()
+
+    def _put_over(self, targets: ScatterTargets, is_farthest: bool, is_nearest: bool) -> None:
+        self._over.dispatch(
+            pixel_groups(targets.light.size),
+            images={
+                "light_img": targets.light,
+                "cover_img": targets.cover,
+                "out_color_img": targets.out_color,
+                "out_cover_img": targets.out_cover,
+            },
+            uniforms={"is_farthest": is_farthest, "is_nearest": is_nearest},
+        )
+
+    def _quads_of(self, program: DrawProgram, pixel: Buffer) -> VertexArray:
+        held = self._quads.get(program)
+        if held is None or held[0] is not pixel:
+            if held is not None:
+                held[1].release()
+            held = pixel, program.vertex_array([(pixel, "1u/i", "in_pixel")])
+            self._quads[program] = held
+        return held[1]

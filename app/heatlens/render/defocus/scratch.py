@@ -1,0 +1,132 @@
+"""Manage the memory that passes share, by the passes between which it is used.
+
+Every texture and buffer has its own name. The passes declare who writes it first and who reads it
+last (`render/defocus/pass_list.py`); names with separate lifetimes can share memory. The pipeline
+announces the end of each pass (`Scratch.passed`), so that a second owner at the same time raises an
+error. With HEATLENS_POISON_SCRATCH=1 in the environment, memory is filled with NaN at the end of
+its lifetime, which makes a pass that still reads it visible in the picture.
+"""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+from heatlens.render.defocus import pass_list
+from heatlens.render.gpu.device import Buffer, Device, Texture, TextureArray
+from heatlens.render.gpu.textures import BufferParts, Storage, TexturePool
+
+POISON_VARIABLE = "HEATLENS_POISON_SCRATCH"
+
+AFTER_THE_PICTURE = ""  # stands for no pass: the memory is used until the next picture
+
+
+@dataclass(frozen=True)
+class Lifetime:
+    """The lifetime of a name: from the pass that writes it first to the one that reads it last.
+
+    `memory` is the name of the memory.
+    """
+
+    memory: str
+    first: str
+    last: str
+
+
+def lifetimes() -> dict[str, Lifetime]:
+    """Return the lifetime of each name, as the passes declare it."""
+    passes, found = pass_list.PASSES, {}
+    last = {name: one.name for one in passes for name in one.reads_last}
+    for one in passes:
+        for name, memory in (*one.writes.items(), *one.alone.items()):
+            end = one.name if name in one.alone else last.get(name, AFTER_THE_PICTURE)
+            found[name] = Lifetime(memory or name, one.name, end)
+    return found
+
+
+_Held = Texture | TextureArray | Buffer
+Held = TypeVar("Held", Texture, TextureArray, Buffer)
+
+
+class Scratch:
+    """The textures and buffers of one pipeline by the names that the passes declare."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._pool = TexturePool(ctx)
+        self._alive: dict[str, tuple[str, _Held]] = {}  # memory by name, with its owner
+        self._lifetimes = lifetimes()
+        self._poisons = bool(os.environ.get(POISON_VARIABLE))
+
+    def begin_picture(self) -> None:
+        """End all lifetimes, because the last picture may not have been finished."""
+        self._alive.clear()
+
+    def texture(
+        self,
+        name: str,
+        size: tuple[int, int],
+        components: int,
+        storage: Storage = "f4",
+    ) -> Texture:
+        """Return the texture called `name`, with its previous content.
+
+        Raises RuntimeError if the memory still belongs to another name.
+        """
+        memory = self._lifetimes[name].memory
+        return self._given(name, memory, self._pool.texture(memory, size, components, storage))
+
+    def array(
+        self,
+        name: str,
+        size: tuple[int, int],
+        layers: int,
+        components: int,
+        storage: Storage = "f4",
+    ) -> TextureArray:
+        """Return the texture array called `name`, with `layers` layers."""
+        memory = self._lifetimes[name].memory
+        made = self._pool.array(memory, size, layers, components, storage)
+        return self._given(name, memory, made)
+
+    def buffer(self, name: str, size_bytes: int) -> Buffer:
+        """Return the storage buffer called `name`, of at least `size_bytes`."""
+        memory = self._lifetimes[name].memory
+        return self._given(name, memory, self._pool.buffer(memory, size_bytes))
+
+    def parts(self, name: str, count: int, least_bytes: int) -> BufferParts:
+        """Return the storage buffer called `name` as `count` parts of at least `least_bytes`."""
+        part_bytes = BufferParts.bytes_for(least_bytes)
+        return BufferParts(self.buffer(name, count * part_bytes), part_bytes)
+
+    def passed(self, name: str) -> str:
+        """Free all memory that the pass `name` was the last to read; return the name."""
+        for memory, (owner, held) in list(self._alive.items()):
+            if self._lifetimes[owner].last == name:
+                del self._alive[memory]
+                if self._poisons:
+                    _poison(held)
+        return name
+
+    def named(self, name: str, steps: Iterator[None]) -> Iterator[str]:
+        """Yield the name for each step of a pass; the pass has ended after the last one."""
+        for _ in steps:
+            yield name
+        self.passed(name)
+
+    def release(self) -> None:
+        """Release all memory."""
+        self._alive.clear()
+        self._pool.release()
+
+    def _given(self, name: str, memory: str, held: Held) -> Held:
+        owner = self._alive.get(memory, (name, held))[0]
+        if owner != name:
+            raise RuntimeError(
+                f"The memory '{memory}' still belongs to '{owner}', not to '{name}'."
+            )
+        self._alive[memory] = name, held
+        return held
+
+
+def _poison(held: _Held) -> None:
+    held.fill_with_nan()

@@ -1,0 +1,169 @@
+"""Mark the active tiles of a picture (lib/tile_mask.lib.glsl, lib/tile_list.lib.glsl).
+
+The runs of active tiles along its lines are what `PartitionSolver` solves.
+"""
+
+from dataclasses import dataclass
+
+from heatlens.core.model.shot.settings import LAYERS_MAX
+from heatlens.render.gpu.device import Buffer, Device, StorageBuffer
+from heatlens.render.gpu.program import ComputeProgram, blocks_for, groups_for
+from heatlens.render.gpu.shader_constants import SOLVER_SLOTS, TILE, TILE_LIST_HEAD
+from heatlens.render.gpu.textures import BufferParts
+
+TileCount = tuple[int, int]  # across, down
+
+
+def tile_count(size: tuple[int, int]) -> TileCount:
+    """Return how many tiles cover a picture of `size` (width, height)."""
+    return blocks_for(size, TILE)
+
+
+def seen_bytes(size: tuple[int, int]) -> int:
+    """Return the bytes of a picture's visibility masks, whose lines are whole 32-bit words."""
+    return 4 * sum(seen_words(size))
+
+
+def seen_words(size: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Return the words of the masks along each direction, as lib/hidden.lib.glsl counts them."""
+    width, height = size
+    down = groups_for(height, 32)
+    diagonal = (width + height) * down
+    return height * groups_for(width, 32), width * down, diagonal, diagonal
+
+
+@dataclass(frozen=True)
+class TileMask:
+    """A word for each tile, row by row; 0 for tiles that are not active.
+
+    rows, columns   the runs of active tiles along both axes (lib/line_segment.lib.glsl)
+    """
+
+    words: StorageBuffer
+    tiles: TileCount
+    rows: StorageBuffer
+    columns: StorageBuffer
+
+    @staticmethod
+    def bytes_for(size: tuple[int, int]) -> int:
+        """Return the bytes of the mask of a picture."""
+        across, down = tile_count(size)
+        return 4 * across * down
+
+    @property
+    def uniforms(self) -> dict[str, object]:
+        """The uniforms of the shader library."""
+        return {"tiles_across": self.tiles[0]}
+
+
+@dataclass(frozen=True)
+class TileList:
+    """The active tiles of a mask as a list, for passes with one workgroup per tile."""
+
+    words: StorageBuffer
+
+    OF_LAYER = 0  # byte offset in `words` of the workgroup counts for a pass over the layer
+    OF_PICTURE = 12  # for a pass over the picture, `reduction` x `reduction` groups per tile
+
+    @staticmethod
+    def bytes_for(size: tuple[int, int]) -> int:
+        """Return the bytes of a list with room for every tile of a picture."""
+        return 4 * TILE_LIST_HEAD + TileMask.bytes_for(size)
+
+
+_ALL = b"\xff" * 4  # the word of an active tile
+_SIZES_KEPT = 8  # masks of whole pictures
+RUN_LEAST = 4  # pixels per invocation, which fit the registers of a GPU
+_HEAD_BYTES, _SEGMENT_BYTES = 16, 8
+
+
+def run_length(length_px: int) -> int:
+    """Return how many pixels of a line of `length_px` each invocation of a workgroup solves.
+
+    It is a power of two, the same for all lengths in the same number of tiles.
+    """
+    run = RUN_LEAST
+    while run * SOLVER_SLOTS < -(-length_px // TILE) * TILE:
+        run *= 2
+    return run
+
+
+class SegmentPass:
+    """Lists the segments of all layers in one dispatch."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._program = ComputeProgram(ctx, "line_segments.comp.glsl")
+
+    @staticmethod
+    def bytes_for(size: tuple[int, int]) -> int:
+        """Return the bytes of a list: no picture has more segments than tiles."""
+        return _HEAD_BYTES + _SEGMENT_BYTES * (TileMask.bytes_for(size) // 4)
+
+    def find(
+        self, sizes: list[tuple[int, int]], masks: BufferParts, lists: BufferParts
+    ) -> list[TileMask]:
+        """Return the masks of layers of these `sizes`, with lists of two parts for each layer."""
+        tiles = [tile_count(size) for size in sizes]
+        layers = [
+            (*count, *(run_length(length) for length in size))
+            for count, size in zip(tiles, sizes, strict=True)
+        ]
+        self._program.dispatch(
+            (2 * len(sizes), 1),
+            buffers={"tile_mask_block": masks.whole, "segment_list_block": lists.whole},
+            uniforms={
+                "layers": (*layers, *((0,) * 4,) * (2 * LAYERS_MAX - len(layers))),
+                "tile_words": masks.words,
+                "list_words": lists.words,
+            },
+        )
+        return [
+            TileMask(masks[n], count, lists[2 * n], lists[2 * n + 1])
+            for n, count in enumerate(tiles)
+        ]
+
+    def release(self) -> None:
+        """Release the program."""
+        self._program.release()
+
+
+class WholePictures:
+    """Masks with all tiles active, of the sizes that were used last."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self._segments: SegmentPass | None = None
+        self._masks: dict[TileCount, TileMask] = {}
+        self._buffers: list[Buffer] = []
+
+    def mask(self, size: tuple[int, int]) -> TileMask:
+        """Return the mask of all tiles of a picture of `size`."""
+        tiles = tile_count(size)
+        if tiles not in self._masks:
+            if len(self._masks) >= _SIZES_KEPT:
+                self._forget()
+            self._masks[tiles] = self._made(size)
+        return self._masks[tiles]
+
+    def _made(self, size: tuple[int, int]) -> TileMask:
+        self._segments = self._segments or SegmentPass(self._ctx)
+        words = self._ctx.buffer(_ALL * (TileMask.bytes_for(size) // len(_ALL)))
+        part = BufferParts.bytes_for(SegmentPass.bytes_for(size))
+        lists = self._ctx.buffer(reserve=2 * part)
+        self._buffers += words, lists
+        masks = BufferParts(words, words.size)
+        (mask,) = self._segments.find([size], masks, BufferParts(lists, part))
+        return mask
+
+    def _forget(self) -> None:
+        for buffer in self._buffers:
+            buffer.release()
+        self._buffers.clear()
+        self._masks.clear()
+
+    def release(self) -> None:
+        """Release the memory."""
+        self._forget()
+        if self._segments is not None:
+            self._segments.release()
+            self._segments = None

@@ -1,0 +1,198 @@
+"""Find the active tiles of each layer: near its content, and where it is uncovered."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+
+from heatlens.core.model.shot.settings import LAYERS_MAX
+from heatlens.render.defocus.fragment_pass import Fragments
+from heatlens.render.defocus.layer_cuts import NEARER_THAN_ALL, LayerCut
+from heatlens.render.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
+from heatlens.render.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.pixel_list import Slices
+from heatlens.render.defocus.scratch import Scratch
+from heatlens.render.defocus.tile_mask import (
+    SegmentPass,
+    TileList,
+    TileMask,
+    seen_bytes,
+    seen_words,
+    tile_count,
+)
+from heatlens.render.gpu.context import is_software
+from heatlens.render.gpu.device import Buffer, BufferPart, Device, Texture
+from heatlens.render.gpu.program import ComputeProgram, groups_for
+from heatlens.render.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE, TILE_GROUP, WORD_GROUP
+from heatlens.render.gpu.textures import BufferParts
+
+
+@dataclass(frozen=True)
+class TileContent:
+    """For each tile, a word with bit l set if layer l has content there, and the nearest coc."""
+
+    content: Buffer
+    nearest: Texture
+    size: tuple[int, int]  # size of the picture in pixels
+
+
+@dataclass(frozen=True)
+class LayerTiles:
+    """The active tiles of a layer, as a mask and as a list, and room for its visible pixels.
+
+    The nearest layer, which nothing hides, has no room of its own.
+    """
+
+    mask: TileMask
+    listed: TileList
+    seen: BufferPart
+
+
+class TilePass:
+    """Examines the tiles of the picture once, then selects those of each layer."""
+
+    def __init__(self, ctx: Device) -> None:
+        rows = {} if is_software(ctx) else {"ROWS_AT_ONCE": TILE}
+        self._layers = ListProgram(ctx, "tile_layers.comp.glsl", rows)
+        self._rows = ComputeProgram(ctx, "tile_reach_rows.comp.glsl")
+        self._reach = ComputeProgram(ctx, "tile_reach.comp.glsl")
+        self._segments = SegmentPass(ctx)
+        self._seen = SeenBitsPass(ctx)
+        self._slices = Slices(ctx)
+
+    def look_through(
+        self, picture: Fragments, plans: list[LayerPlan], scratch: Scratch
+    ) -> TileContent:
+        """Find the layers that have content in each tile of the picture."""
+        size = picture.coc.size
+        content = scratch.buffer("tile content", TileMask.bytes_for(size))
+        found = TileContent(content, scratch.texture("tile nearest", tile_count(size), 1), size)
+        lists = picture.lists
+        self._layers.version(lists is not None).dispatch(
+            _groups(tile_count(size)),
+            textures={"coc_tx": picture.coc, "kind_tx": picture.kind, "near_tx": picture.near},
+            images={"out_nearest_img": found.nearest},
+            buffers={"content_block": found.content} | list_buffers(lists),
+            uniforms={
+                "tiles": tile_count(size),
+                "cuts_px": _cuts_px([plan.cut for plan in plans]),
+            }
+            | list_uniforms(lists),
+        )
+        return found
+
+    def find(
+        self, found: TileContent, plans: list[LayerPlan], optics: Optics, scratch: Scratch
+    ) -> list[LayerTiles]:
+        """Find the active tiles of every layer, at its size."""
+        need, of_list = TileMask.bytes_for(found.size), TileList.bytes_for(found.size)
+        masks = scratch.parts("tile mask", len(plans), need)
+        lists = scratch.parts("tile list", len(plans), of_list)
+        self._find(found, plans, optics, masks, lists, scratch)
+        lines = scratch.parts("line segments", 2 * len(plans), SegmentPass.bytes_for(found.size))
+        solved = self._segments.find([plan.size(found.size) for plan in plans], masks, lines)
+        seen = self._mark_seen(found.size, plans, masks, scratch)
+        return [LayerTiles(mask, TileList(lists[n]), seen[n]) for n, mask in enumerate(solved)]
+
+    def _find(
+        self,
+        found: TileContent,
+        plans: list[LayerPlan],
+        optics: Optics,
+        masks: BufferParts,
+        lists: BufferParts,
+        scratch: Scratch,
+    ) -> None:
+        """Write the masks and lists of all layers."""
+        tiles, wider = tile_count(found.size), max(optics.disc.half_extents)
+        groups = (*_groups(tiles), len(plans))
+        between = {
+            f"{name}_block": scratch.buffer(f"tile {name}", len(plans) * masks.part_bytes)
+            for name in ("distance", "hider", "hole")
+        } | {"tile_list_block": lists.whole}
+        shared: dict[str, object] = {
+            "layer_tiles": _for_all([_tiles_of(plan, found.size, optics) for plan in plans]),
+            "layer_number": _numbers([plan.cut for plan in plans]),
+            "picture_tiles": tiles,
+            "tile_words": masks.words,
+            "list_words": lists.words,
+        }
+        whole = [reach_tiles(plan, optics.nearest_px, wider, float(TILE)) for plan in plans]
+        self._rows.dispatch(
+            groups,
+            textures={"nearest_tx": found.nearest},
+            buffers=between | {"content_block": found.content},
+            uniforms=shared | {"hole_reach": max(whole)},
+        )
+        reach = {
+            "layer_px": _for_all([(SPREAD * wider * p.widest_px, p.widest_px) for p in plans]),
+            "wider_scale": wider,
+            "margin_px": MARGIN_PX,
+            "layer_count": len(plans),
+            "slices": self._slices.count(found.size),
+        }
+        blocks = between | {"tile_mask_block": masks.whole}
+        self._reach.dispatch(groups, buffers=blocks, uniforms=shared | reach)
+
+    def _mark_seen(
+        self, size: tuple[int, int], plans: list[LayerPlan], masks: BufferParts, scratch: Scratch
+    ) -> list[BufferPart]:
+        hidden = [plan.size(size) for plan in plans if not plan.cut.is_nearest]
+        count = max(len(hidden), 1)
+        bits = scratch.parts("hidden bits", count, seen_bytes(size))
+        self._seen.mark(hidden, masks, bits)
+        return [bits[min(n, count - 1)] for n in range(len(plans))]
+
+
+class SeenBitsPass:
+    """Marks all pixels in the active tiles of layers as visible (lib/hidden.lib.glsl)."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
+
+    def mark(self, sizes: list[tuple[int, int]], masks: BufferParts, bits: BufferParts) -> None:
+        """Set the bits of the first layers, which have these `sizes` in pixels."""
+        if sizes:
+            words = max(max(seen_words(size)) for size in sizes)
+            self._program.dispatch(
+                (groups_for(words, WORD_GROUP), HIDDEN_DIRECTIONS, len(sizes)),
+                buffers={"tile_mask_block": masks.whole, "bits_block": bits.whole},
+                uniforms={
+                    "layer_sizes": _for_all(sizes),
+                    "tile_words": masks.words,
+                    "bits_words": bits.words,
+                },
+            )
+
+
+def _tiles_of(plan: LayerPlan, size: tuple[int, int], optics: Optics) -> tuple[int, int, int, int]:
+    """Return the uniforms of lib/tile_reach.lib.glsl for a layer."""
+    tile_px, wider = float(TILE * plan.reduction), max(optics.disc.half_extents)
+    reach = reach_tiles(plan, optics.nearest_px, wider, tile_px)
+    return (*tile_count(plan.size(size)), reach, plan.reduction)
+
+
+def _cuts_px(layers: list[LayerCut]) -> tuple[tuple[float, ...], ...]:
+    """Return the cuts between layers, as tile_layers.comp.glsl takes them."""
+    cuts = [a.near for a, b in pairwise(layers) if a != b]
+    ends = [
+        (at - half, at - 0.1 * half, at, at + half)
+        for at, half in ((cut.at_px, cut.half_width_px) for cut in cuts)
+    ]
+    return (*ends, *((NEARER_THAN_ALL.at_px,) * 4,) * (LAYERS_MAX - 1 - len(ends)))
+
+
+def _numbers(layers: list[LayerCut]) -> tuple[int, ...]:
+    """Return the number of each layer, which is that of the one before if both are the same."""
+    new = [a != b for a, b in pairwise(layers)]
+    numbers = (0, *accumulate(new))
+    return (*numbers, *(0,) * (2 * LAYERS_MAX - len(numbers)))
+
+
+def _for_all(of_layers: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:
+    """Return values of layers as a uniform array, padded to all layers at two sizes each."""
+    return (*of_layers, *((0,) * len(of_layers[0]),) * (2 * LAYERS_MAX - len(of_layers)))
+
+
+def _groups(tiles: tuple[int, int]) -> tuple[int, int]:
+    return groups_for(tiles[0], TILE_GROUP), groups_for(tiles[1], TILE_GROUP)

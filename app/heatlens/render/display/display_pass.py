@@ -1,0 +1,121 @@
+"""Convert a scene-linear picture to display values: exposure, view transform, gamma."""
+
+from collections import OrderedDict
+
+import numpy as np
+
+from heatlens.media.color.view_transform import Lut, ViewTransform, srgb_transform
+from heatlens.render.gpu.device import Device, Image, Sampling, Texture, Texture3D
+from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+
+_PICTURE = "display.comp.glsl"
+_DIFFERENCE = "display_difference.comp.glsl"
+_KEPT = 6  # number of transforms whose programs stay compiled, for switching back quickly
+
+
+class _Built:
+    """A transform on the GPU: its tables, and a program for each shader that was used."""
+
+    def __init__(self, ctx: Device, transform: ViewTransform) -> None:
+        self._ctx = ctx
+        self._functions = transform.glsl
+        self._programs: dict[str, ComputeProgram] = {}
+        self.program(_PICTURE)  # compile now, so that GLSL errors are raised at once
+        self.luts: dict[str, Image] = {lut.sampler: _texture(ctx, lut) for lut in transform.luts}
+
+    def program(self, name: str) -> ComputeProgram:
+        if name not in self._programs:
+            self._programs[name] = ComputeProgram(self._ctx, name, functions=self._functions)
+        return self._programs[name]
+
+    def release(self) -> None:
+        for held in (*self._programs.values(), *self.luts.values()):
+            held.release()
+
+
+class DisplayPass:
+    """Converts scene-linear premultiplied RGBA to display values over black.
+
+    It starts with the plain sRGB curve. Exposure and gamma are uniforms; only a new transform has
+    to be compiled.
+    """
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self._built: OrderedDict[str, _Built] = OrderedDict()  # latest used last
+        self.set_transform(srgb_transform())
+
+    def set_transform(self, transform: ViewTransform) -> None:
+        """Draw with `transform` from now on. Raises ShaderError if the driver rejects it."""
+        if transform.key not in self._built:
+            self._built[transform.key] = _Built(self._ctx, transform)
+        self._built.move_to_end(transform.key)
+        if len(self._built) > _KEPT:
+            self._built.popitem(last=False)[1].release()
+        self._current = self._built[transform.key]
+
+    def run(
+        self,
+        picture: Texture,
+        out: Texture,
+        exposure_stops: float = 0.0,
+        gamma: float = 1.0,
+    ) -> None:
+        """Write `picture` to `out` of the same size, RGBA of 8 bits (or float, not clamped)."""
+        uniforms = _view_uniforms(exposure_stops, gamma)
+        self._draw(_PICTURE, {"picture_tx": picture}, out, uniforms)
+
+    def run_difference(
+        self,
+        a: Texture,
+        b: Texture,
+        out: Texture,
+        exposure_stops: float = 0.0,
+        gamma: float = 1.0,
+        gain: float = 1.0,
+    ) -> None:
+        """Write |a - b| * gain, computed in scene-linear light, to `out` of the size of `a`.
+
+        If `b` has another size, it is stretched over `a`.
+        """
+        textures: dict[str, Image] = {"a_tx": a, "b_tx": b}
+        uniforms = _view_uniforms(exposure_stops, gamma) | {"gain": gain}
+        self._draw(_DIFFERENCE, textures, out, uniforms)
+
+    def _draw(
+        self,
+        name: str,
+        textures: dict[str, Image],
+        out: Texture,
+        uniforms: dict[str, object],
+    ) -> None:
+        self._current.program(name).dispatch(
+            pixel_groups(out.size),
+            textures=textures | self._current.luts,
+            images={"out_display_img": out},
+            uniforms=uniforms,
+        )
+
+    def release(self) -> None:
+        """Delete all programs and tables."""
+        while self._built:
+            self._built.popitem()[1].release()
+
+
+def _view_uniforms(exposure_stops: float, gamma: float) -> dict[str, object]:
+    """Return the uniforms of lib/view.lib.glsl."""
+    return {"exposure_scale": 2.0**exposure_stops, "inverse_gamma": 1.0 / gamma}
+
+
+def _texture(ctx: Device, lut: Lut) -> Image:
+    data = np.ascontiguousarray(lut.values).tobytes()
+    texture: Texture | Texture3D
+    if lut.values.ndim == 4:
+        depth, height, width, components = lut.values.shape
+        texture = ctx.texture3d((width, height, depth), components, data, dtype="f4")
+    else:
+        height, width, components = (*lut.values.shape, 1)[:3]
+        texture = ctx.texture((width, height), components, data, dtype="f4")
+    texture.sampling = Sampling.LINEAR if lut.is_linear else Sampling.NEAREST
+    texture.repeats = False
+    return texture

@@ -1,0 +1,156 @@
+"""Draw pictures on the screen at exact positions.
+
+ImGui's own OpenGL backend uses a sampler that blurs enlarged pixels and has no mipmaps. A small
+picture is sharpened before it is drawn enlarged, to compensate for bilinear filtering. The part of
+a plate that is in focus is averaged at the size of a preview.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.focus.coc import NO_LINE, CocLine
+from heatlens.core.model.view.view_geometry import Point
+from heatlens.render.gpu.device import Blend, Device, Framebuffer, Image, Primitive, Texture
+from heatlens.render.gpu.program import ComputeProgram, DrawProgram, pixel_groups
+
+
+@dataclass(frozen=True, eq=False)
+class Detail:
+    """The detail in focus that a preview is too small to show.
+
+    plate    the plate, display values
+    coarse   the part of the plate in focus, at the preview's size, display values
+    depth    of the plate: metres, or signed coc in pixels where `line` is None
+    line     signed coc over dioptres, in pixels of `depth`
+    texel_px size of a pixel of the preview, in pixels of `depth`
+    """
+
+    plate: Texture
+    coarse: Texture
+    depth: Texture
+    line: CocLine | None
+    texel_px: float
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedPicture:
+    """A picture and its position, in pixels of the screen, y down.
+
+    texture      display values, straight alpha
+    first, last  its corners
+    clip         nothing is drawn outside of this rectangle
+    is_nearest   texels are drawn as squares; else the texture's filter is used
+    is_opaque    its alpha is 1
+    detail       added where the picture is in focus; such a picture is opaque
+    """
+
+    texture: Texture
+    first: Point
+    last: Point
+    clip: Box
+    is_nearest: bool
+    is_opaque: bool
+    detail: Detail | None = None
+
+
+class PicturePass:
+    """Draws pictures over each other."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self._program = DrawProgram(ctx, "picture")
+        self._with_detail = DrawProgram(ctx, "picture", "picture_detail")
+        self._quads = {it: it.vertex_array([]) for it in (self._program, self._with_detail)}
+
+    def run(
+        self,
+        placed: Iterable[PlacedPicture],
+        target: Framebuffer,
+        screen_px: tuple[int, int],
+    ) -> None:
+        """Draw `placed`, the lowest first, into `target`, whose last row is the top."""
+        target.use()
+        target.viewport = (0, 0, *screen_px)
+        for picture in placed:
+            if not picture.clip.is_empty:
+                self._draw(picture, target, screen_px)
+        target.scissor = None
+        self._ctx.draw_with()
+
+    def _draw(
+        self, picture: PlacedPicture, target: Framebuffer, screen_px: tuple[int, int]
+    ) -> None:
+        clip = picture.clip
+        target.scissor = (clip.x0, screen_px[1] - clip.y1, clip.width, clip.height)
+        self._ctx.draw_with(Blend.NONE if picture.is_opaque else Blend.OVER)
+        textures: dict[str, Image] = {"picture_tx": picture.texture}
+        uniforms: dict[str, object] = {
+            "first_px": picture.first,
+            "last_px": picture.last,
+            "screen_px": screen_px,
+        }
+        if picture.detail is None:
+            program = self._program
+            uniforms["is_nearest"] = picture.is_nearest
+        else:
+            program = self._with_detail
+            textures |= _detail_textures(picture.detail)
+            uniforms |= focus_uniforms(picture.detail.line, picture.detail.texel_px)
+        program.bind(textures=textures, uniforms=uniforms)
+        self._quads[program].render(Primitive.TRIANGLE_STRIP, vertices=4)
+
+
+def _detail_textures(detail: Detail) -> dict[str, Image]:
+    return {"plate_tx": detail.plate, "coarse_tx": detail.coarse, "depth_tx": detail.depth}
+
+
+class EnlargePass:
+    """Compensates in advance for the softness of bilinear enlargement."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._program = ComputeProgram(ctx, "enlarge_ready.comp.glsl")
+
+    def run(self, picture: Texture, out: Texture) -> None:
+        """Write `picture`, display values, to `out` of the same size, RGBA of 8 bits."""
+        self._program.dispatch(
+            pixel_groups(out.size),
+            textures={"picture_tx": picture},
+            images={"out_img": out},
+        )
+
+
+class FocusMeanPass:
+    """Averages the pixels in focus under each pixel of a preview."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._program = ComputeProgram(ctx, "focus_mean.comp.glsl")
+
+    def run(
+        self,
+        color: Texture,
+        depth: Texture,
+        line: CocLine | None,
+        mean: Texture,
+        out: Texture,
+    ) -> None:
+        """Write the mean of the focused part of `color` to `out`.
+
+        `depth` holds metres, or signed coc in pixels if `line` is None. `mean` holds the mean of
+        all of `color`, and has the size of `out`.
+        """
+        self._program.dispatch(
+            pixel_groups(out.size),
+            textures={"color_tx": color, "depth_tx": depth, "mean_tx": mean},
+            images={"out_img": out},
+            uniforms=focus_uniforms(line, depth.width / out.width),
+        )
+
+
+def focus_uniforms(line: CocLine | None, texel_px: float) -> dict[str, object]:
+    """Return the uniforms of lib/focus_share.lib.glsl."""
+    return {
+        "is_coc": line is None,
+        **(line or NO_LINE).uniforms,
+        "texel_px": texel_px,
+    }

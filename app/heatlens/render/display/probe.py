@@ -1,0 +1,161 @@
+"""Read the values at a pixel: scene-linear colours, depth, circle of confusion, coordinates."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.focus.coc import coc_px, far_limit_m, lean_coc_px, near_limit_m
+from heatlens.core.model.lens.lens import Lens, measured_text
+from heatlens.media.plate.coc_line import line_of
+from heatlens.media.plate.plate import Plate
+from heatlens.render.gpu.device import Device, Framebuffer, Texture
+from heatlens.render.preview.shown import Shown
+
+_FOCUS_LEAST = 1.02  # nearest focus distance in focal lengths
+
+Rgba = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A pixel of the plate and of the picture through the lens."""
+
+    display_px: tuple[int, int]  # counted from the display window's corner
+    data_px: tuple[int, int]  # coordinates in the file
+    plate: Rgba  # scene-linear, premultiplied, as in the file
+    picture: Rgba  # the same pixel seen through the lens
+    depth_m: float | None  # None if the plate holds circles of confusion
+    coc_px: float  # signed diameter
+    sharp_m: tuple[float, float] | None = None  # depth of field if the lens is focused here
+
+
+class PictureReader:
+    """Reads single pixels of a texture, and only when the pixel or the picture has changed."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self._framebuffer: tuple[Texture, Framebuffer] | None = None
+        self._last: tuple[object, Rgba] | None = None
+
+    def pixel(self, shown: Shown, version: object, at: tuple[int, int]) -> Rgba:
+        """Return the texel `at` (column, row) of the picture in float."""
+        key = (version, shown.texture, at)
+        if self._last is None or self._last[0] != key:
+            box = (*at, 1, 1)
+            data = self._bound(shown.texture).read(viewport=box, components=4, dtype="f4")
+            red, green, blue, alpha = np.frombuffer(data, np.float32).tolist()
+            self._last = (key, (red, green, blue, alpha))
+        return self._last[1]
+
+    def _bound(self, texture: Texture) -> Framebuffer:
+        """Return a framebuffer around `texture`; release the old one after the new one is bound."""
+        old = self._framebuffer
+        if old is not None and old[0] is texture:
+            return old[1]
+        self._framebuffer = (texture, self._ctx.framebuffer([texture]))
+        self._framebuffer[1].use()
+        if old is not None:
+            old[1].release()
+        return self._framebuffer[1]
+
+
+def read_texels(
+    ctx: Device, texture: Texture, box: Box, dtype: Literal["f1", "f4"]
+) -> NDArray[np.generic]:
+    """Return the texels in a box, (h, w, 4): bytes for "f1", float32 for "f4"."""
+    target = ctx.framebuffer([texture])
+    area = (box.x0, box.y0, box.width, box.height)
+    data = target.read(viewport=area, components=4, dtype=dtype)
+    target.release()
+    kind = np.uint8 if dtype == "f1" else np.float32
+    return np.frombuffer(data, kind).reshape(box.height, box.width, 4)
+
+
+def probe_at(
+    pixel: tuple[int, int],
+    plate: Plate,
+    lens: Lens,
+    shown: Shown,
+    version: object,
+    reader: PictureReader,
+    frame_px: tuple[int, int] | None = None,
+) -> Probe | None:
+    """Return the probe at a pixel of the display window; None outside the data window.
+
+    `frame_px` is the pixel of the plate that is visible there, if it differs from `pixel`.
+    """
+    data, display = plate.data_window, plate.display_window
+    at = pixel[0] + display.x0, pixel[1] + display.y0
+    x, y = pixel if frame_px is None else frame_px
+    column, row = x + display.x0 - data.x0, y + display.y0 - data.y0
+    if not (data.contains(*at) and data.contains(column + data.x0, row + data.y0)):
+        return None
+    here = Box(column, row, column + 1, row + 1)
+    depth_m = plate.pixels.depth_in(here).item() if plate.has_distances else None
+    width, height = shown.texture.size
+    texel = (at[0] - data.x0) * width // data.width, (at[1] - data.y0) * height // data.height
+    red, green, blue, alpha = plate.pixels.color_in(here)[0, 0].tolist()
+    return Probe(
+        pixel,
+        at,
+        (red, green, blue, alpha),
+        reader.pixel(shown, version, texel),
+        depth_m,
+        _coc_at(plate, lens, row, column, depth_m),
+        _sharp_m(lens, depth_m),
+    )
+
+
+def _sharp_m(lens: Lens, depth_m: float | None) -> tuple[float, float] | None:
+    """Return the depth of field if focused at `depth_m`; None if that is impossible."""
+    if depth_m is None or not depth_m > _FOCUS_LEAST * lens.focal_length_mm * 1e-3:
+        return None
+    focused = replace(lens, focus_distance_m=depth_m)
+    return near_limit_m(focused), far_limit_m(focused)
+
+
+def seen_depth_m(plate: Plate, pixel: tuple[int, int]) -> float | None:
+    """Return the distance at a pixel of the display window; None if there is none."""
+    data, display = plate.data_window, plate.display_window
+    at = pixel[0] + display.x0, pixel[1] + display.y0
+    if not (plate.has_distances and data.contains(*at)):
+        return None
+    column, row = at[0] - data.x0, at[1] - data.y0
+    return plate.pixels.depth_in(Box(column, row, column + 1, row + 1)).item()
+
+
+def _coc_at(plate: Plate, lens: Lens, row: int, column: int, depth_m: float | None) -> float:
+    if depth_m is None:
+        assert plate.coc_px is not None
+        return float(plate.coc_px[row, column])
+    line, here = line_of(plate, lens), Box(column, row, column + 1, row + 1)
+    return float(np.squeeze(coc_px(depth_m, line) + lean_coc_px(line, here)))
+
+
+def probe_text(probe: Probe, unit: str, lens: Lens) -> str:
+    """Return one line for the status bar, with distances as they are read beside `lens`."""
+    x, y = probe.display_px
+    where = f"x {x}  y {y}"
+    if probe.data_px != probe.display_px:
+        where += f"  (data window {probe.data_px[0]}, {probe.data_px[1]})"
+    depth = "" if probe.depth_m is None else f"   depth {_depth(lens, probe.depth_m, unit)}"
+    sharp = ""
+    if probe.sharp_m is not None:
+        near_m, far_m = probe.sharp_m
+        sharp = f"   focus here: {_depth(lens, near_m, unit)} to {_depth(lens, far_m, unit)}"
+    return (
+        f"{where}   picture {_rgb(probe.picture)}   plate {_rgb(probe.plate)}"
+        f"{depth}   blur {probe.coc_px:+.2f} px{sharp}"
+    )
+
+
+def _depth(lens: Lens, depth_m: float, unit: str) -> str:
+    return "infinite" if math.isinf(depth_m) else measured_text(lens, depth_m, unit)
+
+
+def _rgb(value: Rgba) -> str:
+    return " ".join(f"{channel:.4g}" for channel in value[:3])

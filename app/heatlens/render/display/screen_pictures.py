@@ -1,0 +1,253 @@
+"""The textures that ImGui draws: A, B and the overlay, each updated only when it has changed."""
+
+from collections.abc import Collection
+
+from heatlens.core.model.focus.coc import CocLine, sharp_px
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.view.view import Against, Compare, ViewState
+from heatlens.render.defocus.layer_cuts import layer_cuts
+from heatlens.render.defocus.lean_survey import LeanSurvey
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.plate_passes import ProxyPass, proxy_size
+from heatlens.render.defocus.quality import layers_for
+from heatlens.render.display.display_pass import DisplayPass
+from heatlens.render.display.overlay_pass import OverlayPass
+from heatlens.render.display.picture_pass import Detail, EnlargePass, FocusMeanPass
+from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.textures import TexturePool
+from heatlens.render.preview.shown import Shown
+from heatlens.render.source.pinhole import Pinhole, optics_of, pinhole_optics
+
+MIPMAPS_UNDER = 0.6  # screen pixels per texel below which a picture without mipmaps would alias
+
+Key = tuple[object, ...]
+ScreenLook = tuple[float, float, int, bool]  # exposure, gamma, version of the transform, mipmaps
+
+
+class _Target:
+    """An 8-bit texture with a key that identifies its content."""
+
+    def __init__(self, ctx: Device, label: str) -> None:
+        self._ctx = ctx
+        self._label = label
+        self._key: Key | None = None
+        self.texture: Texture | None = None
+
+    def needs(self, size: tuple[int, int], key: Key) -> bool:
+        """Resize to `size`, and return True if the content is not that of `key`."""
+        if self.texture is None or self.texture.size != size:
+            if self.texture is not None:
+                self.texture.release()
+            self.texture = self._ctx.texture(size, 4)
+            self.texture.build_mipmaps()  # a texture with missing levels would be black
+            self.texture.repeats = False
+            self.texture.label = self._label
+            self._key = None
+        changed, self._key = self._key != key, key
+        return changed
+
+
+class ScreenPictures:
+    """Converts scene-linear pictures to textures for the screen."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self.display = DisplayPass(ctx)
+        self._overlays = OverlayPass(ctx)
+        self._leans = LeanSurvey(ctx)
+        self._proxy, self._focus_mean = ProxyPass(ctx), FocusMeanPass(ctx)
+        self._mean_of: tuple[Pinhole, tuple[int, int]] | None = None  # what "coarse plate" holds
+        self._enlarge = EnlargePass(ctx)
+        self._pool = TexturePool(ctx)
+        self._detail_of: Pinhole | None = None  # the plate of the previous preview
+        self._a = _Target(ctx, "A on the screen")
+        self._b = _Target(ctx, "B on the screen")
+        self._pinhole = _Target(ctx, "plate on the screen")
+        self._fine = _Target(ctx, "plate at the size of the picture at rest")
+        self._coarse = _Target(ctx, "plate at the preview's size")
+        self._overlay = _Target(ctx, "overlay")
+        self._tiles: dict[str, _Target] = {}  # pictures of looks by name
+        self.transform_version = 0  # increased by the caller with each new view transform
+        self.with_mipmaps = False  # True if pictures are so small that they would alias
+
+    def a(
+        self,
+        shown: Shown,
+        version: object,
+        plate: Pinhole,
+        view: ViewState,
+        b: Texture,
+    ) -> Texture:
+        """Return A: the picture through the lens, the pinhole picture, or A's difference from B."""
+        source = shown.texture if view.depth_of_field else plate.color
+        look = self._look(view)
+        is_difference = view.compare is Compare.DIFFERENCE
+        key: Key = (version, plate, view.depth_of_field, look)
+        key += (is_difference, view.difference_gain, b) if is_difference else ()
+        if self._a.needs(source.size, key):
+            out = self._a.texture
+            assert out is not None
+            if is_difference:
+                self.display.run_difference(source, b, out, *look[:2], view.difference_gain)
+            else:
+                is_enlarged = view.depth_of_field and _is_hurried(shown)
+                self._display(source, out, look, is_enlarged)
+            self._finish(out)
+        assert self._a.texture is not None
+        return self._a.texture
+
+    def b(
+        self, source: Texture, plate: Pinhole, view: ViewState, version: object = None
+    ) -> Texture:
+        """Return B: the pinhole picture, the reference, or the picture of another method."""
+        is_pinhole = source is plate.color
+        target = self._pinhole if is_pinhole else self._b
+        look = self._look(view)
+        if target.needs(source.size, (plate if is_pinhole else (source, version), look)):
+            assert target.texture is not None
+            self.display.run(source, target.texture, *look[:2])
+            self._finish(target.texture)
+        assert target.texture is not None
+        return target.texture
+
+    def tile(self, name: str, shown: Shown, view: ViewState) -> Texture:
+        """Return the picture of a look, for showing several looks at once."""
+        target = self._tiles.setdefault(name, _Target(self._ctx, "a look on the screen"))
+        look = self._look(view)
+        if target.needs(shown.texture.size, (shown, look)):
+            assert target.texture is not None
+            self.display.run(shown.texture, target.texture, *look[:2])
+            self._finish(target.texture)
+        assert target.texture is not None
+        return target.texture
+
+    def still(self, before: Texture | None, light: Texture, view: ViewState) -> Texture:
+        """Return a small scene-linear picture as the screen shows it, in `before` if given."""
+        out = before or self._ctx.texture(light.size, 4)
+        self.display.run(light, out, view.exposure_stops, view.gamma)
+        return out
+
+    def keep_tiles(self, names: Collection[str]) -> None:
+        """Free the pictures of all other looks."""
+        for name in [name for name in self._tiles if name not in names]:
+            texture = self._tiles.pop(name).texture
+            if texture is not None:
+                texture.release()
+
+    def detail(self, shown: Shown, plate: Pinhole, view: ViewState) -> Detail | None:
+        """Return the detail in focus that a preview lacks; None for a whole picture."""
+        if not _is_hurried(shown) or shown.shot.lens.breathing != 1.0:
+            return None  # breathing scales the picture relative to the plate
+        if self._detail_of is not plate:  # in playback, each plate is shown only once
+            self._detail_of = plate
+            return None
+        proxy, lens = shown.settings.proxy, shown.shot.lens_at(shown.frame)
+        optics = optics_of(plate.plate, plate.bins, lens)
+        final_proxy = shown.shot.defocus.proxy
+        if final_proxy == 1.0:
+            fine = self.b(plate.color, plate, view)
+        else:
+            fine = self._fine_plate(plate, final_proxy, view)
+        coarse = self._coarse_plate(plate, proxy, view, optics.line)
+        return Detail(fine, coarse, plate.depth, optics.line, 1.0 / proxy)
+
+    def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> Texture:
+        """Return the plate, reduced if the picture at rest is smaller."""
+        size, look, target = proxy_size(plate.color.size, proxy), self._look(view), self._fine
+        if target.needs(size, (plate, look)):
+            assert target.texture is not None
+            self.display.run(self._mean("fine plate", plate, size), target.texture, *look[:2])
+            self._finish(target.texture)
+        assert target.texture is not None
+        return target.texture
+
+    def _coarse_plate(
+        self, plate: Pinhole, proxy: float, view: ViewState, line: CocLine | None
+    ) -> Texture:
+        """Return the part of the plate that is in focus, at the size of a preview."""
+        size, look, target = proxy_size(plate.color.size, proxy), self._look(view), self._coarse
+        if target.needs(size, (plate, look, line)):
+            if self._mean_of != (plate, size):
+                self._mean("coarse plate", plate, size)
+                self._mean_of = plate, size
+            mean = self._pool.texture("coarse plate", size, 4)
+            focused = self._pool.texture("coarse plate in focus", size, 4)
+            self._focus_mean.run(plate.color, plate.depth, line, mean, focused)
+            assert target.texture is not None
+            self._display(focused, target.texture, look, is_enlarged=True)
+            self._finish(target.texture)
+        assert target.texture is not None
+        return target.texture
+
+    def _mean(self, name: str, plate: Pinhole, size: tuple[int, int]) -> Texture:
+        """Return the plate at a smaller size, in the texture called `name`."""
+        color = self._pool.texture(name, size, 4)
+        depth = self._pool.texture(f"depth of {name}", size, 1)
+        self._proxy.run(plate.color, plate.depth, 1.0, color, depth)
+        return color
+
+    def _display(self, source: Texture, out: Texture, look: ScreenLook, is_enlarged: bool) -> None:
+        """Write display values, sharpened in advance if the picture will be enlarged."""
+        if not is_enlarged:
+            self.display.run(source, out, *look[:2])
+            return
+        shown = self._pool.texture("shown small", source.size, 4, "f2")
+        self.display.run(source, shown, *look[:2])
+        self._enlarge.run(shown, out)
+
+    def _look(self, view: ViewState) -> ScreenLook:
+        return view.exposure_stops, view.gamma, self.transform_version, self.with_mipmaps
+
+    def _finish(self, texture: Texture) -> None:
+        if self.with_mipmaps:
+            texture.build_mipmaps()
+
+    def overlay(
+        self, plate: Pinhole, shot: Shot, frame: int, view: ViewState, shown: Shown
+    ) -> Texture:
+        """Return the colours of the overlay and the peaking for the current lens.
+
+        Peaking finds its edges in the picture that is `shown`, if that is not a preview.
+        """
+        lens, is_peaking = shot.lens_at(frame), view.is_peaking
+        is_of_frame = shown.is_whole and lens.breathing == 1.0  # pixel for pixel
+        light = shown.texture if is_peaking and is_of_frame else plate.color
+        key: Key = (plate, lens, shot.defocus, view.overlay, self.transform_version)
+        peaking = view.peaking if is_peaking else None
+        key += (peaking, light, shown) if is_peaking else ()
+        if self._overlay.needs(plate.depth.size, key):
+            out = self._overlay.texture
+            assert out is not None
+            optics = pinhole_optics(self._leans, plate, lens)
+            limits = layer_limits_px(optics, shot)
+            sharp = sharp_px(lens, plate.plate.display_window.width)
+            self._overlays.run(
+                view.overlay, plate.depth, optics, sharp, limits, out, light, peaking
+            )
+        assert self._overlay.texture is not None
+        return self._overlay.texture
+
+
+def _is_hurried(shown: Shown) -> bool:
+    """Return True for a preview that is smaller than the final picture."""
+    return shown.settings.proxy < shown.shot.defocus.proxy
+
+
+def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:
+    """Return the signed diameters between the layers of a shot, ascending."""
+    cuts = layer_cuts(optics.occupied_px, optics.gaps_px, layers_for(shot.defocus))
+    return tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
+
+
+def picture_of_b(
+    view: ViewState,
+    plate: Pinhole,
+    reference: Texture | None,
+    of_method: Shown | None,
+) -> Texture:
+    """Return the picture of side B: the chosen one if available, else the pinhole picture."""
+    if of_method is not None:
+        return of_method.texture
+    if view.against is Against.REFERENCE and reference is not None:
+        return reference
+    return plate.color

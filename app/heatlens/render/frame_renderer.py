@@ -1,0 +1,363 @@
+"""The only renderer: it makes the picture of a shot at a frame, for window, commands and export."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.focus.coc import bent_by
+from heatlens.core.model.lens.breathing import as_seen, plate_ratio
+from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.settings import Method, Quality
+from heatlens.core.model.shot.shot import LensCurves, Shot
+from heatlens.media.plate.coc_line import lean_in
+from heatlens.media.plate.overscan_need import frame_centre_px, room_of
+from heatlens.media.plate.plate import Plate
+from heatlens.media.scene.scene import Scene
+from heatlens.render.defocus.lean_survey import LeanSurvey
+from heatlens.render.defocus.line_solver import LineSolver, usual_solver
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.passes import DefocusPasses
+from heatlens.render.defocus.pipeline import DefocusPipeline
+from heatlens.render.defocus.plate_passes import proxy_size
+from heatlens.render.defocus.quality import layers_for
+from heatlens.render.defocus.reduced_plate import PlateTextures
+from heatlens.render.defocus.steps import Result, Steps
+from heatlens.render.gpu.context import (
+    check_plate_fits,
+    check_texture_fits,
+    check_work_fits,
+    headless_context,
+    is_software,
+)
+from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.stopwatch import Stopwatch
+from heatlens.render.gpu.textures import FloatArray, download, uploading
+from heatlens.render.scene_gpu.overscan import Overscan
+from heatlens.render.source.pinhole import Pinhole, SourceOnGpu, optics_of, pinhole_optics
+from heatlens.render.source.plate_on_gpu import PlateOnGpu
+
+
+def headless_renderer() -> "FrameRenderer":
+    """Return a renderer without a window."""
+    return FrameRenderer(headless_context())
+
+
+class FrameRenderer:
+    """Holds one source on the GPU and renders it through any lens.
+
+    Pictures in different slots, 0, 1 and so on, exist at the same time: one is shown while the next
+    one is being rendered.
+    """
+
+    def __init__(self, ctx: Device, solver: LineSolver | None = None) -> None:
+        """Make a renderer; if `solver` is None, with the one for this OpenGL."""
+        self.ctx = ctx
+        self.stopwatch = Stopwatch(ctx)
+        self.solver = solver or usual_solver(ctx)
+        self._passes = DefocusPasses(ctx, self.solver)
+        self._pipelines: dict[int, DefocusPipeline] = {}  # one for each slot, made when first used
+        self._on_layer: Callable[[int, int], None] | None = None
+        self._plates = PlateOnGpu(ctx)
+        self._source: SourceOnGpu = self._plates  # holds no plate yet
+        self._loaded: Pinhole | None = None
+        self._checked_size = (0, 0)
+        self._is_software = is_software(ctx)
+        self._leans = LeanSurvey(ctx)
+
+    @property
+    def loaded(self) -> Pinhole:
+        """The plate, or the scene's pinhole picture. Raises InputError before there is one."""
+        if self._loaded is None:
+            raise InputError("No plate is loaded.")
+        return self._loaded
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene; None if no scene is loaded."""
+        return self._source.scene
+
+    @property
+    def has_many_views(self) -> bool:
+        """Return True if the source can be seen from many points of the lens."""
+        return self._source.has_many_views
+
+    def size(self, shot: Shot) -> tuple[int, int]:
+        """Return width and height of the source's pictures. Raises InputError without a source."""
+        return self._source.size(shot)
+
+    @property
+    def methods(self) -> tuple[Method, ...]:
+        """Every method that the source allows, in the order of `Method`."""
+        return tuple(it for it in Method if self.has_many_views or not it.needs_scene)
+
+    def beside(self) -> "FrameRenderer":
+        """Return another renderer with the same solver and rounding, and nothing loaded.
+
+        The two do not disturb each other's unfinished pictures.
+        """
+        return FrameRenderer(self.ctx, type(self.solver)(self.ctx))
+
+    def load(self, plate: Plate) -> None:
+        """Upload a plate to the GPU; this is needed once for each file, not for each picture."""
+        drained(self.loading(plate))
+
+    def loading(self, plate: Plate) -> Steps[None]:
+        """Upload a plate to the GPU in short steps.
+
+        If the steps are not completed, nothing is loaded.
+        """
+        check_plate_fits(self.ctx, plate.data_window.width, plate.data_window.height)
+        if self._source is not self._plates:
+            self._source.release()
+        self._source, self._loaded = self._plates, None
+        self._take((yield from self._plates.loading(plate)))
+
+    def load_scene(self, scene: Scene) -> None:
+        """Upload a scene to the GPU; its pictures are drawn on request."""
+        from heatlens.render.source.scene_on_gpu import scene_on_gpu  # plates do without
+
+        self._place(scene_on_gpu(self.ctx, scene))
+
+    def load_scene_of(self, other: "FrameRenderer") -> None:
+        """Share the scene of another renderer of this context, without a second copy.
+
+        After the other has released the scene, this one can only release it too. Raises InputError
+        if the other has no scene.
+        """
+        self._place(other._source.beside())
+
+    def settle(self) -> None:
+        """Wait for pending commands on a CPU rasteriser, which else runs them all later."""
+        if self._is_software:
+            self.ctx.finish()
+
+    def pace(self, share: float) -> None:
+        """Have a source that is drawn be drawn in steps of a share of the usual, 1 at most."""
+        self._source.pace(share)
+
+    def let_go(self) -> None:
+        """Release the source and all memory for rendering it, but keep the programs."""
+        self._source.release()
+        self._source, self._loaded = self._plates, None
+        for pipeline in self._pipelines.values():
+            pipeline.forget_plate()
+            pipeline.scratch.release()
+
+    def look(
+        self, shot: Shot, frame: int = 0, views: int | None = None, is_for_file: bool = False
+    ) -> Pinhole:
+        """Return the pinhole picture of `frame`, which is `loaded` from now on.
+
+        For plates that is the one that is loaded. For a scene, `views` None takes a picture that is
+        there already, of however few views it was made. `is_for_file`: what is behind the picture
+        is told in its own pixels, to be written.
+        """
+        drained(self.looking(shot, frame, views, is_for_file))
+        return self.loaded
+
+    def looking(
+        self, shot: Shot, frame: int, views: int | None = None, is_for_file: bool = False
+    ) -> Steps[None]:
+        """Do what `look` does in short steps; only the last one changes the state."""
+        seen = self._seen(shot, frame)
+        pinhole = yield from self._source.look(seen, frame, views, is_for_file)
+        if pinhole is not self._loaded:
+            self._take(pinhole)
+
+    def pose_at(self, shot: Shot, frame: float) -> Pose | None:
+        """Return the pose of the camera in the scene; None for a plate."""
+        return self._source.pose_at(shot, frame)
+
+    def scene_depth_m(self, shot: Shot, frame: float, x: int, y: int) -> float:
+        """Return the distance in metres at a pixel of any frame of a scene, for clicks to focus.
+
+        Raises InputError outside the picture, and if no scene is loaded.
+        """
+        return self._source.depth_m_at(self._seen(shot, frame), frame, x, y)
+
+    def _place(self, source: SourceOnGpu) -> None:
+        """Replace the previous source by one that is ready."""
+        self.let_go()
+        self._source = source
+
+    def _take(self, pinhole: Pinhole) -> None:
+        for pipeline in self._pipelines.values():
+            pipeline.forget_plate()
+        self._loaded = pinhole
+
+    def render(self, shot: Shot, frame: int = 0) -> Texture:
+        """Return the picture through the shot's lens at `frame`: RGBA float32, premultiplied.
+
+        Its size is that of the source times the proxy.
+
+        The texture is the renderer's own; the next render overwrites it.
+        """
+        return drained(self.steps(shot, frame))
+
+    def steps(self, shot: Shot, frame: int = 0, slot: int = 0) -> Steps[Texture]:
+        """Render in short steps that yield the name of a pass, and return the picture.
+
+        Pictures in different slots do not disturb each other, and steps may be abandoned. Nothing
+        else may be loaded in between.
+        """
+        self._check(shot, frame)
+        if self.stopwatch.on:  # it holds the times of the latest picture only
+            self.stopwatch.times.clear()
+        return self.stopwatch.timed(self._breathing(shot, frame, self._pipeline(slot)))
+
+    def uploading(self, pixels: FloatArray, slot: int) -> Steps[Texture]:
+        """Take a picture that another machine has rendered into a slot, in short steps."""
+        height, width = pixels.shape[:2]
+        out = self._pipeline(slot).scratch.texture("out", (width, height), 4)
+        for _ in uploading(out, pixels):
+            yield "upload"
+        return out
+
+    def _breathing(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[Texture]:
+        """Render, and crop or extend a plate to the view of a breathing lens."""
+        picture = yield from self._steps(self._seen(shot, frame), frame, pipeline)
+        if self.has_many_views:  # it is drawn as the breathing lens sees it
+            return picture
+        plate = self.loaded.plate
+        ratio = plate_ratio(shot.lens_at(frame), room_of(plate))
+        if ratio == 1.0:
+            return picture
+        out = pipeline.scratch.texture("frame", picture.size, 4)
+        scale = picture.width / plate.data_window.width
+        self._passes.rescale.run(picture, frame_centre_px(plate, scale), ratio, out)
+        yield "rescale"
+        return out
+
+    def _seen(self, shot: Shot, frame: float) -> Shot:
+        """Return the shot for drawing a scene, with the breathing of the lens at the frame."""
+        if not self.has_many_views or shot.lens.breathing == 1.0:
+            return shot
+        return replace(shot, lens=as_seen(shot.lens_at(frame)), curves=LensCurves())
+
+    def _steps(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[Texture]:
+        yield from self.looking(shot, frame)
+        loaded = self.loaded
+        if shot.defocus.method.needs_scene:
+            size = proxy_size(loaded.color.size, shot.defocus.proxy)
+            out = pipeline.scratch.texture("out", size, 4)
+            yield from self._source.through_lens(shot, frame, size, out)
+            return out
+        overscan = loaded.overscan
+        if overscan is not None and shot.defocus.proxy == 1.0:
+            return (yield from self._with_overscan(shot, frame, pipeline, overscan))
+        if loaded.beyond is not None and shot.defocus.proxy == 1.0:
+            return (yield from self._with_beyond(shot, frame, pipeline, loaded.beyond))
+        return (yield from self._of_plate(shot, frame, pipeline, loaded))
+
+    def _with_beyond(
+        self, shot: Shot, frame: int, pipeline: DefocusPipeline, beyond: Pinhole
+    ) -> Steps[Texture]:
+        """Blur a plate with what other frames showed around it, and return the frame."""
+        self._check_fits(beyond.color.size)
+        picture = yield from self._of_plate(shot, frame, pipeline, beyond)
+        own, wide = self.loaded.plate.data_window, beyond.plate.data_window
+        out = pipeline.scratch.texture("frame of a plate", self.loaded.color.size, 4)
+        self._passes.crop.run(picture, (own.x0 - wide.x0, own.y0 - wide.y0), out)
+        return out
+
+    def _of_plate(
+        self, shot: Shot, frame: int, pipeline: DefocusPipeline, loaded: Pinhole
+    ) -> Steps[Texture]:
+        """Blur a picture, in a unit of light in which a white surface is about 1."""
+        color, scale = loaded.color, loaded.light_scale
+        if scale != 1.0 and loaded.cutout is None:
+            color = pipeline.scratch.texture("scaled colour", color.size, 4)
+            self._passes.crop.run(loaded.color, (0, 0), color, light_scale=scale)
+        plate = PlateTextures(color, loaded.depth, loaded.fragments, cutout=loaded.cutout)
+        optics = pinhole_optics(self._leans, loaded, self._seen(shot, frame).lens_at(frame))
+        has_alpha = loaded.plate.has_alpha
+        picture = yield from pipeline.steps(plate, optics, shot.defocus, has_alpha)
+        if scale == 1.0:
+            return picture
+        out = pipeline.scratch.texture("in plate's light", picture.size, 4)
+        self._passes.crop.run(picture, (0, 0), out, light_scale=1.0 / scale)
+        return out
+
+    def _with_overscan(
+        self, shot: Shot, frame: int, pipeline: DefocusPipeline, overscan: Overscan
+    ) -> Steps[Texture]:
+        """Blur the picture with as much around it as reaches the frame, and return the frame."""
+        plate, peeled = self.loaded.plate, None
+        if shot.defocus.quality in (Quality.DRAFT, Quality.PREVIEW):
+            overscan = overscan.in_own_pixels  # a preview has to come soon
+        if layers_for(shot.defocus) > 1 and overscan is self.loaded.overscan:
+            peeled = self.loaded.peeled
+        seen = overscan if peeled is None else peeled
+        fine, lens = overscan.fine, shot.lens_at(frame)
+        lean = lean_in(plate, lens).moved((overscan.margin_px,) * 2).scaled(fine)
+        held = seen.depth, None if peeled is None else peeled.fragments, seen.bins
+        bins = self._leans.bins(*held, lean)
+        optics = optics_of(plate, bins, lens, self.loaded.bins if lean.is_level else bins)
+        margin = overscan.used_px(optics)
+        part, scratch, crop = overscan.part(margin), pipeline.scratch, self._passes.crop
+        size = part.width, part.height
+        self._check_fits(size)
+        color = scratch.texture("wide colour", size, 4)
+        depth = scratch.texture("wide depth", size, 1)
+        for whole, out in ((overscan.color, color), (seen.depth, depth)):
+            crop.run(whole, (part.x0, part.y0), out)
+            yield "coc"
+        behind = places = None
+        if peeled is not None:
+            behind, places = peeled.fragments.part(part), scratch.texture("wide places", size, 4)
+            crop.run(peeled.places, (part.x0, part.y0), places)
+        wide = optics.moved((margin, margin)).scaled(fine)
+        textures = PlateTextures(color, depth, behind, places)
+        picture = yield from pipeline.steps(textures, wide, shot.defocus, plate.has_alpha)
+        out = scratch.texture("frame", self.loaded.color.size, 4)
+        crop.run(picture, (fine * margin,) * 2, out, fine)
+        return out
+
+    def copy(self, picture: Texture, out: Texture) -> None:
+        """Copy a picture to a texture of the same size, which later renders do not overwrite."""
+        self._passes.crop.run(picture, (0, 0), out)
+
+    def _pipeline(self, slot: int) -> DefocusPipeline:
+        if slot not in self._pipelines:
+            self._pipelines[slot] = DefocusPipeline(self.ctx, self._passes)
+            self._pipelines[slot].on_layer = self._on_layer if slot == 0 else None
+        return self._pipelines[slot]
+
+    def optics(self, shot: Shot, frame: int = 0) -> Optics:
+        """Return the optics of the shot's lens at `frame` for the source, in full-size pixels."""
+        return pinhole_optics(self._leans, self.loaded, self._seen(shot, frame).lens_at(frame))
+
+    def _check(self, shot: Shot, frame: int) -> None:
+        """Refuse pictures too large for this machine, and methods that the source forbids."""
+        size = proxy_size(self._source.size(shot), shot.defocus.proxy)
+        self._source.check_method(shot.defocus.method)
+        bent = bent_by(shot.lens_at(frame)) if shot.defocus.method is Method.ACCUMULATION else []
+        if bent:
+            raise InputError(
+                "The method accumulation draws whole views, each with one plane of focus, and so "
+                f"no {' and no '.join(bent)}: use raytraced."
+            )
+        self._check_fits(size)
+
+    def _check_fits(self, size: tuple[int, int]) -> None:
+        if size != self._checked_size:
+            check_work_fits(self.ctx, *size)
+            check_texture_fits(self.ctx, size, self.solver.between_size(size))
+            self._checked_size = size
+
+    def listen(self, on_layer: Callable[[int, int], None] | None) -> None:
+        """Call `on_layer(done, layers)` after each layer; each call waits for the GPU."""
+        self._on_layer = self._pipeline(0).on_layer = on_layer
+
+    def pixels(self, shot: Shot, frame: int = 0) -> FloatArray:
+        """Return the pixels of `render`: (H, W, 4) float32."""
+        return download(self.render(shot, frame))
+
+
+def drained(steps: Steps[Result], tell: Callable[[str], None] = lambda _: None) -> Result:
+    """Run all steps and return their result; `tell` is called with the name of each step."""
+    while True:
+        try:
+            tell(next(steps))
+        except StopIteration as end:
+            return end.value  # type: ignore[no-any-return]

@@ -1,0 +1,393 @@
+"""The types that everything above draws with, whatever draws below: a device and what it makes.
+
+A device is the only one that knows its library. Beside OpenGL (`gpu/opengl`) another one can stand:
+it derives from the classes here, and no pass asks which it is.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.render.gpu.shader_source import ShaderSource
+
+Data: TypeAlias = bytes | bytearray | memoryview | npt.NDArray[np.generic]
+Area = tuple[int, int, int, int]  # x, y, width and height in pixels
+
+
+class Sampling(Enum):
+    """How a shader sees a texture between its texels, and smaller than it is."""
+
+    NEAREST = auto()
+    LINEAR = auto()
+    MIPMAPPED = auto()  # linear, and from smaller levels where it is drawn smaller
+
+
+class Primitive(Enum):
+    """What the vertices of a draw make up."""
+
+    TRIANGLES = auto()
+    TRIANGLE_STRIP = auto()
+
+
+class Blend(Enum):
+    """What a draw does with the colour that is there already."""
+
+    NONE = auto()
+    ADD = auto()
+    OVER = auto()  # straight alpha over it; its own alpha stays
+
+
+class DepthTest(Enum):
+    """Which pixels of a draw are kept, by their depth beside the one that is there already."""
+
+    NONE = auto()
+    LESS = auto()
+    EQUAL = auto()
+    AT_MOST = auto()
+    ALWAYS = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The largest that a device takes: a side of a texture, a storage buffer, a workgroup."""
+
+    texture_side_px: int
+    storage_block_bytes: int
+    group_invocations: int
+
+
+class Sampled(ABC):
+    """What a shader can sample: components of a type, labelled, repeated or clamped at the edge."""
+
+    width: int
+    height: int
+    components: int
+    dtype: str
+    label: str
+    sampling: Sampling
+    repeats: bool
+
+    @property
+    @abstractmethod
+    def is_released(self) -> bool:
+        """True once its memory was given back."""
+
+    @abstractmethod
+    def write(self, data: Data, viewport: Area | None = None) -> None:
+        """Replace the content, or that of an area."""
+
+    @abstractmethod
+    def read(self) -> bytes:
+        """Return the content, row 0 first."""
+
+    @abstractmethod
+    def build_mipmaps(self) -> None:
+        """Make the smaller levels from the content."""
+
+    @abstractmethod
+    def fill_with_nan(self) -> None:
+        """Write NaN into every texel, or the largest number if these are unsigned integers."""
+
+    @abstractmethod
+    def release(self) -> None:
+        """Give the memory back."""
+
+
+class Texture(Sampled):
+    """A picture on the device; `size` is (width, height)."""
+
+    size: tuple[int, int]
+
+    @property
+    @abstractmethod
+    def handle(self) -> int:
+        """The number by which ImGui draws it."""
+
+    @abstractmethod
+    def read(self, level: int = 0) -> bytes:
+        """Return the content, row 0 first, or that of a smaller level."""
+
+    @abstractmethod
+    def read_into(self, data: Data) -> None:
+        """Copy the content, row 0 first, into `data`."""
+
+
+class TextureArray(Sampled):
+    """Several pictures of one size; `size` is (width, height, layers)."""
+
+    size: tuple[int, int, int]
+    layers: int
+
+
+class Texture3D(Sampled):
+    """A lattice of values; `size` is (width, height, depth)."""
+
+    size: tuple[int, int, int]
+
+
+class Buffer(ABC):
+    """Bytes on the device, for storage blocks, vertices and the commands of indirect draws."""
+
+    size: int
+
+    @abstractmethod
+    def write(self, data: Data, offset: int = 0) -> None:
+        """Replace the bytes from `offset` on."""
+
+    @abstractmethod
+    def read(self, size: int = -1, offset: int = 0) -> bytes:
+        """Return `size` bytes from `offset` on; -1 for all."""
+
+    @abstractmethod
+    def clear(self) -> None:
+        """Set every byte to 0."""
+
+    @abstractmethod
+    def orphan(self, size: int = -1) -> None:
+        """Take new memory of `size` bytes, -1 for as many as before; the content is lost."""
+
+    @abstractmethod
+    def copy_to(self, other: "Buffer") -> None:
+        """Copy all bytes to the beginning of another buffer of the device."""
+
+    @abstractmethod
+    def fill_with_nan(self) -> None:
+        """Write NaN into the whole buffer."""
+
+    @abstractmethod
+    def release(self) -> None:
+        """Give the memory back."""
+
+
+@dataclass(frozen=True, slots=True)
+class BufferPart:
+    """The `size` bytes of a buffer from the byte `first` on."""
+
+    whole: Buffer
+    first: int
+    size: int
+
+    def read(self) -> bytes:
+        """Return the content of the part."""
+        return self.whole.read(self.size, offset=self.first)
+
+
+class DepthBuffer(ABC):
+    """The depths beside the colours of a framebuffer."""
+
+    @abstractmethod
+    def release(self) -> None:
+        """Give the memory back."""
+
+
+class Framebuffer(ABC):
+    """Textures that draws write into, or the window.
+
+    scissor        nothing outside of it is drawn or cleared; None for no limit
+    writes_color, writes_depth  False leaves the colours or the depths as they are
+    """
+
+    size: tuple[int, int]
+    viewport: Area
+    scissor: Area | None
+    writes_color: bool
+    writes_depth: bool
+    color_attachments: tuple[Texture, ...]
+
+    @abstractmethod
+    def use(self) -> None:
+        """Let the next draws write into it."""
+
+    @abstractmethod
+    def clear(
+        self, red: float = 0.0, green: float = 0.0, blue: float = 0.0, alpha: float = 0.0
+    ) -> None:
+        """Fill it with a colour, and its depths with the farthest."""
+
+    @abstractmethod
+    def read(self, viewport: Area | None = None, components: int = 3, dtype: str = "f1") -> bytes:
+        """Return the pixels of an area, row 0 first."""
+
+    @abstractmethod
+    def read_into(self, data: Data, components: int = 3) -> None:
+        """Copy the pixels, row 0 first, into `data`."""
+
+    @abstractmethod
+    def release(self) -> None:
+        """Give it back, but not its textures."""
+
+
+Image = Texture | TextureArray | Texture3D
+StorageBuffer = Buffer | BufferPart
+Named: TypeAlias = Mapping[str, Image] | None
+NamedBuffers: TypeAlias = Mapping[str, StorageBuffer] | None
+Uniforms: TypeAlias = Mapping[str, object] | None
+VertexLayout: TypeAlias = Sequence[tuple[Buffer, str, *tuple[str, ...]]]
+
+
+class LinkedProgram(ABC):
+    """A program that the device has built."""
+
+    @abstractmethod
+    def bind(
+        self, textures: Named, images: Named, buffers: NamedBuffers, uniforms: Uniforms
+    ) -> None:
+        """Bind the inputs of the next run by name; raise ShaderError for an undeclared one."""
+
+    @abstractmethod
+    def release(self) -> None:
+        """Delete the program."""
+
+
+class LinkedCompute(LinkedProgram):
+    """A compute program; what a run has written, the next run can read."""
+
+    @abstractmethod
+    def run(self, groups: tuple[int, ...]) -> None:
+        """Run on so many workgroups."""
+
+    @abstractmethod
+    def run_indirect(self, groups: Buffer, offset: int) -> None:
+        """Run on as many workgroups as the three words at `offset` say."""
+
+
+class LinkedArray(ABC):
+    """Buffers as the vertices of a draw program."""
+
+    @abstractmethod
+    def render(self, mode: Primitive, vertices: int) -> None:
+        """Draw so many vertices."""
+
+    @abstractmethod
+    def render_indirect(self, commands: Buffer, mode: Primitive, count: int) -> None:
+        """Draw with `count` commands of the buffer."""
+
+    @abstractmethod
+    def release(self) -> None:
+        """Delete it, but not the buffers."""
+
+
+class LinkedDraw(LinkedProgram):
+    """A program that draws vertices."""
+
+    @abstractmethod
+    def vertex_array(self, layout: VertexLayout, index: Buffer | None) -> LinkedArray:
+        """Return buffers and their attributes as vertices, without the unused attributes."""
+
+
+class Timer(AbstractContextManager["Timer"]):
+    """Measures the time that the device takes for the work issued inside."""
+
+    seconds: float
+
+
+class Device(ABC):
+    """Makes textures, buffers, programs and targets, and issues work to one GPU or rasteriser.
+
+    name, vendor, version  of the driver
+    is_software            a rasteriser on the processor: no fast memory, and timers are wrong; a
+                           test may set it to False to have what a GPU would get
+    error                  the driver's word for what failed since it was last asked; "" for nothing
+    """
+
+    name: str
+    vendor: str
+    version: str
+    limits: Limits
+    is_software: bool
+
+    @property
+    @abstractmethod
+    def error(self) -> str:
+        """What failed since it was last asked; "" for nothing."""
+
+    @property
+    @abstractmethod
+    def screen(self) -> Framebuffer:
+        """The window."""
+
+    @abstractmethod
+    def texture(
+        self, size: tuple[int, int], components: int, data: Data | None = None, dtype: str = "f1"
+    ) -> Texture:
+        """Make a texture, sampled linearly and repeated."""
+
+    @abstractmethod
+    def texture_array(
+        self,
+        size: tuple[int, int, int],
+        components: int,
+        data: Data | None = None,
+        dtype: str = "f1",
+    ) -> TextureArray:
+        """Make an array of textures."""
+
+    @abstractmethod
+    def texture3d(
+        self,
+        size: tuple[int, int, int],
+        components: int,
+        data: Data | None = None,
+        dtype: str = "f1",
+    ) -> Texture3D:
+        """Make a texture in three dimensions."""
+
+    @abstractmethod
+    def shadow_map(self, size: tuple[int, int]) -> Texture:
+        """Make a texture of depths, which answers comparisons, blended between four texels."""
+
+    @abstractmethod
+    def depth_buffer(self, size: tuple[int, int]) -> DepthBuffer:
+        """Make the depths beside the colours of a framebuffer."""
+
+    @abstractmethod
+    def buffer(self, data: Data | None = None, reserve: int = 0) -> Buffer:
+        """Make a buffer with content, or of so many bytes."""
+
+    @abstractmethod
+    def framebuffer(
+        self, colors: Sequence[Texture] = (), depth: DepthBuffer | Texture | None = None
+    ) -> Framebuffer:
+        """Make a framebuffer that draws into textures, the first one as output 0."""
+
+    @abstractmethod
+    def simple_framebuffer(self, size: tuple[int, int]) -> Framebuffer:
+        """Make a framebuffer with memory of its own."""
+
+    @abstractmethod
+    def copy_framebuffer(self, target: Framebuffer, source: Framebuffer) -> None:
+        """Copy the pixels of one framebuffer into another."""
+
+    @abstractmethod
+    def compute_program(self, source: ShaderSource) -> LinkedCompute:
+        """Build a compute program. Raises ShaderError with the driver's log."""
+
+    @abstractmethod
+    def draw_program(self, vertex: ShaderSource, fragment: ShaderSource) -> LinkedDraw:
+        """Build a program that draws. Raises ShaderError with the driver's log."""
+
+    @abstractmethod
+    def draw_with(self, blend: Blend = Blend.NONE, depth: DepthTest = DepthTest.NONE) -> None:
+        """Let the next draws blend and compare depths in this way."""
+
+    @abstractmethod
+    def timer(self) -> Timer:
+        """Return a timer, whose seconds are wrong where the device is software."""
+
+    @abstractmethod
+    def finish(self) -> None:
+        """Wait until all work is done."""
+
+    @abstractmethod
+    def make_current(self) -> None:
+        """Let the calls of this thread go to this device, where a program has several."""
+
+    @abstractmethod
+    def release(self) -> None:
+        """Give the device back."""

@@ -1,0 +1,232 @@
+"""OpenGL 4.3 by moderngl as a device, without a window (by EGL) or in that of the program.
+
+New textures and buffers can be filled with NaN, to find passes that read before they write: Mesa's
+llvmpipe returns zeroed memory, other drivers old contents. With HEATLENS_FILL_NAN=1 in the
+environment, such a mistake is visible in every picture and test.
+"""
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import moderngl
+
+from heatlens.core.base.errors import GpuError
+from heatlens.render.gpu.device import (
+    Blend,
+    Data,
+    DepthBuffer,
+    DepthTest,
+    Device,
+    Framebuffer,
+    Limits,
+    Sampling,
+    Texture,
+    Timer,
+)
+from heatlens.render.gpu.opengl.objects import (
+    GlBuffer,
+    GlDepthBuffer,
+    GlFramebuffer,
+    GlTexture,
+    GlTexture3D,
+    GlTextureArray,
+)
+from heatlens.render.gpu.opengl.programs import GlCompute, GlDraw
+from heatlens.render.gpu.shader_source import ShaderSource
+
+NAN_VARIABLE = "HEATLENS_FILL_NAN"
+_EGL: dict[str, Any] = {"backend": "egl"}  # reaches glcontext; moderngl's stub has no name for it
+_INSTALL = "On Debian or Ubuntu: apt-get install libgl1 libegl1"
+_TOO_OLD = (
+    "The installed driver has an older version: a newer driver may help, and "
+    "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor"
+)
+_SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
+# Straight alpha over the content below; the screen stays opaque, so the desktop never shows.
+_BLENDS: dict[Blend, tuple[int, ...]] = {
+    Blend.ADD: (moderngl.ONE, moderngl.ONE),
+    Blend.OVER: (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE),
+}
+# moderngl's names of the comparisons; "1" is always true.
+_COMPARED = {
+    DepthTest.LESS: "<",
+    DepthTest.EQUAL: "==",
+    DepthTest.AT_MOST: "<=",
+    DepthTest.ALWAYS: "1",
+}
+
+
+class GlDevice(Device):
+    """A context of OpenGL."""
+
+    def __init__(self, raw: moderngl.Context) -> None:
+        self.raw: Any = raw  # the stub of moderngl misses what it takes
+        info = raw.info
+        self.name, self.vendor = str(info["GL_RENDERER"]), str(info["GL_VENDOR"])
+        self.version = str(info["GL_VERSION"])
+        self.limits = Limits(
+            int(info["GL_MAX_TEXTURE_SIZE"]),
+            int(info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]),
+            int(info["GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS"]),
+        )
+        self.is_software = any(name in self.name.lower() for name in _SOFTWARE)
+        self.fills_nan = bool(os.environ.get(NAN_VARIABLE))
+        self._screen: GlFramebuffer | None = None
+
+    @property
+    def error(self) -> str:
+        """What failed since it was last asked; "" for nothing."""
+        said = str(self.raw.error)
+        return "" if said == "GL_NO_ERROR" else said
+
+    @property
+    def screen(self) -> Framebuffer:
+        """The window."""
+        if self._screen is None:
+            self._screen = GlFramebuffer(self.raw.screen)
+        return self._screen
+
+    def texture(
+        self, size: tuple[int, int], components: int, data: Data | None = None, dtype: str = "f1"
+    ) -> GlTexture:
+        """Make a texture, sampled linearly and repeated."""
+        made = GlTexture(self.raw.texture(size, components, data, dtype=dtype))
+        if self.fills_nan and data is None:
+            made.fill_with_nan()
+        return made
+
+    def texture_array(
+        self,
+        size: tuple[int, int, int],
+        components: int,
+        data: Data | None = None,
+        dtype: str = "f1",
+    ) -> GlTextureArray:
+        """Make an array of textures."""
+        made = GlTextureArray(self.raw.texture_array(size, components, data, dtype=dtype))
+        if self.fills_nan and data is None:
+            made.fill_with_nan()
+        return made
+
+    def texture3d(
+        self,
+        size: tuple[int, int, int],
+        components: int,
+        data: Data | None = None,
+        dtype: str = "f1",
+    ) -> GlTexture3D:
+        """Make a texture in three dimensions."""
+        made = GlTexture3D(self.raw.texture3d(size, components, data, dtype=dtype))
+        if self.fills_nan and data is None:
+            made.fill_with_nan()
+        return made
+
+    def shadow_map(self, size: tuple[int, int]) -> GlTexture:
+        """Make a texture of depths, which answers comparisons, blended between four texels."""
+        raw = self.raw.depth_texture(size)
+        raw.compare_func = "<="
+        made = GlTexture(raw)
+        made.sampling, made.repeats = Sampling.LINEAR, False
+        return made
+
+    def depth_buffer(self, size: tuple[int, int]) -> GlDepthBuffer:
+        """Make the depths beside the colours of a framebuffer."""
+        return GlDepthBuffer(self.raw.depth_renderbuffer(size))
+
+    def buffer(self, data: Data | None = None, reserve: int = 0) -> GlBuffer:
+        """Make a buffer with content, or of so many bytes."""
+        made = GlBuffer(self.raw.buffer(data, reserve=reserve), self.fills_nan)
+        if self.fills_nan and data is None:
+            made.fill_with_nan()
+        return made
+
+    def framebuffer(
+        self, colors: Sequence[Texture] = (), depth: DepthBuffer | Texture | None = None
+    ) -> GlFramebuffer:
+        """Make a framebuffer that draws into textures, the first one as output 0."""
+        depths = None if depth is None else _raw(depth)
+        return GlFramebuffer(self.raw.framebuffer([_raw(it) for it in colors], depths), colors)
+
+    def simple_framebuffer(self, size: tuple[int, int]) -> GlFramebuffer:
+        """Make a framebuffer with memory of its own."""
+        return GlFramebuffer(self.raw.simple_framebuffer(size))
+
+    def copy_framebuffer(self, target: Framebuffer, source: Framebuffer) -> None:
+        """Copy the pixels of one framebuffer into another."""
+        self.raw.copy_framebuffer(_raw(target), _raw(source))
+
+    def compute_program(self, source: ShaderSource) -> GlCompute:
+        """Build a compute program. Raises ShaderError with the driver's log."""
+        return GlCompute(self.raw, source)
+
+    def draw_program(self, vertex: ShaderSource, fragment: ShaderSource) -> GlDraw:
+        """Build a program that draws. Raises ShaderError with the driver's log."""
+        return GlDraw(self.raw, vertex, fragment)
+
+    def draw_with(self, blend: Blend = Blend.NONE, depth: DepthTest = DepthTest.NONE) -> None:
+        """Let the next draws blend and compare depths in this way."""
+        flags: int = moderngl.NOTHING
+        if blend is not Blend.NONE:
+            flags |= moderngl.BLEND
+            self.raw.blend_func = _BLENDS[blend]
+        if depth is not DepthTest.NONE:
+            flags |= moderngl.DEPTH_TEST
+            self.raw.depth_func = _COMPARED[depth]
+        self.raw.enable_only(flags)
+
+    def timer(self) -> Timer:
+        """Return a timer, whose seconds are wrong where the device is software."""
+        return _GlTimer(self.raw.query(time=True))
+
+    def finish(self) -> None:
+        """Wait until all work is done."""
+        self.raw.finish()
+
+    def make_current(self) -> None:
+        """Let the calls of this thread go to this device, where a program has several."""
+        self.raw.__enter__()
+
+    def release(self) -> None:
+        """Give the device back."""
+        self.raw.release()
+
+
+class _GlTimer(Timer):
+    """A query of OpenGL for the time."""
+
+    def __init__(self, query: Any) -> None:
+        self._query, self.seconds = query, 0.0
+
+    def __enter__(self) -> Timer:
+        self._query.__enter__()
+        return self
+
+    def __exit__(self, *failed: object) -> None:
+        self._query.__exit__(*failed)
+        self.seconds = self._query.elapsed * 1e-9
+
+
+def _raw(made: Any) -> Any:
+    """Return moderngl's object of one of this device."""
+    return made.raw
+
+
+def headless_device() -> GlDevice:
+    """Make a device that needs no window. Raises GpuError that says what to install."""
+    try:
+        return GlDevice(moderngl.create_context(standalone=True, require=430, **_EGL))
+    except Exception as error:  # moderngl and glcontext raise bare Exception
+        raise GpuError(f"No OpenGL 4.3 ({error}). {_help(str(error))}") from error
+
+
+def _help(why: str) -> str:
+    """Return what to install, or what to try if the installed driver is too old."""
+    if "device index" in why:
+        return "--device counts the devices of EGL from 0."
+    return _TOO_OLD if "eglCreateContext" in why else _INSTALL
+
+
+def window_device() -> GlDevice:
+    """Return the device of the current window."""
+    return GlDevice(moderngl.create_context(require=430))

@@ -1,0 +1,299 @@
+"""Keep pictures within a size limit, in memory or in a folder; the least recently used go first.
+
+`LimitedStore` is the base of both. Several windows may share the folder: files are written
+completely or not at all, and a file that is damaged or was deleted by another window counts as
+missing. `KeptPicture` is a rendered picture in half floats with its windows, and its file format.
+"""
+
+import json
+import math
+import os
+import re
+import struct
+import threading
+import zlib
+from collections import OrderedDict
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.free_memory import free_memory_bytes
+from heatlens.core.base.paths import file_bytes
+from heatlens.core.model.boxes import Box
+from heatlens.media.files.atomic_file import FOR_THE_USER, remove_leftovers, replacing
+from heatlens.render.gpu.textures import FloatArray
+
+HalfImage = npt.NDArray[np.float16]
+_F = TypeVar("_F", np.float16, np.float32)
+_Parts = tuple[npt.NDArray[_F], Box, Box, float]  # of a picture
+
+_HALF_MOST = 65504.0  # the largest half float; larger values would become infinite
+_MAGIC = b"HLframe1"
+_HEAD = struct.Struct("<8sII")  # magic, CRC-32 of the rest, length of the description
+
+
+@dataclass(frozen=True, eq=False)
+class RenderedPicture:
+    """One frame as it was rendered: a KeptPicture with (H, W, 4) float32 pixels."""
+
+    pixels: FloatArray
+    data_window: Box
+    display_window: Box
+    pixel_aspect: float = 1.0
+
+    def kept(self) -> "KeptPicture":
+        """Return the picture in half floats; this takes a while."""
+        half = half_of(self.pixels)
+        return KeptPicture(half, self.data_window, self.display_window, self.pixel_aspect)
+
+
+@dataclass(frozen=True, eq=False)
+class KeptPicture:
+    """One frame.
+
+    pixels          (H, W, 4) half floats, scene-linear, premultiplied
+    data_window     that of the plate it was rendered from, in pixels of the plate
+    display_window  that of the same plate
+    pixel_aspect    width of a pixel divided by its height
+    """
+
+    pixels: HalfImage
+    data_window: Box
+    display_window: Box
+    pixel_aspect: float = 1.0
+
+    def kept(self) -> "KeptPicture":
+        """Return the picture itself."""
+        return self
+
+
+def half_of(pixels: FloatArray) -> HalfImage:
+    """Round float32 pixels to half floats, clamped to the largest half float."""
+    return np.clip(pixels, -_HALF_MOST, _HALF_MOST).astype(np.float16)
+
+
+def encoded(picture: KeptPicture | RenderedPicture, key: str) -> bytes:
+    """Return the bytes of a file that holds `picture` under `key`."""
+    height, width = picture.pixels.shape[:2]
+    windows = [box.corners for box in (picture.data_window, picture.display_window)]
+    facts = {"key": key, "size": [width, height], "windows": windows}
+    words = json.dumps(facts | {"pixel_aspect": picture.pixel_aspect}).encode()
+    pixels = np.ascontiguousarray(picture.pixels).data.cast("B")
+    check = zlib.crc32(pixels, zlib.crc32(words))
+    return b"".join((_HEAD.pack(_MAGIC, check, len(words)), words, pixels))
+
+
+def decoded(data: bytes, key: str) -> KeptPicture | None:
+    """Return the picture that `encoded` wrote under `key`; None for other or damaged data."""
+    found = _decoded(data, key, np.float16)
+    return None if found is None else KeptPicture(*found)
+
+
+def decoded_whole(data: bytes, key: str) -> RenderedPicture | None:
+    """Return a picture in full precision as `decoded` returns one in half floats."""
+    found = _decoded(data, key, np.float32)
+    return None if found is None else RenderedPicture(*found)
+
+
+def _decoded(data: bytes, key: str, floats: type[_F]) -> _Parts[_F] | None:
+    if len(data) < _HEAD.size:
+        return None
+    magic, check, count = _HEAD.unpack_from(data)
+    if magic != _MAGIC or zlib.crc32(memoryview(data)[_HEAD.size :]) != check:
+        return None
+    try:
+        facts = json.loads(data[_HEAD.size : _HEAD.size + count])
+        pixels = np.frombuffer(data, floats, offset=_HEAD.size + count)
+        return _picture(facts, pixels) if facts["key"] == key else None
+    except (ValueError, KeyError, TypeError):  # intact, but written by another program
+        return None
+
+
+def _picture(facts: dict[str, Any], floats: npt.NDArray[_F]) -> _Parts[_F]:
+    """Return the picture of a description. Raises ValueError if no renderer could have made it."""
+    width, height = facts["size"]
+    pixels = floats.reshape(height, width, 4)
+    aspect, corners = float(facts["pixel_aspect"]), np.array(facts["windows"])
+    is_whole = corners.dtype.kind == "i" and np.abs(corners).max() < 1 << 31
+    is_possible = is_whole and 0 < aspect < math.inf and (corners[:, 2:] > corners[:, :2]).all()
+    if not (is_possible and np.isfinite(pixels).all()):
+        raise ValueError("this is not a rendered picture")
+    data_window, display_window = (Box(*map(int, box)) for box in corners)
+    return pixels, data_window, display_window, aspect
+
+
+_FREE_SHARE = 4  # the default limit is a quarter of the free memory
+_UNKNOWN_FREE = 4 << 30  # bytes, if the free memory is unknown
+
+
+class LimitedStore:
+    """Counts the bytes of stored pictures by key; may be called from any thread."""
+
+    def __init__(self, limit_bytes: int) -> None:
+        self._lock = threading.Lock()
+        self._sizes: dict[str, int] = {}  # bytes by key; guarded by the lock
+        self.limit_bytes = limit_bytes  # the largest sum that the store keeps
+
+    @property
+    def bytes_in_use(self) -> int:
+        """The bytes of all stored pictures."""
+        with self._lock:
+            return sum(self._sizes.values())
+
+    def keys(self) -> frozenset[str]:
+        """Return the keys of all stored pictures, without waiting for a disk."""
+        with self._lock:
+            return frozenset(self._sizes)
+
+
+class MemoryStore(LimitedStore):
+    """Holds pictures by key. Every method may be called from any thread."""
+
+    def __init__(self, limit_bytes: int) -> None:
+        super().__init__(limit_bytes)
+        self._held: OrderedDict[str, KeptPicture] = OrderedDict()
+
+    def resize(self, limit_bytes: int) -> None:
+        """Set another limit, and drop pictures beyond it at once."""
+        with self._lock:
+            self.limit_bytes = limit_bytes
+            self._trim(limit_bytes)
+
+    def get(self, key: str) -> KeptPicture | None:
+        """Return the picture and mark it as used; None if it is not in memory."""
+        with self._lock:
+            if key in self._held:
+                self._held.move_to_end(key)
+            return self._held.get(key)
+
+    def put(self, key: str, picture: KeptPicture) -> None:
+        """Keep a picture, unless it is larger than the limit."""
+        with self._lock:
+            self._drop(key)
+            size = picture.pixels.nbytes
+            if size <= self.limit_bytes:
+                self._trim(self.limit_bytes - size)
+                self._held[key], self._sizes[key] = picture, size
+
+    def clear(self) -> None:
+        """Drop all pictures."""
+        with self._lock:
+            self._held.clear()
+            self._sizes.clear()
+
+    def _trim(self, most: int) -> None:
+        total = sum(self._sizes.values())
+        while total > most:
+            oldest = next(iter(self._held))
+            total -= self._sizes[oldest]
+            self._drop(oldest)
+
+    def _drop(self, key: str) -> None:
+        self._held.pop(key, None)
+        self._sizes.pop(key, None)
+
+
+def default_memory_bytes() -> int:
+    """Return a quarter of the currently free memory in bytes."""
+    free = free_memory_bytes()
+    return (_UNKNOWN_FREE if free is None else free) // _FREE_SHARE
+
+
+DEFAULT_BYTES = 4 << 30
+_NAME = re.compile(r"([0-9a-f]{32})\.frame")
+
+
+class DiskStore(LimitedStore):
+    """Files by key, for any thread; `keys` and `bytes_in_use` are of the last listing."""
+
+    def __init__(self, folder: Path, limit_bytes: int = DEFAULT_BYTES) -> None:
+        """Make a store; `folder` is created with the first picture, and `look` lists its files."""
+        super().__init__(limit_bytes)
+        self.folder = folder
+
+    def look(self) -> None:
+        """List the pictures in the folder, and delete those beyond the limit."""
+        remove_leftovers(self.folder)
+        self._trim(0)
+
+    def resize(self, limit_bytes: int) -> None:
+        """Set another limit, and delete files beyond it at once."""
+        self.limit_bytes = limit_bytes
+        self._trim(0)
+
+    def load(self, key: str) -> KeptPicture | None:
+        """Return the picture and mark its file as used; delete a damaged file and return None."""
+        path = self._path(key)
+        try:
+            picture = decoded(file_bytes(path), key)
+        except OSError:
+            picture = None
+        if picture is None:
+            self._delete(key)
+        else:
+            with suppress(OSError):
+                os.utime(path)
+        return picture
+
+    def save(self, key: str, picture: KeptPicture) -> None:
+        """Write a picture, unless it is larger than the limit.
+
+        Raises InputError if the file cannot be written.
+        """
+        data = encoded(picture, key)
+        if len(data) > self.limit_bytes:
+            return
+        try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.folder} cannot be made: {error.strerror}.") from error
+        self._trim(len(data))
+        with replacing(self._path(key), FOR_THE_USER) as beside:  # shots may be confidential
+            beside.write_bytes(data)
+        with self._lock:
+            self._sizes[key] = len(data)
+        self._trim(0)  # another window may have written at the same time
+
+    def clear(self) -> None:
+        """Delete every picture in the folder."""
+        for key in self._listed():
+            self._delete(key)
+
+    def _path(self, key: str) -> Path:
+        return self.folder / f"{key}.frame"
+
+    def _delete(self, key: str) -> None:
+        with suppress(OSError):
+            self._path(key).unlink(missing_ok=True)
+        with self._lock:
+            self._sizes.pop(key, None)
+
+    def _trim(self, room: int) -> None:
+        """Delete the oldest files until `room` more bytes fit into the limit."""
+        listed = self._listed()
+        with self._lock:
+            self._sizes = {key: size for key, (_, size) in listed.items()}
+        total = sum(size for _, size in listed.values()) + room
+        for key in sorted(listed, key=lambda key: listed[key][0]):
+            if total <= self.limit_bytes:
+                break
+            self._delete(key)
+            total -= listed[key][1]
+
+    def _listed(self) -> Mapping[str, tuple[int, int]]:
+        """Return the time of last use in nanoseconds and the size of every file, by key."""
+        found: dict[str, tuple[int, int]] = {}
+        with suppress(OSError), os.scandir(self.folder) as entries:
+            for entry in entries:
+                match = _NAME.fullmatch(entry.name)
+                if match:
+                    with suppress(OSError):  # another window has deleted it
+                        status = entry.stat()
+                        found[match[1]] = status.st_mtime_ns, status.st_size
+        return found

@@ -1,0 +1,229 @@
+"""Depth of field by accumulation: the mean of the views from many points of the lens.
+
+Haeberli and Akeley 1990. It includes surfaces that a pinhole cannot see, which other methods guess,
+but the scene is drawn once for each point.
+
+The points of the lens and of a pixel are spread so evenly that few of them are enough: Sobol's
+sequence in four dimensions, the first two for the lens, scrambled as Owen 1995 does by the hash of
+Laine and Karras 2011 with the constants of Burley 2020. Later points of the sequence go on filling
+the gaps between the earlier ones.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.model.lens.pupil import Pupil
+from heatlens.media.scene.scene_view import SceneView
+from heatlens.render.gpu.device import Device, Image, Texture
+from heatlens.render.gpu.program import ComputeProgram, pixel_groups
+from heatlens.render.gpu.program_versions import ProgramVersions
+from heatlens.render.gpu.textures import TexturePool
+from heatlens.render.scene_gpu.raster import SceneRaster
+
+Colors = tuple[float, float, float, float]  # red, green, blue, alpha: 1 where a view counts
+SIDES_LAYERS = 5  # layers of the image in lib/sides.lib.glsl
+_ALL_COLORS: Colors = (1.0, 1.0, 1.0, 1.0)
+_EACH_COLOR: tuple[Colors, ...] = ((1.0, 0, 0, 0), (0, 1.0, 0, 1.0), (0, 0, 1.0, 0))
+Array = NDArray[np.float64]
+Words = NDArray[np.uint32]
+
+_BITS = 32
+# Joe and Kuo 2008, new-joe-kuo-6.21201: coefficients of the polynomial and first odd numbers, for
+# each dimension after the first, which is van der Corput's.
+_POLYNOMIALS = (((), (1,)), ((1,), (1, 3)), ((0, 1), (1, 3, 1)))
+_FACTORS = (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6)
+
+
+class Accumulation:
+    """Keeps the sum of the views so far, so that more views cost only the new ones."""
+
+    def __init__(self, ctx: Device, raster: SceneRaster) -> None:
+        self._raster = raster
+        self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "accumulate.comp.glsl", on))
+        self._pool = TexturePool(ctx)
+        self._key: tuple[object, tuple[int, int]] | None = None
+        self._count = 0
+
+    def release(self) -> None:
+        """Release everything on the GPU."""
+        for program in self._programs.all:
+            program.release()
+        self._pool.release()
+
+    def steps(
+        self,
+        view: SceneView,
+        pupil: Pupil,
+        views: int,
+        out: Texture,
+        key: object,
+    ) -> Iterator[str]:
+        """Render the mean of `views` views through `pupil` into `out`.
+
+        `out` is RGBA of the view's size, half or float32. It holds the mean so far after each step
+        called "view"; steps called "band" come between. The caller passes equal keys only for an
+        equal scene, view and lens; the sum for an equal key is continued. If fewer views are asked
+        for than were summed, the sum starts again, so that the picture depends on their number
+        alone. A pupil of radius 0 gives the antialiased picture of a pinhole.
+
+        If the pupil is not plain, each pixel weighs the views by the light that reaches its place
+        in the picture. If each colour has its own focus, a view is drawn for each colour.
+        """
+        if self._key != (key, view.size) or self._count > views:
+            self._key, self._count = (key, view.size), 0
+        if self._count == views:
+            weighing = _weighing(pupil, view, (0.0, 0.0), _ALL_COLORS)
+            self._add(out, pupil, weighing, is_new=False)
+            return
+        offsets, jitters = lens_samples(self._count, views, pupil)
+        for (u, v), (x, y) in zip(offsets.tolist(), jitters.tolist(), strict=True):
+            number = self._count
+            through = replace(view, offset_m=(u, v), jitter_px=(x, y), sample=number)
+            for colors, focused in _views_of_colors(pupil, through):
+                yield from self._draw(focused, not pupil.is_plain)
+                weighing = _weighing(pupil, focused, (u, v), colors)
+                is_last = colors[2] == 1.0
+                is_first = number == 0 and colors[0] == 1.0
+                self._add(out, pupil, weighing, is_new=True, is_first=is_first)
+                self._count += is_last
+                yield "view" if is_last else "band"
+
+    def _draw(self, view: SceneView, has_depth: bool) -> Iterator[str]:
+        """Draw the texture "view", and "depth" if requested, band by band."""
+        drawn = self._pool.texture("view", view.size, 4)
+        for band in self._raster.bands.of(view.size):
+            self._raster.draw(view, drawn, band)
+            if has_depth:
+                self._raster.depth(view, self._pool.texture("depth", view.size, 1), band)
+            if band.y1 < view.size[1]:
+                yield "band"
+
+    def _add(
+        self,
+        out: Texture,
+        pupil: Pupil,
+        weighing: dict[str, object] | None,
+        is_new: bool,
+        is_first: bool = False,
+    ) -> None:
+        """Add the view that was drawn last, or only write the mean again."""
+        textures = {"view_tx": self._pool.texture("view", out.size, 4)}
+        images: dict[str, Image] = {"mean_img": out}
+        if weighing is not None:
+            textures["depth_tx"] = self._pool.texture("depth", out.size, 1)
+            images["sides_img"] = self._pool.array("sides", out.size, SIDES_LAYERS, 4)
+        else:
+            images["sum_img"] = self._pool.texture("sum", out.size, 4)
+        self._programs.with_(**pupil.switches).dispatch(
+            pixel_groups(out.size),
+            textures=textures,
+            images=images,
+            uniforms={
+                "count": float(self._count + is_new),
+                "is_first": is_first,
+                "is_new": is_new,
+                **(weighing or {}),
+            },
+        )
+
+
+def _views_of_colors(pupil: Pupil, view: SceneView) -> Iterator[tuple[Colors, SceneView]]:
+    """Yield one view for all colours, or one each if every colour has its own focus."""
+    if pupil.axial_dioptres == 0.0:
+        yield _ALL_COLORS, view
+        return
+    for number, colors in enumerate(_EACH_COLOR):
+        dioptres = 1 / view.focus_m + (number - 1) * pupil.axial_dioptres
+        yield colors, replace(view, focus_m=1 / dioptres if dioptres else math.inf)
+
+
+def _weighing(
+    pupil: Pupil, view: SceneView, offset_m: tuple[float, float], colors: Colors
+) -> dict[str, object] | None:
+    """Return the uniforms that weigh a view; None if all views weigh the same."""
+    if pupil.is_plain:
+        return None
+    across, up = pupil.half_extents_m
+    return pupil.uniforms(view.size) | {
+        "lens_at": (offset_m[0] / across, offset_m[1] / up),
+        "focus_dioptres": 1 / view.focus_m,
+        **view.lean.uniforms(1.0),
+        "focal_px": view.focal_px,
+        "colors": colors,
+    }
+
+
+def lens_samples(
+    count_from: int, count_to: int, pupil: Pupil, seed: int = 0
+) -> tuple[Array, Array]:
+    """Return the offsets and jitters, (n, 2) each, of samples `count_from` to `count_to` - 1.
+
+    Offsets are uniform over `pupil`, in metres, jitters over the pixel, [-0.5, 0.5). Equal numbers
+    and an equal seed, 0 to 2^32 - 1, give equal points.
+    """
+    points = _sobol(np.arange(count_from, count_to, dtype=np.uint32), seed)
+    return pupil.points_m(points[:, :2]), points[:, 2:] - 0.5
+
+
+def _sobol(numbers: Words, seed: int) -> Array:
+    """Return (n, 4) scrambled points in [0, 1)."""
+    words = np.stack([_digits(numbers, column) for column in _DIRECTIONS], axis=-1)
+    salts = _mixed(np.arange(1, 5, dtype=np.uint32) ^ _mixed(np.array([seed], np.uint32)))
+    return np.asarray(_scrambled(words, salts) / 2.0**_BITS)
+
+
+def _directions() -> Words:
+    """Return (4, 32) words: the bits that each bit of a number flips in each dimension."""
+    first = [1 << (_BITS - 1 - bit) for bit in range(_BITS)]
+    rows = [first, *(_direction_row(*polynomial) for polynomial in _POLYNOMIALS)]
+    return np.array(rows, np.uint32)
+
+
+def _direction_row(inner: tuple[int, ...], start: tuple[int, ...]) -> list[int]:
+    """Return the recurrence of Bratley and Fox 1988 for one primitive polynomial."""
+    degree = len(start)
+    row = [number << (_BITS - 1 - bit) for bit, number in enumerate(start)]
+    for bit in range(degree, _BITS):
+        word = row[bit - degree] ^ (row[bit - degree] >> degree)
+        for back, coefficient in enumerate(inner, start=1):
+            word ^= coefficient * row[bit - back]
+        row.append(word)
+    return row
+
+
+_DIRECTIONS = _directions()
+
+
+def _digits(numbers: Words, directions: Words) -> Words:
+    """Return the points of one dimension as fractions of 2^32."""
+    words = np.zeros_like(numbers)
+    for bit, direction in enumerate(directions):
+        words ^= (numbers >> np.uint32(bit) & np.uint32(1)) * direction
+    return words
+
+
+def _scrambled(words: Words, salts: Words) -> Words:
+    """Flip each bit by a hash of the bits above it, which keeps the points evenly spread."""
+    hashed = _reversed(words) + salts
+    for factor in _FACTORS:
+        hashed ^= hashed * np.uint32(factor)
+    return _reversed(hashed)
+
+
+def _reversed(words: Words) -> Words:
+    """Return the words with their bits in reverse order."""
+    for shift, mask in ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF)):
+        step, low = np.uint32(shift), np.uint32(mask)
+        words = ((words >> step) & low) | ((words & low) << step)
+    return (words >> np.uint32(16)) | (words << np.uint32(16))
+
+
+def _mixed(words: Words) -> Words:
+    """Hash numbers with the finaliser of MurmurHash3, so that neighbours become unlike."""
+    words = (words ^ (words >> np.uint32(16))) * np.uint32(0x85EBCA6B)
+    words = (words ^ (words >> np.uint32(13))) * np.uint32(0xC2B2AE35)
+    return words ^ (words >> np.uint32(16))

@@ -1,0 +1,84 @@
+"""Divide a picture into bands of rows, so that drawing can pause between two bands.
+
+What is drawn never depends on how fast a machine is. A view of other rows is rounded otherwise, so
+that bands with views of their own are the same everywhere; shorter steps only draw parts of them.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from heatlens.core.model.boxes import Box
+from heatlens.media.scene.scene_view import SceneView
+from heatlens.render.gpu.context import is_software
+from heatlens.render.gpu.device import Device
+
+# On a processor, this many pixels of a scene take about 25 ms of one core. Each band processes all
+# triangles again, and a triangle takes half as long as a pixel, so many triangles need larger
+# bands.
+_LEAST_PX = 1 << 16
+_PX_FOR_A_TRIANGLE = 1
+# Rows come in quarters of a tile of Mesa's rasteriser; with a small share, in its smallest blocks.
+_ROWS, _ROWS_LEAST = 16, 4
+_SAMPLES_MOST = 1 << 21  # samples in a band; its texture has 16 bytes for each
+
+Rows = tuple[int, int]  # the first row, and the one after the last
+
+
+class Bands:
+    """Divides a picture into bands by the cost of drawing on this machine."""
+
+    def __init__(self, ctx: Device, triangles: int) -> None:
+        """Create it; each band draws all `triangles` again.
+
+        `share`, 1 at most, makes those of `of` smaller on a processor; it may change at any time.
+        """
+        self._is_cut, self._triangles, self.share = is_software(ctx), triangles, 1.0
+
+    def _pixels(self, share: float) -> int:
+        """Return the size of a band on a processor."""
+        return max(round(share * _LEAST_PX), _PX_FOR_A_TRIANGLE * self._triangles)
+
+    def of(self, size: tuple[int, int], larger: int = 1) -> Iterator[Box]:
+        """Yield bands of whole rows that cover a picture of `size`; for a GPU, a single band.
+
+        On a processor they are `larger` times as large as usual.
+        """
+        (width, height), y = size, 0
+        while y < height:
+            pixels = larger * self._pixels(self.share)
+            step = max(_ROWS_LEAST, round(self.share * _ROWS))
+            rows = -(-pixels // (width * step)) * step if self._is_cut else height
+            yield Box(0, y, width, min(y + rows, height))
+            y += rows
+
+    def of_samples(self, size: tuple[int, int], across: int, larger: int) -> Iterator[Rows]:
+        """Yield the rows of bands of a picture with `across` x `across` samples a pixel.
+
+        All bands have the same number of rows, so that the last one may end outside the picture.
+        On a processor they are `larger` times as large as usual. With a share of 1, `of` does not
+        divide the samples of a band.
+        """
+        width, height = size
+        most = min(larger * self._pixels(1.0), _SAMPLES_MOST) if self._is_cut else _SAMPLES_MOST
+        count = -(-height // max(1, most // (width * across * across)))
+        rows = -(-height // count)
+        for first in range(0, height, rows):
+            yield first, first + rows
+
+
+def samples_of(view: SceneView, rows: Rows, across: int) -> SceneView:
+    """Return the view of some rows of a picture with `across` x `across` samples a pixel.
+
+    Its pixels are the samples.
+    """
+    (width, height), (first, end) = view.size, rows
+    below_px = (first + end - height) / 2
+    return replace(
+        view,
+        size=(across * width, across * (end - first)),
+        focal_px=across * view.focal_px,
+        jitter_px=(0.0, across * below_px),
+        sample=0,
+        across=across,
+        first_row=first,
+    )

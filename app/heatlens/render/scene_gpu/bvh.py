@@ -1,0 +1,213 @@
+"""Trees of boxes over triangles and over instances, for rays; plain NumPy, no OpenGL.
+
+All nodes of a level are split together: items go into bins along each axis, and each node is cut by
+the surface area heuristic (Wald 2007, "On fast construction of SAH-based bounding volume
+hierarchies"). The two children of a node are neighbours in the array.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.media.scene.scene import Array, Mesh
+from heatlens.render.gpu.shader_constants import BVH_DEPTH_MOST
+
+Floats = NDArray[np.float32]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+# count > 0: a leaf with the items first .. first + count - 1 of `order`;
+# count < 0: children at first and first + 1, cut across the axis -1 - count, the lower one first
+NODE = np.dtype([("low", "f4", 3), ("first", "i4"), ("high", "f4", 3), ("count", "i4")])
+LEAF_MOST = 4  # triangles in a leaf
+_BINS = 8
+_BEYOND = np.float32(1e30)  # bounds of an empty box
+
+
+@dataclass(frozen=True, eq=False)
+class Bvh:
+    """A bounding volume hierarchy: nodes (N,) of `NODE`, the root first, and the order of items.
+
+    The order (n,) lists the items as the leaves refer to them.
+    """
+
+    nodes: NDArray[np.void]
+    order: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class MeshTrees:
+    """The trees of several meshes, one after the other.
+
+    nodes      (N,) of `NODE`; children and triangles are numbered across all meshes
+    roots      (meshes,) int32: the root of each tree
+    triangles  (T, 4) uint32: three vertices, numbered across all meshes, and the triangle's
+               number in its mesh
+    """
+
+    nodes: NDArray[np.void]
+    roots: NDArray[np.int32]
+    triangles: NDArray[np.uint32]
+
+
+def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
+    """Return the tree over boxes (n, 3), of which there is at least one."""
+    order = np.arange(len(low))
+    at = np.arange(len(low))  # places in `order` of this level's items, node after node
+    counts = np.array([len(low)])
+    levels: list[NDArray[np.void]] = []
+    made = 1
+    while len(counts):
+        items, starts = order[at], np.cumsum(counts) - counts
+        nodes = _boxes(low[items], high[items], starts)
+        inner = counts > leaf_most
+        nodes["first"], nodes["count"] = at[starts], counts
+        nodes["first"][inner] = made + 2 * np.arange(inner.sum())
+        kept = np.repeat(inner, counts)
+        at, items, counts = at[kept], items[kept], counts[inner]
+        axis, right = _cuts(low[items], high[items], counts, BVH_DEPTH_MOST - len(levels))
+        nodes["count"][inner] = -1 - axis
+        halves = 2 * np.repeat(np.arange(len(counts)), counts) + right
+        order[at] = items[np.argsort(halves, kind="stable")]
+        levels.append(nodes)
+        made += 2 * len(counts)
+        counts = np.bincount(halves, minlength=2 * len(counts))
+    return Bvh(np.concatenate(levels), order)
+
+
+def _boxes(low: Floats, high: Floats, starts: Ints) -> NDArray[np.void]:
+    nodes = np.zeros(len(starts), NODE)
+    nodes["low"] = np.minimum.reduceat(low, starts)
+    nodes["high"] = np.maximum.reduceat(high, starts)
+    return nodes
+
+
+def _cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> tuple[Ints, Bools]:
+    """Return the axis at which each node is cut, and which items go to its upper half."""
+    if not len(counts):
+        return np.zeros(0, np.int64), np.zeros(0, np.bool_)
+    owner, starts = np.repeat(np.arange(len(counts)), counts), np.cumsum(counts) - counts
+    middle = 0.5 * low + 0.5 * high
+    least = np.minimum.reduceat(middle, starts)
+    spread = np.maximum.reduceat(middle, starts) - least
+    share = (middle - least[owner]) / np.where(spread > 0, spread, 1)[owner]
+    bins = np.minimum((share * _BINS).astype(np.int64), _BINS - 1)
+    costs = np.stack([_costs(low, high, owner * _BINS + bins[:, k], len(counts)) for k in range(3)])
+    best = costs.transpose(1, 0, 2).reshape(len(counts), -1).argmin(axis=1)
+    axis, cut = np.divmod(best, _BINS - 1)
+    right = bins[np.arange(len(owner)), axis[owner]] > cut[owner]
+    uneven = np.isinf(costs.min(axis=(0, 2))) | (np.ceil(np.log2(counts)) >= levels_left)
+    axis[uneven] = spread[uneven].argmax(axis=1)
+    _halve(middle, owner, counts, axis, uneven, right)
+    return axis, right
+
+
+def _costs(low: Floats, high: Floats, bins: Ints, nodes: int) -> Floats:
+    """Return (nodes, _BINS - 1) costs of a cut after each bin; infinite for an empty side."""
+    by_bin = np.argsort(bins, kind="stable")
+    counts = np.bincount(bins, minlength=nodes * _BINS)
+    used = counts > 0
+    starts = (np.cumsum(counts) - counts)[used]
+    corners = np.full((2, nodes * _BINS, 3), _BEYOND, np.float32)
+    corners[0, used] = np.minimum.reduceat(low[by_bin], starts)
+    corners[1, used] = -np.maximum.reduceat(high[by_bin], starts)  # the maxima, negated
+    by_node, numbers = corners.reshape(2, nodes, _BINS, 3), counts.reshape(nodes, _BINS)
+    below = np.minimum.accumulate(by_node, axis=2)[:, :, :-1]
+    above = np.minimum.accumulate(by_node[:, :, ::-1], axis=2)[:, :, -2::-1]
+    number_below = np.cumsum(numbers, axis=1)[:, :-1]
+    number_above = numbers.sum(axis=1)[:, None] - number_below
+    cost = _area(below) * number_below + _area(above) * number_above
+    return np.where((number_below > 0) & (number_above > 0), cost, np.inf)
+
+
+def _area(corners: Floats) -> Floats:
+    """Return half the surface of boxes (2, ..., 3): least corners, and greatest ones negated."""
+    x, y, z = np.moveaxis(np.maximum(-corners[1] - corners[0], 0), -1, 0)
+    return np.asarray(x * y + y * z + z * x)
+
+
+def _halve(
+    middle: Floats, owner: Ints, counts: Ints, axis: Ints, uneven: Bools, right: Bools
+) -> None:
+    """Assign half of the items of `uneven` nodes to each side, which keeps the tree shallow."""
+    chosen = np.flatnonzero(uneven[owner])
+    its = owner[chosen]
+    along = middle[chosen, axis[its]]
+    by_place = chosen[np.lexsort((along, its))]
+    sizes = np.where(uneven, counts, 0)
+    rank = np.arange(len(chosen)) - (np.cumsum(sizes) - sizes)[its]
+    right[by_place] = rank >= counts[its] // 2
+
+
+def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
+    """Return one tree for each mesh; one without triangles has a root that no ray hits."""
+    parts, roots, triangles = [], [], []
+    nodes_before = triangles_before = vertices_before = 0
+    for mesh in meshes:
+        nodes, picked = _mesh_tree(mesh)
+        nodes["first"] += np.where(nodes["count"] < 0, nodes_before, triangles_before)
+        parts.append(nodes)
+        roots.append(nodes_before)
+        triangles.append(picked + vertices_before * np.array([1, 1, 1, 0]))
+        nodes_before, triangles_before = nodes_before + len(nodes), triangles_before + len(picked)
+        vertices_before += len(mesh.positions_m)
+    rows = np.concatenate(triangles).astype(np.uint32)
+    return MeshTrees(np.concatenate(parts), np.array(roots, np.int32), rows)
+
+
+def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:
+    """Return the nodes and the triangles (T, 4) in leaf order: vertices and own number."""
+    corners = mesh.positions_m[mesh.triangles]
+    if not len(corners):
+        return np.zeros(1, NODE), np.zeros((0, 4), np.int64)
+    tree = build(corners.min(axis=1), corners.max(axis=1))
+    return tree.nodes, np.column_stack([mesh.triangles[tree.order], tree.order])
+
+
+def refitted(trees: MeshTrees, number: int, mesh: Mesh) -> NDArray[np.void]:
+    """Return the nodes of a mesh's tree, with boxes that fit another shape of the mesh.
+
+    The triangles stay in their leaves, which is much quicker than building the tree again.
+    """
+    ends = [*trees.roots, len(trees.nodes)]
+    root = int(ends[number])
+    nodes = trees.nodes[root : int(ends[number + 1])].copy()
+    if not len(mesh.triangles):
+        return nodes
+    leaves = nodes["count"] > 0
+    first = int(nodes["first"][leaves].min())
+    own = trees.triangles[first : first + len(mesh.triangles), 3]
+    corners = mesh.positions_m[mesh.triangles[own]]
+    starts = nodes["first"][leaves] - first
+    order = np.argsort(starts)
+    places = np.flatnonzero(leaves)[order]
+    nodes["low"][places] = np.minimum.reduceat(corners.min(axis=1), starts[order])
+    nodes["high"][places] = np.maximum.reduceat(corners.max(axis=1), starts[order])
+    for level in reversed(_levels(nodes["count"] < 0)):
+        inner = level[nodes["count"][level] < 0]
+        children = nodes["first"][inner] - root
+        for name, of_both in (("low", np.minimum), ("high", np.maximum)):
+            nodes[name][inner] = of_both(nodes[name][children], nodes[name][children + 1])
+    return nodes
+
+
+def _levels(is_inner: Bools) -> list[Ints]:
+    """Return the nodes of each level of a tree, whose levels follow each other."""
+    levels, start, count = [], 0, 1
+    while count:
+        levels.append(np.arange(start, start + count))
+        start, count = start + count, 2 * int(is_inner[start : start + count].sum())
+    return levels
+
+
+def instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
+    """Return the tree over boxes (n, 2, 3) placed by matrices (n, 4, 4), one a leaf."""
+    middle, half = boxes_m.mean(axis=1), (boxes_m[:, 1] - boxes_m[:, 0]) / 2
+    turn = to_world[:, :3, :3]
+    middle = np.einsum("nij,nj->ni", turn, middle) + to_world[:, :3, 3]
+    half = np.einsum("nij,nj->ni", np.abs(turn), half)
+    # float32 may round the side of a box inwards
+    half = half + 1e-6 * (np.abs(middle) + half)
+    return build((middle - half).astype(np.float32), (middle + half).astype(np.float32), 1)

@@ -1,0 +1,95 @@
+"""Survey the depths of a drawn picture on the GPU, without reading the picture back."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.core.model.value_bins import BINS, ValueBins, all_in_one, bin_step
+from heatlens.render.gpu.device import Buffer, Device, Texture
+from heatlens.render.gpu.program import ComputeProgram, groups_for
+from heatlens.render.gpu.shader_constants import WORD_GROUP
+
+_GROUP_PIXELS = 1 << 14  # each group adds its own histogram to the total
+_GROUPS_MOST = 128
+_START = np.array([0xFFFFFFFF, 0, 0, 0], np.uint32)
+
+
+@dataclass(frozen=True, eq=False)
+class Surveyed:
+    """The range of a picture's finite depths, infinite where there are none, and its dioptres."""
+
+    near_m: float
+    far_m: float
+    infinite_count: int
+    dioptres: ValueBins
+
+
+class DepthSurvey:
+    """Two passes over a depth texture, which read back 16 bytes and 16 KB."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._bounds_program = ComputeProgram(ctx, "depth_bounds.comp.glsl")
+        self._bins_program = ComputeProgram(ctx, "depth_bins.comp.glsl")
+        self._fragments_program = ComputeProgram(ctx, "peel_bins.comp.glsl")
+        self._bounds = ctx.buffer(reserve=_START.nbytes)
+        self._counts = ctx.buffer(reserve=4 * BINS)
+
+    def of(self, depth: Texture) -> Surveyed:
+        """Return the range and the dioptres of `depth`.
+
+        `depth` is R float32: planar metres above 0 and up to 1e37, +inf where nothing was hit. The
+        bins are those of `bins_of(1 / depth)` in NumPy, to the last pixel.
+        """
+        self._bounds.write(_START)
+        groups = min(groups_for(depth.width * depth.height, _GROUP_PIXELS), _GROUPS_MOST), 1
+        images = {"depth_img": depth}
+        self._bounds_program.dispatch(groups, images=images, buffers={"bounds_block": self._bounds})
+        words = np.frombuffer(self._bounds.read(), np.uint32)
+        near, far, far_hit = words.view(np.float32)[:3]
+        low, high = (float(np.float32(1.0) / end) for end in (far, near))
+        dioptres = self._bins(depth, low, high, groups)
+        return Surveyed(float(near), float(far_hit) or math.inf, int(words[3]), dioptres)
+
+    def _bins(self, depth: Texture, low: float, high: float, groups: tuple[int, int]) -> ValueBins:
+        step = bin_step(low, high)
+        if not step:
+            return all_in_one(low, high, depth.width * depth.height)
+        self._counts.clear()
+        self._count(depth, low, step, groups)
+        return ValueBins(low, high, self._counted())
+
+    def with_fragments(
+        self, depth: Texture, words: Buffer, count: int, nearest: float
+    ) -> ValueBins:
+        """Return the bins of `depth` and `count` fragments, from 0 to `nearest` dioptres."""
+        step = bin_step(0.0, nearest)
+        if not step:
+            return all_in_one(0.0, nearest, depth.width * depth.height + count)
+        self._counts.clear()
+        groups = min(groups_for(depth.width * depth.height, _GROUP_PIXELS), _GROUPS_MOST), 1
+        self._count(depth, 0.0, step, groups)
+        self._fragments_program.dispatch(
+            (min(groups_for(max(count, 1), WORD_GROUP), _GROUPS_MOST), 1),
+            buffers={"fragment_block": words, "count_block": self._counts},
+            uniforms={"fragment_count": count, "low": 0.0, "per_step": float(np.float32(1 / step))},
+        )
+        return ValueBins(0.0, nearest, self._counted())
+
+    def _count(self, depth: Texture, low: float, step: float, groups: tuple[int, int]) -> None:
+        self._bins_program.dispatch(
+            groups,
+            images={"depth_img": depth},
+            buffers={"count_block": self._counts},
+            uniforms={"low": low, "per_step": float(np.float32(1 / step))},
+        )
+
+    def _counted(self) -> npt.NDArray[np.int64]:
+        return np.frombuffer(self._counts.read(), np.uint32).astype(np.int64)
+
+    def release(self) -> None:
+        """Release everything on the GPU."""
+        programs = self._bounds_program, self._bins_program, self._fragments_program
+        for held in (*programs, self._bounds, self._counts):
+            held.release()

@@ -1,0 +1,113 @@
+"""Draw all instances of a scene in one call, with a chosen fragment shader.
+
+The shadow map of the sun is drawn the same way: one depth map of the whole scene.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from heatlens.media.scene.scene import Array
+from heatlens.render.gpu.device import DepthTest, Device, Image, Primitive
+from heatlens.render.gpu.program import DrawProgram
+from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
+
+_VERTEX = ("3f 1f 3f 1f", "in_position", "in_u", "in_normal", "in_v")
+_BUMPY_VERTEX = ("3f 1f 3f 1f 4f", *_VERTEX[1:], "in_tangent")
+_COLOR = ("4f2", "in_color")
+_MORE_UV = ("2f", "in_more_uv")
+_INSTANCE = ("16f 16f 4u/i", "in_to_world", "in_to_object", "in_numbers")
+SIDE_PX = 2048
+_BORDER_PX = 2  # empty texels around the map, so that its edge casts no shadow
+
+
+class MeshDraw:
+    """Draws the meshes with scene_mesh.vert.glsl and `fragment`.frag.glsl."""
+
+    def __init__(
+        self,
+        ctx: Device,
+        buffers: SceneBuffers,
+        fragment: str,
+        defines: Mapping[str, object] | None = None,
+    ) -> None:
+        """Build the program; `defines` are added to those that the scene needs."""
+        all_defines = buffers.defines | dict(defines or {})
+        self._program = DrawProgram(ctx, "scene_mesh", fragment, all_defines)
+        self._buffers = buffers
+        more = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
+        more += [] if buffers.more_uvs is None else [(buffers.more_uvs, *_MORE_UV)]
+        vertex = _BUMPY_VERTEX if buffers.has_bumps else _VERTEX
+        self._array = self._program.vertex_array(
+            [(buffers.vertices, *vertex), (buffers.instances, *_INSTANCE), *more],
+            buffers.triangles,
+        )
+
+    def __call__(
+        self,
+        uniforms: Mapping[str, object],
+        textures: Mapping[str, Image] | None = None,
+    ) -> None:
+        """Draw into the bound framebuffer; `maps_tx` is the scene's array of maps."""
+        buffers = self._buffers
+        given = {"maps_tx": buffers.maps} | dict(textures or {})
+        self._program.bind(textures=given, uniforms=uniforms, buffers=buffers.storage)
+        self._array.render_indirect(buffers.commands, Primitive.TRIANGLES, buffers.command_count)
+
+    def release(self) -> None:
+        """Release the program and its vertex array, but not the buffers, which are not its own."""
+        self._array.release()
+        self._program.release()
+
+
+class ShadowPass:
+    """Draws `map`, which compares depths and blends four texels for a sampler2DShadow.
+
+    from_world  (4, 4) to 0..1 in all three axes
+    texel_m     width of a texel in the world
+    """
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self.map = ctx.shadow_map((SIDE_PX, SIDE_PX))
+        self._target = ctx.framebuffer(depth=self.map)
+        self.from_world = np.eye(4)
+        self.texel_m = 0.0
+
+    def draw(self, cover: MeshDraw, corners_m: Array, to_sun: Array) -> None:
+        """Draw a scene whose boxes have `corners_m` (N, 3), lit from the unit vector `to_sun`."""
+        clip, self.texel_m = sun_view(corners_m, to_sun)
+        half = np.diag([0.5, 0.5, 0.5, 1.0])
+        half[:3, 3] = 0.5
+        self.from_world = half @ clip
+        self._target.use()
+        self._target.clear()
+        self._ctx.draw_with(depth=DepthTest.LESS)
+        one_sample = {"sample_number": -1, "samples_across": 1, "first_row": 0, "rows_above": 0}
+        cover({"clip_from_world": tuple(clip.T.ravel()), **one_sample})
+        self._ctx.draw_with()
+
+    def release(self) -> None:
+        """Release the map, whose framebuffer must not be bound."""
+        self._target.release()
+        self.map.release()
+
+
+def sun_view(corners_m: Array, to_sun: Array) -> tuple[Array, float]:
+    """Return (4, 4) from the world to the sun's clip space, and the width of a texel in metres.
+
+    The clip space encloses the corners tightly.
+    """
+    aside = np.eye(3)[int(np.argmin(np.abs(to_sun)))]
+    right = np.cross(aside, to_sun)
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(to_sun, right), -to_sun])
+    points = corners_m @ axes.T
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle = (low + high) / 2
+    half = np.maximum((high - low) / 2, 1e-6 + 1e-4 * float((high - low).max()))
+    half *= 1 + 2 * _BORDER_PX / SIDE_PX
+    clip = np.eye(4)
+    clip[:3, :3] = axes / half[:, None]
+    clip[:3, 3] = -middle / half
+    return clip, float(2 * half[:2].max() / SIDE_PX)

@@ -1,0 +1,288 @@
+"""Draw a scene as triangles: through one point of the lens, or as a pinhole picture with depth.
+
+The depth of all triangles is drawn first, then the light of the visible ones, so that each pixel is
+shaded once.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+
+from heatlens.core.model.boxes import Box
+from heatlens.media.scene.scene import Array, Daylight, Scene
+from heatlens.media.scene.scene_view import SceneView
+from heatlens.render.gpu.device import Buffer, DepthTest, Device, Framebuffer, Primitive, Texture
+from heatlens.render.gpu.draw_target import DrawTargets
+from heatlens.render.gpu.program import DrawProgram
+from heatlens.render.gpu.textures import FloatArray
+from heatlens.render.scene_gpu.bands import Bands
+from heatlens.render.scene_gpu.mesh_draw import MeshDraw, ShadowPass
+from heatlens.render.scene_gpu.scene_buffers import SceneBuffers
+from heatlens.render.scene_gpu.sky_light import diffuse_polynomial
+
+
+class SceneRaster:
+    """Holds one scene on the GPU and draws it."""
+
+    def __init__(self, ctx: Device) -> None:
+        self._ctx = ctx
+        self.targets = DrawTargets(ctx)
+        self._shadow = ShadowPass(ctx)
+        self._sky = SkyDraw(ctx)
+        self._done = DrawProgram(ctx, "scene_done")
+        self._done_array = self._done.vertex_array([])
+        self._draws: dict[str, MeshDraw] = {}
+        self._buffers: SceneBuffers | None = None
+        self._placed: Array | None = None
+        self._frame = 0.0  # the frame at which the scene is placed
+
+    @property
+    def buffers(self) -> SceneBuffers:
+        """The scene on the GPU, which has been loaded."""
+        assert self._buffers is not None
+        return self._buffers
+
+    @property
+    def frame(self) -> float:
+        """The frame at which the scene is placed."""
+        return self._frame
+
+    @property
+    def shadow_map(self) -> Texture:
+        """`shadow_tx` of lib/shading.lib.glsl."""
+        return self._shadow.map
+
+    def load(self, scene: Scene) -> None:
+        """Load a scene in place of the previous one; call `place` before drawing it."""
+        self._let_go()
+        self._buffers = SceneBuffers(self._ctx, scene)
+        self.bands = Bands(self._ctx, self._buffers.triangles_drawn)
+        names = ("cover", "surface", "depth")
+        self._draws = {n: MeshDraw(self._ctx, self._buffers, f"scene_{n}") for n in names}
+        self._daylight = scene.daylight
+        self._sky_light = diffuse_polynomial(scene.daylight)
+
+    def place(self, frame: float) -> None:
+        """Move everything to its place at a frame and draw the shadow map, if anything moved."""
+        scene = self.buffers.scene
+        if self._placed is not None and (not scene.is_moving or frame == self._frame):
+            return
+        transforms = scene.transforms_at(frame)
+        is_same = self._placed is not None and np.array_equal(transforms, self._placed)
+        if is_same and not scene.deforms and scene.light_motion is None:
+            return
+        self._placed, self._frame = np.array(transforms), frame
+        self.buffers.place(transforms)
+        self.buffers.reshape(scene.shapes_at(frame))
+        lighting = scene.lighting_at(frame)
+        self.buffers.light(lighting.lights)
+        self._daylight = lighting.daylight
+        if max(self._daylight.sun) > 0:
+            corners = self.buffers.corners_m(transforms).reshape(-1, 3)
+            self._shadow.draw(self._draws["cover"], corners, sun_direction(self._daylight))
+
+    def shading_uniforms(self) -> dict[str, object]:
+        """Return the uniforms of lib/shading.lib.glsl.
+
+        Its textures are `buffers.maps` and `shadow_map`.
+        """
+        daylight = self._daylight
+        return {
+            "to_sun": tuple(sun_direction(daylight)),
+            "sun_light": daylight.sun,
+            "sky_zenith": daylight.zenith,
+            "sky_horizon": daylight.horizon,
+            "sky_ground": daylight.ground,
+            "sky_light": [tuple(row) for row in self._sky_light],
+            "shadow_from_world": columns(self._shadow.from_world),
+            "shadow_texel_m": self._shadow.texel_m,
+        }
+
+    def draw(
+        self,
+        view: SceneView,
+        color: Texture,
+        band: Box | None = None,
+    ) -> None:
+        """Draw one sample a pixel, at the view's jitter, into RGBA `color` with an alpha of 1.
+
+        With `band` only these rows are drawn.
+        """
+        with self.within(self.targets.of(color), band) as target:
+            target.clear()
+            self.draw_into(target, view, self._draws["cover"], self._draws["surface"], self._sky)
+
+    def depth(self, view: SceneView, depth: Texture, band: Box | None = None) -> None:
+        """Draw planar metres at the view's jitter into `depth`, R float32; +inf for sky."""
+        with self.within(self.targets.of(depth), band) as target:
+            target.clear(red=math.inf)
+            self._ctx.draw_with(depth=DepthTest.LESS)
+            self._draws["depth"](cover_uniforms(replace(view, sample=None)))
+            self._ctx.draw_with()
+
+    @contextmanager
+    def within(
+        self, target: Framebuffer, band: Box | None, rows_above: int = 0
+    ) -> Iterator[Framebuffer]:
+        """Bind a target and restrict drawing to the band, so many rows below; None: to nothing."""
+        if band is not None and band.shape != target.size[::-1]:  # else clearing would be slower
+            target.scissor = band.x0, rows_above + band.y0, band.width, band.height
+        target.use()
+        try:
+            yield target
+        finally:
+            target.scissor = None
+
+    def hide(self, target: Framebuffer, view: SceneView, done: Texture) -> None:
+        """Cover the pixels where `done`, R, is not 0 with a depth nearer than everything else.
+
+        `done` has the pixels of the picture, the view has its samples. `target` is bound.
+        """
+        self._ctx.draw_with(depth=DepthTest.ALWAYS)
+        target.writes_color = False
+        self._done.bind(textures={"done_tx": done}, uniforms=sample_uniforms(view))
+        self._done_array.render(Primitive.TRIANGLES, 3)
+        target.writes_color = True
+        self._ctx.draw_with(depth=DepthTest.LESS)
+
+    def depth_at(self, view: SceneView, frame: float, depth: Texture) -> None:
+        """Draw the depth of another frame into `depth`, R float32, then restore this one."""
+        scene = self.buffers.scene
+        if self._placed is None or not scene.is_moving:
+            self.place(frame)
+            self.depth(view, depth)
+            return
+        self.buffers.place(scene.transforms_at(frame))
+        self.buffers.reshape(scene.shapes_at(frame))
+        self.depth(view, depth)
+        self.buffers.place(self._placed)
+        self.buffers.reshape(scene.shapes_at(self._frame))
+
+    def read(self, texture: Texture, area: Box) -> FloatArray:
+        """Read a small area: (h, w) float32 of one component, (h, w, C) of more."""
+        viewport = (area.x0, area.y0, area.width, area.height)
+        held = self.targets.of(texture).read(viewport, texture.components, dtype="f4")
+        pixels = np.frombuffer(held, np.float32)
+        return pixels.reshape(area.shape if texture.components == 1 else (*area.shape, -1))
+
+    def draw_into(
+        self,
+        target: Framebuffer,
+        view: SceneView,
+        cover: MeshDraw,
+        surface: MeshDraw,
+        sky: "SkyDraw",
+        peeled_uniforms: Mapping[str, object] | None = None,
+        peeled_textures: Mapping[str, Texture] | None = None,
+    ) -> None:
+        """Draw the surfaces that `cover` leaves visible into the bound, cleared target.
+
+        `peeled_uniforms` and `peeled_textures` are the further inputs of a cover with PEEL.
+        """
+        meshes, shading = mesh_uniforms(view), self.shading_uniforms()
+        textures = {"shadow_tx": self._shadow.map}
+        self._ctx.draw_with(depth=DepthTest.LESS)
+        target.writes_color = False
+        cover(cover_uniforms(view) | dict(peeled_uniforms or {}), peeled_textures)
+        target.writes_color = True
+        target.writes_depth = False
+        self._ctx.draw_with(depth=DepthTest.EQUAL)
+        surface(meshes | shading | eye_uniforms(view), textures)
+        self._ctx.draw_with(depth=DepthTest.AT_MOST)
+        sky.draw(textures, shading | sky_uniforms(view), self.buffers.storage)
+        target.writes_depth = True
+        self._ctx.draw_with()
+
+    @property
+    def cover(self) -> MeshDraw:
+        """The program that draws only the depth of visible surfaces."""
+        return self._draws["cover"]
+
+    def _let_go(self) -> None:
+        for draw in self._draws.values():
+            draw.release()
+        if self._buffers is not None:
+            self._buffers.release()
+        self._draws, self._buffers, self._placed = {}, None, None
+
+    def release(self) -> None:
+        """Release everything on the GPU."""
+        self._let_go()
+        self.targets.release()
+        self._shadow.release()
+        self._sky.release()
+        self._done.release()
+
+
+class SkyDraw:
+    """Draws the sky behind everything drawn before."""
+
+    def __init__(self, ctx: Device, defines: Mapping[str, object] | None = None) -> None:
+        self._program = DrawProgram(ctx, "scene_sky", defines=defines)
+        self._array = self._program.vertex_array([])
+
+    def draw(
+        self,
+        textures: Mapping[str, Texture],
+        uniforms: Mapping[str, object],
+        storage: Mapping[str, Buffer],
+    ) -> None:
+        """Draw into the bound framebuffer."""
+        self._program.bind(textures=textures, uniforms=uniforms, buffers=storage)
+        self._array.render(Primitive.TRIANGLES, 3)
+
+    def release(self) -> None:
+        """Release everything on the GPU."""
+        self._array.release()
+        self._program.release()
+
+
+def columns(matrix: Array) -> tuple[float, ...]:
+    """Return a matrix column by column, as GLSL expects it."""
+    return tuple(map(float, matrix.T.ravel()))
+
+
+def sun_direction(daylight: Daylight) -> Array:
+    """Return the unit vector (3,) towards the sun; straight up for a vector of length 0."""
+    length = float(np.linalg.norm(daylight.to_sun))
+    return np.divide(daylight.to_sun, length) if length > 1e-12 else np.array([0.0, 1.0, 0.0])
+
+
+def mesh_uniforms(view: SceneView) -> dict[str, object]:
+    """Return the uniforms of scene_mesh.vert.glsl for a view."""
+    return {"clip_from_world": columns(view.clip_from_world)}
+
+
+def cover_uniforms(view: SceneView) -> dict[str, object]:
+    """Return the uniforms of scene_cover and scene_depth for a view."""
+    return (
+        mesh_uniforms(view)
+        | {
+            "sample_number": -1 if view.sample is None else view.sample,
+        }
+        | sample_uniforms(view)
+    )
+
+
+def sample_uniforms(view: SceneView) -> dict[str, object]:
+    """Return the uniforms of lib/samples.lib.glsl for a view."""
+    return {
+        "samples_across": view.across,
+        "first_row": view.first_row,
+        "rows_above": view.rows_above,
+    }
+
+
+def eye_uniforms(view: SceneView) -> dict[str, object]:
+    """Return the uniforms of scene_surface.frag.glsl for a view."""
+    return {"eye_m": tuple(map(float, view.eye_m))}
+
+
+def sky_uniforms(view: SceneView) -> dict[str, object]:
+    """Return the uniforms of scene_sky.vert.glsl for a view."""
+    screen_from_world = view.clip_from_world[[0, 1, 3], :3]
+    world_from_screen = np.asarray(np.linalg.inv(screen_from_world), np.float64)
+    return {"world_from_screen": columns(world_from_screen)}

@@ -1,0 +1,200 @@
+"""Depth of field by tracing rays through the lens, the truth for the other methods.
+
+Cook, Porter and Carpenter 1984, "Distributed ray tracing". The light at the end of a ray is that of
+`SceneRaster`; only the way to it differs.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.core.model.lens.pupil import Pupil
+from heatlens.media.scene.scene_view import SceneView
+from heatlens.render.gpu.device import Buffer, Device, Image, Texture
+from heatlens.render.gpu.program import ComputeProgram, groups_for
+from heatlens.render.gpu.shader_constants import RAY_GROUP
+from heatlens.render.gpu.textures import OpeningTextures, TexturePool
+from heatlens.render.scene_gpu.accumulation import SIDES_LAYERS
+from heatlens.render.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees, refitted
+from heatlens.render.scene_gpu.raster import SceneRaster
+from heatlens.render.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
+
+_SHADER = "ray_trace.comp.glsl"
+_DEFINES = ("HOLES", "COLORS", "BUMPS", "PLACES")  # variants of the shader
+_RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that the window responds
+
+
+class RayTracer:
+    """Keeps the sum of the rays so far, so that more rays cost only the new ones."""
+
+    def __init__(self, ctx: Device, raster: SceneRaster) -> None:
+        self._ctx = ctx
+        self._raster = raster
+        self._defines: dict[str, int] = {}
+        self._program = ComputeProgram(ctx, _SHADER)
+        self._pool = TexturePool(ctx)
+        self._openings = OpeningTextures(ctx)
+        self._trees: SceneTrees | None = None
+        self._key: object = None
+        self._count = 0
+
+    def steps(
+        self,
+        view: SceneView,
+        pupil: Pupil,
+        rays: int,
+        out: Texture,
+        key: object,
+        seed: int = 0,
+        pixel_side_px: float = 1.0,
+    ) -> Iterator[str]:
+        """Render the mean of `rays` rays a pixel through `pupil` into `out`.
+
+        `out` is RGBA float32 of the view's size, and holds the mean so far after each step. The
+        caller passes equal keys only for an equal scene, view and lens; the sum for an equal key is
+        continued. If fewer rays are asked for than were summed, the sum starts again. A seed is 0
+        to 2^31 - 1; pictures of different seeds are independent. `pixel_side_px` is the side of the
+        square that a pixel sees, 0 for a point.
+        """
+        wanted = (key, view.size, seed)
+        if self._key != wanted or self._count > rays:
+            self._key, self._count = wanted, 0
+            self._place()
+        self._fit_program(self._raster.buffers.defines, pupil)
+        opening = self._openings.of(pupil.aperture)
+        uniforms = self._uniforms(view, pupil) | {"seed": seed, "pixel_side_px": pixel_side_px}
+        for count in range(min(self._count + 1, rays), rays + 1):
+            for row in range(0, view.size[1], _band_rows(view.size[0])):
+                self._add(out, opening, uniforms | {"rays": count, "band_start": row})
+                yield "rays"
+            self._count = count
+
+    def _place(self) -> None:
+        """Move the trees to where the rasteriser has placed its scene."""
+        buffers = self._raster.buffers
+        if self._trees is None or self._trees.buffers is not buffers:
+            if self._trees is not None:
+                self._trees.release()
+            self._trees = SceneTrees(self._ctx, buffers)
+        self._trees.place(self._raster.frame)
+
+    def _fit_program(self, scene: dict[str, int], pupil: Pupil) -> None:
+        """Build the program with only those features that scene and lens use."""
+        defines = {name: value for name, value in scene.items() if name in _DEFINES}
+        defines |= {name: 1 for name, is_on in pupil.switches.items() if is_on}
+        if defines != self._defines:
+            fit = ComputeProgram(self._ctx, _SHADER, defines)
+            self._program.release()
+            self._program, self._defines = fit, defines
+
+    def _uniforms(self, view: SceneView, pupil: Pupil) -> dict[str, object]:
+        world_from_camera = np.linalg.inv(view.world_to_camera)
+        colors = {} if pupil.is_plain else {"axial_dioptres": pupil.axial_dioptres}
+        return (
+            self._raster.shading_uniforms()
+            | pupil.uniforms(view.size)
+            | colors
+            | view.lean.uniforms(1.0)
+            | {
+                "world_from_camera": tuple(world_from_camera.T.ravel().tolist()),
+                "focal_px": view.focal_px,
+                "focus_dioptres": 1.0 / view.focus_m,
+                "depths_m": (view.near_m, view.far_m),
+                "lens_middle_m": view.offset_m,
+                "pixel_middle_px": view.jitter_px,
+            }
+        )
+
+    def _add(
+        self,
+        out: Texture,
+        opening: dict[str, Texture],
+        uniforms: dict[str, object],
+    ) -> None:
+        """Add one ray to each pixel of a band that does not have as many already."""
+        assert self._trees is not None
+        rows = min(_band_rows(out.width), out.height)
+        images: dict[str, Image] = {
+            "sum_img": self._pool.texture("sum", out.size, 4),
+            "mean_img": out,
+        }
+        if "SHAPED" in self._defines:
+            images["sides_img"] = self._pool.array("sides", out.size, SIDES_LAYERS, 4)
+        self._program.dispatch(
+            (groups_for(out.width, RAY_GROUP), groups_for(rows, RAY_GROUP)),
+            textures={
+                "maps_tx": self._raster.buffers.maps,
+                "shadow_tx": self._raster.shadow_map,
+                **opening,
+            },
+            images=images,
+            buffers=self._trees.storage,
+            uniforms=uniforms | {"top_root": self._trees.root, "is_first": self._count == 0},
+        )
+
+    def release(self) -> None:
+        """Release what is on the GPU, except what belongs to the rasteriser."""
+        if self._trees is not None:
+            self._trees.release()
+        self._program.release()
+        self._openings.release()
+        self._pool.release()
+
+
+def _band_rows(width: int) -> int:
+    return max(_RAYS_PER_STEP // (width * RAY_GROUP), 1) * RAY_GROUP
+
+
+class SceneTrees:
+    """The trees of a scene on the GPU, as lib/bvh.lib.glsl reads them.
+
+    buffers   the scene's buffers
+    root      first node of the tree over the instances, which follows those of the meshes
+    """
+
+    def __init__(self, ctx: Device, buffers: SceneBuffers) -> None:
+        trees = mesh_trees(buffers.scene.meshes)
+        self.buffers, self.root, self._roots = buffers, len(trees.nodes), trees.roots
+        self._trees = trees if buffers.scene.deforms else None  # for fitting to other shapes
+        instances = len(buffers.scene.instances)
+        self._triangles = ctx.buffer(trees.triangles.tobytes() or bytes(16))
+        self._nodes = ctx.buffer(self._room(trees, instances).tobytes())
+        self._placed = ctx.buffer(reserve=8 * instances)
+
+    def _room(self, trees: MeshTrees, instances: int) -> NDArray[np.void]:
+        """Return the nodes with space for a tree over the instances, one in each leaf."""
+        return np.concatenate([trees.nodes, np.zeros(2 * instances - 1, NODE)])
+
+    @property
+    def storage(self) -> dict[str, Buffer]:
+        """The blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl."""
+        own = {
+            "vertices_block": self.buffers.vertices,
+            "triangles_block": self._triangles,
+            "nodes_block": self._nodes,
+            "placed_block": self._placed,
+        }
+        return self.buffers.storage | self.buffers.vertex_storage | own
+
+    def place(self, frame: float) -> None:
+        """Move the trees to the instances on the GPU, and fit them to their shapes at a frame."""
+        if self._trees is not None:
+            for number, mesh in self.buffers.scene.shapes_at(frame).items():
+                nodes = refitted(self._trees, number, mesh)
+                start = int(self._roots[number]) * NODE.itemsize
+                self._nodes.write(nodes.tobytes(), offset=start)
+        instances = np.frombuffer(self.buffers.instances.read(), INSTANCE)
+        meshes = instances["numbers"][:, 1]
+        to_world = instances["to_world"].transpose(0, 2, 1).astype(np.float64)
+        tree = instance_tree(self.buffers.boxes_m[meshes], to_world)
+        nodes = tree.nodes.copy()
+        nodes["first"][nodes["count"] < 0] += self.root
+        self._nodes.write(nodes.tobytes(), offset=self.root * NODE.itemsize)
+        placed = np.stack([tree.order, self._roots[meshes[tree.order]]], axis=1)
+        self._placed.write(placed.astype(np.int32).tobytes())
+
+    def release(self) -> None:
+        """Release the buffers that do not belong to the scene."""
+        for held in (self._triangles, self._nodes, self._placed):
+            held.release()

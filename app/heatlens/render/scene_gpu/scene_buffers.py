@@ -1,0 +1,302 @@
+"""A scene in OpenGL's memory, laid out as lib/scene.lib.glsl reads it (std430).
+
+The pictures that colour its surfaces are layers of one texture.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from heatlens.media.scene.scene import Array, MapPlace, Material, Mesh, PointLight, Scene
+from heatlens.media.scene.scene_bounds import placed_corners
+from heatlens.render.gpu.device import Buffer, Device, Sampling, TextureArray
+from heatlens.render.scene_gpu.closed_meshes import ClosedMeshes
+
+MOST_LIGHTS = 32
+MAPS = 5  # number of maps of a material
+UNLIT, BLENDED = 1, 2  # the same numbers as in lib/scene.lib.glsl
+
+VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v", "f4")])
+BUMPY_VERTEX = np.dtype([*VERTEX.descr, ("tangent", "f4", 4)])
+INSTANCE = np.dtype(  # matrices column by column, as in GLSL
+    [("to_world", "f4", (4, 4)), ("to_object", "f4", (4, 4)), ("numbers", "u4", 4)]
+)
+_VEC4 = ("f4", 4)
+MATERIAL = np.dtype(
+    [
+        ("base_color", *_VEC4),
+        ("emission_cutoff", *_VEC4),
+        ("rough_metal", *_VEC4),
+        ("maps", "i4", 4),
+        ("more_maps", "i4", 4),
+    ]
+)
+LIGHT = np.dtype([("position_inner", *_VEC4), ("intensity_outer", *_VEC4), ("axis", *_VEC4)])
+_COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
+_SIDE_MOST_PX = 2048
+_BYTES_MOST = 2**29  # memory of all layers together
+_WHITE = np.full((1, 1, 4), 255, np.uint8)
+
+
+class SceneBuffers:
+    """The buffers that the rasteriser and the ray tracer read.
+
+    vertices        of all meshes, VERTEX, or BUMPY_VERTEX where a material has a normal map;
+                    the ray tracer reads two or three vec4 for each
+    colors          four half floats for each vertex, linear; None if no mesh has any
+    more_uvs        two floats for each vertex, the second set of texture coordinates; None
+                    if all maps of each material share one placement
+    places          placement of the maps of each material, None in the same case
+    triangles       (T, 3) uint32 into all vertices
+    first_triangle  (meshes + 1,) where each mesh's triangles begin
+    instances       INSTANCE, those of one mesh after each other
+    order           (N,) the scene's instance at each index of `instances`
+    commands        one indexed indirect draw for each visible mesh, `command_count` of them
+    maps            RGBA8 layers of one size, as the files keep them; one white texel for none
+    boxes_m         (meshes, 2, 3) bounds of each mesh in its own axes
+    """
+
+    def __init__(self, ctx: Device, scene: Scene) -> None:
+        self.scene = scene
+        self.boxes_m = np.array([mesh.box_m for mesh in scene.meshes])
+        mesh_of = np.array([instance.mesh for instance in scene.instances])
+        self.order = np.argsort(mesh_of, kind="stable")
+        self._meshes = mesh_of[self.order]
+        self.has_bumps = any(material.normal_map is not None for material in scene.materials)
+        vertices, triangles, self.first_triangle = _joined(scene, self.has_bumps)
+        self._first_vertex = np.cumsum([0] + [len(mesh.positions_m) for mesh in scene.meshes])
+        self.vertices = ctx.buffer(vertices.tobytes())
+        self.colors = ctx.buffer(colors_of(scene.meshes)) if has_colors(scene) else None
+        has_places = any(material.map_places for material in scene.materials)
+        self.more_uvs = ctx.buffer(more_uvs_of(scene.meshes)) if has_places else None
+        self.places = ctx.buffer(places_of(scene.materials)) if has_places else None
+        self.triangles = ctx.buffer(triangles.tobytes())
+        commands = _commands(self._meshes, self.first_triangle)
+        self.command_count = len(commands)
+        self.commands = ctx.buffer(commands.tobytes())
+        self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
+        self._records = np.zeros(len(self.order), INSTANCE)
+        self.materials = ctx.buffer(materials_of(scene.materials).tobytes())
+        self.lights = ctx.buffer(lights_of(scene.lights))
+        self.maps = maps_of(ctx, scene.images)
+        self.has_holes = any(m.alpha_cutoff > 0 or m.is_blended for m in scene.materials)
+
+    @property
+    def defines(self) -> dict[str, int]:
+        """The defines of the scene's shaders: only the features that this scene needs."""
+        names = {"HOLES": self.has_holes, "COLORS": self.colors is not None}
+        names |= {"BUMPS": self.has_bumps, "PLACES": self.places is not None}
+        return {name: 1 for name, is_needed in names.items() if is_needed}
+
+    @property
+    def triangles_drawn(self) -> int:
+        """The number of triangles of all instances together."""
+        return int(np.diff(self.first_triangle)[self._meshes].sum())
+
+    @property
+    def storage(self) -> dict[str, Buffer]:
+        """The blocks of lib/scene.lib.glsl."""
+        blocks = {
+            "instances_block": self.instances,
+            "materials_block": self.materials,
+            "lights_block": self.lights,
+        }
+        return blocks if self.places is None else blocks | {"places_block": self.places}
+
+    @property
+    def vertex_storage(self) -> dict[str, Buffer]:
+        """The blocks of lib/bvh.lib.glsl for vertices, which only some scenes have."""
+        found = {"colors_block": self.colors, "more_uvs_block": self.more_uvs}
+        return {name: buffer for name, buffer in found.items() if buffer is not None}
+
+    def light(self, lights: tuple[PointLight, ...]) -> None:
+        """Replace the lights with as many others."""
+        if self.scene.light_motion is not None:
+            self.lights.write(lights_of(lights))
+
+    def place(self, transforms: Array) -> None:
+        """Put the scene's instances at (N, 4, 4) object-to-world matrices."""
+        matrices = transforms[self.order]
+        records = np.zeros(len(matrices), INSTANCE)
+        records["to_world"] = matrices.transpose(0, 2, 1)
+        records["to_object"] = inverses(matrices).transpose(0, 2, 1)
+        materials = np.array([mesh.material for mesh in self.scene.meshes])
+        records["numbers"][:, 0] = materials[self._meshes]
+        records["numbers"][:, 1] = self._meshes
+        records["numbers"][:, 2] = self.order
+        self._records = records
+        self.instances.write(records.tobytes())
+
+    def reshape(self, shapes: Mapping[int, Mesh]) -> None:
+        """Replace the shapes of meshes, by their index."""
+        for number, mesh in shapes.items():
+            records = _records(mesh, self.has_bumps)
+            start = int(self._first_vertex[number]) * records.itemsize
+            self.vertices.write(records.tobytes(), offset=start)
+            self.boxes_m[number] = mesh.box_m
+
+    def tell_backs(self, eye_m: Array) -> None:
+        """Write how to tell back faces seen from `eye_m`; call this after `place`."""
+        placed = self._records
+        rules = self._closed.rules(
+            self._meshes, placed["to_world"].transpose(0, 2, 1), placed["to_object"], eye_m
+        )
+        if not np.array_equal(rules, placed["numbers"][:, 3]):
+            placed["numbers"][:, 3] = rules
+            self.instances.write(placed.tobytes())
+
+    @cached_property
+    def _closed(self) -> ClosedMeshes:
+        return ClosedMeshes(self.scene.meshes, self.boxes_m)
+
+    def corners_m(self, transforms: Array) -> Array:
+        """Return (N, 8, 3) world corners of the boxes of instances at (N, 4, 4)."""
+        return placed_corners(self.boxes_m[[i.mesh for i in self.scene.instances]], transforms)
+
+    def release(self) -> None:
+        """Release everything on the GPU."""
+        for held in (self.vertices, self.triangles, self.commands):
+            held.release()
+        for held in (self.storage | self.vertex_storage).values():
+            held.release()
+        self.maps.release()
+
+
+def inverses(matrices: Array) -> Array:
+    """Return (N, 4, 4) inverses; an instance scaled to 0 has zeros, which no ray meets."""
+    flat = np.abs(np.linalg.det(matrices)) < 1e-30
+    found = np.linalg.inv(np.where(flat[:, None, None], np.eye(4), matrices))
+    return np.where(flat[:, None, None], 0.0, found)
+
+
+def _joined(
+    scene: Scene, has_bumps: bool
+) -> tuple[npt.NDArray[np.void], npt.NDArray[np.uint32], npt.NDArray[np.int64]]:
+    """Return all vertices, all triangles, and each mesh's first triangle with the total last."""
+    first_vertex = np.cumsum([0] + [len(mesh.positions_m) for mesh in scene.meshes])
+    first_triangle = np.cumsum([0] + [len(mesh.triangles) for mesh in scene.meshes])
+    vertices = np.zeros(int(first_vertex[-1]), BUMPY_VERTEX if has_bumps else VERTEX)
+    triangles = np.zeros((int(first_triangle[-1]), 3), np.uint32)
+    for i, mesh in enumerate(scene.meshes):
+        vertices[first_vertex[i] : first_vertex[i + 1]] = _records(mesh, has_bumps)
+        triangles[first_triangle[i] : first_triangle[i + 1]] = mesh.triangles + first_vertex[i]
+    return vertices, triangles, first_triangle
+
+
+def _records(mesh: Mesh, has_bumps: bool) -> npt.NDArray[np.void]:
+    """Return VERTEX or BUMPY_VERTEX of each vertex of a mesh."""
+    found = np.zeros(len(mesh.positions_m), BUMPY_VERTEX if has_bumps else VERTEX)
+    found["position"], found["normal"] = mesh.positions_m, mesh.normals
+    found["u"], found["v"] = mesh.uvs.T
+    if has_bumps and mesh.tangents is not None:
+        found["tangent"] = mesh.tangents
+    return found
+
+
+def has_colors(scene: Scene) -> bool:
+    """Return whether any vertex has a colour of its own."""
+    return any(mesh.colors is not None for mesh in scene.meshes)
+
+
+def colors_of(meshes: Sequence[Mesh]) -> bytes:
+    """Return RGBA of all vertices as half floats; white and opaque for meshes without colours."""
+    colors = np.ones((sum(len(mesh.positions_m) for mesh in meshes), 4), np.float16)
+    first = 0
+    for mesh in meshes:
+        last = first + len(mesh.positions_m)
+        if mesh.colors is not None:
+            colors[first:last, : mesh.colors.shape[1]] = mesh.colors
+        first = last
+    return colors.tobytes()
+
+
+def more_uvs_of(meshes: Sequence[Mesh]) -> bytes:
+    """Return the second texture coordinates of all vertices; the first ones by default."""
+    parts = [mesh.uvs if mesh.more_uvs is None else mesh.more_uvs for mesh in meshes]
+    return np.concatenate(parts).astype(np.float32).tobytes()
+
+
+def places_of(materials: Sequence[Material]) -> bytes:
+    """Return two vec4 for each map of each material: matrix, offset, set and wraps."""
+    records = np.zeros((len(materials), MAPS, 8), np.float32)
+    for record, material in zip(records, materials, strict=True):
+        for row, place in zip(record, material.map_places or (MapPlace(),) * MAPS, strict=True):
+            u, v = place.wraps
+            row[:] = *np.ravel(place.matrix), *place.offset, place.coordinates, u + 4 * v
+    return records.tobytes()
+
+
+def _commands(
+    meshes: npt.NDArray[np.int64], first: npt.NDArray[np.int64]
+) -> npt.NDArray[np.uint32]:
+    """Return (M, 5), one draw for all instances of each mesh; `meshes` is sorted."""
+    seen, base, count = np.unique(meshes, return_index=True, return_counts=True)
+    commands = np.zeros((len(seen), _COMMAND_WORDS), np.uint32)
+    commands[:, 0] = 3 * (first[seen + 1] - first[seen])
+    commands[:, 1], commands[:, 2], commands[:, 4] = count, 3 * first[seen], base
+    return commands
+
+
+def materials_of(materials: tuple[Material, ...]) -> npt.NDArray[np.void]:
+    """Return MATERIAL records, with -1 for a map that does not exist."""
+    records = np.zeros(len(materials), MATERIAL)
+    for record, material in zip(records, materials, strict=True):
+        record["base_color"] = (*material.base_color, material.base_alpha)
+        record["emission_cutoff"] = (*material.emission, material.alpha_cutoff)
+        shine = material.roughness, material.metallic
+        record["rough_metal"] = (*shine, material.normal_scale, material.occlusion)
+        maps = (material.base_color_map, material.metallic_roughness_map, material.emission_map)
+        record["maps"] = [_layer(number) for number in (*maps, material.normal_map)]
+        kinds = UNLIT * (not material.is_lit) + BLENDED * material.is_blended
+        record["more_maps"][:2] = _layer(material.occlusion_map), kinds
+    return records
+
+
+def _layer(number: int | None) -> int:
+    return -1 if number is None else number
+
+
+def lights_of(lights: tuple[PointLight, ...]) -> bytes:
+    """Return the block of lights: their number, in 16 bytes, and the brightest MOST_LIGHTS."""
+    chosen = sorted(lights, key=lambda light: -max(light.intensity))[:MOST_LIGHTS]
+    records = np.zeros(max(len(chosen), 1), LIGHT)
+    for record, light in zip(records, chosen, strict=False):
+        inner, outer = light.cone_cosines
+        record["position_inner"] = (*light.position_m, inner)
+        record["intensity_outer"] = (*light.intensity, outer)
+        if light.direction is not None:
+            length = max(float(np.linalg.norm(light.direction)), 1e-12)
+            record["axis"] = (*np.divide(light.direction, length), 1.0 + light.is_smooth)
+    return np.array([len(chosen), 0, 0, 0], np.uint32).tobytes() + records.tobytes()
+
+
+def maps_of(ctx: Device, images: Sequence[npt.NDArray[np.uint8]]) -> TextureArray:
+    """Return `images` (H, W, 4) resampled to the largest size; bilinear, repeated, no mipmaps."""
+    images = images or [_WHITE]
+    size = layer_size(images)
+    layers = np.stack([_resampled(image, size) for image in images])
+    maps = ctx.texture_array((*size, len(images)), 4, layers.tobytes())
+    maps.sampling = Sampling.LINEAR
+    maps.repeats = True
+    return maps
+
+
+def layer_size(images: Sequence[npt.NDArray[np.uint8]]) -> tuple[int, int]:
+    """Return the (width, height) that holds each image, halved until all fit into memory."""
+    height = min(max(image.shape[0] for image in images), _SIDE_MOST_PX)
+    width = min(max(image.shape[1] for image in images), _SIDE_MOST_PX)
+    while 4 * width * height * len(images) > _BYTES_MOST:
+        width, height = max(width // 2, 1), max(height // 2, 1)
+    return width, height
+
+
+def _resampled(image: npt.NDArray[np.uint8], size: tuple[int, int]) -> npt.NDArray[np.uint8]:
+    if image.shape[1::-1] == size:
+        return image
+    channels = [Image.fromarray(np.ascontiguousarray(image[..., i])) for i in range(4)]
+    # Channel by channel: Pillow would weight colours by alpha, which is not coverage here.
+    resized = [channel.resize(size, Image.Resampling.BILINEAR) for channel in channels]
+    return np.stack([np.asarray(channel) for channel in resized], axis=-1)

@@ -1,0 +1,121 @@
+"""A drawn pinhole picture of a scene as a plate, as if it were read from a file."""
+
+from collections.abc import Callable
+from functools import cached_property, lru_cache
+from pathlib import Path
+from threading import get_ident
+
+import numpy as np
+
+from heatlens.core.base.errors import GpuError
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.depth_words import DepthConvention, DepthKind
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.framing import Pose
+from heatlens.media.plate.plate import CameraHeader, DepthReport, Plate
+from heatlens.render.gpu.device import Texture
+from heatlens.render.gpu.textures import FloatArray, download
+from heatlens.render.scene_gpu.depth_survey import Surveyed
+
+_MIRRORED_Z = np.diag([1.0, 1.0, -1.0, 1.0])
+_AREAS_KEPT = 64
+
+ReadArea = Callable[[Texture, Box], FloatArray]
+
+
+class DrawnPixels:
+    """Pixels on the GPU that are read when they are used; see `Pixels`.
+
+    Once the textures have been overwritten, reading raises GpuError. Reading works on OpenGL's
+    thread; other threads use `Plate.in_memory`.
+    """
+
+    coc_px = None
+
+    def __init__(self, color: Texture, depth: Texture, read_area: ReadArea) -> None:
+        """Take RGBA float16 and R float32, and a function that reads an area of either.
+
+        `read_area` returns (h, w, C) or (h, w) float32.
+        """
+        self._color, self._depth = color, depth
+        self._area = lru_cache(_AREAS_KEPT)(read_area)  # keeps the pixels under a resting pointer
+        self._is_there, self._thread = True, get_ident()
+
+    def let_go(self) -> None:
+        """Forget the textures, because they are overwritten or released now."""
+        self._is_there = False
+
+    @cached_property
+    def color(self) -> FloatArray:
+        """(H, W, 4)."""
+        return download(self._checked(self._color))
+
+    @cached_property
+    def depth_m(self) -> FloatArray:
+        """(H, W)."""
+        return download(self._checked(self._depth))
+
+    def color_in(self, area: Box) -> FloatArray:
+        """Return (h, w, 4)."""
+        return self._area(self._checked(self._color), area)
+
+    def depth_in(self, area: Box) -> FloatArray:
+        """Return (h, w)."""
+        return self._area(self._checked(self._depth), area)
+
+    def _checked(self, texture: Texture) -> Texture:
+        assert get_ident() == self._thread, "OpenGL is on another thread"
+        if not self._is_there:
+            raise GpuError("This picture of the scene has been overwritten: draw it again.")
+        return texture
+
+
+def plate_of_scene(
+    path: Path, pixels: DrawnPixels, surveyed: Surveyed, view: tuple[Pose, Lens, tuple[int, int]]
+) -> Plate:
+    """Return the plate of a drawn picture.
+
+    `view` is the pose of the camera, its lens, and width and height of the picture.
+    """
+    pose, lens, size = view
+    window = Box(0, 0, *size)
+    return Plate(
+        path=path,
+        pixels=pixels,
+        has_alpha=False,
+        data_window=window,
+        display_window=window,
+        pixel_aspect_ratio=1.0,
+        camera=_camera(lens, *size),
+        depth=_report(surveyed),
+        aovs=("R", "G", "B", "Z"),
+        attributes={"worldToCamera": world_to_camera_attribute(pose)},
+        notes=(),
+    )
+
+
+def world_to_camera_attribute(pose: Pose) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+    """Return OpenEXR's attribute: points are rows, cameras look along +z."""
+    return np.ascontiguousarray((_MIRRORED_Z @ pose.world_to_camera).T, np.float32)
+
+
+def _camera(lens: Lens, width: int, height: int) -> CameraHeader:
+    fields = ("focus_distance_m", "f_stop", "focal_length_mm", "sensor_width_mm", "model")
+    return CameraHeader(
+        **{name: getattr(lens, name) for name in fields},
+        sensor_height_mm=lens.sensor_width_mm * height / width,
+        sources=dict.fromkeys(fields, "the scene's camera"),
+    )
+
+
+def _report(surveyed: Surveyed) -> DepthReport:
+    return DepthReport(
+        channel="Z",
+        convention=DepthConvention.DISTANCE,
+        kind=DepthKind.PLANAR,
+        why="Measured as the scene was drawn.",
+        near_m=surveyed.near_m,
+        far_m=surveyed.far_m,
+        infinite_count=surveyed.infinite_count,
+        repaired_count=0,
+    )

@@ -1,0 +1,138 @@
+"""Plates that have been opened: a sequence, or a single file, of which one frame has been read."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.faults import faults_reported
+from heatlens.core.model.curves.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.frame_cache.cache import Damaged, FrameCache
+from heatlens.media.frame_cache.sequence_reader import settled_options
+from heatlens.media.plate.header.header_lens import StartLens, start_lens
+from heatlens.media.plate.header.timecode import rate_at
+from heatlens.media.plate.plate import Plate
+from heatlens.media.sequence.sequence import MissingPolicy, Sequence
+from heatlens.render.source.opened import Opened, Opening
+from heatlens.render.source.plate_source import PlateSource, sequence_of_one_size
+
+_BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p
+
+
+class News:
+    """Counts the state changes of a frame cache, and wakes the loop for each."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self.count = 0
+        self._wake = wake
+
+    def tell(self) -> None:
+        """Count a change and wake the loop; called on the threads of the cache."""
+        self.count += 1
+        self._wake()
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedPlates(Opened):
+    """A sequence, or a single file, of which one frame has been read."""
+
+    text: str
+    frame: int
+    notes: tuple[str, ...]
+    attributes: Mapping[str, object] = field()
+    again: PlateSource = field()
+    cache: FrameCache = field()
+    plate: Plate
+    counter: News
+
+    @property
+    def options(self) -> PlateOptions:
+        """The options with which the plates were requested."""
+        return self.again.options
+
+    @cached_property
+    def settled(self) -> PlateOptions:
+        """The options, with what the first plate has settled for all of them."""
+        return settled_options(self.options, self.plate)
+
+    @property
+    def frames(self) -> FrameRange | None:
+        """The current range; a sequence grows while a renderer writes it."""
+        sequence = self.cache.sequence
+        return None if sequence.is_single else FrameRange(sequence.first, sequence.last)
+
+    @property
+    def news(self) -> int:
+        """A counter of the state changes of all frames."""
+        return self.counter.count
+
+    def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
+        """Return the plate's own file, and those beside it."""
+        try:
+            path = self.cache.sequence.resolve(frame, missing)
+        except InputError:
+            return ()
+        return () if path is None else self.again.files_of(path)
+
+    def read(self, path: Path) -> Plate:
+        """Read a plate with what its neighbours show."""
+        return self.again.read(path)
+
+    def lens(self, given: Mapping[str, object]) -> StartLens:
+        """Return the given lens, completed from the header."""
+        return start_lens(self.plate, given)
+
+    def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
+        """Return a shot of all frames, with the frame rate of the header."""
+        return Shot(
+            lens,
+            defocus,
+            self.text,
+            self.options,
+            frames=self.frames,
+            frames_per_second=rate_at(self.attributes) or FRAMES_PER_SECOND,
+        )
+
+    def close(self) -> None:
+        """Stop reading ahead."""
+        self.cache.close()
+
+
+def opened_plates(opening: Opening) -> OpenedPlates:
+    """Read the first plate, and keep a cache that reads the others.
+
+    Raises InputError if there are no plates, or the first one cannot be read.
+    """
+    text, options = opening.text, opening.options
+    source = PlateSource(text, sequence_of_one_size(text), options)
+    first, news = _first_frame(source.sequence, text, opening.frame), News(opening.wake)
+    # A fault of the program in one frame makes that frame damaged; the others are still shown.
+    # What neighbours show comes at rest: see `PlateFeed`.
+    read = faults_reported("A frame could not be read")(source.read.alone)
+    cache = FrameCache(
+        source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.own_files
+    )
+    try:
+        found = cache.wait(first, window=0)
+        if isinstance(found, Damaged):
+            raise InputError(found.sentence)
+        if found is None:
+            raise InputError(f"{source.sequence.path_at(first)} is not there.")
+    except Exception:
+        cache.close()
+        raise
+    told = text, first, found.notes, found.attributes
+    return OpenedPlates(*told, source, cache, found, news)
+
+
+def _first_frame(sequence: Sequence, text: str, wanted: int | None) -> int:
+    """Return the wanted frame if it exists, else that of the named file, else the first."""
+    if wanted is not None and sequence.has(wanted):
+        return wanted
+    named = sequence.frame_at(Path(text))
+    return named if named is not None and sequence.has(named) else sequence.present[0]

@@ -1,0 +1,170 @@
+"""The desks of a session, each with the commands and workers of one subject.
+
+A front end uses the desks of the subjects that it shows. The session polls the `workers` of each.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.studio.session.exports.export_commands import ExportCommands
+from heatlens.studio.session.files.file_commands import FileCommands
+from heatlens.studio.session.files.open_reel import OpenReel
+from heatlens.studio.session.files.shot_documents import ShotDocuments
+from heatlens.studio.session.files.start_choices import RecentFiles, StartChoices
+from heatlens.studio.session.keys.key_commands import KeyCommands
+from heatlens.studio.session.keys.key_rows import CAMERA, Row, RowChoice
+from heatlens.studio.session.lens.lens_commands import LensCommands
+from heatlens.studio.session.lens.lens_imports import FramingImport
+from heatlens.studio.session.live.pull_recording import PullRecording
+from heatlens.studio.session.live.ring_hand import RingHand, RingOut
+from heatlens.studio.session.live.ring_take import RingTake
+from heatlens.studio.session.live.sent_lens import SentLens
+from heatlens.studio.session.marks.mark_commands import MarkCommands
+from heatlens.studio.session.marks.mark_measuring import SceneMarkTracks
+from heatlens.studio.session.messages import Worker
+from heatlens.studio.session.pictures.compare_sides import CompareSides
+from heatlens.studio.session.pictures.live_picture import LivePicture
+from heatlens.studio.session.pictures.look_commands import LookCommands
+from heatlens.studio.session.pictures.picture_commands import PictureCommands
+from heatlens.studio.session.pictures.picture_view import ColorChoice, PictureDisplay, PictureView
+from heatlens.studio.session.pictures.view_commands import ReferenceLoader, ViewCommands
+from heatlens.studio.session.playing.cluster_frames import WholePictures
+from heatlens.studio.session.playing.frame_player import FramePlayer
+from heatlens.studio.session.playing.pull_jobs import PullJobs
+from heatlens.studio.session.playing.render_scheduler import RenderScheduler, VisibleWork
+from heatlens.studio.session.playing.rendered_pull import RenderedPull, store_of
+from heatlens.studio.session.scenes.scene_commands import SceneCommands
+from heatlens.studio.session.shared import Shared
+from heatlens.studio.session.speed import Speed
+from heatlens.studio.session.time.focus_track import MarkTrack, MarkTracks
+from heatlens.studio.session.time.timeline import Timeline
+
+
+class PictureDesk:
+    """Viewing and saving the picture: view, comparison, looks, files."""
+
+    def __init__(self, shared: Shared) -> None:
+        start = shared.given.start
+        self.renderer: FrameRenderer = shared.source.picture.renderer
+        self.say = shared.say
+        self.color = ColorChoice(start.ocio, shared.say)
+        first = shared.preferences.first_view(start.view)
+        self.view = PictureView(self.color.with_names(first))
+        self.look = PictureDisplay(shared.editing, self.view, self.color)
+        self.references = ReferenceLoader(shared)
+        self.commands = ViewCommands(shared, self.view, self.references)
+        self.sides = CompareSides(self.renderer)
+        self.looks = LookCommands(shared, self.view)
+        self.saving = PictureCommands(shared, self.look, self.live)
+        self.workers: tuple[Worker, ...] = (self.references, self.saving)
+
+    def begin(self, attributes: Mapping[str, object]) -> str:
+        """Use the colour space of a plate's header; return a note about it, or ""."""
+        self.view.state = self.color.of_plate(self.view.state, attributes)
+        return self.color.input_of(self.view.state.input_space).note
+
+    @property
+    def live(self) -> LivePicture:
+        """The picture through the lens, side A of the comparison."""
+        return self.sides.a
+
+
+class LensDesk:
+    """The lens, the devices that turn it, and the programs that receive it."""
+
+    def __init__(self, shared: Shared) -> None:
+        start, editing, say = shared.given.start, shared.editing, shared.say
+        self.commands = LensCommands(shared)
+        self.ring = RingHand(start.lens_in, editing, say, shared.preferences, wake=shared.wake)
+        sent = SentLens(shared, self.commands)
+        ring_out = RingOut(start.lens_out, editing, say, shared.source.timecode_at)
+        self.workers: tuple[Worker, ...] = (sent, self.ring, ring_out)
+
+
+class TimeDesk:
+    """Everything about frames: timeline, keys, marks, recorded pulls, rendered frames."""
+
+    workers: tuple[Worker, ...]
+
+    def __init__(
+        self,
+        shared: Shared,
+        pictures: PictureDesk,
+        lens: LensDesk,
+        scenes: SceneCommands,
+        speed: Speed,
+        frames_folder: Path | None,
+    ) -> None:
+        source, editing = shared.source, shared.editing
+        now, view = shared.preferences.now, pictures.view
+        self._source, self.editing, self.speed = source, editing, speed
+        self.say = shared.say
+        self.scenes = scenes
+        self.timeline = timeline = Timeline(shared)
+        timeline.playback.ending, timeline.playback.is_every_frame = now.ending, now.every_frame
+        rows = RowChoice(lambda: source.has_camera)
+        self.keys = KeyCommands(shared, rows, scenes.set_key)
+        self.marks = MarkCommands(shared, timeline, scenes)
+        visible = VisibleWork(source, pictures.sides)
+        self._plate_tracks = MarkTracks(self.marks.things)
+        self.scene_tracks = tracks = SceneMarkTracks(
+            shared, timeline, scenes, lambda: visible.is_rendering or self.marks.is_reading
+        )
+        jobs, store = PullJobs(shared, timeline, view), store_of(now, frames_folder, shared.wake)
+        self.pull = RenderedPull(
+            *(shared, jobs, store, timeline, view),
+            *(lambda: tracks.is_due, lambda: lens.ring.is_turning),
+        )
+        pictures.live.elsewhere = WholePictures(pictures.renderer, self.pull.cluster)
+        self.player = FramePlayer(shared, timeline, self.pull)
+        take = RingTake(lens.ring, source, editing)
+        self.recording = PullRecording(shared, timeline, rows, take)
+        self.scheduler = RenderScheduler(shared, pictures.sides, visible, self.pull, view, speed)
+        own: tuple[Worker, ...] = (tracks, self.player, self.recording, self.pull)
+        self.workers = (*self.marks.workers, *own)
+
+    def toggle_key(self, row: Row) -> None:
+        """Set a key of a row at the playhead, or remove the one that is there."""
+        if row is CAMERA:
+            self.scenes.toggle_key()
+        else:
+            self.keys.toggle_here(row)
+
+    def mark_tracks(self) -> tuple[MarkTrack, ...]:
+        """Return the distances of the marks over the frames.
+
+        For plates they are known at the frames in memory, for scenes at the frames measured so far.
+        """
+        if self._source.has_camera:
+            return self.scene_tracks.tracks()
+        timeline, marks = self.timeline, self.editing.shot.marks
+        return self._plate_tracks.tracks(timeline.cache, timeline.runs(), marks)
+
+
+class FileDesk:
+    """Files: opening, saving, exporting, and the preferences."""
+
+    def __init__(
+        self,
+        shared: Shared,
+        pictures: PictureDesk,
+        timeline: Timeline,
+        frames_folder: Path | None,
+    ) -> None:
+        self.documents = documents = ShotDocuments(shared, timeline)
+        self.exports = ExportCommands(shared, timeline, pictures.look, lambda: documents.shot_name)
+        self.reel = reel = OpenReel(shared, documents, timeline.playback, frames_folder)
+        self.commands = FileCommands(
+            *(shared, documents, pictures.saving, pictures.references),
+            *(reel, self.exports.write_sheet, FramingImport(shared, pictures.view)),
+        )
+        self.recent = RecentFiles(shared)
+        self.start_choices = StartChoices(shared, timeline.playback, self.commands, self.recent)
+        self.workers: tuple[Worker, ...] = (
+            self.recent,
+            self.commands,
+            self.exports,
+            documents,
+            reel,
+        )

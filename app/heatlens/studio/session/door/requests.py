@@ -1,0 +1,148 @@
+"""Define the requests that a front end makes with values: focus there, open that, show this frame.
+
+Each is a value that can be built in Python or from a JSON object, see `door.py`. Another request is
+another class here.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.view.view import Compare
+from heatlens.studio.session.files.file_commands import PURPOSES
+from heatlens.studio.session.files.folder_walk import Chosen
+from heatlens.studio.session.scenes.scene_commands import CameraDrag
+from heatlens.studio.session.session import Session
+
+
+class Request(ABC):
+    """A request to a session."""
+
+    @abstractmethod
+    def run(self, session: Session) -> None:
+        """Do it. Raise HeatlensError with a sentence if it is impossible."""
+
+
+@dataclass(frozen=True, slots=True)
+class Open(Request):
+    """Open a file, pattern, folder, scene or shot; the open source stays until it has arrived."""
+
+    name: str
+
+    def run(self, session: Session) -> None:
+        session.files.commands.open(self.name)
+
+
+@dataclass(frozen=True, slots=True)
+class Save(Request):
+    """Save the picture, the shot, or the pull sheet to a file."""
+
+    path: str
+    what: Literal["save", "save shot", "sheet"] = "save"
+
+    def run(self, session: Session) -> None:
+        files = session.files.commands
+        if files.may_choose(self.what):
+            files.take(Chosen(PURPOSES[self.what], Path(self.path).absolute()))
+
+
+@dataclass(frozen=True, slots=True)
+class Go(Request):
+    """Move the playhead to a frame."""
+
+    frame: int
+
+    def run(self, session: Session) -> None:
+        session.time.timeline.go(self.frame)
+
+
+@dataclass(frozen=True, slots=True)
+class Focus(Request):
+    """Focus at a distance in metres."""
+
+    distance_m: float
+
+    def run(self, session: Session) -> None:
+        session.lens.commands.focus(self.distance_m)
+
+
+@dataclass(frozen=True, slots=True)
+class NudgeFocus(Request):
+    """Focus nearer by some notches of the focus bar, or farther if negative."""
+
+    notches: float
+
+    def run(self, session: Session) -> None:
+        session.lens.commands.nudge_focus(self.notches)
+
+
+@dataclass(frozen=True, slots=True)
+class FocusAt(Request):
+    """Focus on the object at a pixel of the picture, counted from its upper left corner."""
+
+    x_px: int
+    y_px: int
+
+    def run(self, session: Session) -> None:
+        """Change the focus of the lens at the playhead; do nothing outside the picture."""
+        session.lens.commands.focus_at((self.x_px, self.y_px))
+
+
+@dataclass(frozen=True, slots=True)
+class MarkAt(Request):
+    """Set a mark on the object at a pixel of the picture."""
+
+    x_px: int
+    y_px: int
+
+    def run(self, session: Session) -> None:
+        session.time.marks.set_point((self.x_px, self.y_px))
+
+
+@dataclass(frozen=True, slots=True)
+class Pull(Request):
+    """Pull the focus from where it is to a mark, in a number of frames from the playhead on."""
+
+    mark: str
+    frames: int
+
+    def run(self, session: Session) -> None:
+        marks = session.time.marks
+        if session.facts.shot.mark_named(self.mark) is None:
+            raise InputError(f"There is no mark {self.mark!r}.")
+        if self.frames < 1:
+            raise InputError(f"A pull must last at least 1 frame, not {self.frames}.")
+        marks.pulls.begin()
+        marks.pulls.origin, marks.pulls.target = None, self.mark
+        marks.pulls.lengthen(self.frames)
+        marks.pulls.make()
+
+
+@dataclass(frozen=True, slots=True)
+class TakeLook(Request):
+    """Use the lens of a look, and leave the grid of looks."""
+
+    name: str
+
+    def run(self, session: Session) -> None:
+        if self.name not in [look.name for look in session.facts.shot.looks]:
+            raise InputError(f"There is no look {self.name!r}.")
+        session.pictures.looks.go_to(self.name)
+        if session.facts.view.compare is Compare.GRID:
+            session.pictures.commands.change(compare=Compare.OFF)
+
+
+@dataclass(frozen=True, slots=True)
+class MoveCamera(Request):
+    """Orbit, truck or dolly the camera of a scene; see `CameraDrag`."""
+
+    kind: Literal["orbit", "truck", "dolly"]
+    right: float = 0.0
+    down: float = 0.0
+
+    def run(self, session: Session) -> None:
+        """Move the camera; do nothing for a plate."""
+        if session.facts.has_camera:
+            session.scenes.move(CameraDrag(self.kind, self.right, self.down))

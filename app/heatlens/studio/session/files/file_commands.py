@@ -1,0 +1,285 @@
+"""Open, reload and save files that the user names, and remember how they were read."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.core.base.paths import folder_to_write_in, home_dir
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.color.grade_file import GRADE_SUFFIXES
+from heatlens.media.documents.frame_line_file import FDL_SUFFIX
+from heatlens.media.documents.reel_file import REEL_SUFFIXES
+from heatlens.media.documents.shot_file import SHOT_SUFFIX
+from heatlens.media.files.picture_formats import MOVIES_READ, suffixes_read, suffixes_written
+from heatlens.media.scene.scene_read import SCENE_SUFFIXES
+from heatlens.media.sequence.depth_files import picture_and_depth
+from heatlens.render.source.opened import Opened
+from heatlens.studio.session.files.folder_walk import Chosen, Purpose
+from heatlens.studio.session.files.open_reel import OpenReel
+from heatlens.studio.session.files.plate_reading import PlateReading
+from heatlens.studio.session.files.shot_documents import ShotDocuments
+from heatlens.studio.session.lens.lens_imports import (
+    FramingImport,
+    camera_import,
+    grade_import,
+    opening_import,
+)
+from heatlens.studio.session.messages import Worker
+from heatlens.studio.session.pictures.picture_commands import PictureCommands
+from heatlens.studio.session.pictures.view_commands import ReferenceLoader
+from heatlens.studio.session.shared import Commands, Shared
+
+PURPOSES = {
+    purpose.key: purpose
+    for purpose in (
+        Purpose(
+            "open",
+            "Open a plate or a scene",
+            "Open",
+            (*MOVIES_READ, *SCENE_SUFFIXES, *REEL_SUFFIXES),
+            "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
+            pictures=suffixes_read,
+        ),
+        Purpose(
+            "behind",
+            "Add a picture of what lies behind",
+            "Add",
+            (),
+            "It needs depth and the same camera: a clean plate, or a character with alpha.",
+            pictures=suffixes_read,
+        ),
+        Purpose("reference", "Open a reference", "Open", (), "Shown as B.", pictures=suffixes_read),
+        Purpose(
+            "save",
+            "Save the picture",
+            "Save",
+            (),
+            ".exr: scene-linear, with the lens in its header.   Others: as it looks here.",
+            is_save=True,
+            pictures=suffixes_written,
+        ),
+        Purpose(
+            "camera",
+            "Import the lens of a camera",
+            "Import",
+            (".usd", ".usda", ".usdc", ".usdz", ".json", ".csv"),
+            "Focal length, f-stop, focus and film back, with keys for what moves.",
+        ),
+        Purpose(
+            "grade",
+            "Import a grade (ASC CDL)",
+            "Import",
+            GRADE_SUFFIXES,
+            "Applied before the view, in pictures and movies; scene-linear EXR stay without it.",
+        ),
+        Purpose(
+            "framing",
+            "Import framing lines (ASC FDL)",
+            "Import",
+            (FDL_SUFFIX,),
+            "Drawn with the guides, for pictures with the shape of one of its canvases.",
+        ),
+        Purpose(
+            "opening",
+            "Take a picture as the opening of the lens",
+            "Take",
+            (),
+            "White lets light through, black blocks it.   Lamps behind the focus show it upright.",
+            pictures=suffixes_read,
+        ),
+        Purpose(
+            "sheet",
+            "Write the pull sheet",
+            "Write",
+            (".html", ".pdf"),
+            "Keys with picture, timecode, mark and distances; a table (.csv) is written beside it.",
+            is_save=True,
+        ),
+        Purpose("shot", "Open a shot", "Open", (SHOT_SUFFIX,), "A shot and its plate."),
+        Purpose(
+            "save shot",
+            "Save the shot",
+            "Save",
+            (SHOT_SUFFIX,),
+            "Lens, keys, marks and how the plate is read, as readable text.",
+            is_save=True,
+        ),
+    )
+}
+
+
+class FileCommands(Commands, Worker):
+    """The commands of the File menu; dialogs ask for the names."""
+
+    def __init__(
+        self,
+        shared: Shared,
+        documents: ShotDocuments,
+        pictures: PictureCommands,
+        references: ReferenceLoader,
+        reel: OpenReel,
+        write_sheet: Callable[[Path, str], None],
+        framing: FramingImport,
+    ) -> None:
+        super().__init__(shared)
+        self._documents, self._pictures = documents, pictures
+        self._references = references
+        self._reel = reel
+        self.reading = PlateReading(shared)
+        self.openings = opening_import(shared)
+        self.cameras, self.grades = camera_import(shared), grade_import(shared)
+        self._write_sheet, self._framing = write_sheet, framing
+        begins = self.cameras.begin, self.grades.begin, framing.begin
+        self._begin_import = dict(zip(("camera", "grade", "framing"), begins, strict=True))
+
+    # Opening
+
+    def open(self, text: str, options: PlateOptions | None = None) -> None:
+        """Open a file, pattern, folder or shot; the present source stays until it has arrived."""
+        self._say("")  # clear the error of an earlier file
+        if not (self._reel.opens(text) or self._documents.opens(text)):
+            found = options or self.options_for(text)
+            self._source.opener.open(text, found, timing=self._given.timing_of(text))
+
+    def open_first(self) -> None:
+        """Open the file that the command line named, if any."""
+        text, given = self._given.start.source, self._given.start.plate_options
+        if not text or self._reel.opens(text) or self._documents.opens(text):
+            return
+        is_stream = self._source.stream is not None and text == self._source.stream.text
+        found = given if is_stream else self._first_options(text, given)
+        self._source.opener.open(text, found, timing=self._given.timing_of(text))
+
+    def open_dropped(self, names: Sequence[str]) -> None:
+        """Open a dropped picture with its depth file, if the names match; else the first file."""
+        pair = picture_and_depth(names)
+        if pair is None:
+            self.open(names[0])
+            return
+        picture, depth = pair
+        self.open(picture, replace(self.options_for(picture), depth_source=depth))
+
+    def options_for(self, text: str) -> PlateOptions:
+        """Return the plate options for `text`: from the command line, or remembered.
+
+        If the command line named no file, its options are for the first file that is opened.
+        """
+        is_given = not self._given.start.source and not self._given.has_opened
+        given = self._given.start.plate_options if is_given else PlateOptions()
+        return self._first_options(text, given)
+
+    def _first_options(self, text: str, given: PlateOptions) -> PlateOptions:
+        """Return the given options, or the remembered ones if none were given."""
+        if replace(given, focal_length_mm=None, sensor_width_mm=None) != PlateOptions():
+            return given
+        kept = self._preferences.options_for(text)
+        return replace(
+            kept,
+            focal_length_mm=given.focal_length_mm or kept.focal_length_mm,
+            sensor_width_mm=given.sensor_width_mm or kept.sensor_width_mm,
+        )
+
+    def reload(self) -> None:
+        """Read the plate or the scene again as it is on disk now."""
+        opened = self._source.opened
+        if opened is not None and opened.again is not None:
+            framing = self._editing.shot.framing
+            timing = None if framing is None else framing.timing
+            self._source.opener.open(opened.text, opened.options, self._editing.frame, timing)
+        elif opened is not None:
+            self._say(self._source.once_only)
+
+    # Choosing
+
+    def may_choose(self, key: str) -> bool:
+        """Return True if a file can be chosen for this purpose; report why not otherwise."""
+        if self._source.plate is None and PURPOSES[key].is_save:
+            self._say("Nothing is open to save.")
+        elif key == "behind" and not self.reading.is_possible:
+            self._say("Pictures behind belong to a plate, and none is open.")
+        elif key == "save shot" and self._source.once_only:
+            self._say(self._source.once_only)
+        else:
+            return True
+        return False
+
+    def first_folder(self, key: str) -> Path:
+        """Return the folder in which a dialog begins: the last one used, or that of the plate.
+
+        A shot is saved beside its file. For saving beside a plate of the program itself, the folder
+        is the user's one of pictures.
+        """
+        shot_path = self._documents.path
+        if key == "save shot" and shot_path is not None:
+            return shot_path.parent
+        plate, is_save = self._source.plate, PURPOSES[key].is_save
+        if plate is None:
+            here = home_dir()
+        else:
+            here = folder_to_write_in(plate.path) if is_save else plate.path.absolute().parent
+        return Path(self._preferences.now.folders.get(key, here))
+
+    def first_name(self, key: str) -> str:
+        """Return the file name that a save dialog proposes."""
+        plate = self._source.plate
+        if key == "save shot":
+            return self._documents.proposed_name()
+        if key == "sheet" and plate is not None:
+            return f"{plate.path.name.split('.')[0]}.pull.html"
+        return f"{plate.path.stem}.dof.exr" if plate is not None else ""
+
+    def take(self, chosen: Chosen) -> None:
+        """Apply the choice of a dialog."""
+        key, path = chosen.purpose.key, chosen.path
+        at_frame = chosen.entry.file_at(self._editing.frame) if chosen.entry else path
+        self._preferences.looked_in(key, path.parent)
+        match key:
+            case "open" | "shot":
+                self.open(str(path))
+            case "reference":
+                self._references.open(at_frame)
+            case "behind":
+                self.reading.add_behind(chosen.entry, path)
+            case "camera" | "grade" | "framing":
+                self._begin_import[key](path)
+            case "opening":
+                self.openings.begin(at_frame)
+            case "save shot":
+                self._documents.save_as(path.absolute())
+            case "sheet":
+                title = self._documents.title.removesuffix(" *") or path.name.split(".")[0]
+                self._write_sheet(path.absolute(), title)
+            case _:
+                self._pictures.save(path)
+
+    # Called by the session
+
+    def arrived(self, opened: Opened) -> None:
+        """Remember an opened file."""
+        self.reading.arrived(opened)
+        if opened.again is not None and opened.again.files is not None:
+            self._preferences.opened(opened.text)
+
+    def poll(self) -> None:
+        """Continue requested work; call this once a frame."""
+        self.reading.follow()
+        self._follow_stream()
+        self.cameras.poll()
+        self.grades.poll()
+        self._framing.poll()
+        self.openings.poll()
+
+    def _follow_stream(self) -> None:
+        """Read a stream's frames with the options of the Plate panel, or of the shot after an undo.
+
+        A recovered shot names its source as a path; that is replaced by the stream's name.
+        """
+        stream, reading, now = self._source.stream, self.reading, self._editing.shot
+        if stream is None or not stream.is_shown:
+            return
+        if reading.options == stream.options:
+            reading.options = now.plate_options
+        stream.options = reading.options
+        shot = replace(now, source=stream.text, plate_options=stream.options)
+        if shot != now:
+            self._editing.edit(shot)

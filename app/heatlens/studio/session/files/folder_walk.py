@@ -1,0 +1,185 @@
+"""The state of a file dialog: the current folder, its entries and the selection."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatlens.core.base.background import Background
+from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.paths import home_dir
+from heatlens.media.sequence.folder_list import Entry, FolderList, list_folder
+from heatlens.media.sequence.sequence import find_sequence
+
+
+@dataclass(frozen=True)
+class Purpose:
+    """What a file is chosen for."""
+
+    key: str  # under which the last folder is remembered
+    title: str
+    verb: str  # the label of the button
+    more: tuple[str, ...]  # suffixes in lower case, after those of the pictures
+    note: str  # a line of explanation for the user
+    is_save: bool = False
+    pictures: Callable[[], tuple[str, ...]] = tuple  # suffixes of the pictures that it takes
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """All suffixes; a name to save without one gets the first."""
+        return (*self.pictures(), *self.more)
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A file to save, or a file or pattern to open; `entry` if it was picked in the list."""
+
+    purpose: Purpose
+    path: Path
+    entry: Entry | None = None
+
+
+@dataclass(frozen=True)
+class _Found:
+    """The result of looking up a path: a folder to show, a file, or a file in a folder to show."""
+
+    listing: FolderList | None
+    file: Path | None = None
+
+
+class FolderWalk:
+    """Browses folders. They are read on a thread, so that a slow disk does not block the window."""
+
+    def __init__(self, purpose: Purpose, folder: Path, name: str, wake: Callable[[], None]) -> None:
+        """Begin in `folder`, or in the nearest parent that exists.
+
+        `name` is proposed for what is saved.
+        """
+        self.purpose = purpose
+        self.name = name
+        self.rows: list[str | Entry] = []  # folders by name, then pictures
+        self.row = -1  # the selected one
+        self.typed = str(folder)
+        self.problem = ""
+        self.overwrites: Path | None = None  # an existing file; the user must agree to replace it
+        self.is_single = False  # each file of a sequence is a row
+        self._listing: FolderList | None = None
+        self._reader: Background[_Found] = Background(wake)
+        self._reader.start(lambda: _nearest_folder(folder, purpose))
+
+    @property
+    def is_reading(self) -> bool:
+        """Return True while a folder is being read."""
+        return self._reader.is_busy
+
+    @property
+    def can_take(self) -> bool:
+        """Return True if there is something to open or to save."""
+        return self._at_row is not None or (self.purpose.is_save and bool(self.name.strip()))
+
+    @property
+    def _at_row(self) -> str | Entry | None:
+        return self.rows[self.row] if 0 <= self.row < len(self.rows) else None
+
+    def go(self, text: str) -> None:
+        """Look up a folder, a file or a pattern that was typed."""
+        path = self._path(text)
+        self.problem, self.overwrites = "", None
+        purpose = self.purpose
+        is_single = self.is_single
+        self._reader.start(lambda: _looked_up(path, purpose, is_single))
+
+    def list_single(self, is_single: bool) -> None:
+        """List each file of a sequence as a row, or every sequence as one row."""
+        self.is_single = is_single
+        if self._listing is not None:
+            self.go(str(self._listing.folder))
+
+    def _path(self, text: str) -> Path:
+        """Return a typed path, relative to the shown folder."""
+        here = self._listing.folder if self._listing else home_dir()
+        return Path(os.path.normpath(here / os.path.expanduser(text)))
+
+    def poll(self) -> Chosen | None:
+        """Take what the thread found. A file that was typed is chosen.
+
+        Raises HeatlensError, once, if something is missing or cannot be read; `problem` keeps the
+        sentence.
+        """
+        try:
+            found = self._reader.poll()
+        except HeatlensError as error:
+            self.problem = str(error)
+            raise
+        if found is None:
+            return None
+        if found.listing is not None:
+            self._show(found.listing)
+        if found.file is None:
+            return None
+        if self.purpose.is_save:
+            self.name = found.file.name
+            return None
+        return Chosen(self.purpose, found.file)
+
+    def _show(self, listing: FolderList) -> None:
+        """Show a folder. After a step up, select the folder that was left."""
+        before = self._listing.folder if self._listing else listing.folder
+        self._listing, self.typed = listing, str(listing.folder)
+        self.rows = [*listing.folders, *listing.entries]
+        is_up = before.parent == listing.folder and before.name in listing.folders
+        self.row = self.rows.index(before.name) if is_up else -1
+
+    def choose(self, row: int) -> None:
+        """Select a row, and take the name to save from it."""
+        self.row, self.overwrites = min(max(row, 0), len(self.rows) - 1), None
+        entry = self._at_row
+        if isinstance(entry, Entry) and self.purpose.is_save:
+            self.name = entry.file_at(0).name
+
+    def rename(self, name: str) -> None:
+        """Take a typed name in place of the selected row."""
+        self.name, self.row = name, -1
+
+    def take(self) -> Chosen | None:
+        """Enter the selected folder, open the selected file, or save under the name."""
+        entry = self._at_row
+        if isinstance(entry, str):
+            self.go(entry)
+            return None
+        if self.purpose.is_save:
+            return self._named()
+        return None if entry is None else Chosen(self.purpose, entry.path, entry)
+
+    def overwrite(self) -> Chosen | None:
+        """Agree to replace the existing file."""
+        return None if self.overwrites is None else Chosen(self.purpose, self.overwrites)
+
+    def _named(self) -> Chosen | None:
+        """Return the file to write; ask first if it exists."""
+        name = self.name.strip()
+        if not name or self._listing is None:
+            return None
+        if not name.lower().endswith(self.purpose.suffixes):
+            name += self.purpose.suffixes[0]
+        path = self._path(name)
+        if os.path.lexists(path):
+            self.overwrites = path
+            return None
+        return Chosen(self.purpose, path)
+
+
+def _nearest_folder(folder: Path, purpose: Purpose) -> _Found:
+    """Return the nearest existing folder; a remembered one may be gone. Runs on a thread."""
+    there = next((path for path in (folder, *folder.parents) if os.path.isdir(path)), home_dir())
+    return _Found(list_folder(there, purpose.suffixes))
+
+
+def _looked_up(path: Path, purpose: Purpose, is_single: bool) -> _Found:
+    """List a folder; runs on a thread. Raises InputError if it cannot be read."""
+    if os.path.isdir(path):
+        return _Found(list_folder(path, purpose.suffixes, is_single))
+    if purpose.is_save:
+        return _Found(list_folder(path.parent, purpose.suffixes), path)
+    find_sequence(path)
+    return _Found(None, path)

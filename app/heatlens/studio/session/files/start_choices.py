@@ -1,0 +1,170 @@
+"""The choices of the start screen, and whether it is shown.
+
+Among them are the recently opened files that still exist.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatlens.core.base.background import Background
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.paths import data_dir, home_dir
+from heatlens.media.documents.shot_file import is_shot_file
+from heatlens.media.scene.scene_read import DEMO
+from heatlens.render.source.kinds import kind_of
+from heatlens.render.source.named import source_named
+from heatlens.studio.session.files.file_commands import FileCommands
+from heatlens.studio.session.messages import Worker
+from heatlens.studio.session.shared import Commands, Shared
+from heatlens.studio.session.time.playback import Playback
+
+_RECENT_MAX = 6  # so that all cards together have digit keys
+
+
+class RecentFiles(Commands, Worker):
+    """Checks on a thread which of the remembered files can still be opened."""
+
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
+        stream = shared.given.start.stream
+        self._first = () if stream is None else (stream.text,)  # what is listened to comes first
+        self._finder: Background[tuple[str, ...]] = Background(self._wake)
+        self.found: tuple[str, ...] = ()
+
+    def look(self) -> None:
+        """Begin to check; `found` has the result a moment later."""
+        names = self._preferences.now.recent
+        self._finder.start(lambda: (*self._first, *(name for name in names if _is_there(name))))
+
+    @property
+    def is_looking(self) -> bool:
+        """True while the check is running."""
+        return self._finder.is_busy
+
+    @property
+    def most(self) -> int:
+        """The largest number of files that may still be found; 0 once the check has ended."""
+        return len(self._preferences.now.recent) if self.is_looking else 0
+
+    def poll(self) -> None:
+        """Take the result of the check; call this once a frame."""
+        found = self._finder.poll()
+        self.found = self.found if found is None else found
+
+
+def _is_there(text: str) -> bool:
+    """Return True if a file, pattern or folder still exists; runs on a thread."""
+    try:
+        source_named(text).require()
+    except InputError:
+        return False
+    return True
+
+
+@dataclass(frozen=True)
+class Card:
+    """A choice on the start screen.
+
+    title    its name
+    words    the line under the name
+    text     the source to open, see FileCommands.open; None opens the file dialog
+    kind     the kind of a recent file, in a word; "" for permanent choices
+    picture  the name of a picture in assets/, or None
+    """
+
+    title: str
+    words: str
+    text: str | None
+    kind: str = ""
+    picture: str | None = None
+
+
+class StartChoices(Commands):
+    """The start screen: whether it is shown, and its choices."""
+
+    def __init__(
+        self, shared: Shared, playback: Playback, files: FileCommands, recent: RecentFiles
+    ) -> None:
+        super().__init__(shared)
+        self._playback, self._files, self._recent = playback, files, recent
+        self.is_wanted = False
+        if not self._given.start.source:
+            self.show()
+
+    def show(self) -> None:
+        """Show the start screen instead of the picture; the open source stays open."""
+        self.is_wanted = True
+        self._playback.stop()
+        self._recent.look()
+
+    def opened(self) -> None:
+        """Leave the start screen, because a source has been opened."""
+        self.is_wanted = False
+
+    def leave(self) -> None:
+        """Go back to the picture, if there is one."""
+        if self._source.plate is not None:
+            self.is_wanted = False
+
+    def refused(self) -> None:
+        """Show the start screen if the source of the command line cannot be opened."""
+        is_idle = self._source.opener.opening is None and not self._source.is_waiting
+        if is_idle and not self._given.has_opened and not self.is_wanted:
+            self.show()
+
+    @property
+    def has_nothing(self) -> bool:
+        """True if nothing has been opened yet, so that panels would show values of nothing."""
+        return self._source.opened is None and not self._source.is_waiting
+
+    @property
+    def most_recent(self) -> int:
+        """The largest number of recent files once the check of them has ended."""
+        return min(self._recent.most, _RECENT_MAX)
+
+    def cards(self) -> tuple[Card, ...]:
+        """Return the permanent choices, then the recent files that still exist."""
+        stream = self._source.stream
+        still = str(data_dir("assets") / "still_life.exr")
+        listen: tuple[Card, ...] = ()
+        if stream is not None:
+            words = f"What it sends to {stream.address}"
+            listen = (Card("Listen to a renderer", words, stream.text),)
+        fixed = (*_built_in(still), *listen)
+        known = {card.text for card in fixed}
+        recent = [text for text in self._recent.found if text not in known]
+        return (*fixed, *map(_recent, recent[:_RECENT_MAX]))
+
+    def take(self, card: Card) -> bool:
+        """Open a choice; return False if the file dialog is needed.
+
+        The start screen stays until the source is open.
+        """
+        if card.text is None:
+            return False
+        self._files.open(card.text)
+        stream = self._source.stream
+        if stream is not None and card.text == stream.text:
+            self.is_wanted = False  # the viewport has its own notice while it waits for a stream
+        return True
+
+
+def _built_in(still: str) -> tuple[Card, ...]:
+    return (
+        Card("Demo scene", "A street at night, made for focus", DEMO, picture="demo.webp"),
+        Card("Still life", "A plate: one frame with depth", still, picture="focus_fruit.png"),
+        Card("Open ...", "A plate, a sequence or a 3D scene", None),
+    )
+
+
+def _recent(text: str) -> Card:
+    path, home = Path(text), home_dir()
+    folder = path.parent
+    inside = folder.is_relative_to(home) and home != Path(home.anchor)
+    words = str(Path("~") / folder.relative_to(home)) if inside else str(folder)
+    return Card(path.name, words, text, word_of(text))
+
+
+def word_of(text: str) -> str:
+    """Return the kind of a recent file in a word, judged by its name."""
+    return "Shot" if is_shot_file(text) else kind_of(text).word(text)

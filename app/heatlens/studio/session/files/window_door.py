@@ -1,0 +1,154 @@
+"""Let a running window open files that are named on a later command line.
+
+The window listens on a port of this machine. It writes the port and a secret into a file that only
+the user can read, in the runtime folder of the system; whoever can read that file could open files
+as the same user anyway. Both ends prove that they know the secret before anything else is read.
+Windows on different displays, or with other preferences, are independent.
+"""
+
+import hashlib
+import json
+import os
+import secrets
+import socket
+import stat
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
+from multiprocessing import ProcessError
+from multiprocessing.connection import Connection, answer_challenge, deliver_challenge
+from pathlib import Path
+from threading import BoundedSemaphore, Thread, Timer
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.paths import file_and_status, preferences_dir, runtime_dir
+from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
+
+_HOST = "127.0.0.1"
+_PATIENCE_S = 2.0  # time limit of a whole request; a thread answers even while the window draws
+_CLIENTS_MOST = 64  # requests at the same time
+_REQUEST_MOST = 1 << 20  # bytes, enough for a thousand long names
+_NAMES_MOST = 1000
+_ANSWER = b"opened"
+# Errors from a wrong secret, a closed connection or an unknown message; the standard library
+# asserts the form of a challenge.
+_REFUSALS = (OSError, EOFError, ValueError, AssertionError, ProcessError)
+
+
+def door_path() -> Path:
+    """Return the file in which a window on this display publishes its port."""
+    display = [os.environ.get(name, "") for name in ("WAYLAND_DISPLAY", "DISPLAY")]
+    told = json.dumps([*display, str(preferences_dir().absolute()), socket.gethostname()])
+    return runtime_dir() / f"window-{hashlib.sha256(told.encode()).hexdigest()[:16]}.json"
+
+
+def hand_over(names: Sequence[str]) -> bool:
+    """Have the running window open the absolute paths `names`; return False if none answers."""
+    with suppress(*_REFUSALS):
+        port, secret = _read_door(door_path())
+        with _cut_in_time(socket.create_connection((_HOST, port), _PATIENCE_S)) as line:
+            answer_challenge(line, secret)
+            deliver_challenge(line, secret)
+            line.send_bytes(b"\0".join(map(os.fsencode, names)))
+            return line.recv_bytes(len(_ANSWER)) == _ANSWER
+    return False
+
+
+def _read_door(path: Path) -> tuple[int, bytes]:
+    """Return port and secret. Raises OSError or ValueError if this user wrote no such file."""
+    text, status = file_and_status(path)
+    told = json.loads(text) if _is_of_user_alone(status) else None
+    if not isinstance(told, dict) or not isinstance(told.get("port"), int):
+        raise ValueError("a window would have written something else")
+    return told["port"], str(told.get("secret")).encode()
+
+
+def _is_of_user_alone(status: os.stat_result) -> bool:
+    """Return True if only this user owns and can access a file; always True on Windows."""
+    if not hasattr(os, "getuid"):
+        return True
+    others = status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
+    return status.st_uid == os.getuid() and not others
+
+
+@contextmanager
+def _cut_in_time(connected: socket.socket) -> Iterator[Connection]:
+    """Yield a connection that closes unless the other end finishes in a limited time."""
+    connected.settimeout(None)  # the limit of a single step would not limit the whole
+    cut = Timer(_PATIENCE_S, _shut, (connected,))
+    cut.daemon = True
+    cut.start()
+    with connected, closing(Connection(connected.dup().detach())) as line:
+        try:
+            yield line
+        finally:
+            cut.cancel()
+
+
+def _shut(opened: socket.socket) -> None:
+    """Wake the threads that wait for a socket."""
+    with suppress(OSError):  # the other end has hung up
+        opened.shutdown(socket.SHUT_RDWR)
+
+
+class WindowDoor:
+    """Listens for names while it is open; `take` returns those that have arrived."""
+
+    def __init__(self, wake: Callable[[], None], path: Path | None = None) -> None:
+        """Begin to listen. `wake` is called on a thread when names have come.
+
+        If listening or writing the file fails, no names will come, and the window works without.
+        """
+        self._wake = wake
+        self._path = path or door_path()
+        self._names: deque[list[str]] = deque()
+        self._secret = secrets.token_hex(32)
+        self._clients = BoundedSemaphore(_CLIENTS_MOST)
+        self._socket: socket.socket | None = None
+        with suppress(OSError, InputError):
+            self._open()
+
+    def _open(self) -> None:
+        self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._socket = listening = socket.create_server((_HOST, 0), backlog=_CLIENTS_MOST)
+        told = {"port": listening.getsockname()[1], "secret": self._secret}
+        # Others may be able to write in the folder, so links there are not followed.
+        write_whole(self._path, json.dumps(told).encode(), FOR_THE_USER, follows_links=False)
+        Thread(target=self._listen, args=(listening,), daemon=True).start()
+
+    def take(self) -> list[str]:
+        """Return the names of the oldest waiting request and remove it; [] if there is none."""
+        return self._names.popleft() if self._names else []
+
+    def close(self) -> None:
+        """Stop listening and delete the file, unless it belongs to a later window."""
+        with suppress(OSError, ValueError):
+            if _read_door(self._path)[1] == self._secret.encode():
+                self._path.unlink()
+        if self._socket is not None:
+            _shut(self._socket)
+            self._socket.close()
+
+    def _listen(self, listening: socket.socket) -> None:
+        while True:
+            self._clients.acquire()
+            try:
+                connected, _ = listening.accept()
+            except OSError:  # the socket was closed
+                return
+            Thread(target=self._serve, args=(connected,), daemon=True).start()
+
+    def _serve(self, connected: socket.socket) -> None:
+        """Take the names of one client that knows the secret."""
+        secret = self._secret.encode()
+        try:
+            with suppress(*_REFUSALS), _cut_in_time(connected) as line:
+                deliver_challenge(line, secret)
+                answer_challenge(line, secret)
+                names = line.recv_bytes(_REQUEST_MOST).split(b"\0")
+                if all(names) and len(names) <= _NAMES_MOST:
+                    self._names.append([os.fsdecode(name) for name in names])
+                    self._wake()
+                    line.send_bytes(_ANSWER)
+        finally:
+            self._clients.release()

@@ -1,0 +1,188 @@
+"""Edit a selection of keys across several rows: move, delete, copy, paste, interpolate.
+
+All functions return a new shot; they raise LensError if its keys give an impossible lens.
+"""
+
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from math import ceil, floor
+from typing import NamedTuple
+
+from heatlens.core.model.curves.curve import SAME_FRAME, Curve, Key
+from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.shot.framing import PoseKey
+from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.studio.session.keys import key_rows
+from heatlens.studio.session.keys.key_rows import CAMERA, ROWS, Keyed, Row, key_frames
+
+_BEZIER = Interpolation.BEZIER
+_CHECKED_MOST = 1000  # largest number of frames between keys to check
+
+
+class KeyId(NamedTuple):
+    """Identifies a key by its row and frame; a row has at most one key per frame."""
+
+    row: Row
+    frame: float
+
+
+Chosen = frozenset[KeyId]
+Copied = tuple[tuple[Row, tuple[Key | PoseKey, ...]], ...]
+
+
+def all_keys(shot: Shot) -> Chosen:
+    """Return every key of the shot."""
+    return frozenset(KeyId(row, frame) for row in ROWS for frame in key_frames(shot, row))
+
+
+def keys_at(shot: Shot, frame: float) -> Chosen:
+    """Return the keys at a frame."""
+    return frozenset(key for key in all_keys(shot) if abs(key.frame - frame) < SAME_FRAME)
+
+
+def frames_of(chosen: Chosen, row: Row) -> list[float]:
+    """Return the frames of one row's keys, in order."""
+    return sorted(key.frame for key in chosen if key.row is row)
+
+
+def key_of(shot: Shot, key: KeyId) -> Key | None:
+    """Return a key of a lens parameter; None for keys of the camera, which have no value here."""
+    return None if key.row is CAMERA else shot.curves.of(key.row).key_at(key.frame)
+
+
+def with_keys_here(shot: Shot, frame: float) -> Shot:
+    """Set keys at the present values for the focus and all keyed parameters."""
+    for parameter in LensParameter:
+        is_focus = parameter is LensParameter.FOCUS_DISTANCE and shot.curves.live is None
+        if is_focus or shot.curves.of(parameter).keys:
+            shot = shot.with_key(frame, parameter)
+    return shot
+
+
+def moved(shot: Shot, chosen: Chosen, by_frames: float) -> tuple[Shot, Chosen]:
+    """Move the chosen keys by a number of frames; keys that they land on are removed."""
+    after = _each_row(shot, chosen, lambda keyed, frames: keyed.moved(frames, by_frames))
+    return after, frozenset(KeyId(row, frame + by_frames) for row, frame in chosen)
+
+
+def rippled(shot: Shot, from_frame: float, by_frames: float) -> Shot:
+    """Move all keys from `from_frame` on; moving them earlier cuts frames out."""
+    return _each_row(shot, all_keys(shot), lambda keyed, _: keyed.rippled(from_frame, by_frames))
+
+
+def deleted(shot: Shot, chosen: Chosen, frame: float) -> Shot:
+    """Remove the chosen keys; a parameter that loses its last key keeps its value at `frame`."""
+    for row in ROWS:
+        frames = frames_of(chosen, row)
+        if frames and len(frames) == len(key_frames(shot, row)):
+            shot = key_rows.stilled(shot, row, frame)
+            chosen = frozenset(key for key in chosen if key.row is not row)
+    return _each_row(shot, chosen, lambda keyed, frames: keyed.without_keys(frames))
+
+
+def copied(shot: Shot, chosen: Chosen) -> Copied:
+    """Return the chosen keys for `pasted`, with frames relative to the first key."""
+    first = min((key.frame for key in chosen), default=0.0)
+    kept = []
+    for row in ROWS:
+        frames = frames_of(chosen, row)
+        keys = [key for key in key_rows.keys_of(shot, row) if key.frame in frames]
+        if keys:
+            kept.append((row, tuple(replace(k, frame=k.frame - first) for k in keys)))
+    return tuple(kept)
+
+
+def pasted(shot: Shot, keys: Copied, at_frame: float) -> tuple[Shot, Chosen]:
+    """Paste keys from `at_frame` on; return the shot and the pasted keys as the new selection.
+
+    Raise InputError for keys of a camera if there is no scene.
+    """
+    for row, copies in keys:
+        shot = key_rows.with_pasted(shot, row, copies, at_frame)
+    return checked(shot), frozenset(KeyId(r, k.frame + at_frame) for r, ks in keys for k in ks)
+
+
+def interpolated(shot: Shot, chosen: Chosen, interpolation: Interpolation) -> Shot:
+    """Set the interpolation after each chosen key; a Bezier keeps the shape of the curve."""
+
+    def change(curve: Curve, frames: Collection[float]) -> Curve:
+        for frame in frames:
+            if interpolation is _BEZIER:
+                curve = curve.with_handles(frame)
+            key = curve.key_at(frame)
+            if key is not None:
+                curve = curve.with_key(replace(key, interpolation=interpolation))
+        return curve
+
+    return _each(shot, chosen, change)
+
+
+def eased(shot: Shot, chosen: Chosen, influence_percent: float, is_out: bool) -> Shot:
+    """Set the influence of the outgoing (`is_out`) or incoming handles, as Bezier segments."""
+
+    def change(curve: Curve, frames: Collection[float]) -> Curve:
+        for frame in frames:
+            curve = _bent(curve, frame, is_out)
+            key = curve.key_at(frame)
+            if key is not None:
+                name = "ease_out" if is_out else "ease_in"
+                ease = replace(getattr(key, name), influence_percent=influence_percent)
+                curve = curve.with_key(replace(key, **{name: ease}))
+        return curve
+
+    return _each(shot, chosen, change)
+
+
+def _bent(curve: Curve, frame: float, is_out: bool) -> Curve:
+    """Return the curve with the segment after (`is_out`) or before a key as a Bezier."""
+    before = [key.frame for key in curve.keys if key.frame < frame - SAME_FRAME]
+    start = frame if is_out else before[-1] if before else None
+    if start is None:
+        return curve
+    curve = curve.with_handles(start)
+    key = curve.key_at(start)
+    return curve if key is None else curve.with_key(replace(key, interpolation=_BEZIER))
+
+
+def checked(shot: Shot) -> Shot:
+    """Return the shot if its lens is possible at all keys and between them.
+
+    Raise LensError that names the first frame with an impossible lens.
+    """
+    for frame in (*shot.key_frames, *_between(shot)):
+        shot.lens_at(frame)
+    return shot
+
+
+def _between(shot: Shot) -> range:
+    """Return the frames between keys that have to be checked.
+
+    Bezier handles can overshoot, and a long lens cannot focus near. In a long shot only some
+    frames are checked, so that dragging stays fast.
+    """
+    keys, focals = shot.curves.focus_distance_m.keys, shot.curves.focal_length_mm.keys
+    if not focals and all(key.interpolation is not _BEZIER for key in keys):
+        return range(0)
+    first, last = floor(shot.key_frames[0]), ceil(shot.key_frames[-1])
+    return range(first, last + 1, 1 + (last - first) // _CHECKED_MOST)
+
+
+def _each_row(
+    shot: Shot, chosen: Chosen, change: Callable[[Keyed, Collection[float]], Keyed]
+) -> Shot:
+    """Apply `change` to each row that has chosen keys."""
+    for row in ROWS:
+        frames = frames_of(chosen, row)
+        keyed = key_rows.keyed_of(shot, row)
+        if frames and keyed is not None:
+            shot = key_rows.with_keyed(shot, row, change(keyed, frames))
+    return checked(shot)
+
+
+def _each(shot: Shot, chosen: Chosen, change: Callable[[Curve, Collection[float]], Curve]) -> Shot:
+    """Apply `change` to the curve of each lens parameter that has chosen keys."""
+    for parameter in LensParameter:
+        frames = frames_of(chosen, parameter)
+        if frames:
+            shot = shot.with_curve(parameter, change(shot.curves.of(parameter), frames))
+    return checked(shot)

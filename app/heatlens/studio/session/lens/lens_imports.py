@@ -1,0 +1,124 @@
+"""Import a camera, aperture image, grade or framing lines: on a thread, one undo step each.
+
+The lines of a framing decision list are drawn with the guides of the view.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from heatlens.core.base.background import Background
+from heatlens.core.model.lens.opening_image import OpeningImage
+from heatlens.core.model.shot.grade import Grade
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.view.guides import Canvas, lines_of
+from heatlens.media.camera.camera_file import read_camera
+from heatlens.media.camera.into_shot import with_camera
+from heatlens.media.camera.samples import CameraSamples
+from heatlens.media.camera.shoot_timecode import at_timecode
+from heatlens.media.color.grade_file import read_grade
+from heatlens.media.documents.frame_line_file import read_canvases
+from heatlens.media.plate.opening_picture import read_opening_image
+from heatlens.studio.session.messages import reported
+from heatlens.studio.session.pictures.picture_view import PictureView
+from heatlens.studio.session.shared import Commands, Shared
+
+Read = TypeVar("Read")
+
+
+class _Import(Commands, Generic[Read]):
+    """Reads one file at a time, and reports the result or what is wrong with the file."""
+
+    def __init__(
+        self,
+        shared: Shared,
+        read: Callable[[Path], Read],
+        applied: Callable[[Read, Path], tuple[Shot, str]],
+    ) -> None:
+        """Create it; `applied` returns the shot with what was read, and a sentence about it."""
+        super().__init__(shared)
+        self._read, self._applied = read, applied
+        self._reader: Background[Read] = Background(self._wake)
+        self._path = Path()
+
+    def begin(self, path: Path) -> None:
+        """Begin to read the file."""
+        self._path = path
+        self._reader.start(partial(self._read, path))
+
+    def poll(self) -> None:
+        """Apply what was read to the shot; call this once a frame."""
+        with reported(self._say):
+            found = self._reader.poll()
+            if found is not None:
+                shot, sentence = self._applied(found, self._path)
+                self._editing.do(shot)
+                self._say(sentence)
+
+
+def camera_import(shared: Shared) -> _Import[CameraSamples]:
+    """Return the import of the lens of a camera file, with keys for what moves."""
+
+    def applied(camera: CameraSamples, path: Path) -> tuple[Shot, str]:
+        shot = shared.editing.shot
+        here = shared.source.timecode_at(shot, shared.editing.frame)
+        camera = at_timecode(camera, here, shot.frames_per_second, shot.span)
+        sentence = f"The lens is that of {camera.name} in {path.name}. {' '.join(camera.notes)}"
+        return with_camera(shot, camera), sentence.strip()
+
+    return _Import(shared, lambda path: read_camera(str(path)), applied)
+
+
+def opening_import(shared: Shared) -> _Import[OpeningImage]:
+    """Return the import of a picture that takes the place of the blades."""
+
+    def applied(image: OpeningImage, _path: Path) -> tuple[Shot, str]:
+        shot = shared.editing.shot
+        sentence = f"The opening of the lens is {Path(image.path).name}. {' '.join(image.notes)}"
+        return replace(shot, lens=replace(shot.lens, aperture_image=image)), sentence.strip()
+
+    return _Import(shared, read_opening_image, applied)
+
+
+def grade_import(shared: Shared) -> _Import[Grade]:
+    """Return the import of a grade of the shot."""
+
+    def applied(grade: Grade, path: Path) -> tuple[Shot, str]:
+        return replace(shared.editing.shot, grade=grade), f"The grade is that of {path.name}."
+
+    return _Import(shared, read_grade, applied)
+
+
+class FramingImport(Commands):
+    """Reads a file on a thread, and gives its lines to the view."""
+
+    def __init__(self, shared: Shared, view: PictureView) -> None:
+        super().__init__(shared)
+        self._view = view
+        self._reader: Background[tuple[Canvas, ...]] = Background(self._wake)
+
+    def begin(self, path: Path) -> None:
+        """Begin to read the file."""
+        self._reader.start(partial(read_canvases, path))
+
+    def poll(self) -> None:
+        """Draw what was read; call this once a frame."""
+        with reported(self._say):
+            found = self._reader.poll()
+            if found is not None:
+                state = self._view.state
+                self._view.state = replace(state, guides=replace(state.guides, canvases=found))
+                self._say(self._told(found))
+
+    def _told(self, canvases: tuple[Canvas, ...]) -> str:
+        shape = self._source.picture_shape(self._editing.shot)
+        lines = lines_of(canvases, shape.width_px, shape.height_px)
+        if lines:
+            return f"Framing lines: {', '.join(line.name for line in lines)}."
+        known = ", ".join(f"{it.width:g}x{it.height:g}" for it in canvases)
+        return (
+            f"No canvas of the framing lines has the shape of this picture, {shape.width_px}x"
+            f"{shape.height_px}: they are for {known}."
+        )

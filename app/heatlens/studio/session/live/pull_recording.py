@@ -1,0 +1,254 @@
+"""Record a focus pull while the shot plays, and reduce it to a few keys when it stops.
+
+Once armed, it waits for the shot to play, counts 3, 2, 1, and then records the user's focus at each
+frame. At the end the samples become keys within a tolerance, which can be changed until something
+else changes the shot. All of this is one undo step. If a lens ring is followed, its samples are
+placed by their timecode, and its iris and focal length become keys too.
+"""
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from heatlens.core.model.curves.key_reduction import Samples
+from heatlens.core.model.focus.coc import sharp_dioptres
+from heatlens.core.model.shot.history import History
+from heatlens.core.model.shot.pull import performed, recorded
+from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.studio.session.keys.key_rows import RowChoice
+from heatlens.studio.session.live.ring_take import RingTake, Track
+from heatlens.studio.session.messages import Problem, Worker, reported
+from heatlens.studio.session.shared import Commands, Shared
+from heatlens.studio.session.shot.editing import Performance
+from heatlens.studio.session.time.timeline import Timeline
+
+TOLERANCE_LEAST, TOLERANCE_MOST = 1e-4, 1.0  # dioptres
+BEATS = 3  # seconds of the count-in
+_SHARP_SHARE = 0.5  # first tolerance, as a share of the depth of field on one side: invisible
+
+
+class RecordingState(Enum):
+    """The stages of a recording."""
+
+    OFF = auto()
+    ARMED = auto()  # the count-in begins when the shot is to play
+    COUNTING = auto()  # 3, 2, 1: the user takes hold of the focus before playback starts
+    RECORDING = auto()
+    RECORDED = auto()  # the keys are set, and their tolerance can still be changed
+
+    @property
+    def is_waiting(self) -> bool:
+        """True before the end of a recording."""
+        return self not in (RecordingState.OFF, RecordingState.RECORDED)
+
+
+@dataclass(frozen=True)
+class Take:
+    """What was recorded, the shot whose keys it replaces, and the shot before and after."""
+
+    samples: Samples
+    others: Mapping[LensParameter, Track]  # iris and focal length, if the ring moved them
+    base: Shot
+    before: History
+    after: Shot
+    key_count: int
+
+
+class PullRecording(Commands, Worker):
+    """Arms and records a focus pull, and turns it into keys."""
+
+    def __init__(
+        self,
+        shared: Shared,
+        timeline: Timeline,
+        rows: RowChoice,
+        ring: RingTake,
+    ) -> None:
+        super().__init__(shared)
+        self._clock = time.perf_counter
+        self.beats = BEATS
+        self._counted_from: float | None = None  # time of the clock at which the count-in began
+        self._timeline, self._rows, self._ring = timeline, rows, ring
+        self._is_armed = False
+        self._samples: dict[float, float] = {}  # focus distance in m by frame
+        self._direction = 1
+        self._begun = self._editing.history  # the undo history at the start
+        self._take: Take | None = None
+        self._chosen_tolerance: float | None = None
+
+    # State
+
+    @property
+    def state(self) -> RecordingState:
+        """The stage of the recording."""
+        performance = self._editing.performance
+        if self._counted_from is not None:
+            return RecordingState.COUNTING
+        if performance is not None and not performance.is_over:
+            return RecordingState.RECORDING
+        if self._is_armed:
+            return RecordingState.ARMED
+        return RecordingState.OFF if self._take is None else RecordingState.RECORDED
+
+    @property
+    def beats_left(self) -> int:
+        """The number to show of the count-in: 3, 2, 1; 0 while it does not run."""
+        return math.ceil(self._counting_s)
+
+    @property
+    def _counting_s(self) -> float:
+        """The seconds until the count-in ends."""
+        begun = self._counted_from
+        return 0.0 if begun is None else max(self.beats - (self._clock() - begun), 0.0)
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the seconds until the next number of the count-in."""
+        left = self._counting_s
+        return None if self._counted_from is None else left - max(math.ceil(left) - 1, 0)
+
+    @property
+    def why_not(self) -> str:
+        """A sentence why nothing can be recorded now; "" if it can."""
+        is_still = self._timeline.played.count < 2
+        return (
+            "A pull is recorded while frames play, but there is only one frame." if is_still else ""
+        )
+
+    @property
+    def samples(self) -> Samples:
+        """The samples of the current or latest recording: (frame, distance in m), by frame."""
+        if self._take is not None:
+            return self._take.samples
+        return sorted(self._samples.items())
+
+    @property
+    def key_count(self) -> int:
+        """The number of focus keys that the samples were reduced to."""
+        return 0 if self._take is None else self._take.key_count
+
+    @property
+    def tolerance_dioptres(self) -> float:
+        """The largest error of the keys at a sample.
+
+        Unless the user chose it, half of the depth of field on one side of the focus.
+        """
+        if self._chosen_tolerance is not None:
+            return self._chosen_tolerance
+        unseen = _SHARP_SHARE * sharp_dioptres(self._editing.lens)
+        return float(f"{min(max(unseen, TOLERANCE_LEAST), TOLERANCE_MOST):.2g}")
+
+    # Commands
+
+    def arm(self) -> None:
+        """Arm the recording, which starts when the shot plays; disarm it if it was armed."""
+        if self.state.is_waiting:
+            self.drop()
+            return
+        if self.why_not:
+            self._say(Problem(self.why_not))
+            return
+        self._take, self._is_armed = None, True
+        self._rows.choose(LensParameter.FOCUS_DISTANCE)
+        self._rows.shows_curve = True
+
+    def drop(self) -> None:
+        """Discard the recording, restore the shot and stop playback."""
+        if self.state is RecordingState.RECORDING:
+            self._timeline.playback.stop()
+        if self._take is not None and self._editing.shot == self._take.after:
+            self._editing.history = self._take.before
+        self.keep()
+
+    def keep(self) -> None:
+        """Keep the keys as they are and end the recording."""
+        self._is_armed, self._take, self._samples = False, None, {}
+        self._editing.performance = self._counted_from = None
+
+    def tolerate(self, tolerance_dioptres: float) -> None:
+        """Compute the keys again with this tolerance in dioptres."""
+        self._chosen_tolerance = min(max(tolerance_dioptres, TOLERANCE_LEAST), TOLERANCE_MOST)
+        if self._take is not None:
+            take = self._take
+            self._set_keys(take.before, take.base, take.samples, take.others)
+
+    # Called by the session
+
+    def poll(self) -> None:
+        """Record the focus at the playhead; call this once a frame, after the playhead moved."""
+        is_playing = self._timeline.playback.direction != 0
+        if self._is_armed and is_playing:
+            self._begin()
+        if self.state is RecordingState.COUNTING:
+            is_playing = self._count(is_playing)
+        if self.state is RecordingState.RECORDING:
+            self._record(is_playing)
+        elif self._take is not None and self._editing.shot != self._take.after:
+            self.keep()  # something else has changed the shot
+
+    def _begin(self) -> None:
+        self._is_armed, self._samples = False, {}
+        self._direction = self._timeline.playback.direction
+        self._editing.settle()
+        self._begun = self._editing.history
+        self._editing.performance = Performance()
+        self._counted_from = self._clock()
+        if self.beats:
+            self._timeline.playback.stop()
+
+    def _count(self, is_playing: bool) -> bool:
+        """Play at the end of the count-in, or as soon as the user plays; return True if it does."""
+        if not is_playing and self._counting_s == 0.0:
+            self._timeline.play(self._direction)
+        is_playing = self._timeline.playback.direction != 0
+        if is_playing:
+            self._counted_from = None
+            self._ring.begin()
+        return is_playing
+
+    def _record(self, is_playing: bool) -> None:
+        """Record a sample; end the recording if playback stops or wraps around."""
+        frame, playback = self._editing.frame, self._timeline.playback
+        self._ring.poll()
+        last = next(reversed(self._samples), None)
+        has_turned = playback.direction not in (0, self._direction)
+        if last is not None and (has_turned or (frame - last) * self._direction < 0):
+            playback.stop()
+            self._timeline.put(int(last))
+            self._end()
+            return
+        self._samples[frame] = self._editing.lens.focus_distance_m
+        if not is_playing:
+            self._end()
+
+    def _end(self) -> None:
+        performance = self._editing.performance
+        moved_m = None if performance is None else performance.focus_distance_m
+        if performance is not None:  # the gesture may last a moment longer, but must set no keys
+            self._editing.performance = Performance(None, True, performance.moved_at)
+        tracks = dict(self._ring.tracks(self._timeline.played))
+        focus = tracks.pop(LensParameter.FOCUS_DISTANCE, None)
+        if moved_m is None and not tracks:
+            self._samples = {}
+            self._say("The focus was not moved, so nothing was recorded.")
+            return
+        samples = self._samples if focus is None else focus
+        self._set_keys(self._begun, self._editing.shot, sorted(samples.items()), tracks)
+
+    def _set_keys(
+        self, before: History, base: Shot, samples: Samples, others: Mapping[LensParameter, Track]
+    ) -> None:
+        """Set the keys of a recording in `base`, as one undo step after `before`.
+
+        The step includes the iris and the focal length, which the ring changed live like the focus.
+        """
+        with reported(self._say):
+            after = performed(base, samples, self.tolerance_dioptres, by_hand=True)
+            for parameter, track in others.items():
+                after = recorded(after, parameter, track)
+            first, last = samples[0][0], samples[-1][0]
+            keys = after.curves.focus_distance_m.keys
+            count = sum(1 for key in keys if first <= key.frame <= last)
+            self._take = Take(samples, others, base, before, after, count)
+            self._editing.history = before.changed(after).at_rest()

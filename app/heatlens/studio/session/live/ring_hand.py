@@ -1,0 +1,273 @@
+"""Follow a lens ring, and send the lens as a ring does.
+
+The lens changes as a camera or a controller sends it. The lens at the playhead is sent as a camera
+would, to a game engine or another heatlens.
+"""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from statistics import median
+
+from heatlens.core.base.errors import LensError
+from heatlens.core.model.lens.lens import Lens, MeasuredFrom, from_pupil_m
+from heatlens.core.model.option import Values
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.timecode import Timecode
+from heatlens.media.camera.ring_samples import sample_of_shot
+from heatlens.media.live.ring.channel_map import ChannelMap, Learning, Ring, channels_of, mapped
+from heatlens.media.live.ring.sender import SOURCE, LensOutput, Sender
+from heatlens.media.live.ring.sources import Heard, LensSample, Numbered, RingInput
+from heatlens.studio.session.messages import Problem, Worker
+from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.session.shot.editing import Editing
+
+_RESTING_S = 0.25  # interval between window frames while no value changes
+
+
+class RingNews:
+    """Wakes the window for changed values; `is_due` is True until the window has handled them."""
+
+    def __init__(
+        self, wake: Callable[[], None] = lambda: None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Create it; `hear` calls `wake` to have the window drawn."""
+        self.is_due = False
+        self._wake = wake
+        self._clock = clock
+        self._known: LensSample | None = None
+        self._woken_s = -_RESTING_S
+
+    def hear(self, sample: LensSample | None) -> None:
+        """Note a new sample of the followed source."""
+        lens = None if sample is None else replace(sample, timecode=None)
+        now_s = self._clock()
+        if self.is_due or (lens == self._known and now_s - self._woken_s < _RESTING_S):
+            return
+        self._known, self._woken_s = lens, now_s
+        self.is_due = True
+        self._wake()
+
+    def take(self) -> None:
+        """Note that the window handles samples now; call this before it reads them."""
+        self.is_due = False
+
+
+_LATENCIES = 50  # number of latest latencies for the median
+_TURNING_S = 0.3  # the ring counts as being turned for this long after a change
+_FOLLOWED = ("focus_distance_m", "f_stop", "t_stop", "focal_length_mm", "pupil_offset_mm")
+
+
+class RingHand(Worker):
+    """Applies changes of the received lens to the shot, as if the user had made them.
+
+    A value set in the window stays until the ring is turned again. When samples stop coming, the
+    lens stays as it is, and that is reported once.
+    """
+
+    def __init__(
+        self,
+        receiver: RingInput | None,
+        editing: Editing,
+        say: Callable[[str], None],
+        preferences: Preferences | None = None,
+        clock: Callable[[], float] = time.monotonic,
+        wake: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Follow `receiver`, or nothing if None. Channel maps are kept in `preferences`.
+
+        `wake` is called on the receiver's thread to have the window drawn.
+        """
+        self.news = RingNews(wake)
+        self._clock = clock
+        self._turned_s = -math.inf  # time at which the ring last changed the lens
+        self._heard_s: float | None = None  # time of a change not shown yet
+        self._to_picture_s: deque[float] = deque(maxlen=_LATENCIES)
+        self.receiver = receiver
+        self.is_followed = True
+        self.source: str | None = None  # name of the followed source; None for the first one
+        self.learning: Learning | None = None  # while a map is learnt
+        self._preferences = preferences or Preferences()
+        self._editing = editing
+        self._say = say
+        self._known: dict[str, float] = {}
+        self._was_silent = False
+        if receiver is not None:
+            receiver.on_news = self._hear
+
+    def _hear(self) -> None:
+        heard = self.heard
+        self.news.hear(None if heard is None else heard.sample)
+
+    @property
+    def is_turning(self) -> bool:
+        """True while the ring is being turned."""
+        return self._clock() - self._turned_s < _TURNING_S
+
+    @property
+    def heard(self) -> Heard | None:
+        """The latest state of the source; None if there is no receiver."""
+        return None if self.receiver is None else self.receiver.heard(self.source)
+
+    @property
+    def is_stream(self) -> bool:
+        """True if samples come all the time, as a camera sends them."""
+        heard = self.heard
+        return heard is not None and heard.silent_after_s < math.inf
+
+    def since(self, version: int) -> tuple[Numbered, ...]:
+        """Return the samples after a version of `heard`; none if the ring is not followed."""
+        if self.receiver is None or not self.is_followed:
+            return ()
+        news = self.receiver.sources.since(version, self.source)
+        return tuple((number, self._from_pupil(sample)) for number, sample in news)
+
+    def _from_pupil(self, sample: LensSample) -> LensSample:
+        """Return the sample with its focus distance converted to one from the entrance pupil."""
+        lens, focus_m = self._editing.lens, sample.focus_distance_m
+        if focus_m is None or lens.measured_from is MeasuredFrom.PUPIL:
+            return sample
+        offset_mm = sample.pupil_offset_mm
+        if offset_mm is None:
+            return replace(sample, focus_distance_m=from_pupil_m(lens, focus_m))
+        return replace(sample, focus_distance_m=focus_m - 1e-3 * offset_mm)
+
+    def _mapped(self, sample: LensSample) -> dict[str, float]:
+        """Return the sample with values of mapped channels; focus ends are as the lens is read."""
+        found = mapped(sample, self.maps)
+        if "focus_distance_m" in found:
+            focus_m = found["focus_distance_m"]
+            found["focus_distance_m"] = from_pupil_m(self._editing.lens, focus_m)
+        return found
+
+    def listen_to(self, source: str | None) -> None:
+        """Follow another source; all its values count as changed."""
+        self.source, self._known, self._was_silent = source, {}, False
+
+    @property
+    def maps(self) -> tuple[ChannelMap, ...]:
+        """The channel maps of the rings."""
+        return self._preferences.now.ring_maps
+
+    def map(self, ring: Ring, found: ChannelMap | None) -> None:
+        """Map a channel to a ring and remember it; None removes the map."""
+        others = (one for one in self.maps if one.ring is not ring)
+        chosen = tuple(others) if found is None else (*others, found)
+        self._preferences.change(ring_maps=chosen)
+
+    def learn(self, ring: Ring) -> None:
+        """Begin to learn which channel turns a ring; the lens does not follow meanwhile."""
+        self.learning = Learning(ring)
+        self._say(f"Turn the control for the {ring.words} from one end to the other.")
+
+    def end_learning(self) -> None:
+        """End learning and keep the map; report if no channel was turned."""
+        learning, self.learning = self.learning, None
+        if learning is None:
+            return
+        found = learning.learnt()
+        if found is None:
+            self._say(Problem("No control was turned, so none was learnt."))
+            return
+        self.map(learning.ring, found)
+        self._say(f"{found.channel} turns the {learning.ring.words}.")
+
+    def poll(self) -> None:
+        """Change the lens if the ring was turned; call this once a frame."""
+        self.news.take()
+        heard = self.heard
+        if heard is None or heard.sample is None:
+            return
+        self._tell_silence(heard)
+        if self.learning is not None:
+            self.learning.hear(channels_of(heard.sample))
+            return
+        told = _values(self._from_pupil(heard.sample)) | self._mapped(heard.sample)
+        changed: dict[str, object] = {k: v for k, v in told.items() if self._known.get(k) != v}
+        self._known |= told
+        if changed and self.is_followed and not heard.is_silent:
+            self._turned_s = self._clock()
+            if self._heard_s is None:
+                self._heard_s = self._turned_s - heard.age_s
+            self._turn(changed)
+
+    def seen(self, lens: Lens | None) -> None:
+        """Note the lens of the picture that is on the screen from now on."""
+        if self._heard_s is not None and lens is not None and lens == self._editing.lens:
+            self._to_picture_s.append(self._clock() - self._heard_s)
+            self._heard_s = None
+
+    @property
+    def to_picture_s(self) -> float | None:
+        """The median latency from a turn of the ring to its picture; None before the first."""
+        return median(self._to_picture_s) if self._to_picture_s else None
+
+    def _turn(self, changed: Values) -> None:
+        try:
+            self._editing.edit_lens(replace(self._editing.lens, **changed))
+        except LensError as error:
+            self._say(Problem(f"The ring sent a lens that cannot be used: {error}"))
+
+    def _tell_silence(self, heard: Heard) -> None:
+        if heard.is_silent and not self._was_silent:
+            self._say(Problem("The ring is silent; the lens keeps the values sent last."))
+        self._was_silent = heard.is_silent
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the seconds until the ring counts as silent; None if that cannot happen."""
+        due_s = None if self.receiver is None else self.receiver.seconds_until_due()
+        heard = None if due_s is not None else self.heard
+        if heard is None or heard.sample is None or heard.is_silent:
+            return due_s
+        wait_s = heard.silent_after_s - heard.age_s + 0.01
+        return wait_s if wait_s < math.inf else None
+
+
+def _values(sample: LensSample) -> dict[str, float]:
+    found = {name: getattr(sample, name) for name in _FOLLOWED}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+_AGAIN_S = 0.5  # interval between samples of a resting lens; after one second it counts as silent
+_SOON_S = 0.001  # not 0, with which the loop would neither sleep nor draw
+
+
+class RingOut(Worker):
+    """Sends the lens when it changes, and at intervals while it rests."""
+
+    def __init__(
+        self,
+        sender: Sender | None,
+        editing: Editing,
+        say: Callable[[str], None],
+        timecode_at: Callable[[Shot, int], tuple[int, Timecode] | None],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Send to `sender`; None sends nothing. For `timecode_at` see `OpenSource`."""
+        self._output = LensOutput(sender, lambda sentence: say(Problem(sentence)))
+        self._editing, self._timecode_at, self._clock = editing, timecode_at, clock
+        self._sent: LensSample | None = None
+        self._sent_s = 0.0
+
+    def poll(self) -> None:
+        """Send a changed lens; call this once a frame. Report a network error once."""
+        if not self._output.is_on:
+            return
+        sample = self._sample()
+        if sample == self._sent and self._clock() < self._sent_s + _AGAIN_S:
+            return
+        self._sent, self._sent_s = sample, self._clock()
+        self._output.send(sample)
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the seconds until the resting lens is sent again; None if nothing is sent."""
+        if not self._output.is_on:
+            return None
+        return max(_SOON_S, self._sent_s + _AGAIN_S - self._clock())
+
+    def _sample(self) -> LensSample:
+        shot, frame = self._editing.seen_shot, self._editing.frame
+        found = self._timecode_at(shot, frame)
+        return sample_of_shot(SOURCE, shot, frame, None if found is None else found[1])

@@ -1,0 +1,201 @@
+"""Measure the marks of the open shot: their distances, and the focus with which they are sharp.
+
+Picking the thing at a pixel and reading frames to follow one happen on a thread. A mark on a
+surface follows it through the frames of the sequence. The distances of a scene's marks over its
+frames are measured a few at a time while idle.
+"""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from math import inf
+
+from heatlens.core.base.background import Background
+from heatlens.core.base.errors import HeatlensError
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.focus.live_focus import Distances
+from heatlens.core.model.marks.mark import Mark
+from heatlens.core.model.marks.marks import MatteMark, ObjectMark, PointMark, distance_at_m
+from heatlens.core.model.marks.track_mark import TrackMark
+from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.media.frame_cache.cache import FrameCache
+from heatlens.media.plate.mattes.mattes import thing_at
+from heatlens.media.plate.plate import Plate
+from heatlens.media.plate.tracking.tracked_mark import tracked
+from heatlens.studio.session.marks.mark_distances import plate_at, reading_options
+from heatlens.studio.session.messages import Worker
+from heatlens.studio.session.scenes.scene_commands import SceneCommands
+from heatlens.studio.session.shared import Commands, Shared
+from heatlens.studio.session.time.focus_track import MarkTrack, mark_track
+from heatlens.studio.session.time.timeline import Timeline
+
+
+def on_thing(plate: Plate, point: PointMark) -> PointMark | MatteMark:
+    """Return a mark on the thing under a point; the point itself where there is none."""
+    thing = thing_at(plate, int(point.x_px), int(point.y_px))
+    return point if thing is None else MatteMark(point.name, thing)
+
+
+def smoothed(mark: Mark, distances_m: Distances, frames: FrameRange) -> Distances:
+    """Return the distances with as many frames averaged as the mark asks for."""
+    if not isinstance(mark, PointMark) or mark.smooth_frames == 1:
+        return distances_m
+
+    def depth_at(frame: int, x: float, y: float) -> float:
+        return distances_m[frame] or inf
+
+    return {frame: distance_at_m(mark, frame, depth_at, frames) for frame in frames}
+
+
+class SurfaceTracking(Commands, Worker):
+    """Tracks one mark at a time; a newer one replaces it."""
+
+    def __init__(self, shared: Shared, take: Callable[[Mark, TrackMark], None]) -> None:
+        """Create it; `take` is given the mark as it was at the start, and the tracked one."""
+        super().__init__(shared)
+        self._take = take
+        self._tracker: Background[tuple[Mark, TrackMark]] = Background(self._wake)
+        self._reached = self._said = ""  # how far the thread is
+
+    @property
+    def is_busy(self) -> bool:
+        """True while a surface is followed."""
+        return self._tracker.is_busy
+
+    def start(self, before: Mark, mark: TrackMark, cache: FrameCache, frames: FrameRange) -> None:
+        """Follow a mark that will take the place of `before`."""
+        read = partial(plate_at, cache, reading_options(self._source))
+        self._tracker.start(lambda: (before, tracked(mark, frames, read, self._show)))
+
+    def _show(self, words: str) -> None:
+        """Note how far it is; called on the thread."""
+        self._reached = words
+        self._wake()
+
+    def poll(self) -> None:
+        """Say how far it is, and hand over the mark; call this once a frame."""
+        if self._reached != self._said:
+            self._said = self._reached
+            self._say(self._said)
+        found = self._tracker.poll()
+        if found is not None:
+            self._take(*found)
+
+
+_SLICE_S = 0.02
+_PAUSE_S = 0.005  # pause between slices, in which the window handles input
+_FRAMES_MOST = 240  # largest number of measured frames per mark
+_Moving = PointMark | ObjectMark
+_Known = dict[int, float | None]  # dioptres by frame; None without a distance
+
+
+class SceneMarkTracks(Commands, Worker):
+    """The distances of a scene's marks, kept while scene and camera stay the same."""
+
+    def __init__(
+        self, shared: Shared, timeline: Timeline, scenes: SceneCommands, is_busy: Callable[[], bool]
+    ) -> None:
+        """Create it; `is_busy` returns True while more urgent work is waiting."""
+        super().__init__(shared)
+        self._timeline, self._scenes, self._is_busy = timeline, scenes, is_busy
+        self._seen_by: object = None
+        self._known: dict[object, _Known] = {}
+        self._is_asked = False  # whether `tracks` was called since the last `poll`
+
+    def tracks(self) -> tuple[MarkTrack, ...]:
+        """Return the known parts of the tracks of all moving marks, and request the rest."""
+        self._is_asked = True
+        self._forget_what_changed()
+        return tuple(self._track(mark) for mark in self._marks)
+
+    @property
+    def is_due(self) -> bool:
+        """Return True if a requested distance is unknown and there is time to measure."""
+        return self._is_asked and self._is_idle and self._next() is not None
+
+    def poll(self) -> None:
+        """Measure for a moment if tracks were requested; call this once a frame."""
+        self._forget_what_changed()
+        end = time.perf_counter() + _SLICE_S
+        while self.is_due and time.perf_counter() < end:
+            self._measure()
+        self._is_asked = False
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the pause before the next slice; None if there is nothing to measure."""
+        return _PAUSE_S if self.is_due else None
+
+    @property
+    def _marks(self) -> list[_Moving]:
+        return [mark for mark in self._editing.shot.marks if isinstance(mark, _Moving)]
+
+    @property
+    def _frames(self) -> tuple[int, ...]:
+        """The frames to measure: all, or evenly spaced ones and the last if there are too many."""
+        frames = self._timeline.frames or FrameRange(0, 0)
+        step = -(-frames.count // _FRAMES_MOST)
+        return (*range(frames.first, frames.last, step), frames.last)
+
+    @property
+    def _is_idle(self) -> bool:
+        is_moving = self._timeline.playback.direction or self._editing.is_unsettled
+        is_settled = self._source.is_settled_at(self._editing.frame)
+        return is_settled and not (is_moving or self._is_busy())
+
+    def _forget_what_changed(self) -> None:
+        seen_by = (self._scenes.scene, *_looked_at(self._editing.shot))
+        if seen_by != self._seen_by:
+            self._seen_by, self._known = seen_by, {}
+
+    def _known_of(self, mark: _Moving) -> _Known:
+        return self._known.setdefault(_place(mark), {})
+
+    def _next(self) -> tuple[_Moving, int] | None:
+        """Return the next mark and frame to measure, so that all marks progress equally."""
+        frames = self._frames
+        missing = [
+            (len(known), mark)
+            for mark in self._marks
+            if len(known := self._known_of(mark)) < len(frames)
+        ]
+        if not missing:
+            return None
+        mark = min(missing, key=lambda pair: pair[0])[1]
+        known = self._known_of(mark)
+        return mark, next(frame for frame in frames if frame not in known)
+
+    def _measure(self) -> None:
+        found = self._next()
+        if found is not None:
+            mark, frame = found
+            self._known_of(mark)[frame] = self._dioptres(mark, frame)
+
+    def _dioptres(self, mark: _Moving, frame: int) -> float | None:
+        try:
+            if isinstance(mark, ObjectMark):
+                distance_m = self._scenes.object_m(mark.object_name, frame)
+            else:
+                distance_m = self._scenes.point_m(int(mark.x_px), int(mark.y_px), frame)
+        except HeatlensError:  # outside the picture, or an impossible lens at this frame
+            return None
+        return None if distance_m is None else 1.0 / distance_m
+
+    def _track(self, mark: _Moving) -> MarkTrack:
+        """Return the track of a mark, with gaps at frames without a distance."""
+        known = self._known_of(mark)
+        places = [(frame, known[frame]) for frame in self._frames if frame in known]
+        return mark_track(mark.name, [places])
+
+
+def _looked_at(shot: Shot) -> tuple[object, ...]:
+    """Return a key of everything that decides the view of the scene, independent of the focus."""
+    lens = shot.lens
+    focal_length = shot.curves.of(LensParameter.FOCAL_LENGTH)
+    return shot.framing, lens.focal_length_mm, lens.sensor_width_mm, focal_length
+
+
+def _place(mark: _Moving) -> object:
+    """Return a key that is equal for marks at the same position."""
+    if isinstance(mark, ObjectMark):
+        return mark.object_name
+    return int(mark.x_px), int(mark.y_px)

@@ -1,0 +1,116 @@
+"""The parts of the session that are polled in each frame of the window, such as its messages.
+
+The status bar shows one message at a time, for a while.
+"""
+
+import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.outside_text import printable
+
+
+class Worker:
+    """The base of every worker, which has nothing to do.
+
+    A session holds its workers in one tuple, so that none is polled but forgotten when the loop
+    sleeps.
+    """
+
+    def poll(self) -> None:
+        """Take over arrived results, and continue. Raise HeatlensError if that fails."""
+
+    def seconds_until_needed(self) -> float | None:
+        """Return how many seconds the loop may sleep; None to sleep until an event."""
+        return None
+
+    def close(self) -> None:
+        """Finish writing, and end all threads."""
+
+
+SHOWN_S = 12.0
+
+
+class Problem(str):
+    """A message about an error or something impossible; it is shown in another colour."""
+
+    __slots__ = ()
+
+
+class Lasting(Problem):
+    """A problem in the background: its message stays until it is replaced or cleared."""
+
+    __slots__ = ()
+
+
+class Passing(str):
+    """A message that is shown only while it is true."""
+
+    __slots__ = ("is_true",)
+    is_true: Callable[[], bool]
+
+
+def passing(sentence: str, is_true: Callable[[], bool]) -> Passing:
+    """Return a message that disappears as soon as `is_true` returns False."""
+    said = Passing(sentence)
+    said.is_true = is_true
+    return said
+
+
+@contextmanager
+def reported(say: Callable[[str], None]) -> Iterator[None]:
+    """Show an error of the block as a message."""
+    try:
+        yield
+    except HeatlensError as error:
+        say(Problem(error))
+
+
+class Messages(Worker):
+    """The latest message, until it has been shown for `SHOWN_S` seconds."""
+
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self.text = ""
+        self.is_problem = False
+        self._clock = clock
+        self._said_at = 0.0
+        self._is_lasting = False
+        self._is_true: Callable[[], bool] = _always
+        self._stays = False  # the message stays until it is replaced or cleared
+
+    def say(self, sentence: str) -> None:
+        """Show a sentence instead of the previous one."""
+        self.text, self._said_at = window_words(sentence), self._clock()
+        self.is_problem = isinstance(sentence, Problem)
+        self._is_lasting = isinstance(sentence, Lasting)
+        self._is_true = sentence.is_true if isinstance(sentence, Passing) else _always
+
+    def clear(self) -> None:
+        """Clear the message."""
+        self.text = ""
+
+    def fade(self, keeps_problem: bool = False) -> None:
+        """Clear a message that has been shown long enough; call this once a frame.
+
+        With `keeps_problem`, a Problem stays until it is replaced or cleared.
+        """
+        self._stays = self._is_lasting or (keeps_problem and self.is_problem)
+        is_over = not self._stays and self._clock() - self._said_at > SHOWN_S
+        if self.text and (is_over or not self._is_true()):
+            self.text = ""
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the seconds until `fade` has something to clear; None if it has nothing."""
+        return SHOWN_S if self.text and not self._stays else None
+
+
+def _always() -> bool:
+    return True
+
+
+def window_words(sentence: str) -> str:
+    """Return a sentence with names of command-line options replaced by those in the panels."""
+    said = printable(sentence)
+    return re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda match: match[1].replace("-", " "), said)

@@ -1,0 +1,200 @@
+"""The pictures that are rendered for a comparison: A, and B or several looks while visible."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from math import ceil, log2
+
+from heatlens.core.model.shot.look import Look
+from heatlens.core.model.shot.settings import Method
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.view.view import GRID_MOST, Against, Compare, ViewState
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.context import is_software
+from heatlens.render.preview.level_choice import GPU_WORK_POWER, CostModel
+from heatlens.render.preview.shown import Shown, without_notes
+from heatlens.studio.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion
+from heatlens.studio.session.pictures.look_pictures import LookPictures
+
+_LEAST = 0.25  # share of the time budget that B gets, however long A took
+_LEAST_SCALE = 0.25  # the smallest scale at which pictures of the grid are rendered
+NOW = ""  # in place of a look's name: the current lens
+
+
+Side = LivePicture | LookPictures  # pictures that are rendered in short time slices
+
+
+class CompareSides:
+    """Renders A, the picture through the lens, and the pictures that it is compared with.
+
+    That is B, the same shot by another method or through a look, or several looks. Passes share
+    scratch memory, so one picture is finished before the other continues; an unfinished picture
+    starts again if the other interrupts it.
+    """
+
+    def __init__(self, renderer: FrameRenderer) -> None:
+        self._renderer = renderer
+        power = 1.0 if is_software(renderer.ctx) else GPU_WORK_POWER
+        self.a = LivePicture(renderer, cost=CostModel(work_power=power))
+        self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)
+        self.looks = LookPictures(renderer, self.b)
+        self._b_request: Shot | None = None  # the shot of B, while it is rendered
+        self._has_looks = False  # several looks are rendered
+        self._is_turn_of_b = False
+        self._alike: frozenset[str] = frozenset()  # names of the looks that A shows
+
+    @property
+    def pictures(self) -> tuple[object, ...]:
+        """The finished pictures of both sides; each finished picture is a new object."""
+        return self.a.shown, self.b.shown, self.looks.shown
+
+    @property
+    def rendered(self) -> tuple[Side, ...]:
+        """The sides that are rendered: A, and B or the looks while they are visible."""
+        if self._has_looks:
+            return self.a, self.looks
+        return (self.a,) if self._b_request is None else (self.a, self.b)
+
+    @property
+    def turn(self) -> int:
+        """The index in `rendered` of the side whose turn it is."""
+        return 1 if self._is_turn_of_b and len(self.rendered) > 1 else 0
+
+    def restart(self) -> None:
+        """Start again, because another plate is on the GPU."""
+        self.a.restart()
+        self.looks.restart()
+
+    def request(
+        self,
+        view: ViewState,
+        shot: Shot,
+        frame: int,
+        budget_s: float,
+        plate: PlateVersion = FIRST_PLATE,
+        zoom: float = 1.0,
+        within_s: float = math.inf,
+    ) -> None:
+        """Show `shot` at `frame` as `view` compares it: A first, then B in the time that is left.
+
+        A picture that takes longer than `within_s` continues in `work`, and B waits for A. `zoom`,
+        in screen pixels per picture pixel, decides how large a grid is rendered.
+        """
+        looks, now = looks_beside(view, shot), without_notes(shot)
+        alike = (look.name for look in looks if without_notes(shot.through(look)) == now)
+        self._alike = frozenset(alike)
+        requests = {
+            look.name: _through(shot, look, view, zoom)
+            for look in looks
+            if look.name not in self._alike
+        }
+        other = self._b_of(view, shot)
+        self._b_request = None if other == shot else other
+        self._has_looks, spent_s = bool(requests), 0.0
+        if self.a.request(shot, frame, budget_s, plate, within_s):
+            self.b.pause()
+            self._is_turn_of_b = False
+            spent_s = 0.0 if self.a.shown is None else self.a.shown.seconds
+        if self.a.is_answering:
+            return
+        left_s = max(budget_s - spent_s, _LEAST * budget_s)
+        if self._request_beside(requests, frame, left_s, plate, within_s):
+            self.a.pause()
+
+    def _request_beside(
+        self,
+        looks: Mapping[str, Shot],
+        frame: int,
+        budget_s: float,
+        plate: PlateVersion,
+        within_s: float,
+    ) -> bool:
+        """Request the pictures beside A. Return True if anything was rendered."""
+        has_rendered = self.looks.request(looks, frame, budget_s, plate)
+        if self._b_request is not None:
+            has_rendered = self.b.request(self._b_request, frame, budget_s, plate, within_s)
+        return has_rendered
+
+    def _b_of(self, view: ViewState, shot: Shot) -> Shot | None:
+        method = method_of_b(view, self._renderer.has_many_views)
+        return (
+            None if method is None else replace(shot, defocus=replace(shot.defocus, method=method))
+        )
+
+    def work(self, side: int, slice_s: float, is_plate_whole: bool = True) -> None:
+        """Continue the picture of a side; once it is finished, it is the other side's turn."""
+        working = self.rendered[side]
+        before = working.shown
+        working.work(slice_s, is_plate_whole)
+        if working.shown != before:
+            self._is_turn_of_b = working is self.a
+
+    def of_method(self, view: ViewState) -> Shown | None:
+        """Return the picture of B if B is a method or a look and it is rendered; None otherwise."""
+        if is_look_b(view):
+            return self.of_look(view.b_look)
+        method = method_of_b(view, self._renderer.has_many_views)
+        for side in (self.a, self.b):
+            if side.shown is not None and side.shown.shot.defocus.method is method:
+                return side.shown
+        return None
+
+    def of_a(self, view: ViewState) -> Shown | None:
+        """Return the picture of A if A is a look and it is rendered; None otherwise."""
+        return self.of_look(view.a_look) if is_look_b(view) and view.a_look else None
+
+    def of_look(self, name: str) -> Shown | None:
+        """Return the latest picture of a visible look; None before there is one."""
+        return self.a.shown if name in self._alike else self.looks.of(name)
+
+    def is_coming(self, name: str) -> bool:
+        """Return True while the whole picture of a look is not finished."""
+        return name not in self._alike and self.looks.is_coming(name)
+
+
+def is_look_b(view: ViewState) -> bool:
+    """Return True if B is visible and shows a look."""
+    is_seen = view.compare not in (Compare.OFF, Compare.GRID)
+    return is_seen and view.against is Against.LOOK
+
+
+def method_of_b(view: ViewState, has_many_views: bool) -> Method | None:
+    """Return the method of B; None if B is not visible or needs a scene and none is open."""
+    is_seen = view.compare not in (Compare.OFF, Compare.GRID)
+    if not is_seen or view.against is not Against.METHOD:
+        return None
+    return view.b_method if has_many_views or not view.b_method.needs_scene else None
+
+
+def look_called(shot: Shot, name: str) -> Look | None:
+    """Return the look of this name; None if the shot has no such look."""
+    return next((look for look in shot.looks if look.name == name), None)
+
+
+def grid_names(view: ViewState, shot: Shot) -> tuple[str, ...]:
+    """Return the names in the grid: up to four looks, and the current lens if there is room."""
+    names = [look.name for look in shot.looks]
+    chosen = tuple(name for name in names if name in view.grid) or tuple(names)
+    chosen = chosen[:GRID_MOST]
+    return chosen if len(chosen) == GRID_MOST else (*chosen, NOW)
+
+
+def looks_beside(view: ViewState, shot: Shot) -> tuple[Look, ...]:
+    """Return the visible looks: those of the grid, or the compared ones."""
+    names: tuple[str, ...] = ()
+    if view.compare is Compare.GRID:
+        names = grid_names(view, shot)
+    elif is_look_b(view):
+        names = tuple({view.a_look: None, view.b_look: None})
+    found = (look_called(shot, name) for name in names)
+    return tuple(look for look in found if look is not None)
+
+
+def _through(shot: Shot, look: Look, view: ViewState, zoom: float) -> Shot:
+    """Return the shot with a look applied; in the grid, scaled to the size on the screen."""
+    through = without_notes(shot.through(look))
+    if view.compare is not Compare.GRID or shot.defocus.method.needs_scene:
+        return through
+    scale = min(max(2.0 ** ceil(log2(max(zoom, _LEAST_SCALE))), _LEAST_SCALE), 1.0)
+    proxy = min(shot.defocus.proxy, scale)
+    return replace(through, defocus=replace(through.defocus, proxy=proxy))

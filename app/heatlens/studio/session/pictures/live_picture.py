@@ -1,0 +1,321 @@
+"""The interactive picture: quick while something is dragged, complete when the input rests.
+
+If the whole picture fits the time of a frame, it is rendered at once. Otherwise a quicker preview
+of the same lens is shown (smaller, with simpler discs), and the whole picture is rendered in
+slices, so that the window stays responsive. A scene seen from many points of the lens refines. If
+the first answer to a change takes too long, it continues in slices too: a driver builds its
+programs during the first pictures.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from heatlens.core.base.errors import HeatlensError
+from heatlens.core.model.shot.settings import DefocusSettings, Method
+from heatlens.core.model.shot.shot import Shot
+from heatlens.render.defocus.plate_passes import proxy_size
+from heatlens.render.defocus.steps import Steps
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.program import programs_built
+from heatlens.render.preview.level_choice import (
+    CostModel,
+    level_at_rest,
+    level_while_moving,
+    recognisable,
+    soonest,
+)
+from heatlens.render.preview.shown import PictureKey, Shown, whole_picture, without_notes
+from heatlens.studio.session.pictures.elsewhere import Elsewhere
+
+_REST_S = 0.08  # without a change for this long, the input rests; a drag sends several changes
+_MANY_PX = 1 << 20  # a larger picture may take long on a machine of which nothing is known yet
+
+
+class PlateVersion(NamedTuple):
+    """Identifies the plate that is on the GPU."""
+
+    number: int  # differs for each plate
+    is_finer: bool = False  # True for the previous plate with less noise
+
+
+FIRST_PLATE = PlateVersion(0)
+
+
+@dataclass
+class _Work:
+    """A picture that is in progress."""
+
+    steps: Steps[Texture]
+    key: PictureKey  # identifies the request that started it
+    settings: DefocusSettings
+    slot: int
+    views_before: int  # points of the lens that an earlier picture already has
+    is_here: bool  # this machine renders it
+    built_before: int  # programs that this process had built when it started
+    seconds: float = 0.0
+
+
+class LivePicture:
+    """Renders the requested shot as well as the time allows."""
+
+    def __init__(
+        self,
+        renderer: FrameRenderer,
+        clock: Callable[[], float] = time.perf_counter,
+        first_slot: int = 0,
+        cost: CostModel | None = None,
+    ) -> None:
+        """Use slot `first_slot` of the renderer and the next one for the pictures.
+
+        `cost` is the cost model of this machine, shared with other pictures.
+        """
+        self._renderer = renderer
+        self._clock = clock
+        self.cost = cost or CostModel()
+        self.elsewhere = Elsewhere()  # renders whole pictures in place of this machine
+        self.shown: Shown | None = None
+        self._request: PictureKey | None = None
+        self._changed_at = 0.0
+        self._level: DefocusSettings | None = None
+        self._work: _Work | None = None
+        self._slots = first_slot, first_slot + 1  # keys of the shown and the coming picture
+        self._budget_s = 0.0
+        self._is_refused = False  # the request cannot be rendered, and that was reported
+        self.is_answering = False  # the request has no picture yet, not even a quick one
+        self.request_s = 0.0  # seconds spent in `request` so far
+
+    @property
+    def device(self) -> Device:
+        """What the pictures are rendered on."""
+        return self._renderer.ctx
+
+    def restart(self) -> None:
+        """Start again, because another plate is on the GPU."""
+        self.pause()
+        self._request = self.shown = None
+        self.is_answering = False
+
+    def pause(self) -> None:
+        """Give up the picture in progress, because others use the renderer now."""
+        self._work = None
+        self.elsewhere.recall()
+
+    def request(
+        self,
+        shot: Shot,
+        frame: int,
+        budget_s: float,
+        plate: PlateVersion = FIRST_PLATE,
+        within_s: float = math.inf,
+    ) -> bool:
+        """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`.
+
+        An answer that takes longer than `within_s` goes on in `work`. It is finished before the
+        answer to the next change begins, so that a continuous drag shows pictures too.
+
+        If the plate has only become less noisy, its picture stays until the whole new one is
+        finished. Return True if anything was rendered. A request that raised is not tried again.
+        """
+        request = whole_picture(shot, frame, plate.number)
+        if request == self._request or self._is_shown_already(request, plate.is_finer):
+            return False
+        before, self._changed_at, self._budget_s = self._request, self._clock(), budget_s
+        is_same_plate = self.requested_plate == request.plate
+        begun = self._begun_picture(shot, frame) if is_same_plate else None
+        if before is None or before.settings != request.settings:
+            self._level = None
+        if self.is_answering and not is_same_plate:
+            within_s = math.inf  # otherwise a constantly changing plate would never appear
+        if begun is not None or not self.is_answering or within_s == math.inf:
+            self.pause()
+        self._request, self._is_refused, self.is_answering = request, False, begun is None
+        if begun is not None:
+            self.shown = begun
+            return False
+        self._answer(within_s)
+        self.request_s += self._clock() - self._changed_at
+        return True
+
+    def _is_shown_already(self, request: PictureKey, is_finer: bool) -> bool:
+        """Take over a request; return True if it needs no picture at once.
+
+        That holds if only marks or looks differ, or if the plate is only less noisy (`is_finer`).
+        """
+        before = self._request
+        if before is None:
+            return False
+        if _bare(request) == _bare(before):
+            self._note(request)
+            return True
+        is_same_but_plate = replace(request, plate=before.plate) == before
+        if is_same_but_plate and is_finer and self.shown is not None and not self.is_answering:
+            self.pause()
+            self._request = request
+            return True
+        return False
+
+    def _answer(self, slice_s: float) -> None:
+        """Continue the answer in progress, or begin the answer to the request."""
+        with self._refusing():
+            if self._work is None:
+                assert self._request is not None
+                self._level = self._best_level(self._request.settings, self._budget_s)
+                self._start(self._level)
+            self._advance(slice_s)
+
+    def _note(self, request: PictureKey) -> None:
+        """Take a request for the same picture of a shot with other marks or looks."""
+        if self.shown is not None and self._is_of_request(self.shown):
+            self.shown = replace(self.shown, shot=request.shot)
+        self._request = request
+
+    def _begun_picture(self, shot: Shot, frame: int) -> Shown | None:
+        """Return the shown picture if it only lacks further points of the lens.
+
+        More points refine it, so that no coarser preview is needed first.
+        """
+        shown, requested = self.shown, shot.defocus
+        if shown is None or shown.frame != frame or not requested.method.needs_scene:
+            return None
+        is_same = shown.shot == replace(
+            shot, defocus=replace(requested, views=shown.shot.defocus.views)
+        )
+        is_part = shown.settings.views <= requested.views
+        return replace(shown, shot=shot) if is_same and is_part else None
+
+    @contextmanager
+    def _refusing(self) -> Iterator[None]:
+        """Raise the error of a shot that cannot be rendered, once, and do not try again."""
+        try:
+            yield
+        except HeatlensError:
+            self.pause()
+            self._is_refused, self.is_answering = True, False
+            raise
+
+    @property
+    def is_working(self) -> bool:
+        """Return True while the whole picture is not finished."""
+        if self._request is None or self._is_refused:
+            return False
+        return self.shown is None or self.shown.picture_key != self._request
+
+    @property
+    def part_done(self) -> float | None:
+        """The finished share of the whole picture, judged by its time; None once it is complete."""
+        if not self.is_working:
+            return None
+        work = self._work
+        if work is None or work.settings != work.key.settings or not self.cost.seconds_per_px:
+            return 0.0
+        return min(work.seconds / max(self._predicted(work.settings), 1e-6), 1.0)
+
+    @property
+    def requested_plate(self) -> int | None:
+        """The number of the plate of the requested picture; None without a request."""
+        return None if self._request is None else self._request.plate
+
+    def seconds_to_rest(self) -> float:
+        """Return the seconds until the whole picture may be started; 0 if it may start now."""
+        return 0.0 if self.is_answering else max(0.0, self._changed_at + _REST_S - self._clock())
+
+    def wants_work(self, is_plate_whole: bool = True) -> bool:
+        """Return True if there is a picture to continue.
+
+        The whole picture is started only if the plate has its final quality.
+        """
+        if not self.is_working or self.elsewhere.is_waiting:
+            return False
+        is_begun = self.is_answering or self._work is not None
+        return is_plate_whole or is_begun or self._next_level(False) is not None
+
+    def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
+        """Continue with the answer, or if the input rests with a better picture, for a slice."""
+        if not self.wants_work(is_plate_whole) or self.seconds_to_rest() > 0:
+            return
+        if self.is_answering:
+            self._answer(slice_s)
+            return
+        with self._refusing():
+            if self._work is None:
+                level = self._next_level(is_plate_whole)
+                assert level is not None
+                self._start(level)
+            self._advance(slice_s)
+
+    def _is_of_request(self, shown: Shown) -> bool:
+        """Return True for a picture of the requested shot and plate at any quality."""
+        key, request = shown.picture_key, self._request
+        return request is not None and replace(key, settings=request.settings) == request
+
+    def _best_level(self, requested: DefocusSettings, budget_s: float) -> DefocusSettings:
+        """Return the best preview level that fits the time budget, see `level_while_moving`."""
+        size = self._renderer.loaded.color.size
+        levels = recognisable(requested, size)
+        if not self.cost.seconds_per_px:  # nothing has been measured on this machine yet
+            return soonest(requested, size) if self.shown is None else levels[-1]
+        return level_while_moving(levels, self._level, budget_s, self._predicted)
+
+    def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
+        """Return what to render at rest, see `level_at_rest`."""
+        assert self._request is not None
+        requested = self._request.settings
+        if not self.cost.seconds_per_px and self._pixels(requested) > _MANY_PX:
+            return self._best_level(requested, self._budget_s)
+        shown = None if self.shown is None else self.shown.settings
+        return level_at_rest(requested, shown, is_plate_whole, self._predicted)
+
+    def _predicted(self, settings: DefocusSettings) -> float:
+        return self.cost.predicted(settings, self._pixels(settings))
+
+    def _pixels(self, settings: DefocusSettings) -> int:
+        width, height = proxy_size(self._renderer.loaded.color.size, settings.proxy)
+        return width * height
+
+    def _start(self, settings: DefocusSettings) -> None:
+        assert self._request is not None
+        shot, slot = replace(self._request.shot, defocus=settings), self._slots[1]
+        of, is_whole = (shot, self._request.frame, slot), settings == self._request.settings
+        there = self.elsewhere.steps(*of) if is_whole and not self.is_answering else None
+        steps, views = there or self._renderer.steps(*of), self._views_before(settings)
+        built = programs_built()
+        self._work = _Work(steps, self._request, settings, slot, views, there is None, built)
+
+    def _views_before(self, settings: DefocusSettings) -> int:
+        """Return how many points of the lens the renderer continues from; 0: it starts again."""
+        shown = self.shown
+        if shown is None or not self._is_of_request(shown) or not settings.method.needs_scene:
+            return 0
+        is_more = replace(settings, views=shown.settings.views) == shown.settings
+        return shown.settings.views if is_more and shown.settings.views < settings.views else 0
+
+    def _advance(self, slice_s: float) -> None:
+        """Render in steps until the time is over or the picture is finished."""
+        assert self._work is not None and self._request is not None
+        work, start = self._work, self._clock()
+        try:
+            while self._clock() - start < slice_s and not self.elsewhere.is_waiting:
+                next(work.steps)
+            work.seconds += self._clock() - start
+        except StopIteration as end:
+            self._renderer.ctx.finish()
+            work.seconds += self._clock() - start
+            made = replace(work.settings, views=work.settings.views - work.views_before)
+            is_alike = made.method is work.key.settings.method
+            if work.is_here and (is_alike or made.method is not Method.PYRAMID):
+                has_built = programs_built() > work.built_before
+                self.cost.learn(made, self._pixels(made), work.seconds, has_built)
+            is_latest = _bare(work.key) == _bare(self._request)
+            of = self._request if is_latest else work.key
+            self.shown = Shown(end.value, of.shot, of.frame, work.settings, work.seconds, of.plate)
+            self._slots, self._work = self._slots[::-1], None
+            self.is_answering = self.is_answering and not is_latest
+
+
+def _bare(key: PictureKey) -> PictureKey:
+    return replace(key, shot=without_notes(key.shot))

@@ -1,0 +1,266 @@
+"""Save the picture to a file or copy it as soon as it is complete; a thread writes it.
+
+A program of the operating system copies it to the clipboard.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from heatlens.core.base.background import Background
+from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.base.paths import opened_file
+from heatlens.core.model.lens.lens import Lens
+from heatlens.media.files.marks import blurred_mark
+from heatlens.media.files.picture_formats import format_of, suffixes_written
+from heatlens.media.plate.picture.picture_write import (
+    check_output,
+    seen_values,
+    write_picture,
+    write_shown,
+)
+from heatlens.media.plate.plate import FloatImage, Plate
+from heatlens.media.scene.scene_read import files_of_scene
+from heatlens.render.display.display_values import DisplayValues
+from heatlens.render.gpu.textures import download
+from heatlens.render.preview.shown import Shown
+from heatlens.studio.session.messages import Worker
+from heatlens.studio.session.pictures.live_picture import LivePicture
+from heatlens.studio.session.pictures.picture_view import PictureDisplay
+from heatlens.studio.session.shared import Commands, Shared
+
+_TIMEOUT_S = 20.0
+CLIPBOARD_SUFFIX = ".png"
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A program that puts a PNG on the clipboard."""
+
+    argv: tuple[str, ...]
+    reads_stdin: bool = False  # the picture; otherwise `argv` names its file
+
+
+def tools(path: Path, platform: str, environ: Mapping[str, str]) -> tuple[Tool, ...]:
+    """Return the tools that may work on `platform` (a value of sys.platform), likeliest first."""
+    if platform == "darwin":
+        quoted = str(path).replace("\\", "\\\\").replace('"', '\\"')
+        script = f'set the clipboard to (read (POSIX file "{quoted}") as «class PNGf»)'
+        return (Tool(("osascript", "-e", script)),)
+    if platform == "win32":
+        quoted = str(path).replace("'", "''")
+        script = (
+            "Add-Type -AssemblyName System.Windows.Forms, System.Drawing; "
+            "[System.Windows.Forms.Clipboard]::SetImage("
+            f"[System.Drawing.Image]::FromFile('{quoted}'))"
+        )
+        return (Tool(("powershell", "-NoProfile", "-STA", "-Command", script)),)
+    wayland = Tool(("wl-copy", "--type", "image/png"), reads_stdin=True)
+    x11 = Tool(("xclip", "-selection", "clipboard", "-t", "image/png", "-i"), reads_stdin=True)
+    wanted = ((wayland, "WAYLAND_DISPLAY"), (x11, "DISPLAY"))
+    return tuple(tool for tool, variable in wanted if environ.get(variable))
+
+
+def copy_png(
+    path: Path, platform: str, environ: Mapping[str, str], which: Callable[[str], str | None]
+) -> None:
+    """Put the PNG at `path` on the clipboard; `which` finds programs, as shutil.which does.
+
+    Raises InputError saying what to install, or what the tool said.
+    """
+    found = [tool for tool in tools(path, platform, environ) if which(tool.argv[0])]
+    if not found:
+        raise InputError(_nothing_found(platform, environ))
+    problems = []
+    for tool in found:
+        problem = _run(tool, path)
+        if not problem:
+            return
+        problems.append(problem)
+    raise InputError(f"The picture was not copied: {problems[0]}")
+
+
+def _run(tool: Tool, path: Path) -> str:
+    """Run a tool. Return "" if it worked, otherwise what went wrong.
+
+    The tools keep running to serve the clipboard, and keep inherited pipes open. Their output
+    therefore goes to a file: a pipe would never end.
+    """
+    with tempfile.TemporaryFile() as words, opened_file(path) as picture:
+        stdin = picture if tool.reads_stdin else subprocess.DEVNULL
+        try:
+            done = subprocess.run(
+                tool.argv, stdin=stdin, stdout=words, stderr=words, timeout=_TIMEOUT_S, check=False
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return f"{tool.argv[0]}: {error}."
+        words.seek(0)
+        said = words.read().decode(errors="replace").strip()
+    return f"{tool.argv[0]}: {said or f'exit code {done.returncode}'}" if done.returncode else ""
+
+
+def _nothing_found(platform: str, environ: Mapping[str, str]) -> str:
+    if platform == "darwin":
+        return "The picture was not copied: macOS's osascript is not in PATH."
+    if platform == "win32":
+        return "The picture was not copied: Windows's powershell is not in PATH."
+    if environ.get("WAYLAND_DISPLAY"):
+        return "The picture was not copied: install wl-clipboard (apt-get install wl-clipboard)."
+    if environ.get("DISPLAY"):
+        return "The picture was not copied: install xclip (apt-get install xclip)."
+    return "The picture was not copied: there is no desktop here that has a clipboard."
+
+
+@dataclass(frozen=True)
+class _Request:
+    """The requested picture and its destination: a file, or None for the clipboard."""
+
+    source: str | None
+    frame: int
+    path: Path | None
+
+    @property
+    def words(self) -> str:
+        return "copying it" if self.path is None else f"saving {self.path.name}"
+
+
+class PictureCommands(Commands, Worker):
+    """Saves or copies one picture at a time, with the look that the screen gives it."""
+
+    def __init__(self, shared: Shared, look: PictureDisplay, live: LivePicture) -> None:
+        super().__init__(shared)
+        self._look = look
+        self._live = live
+        self._request: _Request | None = None
+        self._writer: Background[str] = Background(self._wake)
+
+    @property
+    def is_busy(self) -> bool:
+        """Return True while a picture is awaited or written."""
+        return self._request is not None or self._writer.is_busy
+
+    def copy(self) -> None:
+        """Put the picture on the clipboard once it is complete."""
+        if self._source.plate is None:
+            self._say("Nothing is open to copy.")
+        else:
+            self.save(None)
+
+    def save(self, path: Path | None) -> None:
+        """Write the picture of the frame to `path` once it is complete; None copies it."""
+        if self._writer.is_busy:
+            self._say("The previous picture is still being written: try again in a moment.")
+            return
+        self._request = _Request(self._editing.shot.source, self._editing.frame, path)
+        self._say(f"Waiting for the whole picture before {self._request.words} ...")
+
+    def poll(self) -> None:
+        """Begin to write a requested picture once it is whole; report how writing ended."""
+        request, now = self._request, (self._editing.seen_shot.source, self._editing.frame)
+        if request is not None and (request.source, request.frame) != now:
+            self._request = None
+            self._say(
+                f"The frame changed before its picture was complete: {request.words} was cancelled."
+            )
+        elif request is not None and (shown := self._whole()) is not None:
+            self._request = None
+            self._say(f"{request.words.capitalize()} ...")
+            self._write(shown, request.path)
+        try:
+            said = self._writer.poll()
+        except HeatlensError as error:
+            said = str(error)
+        if said is not None:
+            self._say(said)
+
+    def _whole(self) -> Shown | None:
+        shown, source, frame = self._live.shown, self._source, self._editing.frame
+        if source.plate is None or not (source.feed.is_whole and source.is_settled_at(frame)):
+            return None
+        cache = None if source.opened is None else source.opened.cache
+        if cache is not None and source.plate.path != cache.sequence.resolve(frame):
+            return None  # the plate of the frame is still being read
+        of = (self._editing.seen_shot, frame)
+        is_it = shown is not None and (shown.shot, shown.frame) == of
+        return shown if is_it and not self._live.is_working else None
+
+    def _write(self, shown: Shown, path: Path | None) -> None:
+        plate = self._source.plate
+        assert plate is not None  # the picture is whole
+        self._writer.start(partial(saved, snapshot(shown, plate, self._values, path), path))
+
+    def _values(self) -> DisplayValues:
+        return self._look.values(self._live.device)
+
+    def close(self) -> None:
+        """Wait until a file that is being written is finished."""
+        self._writer.wait()
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """A complete picture, the same as from `heatlens render`.
+
+    seen  display values of what the window shows, for every file but an EXR
+    """
+
+    pixels: FloatImage
+    plate: Plate
+    lens: Lens
+    proxy: float
+    seen: FloatImage | None
+
+
+def snapshot(
+    shown: Shown, plate: Plate, make_values: Callable[[], DisplayValues], path: Path | None
+) -> Snapshot:
+    """Read the picture back for `path`, or the clipboard; call this on the thread of OpenGL."""
+    shot = shown.shot
+    pixels, proxy, lens = download(shown.texture), shot.defocus.proxy, shot.lens_at(shown.frame)
+    named = path or Path(f"clipboard{CLIPBOARD_SUFFIX}")
+    if format_of(named) is None or named.suffix.lower() not in suffixes_written():
+        return Snapshot(pixels, plate, lens, proxy, None)
+    values = make_values()
+    try:
+        seen = seen_values(pixels, plate, proxy, values.encode, named)
+    finally:
+        values.release()
+    return Snapshot(pixels, plate, lens, proxy, seen)
+
+
+def saved(picture: Snapshot, path: Path | None) -> str:
+    """Write the picture, or copy it for None; on a thread. Return the message that says so."""
+    if path is None:
+        _copy(picture)
+        return "The picture is on the clipboard."
+    check_output(path, *_sources(picture.plate.path))
+    _write(picture, path)
+    return f"Saved {path}."
+
+
+def _sources(path: Path) -> tuple[Path, ...]:
+    """Return the files of a plate or a scene, with the files that it refers to."""
+    try:
+        return files_of_scene(path)
+    except InputError:  # deleted or rewritten since it was read: its other files are unknown now
+        return (path,)
+
+
+def _write(picture: Snapshot, path: Path) -> None:
+    if picture.seen is None:
+        write_picture(path, picture.pixels, picture.plate, picture.lens, picture.proxy)
+    else:
+        write_shown(path, picture.seen, blurred_mark(True))
+
+
+def _copy(picture: Snapshot) -> None:
+    with tempfile.TemporaryDirectory(prefix="heatlens-") as folder:
+        path = Path(folder) / f"picture{CLIPBOARD_SUFFIX}"
+        _write(picture, path)
+        copy_png(path, sys.platform, os.environ, shutil.which)

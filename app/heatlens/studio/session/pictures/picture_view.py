@@ -1,0 +1,171 @@
+"""Keep how the picture is viewed, where it lies on the screen, and its view transform.
+
+The view transform is chosen by name and rebuilt on change; its faults are only reported.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+from heatlens.core.base.errors import HeatlensError
+from heatlens.core.model.shot.grade import Grade
+from heatlens.core.model.view.view import NO_GRADE, Compare, DisplayOptions, ViewState
+from heatlens.core.model.view.view_geometry import ViewGeometry, Viewport
+from heatlens.media.color.color_config import ColorConfig, default_view, load_color_config
+from heatlens.media.color.input_space import InputSpace, input_space_of
+from heatlens.media.color.view_transform import srgb_transform, view_transform
+from heatlens.render.display.display_values import DisplayValues
+from heatlens.render.display.screen_pictures import ScreenPictures
+from heatlens.render.gpu.device import Device
+from heatlens.studio.session.messages import reported
+from heatlens.studio.session.shot.editing import Editing
+
+_NOT_YET = ("", "", None, None)  # no view has such an input space
+
+
+class ColorChoice:
+    """Keeps the display pass set to the chosen display and view."""
+
+    def __init__(self, path: str | None, say: Callable[[str], None]) -> None:
+        """Load the config at `path`, None for $OCIO or the built-in one. Raises InputError."""
+        self._say = say
+        self.path = path
+        self.config: ColorConfig | None = None
+        try:
+            self.config = load_color_config(path)
+        except HeatlensError as error:
+            if path is not None:
+                raise
+            say(f"{error} Pictures are shown through the plain sRGB curve.")
+        self._inputs = self.config.input_spaces() if self.config else ()
+        self.attributes: Mapping[str, object] = {}  # header entries of the open plate
+        self._current: tuple[str, str, InputSpace | None, Grade | None] = _NOT_YET
+        self.transform = srgb_transform()  # the transform in use
+
+    def displays(self) -> tuple[str, ...]:
+        """Return the displays to choose from."""
+        return self.config.displays() if self.config else ("sRGB",)
+
+    def views(self, display: str) -> tuple[str, ...]:
+        """Return the views to choose from for a display."""
+        return self.config.views(display) if self.config else ("sRGB curve",)
+
+    def input_spaces(self) -> tuple[str, ...]:
+        """Return the input color spaces to choose from, the default one first.
+
+        The plain sRGB curve has none: it uses the colour space of the header.
+        """
+        return self._inputs
+
+    def usual_view(self, display: str) -> str:
+        """Return the default view of a display for the open plate, the same as in `render`."""
+        if self.config is None:
+            return self.views(display)[0]
+        return default_view(self.config, display, self.attributes)
+
+    def of_plate(self, view: ViewState, attributes: Mapping[str, object]) -> ViewState:
+        """Take the header entries of a plate; return `view`, adapted unless the user chose it."""
+        was = self.usual_view(view.display)
+        self.attributes = attributes
+        return replace(view, view=self.usual_view(view.display)) if view.view == was else view
+
+    def chosen_view(self, view: ViewState) -> str:
+        """Return the view that the user chose; "" if it is the default one."""
+        return "" if view.view == self.usual_view(view.display) else view.view
+
+    def with_names(self, view: ViewState) -> ViewState:
+        """Return `view` with display, view and input space limited to those of the config."""
+        displays = self.displays()
+        if view.display not in displays:
+            first = self.config.default_display if self.config else displays[0]
+            view = replace(view, display=first, view="")
+        if view.view not in self.views(view.display):
+            view = replace(view, view=self.usual_view(view.display))
+        return view if view.input_space in self._inputs else replace(view, input_space="")
+
+    def input_of(self, chosen: str) -> InputSpace:
+        """Return the input space of the plate: `chosen`, otherwise the one its header names."""
+        return input_space_of(self.config, self.attributes, chosen)
+
+    def draw_again(self) -> None:
+        """Build the transform again at the next `apply`."""
+        self._current = _NOT_YET
+
+    def apply(self, view: ViewState, screen: ScreenPictures, grade: Grade | None = None) -> None:
+        """Set the transform that `view` names on `screen`, with the grade of the shot.
+
+        One that cannot be built is reported.
+        """
+        light, grade = self.input_of(view.input_space), grade if view.is_graded else None
+        requested = (view.display, view.view, light, grade)
+        if requested == self._current:
+            return
+        self._current = requested
+        with reported(self._say):
+            if self.config is None:
+                transform = srgb_transform(light.name, light.turned_from)
+            else:
+                transform = view_transform(
+                    *(self.config, view.display, view.view, light.name),
+                    *(light.turned_from, grade),
+                )
+            screen.display.set_transform(transform)
+            self.transform = transform
+        screen.transform_version += 1
+
+
+@dataclass
+class PictureView:
+    """The view state, which panels and commands replace, and the position of the picture.
+
+    state             exposure, overlay, comparison, zoom
+    viewport          the rectangle of the window that the picture is drawn in
+    geometry          maps pixels of the picture to the viewport
+    is_lens_held_off  a held key shows the pinhole picture
+    """
+
+    state: ViewState = field(default_factory=ViewState)
+    viewport: Viewport = field(default_factory=lambda: Viewport((0.0, 0.0), (1.0, 1.0)))
+    geometry: ViewGeometry = field(default_factory=lambda: ViewGeometry((0.0, 0.0), (1.0, 1.0)))
+    is_lens_held_off: bool = False
+
+    @property
+    def zoom(self) -> float:
+        """Screen pixels for one pixel of the picture."""
+        return self.geometry.per_px[1] * self.viewport.framebuffer_scale
+
+    @property
+    def is_drawn(self) -> bool:
+        """Return True once the size of the viewport is known."""
+        return self.viewport.size[0] > 1.0
+
+    @property
+    def is_lens_alone(self) -> bool:
+        """True while only the picture through the lens is shown, without comparison or overlay."""
+        is_bare = self.state.compare is Compare.OFF and not self.state.has_overlay
+        return is_bare and self.state.depth_of_field and not self.is_lens_held_off
+
+
+class PictureDisplay:
+    """View transform, exposure and gamma of the picture that the window shows."""
+
+    def __init__(self, editing: Editing, view: PictureView, color: ColorChoice) -> None:
+        self._editing, self.view, self._color = editing, view, color
+
+    def options(self) -> DisplayOptions:
+        """Return the look as options of the command line."""
+        view = self.view.state.exposed_through(self._editing.lens)
+        named = DisplayOptions(
+            ocio=self._color.path or None,
+            display=view.display or None,
+            view=view.view or None,
+            input_space=view.input_space or None,
+        )
+        if self._editing.shot.grade is not None and not view.is_graded:
+            named = replace(named, cdl=NO_GRADE)
+        look = DisplayOptions() if self._color.config is None else named
+        return replace(look, gamma=view.gamma, exposure_stops=view.exposure_stops)
+
+    def values(self, ctx: Device) -> DisplayValues:
+        """Return what converts scene-linear light to the display values of the window."""
+        view = self.view.state.exposed_through(self._editing.lens)
+        return DisplayValues(ctx, self._color.transform, view.exposure_stops, view.gamma)

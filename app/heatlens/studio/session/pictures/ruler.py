@@ -1,0 +1,127 @@
+"""Measure the distance in space between two points of the picture."""
+
+import math
+from dataclasses import dataclass
+
+from heatlens.core.model.view.view_geometry import PictureShape, shown_shape
+from heatlens.media.plate.coc_line import depth_at_m
+from heatlens.media.plate.plate import Plate
+from heatlens.studio.session.messages import reported
+from heatlens.studio.session.pictures.picture_view import PictureView
+from heatlens.studio.session.shared import Commands, Shared
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Intrinsics:
+    """A pinhole camera: its lens, and the shape of its picture."""
+
+    focal_length_mm: float
+    sensor_width_mm: float
+    shape: PictureShape
+
+    def point_m(self, pixel: tuple[int, int], depth_m: float) -> Vector:
+        """Return where the middle of a pixel lies: right of, below and in front of the camera.
+
+        `depth_m` is measured along the axis. The sensor is as wide as the picture.
+        """
+        pitch_x = self.sensor_width_mm / self.shape.width_px / self.focal_length_mm
+        pitch_y = pitch_x / self.shape.pixel_aspect
+        middle_x, middle_y = self.shape.middle_px
+        across = (pixel[0] + 0.5 - middle_x) * pitch_x
+        down = (pixel[1] + 0.5 - middle_y) * pitch_y
+        return across * depth_m, down * depth_m, depth_m
+
+
+Pixel = tuple[int, int]
+
+_ASSUMED = "The file has no lens: the ruler uses the current one."
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The result: the depths of both points, and the distance between them, in m."""
+
+    depths_m: tuple[float, float]
+    distance_m: float
+
+
+class Ruler(Commands):
+    """The clicked points; the measurement follows the current frame."""
+
+    def __init__(self, shared: Shared, view: PictureView) -> None:
+        super().__init__(shared)
+        self._view = view
+        self.is_on = False
+        self.points: tuple[Pixel, ...] = ()
+
+    def why_not(self) -> str:
+        """Return a sentence why nothing can be measured; "" if it can."""
+        plate = self._source.plate
+        if plate is None:
+            return "Nothing is open."
+        return "" if plate.has_distances else "The plate holds its blur and no distances."
+
+    def toggle(self) -> None:
+        """Switch the ruler on or off."""
+        if self.leave():
+            return
+        self.is_on = True
+        if not self._camera_mm:
+            self._say(_ASSUMED)
+
+    def leave(self) -> bool:
+        """Switch the ruler off; return True if it was on."""
+        was_on, self.is_on, self.points = self.is_on, False, ()
+        return was_on
+
+    def press(self, pixel: Pixel) -> None:
+        """Set the first or the second point; a third press starts again with a first one."""
+        if self.is_inside(pixel):
+            self.points = (self.points[0], pixel) if len(self.points) == 1 else (pixel,)
+
+    def drag(self, pixel: Pixel) -> None:
+        """Move the second point while the mouse button is held."""
+        if self.points and pixel != self.points[0] and self.is_inside(pixel):
+            self.points = (self.points[0], pixel)
+
+    def measured(self, to: Pixel | None = None) -> Measured | None:
+        """Return the measurement; `to` is used if there is no second point.
+
+        Return None without two points, or if one is at infinity.
+        """
+        ends = self.points if len(self.points) == 2 or to is None else (*self.points, to)
+        plate = self._source.plate
+        if len(ends) != 2 or plate is None or not all(self.is_inside(end) for end in ends):
+            return None
+        ends = tuple(self._source.frame_px(self._editing.lens, end) for end in ends)
+        with reported(self._say):
+            on_plate = [self._source.feed.plate_px(self._editing.shot, end) for end in ends]
+            near_m, far_m = (depth_at_m(plate, *end) for end in on_plate)
+            camera = self._camera(plate)
+            a, b = camera.point_m(ends[0], near_m), camera.point_m(ends[1], far_m)
+            return Measured((near_m, far_m), math.dist(a, b))
+        return None
+
+    def is_inside(self, pixel: Pixel) -> bool:
+        """Return True if the pixel can be measured: the picture is there, with distances."""
+        plate = self._source.plate
+        if plate is None or not plate.has_distances:
+            return False
+        return plate.shows(*self._source.plate_px(self._editing.lens, self._editing.shot, pixel))
+
+    @property
+    def _camera_mm(self) -> tuple[float, float] | None:
+        """Return focal length and sensor width of the camera of the plate in mm, where known."""
+        plate = self._source.plate
+        camera = None if plate is None else plate.camera
+        if camera is None or camera.focal_length_mm is None or camera.sensor_width_mm is None:
+            return None
+        return camera.focal_length_mm, camera.sensor_width_mm
+
+    def _camera(self, plate: Plate) -> Intrinsics:
+        """Return the camera that made the picture; unknown values are those of the shot's lens."""
+        lens, told_mm = self._editing.lens, self._camera_mm
+        shape = shown_shape(self._view.state, self._source.picture_shape(self._editing.shot))
+        return Intrinsics(*(told_mm or (lens.focal_length_mm, lens.sensor_width_mm)), shape)

@@ -1,0 +1,211 @@
+"""The render job of each frame of the open shot, with the key under which it is kept."""
+
+import math
+import os
+import time
+from collections.abc import Callable, Iterable
+
+from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.model.shot.framing import Framing
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.view.view_geometry import fit_zoom
+from heatlens.media.sequence.sequence import Sequence
+from heatlens.render.defocus.line_solver import SolverName
+from heatlens.render.defocus.plate_passes import proxy_size
+from heatlens.render.rendered_frames.frame_filler import FrameJob, PlateFile
+from heatlens.render.rendered_frames.frame_key import (
+    KeySource,
+    SceneSight,
+    frame_key,
+    maker_of,
+    shot_key,
+)
+from heatlens.render.rendered_frames.stamp_book import StampBook
+from heatlens.render.source.source import StampedFile, stamped
+from heatlens.studio.session.pictures.picture_view import PictureView
+from heatlens.studio.session.shared import Commands, Shared
+from heatlens.studio.session.time.timeline import Timeline
+
+_SIZES = 16  # scales are multiples of 1/16, so that a slightly larger window changes nothing
+_EVERY_S = 2.0  # time between two checks of the files
+
+
+class PullJobs(Commands):
+    """The job of each frame, made on request and valid until shot, files or size change."""
+
+    def __init__(
+        self,
+        shared: Shared,
+        timeline: Timeline,
+        view: PictureView,
+    ) -> None:
+        super().__init__(shared)
+        self._renderer = self._source.picture.renderer
+        self._timeline = timeline
+        self._view = view
+        self._clock = time.perf_counter
+        self._stamps = StampBook(self._wake)
+        self._made_of: object = None
+        self._jobs: dict[int, FrameJob | None] = {}
+        self._shot, self._shot_key = self._editing.shot, ""
+        self._maker: tuple[str, ...] = ()
+        self.program: tuple[str, ...] = ()  # that renders all frames, if it is not this one
+        self._looked_for: object = None
+        self._sequence: Sequence | None = None  # as it was at the last call of `update`
+        self._look_at = -math.inf
+        self.version = 0  # counts the changes of the set of jobs
+
+    def update(self, frames: Iterable[int]) -> None:
+        """Forget jobs that are out of date; `frames` are those that will be requested."""
+        self._look(frames)
+        shot = self._editing.shot
+        made_of = (
+            *(self._source.opened, self._stamps.version, self._timeline.missing, self.program),
+            *(shot.lens, shot.curves, shot.defocus, shot.framing, self._scale),
+        )
+        if made_of != self._made_of:
+            self._made_of, self._jobs = made_of, {}
+            self._begin(shot)
+            self.version += 1
+
+    def _look(self, frames: Iterable[int]) -> None:
+        """Check the files of these frames at intervals, and at once if the frames change."""
+        opened, missing = self._source.opened, self._timeline.missing
+        if (opened, missing) != self._looked_for:
+            self._looked_for, self._sequence = (opened, missing), None
+            self._stamps.forget()
+            self._look_at = -math.inf
+        if opened is None or opened.cache is None:
+            return
+        self._compare(opened.cache.sequence)
+        if self._clock() >= self._look_at:
+            self._look_at = self._clock() + _EVERY_S
+            self._stamps.look(frames, lambda frame: opened.files_at(frame, missing))
+
+    def _compare(self, sequence: Sequence) -> None:
+        """Forget the files of frames that appeared or disappeared, and of those that they replace.
+
+        The replaced frames have no file of their own.
+        """
+        before, self._sequence = self._sequence, sequence
+        if before is not None and before is not sequence and before.present != sequence.present:
+            self._stamps.keep(set(before.present) & set(sequence.present))
+            self._look_at = -math.inf
+
+    def _begin(self, shot: Shot) -> None:
+        self._maker = self._maker or maker_of(self._renderer)
+        opened = self._source.opened
+        self._shot = self._source.feed.sized(shot, self._scale)
+        is_read = opened is not None and opened.cache is not None
+        options = opened.options if opened is not None and is_read else shot.plate_options
+        self._shot_key = shot_key(self.program or self._maker, options, self._shot.defocus)
+
+    @property
+    def driver(self) -> tuple[str, str, SolverName]:
+        """The OpenGL driver, its version, and the solver with which frames are rendered here."""
+        device = self._renderer.ctx
+        return device.name, device.version, self._renderer.solver.name
+
+    @property
+    def _scale(self) -> float:
+        """The scale of kept pictures: about the size of a whole picture on the screen."""
+        zoom = fit_zoom(self._view.viewport, self._source.picture_shape(self._editing.shot))
+        return min(max(math.ceil(zoom * _SIZES - 0.25), 1), _SIZES) / _SIZES
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the pictures in pixels."""
+        source = self._source
+        if source.plate is None:
+            return 1, 1
+        window, _ = source.feed.windows(self._shot)
+        return proxy_size((window.width, window.height), self._shot.defocus.proxy)
+
+    def make(self, frames: Iterable[int], seconds: float) -> bool:
+        """Make the jobs of these frames, as many as fit into `seconds`; return False if not all."""
+        end = self._clock() + seconds
+        for frame in frames:
+            if frame not in self._jobs:
+                try:
+                    self._jobs[frame] = self._made(frame)
+                    self.version += 1
+                except _NotYetError:
+                    pass
+                if self._clock() > end:
+                    return False
+        return True
+
+    def made(self, frames: Iterable[int]) -> list[FrameJob]:
+        """Return the jobs of these frames that are made already."""
+        found = (self._jobs.get(frame) for frame in frames)
+        return [job for job in found if job is not None]
+
+    def of(self, frame: int) -> FrameJob | None:
+        """Return the job of a frame; None if there is none or it is not made yet."""
+        if frame not in self._jobs:
+            self.make((frame,), 1.0)
+        return self._jobs.get(frame)
+
+    def _made(self, frame: int) -> FrameJob | None:
+        opened, files = self._source.opened, self._files(frame)
+        try:
+            lens = self._shot.lens_at(frame)
+            view = self._scene_view(frame)
+        except HeatlensError:
+            return None  # no valid lens, which is reported where the frame is shown
+        if opened is None or not (files or opened.stamps or view):
+            return None  # no file, which is reported where the frame is shown
+        name = os.path.abspath(files[0].path) if files else opened.text
+        source = KeySource(name, (*opened.stamps, *(file.stamp for file in files)))
+        plate = PlateFile(files, opened.settled, opened.read) if files else None
+        key, again = frame_key(self._shot_key, source, lens, view), opened.again
+        return FrameJob(key, self._shot, frame, plate, again, opened.stamps)
+
+    def whole(self, shot: Shot, frame: int) -> Callable[[], FrameJob] | None:
+        """Return a function that makes the job of a whole picture, and may wait for a disk.
+
+        Return None if the source cannot be rendered again.
+        """
+        opened, missing = self._source.opened, self._timeline.missing
+        if opened is None or opened.again is None:
+            return None
+
+        def make() -> FrameJob:
+            files = stamped(opened.files_at(frame, missing))
+            if not (files or opened.stamps or self._renderer.has_many_views):
+                raise InputError(f"Frame {frame} has no file.")
+            plate = PlateFile(files, opened.settled, opened.read) if files else None
+            return FrameJob("", shot, frame, plate, opened.again, opened.stamps)
+
+        return make
+
+    def _files(self, frame: int) -> tuple[StampedFile, ...]:
+        """Return the files that belong to this frame alone; those of a scene belong to every frame.
+
+        Raises _NotYetError before they are looked up.
+        """
+        opened, missing = self._source.opened, self._timeline.missing
+        if opened is None or opened.cache is None:
+            return ()
+        files = self._stamps.files(frame)
+        if files is None and not self._stamps.is_empty:  # another frame may have the same files
+            files = self._stamps.stamped(opened.files_at(frame, missing))
+        if files is None:
+            raise _NotYetError
+        return files
+
+    def _scene_view(self, frame: int) -> SceneSight | None:
+        """Return the camera's view of the scene; None for plates."""
+        renderer, size = self._renderer, (self._shot.framing or Framing()).size
+        pose = renderer.pose_at(self._shot, frame)
+        if pose is None or renderer.scene is None:
+            return None
+        return SceneSight(pose, float(frame) if renderer.scene.is_moving else None, size)
+
+    def close(self) -> None:
+        """Stop checking files."""
+        self._stamps.close()
+
+
+class _NotYetError(Exception):
+    """The file of a frame has not been checked yet."""

@@ -1,0 +1,266 @@
+"""Render the visible pictures in short time slices.
+
+What to render next is decided by a pure function of the state, `next_work`. The order is always the
+same: first the quick answer to a change; then the plate, until it is good enough to be blurred (a
+scene must be drawn large and antialiased); then the pictures of the comparison's sides, in turns;
+then, while there is nothing else to do, the frames that will be played.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.faults import faults_reported
+from heatlens.render.preview.shown import Shown
+from heatlens.studio.session.messages import Worker
+from heatlens.studio.session.opened.open_source import OpenSource
+from heatlens.studio.session.pictures.compare_sides import CompareSides, Side
+from heatlens.studio.session.pictures.live_picture import PlateVersion
+from heatlens.studio.session.pictures.picture_view import PictureView
+from heatlens.studio.session.playing.rendered_pull import RenderedPull
+from heatlens.studio.session.shared import Commands, Shared
+from heatlens.studio.session.speed import Speed
+
+
+@dataclass(frozen=True)
+class PlateState:
+    """The state of the picture before the blur.
+
+    is_there   there is a picture on the GPU
+    is_good    it is good enough to be blurred
+    is_whole   it has its final quality
+    is_asked   the sides were requested to render from it
+    wait_s     seconds until it can be improved; None if it cannot
+    """
+
+    is_there: bool
+    is_good: bool
+    is_whole: bool
+    is_asked: bool
+    wait_s: float | None
+
+
+@dataclass(frozen=True)
+class SideState:
+    """The state of one side of the comparison.
+
+    is_done       its whole picture is finished, or cannot be rendered
+    has_work      there is a picture to continue, at the present quality of the plate
+    wait_s        seconds until work may continue, because the input has to rest first
+    is_answering  there is no picture of the latest change yet, not even a quick one
+    """
+
+    is_done: bool
+    has_work: bool
+    wait_s: float
+    is_answering: bool = False
+
+
+@dataclass(frozen=True)
+class WorkState:
+    """The state that decides what to render next.
+
+    plays_rendered  frames rendered before are playing, so that nothing has to be rendered
+    sides           A, and B while it is rendered
+    turn            the index of the side whose turn it is
+    frames_wait_s   seconds until a frame can be rendered ahead; None if there is none to render
+    """
+
+    plays_rendered: bool
+    plate: PlateState
+    sides: tuple[SideState, ...]
+    turn: int
+    frames_wait_s: float | None
+
+
+class Work(Enum):
+    """The kinds of work."""
+
+    NOTHING = auto()
+    PLATE = auto()
+    SIDE = auto()
+    FRAMES = auto()
+
+
+@dataclass(frozen=True)
+class NextWork:
+    """The next piece of work.
+
+    wait_s  seconds until it may begin, 0 for now; None: not before something changes
+    side    the index of the side, for SIDE only
+    """
+
+    work: Work
+    wait_s: float | None
+    side: int = 0
+
+
+def is_rendering(plate: PlateState, sides: tuple[SideState, ...]) -> bool:
+    """Return True while a visible picture is not complete."""
+    is_plate_done = plate.is_whole and plate.is_asked
+    return not (is_plate_done and all(side.is_done for side in sides))
+
+
+def next_work(state: WorkState) -> NextWork:
+    """Return what to work on next, and when."""
+    if state.plays_rendered:
+        return NextWork(Work.NOTHING, None)
+    if not is_rendering(state.plate, state.sides):
+        wait_s = state.frames_wait_s
+        return NextWork(Work.NOTHING if wait_s is None else Work.FRAMES, wait_s)
+    side = _next_side(state) if state.plate.is_there else None
+    if side is None:
+        return NextWork(Work.PLATE, state.plate.wait_s)
+    return NextWork(Work.SIDE, state.sides[side].wait_s, side)
+
+
+def _next_side(state: WorkState) -> int | None:
+    """Return the side to render, first the one whose turn it is; None if the plate is next.
+
+    A side that answers a change comes first, whatever the plate, so as not to wait for a good one.
+    """
+    sides = tuple(enumerate(state.sides))
+    ready = [index for index, side in sides if side.has_work and side.is_answering]
+    if not ready and state.plate.is_good:
+        ready = [index for index, side in sides if side.has_work]
+    return state.turn if state.turn in ready else next(iter(ready), None)
+
+
+# Longest slice of rendering before the loop handles input again. A slice ends only after its
+# current step, so with steps of up to 18 ms, input is handled every 30 ms.
+_SLICE_S = 0.012
+
+
+class VisibleWork:
+    """Determines the work that is left for the visible pictures."""
+
+    def __init__(self, source: OpenSource, sides: CompareSides) -> None:
+        self._source = source
+        self._sides = sides
+
+    @property
+    def is_rendering(self) -> bool:
+        """True while a visible picture is not complete."""
+        return is_rendering(self.plate, self.sides)
+
+    @property
+    def plate(self) -> PlateState:
+        """The state of the picture before the lens."""
+        source = self._source
+        is_asked = source.plate is None or self._sides.a.requested_plate == source.picture.version
+        return PlateState(
+            is_there=source.plate is not None,
+            is_good=source.feed.is_good,
+            is_whole=source.feed.is_whole,
+            is_asked=is_asked,
+            wait_s=source.feed.seconds_until_needed(),
+        )
+
+    @property
+    def sides(self) -> tuple[SideState, ...]:
+        """The states of the pictures through the lens."""
+        return tuple(self._state_of(side) for side in self._sides.rendered)
+
+    def _state_of(self, side: Side) -> SideState:
+        has_work = side.wants_work(self._source.feed.is_whole)
+        wait_s = side.seconds_to_rest()
+        return SideState(not side.is_working, has_work, wait_s, side.is_answering)
+
+
+class RenderScheduler(Commands, Worker):
+    """Answers changes at once as well as time allows, and continues with `next_work`."""
+
+    def __init__(
+        self,
+        shared: Shared,
+        sides: CompareSides,
+        visible: VisibleWork,
+        pull: RenderedPull,
+        view: PictureView,
+        speed: Speed,
+    ) -> None:
+        super().__init__(shared)
+        self._sides, self._visible, self._pull = sides, visible, pull
+        self._view, self._speed = view, speed
+        self._say_error = shared.say_error
+
+    # State
+
+    @property
+    def is_rendering(self) -> bool:
+        """True while a visible picture is not complete."""
+        return self._visible.is_rendering
+
+    @property
+    def is_working(self) -> bool:
+        """True while there is a picture to continue: a visible one, or one to be played."""
+        return not self._pull.is_alone and (self.is_rendering or self._pull.has_work)
+
+    @property
+    def seen(self) -> Shown | None:
+        """The picture through the lens to show: the live one, or a kept frame in its place."""
+        now, frame = self._sides.a.shown, self._editing.frame
+        is_there = now is not None and now.frame == frame and not self.is_rendering
+        if is_there and self._source.is_settled_at(frame) and not self._pull.is_alone:
+            return now
+        return self._pull.screen.shown() or now
+
+    @property
+    def picture_key(self) -> object:
+        """A key that changes with the plate's picture or those of the sides."""
+        return self._source.picture.version, self._sides.pictures
+
+    @property
+    def seen_key(self) -> object:
+        """A key that changes whenever there is something new to draw."""
+        return self.picture_key, self._pull.version, self._pull.is_counting
+
+    # Work
+
+    def update(self) -> None:
+        """Answer a change of the shot with a picture that fits the time; report errors."""
+        if not self._pull.is_alone:
+            self._try(self._ask)
+
+    def _ask(self) -> None:
+        source, shot, frame = self._source, self._editing.seen_shot, self._editing.frame
+        source.feed.refresh()  # only now, so that a picture saved before was of the same frame
+        source.feed.follow(shot, frame)
+        if source.plate is not None and source.is_settled_at(frame):
+            plate = PlateVersion(source.picture.version, source.picture.is_finer)
+            times = self._speed.budget_s, self._speed.answer_s
+            seen, view = source.feed.seen(shot), self._view
+            self._sides.request(view.state, seen, frame, times[0], plate, view.zoom, times[1])
+
+    def work(self) -> None:
+        """Continue the next piece of work for one slice; report errors."""
+        self._try(self._work)
+
+    def _work(self) -> None:
+        following = self._next
+        if following.work is Work.SIDE:
+            self._sides.work(following.side, _SLICE_S, self._source.feed.is_whole)
+        elif following.work is Work.PLATE:
+            self._source.feed.refine(_SLICE_S)
+        else:
+            self._pull.work()
+
+    def _try(self, act: Callable[[], None]) -> None:
+        try:
+            with faults_reported("The picture could not be made"):
+                act()
+        except HeatlensError as error:
+            self._say_error(error)
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the seconds that the loop may sleep; None: until something changes."""
+        return self._next.wait_s
+
+    @property
+    def _next(self) -> NextWork:
+        """The next piece of work, by the state of the visible pictures."""
+        plate, sides = self._visible.plate, self._visible.sides
+        frames_wait_s = None if is_rendering(plate, sides) else self._pull.seconds_until_needed()
+        turn = self._sides.turn
+        return next_work(WorkState(self._pull.is_alone, plate, sides, turn, frames_wait_s))

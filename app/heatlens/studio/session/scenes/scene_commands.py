@@ -1,0 +1,302 @@
+"""The commands on the camera of a scene: orbit, truck, dolly, frame, keys, other cameras.
+
+`Following` measures the distance of a point of the scene at each frame, a few frames at a time.
+"""
+
+import math
+import time
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.marks.mark import free_letter
+from heatlens.core.model.marks.marks import ObjectMark, PointMark
+from heatlens.core.model.shot.framing import Framing, Pose, Vector, WorldAxis
+from heatlens.core.model.shot.pull import followed
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.units import format_distance
+from heatlens.core.model.view.orbit import dollied, orbited, panned, pivot_of
+from heatlens.media.scene.first_shot import lens_values, through_camera
+from heatlens.media.scene.scene import Scene
+from heatlens.media.scene.scene_bounds import (
+    bounds_m,
+    corners_m,
+    framed,
+    object_depth_m,
+    object_names,
+)
+from heatlens.studio.session.messages import reported
+from heatlens.studio.session.scenes.clip_choice import ClipChoice
+from heatlens.studio.session.scenes.size_keeping import SizeKeeping
+from heatlens.studio.session.shared import Commands, Shared
+
+if TYPE_CHECKING:
+    from heatlens.render.frame_renderer import FrameRenderer
+
+
+_SLICE_S = 0.02
+
+
+@dataclass(frozen=True)
+class Following:
+    """A measurement in progress, of a mark in the shot as it was at the start."""
+
+    renderer: "FrameRenderer"
+    scene: Scene
+    shot: Shot
+    mark: PointMark
+    frames: FrameRange
+    distances_m: dict[int, float] = field(default_factory=dict)  # the measured ones by frame
+
+    @property
+    def words(self) -> str:
+        """A sentence that says how many frames have been measured."""
+        return f"Following {self.mark.name}: {len(self.distances_m)} of {self.frames.count} frames."
+
+    @property
+    def is_done(self) -> bool:
+        """Return True once all frames are measured."""
+        return len(self.distances_m) == self.frames.count
+
+    def go_on(self) -> None:
+        """Measure for a short time, at least one frame.
+
+        Raises HeatlensError if a frame has no distance.
+        """
+        if self.renderer.scene is not self.scene:
+            raise InputError(f"{self.mark.name} is not followed: another scene was opened.")
+        start = time.perf_counter()
+        x, y = int(self.mark.x_px), int(self.mark.y_px)
+        while not self.is_done:
+            frame = self.frames.first + len(self.distances_m)
+            self.distances_m[frame] = self.renderer.scene_depth_m(self.shot, frame, x, y)
+            if time.perf_counter() - start > _SLICE_S:
+                return
+
+
+_TURN_RAD = math.pi  # orbit angle of a drag as long as the picture is high
+_DOLLY_SHARE = 0.12  # movement for one wheel notch, as a share of the focus distance
+
+
+@dataclass(frozen=True, slots=True)
+class CameraDrag:
+    """A mouse movement, right and down as shares of the picture's height, or in notches."""
+
+    kind: Literal["orbit", "truck", "dolly"]
+    right: float = 0.0
+    down: float = 0.0
+
+
+class SceneCommands(Commands):
+    """The commands on the camera of a scene; they do nothing for a plate."""
+
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
+        self._renderer = self._source.picture.renderer
+        self.clips, self.size = ClipChoice(shared), SizeKeeping(shared)
+        self.selected: str | None = None  # name of the selected object
+
+    @property
+    def scene(self) -> Scene | None:
+        """The open scene; None if there is none."""
+        return self._source.scene
+
+    @property
+    def framing(self) -> Framing:
+        """The framing of the shot."""
+        return self._editing.shot.framing or Framing()
+
+    @property
+    def pose(self) -> Pose:
+        """The pose of the camera at the current frame; None without a scene."""
+        pose = self._renderer.pose_at(self._editing.shot, self._editing.frame)
+        assert pose is not None  # there is a scene
+        return pose
+
+    def move(self, drag: CameraDrag) -> None:
+        """Move the camera by a mouse movement."""
+        if not (drag.right or drag.down):
+            return
+        if drag.kind == "dolly" and self.size.chosen is not None:
+            self._zoom(1.0 - _DOLLY_SHARE * drag.down)
+            return
+        pose, pivot = self.pose, self._pivot_m()
+        if drag.kind == "orbit":
+            moved = orbited(pose, pivot, -_TURN_RAD * drag.right, _TURN_RAD * drag.down)
+        elif drag.kind == "truck":
+            span_m = self._height_m(float(np.linalg.norm(np.subtract(pivot, pose.position_m))))
+            moved = panned(pose, -span_m * drag.right, span_m * drag.down)
+        else:
+            moved = dollied(pose, pivot, _DOLLY_SHARE * drag.down)
+        self._stand(moved)
+
+    def _zoom(self, factor: float) -> None:
+        """Change the focal length, with which the camera moves as what is chosen keeps its size."""
+        lens = self._editing.lens
+        self._editing.edit_lens(replace(lens, focal_length_mm=factor * lens.focal_length_mm))
+
+    def frame(self, name: str | None) -> None:
+        """Frame the objects called `name`, or the whole scene if None, from the same direction."""
+        scene = self.scene
+        if scene is not None and name is not None and name not in object_names(scene):
+            self._say(f"This scene has no object called {name}.")
+        elif scene is not None:
+            points, aspect = corners_m(scene, self._editing.frame, name), self._aspect
+            self._stand(framed(points, self._editing.lens, aspect, self.pose.turn))
+            self._editing.settle()
+
+    def frame_selected(self) -> None:
+        """Frame the selected object, or the whole scene if none is selected."""
+        self.frame(self.selected)
+
+    def object_m(self, name: str, frame: int | None = None) -> float | None:
+        """Return the distance of an object in m; None if there is no such object in front."""
+        try:
+            return self._depth_m(name, self._editing.frame if frame is None else frame)
+        except InputError:
+            return None
+
+    def _depth_m(self, name: str, frame: int) -> float:
+        """Return the distance of an object in m.
+
+        Raise InputError if there is no such object, or it cannot be focused on.
+        """
+        scene, pose = self.scene, self._renderer.pose_at(self._editing.shot, frame)
+        if scene is None or pose is None:
+            raise InputError(f"No scene is open that could have an object called {name!r}.")
+        return object_depth_m(scene, name, pose, frame)
+
+    def point_m(self, x_px: int, y_px: int, frame: int) -> float | None:
+        """Return the distance at a pixel at a frame, in m; None outside the picture."""
+        try:
+            return self._renderer.scene_depth_m(self._editing.shot, frame, x_px, y_px)
+        except InputError:
+            return None
+
+    def following(self, mark: PointMark, frames: FrameRange) -> Following | None:
+        """Begin to measure the distance of a point at each of `frames`; None without a scene."""
+        scene = self._renderer.scene
+        if scene is None:
+            return None
+        return Following(self._renderer, scene, self._editing.shot, mark, frames)
+
+    def focus_on(self, name: str) -> None:
+        """Focus on the middle of an object. Raise InputError if that is impossible."""
+        depth_m = self._depth_m(name, self._editing.frame)
+        self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=depth_m))
+
+    def mark(self, name: str) -> None:
+        """Set a mark that moves with the object."""
+        shot = self._editing.shot
+        mark = ObjectMark(free_letter(it.name for it in shot.marks), name)
+        self._editing.do(replace(shot, marks=(*shot.marks, mark)))
+
+    def follow(self, mark: ObjectMark, frames: FrameRange) -> None:
+        """Keep the focus on an object from in to out."""
+        name = mark.object_name
+        with reported(self._say):
+            distances_m = {frame: self._depth_m(name, frame) for frame in frames}
+            self._editing.do(followed(self._editing.shot, distances_m))
+            self._say(f"The focus follows {name} from {frames.first} on.")
+
+    def look_through(self, name: str) -> None:
+        """Look through a camera of the scene, with the lens values that the file has for it.
+
+        Keys of the shot's own camera are removed, and keys of lens values in the file are replaced
+        by those of the file. All of this is one undo step.
+        """
+        scene = self.scene
+        if scene is None:
+            return
+        camera = scene.camera_named(name)
+        self._editing.do(through_camera(self._editing.shot, camera))
+        self._say(_message(name, self._editing.lens, lens_values(camera)))
+
+    def place(self, up_axis: WorldAxis, meters_per_unit: float) -> None:
+        """Set the up axis and the unit of the file, and frame the whole scene again.
+
+        A focus without keys scales with the unit, and so stays on the same object.
+        """
+        framing, shot = self.framing, self._editing.shot
+        if (framing.up_axis, framing.meters_per_unit) == (up_axis, meters_per_unit):
+            return
+        ratio = meters_per_unit / framing.meters_per_unit
+        focus_m = max(shot.lens.focus_distance_m * ratio, 2e-3 * shot.lens.focal_length_mm)
+        placed = replace(
+            framing, up_axis=up_axis, meters_per_unit=meters_per_unit, camera=None, track=None
+        )
+        lens = replace(shot.lens, focus_distance_m=focus_m)
+        self._editing.do(replace(shot, framing=placed, lens=lens))
+
+    def set_key(self) -> None:
+        """Set a key for the camera at this frame."""
+        if not self._source.has_camera:
+            return
+        pose = self.pose
+        frame, track = self._editing.frame, self.framing.track
+        framing = (
+            self.framing.at(pose, frame)
+            if track is None
+            else replace(self.framing, track=track.with_key(frame, pose))
+        )
+        self._editing.do(replace(self._editing.shot, framing=framing))
+
+    def toggle_key(self) -> None:
+        """Set a key of the camera at this frame, or delete the one that is there."""
+        if self._editing.frame in self.key_frames:
+            self.delete_key()
+        else:
+            self.set_key()
+
+    def delete_key(self) -> None:
+        """Delete the camera's key at this frame."""
+        track = self.framing.track
+        if track is not None:
+            without = replace(self.framing, track=track.without_key(self._editing.frame))
+            self._editing.do(replace(self._editing.shot, framing=without))
+
+    @property
+    def key_frames(self) -> tuple[float, ...]:
+        """The frames with keys of the shot's own camera."""
+        track = self.framing.track if self._source.has_camera else None
+        return () if track is None else tuple(key.frame for key in track.keys)
+
+    @property
+    def _aspect(self) -> float:
+        return self.framing.width_px / self.framing.height_px
+
+    def _stand(self, pose: Pose) -> None:
+        self._editing.edit(
+            replace(self._editing.shot, framing=self.framing.at(pose, self._editing.frame))
+        )
+
+    def _height_m(self, distance_m: float) -> float:
+        lens = self._editing.lens
+        return distance_m * lens.sensor_width_mm / (lens.focal_length_mm * self._aspect)
+
+    def _pivot_m(self) -> Vector:
+        """Return the distance of the pivot of an orbit: the focus, or the scene's middle."""
+        scene, pose = self.scene, self.pose
+        assert scene is not None
+        box = bounds_m(scene, self._editing.frame)
+        farthest = float(np.linalg.norm(np.abs(box - np.array(pose.position_m)).max(axis=0)))
+        return pivot_of(pose, min(self._editing.lens.focus_distance_m, farthest))
+
+
+def _message(name: str, lens: Lens, told: Collection[str]) -> str:
+    """Return a message about the lens values that came with a camera, and those that stayed."""
+    parts = {
+        "focal_length_mm": f"{lens.focal_length_mm:.4g} mm",
+        "f_stop": f"f/{lens.f_stop:.3g}",
+        "focus_distance_m": f"focus at {format_distance(lens.focus_distance_m)}",
+    }
+    came = ", ".join(words for field, words in parts.items() if field in told)
+    kept = " and ".join(words for field, words in parts.items() if field not in told)
+    return f"Through {name}: {came}." + f" The file has no other values, so {kept} stayed." * bool(
+        kept
+    )

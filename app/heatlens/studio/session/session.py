@@ -1,0 +1,251 @@
+"""The program behind a front end: the open document and all commands on it.
+
+A session needs no window. Its pictures come from the same renderer that `heatlens render` uses. Two
+workers watch for what concerns every picture: changed shaders, and surfaces that a file has lost.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.core.base.errors import FaultError, HeatlensError
+from heatlens.core.base.faults import faults_reported
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.plate.header.timecode import timecode_of
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu import shader_reload
+from heatlens.render.source.opened import Opened
+from heatlens.studio.session.desks import FileDesk, LensDesk, PictureDesk, TimeDesk
+from heatlens.studio.session.facts import Facts
+from heatlens.studio.session.messages import Lasting, Messages, Problem, Worker
+from heatlens.studio.session.opened.open_source import OpenSource
+from heatlens.studio.session.pictures.picture_view import ColorChoice
+from heatlens.studio.session.scenes.scene_commands import SceneCommands
+from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.session.shared import Commands, Shared
+from heatlens.studio.session.shot.editing import Editing
+from heatlens.studio.session.shot.start import GivenOptions, Start, first_lens, with_given_camera
+from heatlens.studio.session.speed import Speed
+
+
+class ShaderWatch(Commands, Worker):
+    """Reports reloaded shaders and has everything drawn again; a mistake in one is only reported.
+
+    It does nothing unless the environment asks for it, see `render/gpu/shader_reload.py`.
+    """
+
+    def __init__(self, shared: Shared, color: ColorChoice) -> None:
+        super().__init__(shared)
+        self._picture = shared.source.picture
+        self._color = color
+        self._reload = shader_reload.ShaderReload() if shader_reload.is_on() else None
+
+    def poll(self) -> None:
+        """Use changed shaders; call this once a frame."""
+        news = None if self._reload is None else self._reload.poll()
+        if news is None:
+            return
+        self._say(news.sentence)
+        if news.programs:
+            self._picture.count_again()
+            self._color.draw_again()
+
+    def seconds_until_needed(self) -> float | None:
+        """Return the time between two checks of the files; None if none are checked."""
+        return None if self._reload is None else shader_reload.EVERY_S
+
+
+class LostSurfaces(Commands, Worker):
+    """Watches the pictures of a source for notes about lost surfaces."""
+
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared)
+        self._noted: tuple[str, ...] = ()
+        self._is_reported = False
+
+    def begin(self, notes: tuple[str, ...]) -> None:
+        """Begin with another source; `notes` have been reported already."""
+        self._noted = notes
+        self._is_reported = False
+
+    def poll(self) -> None:
+        """Report the note of the first picture that has one."""
+        plate = self._source.plate
+        if self._is_reported or plate is None or not plate.surfaces_lost:
+            return
+        self._is_reported = True
+        if plate.surfaces_lost not in self._noted:
+            self._say(plate.surfaces_lost)
+
+
+_SETTLING_S = 0.1  # interval of checks whether a gesture has ended or an autosave is due
+
+
+class Session:
+    """The open document, its commands and its facts; a front end drives it.
+
+    The commands are on the desks `pictures`, `time`, `lens`, `scenes` and `files`; `facts` has the
+    current state. `poll`, `work` and `drawn` are called by the main loop.
+    """
+
+    def __init__(
+        self,
+        renderer: FrameRenderer,
+        start: Start,
+        wake: Callable[[], None] = lambda: None,
+        preferences: Preferences | None = None,
+        frames_folder: Path | None = None,
+        is_software: bool = False,
+    ) -> None:
+        """Begin with the values of the command line, `start`.
+
+        Threads call `wake` to make the window draw. Rendered frames are kept in `frames_folder`,
+        or in memory only if None. `is_software` says that a software rasteriser draws the window.
+        """
+        self.messages = Messages()
+        say = self.messages.say
+        self.preferences = preferences or Preferences()
+        self.given = given = GivenOptions(start)
+        self.source = source = OpenSource(renderer, wake, start.stream, given.placing_of)
+        first = Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus)
+        self.editing = Editing(first, say, is_sequence=lambda: source.is_sequence)
+        shared = Shared(source, self.editing, self.preferences, given, say, self.say_error, wake)
+        self.scenes = SceneCommands(shared)
+        self.pictures = pictures = PictureDesk(shared)
+        speed = Speed(is_software=is_software)
+        self.lens = lens = LensDesk(shared)
+        self.time = time = TimeDesk(shared, pictures, lens, self.scenes, speed, frames_folder)
+        self.files = FileDesk(shared, pictures, time.timeline, frames_folder)
+        self.facts = Facts(source, self.editing, pictures, time, self.scenes.size)
+        self._lost_surfaces = LostSurfaces(shared)
+        # Polled in this order in each frame of the window.
+        self.workers: tuple[Worker, ...] = (
+            ShaderWatch(shared, pictures.color),
+            *(*pictures.workers, *self.files.workers, *lens.workers, *time.workers),
+            *(self.scenes.clips, time.scheduler, self._lost_surfaces, self.messages),
+        )
+
+    def begin(self) -> None:
+        """Open the file that the command line named, if it named one."""
+        self.files.commands.open_first()
+
+    def say_error(self, error: HeatlensError) -> None:
+        """Show an error in the status bar; after a fault of the program, autosave first."""
+        if isinstance(error, FaultError):
+            self.files.documents.keep_now()
+        self.messages.say(Problem(error))
+
+    # Called by the main loop
+
+    def poll(self) -> None:
+        """Take over the results of threads; report errors, and keep the last good picture."""
+        try:
+            with faults_reported("What was read could not be shown"):
+                self._take_news()
+        except HeatlensError as error:
+            self.say_error(error)
+            self.files.start_choices.refused()
+        if self.source.plate is None:
+            self.pictures.sides.restart()  # its work used a plate that is no longer on the GPU
+        # An error about a file stays on the start screen until the user opens something else or
+        # goes back.
+        self.messages.fade(keeps_problem=self.files.start_choices.is_wanted)
+        self.time.speed.is_for_ring = self.lens.ring.is_turning
+
+    def drawn(self) -> None:
+        """Note that the frame of the window is on the screen now."""
+        seen = self.facts.seen
+        self.lens.ring.seen(None if seen is None else seen.shot.lens_at(seen.frame))
+
+    def _take_news(self) -> None:
+        opened = self.source.arrived()
+        if opened is not None:
+            self._begin(opened)
+        for worker in self.workers:
+            worker.poll()
+        if self.preferences.problem and not (self.messages.text or self.source.opener.opening):
+            self.messages.say(Lasting(self.preferences.problem))
+            self.preferences.problem = ""
+
+    def _begin(self, opened: Opened) -> None:
+        """Begin with a newly opened source; a source that was only read again keeps its shot."""
+        editing, files = self.editing, self.files
+        self.time.pull.begin()
+        self.time.recording.keep()
+        self.pictures.sides.restart()
+        is_same = editing.shot.source == opened.text
+        coming = None if opened.again is None else files.documents.taken(opened)
+        editing.frame = opened.frame
+        self.messages.clear()
+        self.given.opened(opened.text)
+        files.start_choices.opened()
+        start_lens, problem = first_lens(opened, self.given)
+        self.lens.commands.start_lens = start_lens
+        self._say_all(problem)
+        if coming is not None:
+            editing.begin(coming)
+        elif not is_same:
+            self._begin_shot(opened, start_lens.lens)
+        elif opened.cache is not None:  # files were read again, perhaps with other options
+            editing.edit(replace(editing.shot, plate_options=opened.options))
+        else:
+            self.scenes.clips.arrived()
+        self._say_all(*opened.notes, self.pictures.begin(opened.attributes))
+        self._lost_surfaces.begin(opened.notes)
+        files.commands.arrived(opened)
+
+    def _begin_shot(self, opened: Opened, lens: Lens) -> None:
+        shot = opened.shot(lens, self.editing.shot.defocus)
+        timecode = shot.timecode_at(opened.frame, timecode_of(opened.attributes))
+        first = None if timecode is None else (opened.frame, timecode)
+        filmed, said = with_given_camera(shot, self.given, first)
+        self._say_all(said)
+        if filmed is not shot and shot.frames is None and self.given.start.camera is not None:
+            self.editing.frame = self.given.start.camera.frames[0]
+        self.editing.begin(filmed)
+        self.files.documents.begun()
+        self.pictures.commands.fit()
+
+    def _say_all(self, *sentences: str) -> None:
+        said = " ".join(sentences).strip()
+        if said:
+            self.messages.say(said)
+
+    def work(self) -> None:
+        """Render for one time slice: visible pictures first, then frames ahead."""
+        self.time.scheduler.work()
+
+    @property
+    def wants_frames(self) -> bool:
+        """True while a gesture waits to become an undo step, or changes to be autosaved."""
+        return self.editing.is_unsettled or self.files.documents.is_behind
+
+    def seconds_until_needed(self) -> float | None:
+        """Return how many seconds the loop may sleep; None to sleep until an event."""
+        waits = (
+            _SETTLING_S if self.wants_frames else None,
+            *(worker.seconds_until_needed() for worker in self.workers),
+        )
+        return min((wait for wait in waits if wait is not None), default=None)
+
+    def remember(self, **window: object) -> None:
+        """Begin to save the preferences; `window` has further fields of Remembered."""
+        view, playback = self.facts.view, self.time.timeline.playback
+        self.preferences.change(
+            display=view.display,
+            view=self.pictures.color.chosen_view(view),
+            unit=view.unit,
+            guides=replace(view.guides, desqueeze=None, canvases=()),  # of the open source
+            peaking=view.peaking,
+            ending=playback.ending,
+            every_frame=playback.is_every_frame,
+            **window,
+        )
+        self.files.documents.keep_preferences()
+
+    def close(self) -> None:
+        """Finish writing, stop an export, and end all threads."""
+        for worker in self.workers:
+            worker.close()
+        self.source.close()

@@ -1,0 +1,44 @@
+"""What all commands work on: the open source, its shot, the preferences, and the status bar."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from heatlens.core.base.errors import HeatlensError
+from heatlens.core.model.shot.shot import Shot
+from heatlens.studio.session.messages import reported
+from heatlens.studio.session.opened.open_source import OpenSource
+from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.session.shot.editing import Editing
+from heatlens.studio.session.shot.start import GivenOptions
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What every command works on.
+
+    say        shows a sentence in the status bar
+    say_error  shows an error there; after a fault of the program it also saves the shot
+    wake       makes the front end draw again; threads call it
+    """
+
+    source: OpenSource
+    editing: Editing
+    preferences: Preferences
+    given: GivenOptions
+    say: Callable[[str], None]
+    say_error: Callable[[HeatlensError], None]
+    wake: Callable[[], None]
+
+
+class Commands:
+    """The base of commands and workers on the open shot."""
+
+    def __init__(self, shared: Shared) -> None:
+        self._source, self._editing = shared.source, shared.editing
+        self._preferences, self._given = shared.preferences, shared.given
+        self._say, self._wake = shared.say, shared.wake
+
+    def _do(self, change: Callable[[Shot], Shot]) -> None:
+        """Change the shot as an undo step; report why if that is impossible."""
+        with reported(self._say):
+            self._editing.do(change(self._editing.shot))

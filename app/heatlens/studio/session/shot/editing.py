@@ -1,0 +1,285 @@
+"""Edits of the open shot: all go through `Editing`, so that all can be undone."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from heatlens.core.base.errors import InputError, LensError
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.history import History
+from heatlens.core.model.shot.shot import LensCurves, LensParameter, Shot
+from heatlens.studio.session.messages import Problem, passing, reported
+
+_ONLY_TRIED = "Only a trial at this frame, because auto key (A) is off. K keeps it as a key."
+_ALL_FRAMES = "The focus is the same at all frames. K sets a key; after that each change sets one."
+_KEYS_HERE = "A key of the focus was set at frame {}: auto key (A) is on."
+_GESTURE_REST_S = 0.4  # notches of the wheel and repeated keys closer than this are one gesture
+
+
+@dataclass
+class Performance:
+    """The focus while a pull is recorded by hand; its keys are set at the end of the recording.
+
+    focus_distance_m  None until the user moves the focus; until then the keys give the focus
+    is_over           the recording has ended but the gesture has not: its changes are ignored
+    moved_at          time of the clock at the latest movement
+    """
+
+    focus_distance_m: float | None = None
+    is_over: bool = False
+    moved_at: float = 0.0
+
+
+class Editing:
+    """The undo history of the shot, and the frame that is edited."""
+
+    def __init__(
+        self,
+        shot: Shot,
+        say: Callable[[str], None],
+        clock: Callable[[], float] = time.perf_counter,
+        is_sequence: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Begin with `shot`; `is_sequence` tells whether the source has several frames."""
+        self._is_sequence = is_sequence
+        self.history = History.of(shot)
+        self.auto_key = True
+        self._frame = 0
+        self._tried: Lens | None = None  # the lens changed at this frame only, without a key
+        # The lens that the keys of a shot give at a frame; drawing the window asks for it often.
+        self._keyed: tuple[Shot, int, Lens] | None = None
+        self.performance: Performance | None = None  # set while a pull is recorded
+        self._has_explained = False  # see `_explain`
+        self._say = say
+        self.clock = clock
+        self._changed_at = 0.0
+        # Returns the shot to have after the lens was changed, from the shots before and after.
+        self.reframed: Callable[[Shot, Shot], Shot] = lambda _, after: after
+        self.may_turn: Callable[[], bool] = lambda: True  # False while another hand has the lens
+
+    @property
+    def frame(self) -> int:
+        """The edited frame. Setting another one drops lens values that were only tried."""
+        return self._frame
+
+    @frame.setter
+    def frame(self, frame: int) -> None:
+        if frame != self._frame:
+            self._tried = None
+        self._frame = frame
+
+    @property
+    def shot(self) -> Shot:
+        """The current shot."""
+        return self.history.now
+
+    @property
+    def seen_shot(self) -> Shot:
+        """The shot as it is drawn at the frame, with lens values that are only tried there."""
+        if self._tried is None and self.performance is None:
+            return self.shot
+        return replace(self.shot, lens=self.lens, curves=LensCurves())
+
+    @property
+    def tried(self) -> frozenset[LensParameter]:
+        """Trial values: the parameter has keys, but none at this frame, and auto key is off."""
+        if self._tried is None:
+            return frozenset()
+        keyed = self._keyed_lens
+        return frozenset(p for p in LensParameter if getattr(self._tried, p) != getattr(keyed, p))
+
+    @property
+    def lens(self) -> Lens:
+        """The lens at the frame, with values that are only tried or performed there.
+
+        If the keys give an impossible lens, report that and return the lens without keys.
+        """
+        lens = self._keyed_lens if self._tried is None else self._tried
+        performed_m = None if self.performance is None else self.performance.focus_distance_m
+        if performed_m is None:
+            return lens
+        try:
+            return replace(lens, focus_distance_m=performed_m)
+        except LensError:  # for example, a keyed zoom has become too long for a near focus
+            return lens
+
+    @property
+    def _keyed_lens(self) -> Lens:
+        shot, frame = self.shot, self.frame
+        if self._keyed is None or self._keyed[0] is not shot or self._keyed[1] != frame:
+            try:
+                self._keyed = shot, frame, shot.lens_at(frame)
+            except LensError as error:
+                self._say(Problem(error))
+                return shot.lens
+        return self._keyed[2]
+
+    @property
+    def has_lens(self) -> bool:
+        """Return True if the keys give a valid lens at the frame."""
+        try:
+            self.shot.lens_at(self.frame)
+        except LensError:
+            return False
+        return True
+
+    def begin(self, shot: Shot) -> None:
+        """Open another shot with an empty undo history."""
+        self.history, self._tried, self._has_explained = History.of(shot), None, False
+
+    def edit(self, shot: Shot) -> None:
+        """Change the shot; the undo step is recorded when the gesture ends."""
+        if shot != self.history.now:
+            self.history = self.history.changed(shot)
+            self._changed_at = self.clock()
+
+    def edit_lens(self, lens: Lens) -> None:
+        """Change the lens at the frame and key the keyed parameters there. Report refused changes.
+
+        Without auto key, a keyed parameter without a key at this frame is only tried: the change
+        lasts until the frame changes.
+        """
+        before = self.lens
+        if lens == before or not self.may_turn():
+            return
+        with reported(self._say):
+            self._check_hand(before, lens)
+            lens = self._within_kit(before, lens)
+            if self.performance is not None:
+                lens = self._performed(lens, before)
+            kept = self._without_tried(lens)
+            if kept != self._keyed_lens:
+                self.edit(self.reframed(self.shot, self._with_lens(kept)))
+            self._tried = None if kept == lens else lens
+            self._tell(before, lens)
+
+    def choose_lens(self, lens: Lens) -> None:
+        """Do the same as `edit_lens`, as an undo step of its own."""
+        self.settle()
+        self.edit_lens(lens)
+        self.settle()
+
+    def _check_hand(self, before: Lens, lens: Lens) -> None:
+        """Raise InputError for a focus by hand while it follows a mark."""
+        live = self.shot.curves.live
+        if live is not None and lens.focus_distance_m != before.focus_distance_m:
+            raise InputError(
+                f"The focus follows {live.words}: make keys of it or let it go, in the Marks tab, "
+                "to change it by hand."
+            )
+
+    def _within_kit(self, before: Lens, asked: Lens) -> Lens:
+        """Return the lens within the limits of the shot's kit, and report where they apply."""
+        kit = self.shot.kit
+        got = asked if kit is None else kit.followed(before, asked)
+        names = ("focal_length_mm", "f_stop", "focus_distance_m")
+        if kit is not None and any(getattr(got, n) != getattr(asked, n) for n in names):
+            self._say(kit.refusal(asked))
+        return got
+
+    def _performed(self, lens: Lens, before: Lens) -> Lens:
+        """Record the focus in the performance. Return the lens with the focus unchanged."""
+        assert self.performance is not None
+        if lens.focus_distance_m != before.focus_distance_m:
+            self.performance.moved_at = self.clock()
+            if not self.performance.is_over:
+                self.performance.focus_distance_m = lens.focus_distance_m
+        unmoved = self._keyed_lens if self._tried is None else self._tried
+        return replace(lens, focus_distance_m=unmoved.focus_distance_m)
+
+    def _without_tried(self, lens: Lens) -> Lens:
+        """Return the lens with the keyed values in place of those that are only tried here."""
+        if self.auto_key:
+            return lens
+        keyed, curves = self._keyed_lens, self.shot.curves
+        only_tried = (
+            p
+            for p in LensParameter
+            if curves.of(p).keys and curves.of(p).key_at(self.frame) is None
+        )
+        return replace(lens, **{str(p): getattr(keyed, p) for p in only_tried})
+
+    def _tell(self, before: Lens, after: Lens) -> None:
+        """Explain, once per shot of several frames, what a change of the focus does."""
+        if self._tried is not None:
+            self._say(passing(_ONLY_TRIED, lambda: bool(self.tried)))
+        elif not self._has_explained and self.has_time and self.performance is None:
+            if before.focus_distance_m != after.focus_distance_m:
+                self._has_explained = True
+                has_keys = self.shot.curves.focus_distance_m.keys
+                has_none = lambda: not self.shot.curves.focus_distance_m.keys  # noqa: E731
+                everywhere = passing(_ALL_FRAMES, has_none)
+                self._say(_KEYS_HERE.format(self.frame) if has_keys else everywhere)
+
+    @property
+    def has_time(self) -> bool:
+        """True if there are several frames, or keys."""
+        return self._is_sequence() or bool(self.shot.key_frames or self.shot.camera_key_frames)
+
+    def keep_tried(self) -> None:
+        """Set keys for the values that are only tried at the frame."""
+        tried, lens = self.tried, self._tried
+        self._tried = None
+        shot = self.shot
+        for parameter in tried:
+            shot = shot.with_key(self.frame, parameter, getattr(lens, parameter))
+        if shot != self.shot:
+            self.edit(shot)
+
+    def _with_lens(self, lens: Lens) -> Shot:
+        """Return the shot with this lens at the frame.
+
+        Parameters without keys are all set at once, because some values are valid only together,
+        such as a long lens and a far focus.
+        """
+        before, shot = self._keyed_lens, replace(self.shot, lens=lens)
+        for parameter in LensParameter:
+            value = getattr(lens, parameter)
+            if shot.curves.of(parameter).keys and value != getattr(before, parameter):
+                shot = shot.with_lens_value(self.frame, parameter, value, self.auto_key)
+        return shot
+
+    def do(self, shot: Shot) -> None:
+        """Change the shot as an undo step of its own."""
+        self._tried = None
+        self.history = self.history.at_rest().changed(shot).at_rest()
+
+    def amend(self, shot: Shot) -> None:
+        """Replace the shot without a step of undo, by one in which files were measured again."""
+        is_rest = self.history.now == self.history.settled
+        self.history = replace(self.history, now=shot)
+        if is_rest:
+            self.history = replace(self.history, settled=shot)
+
+    def settle(self) -> None:
+        """Record the changes so far as an undo step."""
+        self.history = self.history.at_rest()
+
+    def rest(self, is_held: bool) -> None:
+        """Record a finished gesture as an undo step; call this once a frame."""
+        now, performance = self.clock(), self.performance
+        if not is_held and now - self._changed_at > _GESTURE_REST_S:
+            self.history = self.history.at_rest()
+        if performance is not None and performance.is_over and not is_held:
+            if now - performance.moved_at > _GESTURE_REST_S:
+                self.performance = None
+
+    @property
+    def is_unsettled(self) -> bool:
+        """Return True while a gesture or a performance has not become an undo step."""
+        is_ending = self.performance is not None and self.performance.is_over
+        return is_ending or self.history.now != self.history.settled
+
+    def toggle_auto_key(self) -> None:
+        """Turn auto key on or off, with which a change of a keyed parameter sets a key."""
+        self.auto_key = not self.auto_key
+
+    def undo(self) -> None:
+        """Undo one step."""
+        self._tried = None
+        self.history = self.history.undone()
+
+    def redo(self) -> None:
+        """Redo one step."""
+        self._tried = None
+        self.history = self.history.redone()

@@ -1,0 +1,118 @@
+"""Playback timing: decide which frame is due. It reads no file, and its clock is a parameter."""
+
+import time
+from collections.abc import Callable
+from enum import StrEnum
+
+from heatlens.core.model.curves.frames import FrameRange
+
+_LEAST_WAIT_S = 0.001  # with 0, the loop would neither sleep nor draw
+_ROUNDING = 1e-6  # tolerance in frames
+
+
+class Ending(StrEnum):
+    """What happens after the last frame."""
+
+    LOOP = "loop"  # start again at the first
+    BOUNCE = "bounce"  # reverse the direction
+    ONCE = "once"  # stop
+    REEL = "reel"  # go on in the next shot of the reel; without one, start again
+
+
+class Playback:
+    """Moves a playhead over frames at a rate.
+
+    is_every_frame  True waits for each frame to be ready; False keeps time and drops frames
+    ending          what happens after the last frame
+    direction       1 forward, -1 backward, 0 while nothing plays
+    is_new_shot     the frame is the first of a shot: its time begins when it is next asked for
+    next_shot       goes on in the next shot of a reel; returns False if there is none
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock = clock
+        self.is_every_frame = True
+        self.ending = Ending.LOOP
+        self.direction = 0
+        self.is_new_shot = False
+        self.next_shot: Callable[[], bool] = lambda: False
+        self._shown_at = 0.0
+
+    def play(self, direction: int, frame: int, frames: FrameRange) -> int:
+        """Begin to play; return the frame to begin with.
+
+        With Ending.ONCE, playing from the last frame starts again at the first.
+        """
+        self.direction, self._shown_at = direction, self._clock()
+        start, end = self._ends(frames)
+        is_over = self.ending is Ending.ONCE and frame == end
+        return frame if frame in frames and not is_over else start
+
+    def stop(self) -> None:
+        """Stop on the current frame."""
+        self.direction = 0
+
+    def moved(self, frame: int, frames: FrameRange, rate: float, is_ready: bool) -> int:
+        """Return the frame to show now; `is_ready`: the previous one has been shown."""
+        if self.is_new_shot:
+            self.is_new_shot, self._shown_at = False, self._clock()
+        steps = self._steps_due(rate)
+        if not self.direction or steps < 1:
+            return frame
+        if self.is_every_frame:
+            if not is_ready:
+                return frame
+            steps = 1
+        if self._crosses_cut(frame + steps, frames) and self.next_shot():
+            self.is_new_shot = True
+            return frame
+        if self.is_every_frame:
+            # At most one frame late: playback that was delayed continues and does not rush.
+            self._shown_at = max(self._shown_at + 1 / rate, self._clock() - 1 / rate)
+        else:
+            self._shown_at += steps / rate
+        return self._stepped(frame, steps, frames)
+
+    def _crosses_cut(self, frame: int, frames: FrameRange) -> bool:
+        return self.ending is Ending.REEL and self.direction > 0 and frame > frames.last
+
+    def is_due(self, rate: float) -> bool:
+        """Return True if the next frame is due."""
+        return bool(self.direction) and self._steps_due(rate) >= 1
+
+    def seconds_until_due(self, rate: float) -> float | None:
+        """Return the seconds until the next frame; None if nothing plays."""
+        if not self.direction:
+            return None
+        return max(_LEAST_WAIT_S, self._shown_at + 1 / rate - self._clock())
+
+    def _steps_due(self, rate: float) -> int:
+        return int((self._clock() - self._shown_at) * rate + _ROUNDING)
+
+    def _ends(self, frames: FrameRange) -> tuple[int, int]:
+        """Return the frames at which playback starts and ends."""
+        first, last = frames.first, frames.last
+        return (first, last) if self.direction > 0 else (last, first)
+
+    def _stepped(self, frame: int, steps: int, frames: FrameRange) -> int:
+        start, end = self._ends(frames)
+        if frame not in frames:
+            return start
+        if self.ending is Ending.BOUNCE:
+            return self._bounced(frame, steps, frames)
+        gone = (frame - start) * self.direction + steps
+        if self.ending is Ending.ONCE and gone >= frames.count - 1:
+            self.stop()
+            return end
+        return start + self.direction * (gone % frames.count)
+
+    def _bounced(self, frame: int, steps: int, frames: FrameRange) -> int:
+        """Return the frame on a circle of all frames there and back; each end is met once."""
+        turn = frames.count - 1
+        if turn == 0:
+            return frame
+        place = frame - frames.first
+        place = (place if self.direction > 0 else 2 * turn - place) + steps
+        place %= 2 * turn
+        self.direction = 1 if place < turn else -1
+        return frames.first + (place if place < turn else 2 * turn - place)

@@ -1,0 +1,100 @@
+"""What a page shows of a session, as entries of JSON."""
+
+from collections.abc import Mapping
+
+from heatlens.core.base.errors import HeatlensError
+from heatlens.core.model.focus.coc import hyperfocal_m
+from heatlens.core.model.shot.look import Look
+from heatlens.core.model.value_bins import DepthHistogram
+from heatlens.core.model.view import overlays
+from heatlens.core.model.view.guides import NO_GUIDES, Guides, guide_shapes, lines_of
+from heatlens.core.model.view.view_geometry import PictureShape
+from heatlens.media.files.json_record import plain, record_to_json
+from heatlens.studio.session.door.door import Door
+from heatlens.studio.session.door.state import CommandState
+from heatlens.studio.session.session import Session
+from heatlens.studio.share.asked import shared
+
+_DIGITS = 3  # decimals of the histogram's heights
+
+
+class PageState:
+    """Collects the state of a session for pages."""
+
+    def __init__(self, session: Session, door: Door) -> None:
+        self._session = session
+        self._door = door
+        self._scale_of: DepthHistogram | None = None
+        self._scale: Mapping[str, object] | None = None
+
+    def now(self) -> dict[str, object]:
+        """Return the state: that of the door, and what a focus wheel and a timeline need."""
+        state, allowed = self._door.state(), shared()
+        told = record_to_json(state)
+        told["commands"] = {
+            command.name: _of_command(command)
+            for command in state.commands
+            if command.name in allowed
+        }
+        return told | self._more()
+
+    def _more(self) -> dict[str, object]:
+        facts, time, shot = self._session.facts, self._session.time, self._session.facts.shot
+        shape, recording = facts.picture_shape, time.recording
+        keyed_m = facts.keyed_focus_m if facts.has_lens else None
+        return {
+            "shape": [shape.width_px, shape.height_px, shape.pixel_aspect],
+            "scale": self._scale_now(),
+            "offset_m": facts.lens.measuring_offset_m,
+            "hyperfocal_m": self._hyperfocal(),
+            "keyed_focus_m": plain(keyed_m),
+            "focus_keys": [key.frame for key in shot.curves.focus_distance_m.keys],
+            "frames_per_second": shot.frames_per_second,
+            "timecode": time.timeline.timecode,
+            "looks": [_of_look(look) for look in shot.looks],
+            "overlays": [[overlay.words, overlay.key] for overlay in overlays.OVERLAYS],
+            "guides": _of_guides(facts.view.guides, shape),
+            "recording": recording.state.name.lower(),
+            "beats_left": recording.beats_left,
+            "recorded_keys": recording.key_count,
+            "has_camera": facts.has_camera,
+            "part_done": facts.part_done,
+        }
+
+    def _scale_now(self) -> Mapping[str, object] | None:
+        """Return the depths of the picture over dioptres; the same object while they last."""
+        histogram = self._session.facts.histogram
+        if histogram is not self._scale_of:
+            self._scale_of = histogram
+            self._scale = None if histogram is None else _of_histogram(histogram)
+        return self._scale
+
+    def _hyperfocal(self) -> float | None:
+        try:
+            return hyperfocal_m(self._session.facts.lens)
+        except HeatlensError:  # between two keys, the lens may be impossible
+            return None
+
+
+def _of_look(look: Look) -> list[object]:
+    lens = look.lens
+    return [look.name, lens.f_stop, lens.focal_length_mm, plain(lens.focus_distance_m), look.still]
+
+
+def _of_guides(guides: Guides, shape: PictureShape) -> dict[str, object] | None:
+    """Return what to draw over the picture, in lines of it; None without guides."""
+    if guides == NO_GUIDES:
+        return None
+    picture = (0.0, 0.0, shape.width_px * shape.pixel_aspect, float(shape.height_px))
+    lines = lines_of(guides.canvases, shape.width_px, shape.height_px)
+    return record_to_json(guide_shapes(guides, picture, lines)) | {"opacity": guides.opacity}
+
+
+def _of_histogram(histogram: DepthHistogram) -> dict[str, object]:
+    heights = [round(float(height), _DIGITS) for height in histogram.heights]
+    return {"heights": heights, "most_dioptres": histogram.most_dioptres}
+
+
+def _of_command(command: CommandState) -> list[object]:
+    """Return whether it is on, None if it is not a switch, and why it is barred, or ""."""
+    return [command.is_on, command.barred]

@@ -1,0 +1,76 @@
+"""Begin and end the sharing of a session, and tell its links.
+
+The libraries that it needs are imported on use, so that a window without them still opens.
+"""
+
+import io
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from heatlens.core.base.extras import extra, import_extra
+from heatlens.core.base.paths import preferences_dir
+from heatlens.studio.share.address import Role, ShareOptions, kept_links
+from heatlens.studio.share.shared import SharedSession
+
+if TYPE_CHECKING:
+    from heatlens.studio.share.server import ShareServer
+
+_LINKS_FILE = "share.json"
+
+
+class Sharing:
+    """The server of a session, which is open from `begin` to `end`."""
+
+    def __init__(self, options: ShareOptions | None = None) -> None:
+        """Create it; `options` apply from `begin` on, None for the defaults."""
+        self._options = options or ShareOptions()
+        self.shared = SharedSession()
+        self._server: ShareServer | None = None
+
+    def begin(self, log: Callable[[str], None]) -> None:
+        """Listen; `log` gets a line for each client. Raises InputError with what would help."""
+        import_extra("segno")  # the codes of the links
+        with extra("share").needed():
+            from heatlens.studio.share.server import ShareServer
+        links = kept_links(preferences_dir() / _LINKS_FILE, self._options.has_new_links)
+        server = ShareServer(self._options.address, links, self.shared, log)
+        server.start()
+        self._server = server
+
+    def end(self) -> None:
+        """End all connections; does nothing if nothing is shared."""
+        if self._server is not None:
+            self._server.close()
+        self._server = None
+
+    @property
+    def is_on(self) -> bool:
+        """True while a server listens."""
+        return self._server is not None
+
+    def link(self, role: Role) -> str:
+        """Return the link of a role; "" while nothing is shared."""
+        return "" if self._server is None else self._server.link(role)
+
+    def who(self) -> str:
+        """Return a sentence on the connected clients, and on the one that has the lens."""
+        hands, lookers = (0, 0) if self._server is None else self._server.who()
+        words = f"{hands} turning, {lookers} looking" if hands or lookers else "nobody is here"
+        return f"Shared: {self.shared.hands.holder or words}"
+
+
+def squares_of(link: str) -> tuple[tuple[bool, ...], ...]:
+    """Return the rows of a QR code for a link; True is dark. A quiet border is part of it."""
+    import segno
+
+    rows = segno.make(link, error="l").matrix_iter(border=4)
+    return tuple(tuple(bool(square) for square in row) for row in rows)
+
+
+def code_for_terminal(link: str) -> str:
+    """Return a QR code as text of half blocks."""
+    import segno
+
+    text = io.StringIO()
+    segno.make(link, error="l").terminal(text, border=2, compact=True)
+    return text.getvalue()

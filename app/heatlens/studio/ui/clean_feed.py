@@ -1,0 +1,127 @@
+"""Show the picture without any interface in a second window, for a client's monitor.
+
+The second window has its own OpenGL context, which shares textures with the main window's. The main
+context draws the picture at the size of the second window, and the second one copies it to screen.
+"""
+
+from imgui_bundle import imgui  # noqa: F401  # before glfw: both then share one libglfw
+
+from heatlens.render.gpu.device import Device
+from heatlens.studio.ui.devices import GlfwHandle, monitor_of
+
+import glfw  # isort: skip
+
+from heatlens.core.model.view.view import ViewState
+from heatlens.render.gpu.opengl.second_window import SecondWindow
+from heatlens.studio.ui.picture.grid import Pictures
+from heatlens.studio.ui.picture.picture_alone import PictureAlone
+
+_SIZE = 1280, 720
+_TITLE = "heatlens picture"
+
+
+class CleanFeed:
+    """The second window, which exists as long as the user wants it."""
+
+    def __init__(self, ctx: Device, main_window: GlfwHandle) -> None:
+        self._ctx = ctx
+        self._main = main_window
+        self._alone = PictureAlone(ctx)
+        self._window: GlfwHandle = None
+        self._own: SecondWindow | None = None
+
+    def draw(
+        self, is_wanted: bool, pictures: Pictures | None, view: ViewState, has_labels: bool
+    ) -> bool:
+        """Open, draw or close the window; return whether it is still open.
+
+        `has_labels` writes the names of the looks into the grid.
+        """
+        if self._window is not None and glfw.window_should_close(self._window):
+            is_wanted = False
+        if is_wanted and self._window is None:
+            self._open()
+        if not is_wanted:
+            self.close()
+        elif self._window is not None:
+            self._draw(pictures, view, has_labels)
+        return self._window is not None
+
+    def _open(self) -> None:
+        """Open the window full screen on another monitor, or as a normal window without one."""
+        here = monitor_of(self._main)
+        monitors = glfw.get_monitors()
+        others = [
+            m for m in monitors if here and glfw.get_monitor_pos(m) != glfw.get_monitor_pos(here)
+        ]
+        screen: GlfwHandle = others[0] if others else None
+        size = glfw.get_video_mode(screen).size if screen else _SIZE
+        glfw.window_hint(glfw.AUTO_ICONIFY, 0)
+        self._window = glfw.create_window(*size, _TITLE, screen, self._main)
+        if not self._window:
+            self._window = None
+            return
+        glfw.set_key_callback(self._window, self._key_changed)
+        glfw.make_context_current(self._window)
+        glfw.swap_interval(0)  # only the main window waits for the monitor's refresh
+        try:
+            self._own = SecondWindow()
+        finally:
+            glfw.make_context_current(self._main)
+
+    def _key_changed(
+        self, window: GlfwHandle, key: int, _code: int, action: int, _mods: int
+    ) -> None:
+        """Close the window on Escape or F12; toggle full screen on F11."""
+        if action != glfw.PRESS:
+            return
+        if key in (glfw.KEY_ESCAPE, glfw.KEY_F12):
+            glfw.set_window_should_close(window, True)
+        elif key == glfw.KEY_F11:
+            fill_screen(window, not glfw.get_window_monitor(window), _SIZE)
+        glfw.post_empty_event()
+
+    def _draw(self, pictures: Pictures | None, view: ViewState, has_labels: bool) -> None:
+        size = glfw.get_framebuffer_size(self._window)
+        if min(size) < 1 or self._own is None:
+            return
+        self._alone.draw(pictures, view, size, has_labels)
+        self._ctx.finish()  # the other context reads the texture next
+        assert self._alone.texture is not None
+        glfw.make_context_current(self._window)
+        try:
+            self._own.show(self._alone.texture, size)
+            glfw.swap_buffers(self._window)
+        finally:
+            glfw.make_context_current(self._main)
+
+    def close(self) -> None:
+        """Close the window if it is open."""
+        if self._window is None:
+            return
+        self._alone.release()
+        glfw.destroy_window(self._window)
+        self._window, self._own = None, None
+        glfw.make_context_current(self._main)
+
+
+def fill_screen(
+    window: GlfwHandle, is_full: bool, size: tuple[int, int], at: tuple[int, int] | None = None
+) -> None:
+    """Switch a window to full screen on its monitor, or back to a window of `size` screen units.
+
+    `at` is where the window was before, None for the middle of the monitor.
+    """
+    monitor = monitor_of(window)
+    if not monitor:
+        return
+    if is_full:
+        mode = glfw.get_video_mode(monitor)
+        rate = mode.refresh_rate
+        glfw.set_window_monitor(window, monitor, 0, 0, mode.size.width, mode.size.height, rate)
+    else:
+        x, y, width, height = glfw.get_monitor_workarea(monitor)
+        own = min(size[0], width), min(size[1], height)
+        middle = x + (width - own[0]) // 2, y + (height - own[1]) // 2
+        none: GlfwHandle = None  # the stub of glfw does not allow None for "no monitor"
+        glfw.set_window_monitor(window, none, *(at or middle), *own, 0)

@@ -1,0 +1,46 @@
+"""Draw the control for a field of a dataclass that fits its type and option."""
+
+from dataclasses import replace
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
+
+from imgui_bundle import imgui
+
+from heatlens.core.base.outside_text import printable
+from heatlens.core.model.option import options_of, type_of
+from heatlens.studio.ui import widgets
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Record = TypeVar("Record", bound="DataclassInstance")
+
+
+def field_row(record: Record, name: str) -> Record:
+    """Draw the row of a field; return the record with its value as the user left it.
+
+    A value without a control is shown as text; its tooltip says where to set it.
+    """
+    changed: dict[str, Any] = {name: _value(type(record), name, getattr(record, name))}
+    return replace(record, **changed)
+
+
+def _value(kind: type, name: str, value: Any) -> Any:
+    told, of_type = options_of(kind)[name], type_of(kind, name)
+    low, high = told.slider or (told.least, told.most)
+    if of_type is bool:
+        value = widgets.check(told.label, value)
+        widgets.tip_above(told.tip)
+        return value
+    if get_origin(of_type) is Literal:
+        return widgets.choice(told.label, value, get_args(of_type), told.tip)
+    if issubclass(of_type, StrEnum):
+        return of_type(widgets.choice(told.label, value, list(of_type), told.tip))
+    if of_type in (float, int) and low is not None and high is not None:
+        return of_type(widgets.slider(told.label, value, low, high, told.shown, told.tip))
+    if of_type is str:
+        widgets.label(told.label, told.tip, is_above=True)
+        return widgets.typed(told.label, value)
+    widgets.label(told.label, f"{told.tip}\nSet it with --{told.flag}.")
+    imgui.text_disabled(printable(str(value)))
+    return value

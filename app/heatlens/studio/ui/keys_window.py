@@ -1,0 +1,144 @@
+"""Draw the window that lists all shortcuts and mouse gestures."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.studio.ui import probe, topmost, widgets
+from heatlens.studio.ui.actions import Action
+
+Rows = tuple[tuple[str, str], ...]  # (keys or gesture, what it does)
+_COLUMNS = 4  # largest number of columns
+_HEAD_ROWS = 1.6  # height of a section title, in rows
+_EDGE_EM = 2.0  # free width beside the window, both sides together
+_KEYS_EM = 8.0  # smallest width of the keys
+_TITLE = "Keys"
+_GAP = "   "  # gap after a description
+_BETWEEN_EM = 1.3  # gap between keys and description
+
+_MOUSE: Rows = (
+    ("click, drag", "focus there; the sky is infinity"),
+    ("Ctrl+Shift+click", "set a mark at that point"),
+    ("wheel", "zoom at the pointer"),
+    ("wheel over the focus bar", "focus"),
+    ("Shift+wheel", "focus, over the picture"),
+    ("Alt held a moment", "depth of field off, to compare"),
+    ("Ctrl+click on a number", "type it"),
+)
+_MOUSE_OF_TIME: Rows = (
+    ("drag on the ruler", "scrub"),
+    ("F, Alt+wheel on a curve", "bring marks in, zoom values"),
+    ("wheel, middle drag", "zoom, pan"),
+    ("Shift+click on keys, box", "select several"),
+    ("Ctrl+drag of a key", "move all later keys as well"),
+)
+_PAN_PLATE: Rows = (("middle or right drag", "pan"),)
+_PAN_SCENE: Rows = (("middle drag", "pan the picture"),)
+_MOUSE_OF_SCENE: Rows = (
+    ("right drag", "orbit round what is in focus"),
+    ("Ctrl+right drag", "move the camera sideways"),
+    ("Ctrl+wheel", "dolly to what is in focus"),
+)
+
+
+@dataclass(frozen=True)
+class Section:
+    """A group of shortcuts or gestures with its title."""
+
+    title: str
+    rows: Rows
+
+
+def sections(actions: Sequence[Action], has_camera: bool) -> list[Section]:
+    """Return the sections: the mouse, then each menu's shortcuts; `has_camera` adds gestures."""
+    pan = _PAN_SCENE if has_camera else _PAN_PLATE
+    found = [Section("Mouse", _MOUSE + pan)]
+    if has_camera:
+        found.append(Section("Mouse in the scene", _MOUSE_OF_SCENE))
+    found.append(Section("Mouse on the timeline", _MOUSE_OF_TIME))
+    for menu in dict.fromkeys(action.menu for action in actions):
+        keyed = tuple((a.shortcut, a.name) for a in actions if a.menu == menu and a.shortcut)
+        if keyed:
+            found.append(Section(menu, keyed))
+    return found
+
+
+def in_columns(found: Sequence[Section], count: int) -> list[list[Section]]:
+    """Distribute sections, in order, over columns of about equal height."""
+    columns: list[list[Section]] = [[] for _ in range(count)]
+    for section in sorted(found, key=lambda section: -len(section.rows)):
+        lowest = min(columns, key=lambda column: sum(_HEAD_ROWS + len(it.rows) for it in column))
+        lowest.append(section)
+    ordered = [sorted(column, key=found.index) for column in columns if column]
+    return sorted(ordered, key=lambda column: found.index(column[0]))
+
+
+def keys_window(actions: Sequence[Action], has_camera: bool) -> bool:
+    """Draw the window in the middle of the screen; return False when the user closed it."""
+    screen, edge = imgui.get_main_viewport(), _EDGE_EM * imgui.get_font_size()
+    most = ImVec2(max(screen.work_size.x - edge, 1.0), max(screen.work_size.y - edge, 1.0))
+    imgui.set_next_window_size_constraints(ImVec2(1.0, 1.0), most)
+    imgui.set_next_window_size(ImVec2(0, 0))
+    middle = screen.get_work_center()
+    imgui.set_next_window_pos(middle, imgui.Cond_.always, ImVec2(0.5, 0.5))
+    if not imgui.is_popup_open(_TITLE):
+        imgui.open_popup(_TITLE)
+    shown, is_open = topmost.begin_modal(_TITLE, True, imgui.WindowFlags_.no_saved_settings)
+    if not shown:
+        return False
+    low, size = imgui.get_window_pos(), imgui.get_window_size()
+    probe.note_at("keys window", (low.x, low.y, low.x + size.x, low.y + size.y))
+    room = most.x - 2 * imgui.get_style().window_padding.x
+    _draw_columns(_with_room(sections(actions, has_camera), room))
+    if is_closed := not is_open or topmost.is_escaped() or _is_asked_again():
+        imgui.close_current_popup()
+    imgui.end_popup()
+    return not is_closed
+
+
+def _with_room(found: Sequence[Section], room: float) -> list[list[Section]]:
+    """Return the sections in as many columns as fit into the width `room`, one at least."""
+    room += imgui.calc_text_size(_GAP).x  # the last column needs no gap
+    for count in range(_COLUMNS, 1, -1):
+        columns = in_columns(found, count)
+        if sum(max(map(_width, column)) for column in columns) <= room:
+            return columns
+    return in_columns(found, 1)
+
+
+def _width(section: Section) -> float:
+    """Return the width of a section with the gap behind it."""
+    texts = [imgui.calc_text_size(f"{what}{_GAP}").x for _, what in section.rows]
+    return _keys_width(section) + max(texts) + 2 * imgui.get_style().cell_padding.x
+
+
+def _keys_width(section: Section) -> float:
+    em = imgui.get_font_size()
+    widest = max(imgui.calc_text_size(keys).x for keys, _ in section.rows)
+    return float(max(widest + _BETWEEN_EM * em, _KEYS_EM * em))
+
+
+def _is_asked_again() -> bool:
+    """Return True if the key that opened the window was pressed again."""
+    slash = imgui.is_key_pressed(imgui.Key.slash, False) and imgui.get_io().key_shift
+    return bool(slash) and not imgui.is_window_appearing()
+
+
+def _draw_columns(columns: Sequence[Sequence[Section]]) -> None:
+    if imgui.begin_table("keys", len(columns), imgui.TableFlags_.sizing_fixed_fit):
+        for column in columns:
+            imgui.table_next_column()
+            for section in column:
+                _draw(section)
+        imgui.end_table()
+
+
+def _draw(section: Section) -> None:
+    imgui.separator_text(section.title)
+    aside = _keys_width(section)
+    for keys, what in section.rows:
+        imgui.text_disabled(keys)
+        imgui.same_line(aside)  # measured from the left of the column
+        imgui.text(f"{what}{_GAP}")
+    widgets.spacer()

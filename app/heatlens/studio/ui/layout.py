@@ -1,0 +1,211 @@
+"""Arrange the docked panels, restore a saved arrangement, and draw the menu bar."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.core.base.outside_text import printable
+from heatlens.studio.session.desks import FileDesk
+from heatlens.studio.session.settings.ui_sizes import scaled_layout
+from heatlens.studio.ui import probe, topmost, widgets
+from heatlens.studio.ui.actions import Action
+from heatlens.studio.ui.menus import MENUS
+from heatlens.studio.ui.state import UiState
+from heatlens.studio.ui.timeline.view import TimelineView
+
+PICTURE = "Picture"
+PICTURE_ALONE = "Picture alone"
+_PANEL_EM = 24.8  # width of the column of panels, with five tabs side by side
+_COLUMN_MOST, _TIMELINE_MOST = 0.45, 0.54  # largest shares of the window
+_SPEED_PART = 0.42  # share of the column's height for the lower panels, such as Speed
+_TIMELINE_EM, _CURVE_EM = 16.5, 25.2  # height of the timeline under the picture; with a curve
+_CURVE_MOST = 0.5  # largest share of the window that the timeline grows to for the curve
+_LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow
+_RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and length of its folder's text
+
+
+def menu_bar(files: FileDesk, ui: UiState, actions: Sequence[Action]) -> Action | None:
+    """Draw the menus; return the action that was chosen in this frame."""
+    picked = None
+    if not imgui.begin_main_menu_bar():
+        return None
+    if ui.menu_to_open:
+        imgui.open_popup(ui.menu_to_open)
+        ui.menu_to_open = ""
+    for menu in MENUS:
+        if imgui.begin_menu(menu):
+            ui.menu_to_open = _beside(menu)
+            for action in (a for a in actions if a.menu == menu):
+                picked = action if _menu_item(action) else picked
+                if action.name == "Open...":
+                    picked = _open_recent(files, ui) or picked
+            imgui.end_menu()
+        probe.note(f"menu {menu}")
+    ui.sharing.draw_in_menu_bar()
+    imgui.end_main_menu_bar()
+    return picked
+
+
+def _menu_item(action: Action) -> bool:
+    """Draw an item of a menu; return True if it was clicked."""
+    if action.is_first:
+        imgui.separator()
+    is_on = bool(action.is_on is not None and action.is_on())
+    why = action.why_not()
+    shown = f"{printable(action.shown)}###{action.name}"
+    clicked, _ = imgui.menu_item(shown, action.shortcut, is_on, not why)
+    probe.note(f"item {action.name}")
+    widgets.tip_of_barred(why)
+    return bool(clicked)
+
+
+def _beside(menu: str) -> str:
+    """Return the menu that an arrow key opens next to `menu`, which is being drawn; else ""."""
+    right, left = imgui.is_key_pressed(_RIGHT), imgui.is_key_pressed(_LEFT)
+    if not (right or left) or not topmost.depth_before():
+        return ""
+    return MENUS[(MENUS.index(menu) + (1 if right else -1)) % len(MENUS)]
+
+
+def _open_recent(files: FileDesk, ui: UiState) -> Action | None:
+    """Draw the submenu of recent files that still exist; return an action that opens the chosen."""
+    if imgui.is_window_appearing():
+        files.recent.look()
+    recent, picked = files.recent.found, None
+    is_open = imgui.begin_menu("Open recent", bool(recent))
+    probe.note("menu Open recent")
+    if is_open:
+        if imgui.is_window_appearing():
+            ui.menu_to_open = ""  # the arrow key opened this submenu, not the next menu
+        for text in recent:
+            if _recent_item(Path(text)):
+                picked = Action(text, "File", partial(files.commands.open, text))
+        imgui.end_menu()
+    return picked
+
+
+def _recent_item(path: Path) -> bool:
+    """Draw a recent file; return True if clicked.
+
+    The text is drawn beside an item without label: ImGui would cut a label at the ## of a sequence.
+    """
+    em, corner = imgui.get_font_size(), imgui.get_cursor_pos_x()
+    width = ImVec2(_RECENT_EM * em, 0)
+    label = f"##{printable(str(path))}"
+    clicked, _ = imgui.selectable(label, False, imgui.SelectableFlags_.none, width)
+    probe.note(f"recent {path.name}")
+    imgui.same_line(corner)
+    imgui.text(printable(path.name))
+    imgui.same_line()
+    imgui.set_cursor_pos_x(max(corner + 0.4 * _RECENT_EM * em, imgui.get_cursor_pos_x()))
+    imgui.text_disabled(printable(shortened(path.parent)))
+    return bool(clicked)
+
+
+def shortened(folder: Path) -> str:
+    """Return the path, cut at its beginning if it is long, since its end identifies it best."""
+    text = str(folder)
+    return text if len(text) <= _FOLDER_LETTERS else f"...{text[3 - _FOLDER_LETTERS :]}"
+
+
+def restore_layout(ui: UiState, layout: str, em: float = 0.0) -> None:
+    """Restore the saved panel arrangement `layout`; call before the first frame.
+
+    `em` is the font size in pixels when it was saved; 0 for the present font size.
+    """
+    if lists_all(layout, ui.panels):
+        factor = ui.scale.em / em if em else 1.0
+        imgui.load_ini_settings_from_memory(scaled_layout(layout, factor))
+        ui.wants_layout = False
+
+
+def lists_all(layout: str, panels: Iterable[str]) -> bool:
+    """Return True if a layout places every panel; one that is missing would cover the picture."""
+    return all(f"[Window][{name}]" in layout.splitlines() for name in (PICTURE, *panels))
+
+
+def dock_panels(is_new: bool, size: ImVec2, is_hidden: bool = False) -> None:
+    """Draw the space that panels dock in; `is_new` resets their arrangement.
+
+    `is_hidden` draws nothing and only keeps the arrangement, while the picture is shown alone.
+    """
+    dock = imgui.get_id("heatlens dock")
+    if is_new:
+        _arrange(dock, size)
+    kept = imgui.DockNodeFlags_.keep_alive_only if is_hidden else imgui.DockNodeFlags_.none
+    imgui.dock_space(dock, size, kept)
+
+
+def _arrange(dock: int, size: ImVec2) -> None:
+    inner = imgui.internal
+    inner.dock_builder_remove_node(dock)
+    inner.dock_builder_add_node(dock, inner.DockNodeFlagsPrivate_.dock_space)
+    inner.dock_builder_set_node_size(dock, size)
+    part = min(_COLUMN_MOST, _PANEL_EM * imgui.get_font_size() / max(size.x, 1.0))
+    _, right, centre = inner.dock_builder_split_node_py(dock, imgui.Dir.right, part)
+    below_part = min(_TIMELINE_MOST, _TIMELINE_EM * imgui.get_font_size() / max(size.y, 1.0))
+    _, lower, upper = inner.dock_builder_split_node_py(right, imgui.Dir.down, _SPEED_PART)
+    _, below, centre = inner.dock_builder_split_node_py(centre, imgui.Dir.down, below_part)
+    inner.dock_builder_dock_window(PICTURE, centre)
+    for name in ("Timeline", "Reel"):
+        inner.dock_builder_dock_window(name, below)
+    for name in ("Lens", "Marks", "Plan", "Looks", "Guides"):
+        inner.dock_builder_dock_window(name, upper)
+    for name in ("Display", "Plate", "Scene", "Export", "Speed"):
+        inner.dock_builder_dock_window(name, lower)
+    _flag(centre, inner.DockNodeFlagsPrivate_.no_tab_bar)
+    for place in (upper, lower, below):  # each tab has its own close button
+        _flag(place, inner.DockNodeFlagsPrivate_.no_close_button)
+    inner.dock_builder_finish(dock)
+
+
+def grow_for_curve(view: TimelineView, shows_curve: bool, window_height: float) -> None:
+    """Make the timeline higher when it begins to show a curve, and as high as before at its end."""
+    window = imgui.internal.find_window_by_name("Timeline")
+    node = None if window is None else window.dock_node
+    if node is None or shows_curve == (view.height_before is not None):
+        return
+    height = min(_CURVE_EM * imgui.get_font_size(), _CURVE_MOST * window_height)
+    height = max(height, node.size.y) if view.height_before is None else view.height_before
+    view.height_before = node.size.y if view.height_before is None else None
+    imgui.internal.dock_builder_set_node_size(node.id_, ImVec2(node.size.x, height))
+
+
+def leave_room_for_picture(panels: Iterable[str]) -> None:
+    """Shrink panels that take more than their share of the window.
+
+    Call this after the panels are drawn, when the font has become larger and the panels with it.
+    """
+    around = {node.id_ for node in _places_of(PICTURE)}
+    for name in panels:
+        for node in _places_of(name):
+            parent = node.parent_node
+            if parent is not None and parent.id_ in around and node.id_ not in around:
+                _limit(node, parent)
+
+
+def _places_of(name: str) -> Iterator[imgui.internal.DockNode]:
+    """Return the dock node of a window, its parent node, and so on."""
+    window = imgui.internal.find_window_by_name(name)
+    node = None if window is None else window.dock_node
+    while node is not None:
+        yield node
+        node = node.parent_node
+
+
+def _limit(node: imgui.internal.DockNode, parent: imgui.internal.DockNode) -> None:
+    width, height = node.size.x, node.size.y
+    if parent.split_axis == imgui.internal.Axis.x:
+        width = min(width, _COLUMN_MOST * parent.size.x)
+    else:
+        height = min(height, _TIMELINE_MOST * parent.size.y)
+    if (width, height) != (node.size.x, node.size.y):
+        imgui.internal.dock_builder_set_node_size(node.id_, ImVec2(width, height))
+
+
+def _flag(node_id: int, flag: imgui.internal.DockNodeFlagsPrivate_) -> None:
+    node = imgui.internal.dock_builder_get_node(node_id)
+    if node is not None:
+        node.local_flags |= flag

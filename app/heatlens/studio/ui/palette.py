@@ -1,0 +1,94 @@
+"""Draw the command palette, in which the user finds an action by typing parts of its name."""
+
+from collections.abc import Sequence
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.studio.ui import probe, topmost, widgets
+from heatlens.studio.ui.actions import Action
+
+_TITLE = "Find a command"
+
+
+def matches(action: Action, words: str) -> bool:
+    """Return True if every typed word is in the action's name or menu, in any order."""
+    text = f"{action.menu} {action.name}".lower()
+    return all(word in text for word in words.lower().split())
+
+
+class Palette:
+    """A popup with a text field and the list of actions that match it."""
+
+    def __init__(self) -> None:
+        self._wanted = False
+        self._text = ""
+        self._chosen = 0
+        self._moved = False  # whether the selected row changed in this frame
+
+    @property
+    def is_open(self) -> bool:
+        """True while the palette is open or opens in the next frame."""
+        return self._wanted or bool(imgui.is_popup_open(_TITLE))
+
+    def open(self) -> None:
+        """Open the palette in the next frame."""
+        self._wanted, self._text, self._chosen = True, "", 0
+
+    def draw(self, actions: Sequence[Action]) -> Action | None:
+        """Draw the palette if open; return the action chosen in this frame, which may be barred."""
+        if self._wanted:
+            imgui.open_popup(_TITLE)
+        screen = imgui.get_main_viewport()
+        em = imgui.get_font_size()
+        middle = ImVec2(screen.get_center().x, screen.pos.y + 4 * em)
+        imgui.set_next_window_pos(middle, imgui.Cond_.appearing, ImVec2(0.5, 0.0))
+        imgui.set_next_window_size(ImVec2(30 * em, 22 * em))
+        if not imgui.begin_popup(_TITLE):
+            return None
+        topmost.answers_keys_itself()
+        action = self._draw_inside(actions)
+        if action is not None or topmost.is_escaped():
+            imgui.close_current_popup()
+        imgui.end_popup()
+        return action
+
+    def _draw_inside(self, actions: Sequence[Action]) -> Action | None:
+        if self._wanted:
+            imgui.set_keyboard_focus_here()
+            self._wanted = False
+        imgui.set_next_item_width(-1)
+        changed, self._text = imgui.input_text_with_hint("##words", "what to do", self._text)
+        found = [action for action in actions if matches(action, self._text)]
+        if imgui.is_item_deactivated() and not found:  # Enter without a match: edit the text again
+            imgui.set_keyboard_focus_here(-1)
+        before, self._chosen = self._chosen, 0 if changed else self._chosen
+        self._move(len(found))
+        self._moved = changed or self._chosen != before
+        picked = None
+        imgui.begin_child("found")
+        for index, action in enumerate(found):
+            if self._row(action, index == self._chosen, action.why_not()):
+                picked = action
+        imgui.end_child()
+        if found and imgui.is_key_pressed(imgui.Key.enter):
+            picked = found[self._chosen]
+        return picked
+
+    def _move(self, count: int) -> None:
+        if imgui.is_key_pressed(imgui.Key.down_arrow):
+            self._chosen += 1
+        if imgui.is_key_pressed(imgui.Key.up_arrow):
+            self._chosen -= 1
+        self._chosen = min(max(self._chosen, 0), max(count - 1, 0))
+
+    def _row(self, action: Action, is_chosen: bool, why_not: str) -> bool:
+        with widgets.disabled(bool(why_not)):
+            clicked, _ = imgui.selectable(f"{action.name}##{action.menu}", is_chosen)
+        probe.note(f"palette {action.name}")
+        widgets.tip_of_barred(why_not)
+        if is_chosen and self._moved:
+            imgui.set_scroll_here_y()
+        aside = f"{action.menu}   {action.shortcut}"
+        imgui.same_line(imgui.get_window_width() - imgui.calc_text_size(aside).x - 24)
+        imgui.text_disabled(aside)
+        return bool(clicked)

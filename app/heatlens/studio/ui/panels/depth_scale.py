@@ -1,0 +1,207 @@
+"""Draw the depths of a scene as columns over dioptres, and the scale of distances under them.
+
+Infinity is at the right and the nearest surface at the left, as on most lens barrels. The labels
+are round distances in the displayed unit.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui
+from numpy.typing import NDArray
+
+from heatlens.core.model.units import FOOT_M, INCH_M, format_distance
+from heatlens.core.model.value_bins import DepthHistogram
+from heatlens.studio.ui import theme
+from heatlens.studio.ui.widgets import text_width
+
+# Round numbers, times a power of ten. Each group is used where those before it leave room.
+_ROUNDS = (1.0, 2.0, 5.0), (1.5, 3.0, 7.0), (4.0, 6.0, 8.0), (2.5, 9.0)
+_ENGRAVED = tuple(1.0 + 0.1 * i for i in range(90))  # ticks without labels
+_ENGRAVED_MOST = 200  # fine ticks on a scale, at most
+_DECADES = 4  # powers of ten from the near end on; farther distances look like infinity
+_INCHES_UNDER = 9.5  # 10 inches would leave no room for 1 foot
+INFINITY = "inf"
+_LEAST_LABEL_M = 0.01  # smallest label, if the entrance pupil lies behind the film plane
+
+
+class Tick(NamedTuple):
+    """A labelled distance in metres, its text, and the x where the text begins."""
+
+    distance_m: float
+    text: str
+    text_x: float
+
+
+def round_distances_m(near_m: float, unit: str, steps: tuple[float, ...]) -> Iterator[float]:
+    """Yield round distances from `near_m` on, in metres or in feet and inches."""
+    if unit == "m":
+        yield from _multiples_m(near_m, math.inf, 1.0, steps)
+        return
+    yield from _multiples_m(near_m, _INCHES_UNDER * INCH_M, INCH_M, steps)
+    yield from _multiples_m(max(near_m, 0.999 * FOOT_M), math.inf, FOOT_M, steps)
+
+
+def _multiples_m(
+    least_m: float, most_m: float, unit_m: float, steps: tuple[float, ...]
+) -> Iterator[float]:
+    first = math.floor(math.log10(least_m / unit_m))
+    for power in range(first, first + _DECADES + 1):
+        for step in steps:
+            distance_m = step * 10.0**power * unit_m
+            if least_m <= distance_m < most_m:
+                yield distance_m
+
+
+def tick_text(distance_m: float, unit: str) -> str:
+    """Format a distance as short as possible: whole feet without inches."""
+    return format_distance(distance_m, unit).replace("'0\"", "'")
+
+
+def distance_ticks(
+    near_m: float,
+    unit: str,
+    x_at: Callable[[float], float],
+    ends_x: tuple[float, float],
+    width_of: Callable[[str], float],
+) -> list[Tick]:
+    """Return the ticks that fit without overlap, with infinity at the right.
+
+    near_m      the distance at the left end, above 0
+    x_at        maps a distance to its x on the screen, within `ends_x`
+    width_of    measures a text; a gap as wide as "0" is kept between texts
+    """
+    gap, (left, right) = width_of("0"), ends_x
+    ticks = [Tick(math.inf, INFINITY, right - width_of(INFINITY))]
+    for steps in _ROUNDS:
+        for distance_m in round_distances_m(near_m, unit, steps):
+            text = tick_text(distance_m, unit)
+            width = width_of(text)
+            x = x_at(distance_m) - width / 2
+            apart = (
+                x >= other.text_x + width_of(other.text) + gap or x + width + gap <= other.text_x
+                for other in ticks
+            )
+            if x >= left and all(apart):
+                ticks.append(Tick(distance_m, text, x))
+    return ticks
+
+
+def scale_ticks(
+    histogram: DepthHistogram,
+    offset_m: float,
+    unit: str,
+    ends_x: tuple[float, float],
+    width_of: Callable[[str], float],
+) -> list[Tick]:
+    """Return the ticks under a histogram between `ends_x`, with infinity at the right.
+
+    Labels are distances from where the user measures them, which are longer by `offset_m` than
+    those of the histogram.
+    """
+    left, right = ends_x
+    near_m = _nearest_m(histogram, offset_m)
+
+    def x_at(label_m: float) -> float:
+        return right - histogram.part_at(label_m - offset_m) * (right - left)
+
+    return distance_ticks(near_m, unit, x_at, ends_x, width_of)
+
+
+@lru_cache(maxsize=4)
+def engraved_m(histogram: DepthHistogram, offset_m: float, unit: str) -> tuple[float, ...]:
+    """Return the distances of the fine ticks between the labels, as the histogram has them.
+
+    They are a tenth of the leading digit apart, and end where they would run into each other.
+    """
+    least_apart = histogram.most_dioptres / _ENGRAVED_MOST
+    found: list[float] = []
+    for label_m in round_distances_m(_nearest_m(histogram, offset_m), unit, _ENGRAVED):
+        distance_m = label_m - offset_m
+        if not found or 1.0 / found[-1] - 1.0 / distance_m >= least_apart:
+            found.append(distance_m)
+    return tuple(found)
+
+
+def _nearest_m(histogram: DepthHistogram, offset_m: float) -> float:
+    return max(1.0 / histogram.most_dioptres + offset_m, _LEAST_LABEL_M)
+
+
+TICK_EM = 0.4
+
+
+def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:
+    """Return the (BINS,) heights of the columns, 0 to 1; all but the first are scaled to reach 1.
+
+    The first column is infinity: in many pictures it has half of all pixels, and would make the
+    other columns invisibly low.
+    """
+    most = float(histogram.heights[1:].max(initial=0.0))
+    heights = histogram.heights if most == 0 else histogram.heights / most
+    return np.asarray(np.minimum(heights, 1.0))
+
+
+def draw_histogram(
+    draw: imgui.ImDrawList,
+    histogram: DepthHistogram,
+    corner: ImVec2,
+    size: ImVec2,
+    lit: tuple[float, float] | None = None,
+) -> None:
+    """Draw the columns into the rectangle of `size`, infinity at the right.
+
+    Between the two x of `lit` the ground and the columns are green.
+    """
+    bottom, colors = corner.y + size.y, theme.colors
+    _draw_columns(draw, histogram, corner, size, colors.histogram)
+    if lit is None:
+        return
+    draw.add_rect_filled(ImVec2(lit[0], corner.y), ImVec2(lit[1], bottom), colors.in_focus_band)
+    draw.push_clip_rect(ImVec2(lit[0], corner.y), ImVec2(lit[1], bottom), True)
+    _draw_columns(draw, histogram, corner, size, colors.in_focus)
+    draw.pop_clip_rect()
+
+
+def _draw_columns(
+    draw: imgui.ImDrawList, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, color: int
+) -> None:
+    heights = visible_heights(histogram)[::-1]
+    step, bottom = size.x / len(heights), corner.y + size.y
+    for i, height in enumerate(heights):
+        if height > 0:
+            x = corner.x + i * step
+            top = ImVec2(x, bottom - float(height) * (size.y - 4))
+            draw.add_rect_filled(top, ImVec2(x + step + 0.5, bottom), color)
+
+
+@lru_cache(maxsize=4)
+def _ticks(
+    histogram: DepthHistogram, offset_m: float, unit: str, ends_x: tuple[float, float], em: float
+) -> list[Tick]:
+    """Return the ticks in the current font, of the size `em`."""
+    return scale_ticks(histogram, offset_m, unit, ends_x, text_width)
+
+
+def draw_scale(
+    draw: imgui.ImDrawList,
+    histogram: DepthHistogram,
+    corner: ImVec2,
+    size: ImVec2,
+    unit: str,
+    offset_m: float = 0.0,
+) -> None:
+    """Draw labelled distances under a bar of this size, as many as fit.
+
+    Labels are distances from where the user measures them, which are longer by `offset_m` than
+    those of the histogram.
+    """
+    y, ends_x = corner.y + size.y, (corner.x, corner.x + size.x)
+    tick = TICK_EM * imgui.get_font_size()
+    for it in _ticks(histogram, offset_m, unit, ends_x, imgui.get_font_size()):
+        draw.add_text(ImVec2(it.text_x, y), theme.colors.text_dim, it.text)
+        if math.isfinite(it.distance_m):
+            x = it.text_x + text_width(it.text) / 2
+            draw.add_line(ImVec2(x, y - tick), ImVec2(x, y), theme.colors.text_dim)

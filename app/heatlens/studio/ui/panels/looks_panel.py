@@ -1,0 +1,198 @@
+"""Draw the Looks panel: a still of each look, with buttons to use, compare and delete it."""
+
+from dataclasses import replace
+
+import numpy as np
+from imgui_bundle import ImVec2, imgui
+from numpy.typing import NDArray
+
+from heatlens.core.base.outside_text import printable
+from heatlens.core.model.lens.lens import measured_text
+from heatlens.core.model.shot.look import Look
+from heatlens.core.model.view.view import GRID_MOST, Compare
+from heatlens.render.gpu.device import Texture
+from heatlens.studio.session.desks import PictureDesk
+from heatlens.studio.session.facts import Facts
+from heatlens.studio.session.pictures.compare_sides import grid_names, is_look_b
+from heatlens.studio.session.pictures.look_commands import pixels_of_still, still_of
+from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui.picture.grid import Pictures
+from heatlens.studio.ui.picture.picture_alone import PictureAlone
+
+_STILL_PX = 256, 144
+_STILL_EM = 9.6, 5.4
+_NAME_EM = 4.0
+_STILLS_MOST = 64
+
+
+class LookStills:
+    """Thumbnails of looks: those stored in the looks, or taken when a look is shown in full."""
+
+    def __init__(self, facts: Facts, desk: PictureDesk) -> None:
+        self._facts = facts
+        self._desk = desk
+        self._ctx = desk.renderer.ctx
+        self._alone = PictureAlone(self._ctx)
+        self._taken: dict[tuple[object, ...], Texture | None] = {}
+
+    def of(self, look: Look) -> Texture | None:
+        """Return the thumbnail of a look; None if there is none yet."""
+        if look.still is None:
+            return self._taken.get((self._facts.shot.source, look.lens, look.frame))
+        key = (look.still,)
+        if key not in self._taken:
+            pixels = pixels_of_still(look.still)
+            self._add(key, None if pixels is None else self._texture(pixels))
+        return self._taken[key]
+
+    def now(self, pictures: Pictures | None) -> str | None:
+        """Return the present picture as a still for a look; None if another picture shows."""
+        is_other = self._facts.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
+        if (
+            pictures is None
+            or is_other
+            or self._facts.view.a_look
+            or not self._facts.view.depth_of_field
+        ):
+            return None
+        self._draw(pictures)
+        texture = self._alone.texture
+        assert texture is not None
+        pixels = np.frombuffer(texture.read(), np.uint8)
+        return still_of(pixels.reshape(texture.height, texture.width, 4)[::-1, :, :3])
+
+    def take(self, pictures: Pictures | None) -> None:
+        """Take a thumbnail if the picture shows a look without one; call this once a frame."""
+        seen = self._desk.live.shown
+        if pictures is None or seen is None or not (seen.is_whole and self._facts.is_plain):
+            return
+        for look in self._facts.shot.looks:
+            is_it = (look.lens, look.frame) == (self._facts.lens, self._facts.frame)
+            is_seen = seen.frame == look.frame and seen.shot == self._facts.seen_shot
+            if is_it and is_seen and self.of(look) is None:
+                self._draw(pictures)
+                key = (self._facts.shot.source, look.lens, look.frame)
+                self._add(key, self._alone.hand_over())
+
+    def _draw(self, pictures: Pictures) -> None:
+        """Draw the picture through the lens, without comparison, as a thumbnail."""
+        plain = replace(self._facts.view, compare=Compare.OFF)
+        self._alone.draw(replace(pictures, tiles=()), plain, _STILL_PX)
+
+    def _add(self, key: tuple[object, ...], texture: Texture | None) -> None:
+        if len(self._taken) >= _STILLS_MOST:
+            oldest = self._taken.pop(next(iter(self._taken)))
+            if oldest is not None:
+                oldest.release()
+        self._taken[key] = texture
+
+    def _texture(self, pixels: NDArray[np.uint8]) -> Texture:
+        height, width = pixels.shape[:2]
+        rgba = np.dstack([pixels, np.full((height, width), 255, np.uint8)])
+        return self._ctx.texture((width, height), 4, np.ascontiguousarray(rgba[::-1]).data)
+
+
+def looks_panel(facts: Facts, desk: PictureDesk, stills: LookStills) -> None:
+    """Draw the panel in the current window."""
+    tip = "Stores focal length, f-stop, focus and film back under a letter (Shift+L)."
+    if widgets.button("Keep this look", "keep look", tip):
+        desk.looks.keep()
+    view, looks = facts.view, facts.shot.looks
+    is_grid = view.compare is Compare.GRID
+    imgui.same_line()
+    with widgets.disabled(not looks):
+        tip = "Up to four looks side by side (Shift+W); click one to take it."
+        if widgets.button("Leave grid" if is_grid else "Grid", "look grid", tip):
+            desk.looks.toggle_grid()
+    imgui.same_line()
+    with widgets.disabled(not is_look_b(view)):
+        if widgets.button("Wipe off", "look wipe off"):
+            desk.commands.change(compare=Compare.OFF)
+    if not looks:
+        imgui.text_wrapped("No looks yet. Set up the lens, then Shift+L keeps it as look A.")
+    for index, look in enumerate(looks):
+        _row(facts, desk, stills, index, look)
+
+
+def _row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, look: Look) -> None:
+    em = imgui.get_font_size()
+    imgui.push_id(look.name)
+    imgui.separator()
+    corner = imgui.get_cursor_screen_pos()
+    if _still(stills.of(look)):
+        desk.looks.go(index)
+    probe.note(f"look {look.name}")
+    widgets.tooltip(f"Take this lens again{f' (Ctrl+{index + 1})' if index < 9 else ''}")
+    if facts.lens == look.lens:
+        size = imgui.get_item_rect_size()
+        end = ImVec2(corner.x + size.x, corner.y + size.y)
+        imgui.get_window_draw_list().add_rect(corner, end, theme.colors.accent, 2.0, 2.0)
+    imgui.same_line()
+    imgui.begin_group()
+    imgui.set_next_item_width(_NAME_EM * em)
+    name = widgets.text_field(f"look name {look.name}", look.name, look.name, str.strip, desk.say)
+    lens = look.lens
+    words = printable(f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}")
+    imgui.same_line()
+    if imgui.get_content_region_avail().x < imgui.calc_text_size(words).x:
+        imgui.new_line()
+    imgui.text_disabled(words)
+    probe.note(f"lens of look {look.name}")
+    imgui.text_disabled(f"at {measured_text(lens, lens.focus_distance_m, facts.view.unit)}")
+    _buttons(facts, desk, look)
+    imgui.end_group()
+    imgui.pop_id()
+    if name != look.name:
+        desk.looks.rename(look, name)
+
+
+def _buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
+    """Draw buttons for the sides of the wipe, the grid, and to delete the look."""
+    view = facts.view
+    is_compared = is_look_b(view)
+    tip = "Show this look on the left of the wipe"
+    if _toggle("wipe left", f"left {look.name}", is_compared and view.a_look == look.name, tip):
+        desk.looks.compare_as_a(look)
+    imgui.same_line(0.0, 4.0)
+    tip = "Show this look on the right of the wipe"
+    if _toggle("wipe right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip):
+        desk.looks.compare(look)
+    if len(facts.shot.looks) > GRID_MOST:
+        is_in = look.name in grid_names(view, facts.shot)
+        if _toggle("grid", f"in grid {look.name}", is_in, "Show this look in the grid"):
+            desk.looks.toggle_in_grid(look)
+    imgui.same_line(0.0, 4.0)
+    if widgets.button("x", f"delete look {look.name}", "Forget this look"):
+        desk.looks.delete(look)
+
+
+def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
+    """Draw a toggle button, highlighted while on; return True if it was pressed."""
+    if is_on:
+        imgui.push_style_color(imgui.Col_.button, theme.colors.handle)
+        imgui.push_style_color(imgui.Col_.button_hovered, theme.colors.handle)
+        imgui.push_style_color(imgui.Col_.text, theme.colors.on_accent)
+    pressed = widgets.button(words, name)
+    if is_on:
+        imgui.pop_style_color(3)
+    widgets.tooltip(tip)
+    return pressed
+
+
+def _still(texture: Texture | None) -> bool:
+    """Draw the thumbnail as a button, or an empty frame if there is none."""
+    em = imgui.get_font_size()
+    size = ImVec2(_STILL_EM[0] * em, _STILL_EM[1] * em)
+    corner = imgui.get_cursor_screen_pos()
+    pressed = imgui.invisible_button("still", size)
+    end = ImVec2(corner.x + size.x, corner.y + size.y)
+    draw = imgui.get_window_draw_list()
+    if texture is None:
+        draw.add_rect_filled(corner, end, theme.colors.groove, 2.0)
+        text = "not seen yet"
+        wide = imgui.calc_text_size(text)
+        at = ImVec2(corner.x + (size.x - wide.x) / 2, corner.y + (size.y - wide.y) / 2)
+        draw.add_text(at, theme.colors.text_dim, text)
+    else:
+        draw.add_image(imgui.ImTextureRef(texture.handle), corner, end, ImVec2(0, 1), ImVec2(1, 0))
+    return bool(pressed)

@@ -1,0 +1,276 @@
+"""Draw the Plate panel: how the depth was read and why, and controls to read it differently."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.depth_words import DepthConvention, DepthKind
+from heatlens.core.model.focus.plausibility import Doubt
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
+from heatlens.core.model.value_bins import DepthHistogram
+from heatlens.media.plate.header.channel_choice import color_layers_among, depth_channels_first
+from heatlens.media.plate.parts.picture_parts import FOR_THE_EYE
+from heatlens.media.plate.plate import CameraHeader, Plate
+from heatlens.studio.session.messages import window_words
+from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui.panels.depth_scale import draw_histogram, draw_scale
+from heatlens.studio.ui.panels.plate_rows import behind_rows, matte_rows
+
+_BAR_EM = 4.2
+_BY_NAME = "found by name"
+_CONVENTIONS = {convention: convention.facts.label for convention in DepthConvention}
+_KINDS = {kind: kind.label for kind in DepthKind}
+_NEIGHBOURS = {None: "automatic", 0: "none"} | {it: f"{it} on either side" for it in (1, 2, 4, 8)}
+_NEIGHBOURS_TIP = (
+    "Other frames of the sequence, used to see what is hidden here. Automatic: 2 on either side if "
+    "the headers have the camera."
+)
+_UNITS = {1.0: "m", 1e-2: "cm", 1e-3: "mm", 1e3: "km", FOOT_M: "ft", INCH_M: "in"}
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class PlateFacts:
+    """What the panel shows."""
+
+    plate: Plate
+    histogram: DepthHistogram | None  # None if the plate has no distances
+    hovered_m: float | None  # distance under the pointer
+    unit: str  # m or ft
+    problem: str  # why the plate cannot be read with the chosen options, or ""
+    lens: Lens  # gives radial depth the focal length and sensor that the header lacks
+    doubts: tuple[Doubt, ...] = ()  # implausible values of lens and depths
+    read: PlateOptions = field(default_factory=PlateOptions)  # options the plate was read with
+
+
+def plate_panel(
+    options: PlateOptions,
+    facts: PlateFacts,
+    say: Say,
+    ask_behind: Callable[[], None],
+    pick: Callable[[str], None],
+) -> PlateOptions:
+    """Draw the panel; return the options for reading the plate, as the user left them.
+
+    `ask_behind` opens the dialog for another background picture. `pick` lets the next click tell
+    the thing of an option.
+    """
+    is_of_behind = replace(options, behind=facts.read.behind) == facts.read
+    _depth(facts)
+    imgui.separator_text("Read as")
+    options = _controls(options, facts, say)
+    if not is_of_behind:
+        widgets.colored_text(facts.problem, theme.colors.bad)
+    if widgets.button("Guess again", "Guess again", width=-1):
+        options = PlateOptions(
+            depth_source=options.depth_source,
+            depth_model=options.depth_model,
+            behind=options.behind,
+        )
+    reports = {report.name: report for report in facts.plate.behind}
+    behind = behind_rows(options.behind, reports, facts.problem if is_of_behind else "", ask_behind)
+    neighbours = widgets.pick("neighbours", options.neighbours, _NEIGHBOURS, _NEIGHBOURS_TIP)
+    options = matte_rows(replace(options, behind=behind, neighbours=neighbours), say, pick)
+    _file(facts)
+    return options
+
+
+# What was read
+
+
+def _depth(facts: PlateFacts) -> None:
+    imgui.separator_text("Depth")
+    report, rows = facts.plate.depth, []
+    if facts.histogram is not None:
+        _bar(facts.histogram, facts)
+        hovered = "-" if facts.hovered_m is None else _distance(facts.hovered_m, facts.unit)
+        ends = f"{_distance(report.near_m, facts.unit)} to {_distance(report.far_m, facts.unit)}"
+        rows += [("pointer", hovered), ("surfaces", ends)]
+    if report.infinite_count:
+        rows.append(("nothing hit", _pixels(report.infinite_count, facts.plate)))
+    if report.repaired_count:
+        rows.append(("repaired", _pixels(report.repaired_count, facts.plate)))
+    taken_for = f"{report.channel}: {report.convention.facts.label}, {report.kind.label}"
+    rows.append(("taken for", taken_for))
+    rows.append(("because", window_words(report.why)))
+    for name, text in rows:
+        _row(name, text)
+
+
+def _bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
+    """Draw the histogram of distances, with the distance under the pointer."""
+    em = imgui.get_font_size()
+    corner = imgui.get_cursor_screen_pos()
+    size = ImVec2(imgui.get_content_region_avail().x, _BAR_EM * em)
+    imgui.dummy(size)
+    probe.note("plate histogram")
+    draw, text_y = imgui.get_window_draw_list(), corner.y + size.y - em
+    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.colors.groove, 3.0)
+    draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
+    draw_scale(draw, histogram, corner, ImVec2(size.x, text_y - corner.y), facts.unit)
+    if facts.hovered_m is not None:
+        x = corner.x + (1.0 - histogram.part_at(facts.hovered_m)) * size.x
+        draw.add_line(ImVec2(x, corner.y - 2), ImVec2(x, text_y), theme.colors.handle, 2.0)
+
+
+def _file(facts: PlateFacts) -> None:
+    plate, unit = facts.plate, facts.unit
+    imgui.separator_text("File")
+    _row("name", plate.path.name)
+    _row("folder", str(plate.path.absolute().parent))
+    data, display = plate.data_window, plate.display_window
+    ratio = plate.pixel_aspect_ratio
+    pixels = "" if ratio == 1.0 else f", pixel aspect {ratio:g}"
+    _row("size", f"{display.width} x {display.height}{pixels}")
+    if data != display:
+        at = f"{data.x0 - display.x0}, {data.y0 - display.y0}"
+        _row("data window", f"{data.width} x {data.height} at {at}")
+    _row("alpha", "yes" if plate.has_alpha else "none")
+    _row("header", _camera(plate.camera, unit))
+    _row("channels", ", ".join(plate.aovs))
+    shown_above = {report.sentence for report in plate.behind}
+    for note in plate.notes:
+        if note not in shown_above:
+            _row("note", note)
+
+
+def _camera(camera: CameraHeader, unit: str) -> str:
+    """Return the lens data of the header, if there are any."""
+    height_mm = camera.sensor_height_mm
+    height = "" if height_mm is None else f" x {height_mm:g}"
+    numbers = (
+        ("focal length", camera.focal_length_mm, "{:g} mm"),
+        ("sensor", camera.sensor_width_mm, f"{{:g}}{height} mm"),
+        ("f-stop", camera.f_stop, "f/{:g}"),
+        ("T-stop", camera.t_stop, "T{:g}"),
+    )
+    values = [f"{name} {text.format(value)}" for name, value, text in numbers if value is not None]
+    if camera.focus_distance_m is not None:
+        values.append(f"focus {format_distance(camera.focus_distance_m, unit)}")
+    return ", ".join(values) or "tells no lens"
+
+
+def _row(name: str, text: str) -> None:
+    widgets.fact(name, text, f"plate {name}")
+
+
+def _distance(distance_m: float, unit: str) -> str:
+    return "no surface" if math.isinf(distance_m) else format_distance(distance_m, unit)
+
+
+def _pixels(count: int, plate: Plate) -> str:
+    part = count / (plate.data_window.width * plate.data_window.height)
+    return f"{count} pixels, {100 * part:.3g} %"
+
+
+# How to read it
+
+
+def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
+    plate = facts.plate
+    names = depth_channels_first(plate.aovs)
+    channel = _named("channel", options.depth_channel, names, "The channel that holds the depth.")
+    tip = f"What its values mean. Now: {options.depth_convention.facts.meaning}."
+    convention = widgets.pick("convention", options.depth_convention, _CONVENTIONS, tip)
+    if plate.depth.question:
+        widgets.colored_text(window_words(plate.depth.question), theme.colors.told)
+        probe.note("question about the convention")
+    options = replace(options, depth_channel=channel, depth_convention=convention)
+    options = _ends(options, facts.unit, say)
+    options = _kind(options, facts)
+    options = _unit(options, say)
+    for doubt in facts.doubts:
+        if doubt.about != "lens":
+            widgets.colored_text(window_words(doubt.sentence), theme.colors.bad)
+            probe.note("doubt about the unit")
+    layers = color_layers_among(plate.aovs)
+    options = replace(options, color_layer=_named("colour layer", options.color_layer, layers))
+    tip = "Removes single pixels far brighter than their neighbours, a fault of path tracers."
+    despike = widgets.check("take out bright grains", options.despike, tip=tip)
+    options = replace(options, despike=despike)
+    if plate.attributes.get(FOR_THE_EYE):
+        options = _highlights(options)
+    if not plate.views:
+        return options
+    return replace(
+        options, eye=_named("eye", options.eye, plate.views, "The view of a stereo file.")
+    )
+
+
+def _highlights(options: PlateOptions) -> PlateOptions:
+    """Draw by how many stops light that is clipped at white is lifted."""
+    more = {float(stops): f"{stops} stops brighter" for stops in range(2, 7)}
+    words = {0.0: "stay at white", 1.0: "1 stop brighter"} | more
+    stops = options.lift_highlights_stops
+    words.setdefault(stops, f"{stops:g} stops brighter")
+    tip = "Light that the picture clips at white; lifted, its lamps glow out of focus."
+    return replace(options, lift_highlights_stops=widgets.pick("highlights", stops, words, tip))
+
+
+def _ends(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
+    """Draw the distances that depth 0 and 1 stand for, if the convention needs them."""
+    with widgets.disabled(not options.depth_convention.facts.takes_ends):
+        near = _distance_field("near", options.near_m, unit, say)
+        far = _distance_field("far", options.far_m, unit, say)
+    return replace(options, near_m=near, far_m=far)
+
+
+def _distance_field(name: str, value: float | None, unit: str, say: Say) -> float | None:
+    tip = "The distance at this end of the range 0 to 1: 0.5, 30cm, 6'3\"; empty: unknown."
+    widgets.label(name, tip)
+    shown = "" if value is None else format_distance(value, unit)
+    return widgets.text_field(name, shown, value, widgets.optional(_parse_end_m), say)
+
+
+def _parse_end_m(text: str) -> float:
+    distance_m = parse_distance_m(text)
+    if distance_m == math.inf:
+        raise InputError("The ends of a depth must be finite distances.")
+    return distance_m
+
+
+def _kind(options: PlateOptions, facts: PlateFacts) -> PlateOptions:
+    tip = (
+        "Along the axis, a wall seen head-on has one depth; along the ray, its corners are farther."
+    )
+    kind = widgets.pick("kind", options.depth_kind, _KINDS, tip)
+    if kind == options.depth_kind:
+        return options
+    camera, lens = facts.plate.camera, facts.lens
+    if kind is DepthKind.RADIAL and (
+        camera.focal_length_mm is None or camera.sensor_width_mm is None
+    ):
+        return replace(
+            options,
+            depth_kind=kind,
+            focal_length_mm=camera.focal_length_mm or lens.focal_length_mm,
+            sensor_width_mm=camera.sensor_width_mm or lens.sensor_width_mm,
+        )
+    return replace(options, depth_kind=kind)
+
+
+def _unit(options: PlateOptions, say: Say) -> PlateOptions:
+    """Draw the choice of the scene unit, by name or in metres."""
+    with widgets.disabled(not options.depth_convention.facts.has_unit):
+        now_m = options.scene_unit_m
+        known_m = next((unit_m for unit_m in _UNITS if math.isclose(unit_m, now_m)), now_m)
+        picked_m = widgets.pick("scene unit", known_m, _UNITS)
+        unit_m = now_m if picked_m == known_m else picked_m
+        widgets.label("in metres", "Metres in one unit of the depth.")
+        parse = partial(widgets.parse_number, low=1e-6, high=1e6, what="scene unit")
+        unit_m = widgets.text_field("in metres", f"{unit_m:.6g}", unit_m, parse, say)
+    return replace(options, scene_unit_m=unit_m)
+
+
+def _named(name: str, value: str | None, names: Sequence[str], tip: str = "") -> str | None:
+    """Draw the choice of one of the file's names, or None to find it automatically."""
+    shown = {_BY_NAME: None} | {text or "(no name)": text for text in names}
+    now = next((text for text, key in shown.items() if key == value), value or _BY_NAME)
+    picked = widgets.choice(name, now, list(shown), tip)
+    return shown.get(picked, value)

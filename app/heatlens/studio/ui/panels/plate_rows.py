@@ -1,0 +1,87 @@
+"""Draw the rows of the Plate panel that name other pictures and things.
+
+There is the list of background pictures, which show what the foreground of a plate hides, and the
+rows that name a thing by its matte, which a click can tell.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from imgui_bundle import imgui
+
+from heatlens.core.base.outside_text import printable
+from heatlens.core.model.option import Values, options_of
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.plate.plate import BehindReport
+from heatlens.studio.ui import probe, theme, widgets
+
+_TIP = (
+    "Pictures with depth from the same camera. They show what the lens sees behind silhouettes, "
+    "which is guessed otherwise."
+)
+
+
+def behind_rows(
+    files: Sequence[str], reports: Mapping[str, BehindReport], problem: str, ask: Callable[[], None]
+) -> tuple[str, ...]:
+    """Draw the list; return the files and patterns as the user left them.
+
+    `reports` say by name what each picture adds, also for parts of the plate's own file.
+    `problem` says why `files` cannot be read, or is "". `ask` opens the dialog for another one.
+    """
+    imgui.separator_text("What lies behind")
+    widgets.tooltip(_TIP)
+    for name, report in reports.items():
+        if name not in files:
+            widgets.grey_text(report.sentence)
+            probe.note(f"behind {name}")
+    kept = tuple(text for text in files if not _row(text, reports.get(text)))
+    widgets.colored_text(problem, theme.colors.bad)
+    probe.note("behind problem")
+    if widgets.button("Add a picture behind...", "Add a picture behind", width=-1):
+        ask()
+    return kept
+
+
+def _row(text: str, report: BehindReport | None) -> bool:
+    """Draw one file with what it adds; return True if the user removes it."""
+    is_removed = widgets.small_button(f"x##{text}", f"remove {text}", f"Remove {text}")
+    imgui.same_line()
+    imgui.text_wrapped(printable(Path(text).name))
+    if report is not None:
+        widgets.grey_text(f"It {report.words}.")
+        probe.note(f"behind {text}")
+    return is_removed
+
+
+_PICK_TIP = "Ctrl+Shift+click then tells the thing, if the plate has Cryptomatte or ids."
+_TIPS = {
+    "flat_depth": "Mends a wrong depth inside a matte, such as cryptomatte:card or "
+    "plane:matte:mask.A.",
+    "never_blur": "Stays sharp at any focus: a title, the insert of a screen.",
+    "only_blur": "All but this stays sharp.",
+}
+
+
+def matte_rows(
+    options: PlateOptions, say: Callable[[str], None], pick: Callable[[str], None]
+) -> PlateOptions:
+    """Draw the rows; return the options as the user left them.
+
+    `pick` is called with the name of a field that the next click shall tell.
+    """
+    imgui.separator_text("Things, by their mattes")
+    style = imgui.get_style()
+    beside_px = imgui.calc_text_size("pick").x + 2 * style.frame_padding.x + style.item_spacing.x
+    for field, tip in _TIPS.items():
+        words, text = options_of(PlateOptions)[field].words, getattr(options, field)
+        widgets.label(words, tip)
+        imgui.set_next_item_width(-beside_px)
+        typed = widgets.text_field(words, text or "", text, widgets.optional(str.strip), say)
+        imgui.same_line()
+        if widgets.button(f"pick##{words}", f"pick {words}", _PICK_TIP):
+            pick(field)
+        changed: Values = {field: typed}
+        options = replace(options, **changed)
+    return options

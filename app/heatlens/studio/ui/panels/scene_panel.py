@@ -1,0 +1,130 @@
+"""Draw the Scene panel: cameras, clips, camera keys, picture size and objects."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.core.base.outside_text import printable
+from heatlens.media.scene.placing import lacks_placing
+from heatlens.media.scene.scene_bounds import object_names
+from heatlens.studio.session.messages import reported
+from heatlens.studio.session.scenes.scene_commands import SceneCommands
+from heatlens.studio.session.shot.editing import Editing
+from heatlens.studio.ui import probe, widgets
+
+_OWN = "moved by hand"
+_CAMERA_TIP = (
+    "The camera of the view, with its lens. In the picture, drag with the right button to orbit "
+    "what is in focus, with Ctrl to move sideways; Ctrl and the wheel move nearer."
+)
+_CLIP_TIP = (
+    "The animation to play. The shot's frames become those in which something moves. The file is "
+    "read again."
+)
+_LINES_LEAST = 3  # smallest height of the list of objects
+_UP_TIP = "The up axis, which the file does not define."
+_UNIT_TIP = "The length of one unit, which the file does not define. The focus scales with it."
+_UNITS = {1.0: "m", 0.01: "cm", 0.001: "mm", 0.3048: "ft", 0.0254: "in"}
+_SIZES = ((640, 360), (1280, 720), (1920, 1080))
+
+
+def scene_panel(scenes: SceneCommands, editing: Editing, say: Callable[[str], None]) -> None:
+    """Draw the panel in the current window; a scene must be open."""
+    scene = scenes.scene
+    assert scene is not None
+    _camera(scenes)
+    _clip(scenes)
+    _keys(scenes, editing)
+    _size(scenes, editing)
+    if lacks_placing(scene):
+        _placing(scenes)
+    imgui.separator_text("Objects")
+    names = object_names(scene)
+    if imgui.begin_list_box("##objects", ImVec2(-1, _list_height(len(names)))):
+        for index, name in enumerate(names):
+            clicked = _object(printable(name), index, name == scenes.selected)
+            probe.note(f"object {name}")
+            if clicked:
+                scenes.selected = name
+        imgui.end_list_box()
+    with widgets.disabled(scenes.selected is None):
+        if widgets.button("Frame it", "frame object"):
+            scenes.frame_selected()
+        imgui.same_line()
+        if widgets.button("Focus on it", "focus on object") and scenes.selected is not None:
+            with reported(say):
+                scenes.focus_on(scenes.selected)
+        imgui.same_line()
+        if widgets.button("Mark it", "mark object") and scenes.selected is not None:
+            with reported(say):
+                scenes.mark(scenes.selected)
+    imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
+
+
+def _list_height(count: int) -> float:
+    """Return the height of the list in screen units: all objects, or as many as fit."""
+    line, style = imgui.get_text_line_height_with_spacing(), imgui.get_style()
+    below = imgui.get_frame_height_with_spacing() + line + style.item_spacing.y
+    room = (imgui.get_content_region_avail().y - below) / line
+    lines = max(min(count, room), _LINES_LEAST)
+    return float(lines * line + style.frame_padding.y)
+
+
+def _object(name: str, index: int, is_selected: bool) -> bool:
+    """Draw the name of an object, cut to fit; return True if it was clicked."""
+    room = imgui.get_content_region_avail().x
+    shown = widgets.fitted(name, room)
+    clicked, _ = imgui.selectable(f"{shown}##{index}", is_selected)
+    if shown != name and imgui.is_item_hovered():
+        imgui.set_tooltip(name)
+    return bool(clicked)
+
+
+def _camera(scenes: SceneCommands) -> None:
+    scene, framing = scenes.scene, scenes.framing
+    assert scene is not None
+    names = [camera.name for camera in scene.cameras]
+    own = [_OWN] if framing.track is not None or not names else []
+    now = _OWN if own else framing.camera or names[0]
+    chosen = widgets.choice("camera", now, [*own, *names], _CAMERA_TIP)
+    if chosen not in (now, _OWN):
+        scenes.look_through(chosen)
+
+
+def _clip(scenes: SceneCommands) -> None:
+    clips = scenes.clips
+    if not clips.names:
+        return
+    chosen = widgets.choice("clip", clips.now, list(clips.names), _CLIP_TIP)
+    if chosen != clips.now:
+        clips.choose(chosen)
+
+
+def _keys(scenes: SceneCommands, editing: Editing) -> None:
+    keys = scenes.key_frames
+    if widgets.button("Set camera key", "set camera key"):
+        scenes.set_key()
+    imgui.same_line()
+    with widgets.disabled(editing.frame not in keys or len(keys) < 2):
+        if widgets.button("Delete key", "delete camera key"):
+            scenes.delete_key()
+    if len(keys) > 1:
+        widgets.grey_text("keys at " + ", ".join(f"{frame:g}" for frame in keys))
+
+
+def _size(scenes: SceneCommands, editing: Editing) -> None:
+    framing = scenes.framing
+    sizes = {size: f"{size[0]}x{size[1]}" for size in (*_SIZES, framing.size)}
+    width, height = widgets.pick("size", framing.size, sizes, "Pixels of the picture")
+    if (width, height) != framing.size:
+        changed = replace(framing, width_px=width, height_px=height)
+        editing.do(replace(editing.shot, framing=changed))
+
+
+def _placing(scenes: SceneCommands) -> None:
+    """Draw the choice of up axis and unit, for files that do not say them."""
+    framing = scenes.framing
+    up, now_m = widgets.pick_one("up axis", framing.up_axis, _UP_TIP), framing.meters_per_unit
+    words = _UNITS | {now_m: _UNITS.get(now_m, f"{now_m:g} m")}
+    scenes.place(up, widgets.pick("unit", now_m, words, _UNIT_TIP))

@@ -1,0 +1,221 @@
+"""Draw one frame of the interface: menus, panels, the picture and the status bar."""
+
+from collections.abc import Callable, Sequence
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.core.base.errors import HeatlensError
+from heatlens.core.base.faults import faults_reported
+from heatlens.render.display.screen_pictures import ScreenPictures
+from heatlens.studio.session.door.door import Door
+from heatlens.studio.session.live.pull_recording import RecordingState
+from heatlens.studio.session.marks.lessons import Lessons
+from heatlens.studio.session.playing.kept_screen import KeptScreen
+from heatlens.studio.session.session import Session
+from heatlens.studio.share.sharing import Sharing
+from heatlens.studio.ui import topmost
+from heatlens.studio.ui.action_list import actions
+from heatlens.studio.ui.actions import Action, in_order, opens, pressed
+from heatlens.studio.ui.docked_panels import DockedPanels
+from heatlens.studio.ui.files.questions import quit_question, shot_question
+from heatlens.studio.ui.keys_window import keys_window
+from heatlens.studio.ui.layout import dock_panels, grow_for_curve, leave_room_for_picture, menu_bar
+from heatlens.studio.ui.panels.marks_panel import pull_popup
+from heatlens.studio.ui.picture_window import PictureWindow
+from heatlens.studio.ui.seek import forget_after_click
+from heatlens.studio.ui.setting_places import setting_places, settings
+from heatlens.studio.ui.sharing import WindowSharing
+from heatlens.studio.ui.start.start_screen import hears_keys
+from heatlens.studio.ui.state import UiState
+from heatlens.studio.ui.status_bar import StatusBar
+from heatlens.studio.ui.timeline.rendered_panel import rendered_popup
+
+_Window = imgui.WindowFlags_
+# Menus whose shortcuts work on the start screen; those of the other menus need a picture.
+_START_SCREEN_MENUS = ("File", "Window", "Help")
+
+
+class Screen:
+    """Draws a Session with ImGui; all lasting state is in the session."""
+
+    def __init__(
+        self,
+        session: Session,
+        wake: Callable[[], None] = lambda: None,
+        sharing: Sharing | None = None,
+    ) -> None:
+        """Create the screen; threads call `wake` to have the window drawn again."""
+        self._session = session
+        self._door = door = Door(session)
+        files, time, pictures = session.files, session.time, session.pictures
+        say, facts = session.messages.say, session.facts
+        self.sharing = WindowSharing(session, sharing or Sharing(), wake)
+        self.ui = UiState(
+            session.editing, time, files, session.preferences, say, wake, self.sharing
+        )
+        self.actions = actions(door.commands, self.ui)
+        self.typed: Sequence[imgui.Key] = ()  # keys that went down in this frame, in their order
+        self._pictures = ScreenPictures(pictures.renderer.ctx)
+        kept = KeptScreen(time.pull, session.source, session.editing, pictures.view, self._pictures)
+        time.pull.screen = kept
+        lessons = Lessons(session.editing, time.marks)
+        self.picture = PictureWindow(
+            *(facts, door, pictures, lessons, self.ui, self._pictures, kept),
+            session.lens,
+        )
+        self.status = StatusBar(facts, pictures, session.messages, self.ui, kept)
+        self._panels = DockedPanels(session, self.ui, self._pictures)
+        pictures.looks.still_now = lambda: self._panels.stills.now(self.picture.pictures)
+
+    def opens(self, key: imgui.Key, mods: int) -> bool:
+        """Return True if keys typed after this one must wait for its effect."""
+        is_covered = topmost.is_any_open() or self._session.files.documents.offer is not None
+        is_elsewhere = is_covered or self.ui.is_bare or self._session.files.start_choices.is_wanted
+        return is_elsewhere or opens(self.actions, key, mods)
+
+    def draw(self, is_seen: bool = True) -> None:
+        """Draw between ImGui's new_frame and render; an error is shown and drawing goes on.
+
+        With `is_seen` False the frame stays invisible, since more input waits: it takes no results
+        of threads and makes no picture.
+        """
+        state = imgui.internal.ErrorRecoveryState()
+        imgui.internal.error_recovery_store_state(state)
+        try:
+            with faults_reported("The window could not be drawn"):
+                self._draw(is_seen)
+                topmost.note_frame()
+        except HeatlensError as error:
+            _close_what_is_open(state)
+            self._session.say_error(error)
+
+    def publish(self) -> None:
+        """Give the picture of this frame to the pages that share it."""
+        self.sharing.publish(self.picture.pictures, self._pictures.transform_version)
+
+    def _draw(self, is_seen: bool) -> None:
+        session = self._session
+        self.ui.theme.apply()
+        if is_seen:
+            session.poll()
+        hears = hears_keys()  # asked before a popup can handle Enter and close
+        topmost.close_escaped()
+        forget_after_click()
+        self._do_actions()
+        is_new_layout = self.ui.wants_layout
+        self._frame_window()
+        if not self.ui.is_bare:
+            self._panels.draw(self.picture.hovered, self.picture.pictures)
+            self._fit_panels()
+            shows_curve = session.time.keys.rows.shows_curve and self.ui.is_timeline_shown
+            grow_for_curve(self.ui.timeline, shows_curve, imgui.get_main_viewport().work_size.y)
+        if is_new_layout:
+            for name in ("Lens", "Display"):  # bring them in front of the other tabs
+                imgui.set_window_focus(name)
+        session.lens.ring.poll()  # again, for samples that arrived while the panels were drawn
+        if is_seen:
+            session.time.scheduler.update()
+        self.picture.draw(hears, is_seen)
+        session.editing.rest(is_held=imgui.is_any_item_active())
+        facts = session.facts
+        session.pictures.color.apply(facts.view, self._pictures, facts.shot.grade)
+
+    def _fit_panels(self) -> None:
+        """Leave room for the picture if the panels have just become larger."""
+        if self.ui.scale.is_new:
+            self.ui.scale.is_new = False
+            leave_room_for_picture(self.ui.panels)
+
+    def _do_actions(self) -> None:
+        session, ui = self._session, self.ui
+        if not topmost.is_any_open() and imgui.is_key_pressed(imgui.Key.escape, False):
+            self._escape()
+        keyed = self._keyed()
+        chosen = None if ui.is_bare else menu_bar(session.files, ui, self.actions)
+        for action in (*keyed, chosen, self._palette()):
+            if action is not None:
+                self._door.do(action)
+        self._draw_popups()
+
+    def _escape(self) -> None:
+        """Drop a recording, put the ruler away or leave a mode of the picture."""
+        session = self._session
+        if session.time.recording.state is not RecordingState.OFF:
+            if not imgui.get_io().want_text_input:
+                session.time.recording.drop()
+        elif not session.pictures.commands.leave():
+            self.ui.leave_bare()
+
+    def _keyed(self) -> list[Action]:
+        """Return the actions whose keys were pressed, in order; none under a popup."""
+        if topmost.is_any_open() or self._session.files.documents.offer is not None:
+            return []
+        keyed = in_order((a for a in pressed(self.actions) if not self._is_asleep(a)), self.typed)
+        view = self.ui.timeline
+        if view.pointed_at and any(action.name == "Fit" for action in keyed):
+            view.frame_all()
+            keyed = [action for action in keyed if action.name != "Fit"]
+        view.pointed_at = False  # the curve editor sets it again when drawn
+        return keyed
+
+    def _draw_popups(self) -> None:
+        session, ui = self._session, self.ui
+        if ui.shows_keys:
+            ui.shows_keys = keys_window(self.actions, session.facts.has_camera)
+        pull_popup(session.time, ui, session.facts.unit)
+        rendered_popup(session.time, ui.timeline)
+        shot_question(session.files.documents)
+        quit_question(ui, session.files.exports.run)
+        ui.dialogs.draw()
+        self.sharing.draw_popup()
+
+    def _palette(self) -> Action | None:
+        """Draw the palette, which also lists settings if a picture is open."""
+        palette = self.ui.palette
+        has_more = palette.is_open and self._session.source.plate is not None
+        return palette.draw((*self.actions, *(self.settings() if has_more else ())))
+
+    def settings(self) -> tuple[Action, ...]:
+        """Return an action for each setting of the panels, and for each value that it can have."""
+        session, facts = self._session, self._session.facts
+        views = session.pictures.color.views(facts.view.display)
+        places = setting_places(facts, session.time.timeline, self.ui)
+        return (*places, *settings(self._door, facts, views, self.ui))
+
+    def _is_asleep(self, action: Action) -> bool:
+        """Return True if the start screen is shown and may use the action's key itself."""
+        return (
+            self._session.files.start_choices.is_wanted and action.menu not in _START_SCREEN_MENUS
+        )
+
+    def _frame_window(self) -> None:
+        """Draw the window with the dock space, and the status bar under it."""
+        screen = imgui.get_main_viewport()
+        imgui.set_next_window_pos(screen.work_pos)
+        imgui.set_next_window_size(screen.work_size)
+        bare = (
+            _Window.no_decoration | _Window.no_move | _Window.no_docking | _Window.no_saved_settings
+        )
+        bare |= _Window.no_bring_to_front_on_focus | _Window.no_nav_focus | _Window.no_background
+        imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0, 0))
+        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
+        imgui.begin("heatlens", None, bare)
+        imgui.pop_style_var()
+        status_height = imgui.get_frame_height()
+        size = ImVec2(screen.work_size.x, max(screen.work_size.y - status_height, 50.0))
+        dock_panels(self.ui.wants_layout, size, self.ui.is_bare)
+        self.ui.wants_layout = False
+        if not self.ui.is_bare:
+            self.status.draw(self.picture.hovered)
+        imgui.end()
+        imgui.pop_style_var()
+
+
+def _close_what_is_open(state: imgui.internal.ErrorRecoveryState) -> None:
+    """Close windows, menus and styles that an error left open; ImGui asserts there are none."""
+    io = imgui.get_io()
+    before = io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log
+    io.config_error_recovery_enable_assert = io.config_error_recovery_enable_debug_log = False
+    io.config_error_recovery_enable_tooltip = False
+    imgui.internal.error_recovery_try_to_recover_state(state)
+    io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log = before

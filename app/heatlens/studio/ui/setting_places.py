@@ -1,0 +1,124 @@
+"""Offer the settings of the panels as actions, so that the palette finds them.
+
+The palette shows a setting in its panel by its label, or chooses one of its values. A test draws
+the panels and checks that the labels here are those that are drawn.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from heatlens.core.model.focus.live_focus import Follow
+from heatlens.core.model.lens.aperture import Aperture
+from heatlens.core.model.lens.filmback import FILMBACKS
+from heatlens.core.model.option import Values, options_of
+from heatlens.core.model.shot.settings import Bokeh, Method, Quality, barred_methods
+from heatlens.core.model.view.guides import PEAKING_COLORS, SQUEEZES, PeakingOn
+from heatlens.core.model.view.overlays import overlays_by_name
+from heatlens.deliver.export.options import ExportOptions
+from heatlens.studio.session.door.door import Changeable, Door
+from heatlens.studio.session.facts import Facts
+from heatlens.studio.session.settings.preferences import Theme
+from heatlens.studio.session.time.timeline import Timeline
+from heatlens.studio.ui.actions import Action
+from heatlens.studio.ui.seek import seek
+from heatlens.studio.ui.state import UiState
+
+_MENU = "Setting"
+SETTINGS: dict[str, tuple[str, ...]] = {
+    "Lens": (
+        *(told.label for told in options_of(Aperture).values()),
+        *("distance", "f-stop", "T-stop", "focal length", "framing", "film back", "sensor width"),
+        *("sharp up to", "lens model", "distances from", "pupil offset", "kit", "lens"),
+        *("the view breathes", "at f-stop", "method", "bokeh", "quality", "layers"),
+        *("parts", "picture size", "views", "rays a pixel", "source", "the lens follows it"),
+    ),
+    "Display": (
+        *("display", "view", "input", "exposure", "gamma"),
+        *("overlay", "compare", "gain", "compare with"),
+    ),
+    "Plate": (
+        *("channel", "convention", "near", "far", "kind", "scene unit", "in metres"),
+        *("colour layer", "take out bright grains", "highlights", "flat depth"),
+        *("never blur", "only blur", "neighbours"),
+    ),
+    "Scene": ("camera", "clip", "size", "up axis", "unit"),
+    "Export": (
+        *(told.label for told in options_of(ExportOptions).values() if told.label),
+        *("folder", "name", "where", "processes", "as", "at quality", "for"),
+        "guides and desqueeze of the window",
+    ),
+    "Marks": ("close focus", *(told.label for told in options_of(Follow).values())),
+    "Guides": (
+        *("matte", "own aspect", "opacity", "safe areas", "thirds", "centre cross", "desqueeze"),
+        *("own desqueeze", "colour what is in focus", "colours", "in", "contrast", "blur up to"),
+    ),
+    "Speed": ("time each pass",),
+    "Timeline": (
+        *("frame", "timecode", "frames per second", "ending", "pace", "missing frames"),
+        *("auto key", "curve", "interpolation"),
+    ),
+}
+
+
+def setting_places(facts: Facts, timeline: Timeline, ui: UiState) -> tuple[Action, ...]:
+    """Return an action for each setting, which shows the setting in its panel."""
+    return tuple(
+        Action(
+            words,
+            f"{panel} tab",
+            partial(_show, ui, panel, words),
+            barred=partial(_why_not, facts, timeline, panel),
+        )
+        for panel, settings in SETTINGS.items()
+        for words in settings
+    )
+
+
+def _why_not(facts: Facts, timeline: Timeline, panel: str) -> str:
+    if panel == "Scene" and not facts.has_camera:
+        return "Only a scene has these settings, and none is open."
+    if panel == "Timeline" and not timeline.has_time:
+        return "A timeline needs a source with several frames."
+    return ""
+
+
+def _show(ui: UiState, panel: str, words: str) -> None:
+    ui.panels[panel] = True
+    seek(panel, words)
+
+
+def settings(door: Door, facts: Facts, views: tuple[str, ...], ui: UiState) -> tuple[Action, ...]:
+    """Return an action for each value that a setting can have; `views` are those of the display."""
+
+    def barred(method: Method) -> str:
+        return barred_methods(facts.has_many_views).get(str(method), "")
+
+    def choice(
+        name: str, now: Callable[[], Changeable], part: str = "", **values: object
+    ) -> Action:
+        return Action(f"Set {name}", _MENU, lambda: door.choose(_changed(now(), part, values)))
+
+    lens, blur, view = (lambda: facts.lens), (lambda: facts.shot.defocus), (lambda: facts.view)
+    peaked = partial(choice, now=lambda: replace(facts.view, is_peaking=True), part="peaking")
+    methods = [(it, choice(f"method {it}", blur, method=it)) for it in Method]
+    squeezes = SQUEEZES.items()
+    return (
+        *(choice(f"quality {it}", blur, quality=it) for it in Quality),
+        *(choice(f"bokeh {it}", blur, bokeh=it) for it in Bokeh),
+        *(choice(f"film back {it.name}", lens, sensor_width_mm=it.width_mm) for it in FILMBACKS),
+        *(choice(f"view {it}", view, view=it) for it in views),
+        *(choice(f"overlay {it}", view, overlay=it) for it in overlays_by_name()),
+        *(peaked(f"focus peaking {it}", color=it) for it in PEAKING_COLORS),
+        *(peaked(f"focus peaking {it}", on=it) for it in PeakingOn),
+        *(choice(f"guides desqueeze {n}", view, "guides", desqueeze=it) for n, it in squeezes),
+        *(replace(action, barred=partial(barred, method)) for method, action in methods),
+        *(Action(f"Set theme {it}", _MENU, partial(ui.theme.choose, it)) for it in Theme),
+    )
+
+
+def _changed(now: Changeable, part: str, values: Values) -> Changeable:
+    """Return lens, blur or view with these values, or with them in a part of it."""
+    if part:
+        values = {part: replace(getattr(now, part), **values)}
+    return replace(now, **values)

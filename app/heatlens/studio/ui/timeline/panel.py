@@ -1,0 +1,232 @@
+"""Draw the timeline panel: transport, ruler with the state of the frames, and keys or curve.
+
+The row of key controls sets a key, auto key, curve, interpolation and easing.
+"""
+
+import math
+from collections.abc import Sequence
+from functools import partial
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.core.model.curves.curve import Key
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.shot.shot import LensParameter
+from heatlens.studio.session.desks import TimeDesk
+from heatlens.studio.session.keys.key_choice import key_of
+from heatlens.studio.session.keys.key_rows import CAMERA
+from heatlens.studio.session.live.pull_recording import RecordingState
+from heatlens.studio.session.time.timeline import Run
+from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui.timeline.curve_editor import curve_editor
+from heatlens.studio.ui.timeline.dope_sheet import dope_sheet
+from heatlens.studio.ui.timeline.recording_row import recording_row
+from heatlens.studio.ui.timeline.tool_row import Tool, push, tick, tool_row, word
+from heatlens.studio.ui.timeline.transport import combo, transport
+from heatlens.studio.ui.timeline.view import TimelineView, TimeScale
+
+NAMES_EM = 8.0  # width of the column of names
+_RULER_EM, _STRIP_EM = 1.9, 0.27
+_NUMBERS_EM = 4.4  # smallest distance between numbers on the ruler
+_ZOOM = 1.25  # zoom factor of one wheel notch
+_EDGE_EM = 0.6
+
+
+def timeline_panel(desk: TimeDesk, view: TimelineView, unit: str) -> None:
+    """Draw the panel in the current window and apply the mouse."""
+    transport(desk, view)
+    if desk.recording.state is RecordingState.OFF:
+        keys_row(desk, view)
+    else:
+        recording_row(desk.recording)
+    em = imgui.get_font_size()
+    corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
+    x = corner.x + NAMES_EM * em
+    width = max(room.x - (NAMES_EM + _EDGE_EM) * em, 4 * em)
+    scale = _scale(desk, view, x, width)
+    ruler_height = _RULER_EM * em
+    widgets.area("timeline ruler", ImVec2(x, corner.y), ImVec2(width, ruler_height))
+    if imgui.is_item_active():
+        desk.timeline.go(scale.frame_at(imgui.get_mouse_pos().x))
+    _draw_ruler(desk, view, scale, corner.y, ruler_height)
+    bottom = corner.y + max(room.y, ruler_height)
+    top = corner.y + ruler_height + 0.15 * em
+    place = scale, ImVec2(corner.x, top), max(bottom - top, 1.0)
+    if desk.keys.rows.shows_curve:
+        curve_editor(desk, view, unit, *place)
+    else:
+        dope_sheet(desk, view, *place)
+    _draw_playhead(desk, scale, corner.y, bottom)
+    _answer_wheel(desk, view, scale)
+
+
+def _scale(desk: TimeDesk, view: TimelineView, x: float, width: float) -> TimeScale:
+    """Return the scale of the visible frames over `width`."""
+    reach, kept = desk.timeline.reach, view.scale
+    if kept is None:
+        return TimeScale.over(reach.first, reach.last, x, width)
+    scale = TimeScale(kept.first, kept.last, x, max(width, 1.0))
+    return scale.panned(0.0, reach.first - 0.5, reach.last + 0.5)
+
+
+def _answer_wheel(desk: TimeDesk, view: TimelineView, scale: TimeScale) -> None:
+    io, reach = imgui.get_io(), desk.timeline.reach
+    least, most = reach.first - 0.5, reach.last + 0.5
+    if not imgui.is_window_hovered():
+        return
+    if io.mouse_wheel and not io.key_alt:
+        scale = scale.zoomed(_ZOOM**io.mouse_wheel, io.mouse_pos.x, least, most)
+    elif imgui.is_mouse_dragging(imgui.MouseButton_.middle, 0.0) and io.mouse_delta.x:
+        scale = scale.panned(io.mouse_delta.x, least, most)
+    else:
+        return
+    is_all = scale.last - scale.first >= most - least
+    view.scale = None if is_all else scale
+
+
+def _draw_ruler(
+    desk: TimeDesk, view: TimelineView, scale: TimeScale, y: float, height: float
+) -> None:
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    strip = _STRIP_EM * em
+    end_x, strip_y = scale.x + scale.width, y + height - strip
+    draw.push_clip_rect(ImVec2(scale.x, y), ImVec2(end_x, y + height), True)
+    draw.add_rect_filled(ImVec2(scale.x, y), ImVec2(end_x, y + height), theme.colors.groove)
+    _draw_cells(draw, scale, desk.timeline.played, y, strip_y, theme.colors.played)
+    for frame in scale.ticks(_NUMBERS_EM * em):
+        at = scale.x_at(frame)
+        draw.add_line(ImVec2(at, strip_y - 0.3 * em), ImVec2(at, strip_y), theme.colors.text_dim)
+        text = str(frame)
+        text_x = scale.words_x(frame, imgui.calc_text_size(text).x)
+        draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.colors.text_dim, text)
+    for run in desk.pull.runs:
+        _draw_cells(draw, scale, run, strip_y - strip, strip_y - 1.0, theme.colors.rendered)
+    _draw_states(desk, scale, strip_y)
+    _draw_warnings(desk, view, scale, y)
+    draw.pop_clip_rect()
+
+
+def _draw_states(desk: TimeDesk, scale: TimeScale, y: float) -> None:
+    """Draw a line along the frames that have a file; it is brighter for frames in memory."""
+    draw, timeline = imgui.get_window_draw_list(), desk.timeline
+    end_y = y + _STRIP_EM * imgui.get_font_size()
+    if timeline.is_sequence and timeline.frames is not None:
+        _draw_cells(draw, scale, timeline.frames, y, end_y, theme.colors.on_disk)
+    for run in timeline.runs():
+        _draw_cells(draw, scale, run, y, end_y, _color_of(run.state))
+
+
+def _color_of(state: str) -> int:
+    colors = theme.colors
+    known = {
+        "ready": colors.ready,
+        "reading": colors.text_dim,
+        "queued": colors.queued,
+        "damaged": colors.damaged,
+    }
+    return known.get(state, colors.groove)
+
+
+def _draw_warnings(desk: TimeDesk, view: TimelineView, scale: TimeScale, y: float) -> None:
+    """Mark frames in red whose focus is nearer than the close focus of the lens."""
+    reach = desk.timeline.reach
+    first = max(reach.first, math.floor(scale.first))
+    seen = FrameRange(first, max(first, min(reach.last, math.ceil(scale.last))))
+    draw, end_y = imgui.get_window_draw_list(), y + _STRIP_EM * imgui.get_font_size()
+    for frame in view.track.too_close(desk.editing.shot, seen):
+        _draw_cells(draw, scale, FrameRange(frame, frame), y, end_y, theme.colors.damaged)
+
+
+def _draw_cells(
+    draw: imgui.ImDrawList,
+    scale: TimeScale,
+    frames: FrameRange | Run,
+    y0: float,
+    y1: float,
+    color: int,
+) -> None:
+    if frames.last + 0.5 > scale.first and frames.first - 0.5 < scale.last:
+        x0, x1 = scale.x_at(frames.first - 0.5), scale.x_at(frames.last + 0.5)
+        draw.add_rect_filled(ImVec2(x0, y0), ImVec2(max(x1, x0 + 1.0), y1), color)
+
+
+def _draw_playhead(desk: TimeDesk, scale: TimeScale, y0: float, y1: float) -> None:
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    text = str(desk.editing.frame)
+    half = imgui.calc_text_size(text).x / 2 + 0.3 * em
+    x = scale.x_at(desk.editing.frame)
+    if not scale.x - 1 <= x <= scale.x + scale.width + 1:
+        return
+    draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.colors.handle, 0.1 * em)
+    draw.add_rect_filled(
+        ImVec2(x - half, y0), ImVec2(x + half, y0 + 1.15 * em), theme.colors.handle, 3.0
+    )
+    draw.add_text(ImVec2(x - half + 0.3 * em, y0 + 0.06 * em), theme.colors.on_accent, text)
+
+
+_MIXED = "mixed"
+_SET_TIPS = {
+    False: "Set a key for the focus and every parameter that has keys (K)",
+    True: "Set a key for the camera at this frame (K)",
+}
+_AUTO_KEY_TIP = "Set a key whenever a parameter with keys is changed (A)"
+_CURVE_TIP = "Show the selected row as a curve, or all keys in rows (Shift+C)"
+_EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 8.4
+
+
+def keys_row(desk: TimeDesk, view: TimelineView) -> None:
+    """Draw the row; controls of chosen keys are disabled while there are none."""
+    em, rows = imgui.get_font_size(), desk.keys.rows
+    found = [k for one in desk.keys.meant if (k := key_of(desk.editing.shot, one)) is not None]
+    tools = [
+        push("Set key", "set key", 0, desk.keys.set_here, _SET_TIPS[rows.chosen is CAMERA]),
+        tick("auto key", desk.editing, "auto_key", 1, _AUTO_KEY_TIP),
+        tick("curve", rows, "shows_curve", 1, _CURVE_TIP),
+        Tool(partial(_interpolation, desk, found), _INTERPOLATION_EM * em, 3),
+        Tool(partial(_ease, desk, found, "ease out", True), _EASE_EM * em, 4),
+        Tool(partial(_ease, desk, found, "ease in", False), _EASE_EM * em, 4),
+        word(_selection_note(desk), 5),
+    ]
+    if rows.shows_curve:
+        tools.insert(3, Tool(partial(_curve_of, desk, view), _CURVE_OF_EM * em, 2))
+    tool_row("keys", tools)
+
+
+def _curve_of(desk: TimeDesk, view: TimelineView) -> None:
+    rows = desk.keys.rows
+    chosen = combo("curve of", rows.curve_of, {it: it.words for it in LensParameter})
+    if chosen is not rows.curve_of:
+        rows.choose(chosen)
+        view.heights = None
+
+
+def _interpolation(desk: TimeDesk, found: Sequence[Key]) -> None:
+    """Draw the interpolation after the chosen keys; the camera has only one."""
+    kinds = {key.interpolation for key in found}
+    now = kinds.pop() if len(kinds) == 1 else None
+    words: dict[Interpolation | None, str] = {it: str(it) for it in Interpolation}
+    with widgets.disabled(not found):
+        picked = combo("interpolation", now, words, _MIXED if found else "")
+    if picked is not None and picked is not now:
+        desk.keys.interpolate(picked)
+
+
+def _ease(desk: TimeDesk, found: Sequence[Key], name: str, is_out: bool) -> None:
+    """Draw the length of the handles of the chosen keys on one side."""
+    eases = [key.ease_out if is_out else key.ease_in for key in found]
+    percent = eases[0].influence_percent if eases else 0.0
+    with widgets.disabled(not found):
+        changed, new = imgui.drag_float(
+            f"##{name}", percent, 0.5, 0.0, 100.0, f"{name} %.0f %%",
+            imgui.SliderFlags_.always_clamp,
+        )  # fmt: skip
+        probe.note(name)
+        widgets.tooltip("How far the handle reaches; the segment becomes a Bezier")
+    if changed:
+        desk.keys.ease(new, is_out)
+
+
+def _selection_note(desk: TimeDesk) -> str:
+    count = len(desk.keys.chosen)
+    return f"{count} chosen" if count else "key here" if desk.keys.meant else "no key here"

@@ -1,0 +1,357 @@
+"""Draw small controls that ImGui lacks; each takes a value and returns the user's new value."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from enum import Enum
+from typing import TypeVar
+
+from imgui_bundle import ImVec2, ImVec4, imgui
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.outside_text import printable
+from heatlens.studio.session.messages import Problem
+from heatlens.studio.ui import probe, theme
+from heatlens.studio.ui.seek import is_sought
+
+Value = TypeVar("Value")
+Key = TypeVar("Key")
+Member = TypeVar("Member", bound=Enum)
+
+LABEL_EM = 6.6  # width of the column of labels
+_DRAG, _TYPING_BEGINS, _TYPING = 0, 1, 2  # how a number is edited at the moment
+VALUE_EM = 5.2  # width of the column of values beside sliders
+
+
+def label(text: str, tip: str = "", is_above: bool = False) -> None:
+    """Draw the label before a control; the next control then fills the rest of the line.
+
+    With `is_above` the control has a line of its own under the label.
+    """
+    imgui.align_text_to_frame_padding()
+    if is_sought(text):
+        imgui.text_colored(theme.colors.tried, text)
+    else:
+        imgui.text_disabled(text)
+    tooltip(tip)
+    if not is_above:
+        imgui.same_line(LABEL_EM * imgui.get_font_size())
+    imgui.set_next_item_width(-1)
+
+
+def drag(
+    name: str,
+    value: float,
+    speed: float,
+    low: float,
+    high: float,
+    format_: str,
+    say: Callable[[str], None],
+    tip: str = "",
+) -> float:
+    """Draw a number field: drag to change it; Ctrl+click or double click to type.
+
+    The value is rounded only when it changes. If the typed text is invalid, the error is passed to
+    `say` and the value stays.
+    """
+    label(name, tip)
+    storage, typed = imgui.get_state_storage(), imgui.get_id(f"{name} is typed")
+    stage = storage.get_int(typed, _DRAG)
+    if stage != _DRAG:
+        return _typed_number(name, value, low, high, format_, say, typed)
+    flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.no_input
+    changed, new = imgui.drag_float(f"##{name}", value, speed, low, high, format_, flags)
+    probe.note(name)
+    is_clicked = imgui.is_mouse_clicked(imgui.MouseButton_.left) and imgui.get_io().key_ctrl
+    is_double = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+    if imgui.is_item_hovered() and (is_clicked or is_double):
+        imgui.internal.clear_active_id()
+        storage.set_int(typed, _TYPING_BEGINS)
+    return float(f"{new:.7g}") if changed else value
+
+
+def _typed_number(
+    name: str,
+    value: float,
+    low: float,
+    high: float,
+    format_: str,
+    say: Callable[[str], None],
+    typed: int,
+) -> float:
+    """Draw the number as a text field until it is left; `typed` is the id of the stored stage."""
+    storage, shown = imgui.get_state_storage(), (format_ % value).split()[0]
+    is_new = storage.get_int(typed, _DRAG) == _TYPING_BEGINS
+    if is_new:
+        imgui.set_keyboard_focus_here()
+        storage.set_int(typed, _TYPING)
+    new = text_field(name, shown, value, lambda text: parse_number(text, low, high, name), say)
+    if not is_new and not imgui.is_item_active():
+        storage.set_int(typed, _DRAG)
+    return new
+
+
+def slider(name: str, value: float, low: float, high: float, format_: str, tip: str = "") -> float:
+    """Draw a slider with its number beside it, where the grab does not hide the number."""
+    label(name, tip)
+    imgui.set_next_item_width(imgui.get_content_region_avail().x - VALUE_EM * imgui.get_font_size())
+    flags = imgui.SliderFlags_.always_clamp  # also clamps a number typed after Ctrl+click
+    changed, new = imgui.slider_float(f"##{name}", value, low, high, "", flags)
+    probe.note(name)
+    imgui.same_line()
+    imgui.text(format_ % value)
+    return float(f"{new:.7g}") if changed else value
+
+
+def choice(
+    name: str,
+    value: str,
+    choices: Sequence[str],
+    tip: str = "",
+    barred: Mapping[str, str] | None = None,
+) -> str:
+    """Draw a drop-down of `choices`; `barred` gives the reason for those that are unavailable."""
+    label(name, tip)
+    room = imgui.get_content_region_avail().x - imgui.get_frame_height()
+    is_cut = imgui.calc_text_size(printable(value)).x > room - imgui.get_style().frame_padding.x
+    if imgui.begin_combo(f"##{name}", printable(value), imgui.ComboFlags_.height_large):
+        for index, item in enumerate(choices):
+            why = (barred or {}).get(item, "")
+            with disabled(bool(why)):
+                picked, _ = imgui.selectable(f"{printable(item)}##{index}", item == value)
+            probe.note(f"{name}: {item}")
+            tip_of_barred(why)
+            if picked:
+                value = item
+        imgui.end_combo()
+    elif is_cut:
+        tooltip(value)
+    probe.note(name)
+    return value
+
+
+def pick(
+    name: str,
+    value: Key,
+    words: Mapping[Key, str],
+    tip: str = "",
+    barred: Mapping[str, str] | None = None,
+) -> Key:
+    """Draw a drop-down of the `words`; return the key of those that are chosen.
+
+    A value that has no words is shown as "custom", and stays until others are chosen.
+    """
+    picked = choice(name, words.get(value, "custom"), list(words.values()), tip, barred)
+    return next((key for key, text in words.items() if text == picked), value)
+
+
+def pick_one(
+    name: str, value: Member, tip: str = "", barred: Mapping[str, str] | None = None
+) -> Member:
+    """Draw a drop-down of the members of the enum that `value` is of."""
+    return pick(name, value, {member: str(member) for member in type(value)}, tip, barred)
+
+
+def button(words: str, name: str, tip: str = "", width: float = 0.0) -> bool:
+    """Draw a button, known to `probe` by `name`; return True if it was pressed.
+
+    `width` is in screen units: 0 for that of the words, negative to fill the line.
+    """
+    pressed = imgui.button(words, ImVec2(width, 0))
+    probe.note(name)
+    tooltip(tip)
+    return bool(pressed)
+
+
+def small_button(words: str, name: str, tip: str = "") -> bool:
+    """Draw a button as high as a line of text, see `button`."""
+    pressed = imgui.small_button(words)
+    probe.note(name)
+    tooltip(tip)
+    return bool(pressed)
+
+
+def area(name: str, corner: ImVec2, size: ImVec2, tip: str = "") -> bool:
+    """Make a part of the screen answer the mouse as a button; return True if it was clicked."""
+    imgui.set_cursor_screen_pos(corner)
+    pressed = imgui.invisible_button(name, size)
+    probe.note(name)
+    tooltip(tip)
+    return bool(pressed)
+
+
+def check(words: str, value: bool, name: str = "", tip: str = "") -> bool:
+    """Draw a box to tick, known to `probe` by `name` or by its words."""
+    _, value = imgui.checkbox(words, value)
+    probe.note(name or words)
+    tooltip(tip)
+    return bool(value)
+
+
+def typed(name: str, value: str) -> str:
+    """Draw a text field without a label; return its text while it is being typed."""
+    _, text = imgui.input_text(f"##{name}", value)
+    probe.note(name)
+    return str(text)
+
+
+def tooltip(text: str) -> None:
+    """Show a tooltip while the pointer rests on the last item; none if `text` is empty."""
+    if text and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(printable(text, keep="\n"))
+
+
+def tip_above(text: str) -> None:
+    """Show a tooltip above the last item, where it covers nothing that comes after it."""
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_next_window_pos(imgui.get_item_rect_min(), 0, ImVec2(0.0, 1.0))
+        imgui.set_tooltip(text)
+
+
+def tip_of_barred(why: str) -> None:
+    """Show the reason `why` as a tooltip of the last item, which is disabled."""
+    if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
+        imgui.set_tooltip(printable(why))
+
+
+def text_field(
+    name: str,
+    shown: str,
+    value: Value,
+    parse: Callable[[str], Value],
+    say: Callable[[str], None],
+    hint: str = "",
+) -> Value:
+    """Draw a text field; return the parsed value once the user has finished typing.
+
+    If `parse` raises InputError, the error is passed to `say` and the value stays. `hint` is
+    shown while the field is empty.
+    """
+    flags = imgui.InputTextFlags_.auto_select_all
+    _, text = imgui.input_text_with_hint(f"##{name}", hint, shown, flags)
+    probe.note(name)
+    if imgui.is_item_deactivated_after_edit() and text != shown:
+        try:
+            return parse(text)
+        except InputError as error:
+            say(Problem(error))
+    return value
+
+
+def optional(parse: Callable[[str], Value]) -> Callable[[str], Value | None]:
+    """Return `parse`, but with None for an empty text."""
+    return lambda text: parse(text) if text.strip() else None
+
+
+def colored_text(text: str, color: ImVec4) -> None:
+    """Draw a text in colour, wrapped over several lines; draw nothing if it is empty."""
+    if not text:
+        return
+    with colored(color):
+        imgui.text_wrapped(printable(text, keep="\n"))
+
+
+def grey_text(text: str) -> None:
+    """Draw a text that is of less importance, wrapped over several lines."""
+    colored_text(text, imgui.get_style_color_vec4(imgui.Col_.text_disabled))
+
+
+def text_width(text: str) -> float:
+    """Return the width of a text in screen units."""
+    return float(imgui.calc_text_size(text).x)
+
+
+def fact(words: str, text: str, name: str) -> None:
+    """Draw a label and a text, wrapped over several lines; `probe` knows it by `name`."""
+    imgui.text_disabled(words)
+    imgui.same_line(LABEL_EM * imgui.get_font_size())
+    imgui.text_wrapped(printable(text))
+    probe.note(name)
+
+
+def fitted(
+    text: str,
+    width: float,
+    keeps_end: bool = False,
+    width_of: Callable[[str], float] = text_width,
+) -> str:
+    """Return the text, shortened with three dots to fit into `width` screen units.
+
+    `keeps_end` cuts off the beginning instead of the end, for folders.
+    """
+
+    def cut(kept: int) -> str:
+        return f"...{text[len(text) - kept :]}" if keeps_end else f"{text[:kept].rstrip()} ..."
+
+    if width_of(text) <= width:
+        return text
+    low, high = 0, len(text)
+    while low < high:  # binary search for the longest part that fits
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if width_of(cut(middle)) <= width else (low, middle - 1)
+    return cut(low) if low else ""
+
+
+def folded(name: str, labels: Sequence[str]) -> bool:
+    """Draw a header that is closed at first; return True if its controls are to be drawn.
+
+    It opens when the palette seeks one of the `labels` in it.
+    """
+    if any(is_sought(label, scrolls=False) for label in labels):
+        imgui.set_next_item_open(True)
+    is_open = imgui.collapsing_header(name)
+    probe.note(name)
+    return bool(is_open)
+
+
+@contextmanager
+def disabled(when: bool) -> Iterator[None]:
+    """Disable the controls of the block if `when` is True."""
+    imgui.begin_disabled(when)
+    try:
+        yield
+    finally:
+        imgui.end_disabled()
+
+
+def wheel_over_last() -> float:
+    """Return the wheel notches over the last item and keep them from scrolling its panel."""
+    if not imgui.is_item_hovered():
+        return 0.0
+    imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
+    return float(imgui.get_io().mouse_wheel)
+
+
+@contextmanager
+def colored(color: ImVec4 | None, slot: int = imgui.Col_.text) -> Iterator[None]:
+    """Draw the text of the block, or the style slot `slot`, in a colour; None changes nothing."""
+    if color is None:
+        yield
+        return
+    imgui.push_style_color(slot, color)
+    try:
+        yield
+    finally:
+        imgui.pop_style_color()
+
+
+def parse_number(text: str, low: float, high: float, what: str) -> float:
+    """Parse a number, with or without a leading f/ or T. Raise InputError outside the limits."""
+    cleaned = text.strip().lower().removeprefix("f/").removeprefix("f").removeprefix("t")
+    try:
+        value = float(_without_unit(cleaned).replace(",", "."))
+    except ValueError:
+        raise InputError(f"{text!r} is not a number for the {what}. Example: {low:g}.") from None
+    if not low <= value <= high:
+        raise InputError(f"The {what} must be {low:g} to {high:g}, got {value:g}.")
+    return value
+
+
+def _without_unit(text: str) -> str:
+    for unit in ("mm", "µm", "um", "x", "%"):
+        text = text.removesuffix(unit)
+    return text.strip()
+
+
+def spacer() -> None:
+    """Leave a small vertical gap."""
+    imgui.dummy(ImVec2(0, 0.3 * imgui.get_font_size()))

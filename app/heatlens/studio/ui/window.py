@@ -1,0 +1,366 @@
+"""Open the GLFW window and run its loop, which draws only when something has changed."""
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from functools import partial
+
+from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
+
+from heatlens.studio.ui.devices import GlfwHandle, is_keyboard_taken, pad_axes, room_of, screen_name
+
+import glfw  # isort: skip
+
+from heatlens.core.base.errors import NoWindowError
+from heatlens.core.base.outside_text import printable
+from heatlens.core.base.paths import preferences_dir, rendered_frames_dir
+from heatlens.core.base.stopping import StopSignals
+from heatlens.media.live.ring.sources import PadInput
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.context import is_software, window_device
+from heatlens.studio.session.files.window_door import WindowDoor
+from heatlens.studio.session.session import Session
+from heatlens.studio.session.settings.preferences import WINDOW_LEAST, Preferences, Remembered
+from heatlens.studio.session.settings.ui_sizes import fitted_size
+from heatlens.studio.session.shot.start import Start
+from heatlens.studio.share.sharing import Sharing
+from heatlens.studio.ui import theme
+from heatlens.studio.ui.clean_feed import CleanFeed, fill_screen
+from heatlens.studio.ui.devices import GlfwInput
+from heatlens.studio.ui.input_queue import InputQueue
+from heatlens.studio.ui.layout import restore_layout
+from heatlens.studio.ui.screen import Screen
+from heatlens.studio.ui.status_bar import export_title
+
+_SIZE = 1600, 900
+_FRAMES_AFTER_EVENT = 3  # ImGui needs up to this many frames to settle hover, layout and focus
+_TOOLTIP_S = 0.6  # draw one more frame this long after the last event, for tooltips
+_PULSE_S = 0.25  # longest time between frames while the picture is being rendered ...
+_AFTER_EVENT_S = 1.5  # ... within this time after an event
+_CURSOR_S = 0.4  # blinking of the cursor in a text field
+_HELP = (
+    "`heatlens render` works without a display; on Debian or Ubuntu a window needs an X server or "
+    "Wayland and: apt-get install libgl1 libegl1"
+)
+
+
+def run_window(start: Start, sharing: Sharing | None = None) -> None:
+    """Open the window and return when it is closed; `sharing` shares its session.
+
+    Raise NoWindowError if none can be opened, and Stopped if Ctrl-C in the terminal closed it.
+    """
+    preferences = Preferences.load(preferences_dir())
+    window = _open_window(preferences.now)
+    try:
+        loop = Loop(window, start, preferences, sharing or Sharing())
+        with (
+            closing(WindowDoor(glfw.post_empty_event)) as door,
+            StopSignals(glfw.post_empty_event) as stops,
+        ):
+            loop.run(stops, door)
+        stops.raise_if_stopped()
+    finally:
+        glfw.terminate()
+
+
+def _open_window(remembered: Remembered) -> object:
+    glfw.ERROR_REPORTING = "ignore"  # the NoWindowError below reports it instead
+    if not glfw.init():
+        raise NoWindowError(f"No window can be opened: {_glfw_error()}. {_HELP}")
+    for hint, value in (
+        (glfw.CONTEXT_VERSION_MAJOR, 4),
+        (glfw.CONTEXT_VERSION_MINOR, 3),
+        (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
+        (glfw.OPENGL_FORWARD_COMPAT, 1),
+        (glfw.SCALE_TO_MONITOR, 1),
+        (glfw.VISIBLE, 0),  # hidden until it has its size
+    ):
+        glfw.window_hint(hint, value)
+    window = glfw.create_window(*_SIZE, "heatlens", None, None)
+    glfw.window_hint(glfw.VISIBLE, 1)  # the default, for other windows
+    if not window:
+        reason = _glfw_error()
+        glfw.terminate()
+        raise NoWindowError(
+            f"No window with OpenGL 4.3 can be opened: {reason}. A newer driver may have it; "
+            "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
+        )
+    # Set the size once the window exists: the remembered size already includes the monitor's scale.
+    size = remembered.window_size or glfw.get_window_size(window)
+    glfw.set_window_size(window, *fitted_size(size, room_of(glfw.get_primary_monitor())))
+    if remembered.is_maximized:
+        glfw.maximize_window(window)
+    glfw.make_context_current(window)
+    glfw.swap_interval(1)
+    glfw.show_window(window)
+    return window
+
+
+def _glfw_error() -> str:
+    code, description = glfw.get_error()
+    if not description:
+        return f"error {code:#x}" if code else "no reason was given"
+    return str(description.decode() if isinstance(description, bytes) else description).rstrip(".")
+
+
+class Loop:
+    """The main loop: draws the screen after events, and renders the picture in between."""
+
+    def __init__(
+        self,
+        window: GlfwHandle,
+        start: Start,
+        preferences: Preferences,
+        sharing: Sharing | None = None,
+    ) -> None:
+        self._window = window
+        self._frames_due = _FRAMES_AFTER_EVENT
+        self._event_at = self._drawn_at = 0.0
+        self._ctx = window_device()
+        self._show_background()
+        imgui.create_context()
+        self._session = session = Session(
+            *(FrameRenderer(self._ctx), start, glfw.post_empty_event, preferences),
+            *(rendered_frames_dir(), is_software(self._ctx)),
+        )
+        self._live, self._scheduler = session.pictures.live, session.time.scheduler
+        self._show_background()  # a window manager may have changed its size
+        if isinstance(start.lens_in, PadInput):
+            start.lens_in.read = pad_axes
+        self._screen = Screen(session, glfw.post_empty_event, sharing)
+        session.time.speed.has_window = True
+        self._input = InputQueue(self._screen.opens)
+        self._start_imgui()
+        self._screen.picture.alt.is_keyboard_taken = partial(is_keyboard_taken, window)
+        self._ui = self._screen.ui
+        self._ui.scale.of_screen = glfw.get_window_content_scale(window)[0]
+        self._ui.scale.screen = screen_name(window)
+        self._ui.scale.apply()
+        restore_layout(self._ui, preferences.now.layout, preferences.now.layout_em)
+        self._feed = CleanFeed(self._ctx, window)
+        # Size and position before full screen.
+        self._before = glfw.get_window_size(window), glfw.get_window_pos(window)
+        self._seen_key: object = None
+        self._title = ""
+        self._session.begin()
+
+    def _show_background(self) -> None:
+        """Show an empty window at once, because compiling the shaders takes some time."""
+        glfw.poll_events()
+        self._clear()
+        glfw.swap_buffers(self._window)
+
+    def _clear(self) -> None:
+        self._ctx.screen.use()
+        self._ctx.screen.viewport = (0, 0, *glfw.get_framebuffer_size(self._window))
+        self._ctx.screen.clear(*theme.SURROUND)
+
+    def run(self, stops: StopSignals, door: WindowDoor) -> None:
+        """Run until the window is closed or a stop signal comes."""
+        session = self._session
+        while not (self._ui.is_over or stops.number):
+            self._wait()
+            self._open_named(door.take())
+            if self._screen.sharing.follow():
+                self._draw_soon()
+                session.time.pull.touched()
+            if glfw.window_should_close(self._window):
+                self._close()
+            if session.time.player.is_due or session.lens.ring.news.is_due or self._is_pulse_due():
+                self._draw_soon()
+            if self._frames_due > 0:
+                self._frames_due -= 1
+                self._draw()
+            # Also between frames, so that a moving pointer cannot prevent rendering.
+            if self._scheduler.is_working and not self._input.waits:
+                session.work()
+                self._frames_due += self._scheduler.seen_key != self._seen_key
+        self._remember()
+        self._feed.close()
+        self._screen.sharing.sharing.end()
+        session.close()
+        imgui.backends.opengl3_shutdown()
+        imgui.backends.glfw_shutdown()
+        imgui.destroy_context()
+
+    def _close(self) -> None:
+        """End the program, after input that saves; an export that is running asks first."""
+        self._input.hurry()
+        if not self._input.saves:
+            glfw.set_window_should_close(self._window, False)
+            self._ui.quit()
+            self._woken()
+
+    def _draw_soon(self) -> None:
+        self._frames_due = max(self._frames_due, 1)
+
+    def _is_pulse_due(self) -> bool:
+        """Return True if the window should be drawn although rendering still goes on.
+
+        Tooltips and the end of a gesture come some time after an event, and need a frame to show,
+        and the line under the picture fills.
+        """
+        now, session = time.perf_counter(), self._session
+        if not self._scheduler.is_working or now - self._drawn_at < _PULSE_S:
+            return False
+        is_typing = imgui.get_io().want_text_input
+        is_filling = bool(session.facts.part_done)
+        return (
+            is_typing or is_filling or session.wants_frames or now - self._event_at < _AFTER_EVENT_S
+        )
+
+    def _wait(self) -> None:
+        """Handle events; sleep until the next one if there is nothing to do."""
+        wait_s = self._seconds_to_sleep()
+        if wait_s == 0.0:
+            glfw.poll_events()
+            return
+        if not self._session.lens.ring.is_turning:  # the next turn of the loop handles it
+            self._remember()
+        if wait_s is None:
+            glfw.wait_events()
+        else:
+            glfw.wait_events_timeout(wait_s)
+        self._draw_soon()  # a thread with results also wakes the loop
+
+    def _remember(self) -> None:
+        """Store window size and panels in the preferences, which are written if they changed."""
+        is_maximized = bool(glfw.get_window_attrib(self._window, glfw.MAXIMIZED))
+        is_full = bool(glfw.get_window_monitor(self._window))
+        is_seen = not is_full and not glfw.get_window_attrib(self._window, glfw.ICONIFIED)
+        window: dict[str, object] = {"is_maximized": is_maximized} if is_seen else {}
+        size = glfw.get_window_size(self._window)
+        if is_seen and not is_maximized and min(size) >= WINDOW_LEAST:
+            window["window_size"] = size
+        hidden = self._ui.hidden_panels
+        if self._ui.timeline.height_before is None:  # it has grown only for the curve
+            layout = imgui.save_ini_settings_to_memory()
+            window |= {"layout": layout, "layout_em": self._ui.scale.em}
+        self._session.remember(hidden_panels=hidden, **window)
+
+    def _seconds_to_sleep(self) -> float | None:
+        if self._frames_due > 0:
+            return 0.0
+        waits = [
+            self._session.seconds_until_needed(),
+            self._ui.seconds_until_needed(),
+            self._screen.picture.alt.seconds_until_needed(),
+            self._screen.picture.ctrl.seconds_until_needed(),
+            self._screen.picture.fade.seconds_until_needed(),
+            self._screen.sharing.seconds_until_needed(),
+        ]
+        since = time.perf_counter() - self._event_at
+        if since < _TOOLTIP_S:
+            waits.append(_TOOLTIP_S)
+        if imgui.get_io().want_text_input:
+            waits.append(_CURSOR_S)
+        known = [wait for wait in waits if wait is not None]
+        return min(known) if known else None
+
+    def _draw(self) -> None:
+        """Take input, and draw the window unless more input waits."""
+        start = time.perf_counter()
+        before, before_s = self._live.shown, self._live.request_s
+        self._follow_screen()
+        imgui.backends.opengl3_new_frame()
+        imgui.backends.glfw_new_frame()
+        self._input.hand_out()
+        is_seen = not self._input.waits
+        imgui.new_frame()
+        self._screen.typed = self._input.typed
+        self._screen.draw(is_seen)
+        if not is_seen:
+            imgui.end_frame()
+            self._draw_soon()
+            return
+        imgui.render()
+        self._drawn_at = start
+        self._show()
+        shown = self._live.shown if self._live.shown is not before else None
+        is_held = any(imgui.is_mouse_down(button) for button in range(3))
+        seconds, picture_s = time.perf_counter() - start, self._live.request_s - before_s
+        self._session.time.speed.frame(seconds, picture_s, is_held and shown is not None)
+        # Panels show facts of a new picture one frame later, but the next sample of a turning ring
+        # is more urgent.
+        if shown and not self._session.lens.ring.is_turning:
+            self._draw_soon()
+        self._seen_key = self._scheduler.seen_key
+
+    def _show(self) -> None:
+        """Bring the frame to the screen, the second window, the pages and the title."""
+        self._clear()
+        size = glfw.get_framebuffer_size(self._window)
+        self._screen.picture.paint(self._ctx.screen, size)
+        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+        glfw.swap_buffers(self._window)
+        self._session.drawn()
+        pictures, view = self._screen.picture.pictures, self._session.facts.view
+        self._ui.has_feed = self._feed.draw(
+            self._ui.has_feed, pictures, view, self._ui.has_feed_labels
+        )
+        self._screen.publish()
+        self._tell_title()
+
+    def _follow_screen(self) -> None:
+        """Adapt scale and full screen after the window has moved to another monitor."""
+        scale = self._ui.scale
+        scale.of_screen = glfw.get_window_content_scale(self._window)[0]
+        scale.screen = screen_name(self._window)
+        scale.apply()
+        is_full = bool(glfw.get_window_monitor(self._window))
+        if is_full != self._ui.is_full_screen:
+            if not is_full:
+                self._before = (
+                    glfw.get_window_size(self._window),
+                    glfw.get_window_pos(self._window),
+                )
+            fill_screen(self._window, not is_full, *self._before)
+
+    def _tell_title(self) -> None:
+        """Set the window title to the name of the open source, once it is shown."""
+        session = self._session
+        if self._live.shown is not None and session.source.plate is not None:
+            name = session.files.documents.window_title
+            title = f"{export_title(session.files.exports.run.state)}{name} - heatlens"
+            if title != self._title:
+                self._title = title
+                glfw.set_window_title(self._window, printable(title))
+
+    def _watch_events(self) -> None:
+        """Request frames after any event."""
+        woken: Callable[..., None] = lambda *_: self._woken()  # noqa: E731
+        GlfwInput(self._window, self._input, self._woken)
+        for register in (
+            glfw.set_framebuffer_size_callback,
+            glfw.set_window_refresh_callback,
+            glfw.set_window_content_scale_callback,
+        ):
+            register(self._window, woken)
+        glfw.set_drop_callback(self._window, self._dropped)  # type: ignore[arg-type]  # see stub
+
+    def _woken(self) -> None:
+        self._frames_due = _FRAMES_AFTER_EVENT
+        self._event_at = time.perf_counter()
+        self._session.time.pull.touched()
+
+    def _open_named(self, names: list[str]) -> None:
+        """Open the files that a later command line named, and bring the window to the front."""
+        if names:
+            self._woken()
+            self._session.files.commands.open_dropped(names)
+            if glfw.get_window_attrib(self._window, glfw.ICONIFIED):
+                glfw.restore_window(self._window)
+            glfw.focus_window(self._window)
+            glfw.request_window_attention(self._window)
+
+    def _dropped(self, _window: object, paths: Sequence[str]) -> None:
+        self._woken()
+        if paths:
+            self._session.files.commands.open_dropped([str(path) for path in paths])
+
+    def _start_imgui(self) -> None:
+        io = imgui.get_io()
+        io.config_flags |= imgui.ConfigFlags_.docking_enable
+        io.set_ini_filename("")
+        self._watch_events()
+        imgui.backends.opengl3_init("#version 430")

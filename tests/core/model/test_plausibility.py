@@ -1,0 +1,103 @@
+"""Units that cannot be: what is said of them, and that nothing is said of what can be."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.core.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.core.model.focus.plausibility import DepthSpan, doubts, span_doubts
+from heatlens.core.model.lens.lens import Lens
+
+ROOM = DepthSpan(0.76, 11.04)
+
+
+def said(lens, span=ROOM):
+    return " ".join(doubt.sentence for doubt in doubts(lens, span))
+
+
+def lens(focus_m=2.24, focal_mm=50.0, sensor_mm=36.0):
+    return Lens(focal_mm, 2.0, focus_m, sensor_mm)
+
+
+@pytest.mark.parametrize(
+    ("doubtful", "span", "cause"),
+    [
+        (lens(), DepthSpan(76, 1104), "--scene-unit cm"),
+        (lens(), DepthSpan(760, 11040), "--scene-unit mm"),
+        (lens(), DepthSpan(0.0076, 0.11, unit_m=0.01), "--scene-unit m"),
+        (lens(2240.0), ROOM, "--focus-distance 2240mm"),
+        (lens(224.0), ROOM, "--focus-distance 224cm"),
+        (lens(2240.0), DepthSpan(0.76, 11.04, has_sky=True), "--focus-distance 2240mm"),
+        (lens(224.0), DepthSpan(76, 1104), "--scene-unit cm"),  # picked: everything looks sharp
+        (lens(focal_mm=0.05), ROOM, "--focal-length 50"),
+        (lens(focal_mm=0.05, sensor_mm=0.036), ROOM, "--sensor-width 36"),
+        (lens(sensor_mm=1.417), ROOM, "--sensor-width 35.99"),
+        (lens(0.2), DepthSpan(4, 4.1), "--focus-at"),
+        (lens(focal_mm=3.0), ROOM, "161 degrees"),
+        (lens(sensor_mm=3600.0), ROOM, "--sensor-width is in mm"),
+    ],
+)
+def test_a_wrong_unit_is_told_with_the_option_that_mends_it(doubtful, span, cause):
+    assert cause in said(doubtful, span)
+
+
+@pytest.mark.parametrize(
+    ("good", "span"),
+    [
+        (lens(), ROOM),
+        (lens(math.inf), ROOM),
+        (lens(0.6), ROOM),  # a little in front of everything, as pulls begin
+        (lens(50.0), DepthSpan(0.76, 11.04, has_sky=True)),  # on the sky, or nearly
+        (lens(100.0, 2.5, 4.0), DepthSpan(0.5, 80.0, has_sky=True)),  # a phone
+        (lens(120.0, 400.0), DepthSpan(60.0, 900.0)),  # a telephoto lens in a landscape
+        (Lens(14.0, 8.0, 3.0, 36.0), DepthSpan(1.0, 200.0, has_sky=True)),
+        (lens(0.12), DepthSpan(0.1, 0.15)),  # insects
+    ],
+)
+def test_nothing_is_said_of_what_people_shoot(good, span):
+    assert said(good, span) == ""
+
+
+POSITIVE = st.floats(1e-3, 1e5)
+
+
+@given(POSITIVE, POSITIVE, POSITIVE, st.floats(8, 600), st.booleans())
+def test_a_focus_on_a_surface_or_sharpness_somewhere_is_never_doubted(a, b, part, focal_mm, sky):
+    near_m, far_m = sorted((a, b))
+    focus_m = near_m + (far_m - near_m) * min(part / 1e5, 1.0)
+    if focus_m * 1e3 <= focal_mm * 1.01:
+        return
+    focused = Lens(focal_mm, 2.8, focus_m, 36.0)
+    found = doubts(focused, DepthSpan(near_m, far_m, sky))
+    assert all(doubt.about == "depth" for doubt in found)
+    if found:  # then all of it is sharp, and a room in another unit
+        assert near_limit_m(focused) <= near_m and far_limit_m(focused) >= far_m
+
+
+@given(POSITIVE, POSITIVE)
+def test_the_doubt_goes_when_its_advice_is_taken(near_m, ratio):
+    span = DepthSpan(near_m, near_m * (1 + ratio))
+    for doubt in doubts(lens(), span):
+        unit_m = {"cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048, "km": 1e3}.get(
+            doubt.sentence.partition("--scene-unit ")[2].partition(";")[0].strip(". ")
+        )
+        if unit_m is not None:
+            assert not [d for d in doubts(lens(), span.in_unit(unit_m)) if d.about == "focus"]
+
+
+def test_without_surfaces_there_is_nothing_to_hold_the_focus_against():
+    assert said(lens(), DepthSpan(math.inf, math.inf, has_sky=True)) == ""
+    assert said(lens(), DepthSpan(math.nan, math.nan)) == ""
+
+
+def test_depths_alone_are_doubted_only_where_another_unit_makes_a_room():
+    assert "--scene-unit cm" in span_doubts(DepthSpan(76, 1104))[0].sentence
+    assert not span_doubts(ROOM) and not span_doubts(DepthSpan(5e5, 9e5))
+
+
+@pytest.mark.parametrize(("f_stop", "is_doubted"), [(0.1, True), (0.49, True), (0.5, False)])
+def test_no_lens_is_faster_than_half(f_stop, is_doubted):
+    found = doubts(Lens(50.0, f_stop, 3.0, 36.0), DepthSpan(1.0, 20.0))
+    assert any("faster than f/0.5" in doubt.sentence for doubt in found) is is_doubted

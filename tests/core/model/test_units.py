@@ -1,0 +1,152 @@
+"""Distances in words: values by the definition of the inch, refusals, and round trips."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.units import (
+    format_distance,
+    is_bare_number,
+    parse_distance_m,
+    parse_scene_unit_m,
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "distance_m"),
+    [
+        ("2.24", 2.24),
+        (" 2.24m ", 2.24),
+        ("2.24 Metres", 2.24),
+        ("190cm", 1.9),
+        ("1900 mm", 1.9),
+        ("1.2km", 1200.0),
+        ("0", 0.0),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("1e-2", 0.01),
+        ("6'3\"", 1.905),
+        ("6'3", 1.905),
+        ("6' 3.5\"", 1.9177),
+        ("6’3”", 1.905),
+        ("6ft", 1.8288),
+        ("6 ft 3 in", 1.905),
+        ("6 feet 3 inches", 1.905),
+        ("75in", 1.905),
+        ('75"', 1.905),
+        ("75''", 1.905),
+        ("inf", math.inf),
+        ("Infinity", math.inf),
+        ("∞", math.inf),
+    ],
+)
+def test_understood_distances(text, distance_m):
+    assert parse_distance_m(text) == pytest.approx(distance_m, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", " ", ".", "m", "nan", "-1", "-2 m", "-inf", "2,240", "2.24 parsecs", "1e999", "6'3'"),
+        *("2 2", "3in 6ft", "1..2", "0x10", "1_000", "٣", "12e", "e3", "'"),
+    ],
+)
+def test_anything_else_is_refused_by_name(text):
+    with pytest.raises(InputError) as refusal:
+        parse_distance_m(text)
+    assert repr(text) in str(refusal.value)
+    assert "190cm" in str(refusal.value)
+
+
+@given(st.text())
+def test_any_text_gives_a_distance_or_a_refusal(text):
+    try:
+        distance_m = parse_distance_m(text)
+    except InputError:
+        return
+    assert distance_m >= 0
+
+
+@pytest.mark.parametrize(
+    ("text", "unit_m"),
+    [("m", 1), ("CM", 0.01), ("mm", 1e-3), ("ft", 0.3048), ("in", 0.0254), ("0.01", 0.01)],
+)
+def test_scene_units(text, unit_m):
+    assert parse_scene_unit_m(text) == unit_m
+
+
+@pytest.mark.parametrize("text", ["", "0", "-1", "nan", "inf", "1e999", "1e-999", "furlong", "2 m"])
+def test_impossible_scene_units(text):
+    with pytest.raises(InputError, match="is not a scene unit"):
+        parse_scene_unit_m(text)
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "metres", "feet"),
+    [
+        (2.24, "2.24 m", "7'4.2\""),
+        (1.905, "1.905 m", "6'3\""),
+        (0.0, "0 m", '0"'),
+        (0.1, "0.1 m", '3.937"'),
+        (0.03669, "3.67 cm", '1.444"'),
+        (-0.05, "-5 cm", '-1.969"'),
+        (0.3045, "0.3045 m", "1'0\""),
+        (0.3048, "0.3048 m", "1'0\""),
+        (12345.6, "12346 m", "40503'11.2\""),
+        (-1.905, "-1.905 m", "-6'3\""),
+        (math.inf, "inf", "inf"),
+        (-math.inf, "-inf", "-inf"),
+        (math.nan, "unknown", "unknown"),
+    ],
+)
+def test_formatted(distance_m, metres, feet):
+    assert format_distance(distance_m) == metres
+    assert format_distance(distance_m, "ft") == feet
+
+
+def test_unknown_display_unit_is_refused():
+    with pytest.raises(InputError, match="'furlong'"):
+        format_distance(1.0, "furlong")
+
+
+@given(st.floats(1e-6, 0.0999))
+def test_short_distances_are_centimetres_and_come_back_to_three_digits(distance_m):
+    text = format_distance(distance_m)
+    assert text.endswith(" cm")
+    assert parse_distance_m(text) == pytest.approx(distance_m, rel=5.001e-3)
+
+
+@given(st.floats(0.1, 1e6))
+def test_metres_come_back_to_four_digits(distance_m):
+    assert parse_distance_m(format_distance(distance_m)) == pytest.approx(distance_m, rel=5.001e-4)
+
+
+@given(st.floats(1e-3, 1e6))
+def test_feet_come_back_to_half_a_tenth_of_an_inch(distance_m):
+    again_m = parse_distance_m(format_distance(distance_m, "ft"))
+    assert again_m == pytest.approx(distance_m, abs=0.0501 * 0.0254)
+
+
+@given(st.integers(1, 300), st.integers(0, 23))
+def test_feet_and_half_inches_are_kept_to_the_letter(feet, half_inches):
+    text = f"{feet}'{half_inches / 2:g}\""
+    assert format_distance(parse_distance_m(text), "ft") == text
+
+
+@pytest.mark.parametrize(("text", "metres"), [("3,5", 3.5), ("3,25m", 3.25), ("190,5cm", 1.905)])
+def test_a_decimal_comma_is_a_point(text, metres):
+    assert parse_distance_m(text) == pytest.approx(metres)
+
+
+def test_a_comma_that_may_stand_for_thousands_is_refused():
+    with pytest.raises(InputError, match="not a distance"):
+        parse_distance_m("1,900 mm")
+
+
+@pytest.mark.parametrize("text", ["2", " 2.24 ", "2,24", "1e3", "1E3"])
+def test_a_number_without_a_unit_is_bare(text):
+    assert is_bare_number(text)
+    assert not any(is_bare_number(words) for words in (f"{text}m", f"{text} mm", f"{text}'", ""))

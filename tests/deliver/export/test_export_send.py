@@ -1,0 +1,64 @@
+"""`heatlens export --send`: whoever listens hears the lens of each frame that is done."""
+
+import time
+
+import pytest
+
+from heatlens.fronts.commands.main import main
+from heatlens.media.documents.shot_file import read_shot, write_shot
+from heatlens.media.live.ring.address import parse_ring_address
+from heatlens.media.live.ring.receiver import LensReceiver
+from heatlens.media.live.ring.sender import LensSender
+from heatlens.media.live.ring.sources import RingSources
+from support.exports import FRAMES, shot_of, write_plates
+
+
+@pytest.fixture
+def shot_file(tmp_path):
+    """Return a shot file whose focus differs in each frame."""
+    path = tmp_path / "s.heatlens.json"
+    write_shot(path, shot_of(write_plates(tmp_path / "plates")))
+    return path
+
+
+def test_the_lens_of_each_frame_is_sent(monkeypatch, shot_file, tmp_path):
+    heard = []
+    monkeypatch.setattr(RingSources, "keep", lambda self, sample: heard.append(sample))
+    with LensReceiver(parse_ring_address("opentrackio://:0")) as receiver:
+        words = ("-o", str(tmp_path / "o.####.exr"), "--send", str(receiver.address))
+        for _ in range(2):  # the second time all frames are there already
+            assert main(["export", str(shot_file), *words]) == 0
+        end = time.monotonic() + 30.0
+        while len(heard) < 2 * len(FRAMES) and time.monotonic() < end:
+            time.sleep(0.01)
+    first, again = heard[: len(FRAMES)], heard[len(FRAMES) :]
+    focus_m = [sample.focus_distance_m for sample in first]
+    assert focus_m == sorted(focus_m) and (focus_m[0], focus_m[-1]) == (0.9, 3.0)
+    assert [sample.timecode.frames for sample in first] == [frame % 24 for frame in FRAMES]
+    assert again == first
+
+
+def test_the_lens_is_sent_with_the_timecode_of_the_shot(monkeypatch, shot_file, tmp_path):
+    write_shot(shot_file, read_shot(shot_file).started_at("10:00:00:00"))
+    heard = []
+    monkeypatch.setattr(LensSender, "send", lambda self, sample: heard.append(sample))
+    words = ("-o", str(tmp_path / "o.####.exr"), "--send", "opentrackio")
+    assert main(["export", str(shot_file), *words]) == 0
+    told = [str(sample.timecode) for sample in heard]
+    assert told == [f"10:00:00:{number:02}" for number in range(len(FRAMES))]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--send", "osc://:9000"), "a camera can only be sent as OpenTrackIO"),
+        (("--send", "opentrackio", "--submit", "openjd"), "--submit renders none"),
+    ],
+)
+def test_what_cannot_be_sent_is_refused_before_anything_is_rendered(
+    capsys, shot_file, tmp_path, words, said
+):
+    out = tmp_path / "o"
+    assert main(["export", str(shot_file), "-o", str(out / "o.####.exr"), *words]) == 2
+    assert said in capsys.readouterr().err
+    assert not out.exists()

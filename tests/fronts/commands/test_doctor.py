@@ -1,0 +1,230 @@
+"""`heatlens doctor`: what is well is said to be well, and what is not is found."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from heatlens.core.base.errors import GpuError
+from heatlens.core.model.boxes import Box
+from heatlens.fronts.commands import doctor as command
+from heatlens.fronts.commands.main import main
+from heatlens.fronts.doctor import gpu_check, machine_check, picture_check
+from heatlens.fronts.doctor.finding import Finding, made_sure
+from heatlens.fronts.doctor.gpu_check import KERNELS, TOLERANCE, Gpu, blurred_float64
+from heatlens.media.plate.exr.exr_write import write_exr
+from heatlens.render.defocus.kernels import named_kernel
+from support import oracle
+from support.command_line import ENVIRONMENT
+from support.x_server import Screen
+
+TESTS = Path(__file__).resolve().parents[2]
+GOLDENS, HIGHLIGHTS = "render/test_golden.py", "render/defocus/test_highlights.py"
+
+
+def states(findings) -> list[str]:
+    return [finding.state for finding in findings]
+
+
+def test_everything_is_said_and_nothing_is_at_fault(capsys, session_context):
+    assert main(["doctor"]) == 0
+    said = capsys.readouterr()
+    first, *longer = said.err.splitlines()
+    assert re.fullmatch(r"heatlens: this takes about \d+ s; Ctrl-C ends it", first)
+    again = r"heatlens: this takes longer here, about \d+ s in all"  # on a busy machine
+    assert all(re.fullmatch(again, line) for line in longer)
+    lines = said.out.splitlines()
+    assert lines[-1].endswith("no fault found")
+    found = [line.split(":")[0].split(maxsplit=1) for line in lines[:-1]]
+    assert {name for _, name in found} == set(command._checks())
+    assert ["ok", "second", "start"] in [line.split(":")[0].split() for line in lines]
+    assert session_context.name in "".join(lines)
+
+
+def test_a_busy_machine_is_told_more_time(monkeypatch):
+    """Other work takes its share of the processors."""
+    monkeypatch.setattr(command.os, "sched_getaffinity", lambda _: {0, 1})
+    planned = {}
+    for load in (0.0, 5.0):
+        monkeypatch.setattr(command.os, "getloadavg", lambda load=load: (load, 0.0, 0.0))
+        planned[load] = sum(step.seconds for step in command._steps())
+    assert planned[5.0] == pytest.approx(3 * planned[0.0])
+
+
+def test_the_float64_of_the_doctor_is_that_of_the_tests(rng):
+    color, coc = rng.random((13, 17, 3)), 30 * rng.random((13, 17)) ** 2
+    for name in KERNELS:
+        kernel = named_kernel(name)
+        expected = oracle.blur(color, coc, kernel)
+        np.testing.assert_allclose(blurred_float64(color, coc, kernel), expected, atol=1e-12)
+
+
+def test_a_solver_that_is_wrong_is_found(ctx, monkeypatch):
+    monkeypatch.setattr(gpu_check, "worst_error", lambda *_: 2 * TOLERANCE)
+    assert states(Gpu(lambda: ctx).solvers()) == ["fault"] * 3
+
+
+def test_a_shader_that_the_driver_refuses_is_named(ctx, monkeypatch):
+    builds = [("coc.comp.glsl", {}), ("coc.comp.glsl", {"main": "++"})]
+    monkeypatch.setattr(gpu_check, "pass_builds", lambda: builds)
+    monkeypatch.setattr(gpu_check, "solver_builds", list)
+    words, summary = Gpu(lambda: ctx).shaders()
+    assert words.state == summary.state == "fault"
+    assert "coc.comp.glsl" in words.said and summary.said == "1 of 2 builds"
+
+
+def test_another_picture_than_the_stored_one_is_found(ctx, monkeypatch):
+    picture = picture_check.rendered(ctx)
+    picture[:10] += 0.1
+    monkeypatch.setattr(picture_check, "rendered", lambda _: picture)
+    (finding,) = picture_check.still_life(ctx)
+    assert finding.state == "fault" and finding.details["share_off"] == pytest.approx(10 / 90)
+    picture[:] = np.nan
+    (finding,) = picture_check.still_life(ctx)
+    assert finding.details["share_off"] == 1.0
+
+
+def test_the_stored_picture_is_that_of_the_program(ctx, request):
+    """`--update-golden` stores what the program draws now."""
+    picture = picture_check.rendered(ctx)
+    if request.config.getoption("--update-golden"):
+        window = Box(0, 0, picture.shape[1], picture.shape[0])
+        channels = {name: picture[..., i] for i, name in enumerate("RGB")}
+        write_exr(picture_check.stored_path(), channels, window, window, compression="piz")
+    assert states(picture_check.still_life(ctx)) == ["ok"]
+
+
+def test_a_driver_that_keeps_no_shaders_is_a_note(monkeypatch):
+    start = subprocess.run
+    quick = ["--method", "heat", "--proxy", "0.1"]  # few shaders, because each start builds all
+    monkeypatch.setattr(
+        machine_check.subprocess, "run", lambda words, **more: start([*words, *quick], **more)
+    )
+    monkeypatch.setenv("MESA_SHADER_CACHE_DISABLE", "true")
+    (finding,) = machine_check.second_start()
+    assert finding.state == "note" and "no shader cache" in finding.said
+
+
+def test_a_start_that_fails_is_a_fault_in_one_sentence(monkeypatch, tmp_path):
+    monkeypatch.setattr(machine_check, "data_dir", lambda _: tmp_path)
+    (finding,) = made_sure("second start", machine_check.second_start)
+    assert finding.state == "fault" and "still_life.exr is not there" in finding.said
+
+
+def test_every_part_that_is_told_is_in_the_plan(ctx, monkeypatch):
+    builds = [("coc.comp.glsl", {})]
+    monkeypatch.setattr(gpu_check, "pass_builds", lambda: builds)
+    monkeypatch.setattr(gpu_check, "solver_builds", lambda: builds)
+    told = []
+    gpu = Gpu(lambda: ctx, told.append)
+    list(gpu.shaders()), list(gpu.solvers())
+    planned = [step.sentence for step in command._steps()]
+    assert told == [words for words in planned if words[:7] in ("shader ", "solver ")]
+    assert [words for words in planned if words not in told] == list(command._checks())
+
+
+def test_a_missing_package_is_a_note_or_a_fault(monkeypatch):
+    monkeypatch.setitem(sys.modules, "av", None)
+    monkeypatch.setitem(sys.modules, "fileseq", None)
+    found = list(machine_check.packages())
+    assert [(f.state, f.said.split()[0].rstrip(":")) for f in found[:-1]] == [
+        ("fault", "fileseq"),
+        ("note", "av"),
+    ]
+
+
+def test_without_opengl_the_other_checks_go_on(capsys, monkeypatch):
+    def none_here():
+        raise GpuError("No OpenGL 4.3 (none).")
+
+    monkeypatch.setattr(command, "headless_context", none_here)
+    monkeypatch.setattr(machine_check, "second_start", lambda: iter(()))  # has a test of its own
+    assert main(["doctor", "--json"]) == 1
+    report = json.loads(capsys.readouterr().out)
+    by_name = {finding["name"]: finding["state"] for finding in report["findings"]}
+    assert not report["ok"] and by_name["OpenGL"] == by_name["still life"] == "fault"
+    assert by_name["packages"] == by_name["fonts"] == "ok"
+
+
+def test_a_check_that_breaks_is_a_finding():
+    def breaks():
+        yield Finding("x", "ok", "so far")
+        raise ZeroDivisionError("by zero")
+
+    first, second = made_sure("x", breaks)
+    assert (first.state, second.state) == ("ok", "fault")
+    assert second.said == "ZeroDivisionError: by zero"
+
+
+def test_a_window_is_tried_while_a_context_without_one_is_current(ctx, monkeypatch):
+    screen = Screen()
+    monkeypatch.setenv("DISPLAY", screen.display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    try:
+        (finding,) = made_sure("display", machine_check.display)
+    finally:
+        screen.close()
+    assert finding.state == "ok", finding.said
+    assert ctx.name in finding.details["renderer"]
+
+
+def test_a_display_that_is_not_there_is_a_fault_in_one_sentence(monkeypatch):
+    monkeypatch.setenv("DISPLAY", ":987")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    (finding,) = made_sure("display", machine_check.display)
+    assert finding.state == "fault" and ":987" in finding.said
+    assert "Traceback" not in finding.said
+
+
+@pytest.fixture(scope="module")
+def second_driver(tmp_path_factory) -> dict[str, str]:
+    """The environment of OpenGL on Vulkan on the processor: other compilers, no cleared memory."""
+    icds = list(Path("/usr/share/vulkan/icd.d").glob("lvp_icd*.json"))
+    assert icds, "apt-get install mesa-vulkan-drivers"
+    return ENVIRONMENT | {
+        "LIBGL_ALWAYS_SOFTWARE": "1",
+        "GALLIUM_DRIVER": "zink",
+        "ZINK_INLINE_UNIFORMS": "0",  # Mesa 22.3 keeps loop bounds of an earlier dispatch with it
+        "XDG_RUNTIME_DIR": str(tmp_path_factory.mktemp("runtime")),
+    }
+
+
+def test_a_second_driver_is_well(second_driver):
+    program = (
+        "from heatlens.fronts.commands.main import main;"
+        "from heatlens.fronts.doctor import machine_check;"
+        "machine_check.second_start = lambda: iter(());"  # how a cache fills is not its rendering
+        "raise SystemExit(main(['doctor', '--json']))"
+    )
+    command = [sys.executable, "-c", program]
+    run = subprocess.run(command, env=second_driver, capture_output=True, text=True)
+    report = json.loads(run.stdout)
+    (device,) = (f for f in report["findings"] if f["name"] == "OpenGL")
+    assert "zink" in device["details"]["renderer"]
+    assert run.returncode == 0, report
+
+
+def test_goldens_and_laws_hold_on_a_second_driver(second_driver):
+    files = [TESTS / name for name in (GOLDENS, HIGHLIGHTS, "render/test_laws.py")]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, files)]
+    run = subprocess.run(
+        command, env=second_driver, cwd=TESTS.parent, capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stdout[-4000:]
+
+
+def test_what_nobody_wrote_is_not_read():
+    """Every new texture and buffer begins as NaN, and the pictures are what they were."""
+    files = [TESTS / GOLDENS, TESTS / HIGHLIGHTS]
+    run = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, files)],
+        env=ENVIRONMENT | {"HEATLENS_FILL_NAN": "1"},
+        cwd=TESTS.parent,
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 0, run.stdout[-4000:]

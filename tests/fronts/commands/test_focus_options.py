@@ -1,0 +1,124 @@
+"""`--focus-at` and `--focus-distance`: what people type, and what becomes of it."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from heatlens.core.model.units import FOOT_M, INCH_M
+from heatlens.fronts.commands.main import main
+from heatlens.media.plate.header.camera_header import camera_at_header
+from support.command_line import (
+    CAMERA,
+    HEIGHT,
+    WIDTH,
+    channels,
+    depths,
+    folder_of,
+    picture,
+    refused,
+    render,
+)
+from support.exr_files import window, write_file
+
+
+@pytest.fixture
+def plate(tmp_path):
+    return write_file(tmp_path / "plate.exr", channels(), **CAMERA)
+
+
+def focus_said(said: str) -> str:
+    """Return `2.24 m` of "... focus 2.24 m (--focus-at 3,3)"."""
+    return said.rpartition(", focus ")[2].partition(" (")[0]
+
+
+def test_focus_at_is_the_depth_seen_there(capsys, plate, tmp_path):
+    said = render(capsys, plate, tmp_path / "out.exr", "--focus-at", "7,5")
+    assert focus_said(said) == "8 m" and "(--focus-at 7,5)" in said
+
+
+def test_focus_at_the_sky_is_infinity(capsys, tmp_path):
+    sky = channels() | {"Z": np.where(np.arange(HEIGHT)[:, None] < 6, np.inf, depths())}
+    plate = write_file(tmp_path / "p.exr", sky, **CAMERA)
+    assert focus_said(render(capsys, plate, tmp_path / "o.exr", "--focus-at", "3,1")) == "inf"
+
+
+def test_focus_at_counts_from_the_display_windows_corner(capsys, tmp_path):
+    """Display x = 7 is x = 17 of the file, the data window's pixel 5, where the depth is 6 m."""
+    windows = {"dataWindow": window(12, 20, 28, 30), "displayWindow": window(10, 20, 40, 40)}
+    plate = write_file(tmp_path / "p.exr", channels(), **windows, **CAMERA)
+    assert focus_said(render(capsys, plate, tmp_path / "o.exr", "--focus-at", "7,5")) == "6 m"
+    said = refused(capsys, plate, tmp_path / "no.exr", "--focus-at", "1,5")
+    assert "2,0 to 17,9" in said
+
+
+@pytest.mark.parametrize("pixel", ["16,3", "3,10", "=-1,3", "=3,-1", "99999999999999999999,3"])
+def test_a_pixel_outside_the_picture_is_refused(capsys, plate, tmp_path, pixel):
+    words = [f"--focus-at{pixel}"] if pixel.startswith("=") else ["--focus-at", pixel]
+    said = refused(capsys, plate, tmp_path / "out.exr", *words)
+    assert "outside the picture" in said and "0,0 to 15,9" in said
+
+
+@pytest.mark.parametrize("pixel", ["", "3", "3,", ",3", "3,4,5", "3;4", "3.5,4", "x,y", "nan,1"])
+def test_what_is_no_pixel_is_refused(capsys, plate, tmp_path, pixel):
+    assert "X,Y" in refused(capsys, plate, tmp_path / "out.exr", f"--focus-at={pixel}")
+
+
+@pytest.mark.parametrize(
+    ("distance", "metres"),
+    [
+        ("2.24", 2.24),
+        ("190cm", 1.9),
+        ("1900 mm", 1.9),
+        ("6'3\"", 6 * FOOT_M + 3 * INCH_M),
+        ("75in", 75 * INCH_M),
+        ("0.5km", 500.0),
+        ("inf", math.inf),
+    ],
+)
+def test_distances_in_words(capsys, plate, tmp_path, distance, metres):
+    render(capsys, plate, tmp_path / "out.exr", "--focus-distance", distance)
+    camera = camera_at_header([picture(tmp_path / "out.exr")[0]])
+    assert camera.focus_distance_m == pytest.approx(metres, rel=1e-6)
+
+
+WORDS = st.text(alphabet=st.characters(codec="utf-8", exclude_characters="\0"), max_size=20)
+PIXELS = st.tuples(st.integers(-5, 20), st.integers(-5, 20)).map(lambda at: f"{at[0]},{at[1]}")
+NUMBERS = st.floats().map(str) | st.integers().map(str)
+UNITS = st.sampled_from(["", "m", "cm", "'", '"', " ft", "parsec"])
+DISTANCES = st.tuples(NUMBERS, UNITS).map("".join)
+
+
+@pytest.fixture(scope="module")
+def open_plate(tmp_path_factory):
+    return write_file(tmp_path_factory.mktemp("open") / "plate.exr", channels(), **CAMERA)
+
+
+def answered(option: str, plate) -> int:
+    """Return the exit code; check that there is a result only if it is 0."""
+    out = plate.with_name("out.exr")
+    code = main(["render", str(plate), "-o", str(out), "--quality=draft", option])
+    assert set(folder_of(out)) == {"plate.exr"} | ({"out.exr"} if code == 0 else set())
+    out.unlink(missing_ok=True)
+    return code
+
+
+@settings(max_examples=50, deadline=None)
+@given(pixel=PIXELS)
+def test_every_pixel_of_the_picture_and_no_other_is_a_focus(open_plate, pixel):
+    inside = {f"{x},{y}" for x in range(WIDTH) for y in range(HEIGHT)}
+    assert answered(f"--focus-at={pixel}", open_plate) == (0 if pixel in inside else 2)
+
+
+@settings(max_examples=50, deadline=None)
+@given(metres=st.floats(0.0, 1e9))
+def test_every_distance_beyond_the_focal_length_is_a_focus(open_plate, metres):
+    assert answered(f"--focus-distance={metres!r}", open_plate) == (0 if 1e3 * metres > 50 else 2)
+
+
+@settings(max_examples=80, deadline=None)
+@given(option=st.sampled_from(["--focus-at", "--focus-distance"]), words=WORDS | DISTANCES)
+def test_any_words_are_a_picture_or_a_sentence(open_plate, option, words):
+    assert answered(f"{option}={words}", open_plate) in (0, 2)

@@ -1,0 +1,58 @@
+"""Commands load only what their source needs: loading is most of the time of a small picture."""
+
+import subprocess
+import sys
+
+import pytest
+
+from support.command_line import ENVIRONMENT
+from support.exr_files import distances, rgb, write_file
+
+RUN = """
+import sys
+from heatlens.fronts.commands.main import main
+code = main(sys.argv[1:])
+print(*sys.modules, file=sys.stderr)
+sys.exit(code)
+"""
+READERS = (
+    "heatlens.media.scene.gltf",
+    "heatlens.media.scene.usd",
+    "heatlens.media.scene.mesh_read",
+    "pxr",
+    "trimesh",
+)
+
+
+def loaded(*words: object) -> set[str]:
+    """Return the modules that a process has loaded when its command has ended."""
+    command = [sys.executable, "-c", RUN, *map(str, words)]
+    run = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    return set(run.stderr.splitlines()[-1].split())
+
+
+@pytest.fixture
+def plate(tmp_path):
+    return write_file(tmp_path / "plate.exr", rgb() | {"Z": distances()})
+
+
+def test_a_picture_of_a_plate_loads_no_reader_of_scenes(plate, tmp_path):
+    lens = "--f-stop 2 --focus-distance 3 --focal-length 50 --sensor-width 36".split()
+    modules = loaded("-q", "render", plate, "-o", tmp_path / "out.exr", *lens)
+    assert "heatlens.render.defocus.pipeline" in modules
+    assert not {name for name in modules if name.startswith(READERS)}
+    assert "importlib.metadata" not in modules  # reports of faults alone tell versions
+
+
+def test_facts_of_a_plate_load_no_reader_of_scenes(plate):
+    modules = loaded("info", plate)
+    assert not {name for name in modules if name.startswith(READERS)}
+
+
+def test_a_scene_loads_the_reader_of_its_kind_alone(tmp_path):
+    mesh = tmp_path / "one.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    modules = loaded("info", mesh)
+    assert "heatlens.media.scene.mesh_read" in modules
+    assert not {name for name in modules if name.startswith(("heatlens.media.scene.usd", "pxr"))}

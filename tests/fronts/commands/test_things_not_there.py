@@ -1,0 +1,148 @@
+"""A thing that no frame has is refused alike by every option that names one.
+
+The options are found in the parsers: one that is added is tried too.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.fronts.commands.main import build_parser, main
+from heatlens.media.plate.exr.exr_read import read_parts
+from heatlens.media.plate.read import read_plate
+from support.command_line import stderr_of_run
+from support.exr_files import write_file
+from support.mattes import CARD, HERO, matte_plate
+
+LENS = ("--focal-length", "50", "--sensor-width", "36", "--f-stop", "2", "--focus-distance", "3")
+# How each command is called before the option; those with a window are in tests/session.
+CALLS = {
+    "render": ("{plate}", "-o", "{out}.exr", *LENS),
+    "export": ("{plate}", "-o", "{out}.####.exr", *LENS),
+    "shot new": ("{plate}", "-o", "{out}.heatlens.json", *LENS),
+    "study": ("{plate}", "-o", "{out}", *LENS),
+    "camera": ("{plate}", "-o", "{out}.csv", *LENS),
+    "bench": ("--drag", "--plate", "{plate}", *LENS),
+    "reel": ("{plate}", "-o", "{out}.heatreel.json", "--shots", "{out}", *LENS),
+    "info": ("{plate}",),
+}
+WITH_A_WINDOW = ("view", "serve")
+
+
+def options_of(parser, words=()) -> Iterator[tuple[str, argparse.Action]]:
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, inner in action.choices.items():
+                yield from options_of(inner, (*words, name))
+        elif action.option_strings and "cryptomatte:" in f"{action.help} {action.metavar}".replace(
+            "MATTE", "cryptomatte:"
+        ):
+            yield " ".join(words), action
+
+
+NAMING = sorted(
+    {(command, action.option_strings[0]) for command, action in options_of(build_parser())}
+)
+TRIED = [pair for pair in NAMING if pair[0] not in WITH_A_WINDOW]
+
+
+def value_for(option, thing):
+    return f"A={thing}" if option in ("--mark", "--follow") else thing
+
+
+def call(folder, command, option, thing, plate="p.1001.exr"):
+    places = {"plate": str(folder / plate), "out": str(folder / "made")}
+    words = [word.format(**places) for word in CALLS[command]]
+    if option == "--follow":  # which gives the focus itself
+        words = words[: words.index("--focus-distance")]
+    return [*command.split(), *words, option, value_for(option, thing)]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A sequence whose thing is in the second frame alone; its first names only what it shows."""
+    listed = f'{{"card": "{CARD:08x}"}}'
+    matte_plate(tmp_path / "p.1001.exr", None, manifest=listed)
+    matte_plate(tmp_path / "p.1002.exr", 3.0)
+    return tmp_path
+
+
+def test_the_options_are_found():
+    found = {option for _, option in NAMING}
+    assert found >= {"--never-blur", "--only-blur", "--flat-depth", "--mark", "--follow"}
+
+
+@pytest.mark.parametrize(("command", "option"), TRIED)
+def test_a_misspelt_thing_is_refused(folder, capsys, command, option):
+    said = stderr_of_run(capsys, 2, *call(folder, command, option, "cryptomatte:crad"))
+    assert "Did you mean card?" in said and "p.1001.exr" in said
+    assert not list(folder.glob("made*.*")) and not list(folder.glob("made/*"))
+
+
+@pytest.mark.parametrize(("command", "option"), TRIED)
+def test_an_id_that_no_pixel_has_is_refused(folder, capsys, command, option):
+    said = stderr_of_run(capsys, 2, *call(folder, command, option, "objectId:99"))
+    assert "no pixel of objectId is 99" in said
+
+
+@pytest.mark.parametrize("option", ["--never-blur", "--only-blur", "--flat-depth", "--mark"])
+@pytest.mark.parametrize("thing", ["cryptomatte:hero", "objectId:7"])
+def test_a_thing_that_another_frame_has_is_no_fault(folder, option, thing):
+    command = "shot new" if option == "--mark" else "render"
+    assert main(call(folder, command, option, thing)) == 0
+
+
+@pytest.mark.parametrize(("command", "option"), TRIED)
+def test_ids_in_half_are_refused(tmp_path, capsys, command, option):
+    half_plate(tmp_path / "p.1001.exr")
+    said = stderr_of_run(capsys, 2, *call(tmp_path, command, option, "cryptomatte:hero"))
+    assert "stored as half" in said
+
+
+def half_plate(path):
+    ((header, planes),) = read_parts(matte_plate(path, 3.0))
+    told = {name: header[name] for name in header if name.startswith("cryptomatte/")}
+    with np.errstate(over="ignore", invalid="ignore"):
+        halves = {
+            name: plane.astype("f2") if name.startswith("Crypto") else plane
+            for name, plane in planes.items()
+        }
+    return write_file(path, halves, **told)
+
+
+@pytest.mark.parametrize("name", [f"{HERO:08x}", f"#{HERO:08x}", f"0x{HERO:08X}", "hero"])
+def test_without_a_manifest_the_hash_decides(tmp_path, name):
+    path = matte_plate(tmp_path / "p.exr", 3.0, manifest="{}")
+    options = PlateOptions(never_blur=f"cryptomatte:{name}")
+    cutout = read_plate(path, options).cutout
+    assert cutout is not None and cutout.share.sum() == 64
+    with pytest.raises(InputError, match="manifest"):
+        read_plate(path, PlateOptions(never_blur="cryptomatte:nobody"))
+
+
+@pytest.mark.parametrize(("command", "option"), TRIED)
+def test_a_number_is_a_name_where_cryptomatte_is_asked(folder, capsys, command, option):
+    said = stderr_of_run(capsys, 2, *call(folder, command, option, "cryptomatte:12"))
+    assert "no Cryptomatte has '12'" in said
+
+
+def test_info_lists_the_names(folder, capsys):
+    for words, told in (
+        (("info", folder / "p.1002.exr"), "card, hero"),
+        (("info", folder), "hero"),
+    ):
+        assert main([str(word) for word in words]) == 0
+        said = capsys.readouterr().out
+        assert "2 in Crypto" in said and told in said
+    names = {f"thing {at:02}": f"{at + 0x11000000:08x}" for at in range(25)}
+    many = matte_plate(folder / "many.exr", 3.0, manifest=json.dumps(names))
+    assert main(["info", str(many)]) == 0
+    said = capsys.readouterr().out
+    assert "25 in Crypto" in said and "thing 19 and 5 more" in said and "thing 20" not in said
+    assert main(["info", "--json", str(many)]) == 0
+    assert json.loads(capsys.readouterr().out)["things"] == {"Crypto": sorted(names)}

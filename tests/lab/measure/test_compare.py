@@ -1,0 +1,139 @@
+"""`heatlens compare` from the outside: what is printed where, and the exit codes."""
+
+import argparse
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.model.boxes import Box
+from heatlens.fronts.commands import compare
+from heatlens.fronts.commands.options.command_parser import add_command
+from heatlens.media.plate.exr.exr_write import write_exr
+
+# Light whose sRGB value is one half: 6.021 dB away from black, and from white.
+HALF = 0.21404114
+
+
+def run(*argv: object) -> int:
+    parser = argparse.ArgumentParser()
+    add_command(parser.add_subparsers(), "compare", compare)
+    args = parser.parse_args(["compare", *map(str, argv)])
+    return args.run(args)
+
+
+@pytest.fixture
+def exr(tmp_path):
+    """Return a function that writes a flat grey picture and returns its path."""
+
+    def write(name, value, data=Box(0, 0, 16, 12), display=Box(0, 0, 16, 12)):  # noqa: B008
+        grey = np.full(data.shape, value, np.float32)
+        write_exr(tmp_path / name, dict.fromkeys("RGB", grey), data, display, half=False)
+        return tmp_path / name
+
+    return write
+
+
+def test_the_scores_are_aligned_on_stdout(exr, capsys):
+    assert run(exr("a.exr", 0.0), exr("b.exr", 1.0)) == 0
+    out, err = capsys.readouterr()
+    lines = out.splitlines()
+    names = ["PSNR", "SSIM", "FLIP", "HDR-FLIP", "relMSE", "nonfinite"]
+    assert [line.split()[0] for line in lines] == names
+    assert len({len(line) - len(line.split(maxsplit=1)[1]) for line in lines}) == 1
+    assert [lines[i].split()[1] for i in (0, 1, 4, 5)] == ["0.000", "0.00010", "0.990099", "0"]
+    assert err == ""
+
+
+def test_json_holds_every_score(exr, capsys):
+    assert run(exr("a.exr", HALF), exr("b.exr", 1.0), "--json") == 0
+    scores = json.loads(capsys.readouterr().out)
+    assert list(scores) == ["psnr_db", "ssim", "flip", "flip_hdr", "relmse", "nonfinite"]
+    assert scores["psnr_db"] == pytest.approx(6.0206, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("limits", "code", "missed"),
+    [
+        (["--min-psnr", 6], 0, []),
+        (["--min-psnr", 7], 1, ["PSNR 6.021 dB is below the limit of 7 dB"]),
+        (["--min-ssim", 0.80001], 0, []),
+        (["--min-ssim", 0.81], 1, ["SSIM 0.80002 is below the limit of 0.81"]),
+        (["--max-flip", 1], 0, []),
+        (["--max-flip", 0.01], 1, ["is above the limit of 0.01"]),
+        (["--min-psnr", 7, "--min-ssim", 0.8, "--max-flip", 0], 1, ["PSNR", "FLIP"]),
+    ],
+)
+def test_limits_decide_the_exit_code(exr, capsys, limits, code, missed):
+    assert run(exr("a.exr", HALF), exr("b.exr", 1.0), *limits) == code
+    out, err = capsys.readouterr()
+    assert "PSNR" in out
+    assert len(err.splitlines()) == len(missed)
+    assert all(words in line for words, line in zip(missed, err.splitlines(), strict=True))
+
+
+@pytest.mark.parametrize("text", ["nan", "inf", "much"])
+@pytest.mark.parametrize("option", ["--min-psnr", "--min-ssim", "--max-flip", "--gain"])
+def test_limits_are_finite_numbers(exr, capsys, option, text):
+    with pytest.raises(SystemExit) as leaving:
+        run(exr("a.exr", 0.0), exr("b.exr", 0.0), option, text)
+    assert leaving.value.code == 2
+    assert f"'{text}' is not a" in capsys.readouterr().err
+
+
+def test_gain_is_above_zero(exr, capsys):
+    with pytest.raises(SystemExit):
+        run(exr("a.exr", 0.0), exr("b.exr", 0.0), "--gain", 0)
+    assert "'0' is not a number above 0" in capsys.readouterr().err
+
+
+def test_different_sizes_are_refused_with_both(exr):
+    other = exr("b.exr", 0.0, Box(0, 0, 20, 10), Box(0, 0, 20, 10))
+    with pytest.raises(InputError, match=r"a\.exr is 16 x 12 pixels.*b\.exr is 20 x 10"):
+        run(exr("a.exr", 0.0), other)
+
+
+def test_a_crop_is_compared_where_both_have_pixels(exr, capsys):
+    crop = exr("b.exr", 1.0, Box(4, 2, 20, 11))
+    assert run(exr("a.exr", 1.0), crop, "--min-psnr", 99) == 0
+    assert "12 x 9 pixels at (4, 2)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["absent.exr", "broken.exr"])
+def test_files_that_cannot_be_read(exr, tmp_path, name):
+    (tmp_path / "broken.exr").write_bytes(b"\x76\x2f\x31\x01 and no more")
+    for pair in ((tmp_path / name, exr("a.exr", 0.0)), (exr("a.exr", 0.0), tmp_path / name)):
+        with pytest.raises(HeatlensError, match=name):
+            run(*pair)
+
+
+def test_broken_pixels_are_counted_and_those_of_the_truth_said_aloud(exr, capsys):
+    assert run(exr("a.exr", np.nan), exr("b.exr", np.inf)) == 0
+    out, err = capsys.readouterr()
+    assert out.splitlines()[-1].split() == ["nonfinite", "192"]
+    assert "192 pixels of the truth" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "shown"), [([], 255), (["--gain", 1], 128), (["--gain", 0.5], 64)]
+)
+def test_the_difference_picture(exr, tmp_path, options, shown):
+    path = tmp_path / "difference.png"
+    assert run(exr("a.exr", HALF), exr("b.exr", 0.0), "--difference", path, *options) == 0
+    pixels = np.asarray(Image.open(path))
+    assert pixels.shape == (12, 48, 3)
+    assert [pixels[5, x, 0] for x in (8, 24, 40)] == [128, 0, shown]
+
+
+def test_the_difference_as_flip_sees_it(exr, tmp_path):
+    path = tmp_path / "difference.png"
+    same = exr("a.exr", HALF), exr("b.exr", HALF)
+    assert run(*same, "--difference", path, "--show", "flip") == 0
+    assert tuple(np.asarray(Image.open(path))[5, 40]) == (0, 0, 4)
+
+
+def test_another_format_is_refused_before_any_work(exr, tmp_path):
+    with pytest.raises(InputError, match=r"written as \.png"):
+        run(tmp_path / "absent.exr", tmp_path / "absent.exr", "--difference", "a.exr")

@@ -1,0 +1,128 @@
+"""A shot that starts from a camera has its lens at every frame, with no key more than it needs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.core.base.errors import InputError, LensError
+from heatlens.core.model.curves.curve import Curve, Key
+from heatlens.core.model.curves.interpolation import Interpolation, Scale
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.media.camera.into_shot import linear_keys, with_camera
+from heatlens.render.source.named import camera_of_shot
+from support.cameras import FRAMES, SHOTS, moving_camera
+
+OTHER = Shot(Lens(24.0, 8.0, 3.0, 23.5, close_focus_m=0.45, t_stop=9.0))
+VALUES = st.floats(0.5, 1e3)
+
+
+def lens_values(lens: Lens) -> list[float]:
+    return [*(getattr(lens, parameter) for parameter in LensParameter), lens.sensor_width_mm]
+
+
+@given(SHOTS, st.sampled_from([Scale.RECIPROCAL, Scale.LINEAR]))
+def test_a_shot_made_from_the_camera_of_a_shot_has_its_lens(shot, scale):
+    camera = camera_of_shot(shot, "a")
+    if np.inf in camera.focus_distance_m:
+        scale = Scale.RECIPROCAL
+    back = with_camera(OTHER.with_focus_scale(scale), camera)
+    for frame in FRAMES:
+        expected = lens_values(shot.lens_at(frame))
+        assert lens_values(back.lens_at(frame)) == pytest.approx(expected, rel=4e-7)
+
+
+@given(SHOTS)
+def test_what_stands_still_has_no_keys(shot):
+    back = with_camera(OTHER, camera_of_shot(shot, "a"))
+    for parameter in LensParameter:
+        values = {getattr(shot.lens_at(frame), parameter) for frame in FRAMES}
+        assert bool(back.curves.of(parameter).keys) == (len(values) > 1)
+
+
+@pytest.mark.parametrize("scale", list(Scale))
+def test_a_line_on_its_scale_needs_its_two_ends(scale):
+    line = Curve((Key(1, 2.0, Interpolation.LINEAR), Key(100, 9.0)), scale)
+    frames = tuple(range(1, 101))
+    keys = linear_keys(frames, tuple(line.value_at(frame) for frame in frames), scale)
+    assert [(key.frame, key.value) for key in keys] == [(1, 2.0), (100, 9.0)]
+
+
+def test_the_corners_of_a_path_stay():
+    track = (1.0, 1.0, 1.0, 3.0, 5.0, 5.0, 5.0, 2.0)
+    keys = linear_keys(tuple(range(8)), track, Scale.LINEAR)
+    assert [key.frame for key in keys] == [0, 2, 4, 6, 7]
+
+
+def test_a_slow_bend_is_no_line():
+    """Each step is straight within the tolerance, the whole is not."""
+    frames = tuple(range(200))
+    track = tuple(1 + 1e-9 * frame**2 for frame in frames)
+    curve = Curve(linear_keys(frames, track, Scale.LINEAR))
+    assert [curve.value_at(frame) for frame in frames] == pytest.approx(track, rel=2.1e-7)
+    assert 3 < len(curve.keys) < 100
+
+
+@given(
+    st.lists(VALUES | st.just(np.inf), min_size=1, max_size=30),
+    st.lists(st.integers(1, 5), min_size=30, max_size=30),
+)
+def test_every_frame_is_met_on_every_scale(track, steps):
+    frames = tuple(int(frame) for frame in np.cumsum(steps[: len(track)]))
+    for scale in Scale if np.inf not in track else [Scale.RECIPROCAL]:
+        keys = linear_keys(frames, tuple(track), scale)
+        curve = Curve(keys, scale) if keys else Curve((Key(0, track[0]),), scale)
+        found = [curve.value_at(frame) for frame in frames]
+        assert found == pytest.approx(track, rel=2.1e-7)
+
+
+def test_what_is_kept_and_what_is_not_told_stays():
+    camera = moving_camera(f_stop=None)
+    back = with_camera(OTHER.with_key(5, LensParameter.SQUEEZE, 1.2), camera, ["squeeze"])
+    assert back.lens_at(1001).f_stop == 8.0
+    assert back.curves.squeeze.keys == (Key(5, 1.2),)
+    assert (back.lens.close_focus_m, back.lens.t_stop) == (0.45, 9.0)
+    assert back.lens_at(1008).focus_distance_m == np.inf
+    assert back.lens.sensor_width_mm == 36.0
+
+
+def test_a_film_back_that_changes_is_refused_unless_another_is_given():
+    widths = (36.0,) * 7 + (24.0,)
+    camera = moving_camera(sensor_width_mm=widths)
+    with pytest.raises(InputError, match="24 to 36 mm wide, but a shot has one width"):
+        with_camera(OTHER, camera)
+    assert with_camera(OTHER, camera, ["sensor_width_mm"]).lens.sensor_width_mm == 23.5
+
+
+def test_a_lens_that_cannot_be_is_told_with_its_frame():
+    focus = (2.0,) * 6 + (0.03, 2.0)
+    with pytest.raises(LensError, match="Frame 1007: The focus distance must be beyond"):
+        with_camera(OTHER, moving_camera(focus_distance_m=focus))
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"frames": ()}, "needs at least one frame"),
+        ({"frames": (*range(1001, 1008), 1007)}, "two entries for frame 1007"),
+        ({"frames": tuple(range(1001, 1008))}, "8 values for 7 frames"),
+        ({"f_stop": (0.0,) * 8}, "Frame 1001: the f-stop of a camera cannot be 0"),
+        ({"f_stop": (2.0,) * 7 + (np.inf,)}, "Frame 1008: the f-stop of a camera cannot be inf"),
+        ({"focus_distance_m": (np.nan,) * 8}, "the focus distance of a camera cannot be nan"),
+        ({"sensor_height_mm": (-1.0,) * 8}, "the sensor height of a camera cannot be -1"),
+        ({"frames_per_second": 0.0}, "Frames per second"),
+        ({"up_axis": "x"}, "The axis that points up is y or z, not 'x'"),
+    ],
+)
+def test_values_that_no_camera_has_are_refused(change, sentence):
+    with pytest.raises(InputError, match=sentence):
+        moving_camera(**change)
+
+
+def test_a_name_for_any_program():
+    names = {"hero cam": "hero_cam", "1a": "_1a", "": "_", "shot-02.v3": "shot_02_v3", "ü": "_"}
+    for name, identifier in names.items():
+        assert replace(moving_camera(), name=name).identifier == identifier

@@ -1,0 +1,45 @@
+"""A save that fails loses nothing, and leaves no autosave behind a file that is saved."""
+
+import os
+
+import pytest
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.documents.shot_file import (
+    autosave_path,
+    read_shot,
+    write_autosave,
+    write_shot,
+)
+from support.shot_files import FIFTY, FULL, written
+
+
+def test_a_save_that_fails_leaves_the_earlier_file(tmp_path, monkeypatch):
+    path = written(FULL, tmp_path)
+    before = path.read_bytes()
+
+    def full_disk(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full_disk)
+    with pytest.raises(InputError, match="No space left on device"):
+        write_shot(path, Shot(FIFTY))
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == [path.name]
+
+
+def test_a_save_into_no_folder_is_refused(tmp_path):
+    with pytest.raises(InputError, match="does not exist"):
+        write_shot(tmp_path / "none" / "s.heatlens.json", FULL)
+
+
+def test_an_autosave_lies_beside_its_file_until_that_is_saved(tmp_path):
+    path = tmp_path / "s.heatlens.json"
+    write_autosave(path, FULL)
+    assert autosave_path(path).exists()  # never saved, yet not lost
+    write_shot(path, Shot(FIFTY))
+    assert not autosave_path(path).exists()
+    write_autosave(path, FULL)
+    assert read_shot(autosave_path(path)) == FULL
+    assert read_shot(path) == Shot(FIFTY)

@@ -1,0 +1,108 @@
+"""Files are opened for reading in base/paths alone: no pipe, no device, nothing without limit."""
+
+import ast
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import heatlens
+from heatlens.core.base.paths import file_bytes, opened_file
+from heatlens.media.plate.header.channels import Header
+from heatlens.media.plate.mattes.cryptomatte import Cryptomatte
+
+APP = Path(heatlens.__file__).parent
+GUARD = "core/base/paths.py"
+READERS = ("read_text", "read_bytes", "load", "fromfile", "memmap", "loadtxt", "genfromtxt")
+# What heatlens brings, writes itself or gets from the system, with a part of the call.
+OWN = {
+    "_FACTS.read_text",
+    "data_dir(",
+    "Path('/proc/",
+    "Path(f'/proc/",
+    "tasks.read_text",
+    "_FILE.read_text",
+    "_RIM_FILE.read_text",
+    "it.read_bytes",  # the program itself, for its fingerprint
+    "Path(path).read_text",  # a shader
+    "(folder / name).read_bytes",  # the page of the browser
+    "spooled.read_bytes",  # a temporary file of this process
+    "json.load",
+    "np.load(BytesIO(file_bytes(",
+    "Preferences.load",
+}
+WRITING = ("'w'", "'wb'", "'rb+'", "'r+b'", "os.dup", "_NEW_FILE", "flags", "os.O_WRONLY")
+
+
+def readings(path: Path) -> Iterator[str]:
+    """Yield the calls in a file that open or read another file by its path."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if not isinstance(node, ast.Call):
+            continue
+        text = ast.unparse(node)
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else ast.unparse(node.func)
+        is_path = name == "open" and (
+            isinstance(node.func, ast.Name)
+            or ast.unparse(node.func) in ("os.open", "io.open")
+            or any("b'" in repr(ast.unparse(it)) or ast.unparse(it) == "'rb'" for it in node.args)
+        )
+        if name in READERS and isinstance(node.func, ast.Attribute):
+            of_module = ast.unparse(node.func.value)
+            if name in READERS[:2] or of_module in ("np", "numpy"):
+                yield text
+        elif is_path and not any(word in text for word in WRITING):
+            yield text
+
+
+def test_files_are_read_in_one_place():
+    found = {
+        (path.relative_to(APP).as_posix(), text)
+        for path in APP.rglob("*.py")
+        if path.relative_to(APP).as_posix() != GUARD
+        for text in readings(path)
+        if not any(word in text for word in OWN)
+    }
+    assert not found
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["open(p)", "open(p, 'rb')", "p.open('rb')", "p.read_text()", "np.load(p)", "os.open(p, 0)"],
+)
+def test_the_law_sees_every_way(tmp_path, source):
+    path = tmp_path / "a.py"
+    path.write_text(source)
+    assert list(readings(path))
+
+
+def test_no_pipe_device_or_folder_is_opened(tmp_path):
+    pipe, link = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    link.symlink_to("/dev/zero")
+    for path in (pipe, link, tmp_path):
+        with pytest.raises(OSError, match="it is"):
+            opened_file(path)
+
+
+def test_a_file_beyond_the_limit_is_not_read(tmp_path):
+    path = tmp_path / "a"
+    path.write_bytes(b"x" * 11)
+    assert file_bytes(path, 11) == b"x" * 11
+    with pytest.raises(OSError, match="more than"):
+        file_bytes(path, 10)
+
+
+@pytest.mark.parametrize("kind", ["device", "pipe", "large"])
+def test_a_manifest_that_is_no_file_is_none(tmp_path, kind):
+    path = tmp_path / "m.json"
+    match kind:
+        case "device":
+            path.symlink_to("/dev/zero")
+        case "pipe":
+            os.mkfifo(path)
+        case _:
+            with path.open("wb") as file:
+                file.truncate(65_000_000)
+    header: Header = {"manif_file": "m.json"}
+    assert Cryptomatte("crypto", (), header, tmp_path).ids == {}

@@ -1,0 +1,148 @@
+"""A format of pictures is one record: one that a test makes up works everywhere, without more.
+
+Its files are NumPy's text of numbers between two lines. The record is all that heatlens learns of
+it: it is offered, explained, written, known again when it was cut short or belongs to others, and
+refused in words for names of no format.
+"""
+
+from io import StringIO
+
+import numpy as np
+import pytest
+
+from heatlens.deliver.export.finished import fingerprint_in, is_whole
+from heatlens.fronts.commands.main import main
+from heatlens.media.files.foreign_formats import foreign_words
+from heatlens.media.files.marks import comment_of, marks_in
+from heatlens.media.files.picture_formats import FORMATS, PictureFormat, Writing, is_picture
+from heatlens.studio.session.exports.export_settings import ExportSettings, frame_kinds
+from heatlens.studio.session.files.file_commands import PURPOSES
+from support.command_line import refused as render_refused
+from support.command_line import render, stderr_of_run
+from support.exports import (
+    FRAMES,
+    HEIGHT,
+    WIDTH,
+    exported,
+    files_in,
+    names_of,
+    refused,
+    write_plate,
+    write_shot_file,
+    written,
+)
+
+_END = b"the end\n"
+SHOWN = ("--view", "sRGB curve")
+
+
+def text_of(values, marks) -> bytes:
+    """Return lines of all numbers, after the marks in the first line."""
+    lines = StringIO()
+    np.savetxt(lines, values.reshape(-1, values.shape[2]), "%d", header=comment_of(marks))
+    return f"NUMBERS\n{lines.getvalue()}".encode() + _END
+
+
+def marks_of(path) -> dict[str, str]:
+    first, second, *_ = path.read_bytes().split(b"\n")
+    if first != b"NUMBERS":
+        raise ValueError(f"{path} holds no numbers")
+    return marks_in(second.removeprefix(b"# "))
+
+
+def ends(file, size: int) -> bool:
+    file.seek(size - len(_END))
+    return file.read() == _END
+
+
+MADE_UP = PictureFormat(
+    "Numbers",
+    (".numbers", ".nums"),
+    (b"NUMBERS",),
+    writing=Writing("12 bits, as lines", text_of, marks_of, ends, bits=12, most_px=40),
+)
+
+
+@pytest.fixture(autouse=True)
+def made_up():
+    FORMATS.append(MADE_UP)
+    yield
+    FORMATS.remove(MADE_UP)
+
+
+@pytest.fixture
+def shot_file(tmp_path):
+    folder = tmp_path / "shot"
+    folder.mkdir()
+    return write_shot_file(folder)
+
+
+def test_render_writes_it(capsys, tmp_path):
+    write_plate(tmp_path / "p.exr")
+    render(capsys, tmp_path / "p.exr", tmp_path / "a.numbers", "--quality", "draft")
+    values = np.loadtxt(tmp_path / "a.numbers", skiprows=2, comments=("the", "#"))
+    assert values.shape == (WIDTH * HEIGHT, 3) and 255 < values.max() <= 4095
+
+
+def test_an_export_knows_its_own_frames_again(capsys, tmp_path, shot_file):
+    out = tmp_path / "out" / "n.####.nums"
+    exported(capsys, shot_file, out, *SHOWN)
+    whole = files_in(out.parent)
+    assert list(whole) == names_of(".nums")
+    assert written(capsys, shot_file, out, *SHOWN) == []
+    cut = out.with_name("n.1003.nums")
+    assert fingerprint_in(cut) and is_whole(cut)
+    cut.write_bytes(whole[cut.name][:-20])
+    assert not is_whole(cut) and written(capsys, shot_file, out, *SHOWN) == [FRAMES[2]]
+    assert files_in(out.parent) == whole
+    assert written(capsys, shot_file, out, *SHOWN, "--exposure=1") == list(FRAMES)
+
+
+def test_an_export_leaves_files_of_others(capsys, tmp_path, shot_file):
+    out = tmp_path / "out" / "n.####.numbers"
+    out.parent.mkdir()
+    (out.parent / "n.1002.numbers").write_bytes(b"NUMBERS\n# mine\n" + _END)
+    before = files_in(out.parent)
+    said = refused(capsys, shot_file, out, *SHOWN)
+    assert "no export wrote it" in said and files_in(out.parent) == before
+    assert written(capsys, shot_file, out, *SHOWN, "--overwrite") == list(FRAMES)
+
+
+@pytest.mark.parametrize("command", ["render", "export"])
+def test_the_help_lists_it(capsys, command):
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    assert ".numbers (12 bits, as lines)" in " ".join(capsys.readouterr().out.split())
+
+
+def test_the_window_offers_it():
+    kind = "Numbers, as it looks"
+    assert list(frame_kinds())[-3:] == [kind, "ProRes movie", "H.264 movie"]
+    assert ExportSettings("/a", "b", kind).output == "/a/b.####.numbers"
+    assert {".numbers", ".nums"} <= set(PURPOSES["save"].suffixes) & set(PURPOSES["open"].suffixes)
+
+
+def test_readers_name_it_and_tell_it_under_other_endings(capsys, tmp_path):
+    assert is_picture(tmp_path / "a.NUMS")
+    assert ".numbers, .nums" in foreign_words(tmp_path / "a.psd")
+    disguised = tmp_path / "p.png"
+    disguised.write_bytes(b"NUMBERS\n" + _END)
+    said = render_refused(capsys, disguised, tmp_path / "a.exr", "--depth", disguised)
+    assert f"{disguised} is Numbers, although its name ends in .png: rename it to p.numb" in said
+
+
+def test_other_endings_are_refused_with_all_that_are_written(capsys, tmp_path, shot_file):
+    write_plate(tmp_path / "p.exr")
+    ends = ".exr, .png, .jpg, .jpeg, .tif, .tiff, .webp, .dpx, .numbers, .nums"
+    said = render_refused(capsys, tmp_path / "p.exr", tmp_path / "a.bmp")
+    assert f"a.bmp: the output must end in {ends}." in said
+    said = refused(capsys, shot_file, tmp_path / "a.####.heic")
+    assert f"the output must end in {ends}, .mov, .mp4." in said
+
+
+def test_a_picture_larger_than_it_allows_is_refused_with_its_size(capsys, tmp_path):
+    write_plate(tmp_path / "p.exr", size=(48, 27))
+    out = tmp_path / "a.numbers"
+    said = stderr_of_run(capsys, 2, "render", tmp_path / "p.exr", "-o", out, "--quality", "draft")
+    assert not out.exists()
+    assert "a.numbers: 48 x 27 pixels are too many for this format, which has at most 40" in said

@@ -1,0 +1,134 @@
+"""The library is mute, on any number of threads; everything else is heard."""
+
+import os
+import subprocess
+import sys
+import threading
+import weakref
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from heatlens.core.base.errors import InputError
+from heatlens.media.files.quiet import quiet_library
+from heatlens.media.plate.read import read_plate
+from support.exr_files import distances, rgb, write_file
+
+
+def test_only_what_the_thread_inside_prints_is_dropped(capfd):
+    with quiet_library():
+        print("inside")
+        os.write(2, b"from C\n")
+        other = threading.Thread(target=lambda: print("outside"))
+        other.start()
+        other.join()
+        with quiet_library():
+            print("inside, twice")
+        print("inside still")
+    print("after")
+    os.write(2, b"from C after\n")
+    assert capfd.readouterr() == ("outside\nafter\n", "from C after\n")
+
+
+def test_blocks_that_overlap_leave_the_streams_as_they_were(capfd):
+    """Each restoring for itself, the second would put back what the first had muted."""
+    stdout, first_is_in, second_is_in = sys.stdout, threading.Event(), threading.Event()
+
+    def first():
+        with quiet_library():
+            first_is_in.set()
+            assert second_is_in.wait(30)
+
+    with ThreadPoolExecutor(1) as threads:
+        job = threads.submit(first)
+        assert first_is_in.wait(30)
+        with quiet_library():
+            second_is_in.set()
+            job.result()
+            print("inside")
+    assert sys.stdout is stdout
+    print("after")
+    os.write(2, b"from C after\n")
+    assert capfd.readouterr() == ("after\n", "from C after\n")
+
+
+def test_the_stream_that_others_print_to_meanwhile_is_never_freed():
+    """`print` borrows sys.stdout: with a stream for each block it crashed, now and then."""
+    seen = []
+    for _ in range(3):
+        with quiet_library():
+            seen.append(weakref.ref(sys.stdout))
+    assert seen[0]() is not None and seen[0]() is seen[2]()
+
+
+def test_python_can_still_complain_on_the_process_stderr(capfd, monkeypatch):
+    """What is lost of stderr is C's; a traceback or a progress line is Python's."""
+    with open(2, "w", buffering=1, closefd=False) as stderr:
+        monkeypatch.setattr(sys, "stderr", stderr)
+        with quiet_library():
+            print("progress", file=sys.stderr)
+            os.write(2, b"from C\n")
+        assert sys.stderr is stderr
+    assert capfd.readouterr() == ("", "progress\n")
+
+
+# One thread prints while others mute the process all the time; without a buffer, as in containers,
+# a line and its end are written one after the other.
+PRINTING = """
+import sys, threading
+from heatlens.media.files.quiet import protect_output, quiet_library
+protect_output()
+
+is_over = threading.Event()
+
+def read():
+    while not is_over.is_set():
+        with quiet_library():
+            pass
+
+threads = [threading.Thread(target=read) for _ in range(2)]
+for thread in threads:
+    thread.start()
+for number in range(2000):
+    print(number, flush=True)
+    print(number, file=sys.stderr)
+is_over.set()
+for thread in threads:
+    thread.join()
+"""
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_every_line_arrives_while_other_threads_mute_the_process(unbuffered):
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    run = subprocess.run(
+        [sys.executable, "-c", PRINTING], env=environment, capture_output=True, text=True
+    )
+    lines = [f"{number}" for number in range(2000)]
+    assert (run.stdout.split("\n")[:-1], run.stderr.split("\n")[:-1]) == (lines, lines)
+
+
+@pytest.mark.parametrize("name", ["stdout", "stderr"])
+def test_a_program_without_a_terminal_reads_as_well(monkeypatch, name):
+    monkeypatch.setattr(sys, name, None)
+    with quiet_library():
+        print("nowhere")
+    assert getattr(sys, name) is None
+
+
+def test_damaged_files_on_many_threads_say_nothing_but_their_sentence(tmp_path, capfd):
+    good = write_file(tmp_path / "good.exr", rgb(64, 64) | {"Z": distances(64, 64)})
+    bad = tmp_path / "bad.exr"
+    bad.write_bytes(good.read_bytes()[:-900])
+    stdout, expected = sys.stdout, read_plate(good).color.tobytes()
+
+    def read(path):
+        try:
+            return read_plate(path).color.tobytes() == expected
+        except InputError as error:
+            return "damaged or cut short" in str(error)
+
+    with ThreadPoolExecutor(4) as threads:
+        assert all(threads.map(read, [good, bad] * 40))
+    assert sys.stdout is stdout
+    assert capfd.readouterr() == ("", "")

@@ -1,0 +1,136 @@
+"""OpenTrackIO with the programs of the standard: its sender, its receiver and its schema.
+
+They are in the public repository SMPTE/ris-osvp-metadata-camdkit. HEATLENS_CAMDKIT names a copy of
+it; what they need besides is `pip install jsonref jsonschema ntplib`.
+"""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.timecode import Timecode
+from heatlens.media.camera.ring_samples import sample_of_shot
+from heatlens.media.live.ring.hearing import Hearing, OpenTrackIODecoder
+from heatlens.media.live.ring.opentrackio import Encoding, datagrams_of, source_id, text_of
+from heatlens.media.live.ring.sources import LensSample
+
+FOLDER = os.environ.get("HEATLENS_CAMDKIT", "")
+pytestmark = pytest.mark.skipif(
+    not FOLDER, reason="HEATLENS_CAMDKIT names no copy of SMPTE/ris-osvp-metadata-camdkit"
+)
+COUNT = 20  # samples
+SHOT = Shot(Lens(50.0, 2.8, 2.0, 36.0), frames_per_second=24000 / 1001).started_at("10:00:00:00")
+
+
+@pytest.fixture(scope="module")
+def schema():
+    """Return the schema, made by the repository itself."""
+    for name in ("jsonref", "jsonschema", "ntplib"):
+        pytest.importorskip(name)
+    source = Path(FOLDER) / "src"
+    maker = [sys.executable, str(source / "tools/python/generate_opentrackio_schema.py")]
+    paths = os.pathsep.join((str(source / "main/python"), *sys.path))
+    environment = os.environ | {"PYTHONPATH": paths}
+    made = subprocess.run(maker, env=environment, capture_output=True, check=True)
+    sys.path.insert(0, str(source / "test/python/parser"))
+    yield json.loads(made.stdout)
+    sys.path.remove(str(source / "test/python/parser"))
+
+
+@pytest.fixture
+def receiver(schema):
+    """Return a receiver of the standard; `taken` has each sample that it has parsed."""
+    module = importlib.import_module("opentrackio_receiver")
+    text = json.dumps(schema)
+    place = {"verbose": False, "multicast_group": "239.135.1.1", "port": 55555}
+    made = module.OpenTrackIOPacketReceiver(place | {"schema_text": text})
+    made.taken, process = [], made._process_payload
+    made._process_payload = lambda: process() and made.taken.append(dict(made.protocol.pd))
+    return made
+
+
+@pytest.fixture
+def transmitter(schema):
+    """Return a function that makes a sender of the standard."""
+    module = importlib.import_module("opentrackio_sender")
+    library = importlib.import_module("opentrackio_lib")
+
+    def made(encoding: Encoding, count: int):
+        known = {"source_number": 1, "port": 55555, "multicast_group": "239.135.1.1"}
+        known |= {"debug": False, "time_source": library.TimeSource.NONE, "num-segments": count}
+        form = library.PayloadFormat(encoding.value)
+        return module.OpenTrackIOPacketTransmitter(known | {"format": form})
+
+    return made
+
+
+@pytest.mark.parametrize("count", range(5), ids="segments {}".format)
+@pytest.mark.parametrize("encoding", Encoding, ids=lambda it: it.name)
+def test_every_sample_of_the_sender_of_the_standard_is_heard(transmitter, encoding, count):
+    hearing, sender = Hearing(OpenTrackIODecoder()), transmitter(encoding, count)
+    datagrams = [it for _ in range(COUNT) for it in sender._create_opentrackio_packet()]
+    for datagram in datagrams:
+        hearing.take(datagram, ("127.0.0.1", 1))
+    assert (hearing.taken, hearing.refused, hearing.lost) == (len(datagrams), 0, 0)
+    assert hearing.sources.version == COUNT
+    found = hearing.sources.heard().sample
+    assert found is not None and found.source == f"urn:uuid:{sender._source_uuid}"
+    assert (found.focus_distance_m, found.f_stop, found.pupil_offset_mm) == (10.0, 4.0, 123.0)
+
+
+def test_a_sender_of_the_standard_that_is_started_again_is_followed(transmitter):
+    now = [0.0]
+    hearing = Hearing(OpenTrackIODecoder(), lambda: now[0])
+    for port in range(3):
+        sender = transmitter(Encoding.JSON, 2)
+        now[0] += 60.0
+        for datagram in sender._create_opentrackio_packet():
+            hearing.take(datagram, ("127.0.0.1", port))
+        sample = hearing.sources.heard().sample
+        assert sample is not None and sample.source == f"urn:uuid:{sender._source_uuid}"
+
+
+def sent(count: int) -> list[LensSample]:
+    """Return samples of a shot that need so many datagrams each, with rings and a long source."""
+    told = [sample_of_shot("s", SHOT, at, SHOT.timecode_at(at, first=0)) for at in range(COUNT)]
+    turns = {"focus_turn": 0.25, "iris_turn": 0.5, "zoom_turn": 1.0, "pupil_offset_mm": -12.5}
+    return told if count == 1 else [replace(sample, **turns) for sample in told]
+
+
+@pytest.mark.parametrize("count", range(1, 5), ids="segments {}".format)
+@pytest.mark.parametrize("encoding", Encoding, ids=lambda it: it.name)
+def test_the_receiver_of_the_standard_takes_every_sample(monkeypatch, receiver, encoding, count):
+    number = 1
+    for sample in sent(count):
+        text = text_of(sample, encoding)
+        most = "heatlens.media.live.ring.opentrackio.MAX_SEGMENT_BYTES"
+        monkeypatch.setattr(most, -(-len(text) // count))
+        datagrams = list(datagrams_of(text, encoding, number))
+        assert len(datagrams) == count
+        assert all(receiver._parse_packet(datagram) for datagram in datagrams)
+        number += count
+    assert len(receiver.taken) == COUNT
+    protocol = receiver.protocol
+    assert protocol.get_timecode() == "10:00:00:19"
+    assert protocol.get_timecode_framerate() == 24000 / 1001
+    assert (protocol.get_focus_distance(), protocol.get_focal_length()) == (2.0, 50.0)
+
+
+@pytest.mark.parametrize("drop", [False, True], ids=["counted", "drop frame"])
+@pytest.mark.parametrize("count", [1, 2], ids=["lens", "lens and rings"])
+def test_what_is_sent_passes_the_schema(schema, drop, count):
+    import jsonschema
+
+    for sample in sent(count):
+        timecode = Timecode(10, 0, 0, 2, drop)
+        told = json.loads(text_of(replace(sample, timecode=timecode), Encoding.JSON, 200))
+        jsonschema.validate(told, schema)
+        assert told["sourceId"] == source_id("s")

@@ -1,0 +1,131 @@
+"""Whatever a stranger sends over tev's protocol, the server stays up, in its bounds, and useful."""
+
+import random
+import struct
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from tevclient import packet as client_packet
+
+from heatlens.media.live.stream.images import TevImages
+from heatlens.media.live.stream.protocol import (
+    CreateImage,
+    PacketStream,
+    TevPacketError,
+    TevStreamError,
+    UpdateImage,
+    message_of,
+)
+from support.tev_packets import GOOD
+from support.tev_peers import CHANNELS, assert_shows, packet, picture, send, serving, settle, show
+
+MAX_VALUES = 4096
+
+
+@st.composite
+def damaged(draw):
+    """Return a good packet with bytes changed and its end cut off or grown; its length is true."""
+    body = bytearray(draw(st.sampled_from(GOOD))[4:])
+    for _ in range(draw(st.integers(0, 6))):
+        body[draw(st.integers(0, min(len(body) - 1, 90)))] = draw(st.integers(0, 255))
+    body = body[: draw(st.integers(0, len(body)))] + draw(st.binary(max_size=9))
+    return struct.pack("<I", 4 + len(body)) + bytes(body)
+
+
+@given(damaged())
+@settings(max_examples=400, deadline=None)
+def test_a_packet_is_a_message_or_an_error(data):
+    images = TevImages(max_values=MAX_VALUES)
+    images.apply(CreateImage("a", 9, 6, tuple(CHANNELS)))
+    try:
+        message = message_of(data[4:])
+        if isinstance(message, UpdateImage):
+            sizes = {tile.shape for tile in message.tiles.values()}
+            assert len(sizes) == 1
+            assert all(tile.size * 4 <= len(data) for tile in message.tiles.values())
+        images.apply(message)
+    except TevPacketError as error:
+        assert str(error)
+    assert images.value_count <= MAX_VALUES
+
+
+@given(st.lists(st.sampled_from(GOOD), max_size=5), st.data())
+@settings(max_examples=100, deadline=None)
+def test_a_stream_is_its_packets_wherever_it_is_cut(packets, data):
+    """Law: cut(join(packets)) = packets, however the bytes come in."""
+    left, stream, found = b"".join(packets), PacketStream(), []
+    while left:
+        count = data.draw(st.integers(1, min(stream.wanted, len(left))))
+        whole = stream.feed(left[:count])
+        left = left[count:]
+        if whole is not None:
+            found.append(bytes(whole))
+    assert found == [one[4:] for one in packets] and stream.held == 0
+
+
+@pytest.mark.parametrize("length", [0, 3, (1 << 28) + 1, 2**32 - 1])
+def test_a_length_that_cannot_be(length):
+    with pytest.raises(TevStreamError):
+        PacketStream().feed(struct.pack("<I", length))
+
+
+@pytest.fixture(scope="module")
+def server():
+    """Return one receiver for all examples; no example may harm the next."""
+    with serving(images=TevImages(max_values=MAX_VALUES)) as server:
+        yield server
+
+
+def assert_still_useful(server):
+    show(server, "good", picture())
+    assert_shows(server.snapshot("good"), picture())
+    assert server._images.value_count <= MAX_VALUES
+    assert not server._clients
+
+
+@given(st.lists(damaged(), max_size=6), st.data())
+@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+def test_a_server_outlives_damaged_packets_cut_anywhere(server, packets, data):
+    stream = b"".join(packets)
+    send(server, stream[: data.draw(st.integers(0, len(stream)))])
+    assert_still_useful(server)
+
+
+@given(st.binary(max_size=300))
+@settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
+def test_a_server_outlives_noise(server, data):
+    send(server, data)
+    assert_still_useful(server)
+
+
+def test_every_snapshot_of_damaged_images_is_a_plate_or_a_sentence(server):
+    """Values too: any bits may stand in a channel."""
+    chance = random.Random(4)
+    for _ in range(40):
+        values = np.frombuffer(chance.randbytes(9 * 6 * 4 * 4), "<f4").reshape(6, 9, 4)
+        values = np.where(chance.random() < 0.5, values, np.float32(chance.choice([0, np.nan])))
+        send(server, bytes(client_packet.create_image("bits", 9, 6, CHANNELS)))
+        send(server, bytes(client_packet.update_image("bits", values, CHANNELS)))
+        settle(server)
+        plate = server.snapshot("bits")
+        if plate is None:
+            assert "bits" in server.problem
+        else:
+            assert np.isfinite(plate.color).all() and (plate.depth_m > 0).all()
+
+
+def test_memory_is_taken_for_what_came_not_for_what_was_said(server):
+    said = struct.pack("<I", 1 << 28)
+    huge = packet(4, True, "huge", 16384, 16384, 64, *map(str, range(64)))
+    tracemalloc.start()
+    try:
+        for start in (said + bytes(100), huge, packet(3, True, "a", "R", 0, 0, 16384, 16384)):
+            send(server, start)
+        assert_still_useful(server)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 8 << 20

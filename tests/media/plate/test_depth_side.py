@@ -1,0 +1,109 @@
+"""Pictures that hold their depth in one half are the same plates as those in two files."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.depth_words import DepthConvention, DepthSide
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.plate.parts.header_read import read_color_header
+from heatlens.media.plate.read import read_plate
+from heatlens.media.plate.windows import box_at_header
+from support.exr_files import rgb, write_file
+from support.movies import write_movie
+
+SIDES = [side for side in DepthSide if side is not DepthSide.NONE]
+ENDS = {"near_m": 1.0, "far_m": 5.0, "depth_convention": DepthConvention.NORMALIZED}
+
+
+def joined(side, color, depth):
+    first, second = (depth, color) if side in ("left", "top") else (color, depth)
+    return np.concatenate([first, second], axis=1 if side in ("left", "right") else 0)
+
+
+def save(path, pixels):
+    Image.fromarray(pixels).save(path)
+    return path
+
+
+@pytest.fixture
+def halves(rng):
+    grey = rng.integers(0, 256, (6, 8, 1)).astype(np.uint8)
+    return rng.integers(0, 256, (6, 8, 3)).astype(np.uint8), np.repeat(grey, 3, axis=2)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_one_picture_is_the_plate_of_two(tmp_path, halves, side):
+    color, depth = halves
+    both = save(tmp_path / "both.png", joined(side, color, depth))
+    depth_file = save(tmp_path / "depth.png", depth[:, :, 0])
+    alone = save(tmp_path / "color.png", color)
+    found = read_plate(both, PlateOptions(depth_side=side, **ENDS))
+    wanted = read_plate(alone, PlateOptions(depth_source=str(depth_file), **ENDS))
+    np.testing.assert_array_equal(found.color, wanted.color)
+    np.testing.assert_array_equal(found.depth_m, wanted.depth_m)
+    assert found.display_window == wanted.display_window
+    header = read_color_header(both, PlateOptions(depth_side=side))
+    assert box_at_header(header, "displayWindow") == wanted.display_window
+
+
+@pytest.mark.parametrize(("size", "side"), [((5, 8), "right"), ((8, 5), "top"), ((1, 4), "left")])
+def test_a_picture_that_cannot_be_halved_is_refused(tmp_path, size, side):
+    path = save(tmp_path / "a.png", np.zeros((size[1], size[0], 3), np.uint8))
+    with pytest.raises(InputError, match=r"a\.png is .* cannot be halved"):
+        read_plate(path, PlateOptions(depth_side=side, **ENDS))
+
+
+def test_a_depth_in_colours_is_refused(tmp_path, halves):
+    path = save(tmp_path / "a.png", joined("right", halves[0], halves[0]))
+    with pytest.raises(InputError, match="is coloured, so it is not a depth"):
+        read_plate(path, PlateOptions(depth_side="right", **ENDS))
+
+
+def test_an_exr_has_channels_instead(tmp_path):
+    path = write_file(tmp_path / "a.exr", rgb() | {"Z": np.full((6, 8), 3.0, "f4")})
+    with pytest.raises(InputError, match=r"a\.exr is an EXR.*leave --depth-side out"):
+        read_plate(path, PlateOptions(depth_side="right"))
+
+
+@pytest.mark.parametrize(
+    "more", [{"depth_source": "z.png"}, {"depth_model": "n.onnx"}, {"depth_channel": "Z"}]
+)
+def test_a_depth_has_one_place(tmp_path, halves, more):
+    path = save(tmp_path / "a.png", joined("right", *halves))
+    with pytest.raises(InputError, match=r"a\.png: .* give one of"):
+        read_plate(path, PlateOptions(depth_side="right", **more))
+
+
+def side_by_side(side, width, height, tint=None):
+    """A picture of patches of strong colours, beside a depth; `tint` is put into the depth."""
+    rng = np.random.default_rng(3)
+    patches = rng.integers(0, 65535, (height // 20 + 1, width // 20 + 1, 3)).astype(np.uint16)
+    color = patches.repeat(20, 0).repeat(20, 1)[:height, :width]
+    ramp = np.linspace(6000, 60000, width, dtype=np.uint16)
+    depth = np.broadcast_to(ramp[None, :, None], (height, width, 3)).copy()
+    depth[height // 4 : height // 2, : width // 2] = 50000
+    if tint is not None:
+        depth[tint] = 60000, 30000, 5000
+    return joined(side, color, depth)
+
+
+@pytest.mark.parametrize("crf", ["12", "23"])
+@pytest.mark.parametrize("width", [280, 320, 402])
+@pytest.mark.parametrize("side", SIDES)
+def test_the_seam_of_a_movie_in_h264_is_no_colour(tmp_path, side, width, crf):
+    """4:2:0, of half widths that blocks of the codec divide, and of others."""
+    pictures = [side_by_side(side, width, 180)] * 3
+    movie = write_movie(tmp_path / "a.mp4", pictures, "H.264", options={"crf": crf})
+    plate = read_plate(movie / "frame.0002.mp4", PlateOptions(depth_side=side, **ENDS))
+    assert plate.depth_m[60, 60] == pytest.approx(1 + 4 * 50000 / 65535, rel=0.02)
+
+
+@pytest.mark.parametrize("crf", ["12", "23"])
+@pytest.mark.parametrize("tint", [np.s_[:, :], np.s_[100:112, 200:212]])
+def test_a_colour_in_a_movie_is_refused_also_in_a_small_part(tmp_path, tint, crf):
+    pictures = [side_by_side("right", 320, 180, tint)] * 3
+    movie = write_movie(tmp_path / "a.mp4", pictures, "H.264", options={"crf": crf})
+    with pytest.raises(InputError, match="is coloured, so it is not a depth"):
+        read_plate(movie / "frame.0001.mp4", PlateOptions(depth_side="right", **ENDS))

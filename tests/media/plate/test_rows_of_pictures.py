@@ -1,0 +1,41 @@
+"""Every reader of a picture turns it as the file says, whatever number of bits it has."""
+
+import numpy as np
+import OpenImageIO
+import pytest
+from PIL import Image
+
+from heatlens.media.plate.picture.picture_open import open_picture, picture_info
+from support.picture_files import colors
+
+ORIENTATIONS = range(1, 9)
+
+
+@pytest.mark.parametrize("orientation", ORIENTATIONS)
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+def test_8_16_and_32_bits_are_turned_alike(tmp_path, suffix, orientation):
+    """Pillow reads 8 bits of colour, OpenImageIO more."""
+    kinds = {"uint8": 1, "uint16": 257} | ({"float": 1 / 255} if suffix == ".tif" else {})
+    seen = {}
+    for kind, factor in kinds.items():
+        path, values = tmp_path / f"{kind}{suffix}", colors().astype(np.float64) * factor
+        spec = OpenImageIO.ImageSpec(values.shape[1], values.shape[0], 3, kind)
+        spec.attribute("Orientation", orientation)
+        out = OpenImageIO.ImageOutput.create(str(path))
+        stored = values.astype(np.float32 if kind == "float" else kind)
+        assert out.open(str(path), spec) and out.write_image(stored)
+        out.close()
+        read = open_picture(path)
+        assert picture_info(path)[0] == read.values.shape[1::-1]
+        seen[kind] = read.values.astype(np.float64) / factor
+    for values in seen.values():
+        np.testing.assert_allclose(values, seen["uint8"], atol=1e-4)
+
+
+@pytest.mark.parametrize("orientation", ORIENTATIONS)
+def test_the_size_of_a_photo_is_told_as_it_is_shown(tmp_path, orientation):
+    path = tmp_path / "photo.jpg"
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    Image.fromarray(colors()).save(path, exif=exif)
+    assert picture_info(path)[0] == open_picture(path).values.shape[1::-1]

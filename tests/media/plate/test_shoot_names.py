@@ -1,0 +1,145 @@
+"""The names by which cameras on a set tell their lens, in headers and in tables."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.core.model.units import format_distance, parse_distance_m
+from heatlens.media.plate.header.camera_header import camera_at_header
+from heatlens.media.plate.header.shoot_names import ShootLens, is_of_shoot, shoot_lens
+
+VALUES = st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=12)
+NAMES = st.sampled_from(
+    ["Lens Focus Distance", "focus", "Aperture", "Lens Linear Iris", "zoom", "Lens Squeeze", "x"]
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "metres"),
+    [
+        ("Lens Focus Distance", "4.8", 4.8),
+        ("Focus Distance (ft)", "10", 3.048),
+        ("focus_distance_mm", 1900, 1.9),
+        ("com.arri.camera.LensFocusDistance", 4.8, 4.8),
+        ("cooke/focusDistance", "inf", math.inf),
+        ("zeiss:focus_distance_cm", 250.0, 2.5),
+        ("Focus Distance", "0", None),
+        ("Focus Distance", "--", None),
+        ("Focus Distance", float("nan"), None),
+    ],
+)
+def test_a_focus_is_in_metres(name, value, metres):
+    told = shoot_lens({name: value}).focus_distance_m
+    assert told == (None if metres is None else pytest.approx(metres))
+
+
+def test_the_unit_may_stand_in_an_entry_of_its_own():
+    lens = shoot_lens({"LensFocusDistance": 10, "LensDistanceUnit": "Feet"})
+    assert (lens.focus_distance_m, lens.has_unit) == (pytest.approx(3.048), True)
+    assert not shoot_lens({"LensFocusDistance": 10}).has_unit
+
+
+@pytest.mark.parametrize(
+    ("value", "stop"),
+    [
+        ("2.8", 2.8),
+        ("T2.8", 2.8),
+        ("f/2.8", 2.8),
+        ("1.4 + 7/10", 1.784),
+        ("T 2 3/10", 2.219),
+        ("T 4", 4.0),
+        (4.0, 4.0),
+        ("--", None),
+        ("closed", None),
+        (0, None),
+    ],
+)
+def test_an_iris_is_read_however_it_is_written(value, stop):
+    told = shoot_lens({"Lens Iris": value}).t_stop
+    assert told == (None if stop is None else pytest.approx(stop, abs=1e-3))
+
+
+@given(st.dictionaries(NAMES, VALUES, max_size=6))
+def test_whatever_stands_there_is_a_lens_or_not_told(told):
+    lens = shoot_lens(told)
+    for value in (lens.focal_length_mm, lens.f_stop, lens.t_stop, lens.squeeze):
+        assert value is None or 0 < value < math.inf
+    assert lens.focus_distance_m is None or lens.focus_distance_m > 0
+
+
+def test_headers_of_a_shoot_tell_the_lens_and_standard_ones_come_first():
+    arri = {
+        "com.arri.camera.LensFocusDistance": 3.2,
+        "com.arri.camera.LensFocalLength": 47.0,
+        "com.arri.camera.LensIris": "2.8",
+    }
+    camera = camera_at_header([arri])
+    assert (camera.focus_distance_m, camera.focal_length_mm) == (3.2, 47.0)
+    assert (camera.f_stop, camera.t_stop) == (2.8, 2.8)
+    assert "T-stop" in camera.sources["f_stop"]
+    assert "metres" in camera.sources["focus_distance_m"]
+    both = camera_at_header([arri | {"focus": 5.0, "aperture": 4.0}])
+    assert (both.focus_distance_m, both.f_stop) == (5.0, 4.0)
+
+
+@pytest.mark.parametrize("name", ["cameraFocalLength", "vrayInfo/camera", "focus", "Iris"])
+def test_names_of_renderers_are_none_of_a_shoot(name):
+    assert not is_of_shoot(name)
+    assert camera_at_header([{name: 25.0}]).focal_length_mm is None
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "metres"),
+    [
+        ("focus", "6' 3\"", 1.905),
+        ("focus", "6ft", 1.8288),
+        ("focus", "150cm", 1.5),
+        ("Focus Distance (m)", "6ft", 1.8288),
+        ("Focus Distance (ft)", "2m", 2.0),
+        ("Focus Distance [ft]", "10", 3.048),
+        ("Focus Distance (ft)", "7", 2.1336),
+        ("focus_distance_feet", "10", 3.048),
+        ("Lens Focus Distance", "2,5", 2.5),
+        ("Lens Focus Distance", "inf", math.inf),
+    ],
+)
+def test_a_unit_beside_the_value_goes_before_that_of_the_name(name, value, metres):
+    lens = shoot_lens({name: value})
+    assert lens.focus_distance_m == pytest.approx(metres)
+    assert lens.has_unit == (
+        not value[-1].isdigit() or name not in ("focus", "Lens Focus Distance")
+    )
+
+
+def test_a_length_of_the_lens_may_have_a_unit_and_a_comma():
+    for name, value in (("zoom", "35,5"), ("zoom", "35.5 mm"), ("Focal Length (cm)", "3,55")):
+        assert shoot_lens({name: value}).focal_length_mm == pytest.approx(35.5)
+
+
+@pytest.mark.parametrize("value", ["abc", "-2", "1,900", "6 yards", "2 3", "2.8.1"])
+def test_what_cannot_be_read_is_named_and_not_missing(value):
+    lens = shoot_lens({"Focus Distance": value, "Lens Iris": value, "zoom": value})
+    assert lens.unreadable["focus_distance_m"] == "Focus Distance"
+    assert set(lens.unreadable) == {"focus_distance_m", "t_stop", "focal_length_mm"}
+    assert lens.focus_distance_m is lens.t_stop is lens.focal_length_mm is None
+
+
+@pytest.mark.parametrize("value", ["", " ", "--", "N/A", "0.000", 0, float("nan"), None])
+def test_what_is_missing_is_not_unreadable(value):
+    assert not shoot_lens({"Focus Distance": value, "Lens Iris": value}).unreadable
+
+
+@given(st.floats(1e-3, 1e5), st.sampled_from(["m", "ft"]), st.sampled_from(["", " (ft)", " (mm)"]))
+def test_a_distance_that_heatlens_formats_comes_back(distance_m, unit, of_column):
+    text = format_distance(distance_m, unit)
+    lens = shoot_lens({f"Focus Distance{of_column}": text})
+    assert lens.has_unit and lens.focus_distance_m == parse_distance_m(text)
+    assert lens.focus_distance_m == pytest.approx(distance_m, rel=6e-4, abs=0.0013)
+
+
+def test_no_entries_are_no_lens():
+    assert shoot_lens({}) == ShootLens()
+    assert (ShootLens().sources, ShootLens().unreadable, ShootLens().conflicts) == ({}, {}, {})
+    assert ShootLens().has_unit and ShootLens().focus_distance_m is None

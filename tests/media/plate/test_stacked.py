@@ -1,0 +1,109 @@
+"""Pictures behind each other become one list a pixel, as a loop over the pixels finds it."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.media.plate.deep.stacked import Surface, farthest_m, stacked
+from heatlens.media.plate.fragments import SAME_DEPTH, FragmentLists
+
+COVERS = [0.0, 0.25, 0.5, 1.0]
+Fragment = tuple[float, float, float]  # metres, coverage, red
+DEPTHS = [1.0, 2.0, 2.5, 7.0, np.inf]
+
+
+@st.composite
+def stacks(draw) -> list[Surface]:
+    """Return one to four surfaces of 2 x 3 pixels; colours are exact in half."""
+    surfaces = []
+    for _ in range(draw(st.integers(1, 4))):
+        cover = draw(st.lists(st.sampled_from(COVERS), min_size=6, max_size=6))
+        depth = draw(st.lists(st.sampled_from(DEPTHS), min_size=6, max_size=6))
+        light = draw(st.lists(st.integers(0, 16), min_size=6, max_size=6))
+        rgba = np.ones((6, 4), np.float32) * np.array(light, np.float32)[:, None] / 4
+        rgba *= np.array(cover, np.float32)[:, None]
+        rgba[:, 3] = cover
+        surfaces.append(Surface(rgba.reshape(2, 3, 4), np.array(depth, np.float32).reshape(2, 3)))
+    return surfaces
+
+
+def fragments_of(surfaces: list[Surface], pixel: int) -> list[Fragment]:
+    """Return (distance, coverage, red) near to far, one fragment for each distance."""
+    found = []
+    for surface in surfaces:
+        *rgb, cover = surface.color.reshape(-1, 4)[pixel]
+        if cover > 0:
+            found.append((float(surface.depth_m.ravel()[pixel]), float(cover), float(rgb[0])))
+    kept: list[Fragment] = []
+    for depth, cover, red in sorted(found):
+        if kept and kept[-1][0] == depth:
+            _, before, before_red = kept.pop()
+            cover, red = before + (1 - before) * cover, before_red + (1 - before) * red
+        kept.append((depth, cover, red))
+    return [(depth, cover, red / cover) for depth, cover, red in kept]
+
+
+def list_of(lists: FragmentLists | None, pixel: int) -> tuple[bool, list[Fragment]]:
+    if lists is None:
+        return False, []
+    first, end = int(lists.starts[pixel]) >> 1, int(lists.starts[pixel + 1]) >> 1
+    with np.errstate(divide="ignore"):
+        depth = 1 / lists.dioptres[first:end]
+    rows = zip(depth, lists.coverage[first:end], lists.color[first:end, 0], strict=True)
+    return bool(lists.starts[pixel] & 1), [tuple(map(float, row)) for row in rows]
+
+
+@given(stacks())
+def test_each_pixel_has_the_list_that_a_loop_finds(surfaces):
+    made = stacked(surfaces)
+    found = [fragments_of(surfaces, pixel) for pixel in range(6)]
+    has_lists = any(len(fragments) > 1 for fragments in found)
+    for pixel, expected in enumerate(found):
+        shown, left = np.zeros(4), 1.0
+        for _, cover, red in expected:
+            shown += left * cover * np.array([red, red, red, 1.0])
+            left *= 1 - cover
+        np.testing.assert_allclose(made.color.reshape(-1, 4)[pixel], shown, atol=1e-6)
+        nearest = expected[0][0] if expected else np.inf
+        assert made.depth_m.ravel()[pixel] == nearest
+        has_front, listed = list_of(made.lists, pixel)
+        is_opaque = bool(expected) and expected[0][1] == 1.0
+        assert has_front == (has_lists and bool(expected) and not is_opaque)
+        behind = expected if has_front else expected[1:] if is_opaque else []
+        assert len(listed) == len(behind)
+        np.testing.assert_allclose(listed, behind, rtol=1e-3)  # colours are halfs
+
+
+@given(stacks(), st.randoms(use_true_random=False))
+def test_the_order_of_surfaces_does_not_matter(surfaces, random):
+    made = stacked(surfaces)
+    random.shuffle(surfaces)
+    again = stacked(surfaces)
+    assert np.array_equal(made.color, again.color)
+    assert np.array_equal(made.depth_m, again.depth_m)
+    assert (made.lists is None) == (again.lists is None)
+    if made.lists is not None and again.lists is not None:
+        assert np.array_equal(made.lists.starts, again.lists.starts)
+        assert np.array_equal(made.lists.words, again.lists.words)
+
+
+@pytest.mark.parametrize("second_m", [2.0, 2.0 * (1 + 0.5 * SAME_DEPTH)])
+def test_an_opaque_surface_twice_is_one(second_m):
+    color = np.ones((1, 1, 4), np.float32)
+    twice = [Surface(color, np.full((1, 1), z, np.float32)) for z in (2.0, second_m)]
+    assert stacked(twice).lists is None
+
+
+@given(stacks())
+def test_the_farthest_is_the_last_of_a_pixels_list_else_what_is_seen(surfaces):
+    made = stacked(surfaces)
+    found = farthest_m(Surface(made.color, made.depth_m, made.lists)).ravel()
+    expected = made.depth_m.copy().ravel()
+    for pixel in range(6 if made.lists is not None else 0):
+        begin, end = (int(it) >> 1 for it in made.lists.starts[pixel : pixel + 2])
+        if begin < end:
+            last = made.lists.dioptres[end - 1]
+            expected[pixel] = np.float32(1.0) / last if last > 0 else np.inf
+    np.testing.assert_array_equal(found, expected)
+    assert np.all(found >= made.depth_m.ravel() * (1 - 1e-6))

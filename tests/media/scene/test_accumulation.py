@@ -1,0 +1,229 @@
+"""Views through the whole lens, added up: a point becomes the disc that the thin lens says."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from demo_street.shapes import moved, quads, scaled
+from heatlens.core.model.focus.coc import axial_px, coc_line, coc_px
+from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
+from heatlens.core.model.lens.lens import Lens, LensModel
+from heatlens.core.model.shot.framing import Pose
+from heatlens.media.scene.scene import Daylight, Instance, Material, Scene
+from heatlens.media.scene.scene_view import SceneView, pupil_of, view_of
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.textures import download, new_texture
+from heatlens.render.scene_gpu.accumulation import Accumulation
+from heatlens.render.scene_gpu.raster import SceneRaster
+
+SIZE = (48, 40)
+LENS = Lens(100.0, 1.0, 2.0, 36.0)
+FOCAL_PX = SIZE[0] * 100.0 / 36.0
+NIGHT = Daylight(sun=(0, 0, 0), zenith=(0, 0, 0), horizon=(0, 0, 0), ground=(0, 0, 0))
+QUAD_PX = 2.0
+RADIANCE = 40.0
+VIEWS = 256
+AT_PX = (4.25, -3.25)  # right of and above the middle, between two pixels' edges
+
+
+def lamp_at(depth_m: float) -> Scene:
+    """Return a square that a pinhole sees QUAD_PX wide around AT_PX, and nothing else."""
+    half, metre_px = QUAD_PX / 2, FOCAL_PX / depth_m
+    square = quads(
+        [np.array([(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)])]
+    )
+    place = moved(AT_PX[0] / metre_px, -AT_PX[1] / metre_px, -depth_m)
+    place = place @ scaled(1 / metre_px, 1 / metre_px, 1.0)
+    lit = Material(base_color=(0, 0, 0), emission=(RADIANCE, RADIANCE / 2, 0.0))
+    return Scene(Path("lamp"), (square,), (Instance("lamp", 0, place),), (lit,), daylight=NIGHT)
+
+
+def view_through(lens: Lens) -> SceneView:
+    return view_of(Pose(), lens, SIZE, np.array([(-9, -9, -9.0), (9, 9, -0.1)]))
+
+
+class Lab:
+    """One raster, fresh sums."""
+
+    def __init__(self, ctx: Device) -> None:
+        self.ctx = ctx
+        self.raster = SceneRaster(ctx)
+        self.out = new_texture(ctx, SIZE, 4)
+
+    def load(self, depth_m: float) -> None:
+        self.raster.load(lamp_at(depth_m))
+        self.raster.place(1)
+
+    def seen(self, lens: Lens, *views: int, sums: Accumulation | None = None) -> np.ndarray:
+        """Return (H, W, 4) after requesting each number of views in turn."""
+        sums = sums or Accumulation(self.ctx, self.raster)
+        for count in views:
+            self.out.write(np.full((*SIZE, 4), 7, np.float32).tobytes())
+            key = (lens, self.raster.buffers.scene)
+            steps = list(sums.steps(view_through(lens), pupil_of(lens), count, self.out, key))
+            assert set(steps) <= {"view"}
+        return download(self.out)
+
+    def seen_in_colors(self, lens: Lens, views: int) -> np.ndarray:
+        """Return (H, W, 4) of this many points of the lens, each drawn once for each colour."""
+        sums = Accumulation(self.ctx, self.raster)
+        list(sums.steps(view_through(lens), pupil_of(lens), views, self.out, lens))
+        return download(self.out)
+
+
+@pytest.fixture(scope="module")
+def lab(session_context: Device) -> Iterator[Lab]:
+    held = Lab(session_context)
+    yield held
+    held.raster.release()
+
+
+def spread(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and variance along x and y, in pixels from the picture's middle."""
+    weights = light / light.sum()
+    places = [np.arange(n) + 0.5 - n / 2 for n in SIZE]
+    sums = [weights.sum(axis=0), weights.sum(axis=1)]
+    means = np.array([at @ share for at, share in zip(places, sums, strict=True)])
+    squares = np.array([at**2 @ share for at, share in zip(places, sums, strict=True)])
+    return means, squares - means**2
+
+
+@pytest.mark.parametrize("depth_m", [0.8, 1.2, 2.0, 3.0, 8.0])
+@pytest.mark.parametrize(
+    ("squeeze", "model"),
+    [(1.0, LensModel.PHOTOGRAPHIC), (1.0, LensModel.RENDERER), (1.8, LensModel.PHOTOGRAPHIC)],
+)
+def test_a_lamp_becomes_the_disc_of_the_thin_lens(
+    ctx: Device, lab: Lab, depth_m: float, squeeze: float, model: LensModel
+) -> None:
+    lens = replace(LENS, squeeze=squeeze, model=model)
+    lab.load(depth_m)
+    light = lab.seen(lens, VIEWS)[..., 0].astype(np.float64)
+    diameter = abs(float(coc_px(depth_m, coc_line(lens, SIZE[0]))))
+    means, variances = spread(light)
+    # A disc's variance is (d / 4)^2 along each axis, a box's its width squared over 12, but for
+    # what pixels as coarse as the light make of it.
+    own = (QUAD_PX**2 + 1.0) / 12
+    expected = [(diameter / squeeze / 4) ** 2 + own, (diameter / 4) ** 2 + own]
+    np.testing.assert_allclose(variances, expected, rtol=0.02, atol=0.1)
+    np.testing.assert_allclose(means, AT_PX, atol=0.05)
+    np.testing.assert_allclose(light.sum(), RADIANCE * QUAD_PX**2, rtol=0.01)
+
+
+def test_the_disc_is_even_and_ends_where_it_should(ctx: Device, lab: Lab) -> None:
+    lab.load(0.8)
+    light = lab.seen(LENS, 1024)[..., 0].astype(np.float64)
+    radius = abs(float(coc_px(0.8, coc_line(LENS, SIZE[0])))) / 2
+    y, x = np.indices(light.shape) + 0.5
+    far = np.hypot(x - SIZE[0] / 2 - AT_PX[0], y - SIZE[1] / 2 - AT_PX[1])
+    reach = (QUAD_PX + 1) / np.sqrt(2)
+    assert light[far > radius + reach].max() == 0
+    inside = light[far < radius - reach]
+    even = RADIANCE * QUAD_PX**2 / (np.pi * radius**2)
+    np.testing.assert_allclose(inside, even, rtol=0.25)
+    np.testing.assert_allclose(inside.mean(), even, rtol=0.01)
+
+
+def test_what_is_in_focus_is_as_sharp_as_through_a_pinhole(ctx: Device, lab: Lab) -> None:
+    lab.load(LENS.focus_distance_m)
+    through_lens = lab.seen(LENS, VIEWS)
+    pinhole = lab.seen(replace(LENS, f_stop=1e5), VIEWS)
+    np.testing.assert_array_equal(through_lens, pinhole)
+    assert np.count_nonzero(through_lens[..., 0]) <= (QUAD_PX + 1) ** 2
+
+
+def test_an_edge_has_the_share_of_the_pixel_that_is_covered(ctx: Device, lab: Lab) -> None:
+    lab.load(LENS.focus_distance_m)
+    light = lab.seen(LENS, 1024)[..., 0]
+    shares = []
+    for side, at in zip(SIZE, AT_PX, strict=True):
+        left = np.arange(side) - side / 2 - at
+        overlap = np.minimum(left + 1, QUAD_PX / 2) - np.maximum(left, -QUAD_PX / 2)
+        shares.append(np.clip(overlap, 0, 1))
+    np.testing.assert_allclose(light, RADIANCE * np.outer(shares[1], shares[0]), atol=0.4)
+
+
+def test_all_colours_and_the_alpha_are_meant(ctx: Device, lab: Lab) -> None:
+    lab.load(1.2)
+    picture = lab.seen(LENS, 50)
+    np.testing.assert_allclose(picture[..., 1], picture[..., 0] / 2, rtol=1e-6)
+    assert not picture[..., 2].any()
+    np.testing.assert_array_equal(picture[..., 3], 1)
+
+
+def test_more_views_go_on_where_the_others_stopped(ctx: Device, lab: Lab) -> None:
+    lab.load(0.8)
+    at_once = lab.seen(LENS, 64)
+    assert np.any(lab.seen(LENS, 16) != at_once)
+    np.testing.assert_array_equal(lab.seen(LENS, 16, 64), at_once)
+    np.testing.assert_array_equal(lab.seen(LENS, 5, 64, 64), at_once)
+    np.testing.assert_array_equal(lab.seen(LENS, 300, 64), at_once)
+
+
+def test_only_what_is_new_is_drawn(ctx: Device, lab: Lab) -> None:
+    lab.load(0.8)
+    sums = Accumulation(ctx, lab.raster)
+    asked = [4, 4, 9, 2]
+    counts = [
+        len(list(sums.steps(view_through(LENS), pupil_of(LENS), views, lab.out, "same")))
+        for views in asked
+    ]
+    assert counts == [4, 0, 5, 2]
+
+
+def test_another_key_begins_again(ctx: Device, lab: Lab) -> None:
+    sums = Accumulation(ctx, lab.raster)
+    lab.load(0.8)
+    lab.seen(LENS, 32, sums=sums)
+    lab.load(3.0)
+    np.testing.assert_array_equal(lab.seen(LENS, 32, sums=sums), lab.seen(LENS, 32))
+
+
+def test_what_was_left_half_way_is_gone_on_with(ctx: Device, lab: Lab) -> None:
+    lab.load(1.2)
+    sums = Accumulation(ctx, lab.raster)
+    key = (LENS, lab.raster.buffers.scene)
+    steps = sums.steps(view_through(LENS), pupil_of(LENS), 32, lab.out, key)
+    for _ in range(10):
+        next(steps)
+    so_far = download(lab.out)
+    np.testing.assert_array_equal(so_far, lab.seen(LENS, 10))
+    steps.close()
+    np.testing.assert_array_equal(lab.seen(LENS, 32, sums=sums), lab.seen(LENS, 32))
+
+
+OPENINGS: dict[str, dict[str, float]] = {
+    "six blades": {"blades": 6, "blade_rotation_deg": 15.0},
+    "three curved blades": {"blades": 3, "blade_curvature": 0.5},
+    "cat's eye": {"cat_eye": 1.0},
+    "bright rim": {"rim": 1.0},
+    "five blades, squeezed": {"blades": 5, "squeeze": 2.0},
+    "colours": {"axial_colour_mm": 0.6},
+}
+
+
+@pytest.mark.parametrize("depth_m", [1.1, 6.0])
+@pytest.mark.parametrize("opening", OPENINGS.values(), ids=OPENINGS.keys())
+def test_a_lamp_becomes_the_disc_of_the_opening(
+    lab: Lab, opening: dict[str, float], depth_m: float
+) -> None:
+    """Middle and variance of both colours, against the shape on its own."""
+    lens = replace(LENS, f_stop=1.4, **opening)
+    lab.load(depth_m)
+    light = lab.seen_in_colors(lens, VIEWS)
+    radius = float(coc_px(depth_m, coc_line(lens, SIZE[0]))) / 2
+    place = SIZE[0] / 2 + AT_PX[0], SIZE[1] / 2 + AT_PX[1]
+    shape = DiscShape(lens.aperture, 1.0, PictureField.of(SIZE))
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]] + 0.5
+    for color, own in ((0, radius - axial_px(lens, SIZE[0]) / 2), (1, radius)):
+        expected = shape.coverage(x - place[0], y - place[1], own, 0.5, place)
+        means, variances = spread(light[..., color].astype(np.float64))
+        expected_means, expected_variances = spread(expected)
+        np.testing.assert_allclose(means, expected_means, atol=0.15)
+        # The lamp has a size of its own, and the shape a ramp all around.
+        np.testing.assert_allclose(
+            np.sqrt(variances), np.sqrt(expected_variances + (QUAD_PX**2 + 1) / 12), atol=0.12
+        )

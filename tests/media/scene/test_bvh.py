@@ -1,0 +1,138 @@
+"""The trees of boxes that rays go through: what they must hold, and that no hit is lost in them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+
+from heatlens.render.gpu.shader_constants import BVH_DEPTH_MOST
+from heatlens.render.scene_gpu.bvh import LEAF_MOST, Bvh, build, instance_tree, mesh_trees
+from support.ray_oracle import hit_distances, soup
+
+Array = NDArray[np.float64]
+Ray = tuple[Array, Array]
+
+
+def walked(nodes: NDArray[np.void], root: int = 0) -> Iterator[tuple[np.void, int, int | None]]:
+    """Return every node below a root, with its depth and where its parent is."""
+    left: list[tuple[int, int, int | None]] = [(root, 0, None)]
+    while left:
+        at, depth, parent = left.pop()
+        node = nodes[at]
+        yield node, depth, parent
+        if node["count"] < 0:
+            left += [(int(node["first"]) + k, depth + 1, at) for k in range(2)]
+
+
+def check_tree(tree: Bvh, low: NDArray[np.float32], high: NDArray[np.float32], most: int) -> None:
+    """Check that each item is in one leaf and its box, children in parents, and the depth."""
+    seen: list[int] = []
+    for node, depth, parent in walked(tree.nodes):
+        assert depth <= BVH_DEPTH_MOST
+        if parent is not None:
+            assert np.all(node["low"] >= tree.nodes[parent]["low"])
+            assert np.all(node["high"] <= tree.nodes[parent]["high"])
+        if node["count"] < 0:
+            continue
+        assert 1 <= node["count"] <= most
+        items = tree.order[node["first"] : node["first"] + node["count"]]
+        assert np.all(low[items] >= node["low"])
+        assert np.all(high[items] <= node["high"])
+        seen += items.tolist()
+    assert sorted(seen) == list(range(len(low)))
+
+
+corners = st.integers(1, 60).flatmap(
+    lambda n: arrays(np.float32, (n, 2, 3), elements=st.floats(-1e4, 1e4, width=32))
+)
+
+
+@given(corners, st.sampled_from([1, LEAF_MOST]))
+def test_every_item_is_in_one_leaf_and_inside_its_box(
+    boxes: NDArray[np.float32], most: int
+) -> None:
+    low, high = boxes.min(axis=1), boxes.max(axis=1)
+    check_tree(build(low, high, most), low, high, most)
+
+
+@pytest.mark.parametrize("growth", [0.0, 1.0, 1.6])
+def test_a_tree_stays_shallow_over_items_that_tempt_it_to_peel_one_at_a_time(
+    growth: float,
+) -> None:
+    """Each step `growth` times as far as the one before: all but one fall into the first bin."""
+    steps = np.cumprod(np.full(150, growth)) if growth else np.zeros(150)
+    low = np.stack([steps, steps * 0, steps * 0], axis=1).astype(np.float32)
+    check_tree(build(low, low, 1), low, low, 1)
+
+
+def met(nodes: NDArray[np.void], root: int, ray: Ray) -> list[int]:
+    """Return the triangles of the leaves that a ray goes through."""
+    found: list[int] = []
+    left = [root]
+    while left:
+        node = nodes[left.pop()]
+        sides = (np.stack([node["low"], node["high"]]).astype(np.float64) - ray[0]) / ray[1]
+        if sides.min(axis=0).max() > sides.max(axis=0).min():
+            continue
+        first, count = int(node["first"]), int(node["count"])
+        found_here = range(first, first + count)
+        left += [first, first + 1] if count < 0 else []
+        found += found_here
+    return found
+
+
+def test_a_ray_meets_in_the_tree_what_it_meets_among_all_triangles(
+    rng: np.random.Generator,
+) -> None:
+    """Of the second mesh of two, so that what counts from the first one on is tested too."""
+    meshes = soup(rng, 7), soup(rng, 900)
+    trees = mesh_trees(meshes)
+    positions = np.concatenate([mesh.positions_m for mesh in meshes]).astype(np.float64)
+    mesh_points = meshes[1].positions_m[meshes[1].triangles].astype(np.float64)
+    hits = 0
+    for _ in range(150):
+        start = 3 * rng.normal(size=3)
+        ray = start, rng.uniform(-1, 1, 3) - start
+        among = met(trees.nodes, int(trees.roots[1]), ray)
+        in_tree = hit_distances(*ray, positions[trees.triangles[among, :3]])
+        nearest = hit_distances(*ray, mesh_points).min()
+        assert min(in_tree, default=np.inf) == pytest.approx(nearest)
+        assert len(among) < len(mesh_points) / 4
+        hits += np.isfinite(nearest)
+    assert hits > 20
+
+
+def test_a_mesh_without_triangles_is_a_leaf_without_any(rng: np.random.Generator) -> None:
+    empty = soup(rng, 0)
+    trees = mesh_trees([empty, soup(rng, 1)])
+    assert [trees.nodes[root]["count"] for root in trees.roots] == [0, 1]
+
+
+def test_placed_boxes_hold_the_placed_corners(rng: np.random.Generator) -> None:
+    """Far away from the origin too, where float32 has few digits left."""
+    low = rng.uniform(-1, 0, (40, 3))
+    boxes = np.stack([low, low + rng.uniform(0, 1, (40, 3))], axis=1)
+    matrices = np.tile(np.eye(4), (40, 1, 1))
+    matrices[:, :3, :3] = rng.normal(size=(40, 3, 3))
+    matrices[:, :3, 3] = rng.normal(size=(40, 3)) * 1e4
+    tree = instance_tree(boxes, matrices)
+    picks = np.indices((2, 2, 2)).reshape(3, 8).T
+    for node, _, _ in walked(tree.nodes):
+        if node["count"] < 0:
+            continue
+        i = int(tree.order[node["first"]])
+        all_corners = np.where(picks == 0, boxes[i, 0], boxes[i, 1])
+        placed = all_corners @ matrices[i, :3, :3].T + matrices[i, :3, 3]
+        assert np.all(placed >= node["low"].astype(np.float64))
+        assert np.all(placed <= node["high"].astype(np.float64))
+
+
+def test_an_instance_has_a_leaf_of_its_own(rng: np.random.Generator) -> None:
+    boxes = np.tile(np.array([[0.0, 0, 0], [1, 1, 1]]), (9, 1, 1))
+    tree = instance_tree(boxes, np.tile(np.eye(4), (9, 1, 1)))
+    leaves = [node["count"] for node, _, _ in walked(tree.nodes) if node["count"] >= 0]
+    assert leaves == [1] * 9

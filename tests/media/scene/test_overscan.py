@@ -1,0 +1,121 @@
+"""What a scene shows outside the frame is drawn, and blurs in as far as the lens reaches."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from heatlens.core.model.focus.coc import CocLine, coc_line, coc_px
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.core.model.shot.settings import DefocusSettings, Method, Quality
+from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.value_bins import bins_of
+from heatlens.media.scene.scene import Scene, SceneCamera
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.textures import download
+from heatlens.render.scene_gpu.overscan import Overscan, RingSurvey, fineness
+from support.scenes import NIGHT, lamp, moved, plane, scene_of
+
+SIZE = (96, 64)
+WALL_M = 4.0
+AHEAD = SceneCamera("ahead", CameraTrack((PoseKey(1, looking_at((0, 0, 0), (0, 0, -1))),)))
+
+
+def lamp_beside_the_frame() -> Scene:
+    """Return a dim wall with a bright square whose edge is 2 % of the width outside."""
+    half_width_m = WALL_M * 36 / 50 / 2
+    aside_m = half_width_m * 1.04 + 0.1
+    places = [(0, moved(z=-WALL_M)), (1, moved(aside_m, 0, -WALL_M + 0.01))]
+    materials = (lamp((0.1, 0.1, 0.1)), lamp((2.0, 1.0, 0.5)))
+    meshes = (plane(5.0), plane(0.1, material=1))
+    return scene_of(meshes, places, materials, daylight=NIGHT, cameras=(AHEAD,))
+
+
+def shot_at(f_stop: float, focus_m: float, method: Method = Method.DIFFUSION) -> Shot:
+    settings = DefocusSettings(quality=Quality.FILM, method=method, views=256)
+    framing = Framing(*SIZE, camera="ahead")
+    return Shot(Lens(50.0, f_stop, focus_m, 36.0), settings, framing=framing)
+
+
+@pytest.fixture(scope="module")
+def looking(renderer: FrameRenderer) -> FrameRenderer:
+    renderer.load_scene(lamp_beside_the_frame())
+    return renderer
+
+
+def test_a_light_beside_the_frame_blurs_in_as_it_does_through_the_lens(looking):
+    blurred = looking.pixels(shot_at(1.0, 0.6))
+    truth = looking.pixels(shot_at(1.0, 0.6, Method.ACCUMULATION))
+    assert blurred.shape == truth.shape
+    assert truth[:, -1, 0].max() > 0.3  # three times the wall
+    assert np.abs(blurred - truth)[..., :3].max() < 0.15 * truth[..., :3].max()
+
+
+def test_a_hurried_picture_has_none_and_one_in_focus_needs_none(looking):
+    sharp = shot_at(2.0, WALL_M)
+    looking.look(replace(sharp, lens=replace(sharp.lens, focal_length_mm=51.0)), views=1)
+    assert looking.loaded.overscan is None
+    looking.look(sharp)
+    overscan = looking.loaded.overscan
+    assert overscan is not None
+    assert overscan.needed_px(looking.optics(sharp)) <= 1
+
+
+def test_the_picture_does_not_hang_on_what_cannot_blur_in(looking):
+    sharp = shot_at(16.0, WALL_M)
+    picture = looking.pixels(sharp)
+    plate = looking.loaded.plate
+    alone = looking.beside()
+    alone.load(plate.in_memory())
+    np.testing.assert_allclose(picture, alone.pixels(sharp), rtol=2e-3, atol=2e-4)
+
+
+@pytest.mark.parametrize("is_for_file", [True, False])
+def test_the_frame_is_the_middle_of_what_is_drawn(looking, is_for_file):
+    looking.look(shot_at(1.0, 0.6), views=64, is_for_file=is_for_file)
+    loaded = looking.loaded
+    overscan = loaded.overscan
+    assert overscan is not None
+    part, fine = overscan.part(0), overscan.fine
+    assert fine == (1 if is_for_file else 2)  # so small a picture is blurred at twice its size
+    whole = download(overscan.color)
+    assert whole.shape[1] == fine * (SIZE[0] + 2 * overscan.margin_px)
+    inside = whole[part.y0 : part.y1, part.x0 : part.x1].reshape(SIZE[1], fine, SIZE[0], fine, 4)
+    np.testing.assert_allclose(inside.mean(axis=(1, 3)), loaded.plate.color, rtol=1e-3)
+    deep = download(overscan.depth)[part.y0 : part.y1, part.x0 : part.x1]
+    assert np.isin(np.round(loaded.plate.depth_m, 3), np.round(deep, 3)).all()
+
+
+def test_large_pictures_are_blurred_at_their_own_size(ctx):
+    assert [fineness(ctx, size) for size in ((320, 180), (640, 360), (1280, 720))] == [2, 2, 1]
+
+
+def test_rings_hold_the_nearest_and_the_farthest_depth(ctx):
+    margin, depth_m = 5, np.random.default_rng(3).uniform(1, 9, (23, 31)).astype(np.float32)
+    depth_m[0, 4] = np.inf
+    texture = ctx.texture((31, 23), 1, depth_m.tobytes(), dtype="f4")
+    found = RingSurvey(ctx).of(texture, margin)
+    for away in range(1, margin + 1):
+        outer = depth_m[margin - away : 23 - margin + away, margin - away : 31 - margin + away]
+        ring = np.concatenate([outer[0], outer[-1], outer[:, 0], outer[:, -1]])
+        assert tuple(found[away - 1]) == (ring.min(), ring.max())
+
+
+@pytest.mark.parametrize("f_stop", [1.4, 4.0, 22.0])
+def test_as_much_is_needed_as_discs_reach(ctx, f_stop):
+    lens, width, margin = Lens(50.0, f_stop, 1.5, 36.0), 640, 64
+    ring_m = np.stack([np.full(margin, 1.0), np.full(margin, np.inf)], axis=1).astype(np.float32)
+    texture = ctx.texture((1, 1), 1, dtype="f4")
+    overscan = Overscan(texture, texture, margin, ring_m, bins_of(1 / ring_m))
+    line = coc_line(lens, width)
+    radius_px = np.abs(coc_px(np.array([1.0, np.inf]), line)).max() / 2
+    needed = overscan.needed_px(Optics(line, np.array([0.0])))
+    assert needed == min(margin, int(radius_px + 1))
+    assert overscan.used_px(Optics(line, np.array([0.0]))) in (0, 16, 32, 64)
+    half = Overscan(texture, texture, margin // 2, ring_m, bins_of(1 / ring_m), fine=2)
+    assert half.needed_px(Optics(line, np.array([0.0]))) == min(margin // 2, int(radius_px + 1.5))
+    own = replace(half, own=(texture, texture)).in_own_pixels
+    assert own.needed_px(Optics(line, np.array([0.0]))) == min(margin // 2, int(radius_px + 1))
+    assert overscan.needed_px(Optics(CocLine(0.0, 0.0), np.array([0.0]))) == 1

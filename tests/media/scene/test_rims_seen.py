@@ -1,0 +1,65 @@
+"""Views and rays through a rim: a lamp keeps its light, and one brightness is that everywhere."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.framing import Pose
+from heatlens.media.scene.scene_view import pupil_of, view_of
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.textures import FloatArray, download, new_texture
+from heatlens.render.scene_gpu.accumulation import Accumulation
+from heatlens.render.scene_gpu.raster import SceneRaster
+from heatlens.render.scene_gpu.ray_tracer import RayTracer
+from support.scenes import NIGHT, lamp, moved, scene_of, sphere
+
+SIZE = (32, 24)
+LENS = Lens(100.0, 1.4, 2.0, 36.0)
+NEAR_LAMP = (0, moved(0.02, 0.0, -1.5))  # about as large as its disc
+FAR_LAMP = (0, moved(-0.05, 0.0, -3.0))
+
+
+@pytest.fixture
+def raster(session_context: Device) -> Iterator[SceneRaster]:
+    held = SceneRaster(session_context)
+    yield held
+    held.release()
+
+
+def seen(
+    raster: SceneRaster,
+    kind: type[Accumulation] | type[RayTracer],
+    lens: Lens,
+    views: int,
+    *places: tuple[int, np.ndarray],
+) -> FloatArray:
+    raster.load(scene_of([sphere(0.1, 3)], places, [lamp((1.0, 1.0, 1.0))], daylight=NIGHT))
+    raster.place(1)
+    view = view_of(Pose(), lens, SIZE, np.array([(-9, -9, -9.0), (9, 9, -0.1)]))
+    method, out = kind(raster._ctx, raster), new_texture(raster._ctx, SIZE, 4)
+    list(method.steps(view, pupil_of(lens), views, out, "key"))
+    method.release()
+    return download(out)[..., :3]
+
+
+@pytest.mark.parametrize("rim", [-0.8, 0.8])
+def test_a_lamp_on_either_side_keeps_its_light(raster: SceneRaster, rim: float) -> None:
+    for place in (NEAR_LAMP, FAR_LAMP):
+        flat, rimmed = (
+            seen(raster, Accumulation, replace(LENS, rim=r), 128, place) for r in (0.0, rim)
+        )
+        assert rimmed.sum() == pytest.approx(flat.sum(), rel=0.03)
+        assert np.abs(rimmed - flat).max() > 0.05
+
+
+@pytest.mark.parametrize("kind", [Accumulation, RayTracer])
+def test_one_brightness_everywhere_stays(
+    raster: SceneRaster, kind: type[Accumulation] | type[RayTracer]
+) -> None:
+    """Lamps as bright as the wall behind them cannot be seen, whatever the rim."""
+    lens, wall = replace(LENS, rim=0.8), (0, moved(0.0, 0.0, -15.0, 100.0))
+    picture = seen(raster, kind, lens, 16, wall, NEAR_LAMP, FAR_LAMP)
+    np.testing.assert_allclose(picture, 1.0, atol=1e-4)

@@ -1,0 +1,249 @@
+"""Damaged glTF files: each is a scene still, or one sentence with the file's name."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.media.scene.scene_read import read_scene
+from support.gltf_files import SQUARE, SQUARE_CORNERS, SQUARE_UVS, GltfWriter, square_scene
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "scene.glb"
+
+
+def refusal(path, data=None):
+    """Return what is said of a file with these bytes."""
+    if data is not None:
+        path.write_bytes(data)
+    with pytest.raises(InputError) as caught:
+        read_scene(path)
+    assert path.name in str(caught.value)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def rich_scene():
+    """Return a file with everything that is read."""
+    writer = GltfWriter()
+    writer.picture(np.zeros((2, 2, 3)))
+    shine = {"baseColorTexture": {"index": 0}, "roughnessFactor": 0.5}
+    material = writer.add("materials", pbrMetallicRoughness=shine, alphaMode="MASK")
+    mesh = writer.mesh(attributes={"TEXCOORD_0": SQUARE_UVS}, material=material)
+    camera = writer.add("cameras", type="perspective", perspective={"yfov": 0.5, "znear": 1})
+    leaf = writer.node(is_root=False, mesh=mesh, translation=[1, 2, 3])
+    writer.node(children=[leaf], rotation=[0, 0, 0, 1])
+    eye = writer.node(camera=camera)
+    writer.node(**writer.light(type="spot", spot={"outerConeAngle": 0.5}))
+    writer.animate(eye, "translation", [0, 0.25], [[0, 0, 5], [0, 0, 29]])
+    writer.animate(leaf, "rotation", [0, 0.25], [[0, 0, 0, 1], [0, 1, 0, 0]])
+    return writer
+
+
+RICH = rich_scene().glb()
+
+
+def check_survives(path, data):
+    """Check that reading gives a usable scene or one sentence."""
+    path.write_bytes(data)
+    try:
+        scene = read_scene(path)
+    except HeatlensError as error:
+        assert path.name in str(error)
+        return
+    for frame in (1, 3.5):
+        assert np.isfinite(scene.transforms_at(frame)).all()
+    for mesh in scene.meshes:
+        assert mesh.triangles.max() < len(mesh.positions_m) == len(mesh.normals) == len(mesh.uvs)
+        assert np.isfinite(np.hstack([mesh.positions_m, mesh.normals, mesh.uvs])).all()
+
+
+@pytest.fixture(scope="module")
+def fuzzed(tmp_path_factory):
+    return tmp_path_factory.mktemp("fuzz") / "scene.glb"
+
+
+def test_the_file_that_is_damaged_below_is_whole(fuzzed):
+    fuzzed.write_bytes(RICH)
+    scene = read_scene(fuzzed)
+    assert (len(scene.cameras), len(scene.lights), len(scene.images)) == (1, 1, 1)
+    assert scene.motion is not None
+
+
+@given(st.integers(0, len(RICH) - 1))
+@settings(deadline=None)
+def test_cut_short_anywhere(fuzzed, length):
+    assert refusal(fuzzed, RICH[:length])
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, len(RICH) - 1), st.integers(1, 255)), min_size=1, max_size=4)
+)
+@settings(deadline=None, max_examples=400)
+def test_with_some_bytes_changed(fuzzed, flips):
+    data = bytearray(RICH)
+    for at, change in flips:
+        data[at] ^= change
+    check_survives(fuzzed, bytes(data))
+
+
+def places_in(value, found=()):
+    """Return every place in a JSON value, as the steps that lead there."""
+    yield found
+    steps = enumerate(value) if isinstance(value, list) else ()
+    for key, inner in value.items() if isinstance(value, dict) else steps:
+        yield from places_in(inner, (*found, key))
+
+
+PLACES = [place for place in places_in(rich_scene().json) if place]
+ODD = [None, True, -1, 0, 1, 3, 0.5, 1e30, 1e308, 2**31, 2**63, "", "x", [], [0], {}, [[]], [None]]
+
+
+@given(st.sampled_from(PLACES), st.sampled_from(ODD))
+@settings(deadline=None, max_examples=600)
+def test_with_an_entry_of_another_kind(fuzzed, place, odd):
+    writer = rich_scene()
+    inner = writer.json
+    for step in place[:-1]:
+        inner = inner[step]
+    inner[place[-1]] = odd
+    check_survives(fuzzed, writer.glb())
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"", "empty"),
+        (b"glTF", "cut short"),
+        (b"\xff\xd8\xff\xe0 a photograph", "damaged or not glTF"),
+        (b"{}", "not glTF version 2"),
+        (b"[]", "object in braces"),
+        (b'{"asset": {"version": "2.0"}}', "nothing in this scene"),
+        (b'{"asset": {"version": "1.0"}}', "'1.0'"),
+        (b"[" * 100_000, "damaged or not glTF"),
+        (b"glTF\x01\0\0\0" + bytes(20), "version 1"),
+    ],
+)
+def test_what_is_no_scene(path, data, words):
+    assert words in refusal(path, data)
+
+
+def test_a_file_that_is_not_there_or_a_folder(path, tmp_path):
+    assert "is not there" in refusal(path)
+    path.mkdir()
+    assert "is a folder" in refusal(path)
+    assert "reads .glb" in refusal(tmp_path / "scene.docx")
+
+
+@pytest.mark.parametrize(
+    "uri", ["http://example.org/a.bin", "https://example.org/a.bin", "file:///etc/passwd", "//x/y"]
+)
+def test_bytes_from_elsewhere_are_not_fetched(path, uri):
+    assert "not a local file" in refusal(path, square_scene().gltf(uri))
+
+
+@pytest.mark.parametrize("uri", ["../out.bin", "%2e%2e/out.bin", "sub/../../out.bin"])
+def test_bytes_outside_of_the_folder_are_not_read(tmp_path, uri):
+    writer = square_scene()
+    (tmp_path / "out.bin").write_bytes(writer.data)
+    (tmp_path / "in").mkdir()
+    assert "out of the folder" in refusal(tmp_path / "in" / "scene.gltf", writer.gltf(uri))
+
+
+def test_bytes_behind_a_link_out_of_the_folder_are_not_read(tmp_path):
+    writer = square_scene()
+    (tmp_path / "out.bin").write_bytes(writer.data)
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.bin").symlink_to(tmp_path / "out.bin")
+    assert "out of the folder" in refusal(tmp_path / "in" / "scene.gltf", writer.gltf("a.bin"))
+
+
+def test_bytes_that_are_missing_or_too_few(path):
+    assert "cannot be read" in refusal(path, square_scene().gltf("gone.bin"))
+    (path.parent / "short.bin").write_bytes(b"1234")
+    assert "cut short" in refusal(path, square_scene().gltf("short.bin"))
+    assert "base64" in refusal(path, square_scene().gltf("data:;base64,@@@@"))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
+def test_vertices_that_are_nowhere(path, value):
+    positions = SQUARE.copy()
+    positions[2, 1] = value
+    writer = GltfWriter()
+    writer.node(mesh=writer.mesh(positions))
+    refusal(path, writer.glb())
+
+
+def test_triangles_of_vertices_that_are_not_there(path):
+    writer = GltfWriter()
+    writer.node(mesh=writer.mesh(corners=SQUARE_CORNERS + np.uint16(1)))
+    assert "beyond the 4 vertices" in refusal(path, writer.glb())
+
+
+def changed(name, **entries):
+    """Return the rich scene with entries of the first of a list changed; None takes one away."""
+    writer = rich_scene()
+    writer.json[name][0] |= entries
+    for entry in (entry for entry, value in entries.items() if value is None):
+        del writer.json[name][0][entry]
+    return writer.glb()
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (changed("accessors", count=2**40), "reach past"),
+        (changed("accessors", byteOffset=2**50), "reach past"),
+        (changed("accessors", componentType=1), "not a number type"),
+        (changed("nodes", children=[1]), "two parents"),
+        (changed("nodes", scale=[1e30, 1, 1]), "which is too much"),
+        (changed("nodes", translation=[1e305, 0, 0]), "out of range"),
+        (changed("materials", alphaMode="FOG"), "not an alpha mode"),
+    ],
+)
+def test_damage_is_named_with_its_place(path, data, words):
+    assert words in refusal(path, data)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (changed("bufferViews", byteLength=2**40), "ends at byte"),
+        (changed("bufferViews", buffer=1), "only 1 of them"),
+        (changed("images", bufferView=1), "not a picture"),
+        (changed("images", bufferView="1"), "should be a number"),
+        (changed("images", uri="gone.png", bufferView=None), "'gone.png' cannot be read"),
+        (changed("images", uri="../gone.png", bufferView=None), "leads out of the folder"),
+        (changed("textures", source=None), "no picture of a known kind"),
+    ],
+)
+def test_a_picture_that_cannot_be_read_is_done_without_and_named(path, data, words):
+    path.write_bytes(data)
+    scene = read_scene(path)
+    assert len(scene.instances) == 1 and not scene.images
+    assert scene.materials[0].base_color_map is None
+    (note,) = scene.notes
+    assert words in note and "1 picture is left out" in note
+
+
+def test_a_claim_of_many_numbers_without_bytes_takes_no_memory(path):
+    writer = rich_scene()
+    record = writer.json["accessors"][0]
+    del record["bufferView"]
+    record["count"] = 2**40
+    assert "has no bytes" in refusal(path, writer.glb())
+
+
+def test_a_picture_too_large_to_be_one(path):
+    import struct
+    import zlib
+
+    head = b"IHDR" + struct.pack(">IIBBBBB", 2**20, 2**20, 8, 6, 0, 0, 0)
+    chunk = struct.pack(">I", 13) + head + struct.pack(">I", zlib.crc32(head))
+    writer = rich_scene()
+    writer.json["images"][0]["bufferView"] = writer.view(b"\x89PNG\r\n\x1a\n" + chunk)
+    scene = read_scene(writer.write(path))
+    assert not scene.images and "left out" in scene.notes[0]

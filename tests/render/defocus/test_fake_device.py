@@ -1,0 +1,31 @@
+"""A whole picture is issued to a device that is not OpenGL: no pass asks which it is."""
+
+from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.lab.measure.bench.issues import measure_issues
+from heatlens.lab.measure.bench.synthetic_plate import LENS, scene_plate
+from heatlens.lab.measure.bench.timing import BenchFrames
+from heatlens.render.defocus.line_solver import SolverName
+from support.fake_device import FakeDevice
+
+FILM = DefocusSettings(Bokeh.DISC, Quality.FILM)
+SIZE = (160, 90)
+
+
+def test_a_film_frame_is_taken_and_listed_by_another_device(ctx):
+    device = FakeDevice()
+    frame = BenchFrames(device, SolverName.PARTITION).frame(scene_plate(SIZE), LENS, FILM)
+    frame.render()
+    made = device.made_bytes
+    device.calls.clear()
+    assert frame.render().size == SIZE
+    assert device.made_bytes == made  # a second frame takes no further memory
+    counted = measure_issues(ctx, SIZE, FILM, 1, lambda _: None)
+    for kind, count in {
+        "dispatch": counted.dispatches,
+        "indirect": counted.indirect_dispatches,
+        "draw": counted.draws,
+        "clear": counted.clears,
+    }.items():
+        assert device.calls.count_of(kind) == count
+    assert device.calls.count_of("bind") == device.calls.count_of("dispatch", "indirect", "draw")
+    assert ("dispatch", "coc.comp.glsl") in device.calls

@@ -1,0 +1,386 @@
+"""Lamps: taken out, listed within bounds, drawn with their light."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from heatlens.core.model.lens.aperture import Aperture
+from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
+from heatlens.render.defocus.blur_pass import PACKED, BlurPass, BlurTargets
+from heatlens.render.defocus.fragment_pass import Fragments
+from heatlens.render.defocus.highlight_pass import (
+    SPRITES_MAX,
+    HighlightBuffers,
+    HighlightDrawPass,
+    HighlightListPass,
+    HighlightSplitPass,
+    Surroundings,
+    WithoutHighlights,
+)
+from heatlens.render.defocus.line_solver import SweepSolver
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.gpu.device import Buffer, Device
+from heatlens.render.gpu.program import blocks_for
+from heatlens.render.gpu.shader_constants import HIGHLIGHT_BLOCK, TILE
+from heatlens.render.gpu.textures import FloatArray, download, new_array, new_texture, upload
+from support.opening_images import letter
+
+ROUND, SQUEEZED = DiscShape(), DiscShape(Aperture(squeeze=2.0), 1.5)
+FIELD = PictureField.of((96, 96))
+BLADED = DiscShape(Aperture(blades=5, blade_rotation_deg=10.0, blade_curvature=0.3))
+CUT = DiscShape(Aperture(blades=9, cat_eye=1.0, rim=0.8), 1.0, FIELD)
+IMAGED = DiscShape(Aperture(rim=0.4, cat_eye=0.6, aperture_image=letter()), 1.0, FIELD)
+COLORED = DiscShape(Aperture(axial_colour_mm=1.0), 1.0, FIELD, axial_px=6.0)
+
+
+class Passes:
+    """The highlight passes with their programs, which a driver may take long to build."""
+
+    def __init__(self, ctx: Device) -> None:
+        self.solver = SweepSolver(ctx)
+        self.split = HighlightSplitPass(ctx, BlurPass(self.solver))
+        self.lists = HighlightListPass(ctx)
+        self.drawing = HighlightDrawPass(ctx)
+
+
+passes_of = lru_cache(maxsize=1)(Passes)
+
+
+class Lamps:
+    """The three highlight passes on one picture."""
+
+    def __init__(
+        self,
+        ctx: Device,
+        color: FloatArray,
+        coc: FloatArray,
+        disc: DiscShape = ROUND,
+    ) -> None:
+        size = coc.shape[::-1]
+        self.optics = Optics(None, np.array([coc.min(), coc.max()], np.float64), disc)
+        self.color, self.coc = new_texture(ctx, size, 4), new_texture(ctx, size, 1)
+        upload(self.color, np.concatenate([color, np.ones((*coc.shape, 1))], -1))
+        upload(self.coc, coc)
+        self.low, self.high, self.out = (new_texture(ctx, size, 4) for _ in range(3))
+        sizes = HighlightBuffers.sizes(size)
+        self.buffers = HighlightBuffers(**{k: ctx.buffer(reserve=v) for k, v in sizes.items()})
+        self._passes, half = passes_of(ctx), blocks_for(size, 2)
+        poles = new_array(ctx, self._passes.solver.between_size(half), 1, 4, PACKED)
+        scratch = Surroundings(
+            new_texture(ctx, half, 4),
+            new_texture(ctx, half, 1),
+            BlurTargets(poles, new_texture(ctx, half, 4)),
+        )
+        lit = ctx.buffer(reserve=WithoutHighlights.lit_bytes(size))
+        into = WithoutHighlights(self.low, self.high, lit, new_texture(ctx, half, 1, "f2"))
+        list(self._passes.split.steps(self.color, self.coc, self.optics, scratch, into))
+        self.taken = np.where(lit_pixels(lit, size)[..., None], download(self.high)[..., :3], 0.0)
+        list(self._passes.lists.steps(into, self.optics, self.buffers, self.coc))
+        kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
+        for empty in (self.out, kind, far, near):  # what a driver hands out may be anything
+            empty.write(bytes(size[0] * size[1] * empty.components * int(empty.dtype[1])))
+        self._ctx, self._picture = ctx, Fragments(self.color, self.coc, kind, far, near)
+        self.draw(least_in_tiles(coc))
+
+    def draw(self, nearest: FloatArray) -> None:
+        """Draw into `out`; `nearest` has the least coc of each tile."""
+        self.out.write(bytes(16 * self.out.width * self.out.height))
+        least = new_texture(self._ctx, nearest.shape[::-1], 1)
+        upload(least, nearest)
+        drawn = self._passes.drawing.steps
+        list(drawn(self.buffers, self._picture, least, self.optics, self.out))
+
+    @property
+    def count(self) -> int:
+        return int(np.frombuffer(self.buffers.plan.read(), np.uint32)[1])
+
+    @property
+    def drawn(self) -> FloatArray:
+        return download(self.out)[..., :3]
+
+
+def lit_pixels(lit: Buffer, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return the bits of lib/lit_bits.lib.glsl as a picture."""
+    across, down = blocks_for(size, HIGHLIGHT_BLOCK)
+    bits = np.unpackbits(np.frombuffer(lit.read(), np.uint8), bitorder="little")
+    blocks = bits.reshape(down, across, HIGHLIGHT_BLOCK, HIGHLIGHT_BLOCK).swapaxes(1, 2)
+    whole = blocks.reshape(down * HIGHLIGHT_BLOCK, across * HIGHLIGHT_BLOCK)
+    return whole[: size[1], : size[0]].astype(bool)
+
+
+def least_in_tiles(coc: FloatArray) -> FloatArray:
+    down, across = (-(-side // TILE) for side in coc.shape)
+    whole = np.pad(
+        coc,
+        [(0, TILE * n - side) for n, side in zip((down, across), coc.shape, strict=True)],
+        "edge",
+    )
+    return whole.reshape(down, TILE, across, TILE).min(axis=(1, 3))
+
+
+def night(shape: tuple[int, int], lamps: dict[tuple[int, int], float]) -> FloatArray:
+    color = np.full((*shape, 3), 0.05, np.float32)
+    for place, brightness in lamps.items():
+        color[place] = (brightness, 0.8 * brightness, 0.5 * brightness)
+    return color
+
+
+@pytest.mark.parametrize("disc", [ROUND, SQUEEZED, BLADED, CUT, COLORED])
+@pytest.mark.parametrize("coc_px", [1.0, 3.0, 8.0, 15.0, -40.0])
+def test_light_is_kept(ctx: Device, coc_px: float, disc: DiscShape) -> None:
+    color = night((96, 96), {(48, 48): 100.0, (40, 60): 30.0})
+    lamps = Lamps(ctx, color, np.full((96, 96), coc_px, np.float32), disc)
+    assert lamps.count == 2
+    low = download(lamps.low)[..., :3]
+    total = (low + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
+    np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=2e-3)
+
+
+def test_rays_are_walked_no_farther_than_something_is(
+    ctx: Device, rng: np.random.Generator
+) -> None:
+    """What is nearer elsewhere in the picture changes no bit of what hides a lamp."""
+    places = rng.integers(0, 300, (60, 2))
+    color = night((300, 300), {(int(y), int(x)): 60.0 for y, x in places})
+    coc = np.full((300, 300), 14.0, np.float32)
+    coc[100:200, ::7], coc[:90, 200:], coc[280:, :20] = 1.0, -9.0, -60.0
+    lamps = Lamps(ctx, color, coc)
+    by_tile = lamps.drawn
+    lamps.draw(np.full_like(least_in_tiles(coc), coc.min()))
+    assert lamps.count > 20 and np.array_equal(lamps.drawn, by_tile)
+    lamps.draw(np.full_like(least_in_tiles(coc), 14.0))  # nothing nearer is known of: nothing hides
+    assert not np.array_equal(lamps.drawn, by_tile)
+
+
+def test_a_gpu_lists_the_same_highlights(
+    ctx: Device, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its invocations work on all levels of merging at once; the list is in the picture's order."""
+    places = rng.integers(0, 160, (40, 2))
+    color = night((160, 160), {(int(y), int(x)): 60.0 for y, x in places})
+    coc = np.linspace(-30.0, 30.0, 160, dtype=np.float32) * np.ones((160, 1), np.float32)
+    one_by_one = Lamps(ctx, color, coc)
+    monkeypatch.setattr("heatlens.render.defocus.highlight_pass.is_software", lambda _: False)
+    at_once = Lamps(ctx, color, coc)
+    assert at_once.count == one_by_one.count > 20
+    used = 32 * at_once.count
+    assert at_once.buffers.sprite.read(used) == one_by_one.buffers.sprite.read(used)
+    centres = np.frombuffer(at_once.buffers.sprite.read(used), np.float32).reshape(-1, 8)[:, :2]
+    rows, columns = (centres[:, 1] - 0.01) // 8, (centres[:, 0] - 0.01) // 8
+    assert np.all(np.diff(20 * rows + columns) >= 0)
+
+
+@pytest.mark.parametrize("coc_px", [3.0, -40.0])
+def test_an_image_keeps_light(ctx: Device, coc_px: float) -> None:
+    test_light_is_kept(ctx, coc_px, IMAGED)
+
+
+def test_a_lamp_becomes_a_disc_of_its_coc(ctx: Device) -> None:
+    lamps = Lamps(ctx, night((80, 80), {(40, 40): 200.0}), np.full((80, 80), 30.0, np.float32))
+    drawn = lamps.drawn[..., 0]
+    y, x = np.mgrid[:80, :80]
+    radius = np.hypot(y - 40, x - 40)
+    plateau = drawn[radius < 13].mean()
+    np.testing.assert_allclose(drawn[radius < 13.5], plateau, rtol=1e-4)
+    assert np.all(drawn[radius > 16.5] == 0.0)
+    assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 15**2, rel=0.02)
+
+
+def test_through_a_squeezed_lens_it_becomes_an_ellipse(ctx: Device) -> None:
+    lamps = Lamps(
+        ctx, night((80, 80), {(40, 40): 200.0}), np.full((80, 80), 40.0, np.float32), SQUEEZED
+    )
+    drawn = lamps.drawn[..., 0]
+    y, x = np.mgrid[:80, :80] - 40
+    from_centre = np.hypot(x / 10, y / 30)  # half of 40 px, narrower by 2 and lower by 1.5
+    plateau = drawn[from_centre < 0.8].mean()
+    np.testing.assert_allclose(drawn[from_centre < 0.85], plateau, rtol=1e-4)
+    assert np.all(drawn[from_centre > 1.15] == 0.0)
+    assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 10 * 30, rel=0.02)
+
+
+@pytest.mark.parametrize("disc", [BLADED, CUT, COLORED, IMAGED])
+@pytest.mark.parametrize("coc_px", [40.0, -36.0])
+def test_a_lamp_has_the_shape_of_the_opening(ctx: Device, disc: DiscShape, coc_px: float) -> None:
+    """Pixel by pixel and in each colour, where the lamp stands in the picture."""
+    lamps = Lamps(
+        ctx, night((96, 96), {(30, 60): 200.0}), np.full((96, 96), coc_px, np.float32), disc
+    )
+    y, x = np.mgrid[:96, :96] + 0.5
+    place = 60.5, 30.5
+    for color in range(3):
+        radius = (coc_px + (color - 1) * disc.axial_px) / 2
+        expected = disc.coverage(x - place[0], y - place[1], radius, 0.5, place)
+        drawn = lamps.drawn[..., color]
+        np.testing.assert_allclose(drawn / drawn.sum(), expected / expected.sum(), atol=2e-5)
+
+
+FINE = 16  # points along a pixel's side
+
+
+def round_lamp(side: int, middle: tuple[float, float], radius_px: float) -> FloatArray:
+    """Return a lamp of brightness 100 at FINE x FINE points of each pixel."""
+    at = (np.arange(FINE * side) + 0.5) / FINE
+    return np.where(np.hypot(at[:, None] - middle[0], at - middle[1]) < radius_px, 100.0, 0.0)
+
+
+def pixels_of(fine: FloatArray) -> FloatArray:
+    side = len(fine) // FINE
+    return fine.reshape(side, FINE, side, FINE).mean(axis=(1, 3))
+
+
+def through_a_lens(fine: FloatArray, coc_px: float) -> FloatArray:
+    """Return each point as a disc; the picture goes on at its other side."""
+    side = len(fine)
+    at = np.minimum(np.arange(side), side - np.arange(side)) / FINE
+    disc = (np.hypot(at[:, None], at) < coc_px / 2).astype(np.float64)
+    return np.fft.irfft2(np.fft.rfft2(fine) * np.fft.rfft2(disc / disc.sum()), fine.shape)
+
+
+def drawn_at(ctx: Device, coc_px: float) -> FloatArray:
+    """Return the disc of a lamp of one pixel, as shares of its light."""
+    coc = np.full((24, 24), coc_px, np.float32)
+    drawn = Lamps(ctx, night((24, 24), {(12, 12): 200.0}), coc).drawn[..., 0].astype(np.float64)
+    return drawn / drawn.sum()
+
+
+@settings(max_examples=25)
+@given(st.floats(1.0, 10.0))
+def test_a_small_disc_is_that_of_its_coc(session_context: Device, coc_px: float) -> None:
+    """Pixel by pixel: the shares of a disc that the pixels cover, however few they are."""
+    fine = np.zeros((24 * FINE, 24 * FINE))
+    fine[12 * FINE + 7 : 12 * FINE + 9, 12 * FINE + 7 : 12 * FINE + 9] = 0.25
+    expected = pixels_of(through_a_lens(fine, coc_px))
+    for sign in (1.0, -1.0):
+        astray = np.abs(drawn_at(session_context, sign * coc_px) - expected / expected.sum())
+        assert astray.sum() / 2 < 0.04
+
+
+def test_a_small_disc_grows_evenly(ctx: Device) -> None:
+    """No ring of pixels is reached all at once: a slow pull would show that as a step."""
+    discs = np.array([drawn_at(ctx, coc_px) for coc_px in np.arange(1.0, 6.0, 0.05)])
+    bends = np.abs(discs[2:] - 2 * discs[1:-1] + discs[:-2]).sum(axis=(1, 2))
+    assert bends.max() < 0.04
+
+
+@pytest.mark.parametrize(("coc_px", "most"), [(2.0, 0.1), (4.0, 0.06)])
+def test_a_small_lamp_is_drawn_where_it_stands_in_its_pixels(ctx, rng, coc_px, most) -> None:
+    """Against the lamp itself through the lens; twice as much goes astray from pixels' middles."""
+    astray = []
+    for _ in range(12):
+        fine = round_lamp(32, tuple(rng.uniform(15.5, 16.5, 2)), rng.uniform(0.3, 2.5))
+        color = np.repeat(pixels_of(fine)[..., None].astype(np.float32), 3, -1)
+        lamps = Lamps(ctx, color, np.full((32, 32), coc_px, np.float32))
+        drawn = download(lamps.low)[..., 0] + lamps.drawn[..., 0]
+        wrong = np.abs(drawn - pixels_of(through_a_lens(fine, coc_px)))
+        astray.append(wrong.sum() / drawn.sum())
+    assert np.mean(astray) < most
+
+
+def test_a_wall_in_front_hides_the_lamp_but_not_its_whole_disc(ctx: Device) -> None:
+    coc = np.full((80, 120), 30.0, np.float32)
+    coc[:, :55] = 0.0  # a wall in focus, left of a lamp at column 60
+    lamps = Lamps(ctx, night((80, 120), {(40, 60): 200.0}), coc)
+    drawn = lamps.drawn[..., 0]
+    assert np.all(drawn[:, :54] == 0.0)
+    assert drawn[40, 70] > 0.0
+
+
+def test_what_is_in_focus_is_no_lamp(ctx: Device) -> None:
+    color = night((40, 40), {(20, 20): 100.0})
+    lamps = Lamps(ctx, color, np.zeros((40, 40), np.float32))
+    assert lamps.count == 0
+    assert np.array_equal(download(lamps.low)[..., :3], color)
+
+
+def test_near_lamps_merge_and_far_ones_do_not(ctx: Device) -> None:
+    cluster = {(33 + i, 33 + j): 50.0 for i in range(3) for j in range(3)}
+    color = night((80, 80), cluster | {(60, 60): 50.0})
+    assert Lamps(ctx, color, np.full((80, 80), 130.0, np.float32)).count == 2
+    assert Lamps(ctx, color, np.full((80, 80), 8.0, np.float32)).count == 10
+
+
+def test_too_many_lamps_stay_in_the_picture(ctx: Device, rng: np.random.Generator) -> None:
+    """Sparks everywhere under a wide blur: more disc pixels than the bound at every level."""
+    color = night((256, 256), {})
+    color[rng.random((256, 256)) < 0.05] = 40.0
+    lamps = Lamps(ctx, color, np.full((256, 256), 250.0, np.float32))
+    assert lamps.taken.sum() > 0
+    assert lamps.count == 0
+    np.testing.assert_allclose(download(lamps.low)[..., :3], color, rtol=1e-5)
+    assert np.all(lamps.drawn == 0.0)
+
+
+def test_light_is_written_where_a_bit_says_so(ctx: Device) -> None:
+    """At the edges of a picture that ends within a block, too."""
+    places = {(0, 0): 60.0, (7, 8): 60.0, (40, 66): 60.0, (43, 61): 60.0}
+    color = night((44, 67), places)
+    lamps = Lamps(ctx, color, np.full((44, 67), 8.0, np.float32))
+    assert {(y, x) for y, x in np.argwhere(lamps.taken.any(axis=2)).tolist()} == places.keys()
+    np.testing.assert_allclose(download(lamps.low)[..., :3] + lamps.taken, color, rtol=1e-6)
+
+
+def test_only_blocks_with_light_are_merged(ctx: Device) -> None:
+    """Their number decides the cost, which is high for each group of blocks with one of them."""
+    places = {(3, 5): 60.0, (7, 8): 60.0, (40, 61): 60.0, (41, 62): 60.0}
+    lamps = Lamps(ctx, night((64, 67), places), np.full((64, 67), 8.0, np.float32))
+    words = np.frombuffer(lamps.buffers.lit.read(), np.uint32)
+    listed = {(word >> 16, word & 0xFFFF) for word in words[4 : 4 + words[3]].tolist()}
+    assert listed == {(y // 8, x // 8) for y, x in places}
+
+
+def test_the_list_is_bounded_and_repeats(ctx: Device, rng: np.random.Generator) -> None:
+    color = night((512, 512), {})
+    color[rng.random((512, 512)) < 0.02] = 40.0
+    coc = np.full((512, 512), 4.0, np.float32)
+    first, second = Lamps(ctx, color, coc), Lamps(ctx, color, coc)
+    assert 0 < first.count <= SPRITES_MAX
+    assert np.array_equal(first.drawn, second.drawn)
+
+
+def test_wide_blurs_keep_their_lamps(ctx: Device) -> None:
+    """A string of lights whose discs are a quarter of the picture wide is drawn all the same."""
+    places = {(int(128 + 60 * np.sin(i)), int(16 + 11.2 * i)): 60.0 for i in range(20)}
+    lamps = Lamps(ctx, night((256, 256), places), np.full((256, 256), 64.0, np.float32))
+    assert lamps.count == 20
+
+
+@pytest.mark.parametrize("disc", [CUT, COLORED])
+def test_a_block_full_of_lamps_keeps_its_light(ctx: Device, disc: DiscShape) -> None:
+    """Each pixel of it is a disc whose light is summed: many rounds for one invocation."""
+    color = night((64, 64), {(y, x): 50.0 for y in range(24, 40) for x in range(24, 40)})
+    coc = np.full((64, 64), 12.0, np.float32) + 1.5 * np.random.default_rng(0).random((64, 64))
+    lamps = Lamps(ctx, color, coc.astype(np.float32), disc)
+    total = (download(lamps.low)[..., :3] + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
+    np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)
+
+
+def test_a_bright_surface_of_many_pixels_stays_even(ctx: Device) -> None:
+    """Merged by blocks its discs would be a pattern; sparks beside it are discs all the same."""
+    color = night((128, 128), {(8, 8): 400.0})
+    color[24:104, 24:104] = 100.0
+    assert 80 * 80 > SPRITES_MAX
+    lamps = Lamps(ctx, color, np.full((128, 128), 1.5, np.float32))
+    picture = download(lamps.low)[..., :3] + lamps.drawn
+    np.testing.assert_allclose(picture[28:100, 28:100], 100.0, rtol=0.02)
+    assert 0 < lamps.count < 80
+    total = picture.sum(axis=(0, 1), dtype=np.float64)
+    np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)
+
+
+def test_a_large_lamp_among_many_sparks_is_drawn(ctx: Device, rng: np.random.Generator) -> None:
+    """Diffused, the ripple of its light would be a dark ring on the wall around it."""
+    color = night((512, 512), {})
+    color[8:-8, 8:-8][rng.random((496, 496)) < 0.02] = 40.0  # no disc crosses the border
+    coc = np.full((512, 512), 4.0, np.float32)
+    color[200:224, 200:224], coc[192:232, 192:232] = 32.0, -26.0
+    lamps = Lamps(ctx, color, coc)
+    assert 0 < lamps.count <= SPRITES_MAX
+    low = download(lamps.low)[..., :3]
+    assert low[200:224, 200:224].max() < 4.0
+    total = (low + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
+    np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)

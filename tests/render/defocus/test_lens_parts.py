@@ -1,0 +1,107 @@
+"""The parts of an opening: light, middle and variance are those of the whole opening."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from heatlens.core.model.lens.aperture import Aperture
+from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
+from heatlens.core.model.shot.settings import PARTS
+from heatlens.render.defocus.lens_parts import lens_parts, part_centres
+from heatlens.render.gpu.shader_constants import PART_PLACES
+from support.opening_images import letter, opening_images
+
+SIZE = 480, 270
+MOST = PARTS[-1]
+OPENINGS = (
+    Aperture(blades=3),
+    Aperture(blades=6, blade_rotation_deg=15.0, blade_curvature=0.5, squeeze=1.5),
+    Aperture(rim=0.8),
+    Aperture(rim=-0.8, blades=5),
+    Aperture(cat_eye=0.9),
+    Aperture(cat_eye=0.5, stopped_down=1.5, rim=0.5, blades=7),
+    Aperture(aperture_image=letter(), blade_rotation_deg=30.0),
+    Aperture(aperture_image=letter(), cat_eye=0.6, squeeze=2.0),
+)
+
+
+def disc_of(aperture: Aperture) -> DiscShape:
+    return DiscShape(aperture, in_picture=PictureField.of(SIZE))
+
+
+def sampled(disc: DiscShape, place_px: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the opening's middle and variances in pixels for each pixel of coc, finely sampled."""
+    along = (np.arange(400) + 0.5) / 200 - 1
+    x, y = (of.ravel() for of in np.meshgrid(along * disc.half_extents[0], -along))
+    light = disc.coverage(x, y, 1.0, 0.005, place_px)
+    points = np.stack([x, y], 1) / 2
+    middle = np.average(points, axis=0, weights=light)
+    return middle, np.average((points - middle) ** 2, axis=0, weights=light)
+
+
+@pytest.mark.parametrize("parts", PARTS)
+def test_parts_have_the_middle_and_the_variances_of_the_lens(parts):
+    centres = part_centres(parts)
+    assert centres.shape == (parts, 2)
+    np.testing.assert_allclose(centres.mean(0), 0, atol=1e-12)
+    own = np.eye(2) / (4 * parts)
+    np.testing.assert_allclose(centres.T @ centres / parts + own, np.eye(2) / 4, atol=1e-12)
+
+
+@pytest.mark.parametrize("parts", PARTS)
+def test_a_plain_opening_has_parts_of_equal_area(parts):
+    found = lens_parts(disc_of(Aperture(squeeze=2.0)), SIZE, parts)
+    assert found.shape == (parts, 1, 4)
+    np.testing.assert_allclose(found[:, 0, :2], part_centres(parts) * (0.25, -0.5), atol=1e-12)
+    np.testing.assert_allclose(found[:, 0, 2:], [(parts**-0.5, 1 / parts)] * parts, rtol=1e-12)
+
+
+@pytest.mark.parametrize("number", range(len(OPENINGS)))
+def test_parts_of_any_opening_have_its_middle_and_variance_everywhere(number):
+    disc = disc_of(OPENINGS[number])
+    found = lens_parts(disc, SIZE, MOST)
+    corners = [0, PART_PLACES - 1, PART_PLACES**2 - 1] if found.shape[1] > 1 else [0]
+    for k in corners:
+        place = SIZE[0] * (k % PART_PLACES) / 8, SIZE[1] * (k // PART_PLACES) / 8
+        centre, width, light = found[:, k, :2], found[:, k, 2], found[:, k, 3]
+        middle, variances = sampled(disc, place)
+        own = np.average(centre, axis=0, weights=light)
+        np.testing.assert_allclose(own, middle, atol=0.015)
+        spread = np.average((centre - own) ** 2, axis=0, weights=light)
+        inside = np.average(width**2, weights=light) / 16 * np.square(disc.half_extents)
+        np.testing.assert_allclose((spread + inside).sum(), variances.sum(), rtol=0.06)
+
+
+@given(
+    opening_images(),
+    st.sampled_from((0.0, 0.7)),
+    st.floats(-0.9, 0.9),
+    st.sampled_from(PARTS),
+)
+def test_light_is_conserved(image, cat_eye, rim, parts):
+    aperture = Aperture(aperture_image=image, cat_eye=cat_eye, rim=rim)
+    found = lens_parts(disc_of(aperture), SIZE, parts)
+    assume(len(found))
+    assert np.isfinite(found).all() and (found[..., 2:] >= 0).all()
+    np.testing.assert_allclose(found[..., 3].sum(axis=0), 1.0, rtol=1e-9)
+
+
+def test_dark_parts_are_left_out():
+    found = lens_parts(disc_of(Aperture(aperture_image=letter())), SIZE, MOST)
+    assert 1 < len(found) < MOST
+
+
+def test_a_cats_eye_is_narrow_towards_the_middle_and_round_there():
+    found = lens_parts(disc_of(Aperture(cat_eye=0.9)), SIZE, MOST)
+    along, across = np.array([SIZE, (-SIZE[1], SIZE[0])]) / np.hypot(*SIZE)
+
+    def ratio(place: int) -> float:
+        wide = [
+            np.average((found[:, place, :2] @ way) ** 2, weights=found[:, place, 3])
+            for way in (along, across)
+        ]
+        return wide[0] / wide[1]
+
+    assert ratio(PART_PLACES**2 // 2) == pytest.approx(1.0, abs=0.01)
+    assert ratio(0) == pytest.approx(ratio(PART_PLACES**2 - 1)) and ratio(0) < 0.8

@@ -1,0 +1,203 @@
+"""Lines solved in some tiles only: as if nothing lay around them, with nothing else touched."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from heatlens.render.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, pole_layers
+from heatlens.render.defocus.kernels import Kernel, named_kernel
+from heatlens.render.defocus.layer_cuts import Cut, LayerCut
+from heatlens.render.defocus.layer_passes import CocFillPass
+from heatlens.render.defocus.line_solver import LineSolver, PartitionSolver, SweepSolver
+from heatlens.render.defocus.tile_mask import SegmentPass, TileMask, tile_count
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.shader_constants import TILE
+from heatlens.render.gpu.textures import (
+    BufferParts,
+    FloatArray,
+    Storage,
+    download,
+    new_array,
+    new_texture,
+    upload,
+)
+
+SIZE = (150, 90)  # 10 x 6 tiles, the last of both only in part
+ISLANDS = [  # first tile across and down, tiles across and down; none beside another
+    (0, 0, 2, 3),
+    (3, 0, 1, 1),
+    (5, 1, 4, 1),
+    (3, 2, 1, 4),
+    (8, 3, 2, 3),
+    (5, 4, 2, 1),
+]
+UNTOUCHED = 7.25
+CUT = LayerCut(near=Cut(10.0, 2.0), far=Cut(80.0, 2.0))
+
+
+@dataclass(frozen=True)
+class Plate:
+    """Colour (H, W, 4), coc (H, W) and how far it is known (H, W)."""
+
+    color: FloatArray
+    coc: FloatArray
+    known: FloatArray
+
+    def cut_out(self, island: tuple[slice, slice]) -> "Plate":
+        return Plate(self.color[island], self.coc[island], self.known[island])
+
+
+@pytest.fixture(scope="module", params=[SweepSolver, PartitionSolver])
+def solver(request: pytest.FixtureRequest, session_context: Device) -> LineSolver:
+    return request.param(session_context)
+
+
+@pytest.fixture
+def plate(rng: np.random.Generator) -> Plate:
+    """Return a plate that is NaN outside active tiles, so that reading there shows."""
+    shape = SIZE[::-1]
+    outside = np.repeat(np.repeat(tile_map() == 0, TILE, 0), TILE, 1)[: shape[0], : shape[1]]
+    color = rng.random((*shape, 4), np.float32)
+    coc = 30.0 * rng.random(shape, np.float32) ** 2
+    known = np.round(rng.random(shape)).astype(np.float32)
+    for place in places():  # nothing flows over an end, be it of an island or of a picture
+        coc[place][[0, -1]], coc[place][:, [0, -1]] = 0.0, 0.0
+    for values in (color, coc, known):
+        values[outside] = np.nan
+    return Plate(color, coc, known)
+
+
+def tile_map() -> np.ndarray:
+    across, down = tile_count(SIZE)
+    tiles = np.zeros((down, across), np.uint32)
+    for x, y, width, height in ISLANDS:
+        tiles[y : y + height, x : x + width] = 1
+    return tiles
+
+
+def places() -> list[tuple[slice, slice]]:
+    return [
+        (slice(TILE * y, TILE * (y + height)), slice(TILE * x, TILE * (x + width)))
+        for x, y, width, height in ISLANDS
+    ]
+
+
+def mask_of(ctx: Device, tiles: np.ndarray, size: tuple[int, int]) -> TileMask:
+    """Return the mask of a picture of `size` in which the `tiles` (down, across) are active."""
+    words = ctx.buffer(tiles.astype(np.uint32).tobytes())
+    part = BufferParts.bytes_for(SegmentPass.bytes_for(size))
+    lists = BufferParts(ctx.buffer(reserve=2 * part), part)
+    return SegmentPass(ctx).find([size], BufferParts(words, words.size), lists)[0]
+
+
+def mask_of_islands(ctx: Device) -> TileMask:
+    return mask_of(ctx, tile_map(), SIZE)
+
+
+def blurred(
+    solver: LineSolver, plate: Plate, kernel: Kernel, storage: Storage, mask: TileMask | None
+) -> FloatArray:
+    ctx, size = solver._ctx, plate.coc.shape[::-1]
+    color, coc, out = (new_texture(ctx, size, channels) for channels in (4, 1, 4))
+    upload(color, plate.color)
+    upload(coc, plate.coc)
+    upload(out, np.full((*plate.coc.shape, 4), UNTOUCHED))
+    layers = pole_layers(kernel, storage)
+    poles = new_array(ctx, solver.between_size(size), layers, 4, storage)
+    poles.write(b"\xff" * (poles.width * poles.height * layers * 16))
+    BlurPass(solver).run(Diffusion(color, coc, kernel, (1.0, 1.0)), BlurTargets(poles, out), mask)
+    return download(out)
+
+
+def filled(solver: LineSolver, plate: Plate, mask: TileMask | None) -> FloatArray:
+    ctx, size = solver._ctx, plate.coc.shape[::-1]
+    state, out = new_texture(ctx, size, 2), new_texture(ctx, size, 1)
+    rows = tuple(ctx.buffer(b"\xff" * CocFillPass.rows_bytes(size)) for _ in range(2))
+    upload(state, np.stack([plate.coc, plate.known], axis=-1))
+    upload(out, np.full(plate.coc.shape, UNTOUCHED))
+    list(CocFillPass(solver).steps(state, CUT, (1.0, 1.0), rows, out, mask))
+    return download(out).reshape(plate.coc.shape)
+
+
+def outside_of_islands(picture: FloatArray) -> FloatArray:
+    rest = picture.copy()
+    for place in places():
+        rest[place] = UNTOUCHED
+    return rest
+
+
+@pytest.mark.parametrize(
+    ("name", "storage"),
+    [("heat", "f4"), ("disc_3", "f4"), ("disc_3", PACKED), ("disc_4", PACKED)],
+)
+def test_an_island_of_tiles_blurs_like_a_picture_of_its_own(
+    ctx: Device, solver: LineSolver, plate: Plate, name: str, storage: Storage
+) -> None:
+    kernel, tolerance = named_kernel(name), 1e-5 if storage == "f4" else 2e-3
+    masked = blurred(solver, plate, kernel, storage, mask_of_islands(ctx))
+    for place in places():
+        alone = blurred(solver, plate.cut_out(place), kernel, storage, None)
+        np.testing.assert_allclose(masked[place], alone, atol=tolerance)
+    assert np.all(outside_of_islands(masked) == UNTOUCHED)
+
+
+def test_an_island_of_tiles_is_filled_like_a_picture_of_its_own(
+    ctx: Device, solver: LineSolver, plate: Plate
+) -> None:
+    masked = filled(solver, plate, mask_of_islands(ctx))
+    for place in places():
+        alone = filled(solver, plate.cut_out(place), None)
+        np.testing.assert_allclose(masked[place], alone, rtol=1e-4, atol=1e-4)
+    assert np.all(outside_of_islands(masked) == UNTOUCHED)
+
+
+@pytest.mark.parametrize("name", ["heat", "disc_4"])
+def test_a_segment_at_the_end_of_a_line_goes_on_beyond_it(
+    ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    """Two segments a line, apart by pixels in focus: the same as the whole line."""
+    height, width = SIZE[::-1]
+    tiles = np.ones(tile_count(SIZE)[::-1], int)
+    tiles[:, 4], tiles[2] = 0, 0
+    coc = np.full((height, width), 40.0, np.float32)
+    coc[:, 4 * TILE - 1 : 5 * TILE + 1], coc[2 * TILE - 1 : 3 * TILE + 1] = 0.0, 0.0
+    plate = Plate(rng.random((height, width, 4), np.float32), coc, coc)
+    kernel, active = named_kernel(name), np.repeat(np.repeat(tiles, TILE, 0), TILE, 1) == 1
+    whole = blurred(solver, plate, kernel, "f4", None)
+    parts = blurred(solver, plate, kernel, "f4", mask_of(ctx, tiles, SIZE))
+    inside = active[:height, :width]
+    np.testing.assert_allclose(parts[inside], whole[inside], atol=1e-5)
+
+
+def test_a_mask_of_no_tile_touches_nothing(ctx: Device, solver: LineSolver, plate: Plate) -> None:
+    none = mask_of(ctx, np.zeros_like(tile_map()), SIZE)
+    assert np.all(blurred(solver, plate, named_kernel("disc_2"), PACKED, none) == UNTOUCHED)
+
+
+@pytest.mark.parametrize("length", [4096, 16384])  # 8 pixels a run; runs of several tiles
+@pytest.mark.parametrize(
+    ("name", "storage"), [("disc_3", "f4"), ("disc_3", PACKED), ("disc_4", PACKED)]
+)
+def test_long_lines_are_solved_in_their_tiles_only(
+    ctx: Device,
+    solver: LineSolver,
+    rng: np.random.Generator,
+    length: int,
+    name: str,
+    storage: Storage,
+) -> None:
+    kernel, tolerance = named_kernel(name), 1e-5 if storage == "f4" else 2e-3
+    active = np.tile([1, 0, 0, 1, 1, 0, 1, 1], length // (8 * TILE)).astype(np.uint32)
+    inside = np.repeat(active, TILE) == 1
+    color = np.where(inside[:, None], rng.random((length, 4), np.float32), np.nan)[None]
+    coc = np.where(inside, np.float32(20.0), np.nan)[None]
+    ends = inside & ~(np.roll(inside, 1) & np.roll(inside, -1))
+    coc[0, ends], coc[0, 0], coc[0, -1] = 0.0, coc[0, 0] * 0.0, coc[0, -1] * 0.0
+    plate = Plate(color, coc, coc)
+    mask = mask_of(ctx, active[None], (length, 1))
+    masked = blurred(solver, plate, kernel, storage, mask)
+    island = (slice(None), slice(3 * TILE, 5 * TILE))
+    alone = blurred(solver, plate.cut_out(island), kernel, storage, None)
+    np.testing.assert_allclose(masked[island], alone, atol=tolerance)
+    assert np.all(masked[:, ~inside] == UNTOUCHED) and np.all(masked[:, inside] != UNTOUCHED)

@@ -1,0 +1,86 @@
+"""Passes over every pixel, cut into bands so that a window can answer in between."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.settings import DefocusSettings, Quality
+from heatlens.core.model.shot.shot import Shot
+from heatlens.render.defocus import pixel_list
+from heatlens.render.defocus.pixel_list import PixelBands
+from heatlens.render.frame_renderer import FrameRenderer, drained
+from heatlens.render.gpu.program import ComputeProgram
+from heatlens.render.gpu.shader_constants import PIXEL_GROUP
+from heatlens.render.gpu.textures import download
+from support.plates import plate_of, room
+
+SHOT = Shot(Lens(50.0, 1.4, 1.0, 36.0), DefocusSettings(quality=Quality.DRAFT))
+PER_PIXEL = ("coc", "fragments_find", "highlight_luminance", "highlight_split", "highlight_blocks")
+SIDES = st.integers(1, 5000)
+
+
+class Listener:
+    """Stands in for a program, and keeps the rows that it was run on."""
+
+    def __init__(self) -> None:
+        self.rows: list[range] = []
+
+    def dispatch(self, groups: tuple[int, int], uniforms: dict[str, int]) -> None:
+        first = uniforms["first_row"]
+        self.rows.append(range(first, first + groups[1] * PIXEL_GROUP))
+
+
+def bands_on(renderer: str) -> PixelBands:
+    return PixelBands(SimpleNamespace(is_software="llvmpipe" in renderer))
+
+
+@given(SIDES, SIDES, st.sampled_from([1, 2, 8]))
+def test_bands_cover_each_row_once_and_none_is_long(width, height, side):
+    listener = Listener()
+    steps = sum(1 for _ in bands_on("llvmpipe").run(listener, (width, height), side=side))
+    assert steps == len(listener.rows)
+    seen = [row for rows in listener.rows for row in rows]
+    assert seen == list(range(math.ceil(height / PIXEL_GROUP) * PIXEL_GROUP))
+    most = max(pixel_list.BAND_PX, PIXEL_GROUP * width * side * side)
+    assert all(len(rows) * width * side * side <= most for rows in listener.rows)
+
+
+def in_bands(loaded: FrameRenderer, band_px: int, monkeypatch) -> tuple[np.ndarray, dict]:
+    """Return the picture with bands of so many pixels, and the runs of each program."""
+    runs: dict[str, int] = {}
+    dispatch = ComputeProgram.dispatch
+
+    def counted(program: ComputeProgram, *args, **inputs) -> None:
+        name = program.name.partition(".")[0]
+        runs[name] = runs.get(name, 0) + 1
+        dispatch(program, *args, **inputs)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(pixel_list, "BAND_PX", band_px)
+        patch.setattr(ComputeProgram, "dispatch", counted)
+        return download(drained(loaded.steps(SHOT))), runs
+
+
+def test_a_picture_in_bands_is_the_same_bit_for_bit(renderer, monkeypatch):
+    color, depth = (np.concatenate([part, part]) for part in room())
+    color[::7, ::11] *= 200.0  # lamps, also across the borders of bands
+    renderer.load(plate_of(color, depth))
+    for one in vars(renderer._passes).values():
+        if isinstance(getattr(one, "_bands", None), PixelBands):
+            monkeypatch.setattr(one._bands, "_is_cut", True)
+    whole, once = in_bands(renderer, 1 << 30, monkeypatch)
+    cut, often = in_bands(renderer, 1, monkeypatch)
+    np.testing.assert_array_equal(cut, whole)
+    assert all(often[name] > once[name] for name in PER_PIXEL)
+
+
+@pytest.mark.parametrize("name, is_cut", [("llvmpipe (LLVM 19)", True), ("NVIDIA H100", False)])
+def test_only_a_processor_gets_a_picture_in_bands(name, is_cut):
+    listener = Listener()
+    list(bands_on(name).run(listener, (4096, 2160)))
+    assert (len(listener.rows) > 1) is is_cut

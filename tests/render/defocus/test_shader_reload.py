@@ -1,0 +1,137 @@
+"""Changed shader files reach running programs; a mistake in one keeps the last good program."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from heatlens.core.base.errors import ShaderError
+from heatlens.render.gpu import shader_reload
+from heatlens.render.gpu.device import Device, Primitive
+from heatlens.render.gpu.program import ComputeProgram, DrawProgram, pixel_groups
+from heatlens.render.gpu.shader_reload import EVERY_S, VARIABLE, ShaderReload
+from heatlens.render.gpu.textures import download, new_texture
+from support.shader_copies import edit, reloading_copy
+
+LIMITS, DONE = "limits.comp.glsl", "scene_done.vert.glsl"
+
+
+@pytest.fixture
+def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    return reloading_copy(tmp_path / "shaders", monkeypatch)
+
+
+class Clock:
+    """Seconds that pass when the test says so."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+    def tick(self) -> None:
+        self.now += EVERY_S
+
+
+def limited(ctx: Device, program: ComputeProgram) -> float:
+    """Return what the pass makes of 2.0."""
+    color = new_texture(ctx, (1, 1), 4)
+    color.write(np.full(4, 2.0, np.float32))
+    images = {"color_img": color}
+    program.dispatch(pixel_groups((1, 1)), images=images, uniforms={"is_opaque": True})
+    return float(download(color)[0, 0, 0])
+
+
+def test_a_changed_file_changes_the_running_program(ctx: Device, shaders: Path) -> None:
+    clock, program = Clock(), ComputeProgram(ctx, LIMITS)
+    reload = ShaderReload(clock)
+    edit(shaders / LIMITS, "max(color.rgb, 0.0)", "vec3(7.0)")
+    assert reload.poll() is None and limited(ctx, program) == 2.0  # not looked at again so soon
+    clock.tick()
+    news = reload.poll()
+    assert news is not None and news.programs == 1 and LIMITS in news.sentence
+    assert limited(ctx, program) == 7.0
+    clock.tick()
+    assert reload.poll() is None
+
+
+def test_a_mistake_is_said_and_the_last_good_program_stays(ctx: Device, shaders: Path) -> None:
+    clock, program = Clock(), ComputeProgram(ctx, LIMITS)
+    reload = ShaderReload(clock)
+    edit(shaders / LIMITS, "max(color.rgb, 0.0)", "nothing_of_that_name")
+    clock.tick()
+    news = reload.poll()
+    assert news is not None and news.programs == 0
+    assert f"{LIMITS}:" in news.sentence and "nothing_of_that_name" in news.sentence
+    assert limited(ctx, program) == 2.0
+    edit(shaders / LIMITS, "nothing_of_that_name", "vec3(3.0)")
+    clock.tick()
+    assert reload.poll() is not None and limited(ctx, program) == 3.0
+
+
+def test_an_included_file_and_a_vanished_one(ctx: Device, shaders: Path) -> None:
+    clock, program = Clock(), ComputeProgram(ctx, "fragments_far.comp.glsl")
+    reload = ShaderReload(clock)
+    edit(shaders / "lib" / "tone.lib.glsl", "0.98", "0.97")
+    clock.tick()
+    news = reload.poll()
+    assert news is not None and news.programs == 1
+    (shaders / "lib" / "tone.lib.glsl").unlink()
+    edit(shaders / "fragments_far.comp.glsl", "0.1", "0.2")
+    clock.tick()
+    news = reload.poll()
+    assert news is not None and "tone.lib.glsl" in news.sentence
+    with pytest.raises(ShaderError):
+        program.rebuild()
+
+
+def test_what_was_laid_out_is_drawn_with_the_new_program(ctx: Device, shaders: Path) -> None:
+    clock, program = Clock(), DrawProgram(ctx, "picture")
+    quad, reload = program.vertex_array([]), ShaderReload(clock)
+    source, out = new_texture(ctx, (1, 1), 4), ctx.texture((1, 1), 4, dtype="f4")
+    source.write(np.ones(4, np.float32))
+    target = ctx.framebuffer([out])
+
+    def drawn() -> float:
+        target.use()
+        ctx.draw_with()
+        program.bind(
+            textures={"picture_tx": source},
+            uniforms={
+                "first_px": (0, 0),
+                "last_px": (1, 1),
+                "screen_px": (1, 1),
+                "is_nearest": True,
+            },
+        )
+        quad.render(Primitive.TRIANGLE_STRIP, 4)
+        return float(np.frombuffer(out.read(), np.float32)[0])
+
+    assert drawn() == 1.0
+    edit(
+        shaders / "picture.frag.glsl", "out_color = is_nearest ?", "out_color = 5.0 * is_nearest ?"
+    )
+    clock.tick()
+    assert "picture.frag.glsl:" in reload.poll().sentence and drawn() == 1.0  # a mistake
+    edit(shaders / "picture.frag.glsl", "5.0 * is_nearest", "is_nearest")
+    edit(
+        shaders / "picture.frag.glsl", "texture(picture_tx, place);", "vec4(0.0); out_color *= 5.0;"
+    )
+    clock.tick()
+    assert reload.poll().programs == 1 and drawn() == 5.0
+    quad.release()
+    program.release()
+    source.release()
+    ctx.simple_framebuffer((1, 1)).use()
+    target.release()
+
+
+def test_nothing_is_watched_unless_asked(
+    ctx: Device, shaders: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(VARIABLE)
+    before = len(shader_reload._watched)
+    program = ComputeProgram(ctx, LIMITS)
+    assert len(shader_reload._watched) == before and not shader_reload.is_on()
+    program.release()

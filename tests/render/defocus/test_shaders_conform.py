@@ -1,0 +1,41 @@
+"""Every shader, in every build the program makes of it, passes the reference GLSL compiler.
+
+Mesa is lenient; drivers of real GPUs are not. The compiler is Debian's package glslang-tools.
+"""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from heatlens.core.base.paths import data_dir
+from heatlens.core.model.view.overlays import overlays_by_name
+from heatlens.fronts.doctor.gpu_check import pass_builds, solver_builds
+from heatlens.render.gpu.shader_source import assemble
+
+SHADERS = data_dir("shaders")
+
+
+def test_every_overlay_has_its_function() -> None:
+    text = (SHADERS / "overlay.comp.glsl").read_text()
+    functions = re.findall(r"^vec4 (\w+)\(ivec2 at, float", text, re.M)
+    assert sorted(functions) == sorted(it.function for it in overlays_by_name().values())
+
+
+@pytest.mark.parametrize("builds", [solver_builds(), pass_builds()], ids=["solvers", "passes"])
+def test_reference_compiler_takes_it(builds: list, tmp_path: Path) -> None:
+    assert shutil.which("glslangValidator"), "apt-get install glslang-tools"
+    by_file = {}
+    for number, (name, defines) in enumerate(builds):
+        stage = name.split(".")[1]
+        file = tmp_path / f"{number}.{stage}"
+        source = assemble(SHADERS, name, defines)
+        file.write_text(source.text)
+        by_file[str(file)] = (name, defines, source)
+    run = subprocess.run(["glslangValidator", *by_file], capture_output=True, text=True)
+    for file, (name, defines, source) in by_file.items():
+        assert f"ERROR: {file}" not in run.stdout, (name, defines, source.explained(run.stdout))
+    assert run.returncode == 0, run.stdout
+    assert len(by_file) > 10

@@ -1,0 +1,232 @@
+"""Layers are worked on in the tiles where they show; that leaves the picture as it is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.settings import DefocusSettings, Quality
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.plate.plate import Plate
+from heatlens.render.defocus import tile_pass
+from heatlens.render.defocus.fragment_pass import Fragments
+from heatlens.render.defocus.layer_passes import CompositePass
+from heatlens.render.defocus.layer_plan import layer_plans
+from heatlens.render.defocus.optics import Optics
+from heatlens.render.defocus.pixel_list import Slices
+from heatlens.render.defocus.scratch import Scratch
+from heatlens.render.defocus.tile_mask import TileMask, seen_bytes, seen_words, tile_count
+from heatlens.render.defocus.tile_pass import SeenBitsPass, TilePass
+from heatlens.render.gpu.program import groups_for
+from heatlens.render.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE
+from heatlens.render.gpu.textures import BufferParts, download, new_texture, upload
+from support.fragment_lists import packed_lists
+from support.layers import ladder_of
+from support.plates import lens_blurring, plate_of, room
+
+
+def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, float], int]]:
+    """Return for each layer its mask (tiles down, across), its ends in px, its reduction."""
+    size = coc.shape[::-1]
+    picture = Fragments(
+        *(new_texture(ctx, size, channels) for channels in (4, 1)),
+        *(new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4)),
+    )
+    upload(picture.coc, coc.astype(np.float32))
+    picture.kind.write(np.zeros(coc.shape, np.float16))
+    optics = Optics(None, np.unique(coc).astype(np.float64))
+    plans = layer_plans(ladder_of(optics.occupied_px), optics, size)
+    tiles_of, pool = TilePass(ctx), Scratch(ctx)
+    found = tiles_of.look_through(picture, plans, pool)
+    masks = []
+    for plan, tiles in zip(plans, tiles_of.find(found, plans, optics, pool), strict=True):
+        mask, listed = tiles.mask, tiles.listed
+        across, down = tile_count(plan.size(size))
+        words = np.frombuffer(mask.words.read()[: 4 * across * down], np.uint32).reshape(
+            down, across
+        )
+        head = np.frombuffer(listed.words.read()[:28], np.uint32).astype(int)
+        assert head[3] == head[6] == np.count_nonzero(words)
+        assert head[0] == -(-head[6] // Slices(ctx).count(size))
+        assert tuple(head[4:6]) == (plan.reduction, plan.reduction)
+        masks.append((words != 0, plan.ends_px, plan.reduction))
+    return masks
+
+
+def test_every_pixel_of_a_layer_lies_in_an_active_tile(ctx, rng):
+    coc = rng.choice([-90.0, -30.0, -6.0, 0.0, 2.0, 25.0], (200, 331), p=[0.01] * 5 + [0.95])
+    for mask, (low, high), reduction in active_tiles(ctx, coc):
+        rows, columns = np.nonzero((coc > low) & (coc < high))
+        side = TILE * reduction
+        assert len(rows) and mask[rows // side, columns // side].all()
+
+
+def test_a_gpu_finds_the_same_tiles(ctx, rng, monkeypatch):
+    coc = np.repeat(np.repeat(rng.choice([-90.0, -6.0, 0.0, 25.0], (13, 21)), 16, 0), 16, 1)
+    one_by_one = active_tiles(ctx, coc[:200, :331])
+    monkeypatch.setattr("heatlens.render.defocus.tile_pass.is_software", lambda _: False)
+    at_once = active_tiles(ctx, coc[:200, :331])
+    for (mask, *layer), (other, *same) in zip(one_by_one, at_once, strict=True):
+        np.testing.assert_array_equal(mask, other)
+        assert layer == same
+
+
+def test_what_is_far_from_a_layer_is_left_out(ctx):
+    coc = np.zeros((320, 640))
+    coc[:, :20] = -8.0
+    masks = active_tiles(ctx, coc)
+    assert len(masks) == 2
+    focus, near = (mask for mask, *_ in masks)
+    assert near[:, :2].all() and not near[:, 4:].any()
+    assert focus[:, 1:].all()
+
+
+def test_the_tiles_of_a_blur_are_those_that_it_reaches(ctx):
+    """A point in the middle: the tiles within its coc, and none beyond twice that."""
+    coc = np.zeros((512, 512))
+    coc[256, 256] = -20.0
+    (near,) = (mask for mask, (_, high), _ in active_tiles(ctx, coc) if high < 0)
+    y, x = np.nonzero(near)
+    away_px = TILE * np.hypot(np.maximum(np.abs(y - 16) - 1, 0), np.maximum(np.abs(x - 16) - 1, 0))
+    assert near[15:18, 15:18].all() and away_px.max() <= 2 * 20.0
+
+
+@pytest.mark.parametrize(
+    ("coc_px", "quality"),
+    [(6.0, Quality.FILM), (25.0, Quality.DRAFT), (70.0, Quality.PREVIEW), (70.0, Quality.FILM)],
+)
+def test_leaving_tiles_out_changes_nothing_to_see(ctx, renderer, monkeypatch, coc_px, quality):
+    color, depth = room(400, 230)
+    renderer.load(plate_of(color, depth))
+    shot = Shot(lens_blurring(coc_px, 400), DefocusSettings(quality=quality))
+    where_it_shows = renderer.pixels(shot)
+    monkeypatch.setattr("heatlens.render.defocus.tile_pass.SPREAD", 1e4)
+    everywhere = renderer.pixels(shot)
+    off = np.abs(np.clip(where_it_shows, 0, 1) - np.clip(everywhere, 0, 1))
+    assert off.max() < 4 / 255 and off.mean() < 1e-4
+
+
+def test_a_known_surface_is_worked_on_only_where_something_uncovers_it(ctx, renderer, monkeypatch):
+    """A wall is known behind a near one, which covers it but for a gap at the right."""
+    width, height = 480, 200
+    color, depth = room(width, height)
+    depth[:], depth[:, 420:] = 1.0, 8.0
+    behind = np.full((height, width, 4), 1.0, np.float32)
+    behind[..., :3] = room(width, height)[0][::-1]
+    one = np.ones(width * height, int)
+    lists = packed_lists(
+        one, 0 * one == 1, behind.reshape(-1, 4), np.full(one.shape, 8.0, np.float32)
+    )
+    renderer.load(replace(plate_of(color, depth), fragments=lists))
+    found, active = [], []
+    find = TilePass.find
+    monkeypatch.setattr(TilePass, "find", lambda it, *a: found.append(find(it, *a)) or found[-1])
+    pictures = []
+    for spread in (1.0, 1e4):
+        for module in ("tile_pass", "layer_plan"):
+            monkeypatch.setattr(f"heatlens.render.defocus.{module}.SPREAD", spread)
+        pictures.append(renderer.pixels(Shot(Lens(50.0, 1.4, 2.0, 36.0), DefocusSettings())))
+        across, down = found[-1][0].mask.tiles
+        words = np.frombuffer(found[-1][0].mask.words.read()[: 4 * across * down], np.uint32)
+        active.append((words != 0).reshape(down, across).any(axis=0))
+    assert active[1].all() and not active[0][: active[0].size // 2].any()
+    off = np.abs(np.clip(pictures[0], 0, 1) - np.clip(pictures[1], 0, 1))
+    assert off.max() < 4 / 255 and off.mean() < 1e-4
+
+
+def looks_into_a_room(width: int, height: int, has_window: bool) -> Plate:
+    """Return a plate of a near thing at the left and a wall, behind which a room is known.
+
+    The wall goes on behind the near thing, beside whose edge it may have a hidden window.
+    """
+    near_m, wall_m, room_m = 1.0, 2.5, 100.0
+    y, x = np.mgrid[:height, :width]
+    is_near, is_window = x < 260, (x >= 226) & (x < 240) & (y >= 60) & (y < 140) & has_window
+    surfaces = np.array([[[0.4, 0.3, 0.2, 1.0], [0.9, 0.2, 0.6, 1.0]]] * (width * height))
+    known = np.stack([is_near & ~is_window, np.ones_like(is_near)], axis=-1).reshape(-1, 2)
+    depth_m = np.broadcast_to(np.float32([wall_m, room_m]), known.shape)[known]
+    counts = known.sum(axis=1)
+    lists = packed_lists(counts, counts == 0, surfaces[known].astype(np.float32), depth_m)
+    color, depth = room(width, height)[0], np.where(is_near, near_m, wall_m).astype(np.float32)
+    return replace(plate_of(color, depth), fragments=lists)
+
+
+@pytest.mark.parametrize("has_window", [False, True])
+def test_what_a_known_wall_hides_is_worked_on_only_at_its_windows(
+    ctx, renderer, monkeypatch, has_window
+):
+    """The near thing's blurred edge uncovers the wall, and the room only where it has a window."""
+    renderer.load(looks_into_a_room(480, 200, has_window))
+    found, active, pictures, cuts_px = [], [], [], tile_pass._cuts_px
+    find = TilePass.find
+    monkeypatch.setattr(TilePass, "find", lambda it, *a: found.append(find(it, *a)) or found[-1])
+    for closes in (True, False):
+        if not closes:  # no surface covers a layer in full
+            opened = lambda cuts: tuple((a, -1e30, c, d) for a, _, c, d in cuts_px(cuts))  # noqa: E731
+            monkeypatch.setattr(tile_pass, "_cuts_px", opened)
+        pictures.append(renderer.pixels(Shot(Lens(50.0, 0.7, 2.0, 36.0), DefocusSettings())))
+        across, down = found[-1][0].mask.tiles
+        words = np.frombuffer(found[-1][0].mask.words.read()[: 4 * across * down], np.uint32)
+        active.append((words != 0).reshape(down, across))
+    assert active[1].all() and active[0].any() == has_window
+    assert not active[0][:, 20:].any() and not active[0][:, :9].any()
+    assert np.abs(pictures[0] - pictures[1]).max() < 1e-3
+    if has_window:
+        assert active[0][4:8, 14:16].all()
+
+
+def test_a_scene_without_blur_keeps_every_bit(ctx, renderer):
+    color, depth = room(131, 77)
+    renderer.load(plate_of(color, np.where(depth < 1.0, 2.0, 2.0).astype(np.float32)))
+    picture = renderer.pixels(Shot(Lens(50.0, 2.0, 2.0, 36.0), DefocusSettings()))
+    assert np.array_equal(picture[..., :3], color)
+
+
+def seen_by_bits(bits: np.ndarray, k: int, size: tuple[int, int]) -> np.ndarray:
+    """Return which pixels are visible by the masks of one of the four directions."""
+    width, height = size
+    words = seen_words(size)
+    per_line = groups_for(width if k == 0 else height, 32)
+    y, x = np.mgrid[:height, :width]
+    line, place = ((y, x), (x, y), (x - y + height, y), (x + y, y))[k]
+    found = bits[sum(words[:k]) + line * per_line + place // 32]
+    return (found >> (place % 32) & 1).astype(bool)
+
+
+def test_all_pixels_of_active_tiles_are_marked_as_seen_along_every_direction(ctx, rng):
+    sizes = [(331, 77), (45, 150), (16, 16)]
+    tiles = [rng.random(tile_count(size)[::-1]) < 0.5 for size in sizes]
+    need, room_for = (max(map(f, sizes)) for f in (TileMask.bytes_for, seen_bytes))
+    masks, bits = (
+        BufferParts(ctx.buffer(b"\xa5" * (3 * each)), each)
+        for each in map(BufferParts.bytes_for, (need, room_for))
+    )
+    for layer, active in enumerate(tiles):
+        masks.whole.write(active.astype(np.uint32).tobytes(), offset=masks[layer].first)
+    SeenBitsPass(ctx).mark(sizes, masks, bits)
+    for layer, (size, active) in enumerate(zip(sizes, tiles, strict=True)):
+        words = np.frombuffer(bits[layer].read(), np.uint32)[: seen_bytes(size) // 4]
+        expected = np.kron(active, np.ones((TILE, TILE)))[: size[1], : size[0]] != 0
+        for k in range(HIDDEN_DIRECTIONS):
+            np.testing.assert_array_equal(seen_by_bits(words, k, size), expected)
+        counted = np.unpackbits(words.view(np.uint8)).sum()
+        assert counted == HIDDEN_DIRECTIONS * expected.sum()  # none beyond the edge
+
+
+@pytest.mark.parametrize("reduction", [1, 2, 4])
+def test_only_what_the_farthest_layer_leaves_is_made_black(ctx, rng, reduction):
+    size = 150, 70
+    optics = Optics(None, np.array([-3.0, 0.0, 2.0]))
+    (plan, *_) = layer_plans(ladder_of(optics.occupied_px), optics, size)
+    plan = replace(plan, reduction=reduction)
+    across, down = tile_count(plan.size(size))
+    active = rng.random((down, across)) < 0.5
+    words = ctx.buffer(active.astype(np.uint32).tobytes())
+    before = rng.random((size[1], size[0], 4)).astype(np.float32)
+    out = new_texture(ctx, size, 4)
+    upload(out, before)
+    CompositePass(ctx).begin(plan, TileMask(words, (across, down), words, words), out)
+    side = TILE * reduction
+    kept = active.repeat(side, axis=0).repeat(side, axis=1)[: size[1], : size[0], None]
+    np.testing.assert_array_equal(download(out), np.where(kept, before, (0.0, 0.0, 0.0, 1.0)))

@@ -1,0 +1,57 @@
+"""What of a plate is in focus, at the size of a preview."""
+
+import numpy as np
+import pytest
+
+from heatlens.core.model.focus.coc import CocLine
+from heatlens.render.display.picture_pass import FocusMeanPass
+from heatlens.render.gpu.textures import download, new_texture, upload
+
+SMALL, TIMES = (6, 4), 5
+LINE = CocLine(at_infinity_px=20.0, per_dioptre_px=-40.0)
+
+
+def focus_mean(ctx, color: np.ndarray, coc: np.ndarray, line: CocLine | None = None) -> np.ndarray:
+    """Return the focused mean of a picture (H, W, 4) with its coc (H, W) in pixels."""
+    depth = coc if line is None else line.per_dioptre_px / (coc - line.at_infinity_px)
+    size = color.shape[1::-1]
+    textures = new_texture(ctx, size, 4), new_texture(ctx, size, 1)
+    mean, out = new_texture(ctx, SMALL, 4), new_texture(ctx, SMALL, 4)
+    for texture, values in zip((*textures, mean), (color, depth, blocks(color)), strict=True):
+        upload(texture, values.astype(np.float32))
+    FocusMeanPass(ctx).run(*textures, line, mean, out)
+    return download(out)
+
+
+def blocks(values: np.ndarray) -> np.ndarray:
+    """Return the mean of each block of pixels under a pixel of the preview."""
+    return values.reshape(SMALL[1], TIMES, SMALL[0], TIMES, -1).mean(axis=(1, 3))
+
+
+@pytest.fixture
+def color(rng) -> np.ndarray:
+    return rng.random((SMALL[1] * TIMES, SMALL[0] * TIMES, 4))
+
+
+@pytest.mark.parametrize("line", [None, LINE])
+def test_each_pixel_is_the_mean_of_what_is_in_focus_under_it(ctx, rng, color, line):
+    coc = rng.choice([0.0, -1.0, 4.0, -6.0, 30.0], color.shape[:2])
+    t = np.clip(np.abs(coc) / TIMES - 0.5, 0, 1)
+    share = (1 - t * t * (3 - 2 * t))[..., None]
+    expected = blocks(share * color) / blocks(share)
+    np.testing.assert_allclose(focus_mean(ctx, color, coc, line), expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("coc_px", [0.0, 2.0, -40.0])
+def test_it_is_the_plain_mean_where_all_or_nothing_is_in_focus(ctx, color, coc_px):
+    found = focus_mean(ctx, color, np.full(color.shape[:2], coc_px))
+    np.testing.assert_allclose(found, blocks(color), atol=1e-6)
+
+
+def test_a_blurred_object_leaves_no_light_where_something_is_in_focus(ctx, rng, color):
+    coc = np.zeros(color.shape[:2])
+    coc[:, ::2] = -30.0  # in each pixel of the preview
+    repainted = color.copy()
+    repainted[:, ::2] = rng.random(repainted[:, ::2].shape)
+    before, after = (focus_mean(ctx, it, coc) for it in (color, repainted))
+    np.testing.assert_array_equal(before, after)

@@ -1,0 +1,209 @@
+"""Pictures on the screen against arrays: where they lie, what covers what, squares and light."""
+
+import numpy as np
+import pytest
+
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.focus.coc import CocLine
+from heatlens.render.display.picture_pass import Detail, EnlargePass, PicturePass, PlacedPicture
+from heatlens.render.gpu.device import Device, Sampling, Texture
+from support.rounding import within
+
+SCREEN = 64, 40
+ALL = Box(0, 0, *SCREEN)
+
+
+@pytest.fixture(scope="module")
+def pictures(session_context) -> PicturePass:
+    return PicturePass(session_context)
+
+
+def texture_of(ctx: Device, pixels: np.ndarray) -> Texture:
+    texture = ctx.texture(pixels.shape[1::-1], 4, np.ascontiguousarray(pixels).tobytes())
+    texture.repeats = False
+    return texture
+
+
+def painted(ctx: Device, pictures: PicturePass, *placed: PlacedPicture, size=SCREEN) -> np.ndarray:
+    """Return (H, W, 4) bytes drawn over a screen of (10, 20, 30, 255), top row first."""
+    texture = ctx.texture(size, 4)
+    target = ctx.framebuffer([texture])
+    target.clear(10 / 255, 20 / 255, 30 / 255, 1.0)
+    pictures.run(placed, target, size)
+    found = np.frombuffer(texture.read(), np.uint8).reshape(size[1], size[0], 4)[::-1]
+    ctx.simple_framebuffer((1, 1)).use()
+    for made in (target, texture):
+        made.release()
+    return found
+
+
+def noise(rng: np.random.Generator, height: int, width: int, alpha: int = 255) -> np.ndarray:
+    pixels = rng.integers(0, 256, (height, width, 4), dtype=np.uint8)
+    pixels[..., 3] = alpha
+    return pixels
+
+
+@pytest.mark.parametrize("zoom", [1, 2, 3, 5])
+def test_squares_are_the_pixels_themselves(ctx, pictures, rng, zoom):
+    pixels = noise(rng, 7, 9)
+    last = 4 + 9 * zoom, 3 + 7 * zoom
+    placed = PlacedPicture(texture_of(ctx, pixels), (4, 3), last, ALL, True, True)
+    found = painted(ctx, pictures, placed)
+    expected = pixels.repeat(zoom, axis=0).repeat(zoom, axis=1)
+    np.testing.assert_array_equal(found[3 : last[1], 4 : last[0]], expected)
+    outside = np.ones(SCREEN[::-1], bool)
+    outside[3 : last[1], 4 : last[0]] = False
+    assert np.all(found[outside] == (10, 20, 30, 255))
+
+
+def test_squares_of_no_whole_size_are_the_nearest_pixels(ctx, pictures, rng):
+    pixels = noise(rng, 7, 9)
+    first, zoom = (-3.3, 2.7), 4.6
+    last = first[0] + 9 * zoom, first[1] + 7 * zoom
+    found = painted(
+        ctx, pictures, PlacedPicture(texture_of(ctx, pixels), first, last, ALL, True, True)
+    )
+    x, y = np.arange(SCREEN[0]) + 0.5, np.arange(SCREEN[1]) + 0.5
+    column, row = (x - first[0]) / zoom, (y - first[1]) / zoom
+    inside = ((row >= 0) & (row < 7))[:, None] & ((column >= 0) & (column < 9))
+    rows, columns = np.clip(row.astype(int), 0, 6), np.clip(column.astype(int), 0, 8)
+    expected = np.where(inside[..., None], pixels[rows][:, columns], (10, 20, 30, 255))
+    off = within(ctx, 0.0, 0.02)  # pixels whose middle is at an edge between two texels
+    assert (found != expected).any(axis=-1).mean() <= off
+
+
+def test_nothing_is_drawn_outside_the_clip(ctx, pictures, rng):
+    pixels = noise(rng, 40, 64)
+    texture = texture_of(ctx, pixels)
+    clip = Box(5, 9, 31, 33)
+    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, clip, True, True))
+    expected = np.full_like(pixels, (10, 20, 30, 255))
+    expected[9:33, 5:31] = pixels[9:33, 5:31]
+    np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("clip", [Box(5, 5, 5, 20), Box(20, 5, 10, 20), Box(0, 30, 64, 10)])
+def test_an_empty_clip_draws_nothing(ctx, pictures, rng, clip):
+    texture = texture_of(ctx, noise(rng, 40, 64))
+    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, clip, True, True))
+    assert np.all(found == (10, 20, 30, 255))
+
+
+def test_the_later_lies_over_the_earlier_by_its_alpha_and_the_screen_stays_opaque(
+    ctx, pictures, rng
+):
+    below, above = noise(rng, 40, 64), noise(rng, 40, 64)
+    above[..., 3] = rng.integers(0, 256, (40, 64))
+    found = painted(
+        ctx,
+        pictures,
+        PlacedPicture(texture_of(ctx, below), (0, 0), SCREEN, ALL, True, True),
+        PlacedPicture(texture_of(ctx, above), (0, 0), SCREEN, ALL, True, False),
+    )
+    alpha = above[..., 3:] / 255
+    expected = below[..., :3] * (1 - alpha) + above[..., :3] * alpha
+    assert abs(found[..., :3] - expected).max() <= 1
+    assert np.all(found[..., 3] == 255)
+
+
+def test_an_opaque_picture_asks_no_alpha(ctx, pictures, rng):
+    pixels = noise(rng, 40, 64, alpha=0)
+    found = painted(
+        ctx, pictures, PlacedPicture(texture_of(ctx, pixels), (0, 0), SCREEN, ALL, True, True)
+    )
+    np.testing.assert_array_equal(found[..., :3], pixels[..., :3])
+
+
+def test_a_small_picture_is_the_mean_of_its_pixels_where_its_filter_says_so(ctx, pictures, rng):
+    """ImGui's own sampler would take four pixels of each sixty-four."""
+    pixels = noise(rng, 320, 512)
+    texture = texture_of(ctx, pixels)
+    texture.build_mipmaps()
+    texture.sampling = Sampling.MIPMAPPED
+    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, ALL, False, True))
+    means = pixels[..., :3].reshape(40, 8, 64, 8, 3).mean(axis=(1, 3))
+    assert abs(found[..., :3] - means).max() <= 4  # three halvings, each of them rounded
+
+
+def test_a_smooth_picture_passes_from_pixel_to_pixel(ctx, pictures):
+    pixels = np.full((1, 2, 4), 255, np.uint8)
+    pixels[0, 0, :3] = 0
+    texture = texture_of(ctx, pixels)
+    texture.sampling = Sampling.LINEAR
+    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, ALL, False, True))
+    x = (np.arange(64) + 0.5) / 32 - 0.5
+    np.testing.assert_allclose(found[0, :, 0], 255 * np.clip(x, 0, 1), atol=1)
+
+
+def test_a_picture_much_larger_than_the_screen_is_still_its_pixels(ctx, pictures, rng):
+    pixels = noise(rng, 60, 8192)
+    zoom, column = 256.0, 8000
+    first = (32 - zoom * (column + 0.5), 20 - zoom * 30.5)
+    last = first[0] + zoom * 8192, first[1] + zoom * 60
+    found = painted(
+        ctx, pictures, PlacedPicture(texture_of(ctx, pixels), first, last, ALL, True, True)
+    )
+    assert np.all(found[20, 20:44] == pixels[30, column])
+
+
+def texture_of_depths(ctx: Device, depth: np.ndarray) -> Texture:
+    return ctx.texture(depth.shape[::-1], 1, depth.astype("f4").tobytes(), dtype="f4")
+
+
+@pytest.mark.parametrize("line", [None, CocLine(at_infinity_px=20.0, per_dioptre_px=-40.0)])
+def test_a_preview_has_the_plates_detail_where_its_focus_is(ctx, pictures, rng, line):
+    """The preview's own light stays: what is missing in it is added, and only in focus.
+
+    It is not added where something nearer spills over the focus, so that the preview is another.
+    """
+    height, width = SCREEN[1], SCREEN[0]
+    plate, coarse = (rng.integers(100, 130, (height, width, 4)) for _ in range(2))
+    preview = coarse + rng.integers(-80, 80, (height, width, 1))
+    coc = np.broadcast_to(np.linspace(-8.0, 8.0, width), (height, width))
+    depth = coc if line is None else line.per_dioptre_px / (coc - line.at_infinity_px)
+    textures = [texture_of(ctx, it.astype(np.uint8)) for it in (plate, coarse, preview)]
+    for texture in textures:
+        texture.sampling = Sampling.NEAREST
+    detail = Detail(textures[0], textures[1], texture_of_depths(ctx, depth), line, texel_px=3.0)
+    placed = PlacedPicture(textures[2], (0, 0), SCREEN, ALL, False, True, detail)
+    found = painted(ctx, pictures, placed)[..., :3].astype(float)
+    t = np.clip(np.abs(coc) / 3.0 - 0.5, 0, 1)
+    share = (1 - t * t * (3 - 2 * t))[..., None]
+    apart = np.abs(preview - coarse)[..., :3].max(axis=-1, keepdims=True) / 255
+    t = np.clip((apart - 0.06) / (0.25 - 0.06), 0, 1)
+    share = share * (1 - t * t * (3 - 2 * t))
+    expected = preview[..., :3] + share * (plate - coarse)[..., :3]
+    np.testing.assert_allclose(found, expected, atol=within(ctx, 0.51, 0.6))
+    assert share.min() == 0 and share.max() > 0.99
+
+
+def test_a_picture_ready_to_be_enlarged_keeps_its_light(ctx, rng):
+    pixels = noise(rng, 20, 30)
+    pixels[..., :3] = 60 + pixels[..., :3] // 4
+    out = ctx.texture((30, 20), 4)
+    EnlargePass(ctx).run(texture_of(ctx, pixels), out)
+    found = np.frombuffer(out.read(), np.uint8).reshape(20, 30, 4)[..., :3].astype(float)
+    around = np.pad(pixels[..., :3].astype(float), ((1, 1), (1, 1), (0, 0)), "edge")
+    for axis in (0, 1):
+        a, b, c = (np.take(around, range(i, around.shape[axis] - 2 + i), axis) for i in range(3))
+        around = (a + 2 * b + c) / 4
+    expected = pixels[..., :3] + 0.5 * (pixels[..., :3] - around)
+    np.testing.assert_allclose(found, expected, atol=within(ctx, 0.51, 0.6))
+
+
+def test_enlarging_brings_back_what_it_takes(ctx, rng):
+    """Waves of six pixels drawn four times as large: nearer to the wave than without."""
+    x = np.arange(30) + 0.5
+    pixels = np.full((8, 30, 4), 255, np.uint8)
+    mean = np.sinc(1 / 6)  # of a wave over a pixel
+    pixels[..., :3] = np.round(128 + 80 * mean * np.sin(2 * np.pi * x / 6))[:, None]
+    ready = ctx.texture((30, 8), 4)
+    EnlargePass(ctx).run(texture_of(ctx, pixels), ready)
+    large = (np.arange(120) + 0.5) / 4
+    wave = 128 + 80 * np.sin(2 * np.pi * large / 6)
+
+    def error(texture: Texture) -> float:
+        row = np.frombuffer(texture.read(), np.uint8).reshape(8, 30, 4)[4, :, 0]
+        return float(np.abs(np.interp(large, x, row) - wave)[12:-12].mean())
+
+    assert error(ready) < 0.5 * error(texture_of(ctx, pixels))

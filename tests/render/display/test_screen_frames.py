@@ -1,0 +1,43 @@
+"""Frames in the colours of the screen: drawn once for a look, and within a bound."""
+
+import numpy as np
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from heatlens.render.display.screen_frames import ScreenFrames
+from heatlens.render.gpu.device import Texture
+
+SIZES = ((4, 4), (8, 4), (16, 16))
+# Key, its size, which look, and the keys that are wanted.
+USE = st.lists(
+    st.tuples(
+        st.sampled_from("abcdef"),
+        st.sampled_from(SIZES),
+        st.integers(0, 2),
+        st.frozensets(st.sampled_from("abcdef")),
+    ),
+    max_size=30,
+)
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.integers(0, 3000), USE)
+def test_what_is_held_is_within_its_bound_and_drawn_for_the_look_that_is_asked(ctx, most, use):
+    frames = ScreenFrames(ctx, most)
+    for key, size, look, wanted in use:
+        drawn = []
+
+        def draw(out: Texture, value: int = 40 * ord(key) % 251 + look) -> None:
+            drawn.append(out)  # noqa: B023  # called before the loop goes on
+            out.write(bytes([value]) * (4 * out.width * out.height))
+
+        was_there = frames.holds(key, (look,))
+        found = frames.texture(key, (look,), size, wanted | {key}, draw)
+        assert frames.bytes_in_use <= most
+        if found is not None:
+            assert found.size == size and frames.holds(key, (look,))
+            pixels = np.frombuffer(found.read(), np.uint8)
+            assert (pixels == 40 * ord(key) % 251 + look).all()
+            assert was_there or len(drawn) == 1
+    frames.clear()
+    assert frames.bytes_in_use == 0

@@ -1,0 +1,64 @@
+"""A plate with a border that other frames showed is blurred as one with overscan, and cropped."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from heatlens.core.model.boxes import Box
+from heatlens.core.model.shot.settings import DefocusSettings, Method
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.plate.neighbours.found import with_neighbours
+from support.cards import seen
+from support.plates import lens_blurring, plate_of
+
+SIZE, BORDER = (40, 56), 8  # height, width
+LENS = lens_blurring(12.0, SIZE[1])
+
+
+@pytest.fixture(scope="module")
+def overscan():
+    """A plate with overscan: noise at several distances, and lamps outside the frame."""
+    chance = np.random.default_rng(3)
+    sides = SIZE[0] + 2 * BORDER, SIZE[1] + 2 * BORDER
+    color = chance.uniform(0, 1, (*sides, 3)).astype(np.float32)
+    color[:BORDER, ::5] = 30.0
+    depth = np.where(np.arange(sides[1]) % 20 < 8, 1.2, 5.0) * np.ones((sides[0], 1))
+    shown = Box(BORDER, BORDER, BORDER + SIZE[1], BORDER + SIZE[0])
+    return replace(plate_of(color, depth), display_window=shown)
+
+
+def framed(wide):
+    """Return the plate without its overscan, which lies beyond."""
+    inner = np.s_[BORDER:-BORDER, BORDER:-BORDER]
+    own = plate_of(wide.color[inner], wide.depth_m[inner])
+    shown = wide.display_window
+    return replace(own, data_window=shown, display_window=shown, beyond=wide)
+
+
+@pytest.mark.parametrize("method", [Method.DIFFUSION, Method.GATHER])
+def test_the_picture_is_that_with_overscan_cropped(renderer, overscan, method):
+    shot = Shot(LENS, DefocusSettings(method=method))
+    renderer.load(overscan)
+    whole = renderer.pixels(shot)[BORDER:-BORDER, BORDER:-BORDER]
+    renderer.load(framed(overscan))
+    found = renderer.pixels(shot)
+    assert np.array_equal(found, whole)
+    renderer.load(replace(framed(overscan), beyond=None))
+    assert np.abs(renderer.pixels(shot) - whole).max() > 0.1
+    assert renderer.loaded.beyond is None
+
+
+@pytest.mark.parametrize("proxy", [1.0, 0.5])
+def test_the_surfaces_behind_serve_the_frame_too(renderer, proxy):
+    """A preview leaves out what is beyond, but not what is behind."""
+    here, *others = (seen(0.2 * k, frame=k) for k in (0, -1, 1))
+    plate = with_neighbours(here, others, BORDER).plate
+    shot = Shot(replace(LENS, focus_distance_m=10.0), DefocusSettings(proxy=proxy))
+    pictures = []
+    for loaded in (plate, replace(plate, beyond=None), replace(plate, beyond=None, fragments=None)):
+        renderer.load(loaded)
+        pictures.append(renderer.pixels(shot))
+    with_all, behind_alone, without = pictures
+    assert np.array_equal(with_all, behind_alone) == (proxy < 1)
+    assert np.abs(behind_alone - without).max() > 0.002

@@ -1,0 +1,189 @@
+"""A term of the lens's geometry stands in one place: one that is added here arrives everywhere.
+
+Fields of `Lean` and GLSL cannot be extended from outside, so the tests edit a copy of the program:
+a field of the opening, what it adds to `Lean`, and its line of GLSL. All else is found by itself.
+The term bends the surface that is sharp to an S: its dioptres go with the square of the way from
+the middle of the picture, and change their sign there.
+"""
+
+import subprocess
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from support.program_copies import copied, run_in
+
+_FIELD = """
+    split_dioptres: float = option_field("""
+_NEW_FIELD = """
+    bow_dioptres: float = option_field(
+        0.0, "bow", "dioptres at the right edge", metavar="D", least=-5.0, most=5.0,
+        label="bow", term="bow_dioptres",
+    )"""
+_COC = {
+    "    split: float = 0.0\n": "    split: float = 0.0\n    bow: Triple = (0.0, 0.0, 0.0)\n",
+    "        return self.slope, self.edge\n": "        return self.slope, self.edge, self.bow\n",
+    "tilted, part = (": "tilted, part, bow = (",
+    "np.asarray(tilted + ": "np.asarray(tilted + bow * np.abs(bow) + ",
+    "slope, edge = ((a, b, c -": "slope, edge, bow = ((a, b, c -",
+    "slope, edge = ((a / scale": "slope, edge, bow = ((a / scale",
+    "slope=slope, edge=edge)": "slope=slope, edge=edge, bow=bow)",
+    "self.slope[0] * x + self.slope[1] * y for": """self.slope[0] * x + self.slope[1] * y
+            + (self.bow[0] * x + self.bow[2]) * abs(self.bow[0] * x + self.bow[2]) for""",
+    'return {"lean_slope": slope,': """root = math.copysign(abs(per_dioptre) ** 0.5, per_dioptre)
+        bow = tuple(root * it for it in self.bow)
+        return {"lean_bow": bow, "lean_slope": slope,""",
+    "    level = Lean(": """    bow = lens.bow_dioptres
+    bow = math.copysign(abs(bow) ** 0.5, bow)
+    level = Lean(""",
+    "(*edge, middle), lens.split_dioptres)": """(*edge, middle), lens.split_dioptres,
+        (bow / (width / 2), 0.0, 0.0))""",
+}
+_GLSL = {
+    "\nfloat lean_at(vec2 px) {": "\nuniform vec3 lean_bow;\n\nfloat lean_at(vec2 px) {",
+    "return dot(lean_slope, place) +": """return dot(lean_slope, place)
+        + dot(lean_bow, place) * abs(dot(lean_bow, place)) +""",
+}
+
+_BEGIN = """
+from dataclasses import replace
+from heatlens.core.model.lens.lens import Lens
+lens = Lens(50.0, 1.0, 3.0, 36.0, bow_dioptres=0.2)
+level = replace(lens, bow_dioptres=0.0)
+"""
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory) -> Path:
+    """Return the folder of a copy of the program that has the term."""
+    model = "app/heatlens/model"
+    edits = {
+        f"{model}/lens/opening_fields.py": {_FIELD: _NEW_FIELD + _FIELD},
+        f"{model}/focus/coc.py": _COC,
+        "shaders/lib/lean.lib.glsl": _GLSL,
+    }
+    return copied(tmp_path_factory.mktemp("copy"), edits)
+
+
+def run(copy: Path, program: str) -> subprocess.CompletedProcess[str]:
+    """Run a program that knows the term."""
+    return run_in(copy, _BEGIN + textwrap.dedent(program))
+
+
+def test_each_method_draws_it_or_refuses_it_in_words(copy):
+    run(
+        copy,
+        """
+        import numpy as np
+        from heatlens.core.model.shot.settings import Method
+        refused = []
+        scene = heatlens.open("demo", size=(48, 27))
+        for method in Method:
+            more = {"method": method, "quality": "draft"}
+            more |= {"views": 4} if method.needs_scene else {}
+            flat = scene.render(level, **more)
+            try:
+                bent = scene.render(lens, **more)
+            except heatlens.HeatlensError as error:
+                assert "no bow: use raytraced" in str(error), error
+                refused.append(method)
+                continue
+            assert np.abs(bent - flat).max() > 0.02, method
+        assert refused == [Method.ACCUMULATION], refused
+        """,
+    )
+
+
+def test_the_command_line_takes_it_and_refuses_it_in_words(copy):
+    done = run(
+        copy,
+        """
+        from heatlens.fronts.commands.main import main
+        words = ["render", "demo", "--size", "48x27", "--bow", "0.5", "-o", "a.exr"]
+        assert main([*words, "--method", "accumulation", "--views", "2"]) == 2
+        assert not Path("a.exr").exists()
+        """,
+    )
+    assert "no bow: use raytraced" in done.stderr
+
+
+def test_a_mark_is_sharp_where_the_focus_goes(copy):
+    run(
+        copy,
+        """
+        from heatlens.core.model.boxes import Box
+        from heatlens.core.model.focus.coc import coc_line, coc_px, lean_coc_px
+        from heatlens.media.plate.coc_line import line_of
+        from support.evening import LEFT, begun, settled, write_plates
+        session = begun(folder / "preferences", write_plates(folder))
+        settled(session)
+        marks = session.time.marks
+        marks.set_point(LEFT)
+        session.editing.edit_lens(replace(session.editing.lens, bow_dioptres=0.5))
+        marks.go(session.editing.shot.mark_named("A"))
+        now, plate = session.editing.lens, session.source.plate
+        assert abs(now.focus_distance_m - 2.0) > 0.1, now
+        line = line_of(plate, now)
+        window, (x, y) = plate.data_window, LEFT
+        bow_px = lean_coc_px(line, Box(0, 0, window.width, window.height))
+        assert abs(coc_px(2.0, line) + bow_px[y, x]) < 1e-6
+        session.close()
+        """,
+    )
+
+
+def test_files_carry_it(copy):
+    """Shots, kits and cameras; other programs are told what it is, or that it is lost."""
+    run(
+        copy,
+        """
+        from heatlens.media.camera.camera_file import left_out_of, read_camera, write_camera
+        from heatlens.media.documents.lens_kits import kit_text, read_kit
+        from heatlens.media.documents.shot_file import read_shot, write_shot
+        from heatlens.core.model.curves.frames import FrameRange
+        from heatlens.core.model.lens.lens_kit import KitLens, LensCharacter, LensKit
+        from heatlens.core.model.shot.shot import Shot
+        from heatlens.render.source.named import camera_of_shot
+        write_shot(folder / "a.heatlens.json", Shot(lens))
+        assert read_shot(folder / "a.heatlens.json").lens == lens
+        kit = LensKit("own", "w", (KitLens(50.0, 1.0, 0.5),), LensCharacter(bow_dioptres=0.2))
+        (folder / "own.json").write_text(kit_text(kit))
+        assert read_kit(folder / "own.json") == kit
+        camera = camera_of_shot(Shot(lens), "cam", FrameRange(1, 2))
+        for name in ("cam.csv", "cam.json", "cam.usda"):
+            write_camera(folder / name, camera)
+        for name in ("cam.csv", "cam.json"):
+            assert read_camera(str(folder / name)).opening["bow_dioptres"] == (0.2, 0.2)
+        assert "bow" in (folder / "cam.usda").read_text()
+        assert "bow" in left_out_of("cam.nk", camera)[0]
+        """,
+    )
+
+
+def test_python_and_the_panel_have_it(copy):
+    run(
+        copy,
+        """
+        from imgui_bundle import imgui
+        from heatlens.fronts.api.arguments import check_names
+        from heatlens.studio.ui import widgets
+        from heatlens.studio.ui.panels.opening_panel import opening_panel
+        check_names("render", ["bow_dioptres"])
+        imgui.create_context()
+        io = imgui.get_io()
+        io.set_ini_filename("")
+        io.display_size = (800, 1600)
+        io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
+        slider = widgets.slider
+        widgets.slider = lambda words, value, *more: (
+            slider(words, value, *more), 0.5 if words == "bow" else value)[1]
+        for _ in range(2):
+            imgui.new_frame()
+            imgui.begin("panel")
+            after = opening_panel(lens, print, lambda: None)
+            imgui.end()
+            imgui.render()
+        assert after.bow_dioptres == 0.5, after
+        """,
+    )

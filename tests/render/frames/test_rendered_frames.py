@@ -1,0 +1,250 @@
+"""Frames rendered ahead: by what they are known, in which order they come, and what is made."""
+
+import time
+from dataclasses import replace
+from itertools import pairwise
+from math import inf
+from threading import Event, current_thread
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.pull import pull
+from heatlens.core.model.shot.settings import DefocusSettings, Quality
+from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.media.plate.read import read_plate
+from heatlens.media.sequence.sequence import stamp_of
+from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob, PlateFile
+from heatlens.render.rendered_frames.frame_key import (
+    KeySource,
+    SceneSight,
+    frame_key,
+    frames_from,
+    maker_of,
+    program_digest,
+    runs_of,
+    shot_key,
+)
+from heatlens.render.rendered_frames.kept_pictures import half_of
+from heatlens.render.rendered_frames.stamp_book import StampBook
+from heatlens.render.source.source import StampedFile, stamped
+from support.frame_caches import PATIENCE_S
+from support.session_files import LENS, room_file
+
+SOURCE = KeySource("/plates/a.exr", ((5, 7),))
+SIGHT = SceneSight(Pose(), 3.0, (96, 54))
+DRAFT = DefocusSettings(quality=Quality.DRAFT, proxy=0.5)
+
+
+def key(shot: Shot, frame: int) -> str:
+    together = shot_key(("maker",), shot.plate_options, shot.defocus)
+    return frame_key(together, SOURCE, shot.lens_at(frame))
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        replace(LENS, f_stop=1.1),
+        replace(LENS, focus_distance_m=2.0001),
+        replace(LENS, focal_length_mm=84.0),
+        replace(LENS, sensor_width_mm=35.0),
+        replace(LENS, squeeze=1.5),
+    ],
+)
+def test_another_lens_is_another_picture(changed):
+    assert frame_key("shot", SOURCE, changed) != frame_key("shot", SOURCE, LENS)
+
+
+@pytest.mark.parametrize("advice", ["acceptable_coc_mm", "close_focus_m", "t_stop"])
+def test_what_leaves_every_pixel_as_it_is_is_no_other_picture(advice):
+    told = replace(LENS, **{advice: 1.5})
+    assert frame_key("shot", SOURCE, told) == frame_key("shot", SOURCE, LENS)
+
+
+def test_another_file_scene_sight_or_shot_is_another_picture():
+    keys = {
+        frame_key("shot", SOURCE, LENS),
+        frame_key("other", SOURCE, LENS),
+        frame_key("shot", replace(SOURCE, name="/plates/b.exr"), LENS),
+        frame_key("shot", replace(SOURCE, stamps=((6, 7),)), LENS),
+        frame_key("shot", SOURCE, LENS, SIGHT),
+        frame_key("shot", SOURCE, LENS, replace(SIGHT, moment=4.0)),
+        frame_key("shot", SOURCE, LENS, replace(SIGHT, moment=None)),
+        frame_key("shot", SOURCE, LENS, replace(SIGHT, size=(96, 55))),
+        frame_key("shot", SOURCE, LENS, replace(SIGHT, pose=Pose((0.0, 0.0, 1.0)))),
+    }
+    assert len(keys) == 9
+
+
+def test_how_it_is_rendered_and_read_counts(ctx, renderer):
+    keys = {
+        shot_key(("a",), PlateOptions(), DRAFT),
+        shot_key(("b",), PlateOptions(), DRAFT),
+        shot_key(("a",), PlateOptions(depth_channel="Z"), DRAFT),
+        shot_key(("a",), PlateOptions(), replace(DRAFT, proxy=0.75)),
+        shot_key(("a",), PlateOptions(), replace(DRAFT, layers=2)),
+    }
+    assert len(keys) == 5
+    assert program_digest() in maker_of(renderer)
+
+
+@given(st.integers(0, 3), st.floats(0.5, 20.0))
+def test_a_moved_key_changes_only_the_frames_that_it_reaches(at, distance_m):
+    """Keys at 1, 13, 25 and 37: one of them takes another value."""
+    places = (1, 13, 25, 37)
+    shot = Shot(LENS)
+    for frame, metres in zip(places, (2.0, 5.0, 3.0, 8.0), strict=True):
+        shot = shot.with_key(frame, LensParameter.FOCUS_DISTANCE, metres)
+    other = shot.with_key(places[at], LensParameter.FOCUS_DISTANCE, distance_m)
+    # A smooth path at the keys beside it follows it too, and so one span more on either side.
+    low = -inf if at == 0 else places[max(at - 2, 0)]
+    high = inf if at == 3 else places[min(at + 2, 3)]
+    for frame in range(-5, 60):
+        if not low < frame < high:
+            assert key(shot, frame) == key(other, frame)
+        if shot.lens_at(frame) != other.lens_at(frame):
+            assert key(shot, frame) != key(other, frame)
+
+
+@given(
+    st.integers(-50, 50), st.integers(1, 40), st.integers(-60, 60), st.sampled_from((1, -1)),
+    st.integers(1, 60),
+)  # fmt: skip
+def test_frames_come_from_the_playhead_on_and_each_once(first, count, playhead, direction, most):
+    played = FrameRange(first, first + count - 1)
+    order = frames_from(playhead, direction, played, most)
+    assert len(order) == len(set(order)) == min(most, count)
+    assert set(order) <= set(played)
+    start = playhead if playhead in played else (played.first if direction > 0 else played.last)
+    assert order[0] == start
+    for one, following in pairwise(order):
+        assert (following - one - direction) % count == 0
+
+
+@given(st.frozensets(st.integers(-30, 30)))
+def test_runs_are_the_frames(frames):
+    runs = runs_of(frames)
+    assert [frame for run in runs for frame in run] == sorted(frames)
+    assert all(b.first > a.last + 1 for a, b in pairwise(runs))
+
+
+def filled(filler: FrameFiller, job: FrameJob, slice_s: float = 10.0):
+    for _ in range(100_000):
+        picture = filler.work(job, None, slice_s)
+        if picture is not None:
+            return picture
+        time.sleep(0.001 if filler.is_reading else 0.0)
+    raise AssertionError("the frame never came")
+
+
+@pytest.fixture
+def filler(ctx, renderer):
+    made = FrameFiller(renderer.beside())
+    yield made
+    made.close()
+
+
+def job_of(path, frame: int = 4, key: str = "k") -> FrameJob:
+    shot = pull(Shot(LENS, DRAFT), 2.0, 5.0, 1, 8)
+    return FrameJob(key, shot, frame, PlateFile(stamped((path,)), PlateOptions(), read_plate))
+
+
+def test_a_kept_frame_is_what_the_renderer_gives_in_half_floats(filler, renderer, tmp_path):
+    path = room_file(tmp_path / "room.exr")
+    renderer.load(read_plate(path))
+    for frame in (1, 4, 9):
+        job = job_of(path, frame, f"k{frame}")
+        picture = filled(filler, job).kept()
+        assert picture.pixels.shape == (32, 48, 4)
+        np.testing.assert_array_equal(picture.pixels, half_of(renderer.pixels(job.shot, frame)))
+        assert (picture.data_window.width, picture.display_window.height) == (96, 64)
+
+
+def test_slices_of_no_time_come_to_the_same_picture(filler, renderer, tmp_path):
+    path = room_file(tmp_path / "room.exr")
+    ticks = iter(range(10**9))
+    filler._clock = lambda: float(next(ticks))
+    picture = filled(filler, job_of(path), 0.5).kept()
+    renderer.load(read_plate(path))
+    expected = half_of(renderer.pixels(job_of(path).shot, 4))
+    np.testing.assert_array_equal(picture.pixels, expected)
+
+
+def test_another_job_begins_anew_and_what_was_let_go_comes_back(filler, renderer, tmp_path):
+    one, two = room_file(tmp_path / "one.exr"), room_file(tmp_path / "two.exr", 80, 48)
+    ticks = iter(range(10**9))
+    filler._clock = lambda: float(next(ticks))
+    for _ in range(50):
+        filler.work(job_of(one), job_of(two, key="2"), 2.0)
+    renderer.load(read_plate(two))
+    expected = half_of(renderer.pixels(job_of(two).shot, 4))
+    for _ in range(2):
+        picture = filled(filler, job_of(two, key="2"), 3.0).kept()
+        np.testing.assert_array_equal(picture.pixels, expected)
+        filler.let_go()
+
+
+def test_a_plate_that_was_written_again_is_not_taken_for_the_one_before(filler, tmp_path):
+    path = room_file(tmp_path / "room.exr")
+    job = job_of(path)
+    room_file(path, 80, 48)
+    with pytest.raises(InputError, match=r"room\.exr has changed"):
+        filled(filler, job)
+
+
+def test_a_damaged_plate_is_refused_and_the_next_one_rendered(filler, tmp_path):
+    bad, good = tmp_path / "bad.exr", room_file(tmp_path / "good.exr")
+    bad.write_bytes(b"no picture")
+    with pytest.raises(InputError, match=r"bad\.exr"):
+        filled(filler, job_of(bad))
+    assert filled(filler, job_of(good, key="2")).pixels.shape == (32, 48, 4)
+
+
+def test_stamps_are_those_of_the_files_and_news_is_counted(tmp_path):
+    woken = []
+    book = StampBook(lambda: woken.append(True))
+    path, gone = room_file(tmp_path / "room.exr"), tmp_path / "gone.exr"
+    files = {1: (path, gone), 2: ()}
+    assert book.files(1) is None
+    for count, change in (
+        (1, lambda: None),
+        (1, lambda: None),
+        (2, lambda: path.write_bytes(b"x")),
+    ):
+        change()
+        book.look(files, files.__getitem__)
+        book._looking.result()
+        assert book.files(1) == (StampedFile(path, stamp_of(path)), StampedFile(gone, None))
+        assert book.files(2) == () and book.files(3) is None
+        assert book.version == count and len(woken) == count
+    book.close()
+
+
+def test_files_are_looked_up_on_a_thread_and_those_of_another_source_forgotten(tmp_path):
+    """A network folder that does not answer holds up nobody who looks into the book."""
+    answers, threads, path = Event(), [], tmp_path / "a.exr"
+
+    def files_at(_frame):
+        threads.append(current_thread())
+        assert answers.wait(PATIENCE_S)
+        return (path,)
+
+    book = StampBook()
+    book.look([1, 2], files_at)
+    late = book._looking
+    assert book.files(1) is None
+    book.forget()
+    book.look([1], lambda _frame: ())  # of another source, whose folder answers
+    book._looking.result(PATIENCE_S)
+    assert book.files(1) == () and not answers.is_set()
+    answers.set()
+    late.result(PATIENCE_S)
+    assert book.files(1) == ()
+    assert threads and current_thread() not in threads
+    book.close()

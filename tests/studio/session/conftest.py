@@ -1,0 +1,18 @@
+"""Sessions without a window that several files drive."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from heatlens.studio.session.session import Session
+from support.evening import begun, settled, write_plates
+
+
+@pytest.fixture
+def walls(tmp_path: Path) -> Iterator[Session]:
+    """Return a session that shows a sequence of two walls at 2 m and 8 m, frames 1001 to 1024."""
+    session = begun(tmp_path / "preferences", write_plates(tmp_path))
+    settled(session)
+    yield session
+    session.close()

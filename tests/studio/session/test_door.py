@@ -1,0 +1,162 @@
+"""The door alone drives a session: values and JSON in, plain values out, no window anywhere."""
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.core.model.shot.settings import Quality
+from heatlens.studio.session.door.door import REQUESTS, Door
+from heatlens.studio.session.door.requests import (
+    Focus,
+    FocusAt,
+    Go,
+    MarkAt,
+    Open,
+    Pull,
+    Save,
+    TakeLook,
+)
+from support.evening import begun, settled, turn, write_plates
+
+
+@pytest.fixture
+def session(tmp_path):
+    session = begun(tmp_path / "preferences")
+    yield session
+    session.close()
+
+
+@pytest.fixture
+def door(session, tmp_path):
+    door = Door(session)
+    door.do(Open(write_plates(tmp_path)))
+    settled(session)
+    return door
+
+
+def commands(door):
+    return {command.name: command for command in door.state().commands}
+
+
+def test_a_pull_is_made_and_saved_through_the_door_alone(session, door, tmp_path):
+    first = door.state()
+    assert first.source.endswith("walls.####.exr") and first.first < first.last
+    assert first.size_px is not None and first.is_whole and first.near_m < first.far_m
+    door.do(FocusAt(1, 1))
+    near = door.state().lens.focus_distance_m
+    width, height = first.size_px
+    door.do(MarkAt(width - 2, height - 2))
+    (mark,) = door.state().marks
+    assert mark.distance_m is not None and mark.distance_m != near
+    door.do(Pull(mark.name, 2))
+    door.do(Go(first.first + 2))
+    settled(session)
+    assert door.state().lens.focus_distance_m == pytest.approx(mark.distance_m)
+    assert door.state().title.endswith("*")
+    door.do(Save(str(tmp_path / "walls.shot"), "save shot"))
+    settled(session)
+    assert (tmp_path / "walls.shot").is_file() and not door.state().title.endswith("*")
+
+
+def test_the_number_of_the_picture_changes_with_it_alone(session, door):
+    before = door.state().picture
+    assert door.state().picture == before
+    door.do(Focus(door.state().lens.focus_distance_m / 2))
+    settled(session)
+    assert door.state().picture > before
+
+
+def test_named_commands_are_done_and_told(door):
+    assert commands(door)["Undo"].barred
+    before = door.state().lens
+    door.do("Open 1/3 stop")
+    turn(door._session)
+    assert door.state().lens.f_stop < before.f_stop
+    assert not commands(door)["Undo"].barred and commands(door)["Undo"].is_on is None
+    door.do("Undo")
+    assert door.state().lens == before
+    assert commands(door)["Depth of field"].is_on
+    door.do("Depth of field")
+    assert not commands(door)["Depth of field"].is_on and not door.state().view.depth_of_field
+
+
+def test_json_says_the_same_as_values(door):
+    said = door.answer({"do": "Focus", "distance_m": 3.5})
+    assert said["state"]["lens"]["focus_distance_m"] == 3.5
+    said = door.answer({"change": "lens", "f_stop": 2, "focal_length_mm": 35})
+    assert (said["state"]["lens"]["f_stop"], said["state"]["lens"]["focal_length_mm"]) == (2, 35)
+    said = door.answer({"change": "blur", "quality": "draft"})
+    assert (
+        door.state().blur.quality is Quality.DRAFT and said["state"]["blur"]["quality"] == "draft"
+    )
+    assert door.answer({"change": "view", "exposure_stops": 1.5})["state"]["view"]
+    assert door.state().view.exposure_stops == 1.5
+    assert json.loads(json.dumps(door.answer({}))) == door.answer({})
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ([1], ["braces"]),
+        ({"do": "Fly"}, ["'Fly'"]),
+        ({"do": 3}, ["do", "text"]),
+        ({"do": "Undo", "times": 2}, ["'times'"]),
+        ({"do": "Undo"}, ["nothing to undo"]),
+        ({"do": "Focus"}, ["'distance_m'", "missing"]),
+        ({"do": "Focus", "distance_m": "near"}, ["distance_m", "number"]),
+        ({"do": "Focus", "distance_m": -1}, ["distance"]),
+        ({"do": "Pull", "mark": "Z", "frames": 3}, ["'Z'"]),
+        ({"do": "TakeLook", "name": "Z"}, ["'Z'"]),
+        ({"do": "Save", "path": "a.exr", "what": "all"}, ["what", "sheet"]),
+        ({"change": "weather"}, ["lens", "blur", "view"]),
+        ({"change": "lens", "f_stop": 0}, ["f-stop"]),
+        ({"change": "lens", "fstop": 2}, ["f_stop"]),
+        ({"change": "view", "unit": 5}, ["unit"]),
+        ({"undo": True}, ["'do'"]),
+    ],
+)
+def test_what_is_wrong_is_answered_in_a_sentence_and_changes_nothing(door, message, words):
+    before = door._session.facts.shot
+    said = door.answer(message)
+    assert set(said) == {"problem"} and all(word in said["problem"] for word in words)
+    assert door._session.facts.shot == before
+
+
+_LEAVES = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=6))
+_VALUES = st.recursive(_LEAVES, lambda inner: st.lists(inner, max_size=3), max_leaves=4)
+
+
+def test_no_message_gets_past_the_answer(session, door):
+    """Whatever arrives is answered; nothing else comes out of the door."""
+    kept = [name for name in REQUESTS if name not in ("Open", "Save")]  # which touch the disk
+    names = st.sampled_from([*kept, "Undo", "Next frame"]) | st.text(max_size=8)
+    entries = st.sampled_from(["distance_m", "frame", "x_px", "y_px", "f_stop", "zoom", "quality"])
+    message = st.one_of(
+        _VALUES,
+        st.dictionaries(entries, _VALUES, max_size=3).flatmap(
+            lambda more: st.one_of(
+                names.map(lambda name: {**more, "do": name}),
+                st.sampled_from(["lens", "blur", "view"]).map(lambda of: {**more, "change": of}),
+            )
+        ),
+    )
+
+    @given(message)
+    def answered(message):
+        assert set(door.answer(message)) in ({"state"}, {"problem"})
+
+    answered()
+    turn(session)
+    assert door.state().lens is not None
+
+
+def test_a_look_is_taken_by_its_name(door):
+    door.do("Keep this look")
+    before = door.state()
+    door.do(Focus(1.25))
+    door.do(TakeLook(before.looks[0]))
+    assert door.state().lens == before.lens
+    door.do(TakeLook("none"))
+    assert door.state().is_problem and "none" in door.state().message

@@ -1,0 +1,227 @@
+"""Each named command of the door does what its name says, and each switch tells its state."""
+
+from dataclasses import replace
+
+import pytest
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.interpolation import Interpolation
+from heatlens.core.model.shot.grade import Grade
+from heatlens.core.model.shot.settings import Bokeh, Method, Quality
+from heatlens.core.model.view.view import Against, Compare
+from heatlens.studio.session.door.door import Door
+from heatlens.studio.session.door.named_commands import Command, named_commands
+from heatlens.studio.session.files import window_door
+from heatlens.studio.session.live import pull_recording
+from support.evening import FIRST, LAST, settled
+
+AT = FIRST + 10
+
+
+def focus_of(session):
+    return session.facts.lens.focus_distance_m
+
+
+def f_stop_of(session):
+    return round(session.facts.lens.f_stop, 3)
+
+
+def frames(session):
+    return [key.frame for key in session.editing.shot.curves.focus_distance_m.keys]
+
+
+# name -> what is different, before and after the command
+DONE = {
+    "Start screen...": (lambda s: s.files.start_choices.is_wanted, False, True),
+    "Open 1/3 stop": (f_stop_of, 2.8, 2.5),
+    "Close 1/3 stop": (f_stop_of, 2.8, 3.2),
+    "Focus at infinity": (focus_of, 4.0, float("inf")),
+    "Next quality": (lambda s: s.editing.shot.defocus.quality, None, Quality.DRAFT),
+    "Next bokeh": (lambda s: s.editing.shot.defocus.bokeh, Bokeh.DISC, Bokeh.HEAT),
+    "Keep this look": (lambda s: len(s.editing.shot.looks), 0, 1),
+    "Play or stop": (lambda s: s.time.timeline.playback.direction, 0, 1),
+    "Play backwards": (lambda s: s.time.timeline.playback.direction, 0, -1),
+    "Next frame": (lambda s: s.editing.frame, AT, AT + 1),
+    "Previous frame": (lambda s: s.editing.frame, AT, AT - 1),
+    "First frame": (lambda s: s.editing.frame, AT, FIRST),
+    "Last frame": (lambda s: s.editing.frame, AT, LAST),
+    "Set in point": (lambda s: s.time.timeline.played.first, FIRST, AT),
+    "Set out point": (lambda s: s.time.timeline.played.last, LAST, AT),
+    "Set key": (frames, [], [AT]),
+    "Hold the focus from here": (frames, [], [AT]),
+    "Set mark here": (lambda s: len(s.editing.shot.marks), 0, 1),
+    "Fit": (lambda s: s.facts.view.zoom, None, None),
+    "1:1": (lambda s: s.facts.view.zoom, None, 1.0),
+    "Brighter": (lambda s: s.facts.view.exposure_stops, 0.0, 0.25),
+    "Darker": (lambda s: s.facts.view.exposure_stops, 0.0, -0.25),
+    "Metres or feet": (lambda s: s.facts.view.unit, "m", "ft"),
+    "More gain": (lambda s: s.facts.view.difference_gain, 4.0, 8.0),
+    "Less gain": (lambda s: s.facts.view.difference_gain, 4.0, 2.0),
+    "Compare with pinhole": (
+        *(lambda s: (s.facts.view.compare, s.facts.view.against), (Compare.OFF, Against.PINHOLE)),
+        (Compare.WIPE, Against.PINHOLE),
+    ),
+    "Compare with gather": (
+        *(lambda s: (s.facts.view.against, s.facts.view.b_method is Method.GATHER),),
+        *((Against.PINHOLE, True), (Against.METHOD, True)),
+    ),
+}
+
+
+@pytest.fixture
+def session(walls):
+    walls.time.timeline.go(AT)
+    return walls
+
+
+@pytest.fixture
+def commands(session):
+    return {command.name: command for command in named_commands(session)}
+
+
+def test_names_are_unique_and_each_has_a_menu(session, commands):
+    made = named_commands(session)
+    assert len(made) == len(commands) and DONE.keys() < commands.keys()
+    menus = {"File", "Edit", "Lens", "Play", "Animate", "View", "Compare"}
+    assert {command.menu for command in made} == menus
+    assert {f"Interpolate {how} after key" for how in Interpolation} < commands.keys()
+    assert {f"Look {number}" for number in range(1, 10)} < commands.keys()
+
+
+@pytest.mark.parametrize("name", DONE)
+def test_a_command_does_what_its_name_says(session, commands, name):
+    told, before, after = DONE[name]
+    if name == "Next bokeh":
+        kinds = list(type(told(session)))
+        before = told(session)
+        after = kinds[(kinds.index(before) + 1) % len(kinds)]
+    assert told(session) == before
+    commands[name].do()
+    assert told(session) == after
+
+
+def test_focus_goes_nearer_and_farther(session, commands):
+    commands["Focus nearer"].run()
+    assert focus_of(session) < 4.0
+    commands["Focus farther"].run()
+    commands["Focus farther"].run()
+    assert focus_of(session) > 4.0
+    commands["Reset lens"].run()
+    assert focus_of(session) == 4.0
+
+
+def test_every_switch_goes_on_and_off(session, commands):
+    session.editing.do(replace(session.editing.shot, grade=Grade()))
+    switches = [command for command in commands.values() if command.is_on is not None]
+    assert len(switches) > 20
+    for command in switches:
+        if command.name in ("Grid of looks", "B is the reference"):
+            continue  # there are neither looks nor a reference
+        before = command.is_on()
+        for state in (not before, before):
+            command.do()
+            assert command.is_on() is state, command.name
+
+
+def test_overlays_exclude_each_other(session, commands):
+    for name in ("Depth", "Layers", "Circle of confusion", "Plane in focus", "Near, in focus, far"):
+        commands[name].run()
+        assert (
+            commands[name].is_on()
+            and not commands["Depth" if name != "Depth" else "Layers"].is_on()
+        )
+    assert session.facts.view.overlay == "zones"
+
+
+def test_undo_names_what_it_undoes_and_is_barred_without(session, commands):
+    settled(session)
+    undo, redo = commands["Undo"], commands["Redo"]
+    assert undo.shown == "Undo" and "nothing to undo" in undo.why_not()
+    Door(session).do(undo)
+    assert session.messages.text == undo.why_not()
+    with pytest.raises(InputError, match="nothing to undo"):
+        undo.do()
+    session.lens.commands.focus(3.0)
+    session.editing.settle()
+    assert undo.shown.startswith("Undo ") and undo.why_not() == ""
+    undo.do()
+    assert focus_of(session) == 4.0 and redo.why_not() == "" and redo.shown.startswith("Redo ")
+
+
+def test_keys_are_copied_pasted_moved_and_deleted_by_name(session, commands):
+    commands["Set key"].run()
+    commands["Select all keys"].run()
+    commands["Copy keys"].run()
+    session.time.timeline.go(AT + 3)
+    commands["Paste keys"].run()
+    assert frames(session) == [AT, AT + 3]
+    commands["Move keys later"].run()
+    assert frames(session) == [AT, AT + 4]
+    commands["Move keys earlier"].run()
+    session.time.timeline.go(FIRST)
+    commands["Next key"].run()
+    assert session.editing.frame == AT
+    commands["Next key"].run()
+    commands["Previous key"].run()
+    assert session.editing.frame == AT
+    commands["Select all keys"].run()
+    commands["Delete keys"].run()
+    assert frames(session) == []
+
+
+def test_what_needs_a_scene_is_barred_by_name(session, commands):
+    follow = "Camera follows the focal length", "Focal length follows the camera"
+    for name in ("Set camera key", "Frame selected", *follow):
+        assert "Only a scene" in commands[name].why_not()
+    for method in Method:
+        why = commands[f"Compare with {method}"].why_not()
+        assert bool(why) is method.needs_scene
+
+
+def test_a_command_without_a_bar_is_always_there():
+    done = []
+    plain = Command("A", "File", lambda: done.append(1))
+    plain.do()
+    assert done == [1] and plain.why_not() == "" and plain.shown == "A"
+
+
+def test_documented_limits():
+    assert (window_door._CLIENTS_MOST, window_door._NAMES_MOST) == (64, 1000)
+    assert window_door._REQUEST_MOST == 1 << 20
+    assert window_door.door_path().stem.startswith("window-")
+    assert len(window_door.door_path().stem) == len("window-") + 16
+    assert (pull_recording.TOLERANCE_LEAST, pull_recording.TOLERANCE_MOST) == (1e-4, 1.0)
+
+
+def test_the_lens_is_freed_of_a_kit_with_a_word(session):
+    kits = session.lens.commands.kits
+    kits.choose(next(iter(kits.shelf.kits)))
+    mounted = session.messages.text
+    assert session.editing.shot.kit is not None and mounted
+    kits.choose(None)
+    assert session.editing.shot.kit is None and session.messages.text not in ("", mounted)
+
+
+def test_what_was_tried_at_a_frame_becomes_keys_once(session):
+    session.time.keys.set_here()
+    session.editing.toggle_auto_key()
+    session.time.timeline.go(AT + 5)
+    session.lens.commands.focus(3.0)
+    assert session.editing.tried and frames(session) == [AT]
+    session.time.keys.set_here()
+    assert frames(session) == [AT, AT + 5] and not session.editing.tried
+    assert session.editing.shot.lens_at(AT + 5).focus_distance_m == 3.0
+
+
+def test_undo_and_redo_drop_what_was_only_tried(session):
+    session.time.keys.set_here()
+    session.time.keys.set_here()
+    session.lens.commands.step_f_stop(1)
+    session.editing.settle()
+    session.editing.toggle_auto_key()
+    for step in (session.editing.undo, session.editing.redo):
+        session.time.timeline.go(AT + 5)
+        session.lens.commands.focus(3.0)
+        assert session.editing.tried and focus_of(session) == 3.0
+        step()
+        assert not session.editing.tried and focus_of(session) == 4.0

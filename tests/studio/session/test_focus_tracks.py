@@ -1,0 +1,97 @@
+"""What the timeline draws of the focus and of marks, in dioptres at each frame."""
+
+import numpy as np
+import pytest
+
+from heatlens.core.model.curves.curve import Curve, Key
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.curves.interpolation import Scale
+from heatlens.core.model.focus.coc import far_limit_m, near_limit_m
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
+from heatlens.core.model.shot.shot import FOCUS_SCALES, LensParameter, Shot
+from heatlens.studio.session.time.focus_track import FocusTrack, MarkTracks, ThingDistances, mark_m
+from heatlens.studio.session.time.timeline import Run
+from support.evening import FIRST, LEFT, RIGHT, until
+from support.plates import plate_of
+
+FOCUS, FOCAL = LensParameter.FOCUS_DISTANCE, LensParameter.FOCAL_LENGTH
+SHOT = Shot(Lens(50.0, 2.8, 2.0, 36.0, close_focus_m=1.0))
+
+
+def test_samples_are_evenly_spaced_and_lie_at_each_key():
+    shot = SHOT.with_key(3.3, FOCUS, 2.0).with_key(8, FOCUS, 4.0).with_key(99, FOCUS, 4.0)
+    track = FocusTrack()
+    samples = track.samples(shot, 0, 10, 5)
+    assert [sample.frame for sample in samples] == [0, 2.5, 3.3, 5, 7.5, 8, 10]
+    for sample in samples:
+        lens = shot.lens_at(sample.frame)
+        assert sample.focus == pytest.approx(1 / lens.focus_distance_m)
+        assert sample.near == pytest.approx(1 / near_limit_m(lens))
+        assert sample.far == pytest.approx(1 / far_limit_m(lens))
+        assert sample.far < sample.focus < sample.near
+    assert track.samples(shot, 0, 10, 5) is samples
+    assert track.samples(shot, 0, 10, 6) is not samples
+
+
+def test_an_impossible_lens_is_at_infinity_in_the_track():
+    far = Curve((Key(0, 2.0), Key(20, 2.0)), FOCUS_SCALES["dioptres"])
+    zoom = Curve((Key(0, 50.0), Key(20, 2500.0)), Scale.LOGARITHMIC)
+    shot = SHOT.with_curve(FOCAL, zoom).with_curve(FOCUS, far)
+    last = FocusTrack().samples(shot, 0, 20, 2)[-1]
+    assert (last.focus, last.near, last.far) == (0.0, 0.0, 0.0)
+    assert FocusTrack().too_close(shot, FrameRange(0, 20)) == ()
+
+
+def test_frames_nearer_than_the_close_focus_are_warned_of():
+    shot = SHOT.with_key(0, FOCUS, 2.0).with_key(10, FOCUS, 0.5)
+    track = FocusTrack()
+    found = track.too_close(shot, FrameRange(0, 10))
+    assert found and found[-1] == 10 and 0 not in found
+    assert all(shot.lens_at(frame).focus_distance_m < 1.0 for frame in found)
+    assert track.too_close(shot, FrameRange(0, 10)) is found
+    assert track.too_close(shot, FrameRange(0, 0)) == ()
+    assert 10 in track.too_close(shot, FrameRange(0, 1999))
+    assert track.too_close(shot, FrameRange(0, 2000)) == ()
+
+
+def test_a_mark_is_measured_on_the_plate_it_lies_in():
+    depth = np.full((4, 6), 2.0, np.float32)
+    depth[:, 3:] = 8.0
+    plate = plate_of(np.ones((4, 6, 3), np.float32), depth)
+    assert mark_m(plate, DistanceMark("A", 3.5)) == 3.5 == mark_m(None, DistanceMark("A", 3.5))
+    assert mark_m(plate, PointMark("B", 1.9, 2.0)) == 2.0
+    assert mark_m(plate, PointMark("B", 5.9, 3.9)) == 8.0
+    assert mark_m(None, PointMark("B", 1.0, 1.0)) is None
+    assert mark_m(plate, ObjectMark("C", "cube")) is None
+    assert mark_m(plate, PointMark("B", 60.0, 1.0)) is None
+
+
+def test_marks_have_tracks_over_the_frames_in_memory(walls):
+    for pixel in (LEFT, RIGHT):
+        walls.time.marks.set_point(pixel)
+    walls.time.marks.set_here()
+    timeline = walls.time.timeline
+    last = FIRST + 7
+    until(walls, lambda: timeline.cache.get(last) is not None, "eight frames")
+    near, far = walls.time.mark_tracks()
+    assert (near.name, far.name) == ("A", "B")
+    for track, distance_m in ((near, 2.0), (far, 8.0)):
+        (line,) = track.lines
+        assert line[:8] == tuple((frame, 1 / distance_m) for frame in range(FIRST, last + 1))
+    assert walls.time.mark_tracks() == (near, far)
+
+
+def test_a_track_has_gaps_where_frames_are_not_in_memory(walls):
+    tracks, cache = MarkTracks(ThingDistances(lambda: None)), walls.time.timeline.cache
+    until(walls, lambda: cache.get(FIRST + 3) is not None, "some frames")
+    marks = (PointMark("A", *map(float, LEFT)), DistanceMark("B", 3.0))
+    assert tracks.tracks(None, (), marks) == ()
+    runs = (Run(FIRST, FIRST + 1, "ready"), Run(FIRST + 2, FIRST + 2, "waiting"))
+    runs = (*runs, Run(FIRST + 3, FIRST + 3, "ready"))
+    (track,) = tracks.tracks(cache, runs, marks)
+    assert [[frame for frame, _ in line] for line in track.lines] == [
+        [FIRST, FIRST + 1], [FIRST + 3],
+    ]  # fmt: skip
+    outside = (PointMark("A", 1e4, 1e4),)
+    assert tracks.tracks(cache, runs, outside)[0].lines == ()

@@ -1,0 +1,143 @@
+"""The distance of a mark is that of its frame, whichever frames are in memory: never another's."""
+
+from contextlib import contextmanager
+from threading import Event
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from heatlens.media.frame_cache.cache import FrameCache
+from heatlens.studio.session.marks import mark_distances
+from support.evening import HEIGHT, WIDTH, begun, settled, turn, until
+from support.exr_files import write_file
+from support.frame_caches import PATIENCE_S
+
+FIRST, LAST, POINT = 1001, 1030, (8, 16)
+
+
+def wall_m(frame):
+    """The distance of the wall, which comes nearer."""
+    return 4.0 - 0.1 * (frame - FIRST)
+
+
+def focus_m(session, frame):
+    return session.editing.shot.lens_at(frame).focus_distance_m
+
+
+def write_wall(folder):
+    grey = np.full((HEIGHT, WIDTH), 0.18, np.float16)
+    for frame in range(FIRST, LAST + 1):
+        depth = np.full((HEIGHT, WIDTH), wall_m(frame), np.float32)
+        write_file(folder / f"wall.{frame}.exr", {"R": grey, "G": grey, "B": grey, "Z": depth})
+    return str(folder / "wall.####.exr")
+
+
+@pytest.fixture
+def wall(tmp_path):
+    session = begun(tmp_path / "preferences", write_wall(tmp_path))
+    settled(session)
+    session.time.marks.set_point(POINT)
+    yield session
+    session.close()
+
+
+@contextmanager
+def unread(hidden):
+    """Have the cache of frames answer as if these frames were not read yet."""
+    get = FrameCache.get
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            FrameCache, "get", lambda it, frame: None if frame in hidden else get(it, frame)
+        )
+        yield
+
+
+def waited(session):
+    until(session, lambda: not session.time.marks.distances.is_waited_for, "the distance")
+
+
+frames = st.integers(FIRST, LAST)
+
+
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(frames, frames, st.integers(1, 29), st.sets(frames), st.booleans())
+def test_a_mark_has_the_distance_of_its_frame(wall, seen, start, length, hidden, is_from_a):
+    """Pulled to, gone to and listed, from any frame, with any frames not read yet."""
+    marks, (mark,) = wall.time.marks, wall.editing.shot.marks
+    wall.time.timeline.go(seen)
+    settled(wall)
+    before = wall.editing.shot
+    wall.time.timeline.go(start)
+    arrival = min(start + length, LAST)
+    with unread(hidden):
+        turn(wall)
+        assert marks.distances.of_m(mark) in (None, pytest.approx(wall_m(start)))
+        assert marks.distances.of_m(mark, arrival) in (None, pytest.approx(wall_m(arrival)))
+        marks.go(mark)
+        waited(wall)
+        assert focus_m(wall, start) == pytest.approx(wall_m(start), rel=1e-5)
+        marks.pulls.origin, marks.pulls.target = "A" if is_from_a else None, "A"
+        marks.pulls.frames = length
+        marks.pulls.make()
+        waited(wall)
+    assert focus_m(wall, start + length) == pytest.approx(wall_m(arrival), rel=1e-5)
+    wall.editing.do(before)
+
+
+def test_the_box_tells_the_distance_on_arrival_once_it_is_measured(wall):
+    marks = wall.time.marks
+    marks.pulls.begin()
+    assert marks.pulls.arrival == FIRST + 18
+    assert not marks.pulls.arrival_at.is_known and marks.pulls.arrival_at.distance_m is None
+    until(wall, lambda: marks.pulls.arrival_at.is_known, "the distance")
+    assert marks.pulls.arrival_at.distance_m == pytest.approx(wall_m(FIRST + 18), rel=1e-5)
+    marks.pulls.make()
+    assert not marks.distances.is_waited_for  # what the box told is taken
+    assert focus_m(wall, FIRST + 18) == pytest.approx(wall_m(FIRST + 18), rel=1e-5)
+
+
+def test_a_pull_to_a_frame_that_cannot_be_read_sets_no_key(wall, tmp_path):
+    marks, damaged = wall.time.marks, tmp_path / f"wall.{FIRST + 18}.exr"
+    damaged.write_bytes(damaged.read_bytes()[:300])
+    before = wall.editing.shot
+    marks.pulls.begin()
+    marks.pulls.make()
+    waited(wall)
+    assert wall.editing.shot == before and marks.pulls.made == 0
+    assert damaged.name in wall.messages.text and f"frame {FIRST + 18}" in wall.messages.text
+
+
+def test_who_waits_for_a_frame_of_a_closed_source_gets_no_key(wall, tmp_path, monkeypatch):
+    marks, is_opened, read = wall.time.marks, Event(), mark_distances.read_plate
+
+    def read_late(path, options):
+        assert is_opened.wait(PATIENCE_S)
+        return read(path, options)
+
+    monkeypatch.setattr(mark_distances, "read_plate", read_late)
+    (tmp_path / "other").mkdir()
+    marks.pulls.begin()
+    marks.pulls.make()
+    assert marks.distances.is_waited_for
+    wall.files.commands.open(write_wall(tmp_path / "other"))
+    settled(wall)
+    is_opened.set()
+    waited(wall)
+    assert marks.pulls.made == 0 and not wall.editing.shot.curves.focus_distance_m.keys
+
+
+def test_no_mark_is_set_or_tracked_on_the_picture_of_another_frame(wall):
+    marks, before = wall.time.marks, wall.editing.shot
+    with unread({FIRST + 5}):
+        wall.time.timeline.go(FIRST + 5)
+        turn(wall)
+        marks.set_point(POINT)
+        marks.track(before.marks[0], before.marks[0])
+        marks.place(before.marks[0])
+        assert wall.editing.shot == before and not marks.is_reading
+        assert str(FIRST + 5) in wall.messages.text
+    settled(wall)
+    marks.set_point(POINT)
+    assert len(wall.editing.shot.marks) == 2

@@ -1,0 +1,116 @@
+"""A sequence is read by one depth convention, wherever it is read and whichever frame is first."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.marks.marks import PointMark
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.plate.read import read_plate
+from heatlens.render.source.opener import SourceOpener
+from heatlens.render.source.plate_source import PlateSource, sequence_of_one_size
+from heatlens.studio.session.marks.mark_commands import MarkCommands
+from support.exr_files import rgb, write_file
+from support.shared import shared_of
+
+FRAMES = range(1, 6)
+SIZE = 54, 96
+MARK = PointMark("A", 25.0, 25.0)
+
+
+class Renderer:
+    """Keeps what a loader loads."""
+
+    def load(self, plate):
+        self.plate = plate
+
+
+def written(folder, depth_of):
+    for frame in FRAMES:
+        depth = depth_of(frame).astype(np.float32)
+        write_file(folder / f"s.{frame:04d}.exr", rgb(*SIZE) | {"Z": depth})
+    return folder / "s.####.exr"
+
+
+@pytest.fixture
+def inverse(tmp_path, rng):
+    """1/z; from frame 3 on something is nearer than a metre, as no inverse of a metre shows."""
+
+    def depth_of(frame):
+        z = 1 / rng.uniform(1.5 if frame < 3 else 0.6, 9.0, SIZE)
+        z[:10], z[20:30, 20:30] = 0.0, 1 / 2.0
+        return z
+
+    return written(tmp_path, depth_of)
+
+
+@pytest.fixture
+def nearby(tmp_path, rng):
+    """Distances, of which only those of the first frame cannot be anything else."""
+
+    def depth_of(frame):
+        z = rng.uniform(0.4, 3.0 if frame == 1 else 0.9, SIZE)
+        z[20:30, 20:30] = 0.5
+        return z
+
+    return written(tmp_path, depth_of)
+
+
+def opened(name, frame=None):
+    opener = SourceOpener(lambda: None)
+    opener.open(str(name), PlateOptions(), frame)
+    opener._coming.wait()
+    return opener.poll()
+
+
+def guesses(pattern):
+    return {read_plate(path).depth.convention for path in sorted(pattern.parent.glob("s.*.exr"))}
+
+
+@pytest.mark.parametrize("first", [1, 4])
+def test_window_and_export_read_each_frame_alike(inverse, first):
+    assert len(guesses(inverse)) > 1  # alone, the frames would be read differently
+    window = opened(inverse, first)
+    source = PlateSource(window.text, sequence_of_one_size(window.text), window.options)
+    shot, export = Shot(Lens(50.0, 2.8, 2.0, 36.0)), Renderer()
+    origins = tuple(source.origin(shot, frame, "stop") for frame in FRAMES)
+    loader = source.loader(shot, origins, export)
+    assert window.frame == first
+    for origin in origins:
+        loader.load(origin)
+        shown = window.cache.wait(origin.frame, window=0)
+        assert shown.depth.convention == export.plate.depth.convention
+        assert shown.depth.convention == window.settled.depth_convention
+        np.testing.assert_array_equal(shown.depth_m, export.plate.depth_m)
+    loader.close()
+    window.close()
+
+
+def test_a_mark_is_followed_through_frames_as_they_are_shown(nearby):
+    """Also through those that are not in memory, which alone would be refused."""
+    with pytest.raises(InputError, match="which may be"):
+        guesses(nearby)
+    window, said, done = opened(nearby), [], []
+    shot = Shot(Lens(50.0, 2.8, 2.0, 36.0), marks=(MARK,))
+    editing = SimpleNamespace(shot=shot, do=done.append)
+    marks = MarkCommands(
+        shared_of(editing, said.append, SimpleNamespace(opened=window)),
+        SimpleNamespace(played=FrameRange(1, 5), cache=window.cache),
+        SimpleNamespace(following=lambda mark, frames: None),
+    )
+    marks.follow(MARK)
+    marks._reader.wait()
+    marks.poll()
+    assert [str(sentence) for sentence in said] == [
+        "Reading 4 frames to follow A ...",
+        "The focus follows A from 1 on.",
+    ]
+    assert {key.value for key in done[0].curves.focus_distance_m.keys} == {0.5}
+    shown = [window.cache.wait(frame, window=0).depth_m[25, 25] for frame in FRAMES]
+    assert shown == [0.5] * len(FRAMES)
+    window.close()

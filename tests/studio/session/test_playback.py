@@ -1,0 +1,138 @@
+"""Which frame is due, by a clock that the test moves."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.studio.session.time.playback import Ending, Playback
+
+FRAMES = FrameRange(1001, 1005)
+RATE = 24.0
+
+
+class Clock:
+    """Stands still unless it is moved."""
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def playing(ending: Ending, direction: int = 1, frame: int = 1001, every: bool = True):
+    clock = Clock()
+    playback = Playback(clock)
+    playback.ending, playback.is_every_frame = ending, every
+    return clock, playback, playback.play(direction, frame, FRAMES)
+
+
+def seen(ending: Ending, direction: int, frame: int, count: int) -> list[int]:
+    clock, playback, frame = playing(ending, direction, frame)
+    frames = [frame]
+    for _ in range(count):
+        clock.now_s += 1 / RATE
+        frames.append(playback.moved(frames[-1], FRAMES, RATE, is_ready=True))
+    return frames
+
+
+@pytest.mark.parametrize(
+    ("ending", "direction", "start", "last_digits"),
+    [
+        (Ending.LOOP, 1, 1003, [3, 4, 5, 1, 2, 3]),
+        (Ending.LOOP, -1, 1002, [2, 1, 5, 4, 3]),
+        (Ending.BOUNCE, 1, 1003, [3, 4, 5, 4, 3, 2, 1, 2, 3]),
+        (Ending.BOUNCE, -1, 1002, [2, 1, 2, 3]),
+        (Ending.ONCE, 1, 1004, [4, 5, 5, 5]),
+        (Ending.ONCE, -1, 1002, [2, 1, 1]),
+        (Ending.ONCE, 1, 1005, [1, 2, 3]),
+        (Ending.LOOP, 1, 990, [1, 2, 3]),
+        (Ending.LOOP, -1, 1009, [5, 4]),
+    ],
+)
+def test_it_ends_as_it_shall_and_begins_inside(ending, direction, start, last_digits):
+    assert seen(ending, direction, start, len(last_digits) - 1) == [1000 + d for d in last_digits]
+
+
+def test_once_it_stops_at_the_end():
+    clock, playback, frame = playing(Ending.ONCE, 1, 1004)
+    clock.now_s += 1 / RATE
+    assert playback.moved(frame, FRAMES, RATE, is_ready=True) == 1005
+    assert playback.direction == 0 and playback.seconds_until_due(RATE) is None
+
+
+def test_every_frame_waits_for_the_one_before_and_does_not_rush_afterwards():
+    clock, playback, frame = playing(Ending.LOOP)
+    clock.now_s += 2.0
+    assert playback.moved(frame, FRAMES, RATE, is_ready=False) == 1001
+    assert playback.moved(frame, FRAMES, RATE, is_ready=True) == 1002
+    clock.now_s += 0.5 / RATE
+    late = playback.moved(1002, FRAMES, RATE, is_ready=True)
+    assert (late, playback.moved(late, FRAMES, RATE, is_ready=True)) == (1003, 1003)
+
+
+@given(seconds=st.floats(0.0, 10.0), rate=st.sampled_from([12.0, 24000 / 1001, 60.0]))
+def test_in_real_time_the_frame_is_that_of_the_clock_however_often_it_is_asked(seconds, rate):
+    clock, playback, frame = playing(Ending.LOOP, every=False)
+    for part in (0.3, 0.31, 0.9, 1.0):
+        clock.now_s = 100.0 + part * seconds
+        frame = playback.moved(frame, FRAMES, rate, is_ready=False)
+    gone = seconds * rate
+    expected = {1001 + int(gone + rounding) % 5 for rounding in (-1e-4, 0.0, 1e-4)}
+    assert frame in expected
+
+
+@given(
+    ending=st.sampled_from(list(Ending)),
+    direction=st.sampled_from([-1, 1]),
+    start=st.integers(995, 1010),
+    steps=st.lists(st.floats(0.0, 3.0), max_size=20),
+    every=st.booleans(),
+    count=st.integers(1, 6),
+)
+def test_no_frame_outside_is_ever_seen(ending, direction, start, steps, every, count):
+    clock, frames = Clock(), FrameRange(1001, 1000 + count)
+    playback = Playback(clock)
+    playback.ending, playback.is_every_frame = ending, every
+    frame = playback.play(direction, start, frames)
+    for step in steps:
+        clock.now_s += step
+        assert frame in frames
+        frame = playback.moved(frame, frames, RATE, is_ready=True)
+
+
+def test_the_loop_sleeps_until_the_next_frame_is_due():
+    clock, playback, _ = playing(Ending.LOOP)
+    assert playback.seconds_until_due(RATE) == pytest.approx(1 / RATE)
+    assert not playback.is_due(RATE)
+    clock.now_s += 1 / RATE
+    assert playback.is_due(RATE) and 0 < playback.seconds_until_due(RATE) < 0.01
+
+
+@pytest.mark.parametrize("every", [True, False])
+def test_late_playback_of_every_frame_drops_none_before_a_cut(every):
+    """At 1004 and 0.2 s late: every frame shows 1005 before the next shot, real time does not."""
+    clock, playback, frame = playing(Ending.REEL, 1, 1004, every)
+    cuts = []
+    playback.next_shot = lambda: not cuts.append(clock.now_s)
+    clock.now_s += 0.2
+    frame = playback.moved(frame, FRAMES, RATE, is_ready=True)
+    assert (frame, len(cuts)) == ((1005, 0) if every else (1004, 1))
+
+
+def test_the_wait_for_the_next_shot_drops_none_of_its_frames():
+    clock, playback, frame = playing(Ending.REEL, 1, 1005, every=False)
+    playback.next_shot = lambda: True
+    clock.now_s += 5.0
+    assert playback.moved(frame, FRAMES, RATE, is_ready=True) == 1005
+    clock.now_s += 5.0  # until it has arrived
+    assert playback.moved(1001, FRAMES, RATE, is_ready=True) == 1001
+    clock.now_s += 1 / RATE
+    assert playback.moved(1001, FRAMES, RATE, is_ready=True) == 1002
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_without_a_next_shot_it_begins_again(direction):
+    start = 1004 if direction > 0 else 1002
+    assert seen(Ending.REEL, direction, start, 2)[-1] == (1001 if direction > 0 else 1005)

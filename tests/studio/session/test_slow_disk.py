@@ -1,0 +1,287 @@
+"""A disk that does not answer: the loop of the window goes on, and so does the end of the program.
+
+`SlowDisk` holds every read of a file whose name has "slow" in it until the test lets it go. A loop
+that waited for such a read would never get to the line that does.
+"""
+
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from threading import Event, current_thread
+
+import pytest
+
+from heatlens.core.base.background import Threads, is_at_work
+from heatlens.core.model.depth_words import DepthConvention
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.documents.shot_file import autosave_path
+from heatlens.media.frame_cache import sequence_reader
+from heatlens.media.plate import plate as plate_module
+from heatlens.media.plate.plate import Plate
+from heatlens.render.source.opened import Opened
+from heatlens.studio.session.opened.open_source import OpenSource
+from heatlens.studio.session.opened.picture_feed import Playhead
+from heatlens.studio.session.session import Session
+from heatlens.studio.session.settings import preferences
+from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.session.shot import shot_store
+from heatlens.studio.session.shot.shot_store import ShotStore
+from heatlens.studio.session.shot.start import Start
+from support.exr_files import distances, rgb, write_file
+from support.frame_caches import PATIENCE_S
+from support.shot_files import FULL as SHOT
+
+
+def plate_file(path: Path) -> Path:
+    return write_file(path, rgb() | {"Z": distances()})
+
+
+KNOWN = PlateOptions(depth_convention=DepthConvention.DISTANCE)
+
+
+class SlowDisk:
+    """Reads plates, and holds the slow ones until `answers` is set."""
+
+    def __init__(self) -> None:
+        self.answers, self.is_asked = Event(), Event()
+        self._read = sequence_reader.read_plate
+
+    def __call__(self, path: Path, options: PlateOptions) -> Plate:
+        if "slow" in path.name:
+            self.is_asked.set()
+            assert self.answers.wait(PATIENCE_S)
+        return self._read(path, options)
+
+
+@pytest.fixture
+def disk(monkeypatch):
+    slow = SlowDisk()
+    monkeypatch.setattr(sequence_reader, "read_plate", slow)
+    yield slow
+    slow.answers.set()
+
+
+@pytest.fixture
+def woken():
+    return Event()
+
+
+@pytest.fixture
+def source(renderer, ctx, woken):
+    made = OpenSource(renderer, woken.set)
+    yield made
+    made.close()
+
+
+def arrived(source: OpenSource, woken: Event) -> Opened:
+    """Wait as the loop does, which sleeps until a thread wakes it."""
+    while (opened := source.arrived()) is None:
+        assert woken.wait(PATIENCE_S)
+        woken.clear()
+    return opened
+
+
+def test_another_sequence_opens_while_a_frame_of_the_one_before_is_read(
+    source, disk, woken, tmp_path
+):
+    for number in (1, 2, 3):
+        plate_file(tmp_path / f"slow.{number}.exr")
+    disk.answers.set()
+    source.opener.open(str(tmp_path / "slow.#.exr"), KNOWN)
+    before = arrived(source, woken)
+    disk.answers.clear()
+    disk.is_asked.clear()
+    source.feed.show(Shot(Lens(50.0, 2.8, 2.0, 36.0)), Playhead(2))
+    assert disk.is_asked.wait(PATIENCE_S)
+
+    source.opener.open(str(plate_file(tmp_path / "other.exr")), KNOWN)
+    after = arrived(source, woken)
+    assert after is source.opened is not before and not disk.answers.is_set()
+
+
+def test_a_file_that_hangs_bars_neither_the_next_nor_the_end(source, disk, woken, tmp_path):
+    slow, other = plate_file(tmp_path / "slow.exr"), plate_file(tmp_path / "other.exr")
+    source.opener.open(str(slow), KNOWN)
+    assert disk.is_asked.wait(PATIENCE_S)
+    source.opener.open(str(other), KNOWN)
+    assert arrived(source, woken).text == str(other)
+    source.opener.open(str(slow), KNOWN)
+    source.close()
+    assert not disk.answers.is_set()
+
+
+def test_the_depths_of_a_plate_are_counted_by_the_thread_that_reads_it(
+    source, woken, tmp_path, monkeypatch
+):
+    counting, bins_of = [], plate_module.bins_of
+
+    def recorded(values):
+        counting.append(current_thread())
+        return bins_of(values)
+
+    monkeypatch.setattr(plate_module, "bins_of", recorded)
+    source.opener.open(str(plate_file(tmp_path / "a.exr")), KNOWN)
+    arrived(source, woken)
+    assert source.picture.histogram is not None
+    assert counting and current_thread() not in counting
+
+
+def test_a_source_that_arrives_too_late_is_closed(source, disk, woken, tmp_path, monkeypatch):
+    closed = Event()
+    monkeypatch.setattr(
+        "heatlens.render.source.opened_plates.OpenedPlates.close",
+        lambda self: (self.cache.close(), closed.set()),
+    )
+    source.opener.open(str(plate_file(tmp_path / "slow.exr")), KNOWN)
+    assert disk.is_asked.wait(PATIENCE_S)
+    source.opener.cancel()
+    disk.answers.set()
+    assert closed.wait(PATIENCE_S)
+    assert source.arrived() is None
+
+
+def test_a_shot_file_that_hangs_holds_up_no_autosave(monkeypatch, tmp_path):
+    answers, is_asked = Event(), Event()
+
+    def hangs(path: Path) -> Shot:
+        is_asked.set()
+        assert answers.wait(PATIENCE_S)
+        return SHOT
+
+    monkeypatch.setattr(shot_store, "read_shot", hangs)
+    store, path = ShotStore(lambda: None), tmp_path / "a.heatlens.json"
+    path.touch()
+    reading = store.read(path)
+    assert is_asked.wait(PATIENCE_S)
+    store.save(path, SHOT).result(PATIENCE_S)
+    store.close()
+    assert path.stat().st_size and not reading.done()
+    answers.set()
+    assert reading.result(PATIENCE_S).saved == SHOT
+
+
+def test_preferences_are_written_in_order_while_the_loop_goes_on(renderer, monkeypatch, tmp_path):
+    answers, is_asked, write_whole = Event(), Event(), preferences.write_whole
+
+    def hangs(*words):
+        is_asked.set()
+        assert answers.wait(PATIENCE_S)
+        write_whole(*words)
+
+    monkeypatch.setattr(preferences, "write_whole", hangs)
+    session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path))
+    session.begin()
+    for name in ("/a.exr", "/b.exr"):
+        session.preferences.opened(name)
+        session.remember()
+        assert is_asked.wait(PATIENCE_S)
+    assert not (tmp_path / preferences.FILE_NAME).exists()
+    answers.set()
+    session.close()
+    assert Preferences.load(tmp_path).now.recent == ("/b.exr", "/a.exr")
+
+
+def test_preferences_that_cannot_be_written_are_said_once(renderer, tmp_path):
+    (tmp_path / "file").touch()
+    session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path / "file" / "in"))
+    session.begin()
+    said: list[str] = []
+    session.files.documents._say = lambda sentence: said.append(str(sentence))
+    for name in ("/a.exr", "/b.exr"):
+        session.preferences.opened(name)
+        session.remember()
+    session.files.documents.store.write(lambda: None).result(PATIENCE_S)
+    session.poll()
+    assert len(said) == 1 and "Preferences cannot be saved" in said[0]
+    session.close()
+
+
+@pytest.mark.parametrize("source", ["", "plate.exr"])
+def test_damaged_preferences_are_told_until_something_else_is_said(renderer, tmp_path, source):
+    """They were told once, and only with a plate, while a slow machine still drew its window."""
+    (tmp_path / "preferences.json").write_text("{")
+    start = Start(source and str(plate_file(tmp_path / source)))
+    session = Session(renderer, start, preferences=Preferences.load(tmp_path))
+    session.begin()
+    session.messages._clock = iter(range(0, 10**6, 20)).__next__  # each look is 20 s later
+    end = time.monotonic() + PATIENCE_S
+    while "settings are reset" not in session.messages.text:
+        assert time.monotonic() < end
+        session.poll()
+    assert "preferences.damaged.json" in session.messages.text and session.messages.is_problem
+    for _ in range(5):
+        session.poll()
+    assert "settings are reset" in session.messages.text
+    assert session.messages.seconds_until_needed() is None
+    session.messages.say("Saved.")
+    session.poll()
+    assert not session.messages.text
+    session.close()
+
+
+@pytest.mark.parametrize("hours", [-1, 0, 1])
+def test_an_autosave_is_found_whatever_the_clock_says(tmp_path, hours):
+    """A clock that went back, or that of a server, must not lose what was not saved."""
+    store, path = ShotStore(lambda: None), tmp_path / "a.heatlens.json"
+    store.save(path, SHOT)
+    store.keep(path, replace(SHOT, marks=())).result(PATIENCE_S)
+    at_ns = path.stat().st_mtime_ns + hours * 3600 * 10**9
+    os.utime(autosave_path(path), ns=(at_ns, at_ns))
+    assert store.read(path).result(PATIENCE_S).unsaved == replace(SHOT, marks=())
+    store.close()
+
+
+def test_a_read_sees_what_was_written_before(tmp_path):
+    store, path = ShotStore(lambda: None), tmp_path / "a.heatlens.json"
+    store.save(path, SHOT)
+    assert store.read(path).result(PATIENCE_S).saved == SHOT
+    store.close()
+
+
+def test_threads_drop_what_has_not_begun_and_end_when_they_are_idle():
+    begun, goes_on, threads = Event(), Event(), Threads("test-threads")
+
+    def first() -> str:
+        begun.set()
+        assert goes_on.wait(PATIENCE_S)
+        return "done"
+
+    running, waiting = threads.submit(first), threads.submit(lambda: "never")
+    assert begun.wait(PATIENCE_S) and is_at_work()
+    threads.close()
+    assert waiting.cancelled() and not running.done()
+    goes_on.set()
+    assert running.result(PATIENCE_S) == "done"
+    with pytest.raises(RuntimeError, match="closed"):
+        threads.submit(first)
+
+
+def test_an_error_of_a_job_is_that_of_its_future():
+    threads = Threads("test-threads")
+    assert isinstance(threads.submit(lambda: [][0]).exception(PATIENCE_S), IndexError)
+    assert threads.submit(lambda: 3).result(PATIENCE_S) == 3
+
+
+def test_a_process_ends_while_a_thread_waits_for_a_disk():
+    """With its exit code, what it printed, and what was to be done at the end of the program."""
+    code = (
+        "import atexit, sys, threading\n"
+        "from heatlens.core.base.background import Threads\n"
+        "from heatlens.fronts.commands import launch, main\n"
+        "def run():\n"
+        "    begun = threading.Event()\n"
+        "    Threads('slow').submit(lambda: (begun.set(), threading.Event().wait()))\n"
+        "    begun.wait()\n"
+        "    atexit.register(lambda: print('and its end'))\n"
+        "    print('said', end=' ')\n"
+        "    return 7\n"
+        "main.main = run\n"
+        "sys.exit(launch.main())\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (7, "said and its end\n", "")

@@ -1,0 +1,82 @@
+"""With auto key off, what has keys is tried at a frame; nothing is refused, and nothing kept."""
+
+from dataclasses import replace
+
+import pytest
+
+from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.studio.session.shot.editing import Editing
+
+FOCUS = LensParameter.FOCUS_DISTANCE
+LENS = Lens(50.0, 2.0, 3.0, 36.0)
+
+
+@pytest.fixture
+def said() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def editing(said) -> Editing:
+    shot = Shot(LENS).with_key(1, FOCUS, 2.0).with_key(11, FOCUS, 4.0)
+    editing = Editing(shot, said.append, is_sequence=lambda: True)
+    editing.auto_key = False
+    editing.frame = 5
+    return editing
+
+
+def test_a_tried_focus_is_seen_and_changes_no_key(editing, said):
+    before = editing.shot
+    editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
+    assert editing.lens.focus_distance_m == 7.0 and editing.tried == {FOCUS}
+    assert editing.seen_shot.lens_at(5).focus_distance_m == 7.0
+    assert editing.shot == before and "K keeps it" in said[-1]
+
+
+def test_another_frame_drops_it(editing):
+    keyed = editing.lens
+    editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
+    editing.frame = 6
+    editing.frame = 5
+    assert editing.lens == keyed and not editing.tried and editing.seen_shot == editing.shot
+
+
+def test_what_has_no_keys_is_kept_beside_what_is_tried(editing):
+    editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
+    editing.edit_lens(replace(editing.lens, f_stop=4.0))
+    assert editing.shot.lens.f_stop == 4.0
+    assert (editing.lens.f_stop, editing.lens.focus_distance_m) == (4.0, 7.0)
+    assert editing.shot.curves.focus_distance_m.key_at(5) is None
+    editing.frame = 6
+    assert editing.lens.f_stop == 4.0
+
+
+def test_a_key_keeps_it(editing):
+    editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
+    editing.keep_tried()
+    assert editing.shot.lens_at(5).focus_distance_m == 7.0 and not editing.tried
+
+
+def test_undo_drops_it(editing):
+    editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
+    editing.undo()
+    assert not editing.tried
+
+
+def test_the_first_change_in_a_shot_of_several_frames_says_what_it_does(said):
+    frames = [1]
+    editing = Editing(Shot(LENS), said.append, is_sequence=lambda: len(frames) > 1)
+    editing.edit_lens(replace(LENS, focus_distance_m=4.0))
+    assert said == []
+    frames.append(2)
+    editing.edit_lens(replace(LENS, focus_distance_m=5.0))
+    editing.edit_lens(replace(LENS, focus_distance_m=6.0))
+    assert len(said) == 1 and "same at all frames" in said[0] and "K" in said[0]
+    assert said[0].is_true()
+    editing.edit(editing.shot.with_key(1, FOCUS, 2.0))
+    assert not said[0].is_true()  # so that the window shows it no longer
+    editing.begin(Shot(LENS).with_key(1, FOCUS, 2.0))
+    editing.frame = 3
+    editing.edit_lens(replace(LENS, focus_distance_m=5.0))
+    assert len(said) == 2 and "frame 3" in said[1]

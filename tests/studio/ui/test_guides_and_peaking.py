@@ -1,0 +1,173 @@
+"""Mattes and lines over the picture, and the coloured edges of what is in focus."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.core.model.view.guides import Canvas, FrameLine, Peaking, PeakingOn
+from heatlens.studio.ui.status_bar import zoom_words
+from support.session_files import BALL_M, HEIGHT, WIDTH
+
+K = imgui.Key
+
+
+def inside(gui) -> np.ndarray:
+    """Return the pixels of the screen where the picture lies."""
+    (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
+    return gui.screenshot()[round(y0) : round(y1), round(x0) : round(x1)].astype(int)
+
+
+def test_a_matte_darkens_what_it_cuts_off_and_nothing_else(gui):
+    gui.settled()
+    before = inside(gui)
+    gui.do("Matte 2.39")
+    x0, y0, x1, y1 = gui.rect("matte in the picture")
+    assert (x1 - x0) / (y1 - y0) == pytest.approx(2.39, rel=1e-3)
+    after, top = inside(gui), round(y0 - gui.at_picture(0, 0)[1])
+    height = round(y1 - y0)
+    assert top > 10
+    kept = slice(top + 2, top + height - 2)
+    np.testing.assert_array_equal(after[kept, 3:-3], before[kept, 3:-3])
+    assert after[: top - 2].mean() < 0.5 * before[: top - 2].mean()
+    gui.do("Matte 2.39")
+    np.testing.assert_array_equal(inside(gui), before)
+
+
+def test_lines_are_drawn_from_the_panel_and_from_the_menu(gui):
+    gui.settled()
+    before = inside(gui)
+    for name in ("Safe areas", "Thirds", "Centre cross"):
+        gui.do(name)
+        assert np.any(inside(gui) != before), name
+        gui.do(name)
+    np.testing.assert_array_equal(inside(gui), before)
+
+
+def test_peaking_colours_edges_in_focus_and_only_those(gui):
+    gui.session.lens.commands.focus(BALL_M)
+    gui.rest()
+    gui.key(K.p, shift=True)
+    assert gui.session.facts.view.is_peaking
+    gui.settled()
+    colored = overlay_alpha(gui) > 0
+    assert 0 < colored.mean() < 0.5
+    gui.session.pictures.commands.change(peaking=Peaking(stops=3.0))
+    gui.frame(2)
+    assert 0 < (overlay_alpha(gui) > 0).sum() <= colored.sum()  # silhouettes stay
+    gui.session.lens.commands.focus(1e6)
+    gui.rest()
+    gui.frame(3)
+    assert not np.any((overlay_alpha(gui) > 0) & colored)
+
+
+def test_peaking_changes_no_picture(gui):
+    gui.settled()
+    shown = gui.session.pictures.live.shown
+    for on in PeakingOn:
+        gui.session.pictures.commands.change(is_peaking=True, peaking=Peaking(on))
+        gui.frame(3)
+        assert overlay_alpha(gui).any()
+        assert (
+            gui.session.pictures.live.shown is shown
+        )  # what is saved and exported is rendered without
+
+
+def test_zones_and_peaking_are_seen_together_and_left_one_by_one(gui):
+    gui.session.lens.commands.focus(BALL_M)
+    gui.rest()
+    gui.key(K.p, shift=True)
+    gui.settled()
+    edges = overlay_alpha(gui)
+    gui.key(K.z)
+    gui.frame(2)
+    view, both = gui.session.facts.view, overlay_alpha(gui)
+    assert view.is_peaking and view.overlay == "zones"
+    assert (both > 0).all() and (both[edges > 200] >= edges[edges > 200]).all()
+    gui.key(K.p, shift=True)
+    gui.frame(2)
+    assert gui.session.facts.view.overlay == "zones" and (overlay_alpha(gui) == both.min()).all()
+    gui.key(K.z)
+    gui.frame(2)
+    assert gui.screen.picture.pictures.overlay is None
+
+
+def overlay_alpha(gui) -> np.ndarray:
+    texture = gui.screen.picture.pictures.overlay
+    pixels = np.frombuffer(texture.read(), np.uint8)
+    return pixels.reshape(texture.height, texture.width, 4)[..., 3]
+
+
+def test_the_zoom_is_told(gui):
+    gui.do("1:1")
+    gui.frame()
+    assert zoom_words(gui.session.pictures.view.zoom) == "100 %"
+    assert (zoom_words(16.0), zoom_words(0.045)) == ("1600 %", "4.5 %")
+
+
+def test_the_panel_sets_matte_lines_and_peaking(gui):
+    imgui.set_window_focus("Guides")
+    gui.frame(3)
+    gui.click(gui.middle("thirds"))
+    gui.click(gui.middle("colour what is in focus"))
+    view = gui.session.facts.view
+    assert view.guides.thirds and view.is_peaking
+    gui.click(gui.middle("matte"))
+    gui.frame(2)
+    gui.click(gui.middle("matte: own"))
+    gui.frame(2)
+    gui.click(gui.middle("own aspect"))
+    gui.key(K.a, ctrl=True)
+    gui.type("2,2:1")
+    gui.key(K.enter)
+    gui.frame(2)
+    assert gui.session.facts.view.guides.aspect == 2.2
+
+
+def test_a_desqueeze_widens_the_picture_and_the_pointer_follows(gui):
+    gui.settled()
+    (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
+    imgui.set_window_focus("Guides")
+    gui.frame(3)
+    gui.click(gui.middle("desqueeze"))
+    gui.frame(2)
+    gui.click(gui.middle("desqueeze: 2"))
+    gui.settled()
+    (u0, v0), (u1, v1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
+    assert (u1 - u0) / (v1 - v0) == pytest.approx(2 * (x1 - x0) / (y1 - y0))
+    place = gui.session.pictures.view.viewport
+    assert u1 - u0 <= place.size[0] + 1  # the whole picture still fits
+    at = gui.at_picture(20.5, 40.5)
+    gui.move(at)
+    gui.frame()
+    assert gui.screen.picture.hovered == (20, 40)
+    gui.wheel(at, 3)
+    assert gui.at_picture(20.5, 40.5) == pytest.approx(at, abs=1.0)
+
+
+def test_the_squeeze_of_the_lens_is_offered_as_desqueeze(gui):
+    session = gui.session
+    session.editing.edit_lens(replace(session.facts.lens, squeeze=1.75))
+    gui.rest()
+    imgui.set_window_focus("Guides")
+    gui.frame(3)
+    gui.click(gui.middle("desqueeze"))
+    gui.frame(2)
+    gui.click(gui.middle("desqueeze: as the lens: 1.75"))
+    assert session.facts.view.guides.desqueeze == 1.75
+
+
+def test_framing_lines_are_drawn_and_put_away(gui):
+    view, line = gui.session.pictures.view, FrameLine("239", (0.25, 0.25, 0.75, 0.75))
+    canvas = Canvas(10.0 * WIDTH, 10.0 * HEIGHT, (line,))
+    view.state = replace(view.state, guides=replace(view.state.guides, canvases=(canvas,)))
+    gui.ui.panels["Guides"] = True
+    gui.frame(3)
+    corners = (
+        *gui.at_picture(WIDTH / 4, HEIGHT / 4),
+        *gui.at_picture(WIDTH * 3 / 4, HEIGHT * 3 / 4),
+    )
+    assert gui.drawn["frame 239"] == pytest.approx(corners, abs=0.01)
+    gui.click(gui.middle("no framing"))
+    assert gui.session.facts.view.guides.canvases == ()

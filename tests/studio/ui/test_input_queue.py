@@ -1,0 +1,314 @@
+"""Input that comes faster than frames: what repeats itself is thinned, nothing else is lost."""
+
+import glfw
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from imgui_bundle import imgui
+
+from heatlens.core.model.view.view import Compare
+from heatlens.studio.ui.actions import pressed
+from heatlens.studio.ui.devices import imgui_key
+from heatlens.studio.ui.input_queue import (
+    Button,
+    Focus,
+    InputQueue,
+    Motion,
+    Press,
+    Release,
+    Wheel,
+)
+
+K = imgui.Key
+CTRL, SHIFT = int(K.mod_ctrl), int(K.mod_shift)
+_BITS = {K.left_shift: SHIFT, K.left_ctrl: CTRL}
+_MOST_FRAMES = 500
+
+
+class Hand:
+    """Types as GLFW tells it: each event with the modifiers that were held."""
+
+    def __init__(self, gui) -> None:
+        self.gui, self.mods = gui, 0
+        self.queue = InputQueue(gui.screen.opens)
+
+    def down(self, key: K, text: str = "") -> None:
+        self.mods |= _BITS.get(key, 0)
+        self.queue.add(Press(key, self.mods))
+        if text:
+            self.queue.add_text(text)
+
+    def up(self, key: K) -> None:
+        self.mods &= ~_BITS.get(key, 0)
+        self.queue.add(Release(key, self.mods))
+
+    def tap(self, key: K, text: str = "", mod: K | None = None) -> None:
+        if mod is not None:
+            self.down(mod)
+        self.down(key, text)
+        self.up(key)
+        if mod is not None:
+            self.up(mod)
+
+    def frame(self) -> bool:
+        """Run a frame as the window does; return whether it was drawn."""
+        self.queue.hand_out()
+        self.gui.screen.typed = self.queue.typed
+        is_seen = not self.queue.waits
+        if is_seen:
+            self.gui.frame()
+        else:
+            imgui.backends.opengl3_new_frame()
+            imgui.new_frame()
+            self.gui.screen.draw(is_seen=False)
+            imgui.end_frame()
+        return is_seen
+
+    def worked_off(self) -> int:
+        """Run frames until nothing waits; return how many it took, of which one was drawn."""
+        for count in range(1, _MOST_FRAMES):
+            if self.frame():
+                return count
+        raise AssertionError("input waits for ever")
+
+
+@pytest.fixture
+def hand(gui) -> Hand:
+    gui.frame(3)
+    made = Hand(gui)
+    made.worked_off()
+    made.worked_off()
+    return made
+
+
+@pytest.mark.parametrize("count", [1, 2, 10])
+def test_question_marks_between_two_frames(hand, count):
+    """Shift is let go of before the key, as people and xdotool do."""
+    gui, seen, last = hand.gui, 0, hand.gui.ui.shows_keys
+    for _ in range(count):
+        hand.down(K.left_shift)
+        hand.down(K.slash, "?")
+        hand.up(K.left_shift)
+        hand.up(K.slash)
+    while not hand.frame() or seen == 0:
+        seen, last = seen + (gui.ui.shows_keys != last), gui.ui.shows_keys
+    seen += gui.ui.shows_keys != last
+    assert seen == count
+    gui.ui.shows_keys = False
+    gui.frame(2)
+
+
+def test_a_modifier_that_comes_behind_a_key_is_not_held_with_it(hand):
+    """S, then Ctrl, before the next frame: no Ctrl+S."""
+    gui = hand.gui
+    name = next(a.name for a in gui.screen.actions if a.shortcut == "Ctrl+S")
+    for act in (hand.down, hand.up):
+        act(K.s)
+        act(K.left_ctrl)
+    done = []
+    is_seen = False
+    while not is_seen:
+        is_seen = hand.frame()
+        done += [a.name for a in pressed(gui.screen.actions)]
+    assert name not in done and not gui.ui.dialogs.is_open
+
+
+def test_a_key_has_the_modifiers_of_its_own_event(hand):
+    """GLFW may leave out the press of Ctrl, or tell that it went up before the key did."""
+    view = hand.gui.session.facts.view
+    for _ in range(3):
+        hand.queue.add(Press(K.up_arrow, CTRL))
+        hand.queue.add(Release(K.up_arrow, 0))
+    hand.worked_off()
+    assert hand.gui.session.facts.view.exposure_stops == view.exposure_stops + 3 / 4
+    hand.gui.session.pictures.view.state = view
+
+
+def test_every_key_of_a_shortcut_is_known(gui):
+    shortcuts = {action.key for action in gui.screen.actions if action.key is not None}
+    known = {imgui_key(key) for key in range(glfw.KEY_SPACE, glfw.KEY_LAST + 1)}
+    assert shortcuts <= known
+    assert {K.enter, K.keypad_enter, K.escape, K.left_alt, K.right_ctrl, K.page_up} <= known
+
+
+@pytest.mark.parametrize(
+    ("place", "printed", "key"),
+    [
+        (glfw.KEY_Y, "z", K.z),  # German
+        (glfw.KEY_Q, "a", K.a),  # French
+        (glfw.KEY_MINUS, "ß", K.minus),  # nothing that ImGui knows
+        (glfw.KEY_SPACE, " ", K.space),
+        (glfw.KEY_A, None, K.a),
+        (glfw.KEY_KP_5, None, K.keypad5),
+        (glfw.KEY_LEFT, None, K.left_arrow),
+    ],
+)
+def test_a_key_means_what_the_users_layout_has_on_it(place, printed, key):
+    assert imgui_key(place, printed) == key
+
+
+def test_a_click_that_comes_with_its_movement_reaches_a_tab(hand):
+    def at_tab(name: str) -> tuple[float, float]:
+        window = imgui.internal.find_window_by_name(name)
+        box = window.dc.dock_tab_item_rect
+        return (box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2
+
+    for name in ("Plate", "Export", "Display"):
+        hand.tap(K.left_shift)
+        hand.queue.add(Motion(at_tab(name)))
+        hand.queue.add(Button(0, True))
+        hand.queue.add(Button(0, False))
+        hand.worked_off()
+        hand.gui.frame(2)
+        assert not imgui.internal.find_window_by_name(name).hidden, name
+
+
+def test_typed_text_shares_a_frame(hand):
+    gui, text = hand.gui, "sssss of"
+    hand.tap(K.p, "", K.left_ctrl)  # no command
+    hand.queue.add(Press(K.p, CTRL | SHIFT))
+    hand.queue.add(Release(K.p, 0))
+    for letter in text:
+        hand.tap(imgui.Key(int(K.a) + ord(letter) - ord("a")) if letter != " " else K.space, letter)
+    assert hand.worked_off() <= 12
+    gui.frame(2)
+    assert gui.ui.palette._text == text
+    gui.key(K.escape)
+    gui.frame(2)
+
+
+def test_keys_typed_before_a_box_is_drawn_wait_for_it(hand):
+    """A mark, the box of the pull, its frames, Enter, and the next key to the window again."""
+    gui = hand.gui
+    session = gui.session
+    session.time.marks.set_here()
+    frame, wiped = session.editing.frame, session.facts.view.compare
+    hand.tap(K.m, "M", K.left_shift)
+    for digit in "18":
+        hand.tap(imgui.Key(int(K._0) + int(digit)), digit)
+    hand.tap(K.enter)
+    hand.tap(K.w, "w")
+    hand.worked_off()
+    assert session.time.marks.pulls.frames == 18
+    assert session.facts.view.compare is Compare.WIPE is not wiped
+    assert session.editing.frame == frame and not imgui.get_io().want_text_input
+    gui.begin_again()
+
+
+def test_different_keys_share_a_frame_in_their_order(hand):
+    gui = hand.gui
+    for key in (K.v, K.c, K.w, K.p):  # the overlay that was asked for last stays
+        hand.tap(key)
+    assert hand.worked_off() <= 2
+    assert gui.session.facts.view.overlay == "focus plane"
+    assert gui.session.facts.view.compare is Compare.WIPE
+    for key in (K.p, K.c, K.w):
+        hand.tap(key)
+    assert hand.worked_off() <= 2
+    assert gui.session.facts.view.overlay == "coc"
+    gui.begin_again()
+
+
+_SWITCHES = {K.d: "depth_of_field", K.g: "pixel_grid"}
+_ACTS = st.lists(
+    st.sampled_from([*_SWITCHES, K.left_bracket, K.right_bracket, "move", "wheel"]), max_size=400
+)
+
+
+@given(acts=_ACTS)
+def test_nothing_that_differs_is_lost_and_one_frame_in_many_is_drawn(window_hand, acts):
+    hand, session = window_hand, window_hand.gui.session
+    view, undone = session.facts.view, session.editing.history
+    notches = 0
+    for number, act in enumerate(acts):
+        if act == "move":
+            hand.queue.add(Motion((600.0 + number % 7, 300.0)))
+        elif act == "wheel":
+            hand.queue.add(Wheel(0.0, 1.0))
+        else:
+            hand.tap(act)
+            notches += (act == K.left_bracket) - (act == K.right_bracket)
+    assert hand.worked_off() <= len(acts) + 3
+    for key, field in _SWITCHES.items():
+        is_other = acts.count(key) % 2 == 1
+        assert getattr(session.facts.view, field) == (getattr(view, field) != is_other)
+    session.pictures.view.state, session.editing.history = view, undone
+
+
+@pytest.fixture(scope="module")
+def window_hand(room_window) -> Hand:
+    room_window.begin_again()
+    made = Hand(room_window)
+    made.worked_off()
+    made.worked_off()
+    return made
+
+
+def test_hundreds_of_movements_and_repeats_are_one_frame(hand):
+    for number in range(900):
+        hand.queue.add(Motion((300.0 + number / 3, 400.0)))
+    hand.queue.add(Wheel(0.0, 1.0))
+    for _ in range(300):
+        hand.queue.add(Wheel(0.0, 0.0))
+    assert hand.worked_off() == 2
+    assert imgui.get_io().mouse_pos.x == 599.0
+    hand.gui.begin_again()
+
+
+@pytest.mark.parametrize("before", [0, 600])
+def test_closing_goes_first_but_behind_a_save(hand, monkeypatch, before):
+    gui, saved = hand.gui, []
+    monkeypatch.setattr(gui.session.files.documents, "save", lambda: saved.append(1) or True)
+    for number in range(before):
+        hand.tap((K.v, K.enter, K.left_arrow)[number % 3])
+    hand.tap(K.s, "", K.left_ctrl)
+    for number in range(600):
+        hand.tap((K.v, K.enter, K.left_arrow)[number % 3])
+    hand.tap(K.q, "", K.left_ctrl)
+    count = 0
+    while not gui.ui.is_over:
+        hand.frame()
+        count += 1
+        assert count <= 12 + 3 * before
+    assert saved
+    gui.ui.is_over = False
+    gui.begin_again()
+
+
+def test_escape_ends_what_waits_and_leaves_nothing_held(hand):
+    gui = hand.gui
+    before = gui.session.facts.view.overlay
+    hand.queue.add(Button(0, True))
+    hand.frame()
+    hand.down(K.left_shift)
+    for _ in range(301):
+        hand.tap(K.v)
+        hand.queue.add(Motion((500.0, 400.0)))
+        hand.queue.add(Button(0, False))
+    hand.up(K.left_shift)
+    hand.tap(K.escape)
+    assert hand.worked_off() <= 12  # releases and the last movement are kept
+    assert gui.session.facts.view.overlay is before
+    assert not imgui.is_mouse_down(0) and not imgui.get_io().key_shift
+    assert tuple(imgui.get_io().mouse_pos) == (500.0, 400.0)
+    gui.begin_again()
+
+
+def test_the_close_button_waits_for_a_save_alone(hand):
+    hand.tap(K.s, "", K.left_ctrl)
+    for _ in range(40):
+        hand.tap(K.v)
+    hand.queue.hurry()
+    assert hand.queue.saves
+    hand.worked_off()
+    assert not hand.queue.saves
+    hand.gui.key(K.escape)
+    hand.gui.begin_again()
+
+
+def test_the_keyboard_goes_elsewhere_in_its_turn(hand):
+    hand.down(K.left_shift)
+    hand.queue.add(Focus(False))
+    hand.queue.add(Focus(True))
+    hand.worked_off()
+    assert not imgui.get_io().key_shift

@@ -1,0 +1,101 @@
+"""An overlay is one record and one function: one that a test makes up is offered, drawn and told.
+
+The function is added to a copy of the shaders. Nothing else of heatlens knows of it.
+"""
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.view import overlays
+from heatlens.core.model.view.overlays import OVERLAYS, LegendFacts, Overlay, entries
+from heatlens.core.model.view.view import ViewState
+from heatlens.studio.session.door.door import Door
+from heatlens.studio.share.asked import check
+from heatlens.studio.share.page_state import PageState
+from heatlens.studio.ui.keys_window import sections
+from heatlens.studio.ui.palette import matches
+from support.gui import gui_of
+from support.session_files import QUICK, room_file
+from support.shader_copies import edit, reloading_copy
+
+VIOLET, LIME = (0.4, 0.2, 0.8), (0.6, 1.0, 0.2)
+MADE_UP = Overlay(
+    name="halves",
+    words="Halves of the picture",
+    label="halves",
+    key="Shift+J",
+    function="halves_color",
+    colors={"OVERLAY_UPPER": VIOLET, "OVERLAY_LOWER": LIME},
+    legend=lambda facts: ("upper half", f"lower half, {facts.sharp_px:.0f} px"),
+)
+FUNCTION = """vec4 halves_color(ivec2 at, float coc) {
+    bool is_first = at.y < textureSize(depth_tx, 0).y / 2;
+    return vec4(is_first ? OVERLAY_UPPER : OVERLAY_LOWER, 1.0);
+}
+
+void main() {"""
+FACTS = LegendFacts(-4.0, 4.0, 2.0, (), 1.0, 2.0, "m")
+
+
+@pytest.fixture
+def gui(ctx, tmp_path, monkeypatch):
+    """Return a window of a heatlens that has the made-up overlay."""
+    monkeypatch.setattr(overlays, "OVERLAYS", (*OVERLAYS, MADE_UP))
+    shaders = reloading_copy(tmp_path / "shaders", monkeypatch)
+    edit(shaders / "overlay.comp.glsl", "void main() {", FUNCTION)
+    with gui_of(ctx, room_file(tmp_path / "room.exr"), defocus=QUICK, size=(1280, 2400)) as found:
+        yield found
+
+
+def test_a_key_draws_it_with_its_colours_and_a_legend(gui):
+    assert "legend" not in gui.drawn
+    gui.key(imgui.Key.j, shift=True)
+    gui.settled()
+    assert gui.session.facts.view.overlay == "halves" and "legend" in gui.drawn
+    texture = gui.screen.picture.pictures.overlay
+    pixels = np.frombuffer(texture.read(), np.uint8).reshape(*texture.size[::-1], 4)
+    half = len(pixels) // 2
+    for rows, color in ((pixels[:half], VIOLET), (pixels[half:], LIME)):
+        assert (rows == [round(255 * part) for part in (*color, 1.0)]).all()
+    gui.key(imgui.Key.j, shift=True)
+    gui.settled()
+    assert gui.session.facts.view.overlay == "none"
+
+
+def test_panel_menu_palette_and_list_of_keys_offer_it(gui):
+    imgui.set_window_focus("Display")
+    gui.frame(2)
+    gui.click(gui.middle("overlay halves"))
+    assert gui.session.facts.view.overlay == "halves"
+    it = next(it for it in gui.screen.actions if it.name == MADE_UP.words)
+    assert (it.menu, it.shortcut, it.is_on()) == ("View", "Shift+J", True)
+    found = [it for it in gui.screen.settings() if matches(it, "overlay halves")]
+    assert matches(it, "halves") and [it.name for it in found] == ["Set overlay halves"]
+    rows = [row for section in sections(gui.screen.actions, False) for row in section.rows]
+    assert ("Shift+J", MADE_UP.words) in rows
+
+
+def test_the_legend_has_its_words_beside_its_colours(monkeypatch):
+    monkeypatch.setattr(overlays, "OVERLAYS", (*OVERLAYS, MADE_UP))
+    told = [(entry.color, entry.words) for entry in entries("halves", FACTS)]
+    assert told == [(VIOLET, "upper half"), (LIME, "lower half, 2 px")]
+
+
+def test_pages_and_programs_have_it(gui):
+    session, door = gui.session, Door(gui.session)
+    check({"do": MADE_UP.words})
+    door.follow({"do": MADE_UP.words})
+    page = PageState(session, door).now()
+    assert page["view"]["overlay"] == "halves" and page["commands"][MADE_UP.words] == [True, ""]
+    assert page["overlays"][-1] == [MADE_UP.words, "Shift+J"]
+    door.follow({"change": "view", "overlay": "none"})
+    assert door.state().view.overlay == "none"
+    door.follow({"change": "view", "overlay": "halves"})
+    assert door.state().view.overlay == "halves"
+
+
+def test_an_overlay_that_nobody_made_is_refused_by_name():
+    with pytest.raises(InputError, match=r"no overlay 'halves'; there are none, zones, .*layers"):
+        ViewState(overlay="halves")

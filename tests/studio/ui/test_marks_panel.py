@@ -1,0 +1,251 @@
+"""Focus marks by hand: set, gone to, named, pulled to and followed; each is one step of undo."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
+from heatlens.core.model.shot.pull import pull
+from support.gui import Gui
+from support.sequences import FIRST, LAST, nearer
+from support.session_files import BALL, BALL_M, POST, POST_M
+from support.timeline_window import film_window, fresh, typed
+
+K = imgui.Key
+
+
+@pytest.fixture(scope="module")
+def film(session_context, tmp_path_factory) -> Iterator[Gui]:
+    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
+        yield gui
+
+
+@pytest.fixture
+def gui(ctx, film) -> Gui:
+    gui = fresh(film)
+    imgui.set_window_focus("Marks")
+    gui.frame(2)
+    return gui
+
+
+def marks(gui) -> tuple:
+    return gui.session.facts.shot.marks
+
+
+def steps(gui) -> int:
+    gui.rest()
+    return len(gui.session.editing.history.past)
+
+
+def marked(gui, pixel: tuple[int, int]) -> None:
+    """Set a mark with Ctrl+Shift+click on a pixel."""
+    gui.frame(30)
+    for mod in (K.mod_ctrl, K.mod_shift):
+        gui.hold(mod)
+    gui.click(gui.at_picture(pixel[0] + 0.5, pixel[1] + 0.5))
+    for mod in (K.mod_ctrl, K.mod_shift):
+        gui.hold(mod, False)
+
+
+def test_m_marks_the_distance_in_focus(gui):
+    gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=3.5))
+    gui.rest()
+    gui.key(K.m)
+    gui.key(K.m)
+    assert marks(gui) == (DistanceMark("A", 3.5), DistanceMark("B", 3.5))
+    assert steps(gui) == 3
+
+
+def test_a_mark_is_told_and_stands_on_the_focus_bar(gui):
+    gui.key(K.m)
+    assert gui.session.messages.text.startswith("Mark A is set")
+    gui.session.lens.commands.focus(10.0)
+    gui.key(K.m)
+    imgui.set_window_focus("Lens")
+    gui.frame(3)
+    (x0, y0, x1, y1), first, second = (
+        gui.rect(name) for name in ("focus bar", "A on the bar", "B on the bar")
+    )
+    assert x0 <= first[0] and first[2] < second[0] and second[2] <= x1
+    assert y0 <= first[1] and first[3] < y1
+
+
+def test_names_of_near_marks_do_not_overlap_on_the_focus_bar(gui):
+    for _ in range(3):
+        gui.key(K.m)  # all at one distance
+    gui.drawn.clear()
+    imgui.set_window_focus("Lens")
+    gui.frame(3)
+    (_, _, _, low), (_, high, _, _) = gui.rect("A on the bar"), gui.rect("B on the bar")
+    assert low <= high and "C on the bar" not in gui.drawn  # two rows
+
+
+def test_ctrl_shift_click_marks_what_is_there_and_focuses_on_nothing(gui):
+    before = gui.session.facts.lens
+    marked(gui, BALL)
+    assert marks(gui) == (PointMark("A", float(BALL[0]), float(BALL[1])),)
+    assert gui.session.facts.lens == before and steps(gui) == 1
+    x, y, _, _ = gui.rect("point A")
+    assert (x, y) == pytest.approx(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))
+
+
+def test_a_point_is_as_far_as_what_is_there_at_the_frame(gui):
+    marked(gui, BALL)
+    for number in (FIRST, 1005, LAST):
+        gui.session.time.timeline.go(number)
+        gui.until(lambda n=number: gui.session.pictures.live.shown.frame == n, "the picture")
+        gui.click(gui.middle("go A"))
+        assert gui.session.facts.lens.focus_distance_m == pytest.approx(
+            BALL_M * nearer(number), rel=1e-5
+        )
+        gui.frame(30)
+
+
+def test_a_mark_is_renamed_and_no_two_have_one_name(gui):
+    gui.key(K.m)
+    gui.key(K.m)
+    gui.frame(2)
+    typed(gui, "mark A", "actor")
+    assert [mark.name for mark in marks(gui)] == ["actor", "B"]
+    typed(gui, "mark B", "actor")
+    assert [mark.name for mark in marks(gui)] == ["actor", "B"]
+    assert "Two marks are called actor" in gui.session.messages.text
+
+
+def test_a_mark_is_deleted_and_comes_back(gui):
+    gui.key(K.m)
+    gui.frame(2)
+    gui.click(gui.middle("delete A"))
+    assert marks(gui) == ()
+    gui.key(K.z, ctrl=True)
+    assert [mark.name for mark in marks(gui)] == ["A"]
+
+
+def pulled(gui, frames: str) -> None:
+    """Pull the focus: Shift+M, type the number of frames, Enter."""
+    gui.key(K.m, shift=True)
+    gui.frame(3)
+    gui.key(K.a, ctrl=True)
+    gui.type(frames)
+    gui.key(K.enter)
+    gui.frame(3)
+
+
+def test_a_pull_to_a_mark_is_one_gesture_and_one_step(gui):
+    gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=4.0))
+    gui.rest()
+    marked(gui, POST)
+    gui.session.time.timeline.go(1002)
+    before = gui.session.facts.shot
+    pulled(gui, "5")
+    to_m = POST_M * nearer(1007)  # where it is when the focus arrives
+    keys = gui.session.facts.shot.curves.focus_distance_m.keys
+    assert [key.frame for key in keys] == [1002, 1007]
+    assert keys[1].value == pytest.approx(to_m, rel=1e-5)
+    assert gui.session.facts.shot == pull(before, 4.0, keys[1].value, 1002, 5)
+    assert steps(gui) == 3
+    assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+    gui.key(K.z, ctrl=True)
+    assert gui.session.facts.shot == before
+
+
+def test_a_pull_goes_from_mark_to_mark_by_mouse(gui):
+    marked(gui, BALL)
+    marked(gui, POST)
+    gui.click(gui.middle("open pull"))
+    gui.frame(3)
+    gui.click(gui.middle("from"))
+    gui.click(gui.middle("from: A"))
+    gui.frame(2)
+    gui.click(gui.middle("to mark"))
+    gui.click(gui.middle("to mark: B"))
+    gui.frame(2)
+    gui.click(gui.middle("pull"))
+    keys = gui.session.facts.shot.curves.focus_distance_m.keys
+    assert [key.frame for key in keys] == [FIRST, LAST]  # there are fewer than 18
+    assert keys[0].value == pytest.approx(BALL_M)
+    assert keys[1].value == pytest.approx(POST_M * nearer(LAST))
+    assert gui.session.messages.text.startswith("Mark B")  # and nothing about the pull
+
+
+def test_from_mark_to_mark_by_keys_alone(gui):
+    """Shift+Enter goes on to the end of a pull, where the next one begins."""
+    marked(gui, BALL)
+    marked(gui, POST)
+    gui.session.time.marks.go(gui.session.facts.shot.marks[0])
+    gui.session.time.marks.pulls.lengthen(2)
+    for shift in (True, False):
+        gui.key(K.m, shift=True)
+        gui.frame(3)
+        gui.key(K.enter, shift=shift)
+        gui.frame(3)
+        assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+    keys = gui.session.facts.shot.curves.focus_distance_m.keys
+    assert [key.frame for key in keys] == [FIRST, FIRST + 2, FIRST + 4]
+    assert gui.session.facts.frame == FIRST + 2
+    assert keys[2].value == pytest.approx(BALL_M * nearer(FIRST + 4))
+
+
+def test_without_a_mark_there_is_nothing_to_pull_to(gui):
+    gui.key(K.m, shift=True)
+    gui.frame(3)
+    assert "Set a mark" in gui.session.messages.text
+    assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+
+def test_the_focus_follows_a_point_through_all_frames(gui):
+    marked(gui, BALL)
+    gui.click(gui.middle("follow A"))
+    gui.until(lambda: gui.session.facts.shot.key_frames, "the keys")
+    keys = gui.session.facts.shot.curves.focus_distance_m.keys
+    assert (keys[0].frame, keys[-1].frame) == (FIRST, LAST)
+    for key in keys:
+        assert key.value == pytest.approx(BALL_M * nearer(int(key.frame)), rel=5e-3)
+    assert steps(gui) == 2
+
+
+def test_the_focus_follows_live_until_it_becomes_keys_or_is_let_go(gui):
+    marked(gui, BALL)
+
+    def live():
+        return gui.session.facts.shot.curves.live
+
+    gui.click(gui.middle("live A"))
+    gui.until(lambda: live().measured, "the distances")
+    for frame in (FIRST, LAST):
+        focus_m = gui.session.facts.shot.lens_at(frame).focus_distance_m
+        assert focus_m == pytest.approx(BALL_M * nearer(frame), rel=5e-2)
+    assert steps(gui) == 2 and not gui.session.facts.shot.key_frames
+    gui.frame(2)
+    _, y0, x1, y1 = gui.rect("follow ease")
+    gui.click((x1 - 2, (y0 + y1) / 2))
+    assert live().follow.ease_frames >= 20
+    gui.rest()
+    gui.session.editing.undo()
+    gui.frame(2)
+    gui.click(gui.middle("make keys"))
+    assert live() is None and gui.session.facts.shot.key_frames
+    gui.session.editing.undo()
+    gui.frame(2)
+    gui.click(gui.middle("let go"))
+    assert live() is None and not gui.session.facts.shot.key_frames
+    assert steps(gui) == 3
+
+
+def test_close_focus_is_typed_and_taken_away(gui):
+    typed(gui, "close focus", "90cm")
+    assert gui.session.facts.lens.close_focus_m == 0.9
+    typed(gui, "close focus", "soon")
+    assert gui.session.facts.lens.close_focus_m == 0.9 and "soon" in gui.session.messages.text
+
+
+def test_a_mark_on_a_thing_is_on_its_middle_or_its_nearest_part(gui):
+    editing = gui.session.editing
+    editing.do(replace(editing.shot, marks=(MatteMark("A", "cryptomatte:hero"),)))
+    gui.frame(2)
+    gui.click(gui.middle("part A"))
+    assert marks(gui) == (MatteMark("A", "cryptomatte:hero", MattePart.NEAREST),)
+    gui.click(gui.middle("part A"))
+    assert marks(gui)[0].part is MattePart.MIDDLE

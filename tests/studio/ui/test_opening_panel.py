@@ -1,0 +1,96 @@
+"""The opening as the Lens panel draws it, and as the hand changes it there."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from imgui_bundle import imgui
+
+from heatlens.core.model.lens.aperture import Aperture
+from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
+from heatlens.render.gpu.device import Device
+from heatlens.studio.session.files.file_commands import PURPOSES
+from heatlens.studio.ui.panels.opening_panel import disc_outline, image_cells
+from support.apertures import apertures
+from support.gui import Gui, gui_of
+from support.opening_images import heart_path, letter
+from support.session_files import QUICK, room_file
+
+PLACES = st.sampled_from([(800.0, 450.0), (1600.0, 0.0)])
+
+
+@given(apertures(), PLACES)
+def test_the_outline_is_that_of_the_disc(aperture: Aperture, place: tuple[float, float]) -> None:
+    """Just inside it a lamp is lit, just outside it is dark."""
+    disc = DiscShape(aperture, 1.0, PictureField.of((1600, 900)))
+    x, y = disc_outline(aperture, place).T
+    lit = disc.coverage(0.98 * x, 0.98 * y, 1.0, 1e-3, place)
+    dark = disc.coverage(1.02 * x, 1.02 * y, 1.0, 1e-3, place)
+    reached = np.hypot(x, y) > 0.3
+    assert np.all(lit[reached] > 0.0)
+    assert not dark[reached].any()
+
+
+@pytest.fixture
+def gui(ctx: Device, tmp_path: Path) -> Iterator[Gui]:
+    plate = room_file(tmp_path / "room.exr", 96, 64)
+    lens = {"blades": 5, "cat_eye": 0.5}
+    with gui_of(ctx, plate, lens=lens, defocus=QUICK, size=(1280, 1600)) as made:
+        yield made
+
+
+def test_a_control_of_the_opening_is_one_step_of_undo(gui: Gui) -> None:
+    gui.settled()
+    left, top, right, bottom = gui.rect("rim")
+    y = (top + bottom) / 2
+    gui.drag(((left + right) / 2, y), (0.1 * left + 0.9 * right, y))
+    gui.rest()
+    assert gui.session.facts.lens.rim > 0.5
+    gui.session.editing.undo()
+    assert gui.session.facts.lens.rim == 0.0 and gui.session.facts.lens.blades == 5
+
+
+def test_an_image_is_chosen_turned_and_taken_off_again(gui: Gui, tmp_path: Path) -> None:
+    """Each is one step of undo; the blades are back as they were."""
+    gui.settled()
+    gui.click(gui.middle("aperture image"))
+    assert gui.ui.dialogs.walk.purpose is PURPOSES["opening"]
+    gui.key(imgui.Key.escape)
+    files = gui.session.files.commands
+    files.openings.begin(tmp_path / "none.png")
+    gui.until(lambda: "none.png is not there" in gui.session.messages.text, "what is wrong")
+    assert gui.session.facts.lens.aperture_image is None
+    files.openings.begin(heart_path())
+    gui.until(lambda: gui.session.facts.lens.aperture_image is not None, "the heart")
+    assert "aperture_heart.png" in gui.session.messages.text
+    gui.frame(3)
+    left, top, right, bottom = gui.rect("rotation")
+    gui.drag(((left + right) / 2, (top + bottom) / 2), (right - 2, (top + bottom) / 2))
+    gui.rest()
+    assert gui.session.facts.lens.blade_rotation_deg > 0
+    gui.click(gui.middle("no aperture image"))
+    gui.rest()
+    assert gui.session.facts.lens.aperture_image is None and gui.session.facts.lens.blades == 5
+    for rotation in (None, 0.0):
+        gui.session.editing.undo()
+        assert gui.session.facts.lens.aperture_image is not None
+        assert rotation is None or gui.session.facts.lens.blade_rotation_deg == rotation
+    gui.session.editing.undo()
+    assert gui.session.facts.lens.aperture_image is None
+
+
+def test_an_image_is_drawn_as_a_lamp_shows_it() -> None:
+    aperture = Aperture(aperture_image=letter(), cat_eye=0.6)
+    for place in ((800.0, 450.0), (1600.0, 0.0)):
+        rows = image_cells(aperture, place)
+        drawn = np.zeros((len(rows), len(rows)))
+        for row, runs in enumerate(rows):
+            for first, last, grey in runs:
+                drawn[row, first:last] = grey
+        y, x = np.mgrid[0 : len(rows), 0 : len(rows)] + 0.5 - len(rows) / 2
+        disc = DiscShape(aperture, 1.0, PictureField.of((1600, 900)))
+        shown = disc.coverage(x, y, len(rows) / 2, 0.5, place)
+        np.testing.assert_allclose(drawn**2.2, shown / shown.max(), atol=0.04)

@@ -1,0 +1,184 @@
+"""A panel changes only what the hand changes: every field of what it edits outlives its drawing.
+
+The fields are walked as the dataclasses have them, so that one that is added later is covered.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.core.model.shot.framing import Framing
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.core.model.shot.settings import DefocusSettings, Method
+from heatlens.core.model.value_bins import bins_of, depth_histogram
+from heatlens.core.model.view.view import Against, ViewState
+from heatlens.media.plate.read import read_plate
+from heatlens.studio.session.exports.export_settings import ExportSettings
+from heatlens.studio.session.pictures.picture_view import ColorChoice
+from heatlens.studio.ui.panels.display_panel import display_panel
+from heatlens.studio.ui.panels.export_panel import export_panel
+from heatlens.studio.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
+from heatlens.studio.ui.panels.opening_panel import opening_panel
+from heatlens.studio.ui.panels.plate_panel import PlateFacts, plate_panel
+from support.gui import Gui, gui_of
+from support.other_values import with_all_fields_other, with_other_fields
+from support.scene_window import as_opened
+from support.session_files import LENS, QUICK, room_file, write_scene
+
+FRAMES = 3
+TALL = (1280, 1600)  # every control of a panel is in sight
+Draw = Callable[[Any], Any]
+
+
+@pytest.fixture
+def screen() -> Iterator[None]:
+    """Return an ImGui of its own that draws into nothing."""
+    before, context = imgui.get_current_context(), imgui.create_context()
+    imgui.set_current_context(context)
+    io = imgui.get_io()
+    io.set_ini_filename("")
+    io.display_size = TALL
+    io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
+    yield
+    imgui.destroy_context(context)
+    if before is not None:
+        imgui.set_current_context(before)
+
+
+def drawn(draw: Draw, value: Any) -> Any:
+    """Return the value after a panel has been drawn some frames, each handed on to the next."""
+    for _ in range(FRAMES):
+        imgui.new_frame()
+        imgui.set_next_window_size(TALL)
+        imgui.begin("panel")
+        value = draw(value)
+        imgui.end()
+        imgui.render()
+    return value
+
+
+def unheard(sentence: str) -> None:
+    """Fail if a panel reports a problem, since all values are allowed."""
+    raise AssertionError(sentence)
+
+
+def kept_fields(draw: Draw, value: Any, names: dict[str, Any] | None = None) -> None:
+    """Assert that each field of `value`, made another, is the same after it was drawn."""
+    seen = set()
+    for name, other in with_other_fields(value, names):
+        assert getattr(other, name) != getattr(value, name)
+        assert drawn(draw, other) == other, name
+        seen.add(name)
+    assert seen == {field.name for field in fields(value)}
+
+
+@pytest.fixture
+def facts(tmp_path: Path) -> PlateFacts:
+    plate = read_plate(room_file(tmp_path / "room.exr"))
+    return PlateFacts(
+        plate, depth_histogram(bins_of(np.float32(1.0) / plate.depth_m)), None, "m", "", LENS
+    )
+
+
+@pytest.mark.parametrize("has_many_views", [False, True])
+@pytest.mark.parametrize("settings", [DefocusSettings(), QUICK])
+def test_the_blur(screen, has_many_views, settings):
+    kept_fields(lambda value: blur_panel(value, has_many_views), settings)
+
+
+def test_the_lens(screen, facts):
+    lens_facts = LensFacts(facts.histogram, "m", {})
+    kept_fields(lambda value: lens_panel(value, lens_facts, unheard), LENS)
+    kept_fields(lambda value: opening_panel(value, unheard, lambda: None), LENS)
+    without_distances = LensFacts(None, "ft", {})
+    kept_fields(lambda value: lens_panel(value, without_distances, unheard), LENS)
+
+
+def test_how_the_plate_is_read(screen, facts):
+    kept_fields(
+        lambda value: plate_panel(value, facts, unheard, lambda: None, unheard), PlateOptions()
+    )
+
+
+def test_the_view(screen):
+    color = ColorChoice(None, unheard)
+    display = next(d for d in color.displays() if len(color.views(d)) > 1)
+    view = color.with_names(replace(ViewState(), display=display))
+    names = {
+        "display": next(d for d in color.displays() if d != display),
+        "view": color.views(display)[1],
+        "input_space": color.input_spaces()[0],
+        "against": Against.REFERENCE,
+    }
+    kept_fields(
+        lambda value: display_panel(value, color, "reference.exr", True, print), view, names
+    )
+
+
+@pytest.mark.parametrize("kind", ["EXR, scene-linear", "PNG, as it looks"])
+def test_the_export(screen, kind):
+    wish = ExportSettings("/folder", "name", kind)
+    names = {"kind": "H.264 movie", "camera_kind": "Nuke", "quality": "draft"}
+    kept_fields(lambda value: export_panel(value, None, None)[0], wish, names)
+
+
+def test_a_field_that_is_added_later_is_kept(screen):
+    @dataclass(frozen=True, slots=True)
+    class Later(DefocusSettings):
+        later: int = 0
+
+    kept_fields(lambda value: blur_panel(value, False), Later())
+
+
+# All panels of the window, with what they are handed there
+
+
+def draw_each_panel(gui: Gui) -> None:
+    """Bring every panel to the front in turn, some frames each."""
+    gui.ui.panels = dict.fromkeys(gui.ui.panels, True)
+    gui.frame(2)
+    for name in gui.ui.panels:
+        imgui.set_window_focus(name)
+        gui.frame(FRAMES)
+
+
+def test_no_panel_of_the_window_changes_a_field_of_the_shot(gui: Gui):
+    shot = gui.session.facts.shot
+    lens = with_all_fields_other(shot.lens)
+    blur = with_all_fields_other(shot.defocus, {"method": Method.HEAT, "proxy": 0.75})
+    gui.session.editing.edit(replace(shot, lens=lens, defocus=blur))
+    asked = gui.session.facts.shot
+    draw_each_panel(gui)
+    assert gui.session.facts.shot == asked
+    assert asked.lens == lens and asked.defocus == blur
+
+
+def test_no_panel_of_the_window_changes_the_view(gui: Gui):
+    view = gui.session.facts.view
+    of_others = ("display", "view", "input_space", "against")  # names of the config, and what is B
+    gui.session.pictures.view.state = with_all_fields_other(
+        view, {"center_px": (40.0, 30.0)}, but=of_others
+    )
+    asked = gui.session.facts.view
+    draw_each_panel(gui)
+    assert gui.session.facts.view == asked
+
+
+@pytest.fixture
+def scene_gui(ctx, tmp_path: Path) -> Iterator[Gui]:
+    with gui_of(ctx, write_scene(tmp_path / "scene.gltf"), defocus=QUICK) as gui:
+        yield as_opened(gui)
+
+
+def test_no_panel_of_the_window_changes_the_framing_of_a_scene(scene_gui: Gui):
+    framing = scene_gui.session.facts.shot.framing
+    assert isinstance(framing, Framing)
+    for name, other in with_other_fields(framing, {"camera": "side"}):
+        scene_gui.session.editing.begin(replace(scene_gui.session.facts.shot, framing=other))
+        draw_each_panel(scene_gui)
+        assert scene_gui.session.facts.shot.framing == other, name

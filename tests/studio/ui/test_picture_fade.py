@@ -1,0 +1,133 @@
+"""The whole picture fades in over its preview; a line under it tells how much of it is there."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Quality
+from heatlens.render.gpu.device import Device
+from heatlens.render.preview.shown import Shown
+from heatlens.studio.ui.picture.fade import FADE_S, PictureFade
+from support.gui import Gui, gui_of
+from support.session_files import room_file
+
+
+@pytest.fixture
+def gui(session_context: Device, tmp_path) -> Iterator[Gui]:
+    whole = DefocusSettings(Bokeh.DISC, Quality.DRAFT)
+    with gui_of(session_context, room_file(tmp_path / "room.exr"), defocus=whole) as gui:
+        gui.settled()
+        yield gui
+
+
+class Screen:
+    """The picture's window with a fade of its own, whose clock stands still."""
+
+    def __init__(self, gui: Gui, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.gui, self.now = gui, 10.0
+        self.fade = PictureFade(gui.ctx, lambda: self.now)
+        gui.screen.picture.fade = self.fade
+        gui.session.pictures.view.state = replace(gui.session.facts.view, pixel_grid=False)
+        self.whole = gui.session.pictures.live.shown
+        assert self.whole is not None and self.whole.is_whole
+        black = gui.ctx.texture(self.whole.texture.size, 4, dtype="f2")
+        black.write(np.zeros((*self.whole.texture.size[::-1], 4), np.float16))
+        quicker = replace(self.whole.settings, proxy=0.5)
+        self.preview = replace(self.whole, texture=black, settings=quicker)
+        monkeypatch.setattr(gui.screen.picture._seen, "_detail", lambda *_: None)
+
+    def show(self, shown: Shown) -> None:
+        """Show a picture for a frame."""
+        live = self.gui.session.pictures.live
+        self.gui.session.editing.begin(shown.shot)
+        live.shown, live._work = shown, None
+        live._request = replace(shown.picture_key, settings=shown.shot.defocus)
+        self.gui.frame()
+
+    def bright(self, shown: Shown) -> float:
+        """Show a picture; return the mean of what the window shows of it."""
+        self.show(shown)
+        (x, y), (width, height) = (
+            self.gui.session.pictures.view.viewport.corner,
+            self.gui.session.pictures.view.viewport.size,
+        )
+        x, y, end_x, end_y = (int(v) for v in (x, y, x + width, y + height))
+        return float(self.gui.screenshot()[y : end_y - 4, x:end_x].mean())
+
+
+@pytest.fixture
+def screen(gui, monkeypatch) -> Screen:
+    return Screen(gui, monkeypatch)
+
+
+def test_the_whole_picture_comes_in_over_its_preview_within_the_time(screen):
+    end = screen.bright(screen.whole)
+    seen = [screen.bright(screen.preview)]
+    for part in (0.0, 0.25, 0.5, 0.75, 1.01):
+        screen.now = 10.0 + part * FADE_S
+        seen.append(screen.bright(screen.whole))
+        assert (screen.fade.seconds_until_needed() is None) == (part > 1.0)
+    assert seen[1] == pytest.approx(seen[0], abs=0.5) and seen[-1] == end
+    rises = np.diff(seen[1:])
+    assert np.all(rises > 0.15 * (end - seen[0]))
+
+
+def test_a_picture_of_another_lens_is_there_at_once(screen):
+    other = replace(screen.whole.shot, lens=replace(screen.whole.shot.lens, f_stop=7.0))
+    end = screen.bright(replace(screen.whole, shot=other))
+    screen.bright(screen.preview)
+    assert screen.bright(replace(screen.whole, shot=other)) == end
+    assert screen.fade.seconds_until_needed() is None
+
+
+def test_while_a_button_is_held_a_preview_is_kept_when_it_is_shown_again(screen, monkeypatch):
+    """A copy of the screen takes a processor long, and the next preview follows at once."""
+    monkeypatch.setattr(imgui, "is_mouse_down", lambda button: button == 0)
+    for times, fades in ((1, False), (2, True)):
+        screen.show(screen.whole)
+        for _ in range(times):
+            screen.show(screen.preview)
+        screen.show(screen.whole)
+        assert (screen.fade.seconds_until_needed() is not None) is fades
+
+
+def test_a_zoom_ends_a_fade(screen):
+    screen.bright(screen.preview)
+    screen.bright(screen.whole)
+    assert screen.fade.seconds_until_needed() is not None
+    screen.gui.session.pictures.view.state = replace(screen.gui.session.facts.view, zoom=3.0)
+    screen.bright(screen.whole)
+    assert screen.fade.seconds_until_needed() is None
+
+
+def test_a_line_under_the_picture_fills_while_the_whole_picture_comes(gui):
+    live = gui.session.pictures.live
+    gui.drawn.clear()
+    gui.frame()
+    assert live.part_done is None and "part of the picture" not in gui.drawn
+    live._best_level = lambda settings, _: replace(settings, proxy=0.25)  # a slow machine
+    gui.session.lens.commands.focus(1.7)
+    gui.frame()
+    live._changed_at -= 1.0  # the hand rests
+    parts = []
+    while live.is_working:
+        live.work(0.0)
+        if live._work is not None and live._work.settings == live._work.key.settings:
+            next(live._work.steps, None)
+            live._work.seconds += 0.1 * live._predicted(live._work.settings)
+            gui.drawn.clear()
+            gui.frame()
+            x0, y0, x1, _ = gui.rect("part of the picture")
+            (x, y), (width, height) = (
+                gui.session.pictures.view.viewport.corner,
+                gui.session.pictures.view.viewport.size,
+            )
+            assert (x0, y0) == (x, y + height)
+            parts.append((x1 - x0) / width)
+        if len(parts) == 5:
+            break
+    assert parts == sorted(parts) and parts[0] == pytest.approx(0.1, abs=0.05)
+    assert parts[-1] == pytest.approx(0.5, abs=0.1)

@@ -1,0 +1,155 @@
+"""The real window on a virtual screen, moved by mouse and keys as a user would."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from heatlens.core.model.boxes import Box
+from heatlens.fronts.commands.main import main
+from heatlens.media.plate.exr.exr_write import write_exr
+from heatlens.media.sequence.sequence import find_sequence
+from heatlens.studio.ui.theme import SURROUND
+from support.command_line import ENVIRONMENT, started
+from support.plates import room
+from support.x_server import WAIT_S, Screen, Window
+
+
+@pytest.fixture(scope="module")
+def screen() -> Iterator[Screen]:
+    server = Screen()
+    yield server
+    server.close()
+
+
+@pytest.fixture
+def plate(tmp_path: Path) -> Path:
+    color, depth = room()
+    height, width = depth.shape
+    box = Box(0, 0, width, height)
+    path = tmp_path / "room.exr"
+    channels = {name: color[..., i] for i, name in enumerate("RGB")} | {"Z": depth}
+    write_exr(path, channels, box, box)
+    return path
+
+
+def shown(screen: Screen) -> np.ndarray:
+    return np.asarray(screen.picture().convert("RGB")).astype(int)
+
+
+def test_an_evening_of_work(screen: Screen, plate: Path, tmp_path: Path, request) -> None:
+    window = Window(screen, tmp_path, plate, "--f-stop", 1.4, "--quality", "draft")
+    assert window.title() == "room.exr - heatlens"
+    window.keys("question")
+    time.sleep(0.5)
+    window.keys("question")
+    window.changes("mousemove", 400, 400, "click", 1)  # focus on what is there
+    window.drag((300, 840), (700, 840))  # the focus bar
+    window.move(1400, 92)
+    screen.hand("click", 1)
+    window.keys("ctrl+a")
+    screen.hand("type", "--delay", "60", "6'3\"")
+    window.keys("Return")
+    for key in ("z", "z", "p", "c", "v", "l", "w", "x", "e", "f", "1"):
+        window.keys(key)
+    screen.hand("windowsize", window.id, 1100, 700)
+    time.sleep(1.0)
+    resized = shown(screen)[:700, :1100]
+    kept = os.environ.get("HEATLENS_TEST_PICTURES")
+    if kept:
+        Path(kept).mkdir(parents=True, exist_ok=True)
+        screen.picture().save(Path(kept) / f"{request.node.name}.png")
+    assert resized.std() > 10  # a picture, not an empty window
+    window.keys("ctrl+z", "ctrl+z")
+    window.quit()
+    assert window.closed() == (0, "")
+
+
+def test_an_idle_window_uses_no_processor(screen: Screen, plate: Path, tmp_path: Path) -> None:
+    """Not a wall time: the share of a core, asked to be under 2 %, over three idle seconds."""
+    window = Window(screen, tmp_path, plate, "--quality", "draft", "--proxy", 0.5)
+    window.rest()
+    before = window.cpu_seconds()
+    time.sleep(3.0)
+    used = window.cpu_seconds() - before
+    screen.hand("windowclose", window.id)
+    window.process.kill()
+    window.process.communicate()
+    assert used <= 0.06
+
+
+def test_a_file_named_later_opens_there_and_closing_ends_the_process(
+    screen: Screen, plate: Path, tmp_path: Path
+) -> None:
+    window = Window(screen, tmp_path, plate)
+    other = shutil.copy(plate, tmp_path / "other.exr")
+    later = started(other, env=window.environment)
+    later.communicate(timeout=WAIT_S)
+    assert later.returncode == 0
+    window.until(lambda: window.title() == "other.exr - heatlens", "the file named later")
+    window.quit()
+    code, said = window.closed()
+    assert (code, said) == (0, "")
+
+
+_STUCK = """
+import sys
+from heatlens.studio.session.settings.preferences import Preferences
+from heatlens.studio.session.shot.start import Start
+from heatlens.studio.ui import window
+window.FrameRenderer = lambda ctx: sys.stdin.read()  # what compiles shaders and takes long
+window.Loop(window._open_window(Preferences().now), Start(""), Preferences())
+"""
+
+
+def test_the_window_has_its_background_before_anything_is_compiled(screen: Screen) -> None:
+    environment = ENVIRONMENT | {"DISPLAY": screen.display}
+    environment.pop("WAYLAND_DISPLAY", None)
+    process = subprocess.Popen(
+        [sys.executable, "-c", _STUCK], env=environment, stdin=subprocess.PIPE
+    )
+    screen.started.append(process)
+    surround = [round(255 * value) for value in SURROUND]
+    end = time.monotonic() + WAIT_S
+    while (shown(screen) == surround).all(axis=2).mean() < 0.5:
+        assert process.poll() is None and time.monotonic() < end
+        time.sleep(0.1)
+    process.kill()
+    process.communicate()
+
+
+def test_without_a_display_one_sentence_says_what_works(plate: Path) -> None:
+    environment = {k: v for k, v in ENVIRONMENT.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    process = started(plate, env=environment)
+    out, said = process.communicate(timeout=60)
+    assert (process.returncode, out, said.count("\n")) == (2, "", 1)
+    assert "heatlens render" in said and "DISPLAY" in said
+
+
+def test_a_missing_plate_is_said_before_a_window_is_opened(capsys, tmp_path: Path) -> None:
+    assert main([str(tmp_path / "nothing.exr")]) == 2
+    assert "nothing.exr" in capsys.readouterr().err
+
+
+def test_a_mistyped_command_is_not_taken_for_a_plate(capsys) -> None:
+    assert main(["rendr", "plate.exr"]) == 2
+    assert "Did you mean render?" in capsys.readouterr().err
+
+
+def test_the_window_without_its_libraries_says_what_to_install(capsys, monkeypatch, plate) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "heatlens.studio.ui.window", None)
+    assert main([str(plate)]) == 2
+    said = capsys.readouterr().err
+    assert "pip install 'heatlens[gui]'" in said and "heatlens render" in said
+
+
+def test_the_plate_that_comes_with_the_program_is_there() -> None:
+    from heatlens.core.base.paths import data_dir
+
+    assert find_sequence(data_dir("assets") / "still_life.exr").is_single

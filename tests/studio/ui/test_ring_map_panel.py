@@ -1,0 +1,46 @@
+"""A controller that sends OSC: its fader is learnt with the mouse, and then turns the focus."""
+
+import socket
+
+import pytest
+from pythonosc.osc_message_builder import OscMessageBuilder
+
+from heatlens.media.live.ring.address import Protocol
+from support.ring_window import following, until
+
+
+@pytest.fixture(scope="module")
+def gui(session_context, tmp_path_factory):
+    with following(session_context, Protocol.OSC, tmp_path_factory.mktemp("osc")) as made:
+        yield made
+
+
+@pytest.fixture
+def receiver(gui):
+    return gui.session.lens.ring.receiver
+
+
+def turn(gui, receiver, value: float) -> None:
+    """Send the place of the fader, and draw until the window has heard it."""
+    version = receiver.heard().version
+    builder = OscMessageBuilder("/1/fader1")
+    builder.add_arg(value)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as fader:
+        fader.sendto(builder.build().dgram, (receiver.address.host, receiver.address.port))
+    until(gui, lambda: receiver.heard().version != version)
+    gui.frame(2)
+
+
+def test_a_fader_is_learnt_and_turns_the_focus(gui, receiver):
+    assert "learn focus" not in gui.drawn
+    turn(gui, receiver, 0.25)
+    gui.click(gui.middle("learn focus"))
+    for value in (0.25, 0.5, 0.75):
+        turn(gui, receiver, value)
+    gui.click(gui.middle("learn focus"))
+    assert "/1/fader1 turns the focus" in gui.session.messages.text
+    turn(gui, receiver, 0.5)
+    assert gui.session.facts.lens.focus_distance_m == pytest.approx(1.0)  # half of two dioptres
+    turn(gui, receiver, 0.25)
+    assert gui.session.facts.lens.focus_distance_m == 0.5
+    assert gui.session.preferences.now.ring_maps[0].channel == "/1/fader1"

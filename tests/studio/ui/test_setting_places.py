@@ -1,0 +1,97 @@
+"""Every setting of every panel is found in the palette by the words that stand beside it."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.core.model.shot.settings import Method
+from heatlens.core.model.view.guides import Guides
+from heatlens.core.model.view.view import Compare
+from heatlens.render.gpu.device import Device
+from heatlens.studio.ui import widgets
+from heatlens.studio.ui.palette import matches
+from heatlens.studio.ui.setting_places import SETTINGS
+from support.gui import Gui, gui_of
+from support.session_files import QUICK, room_file, write_scene
+
+K = imgui.Key
+
+
+@pytest.fixture(params=["plate", "scene"])
+def gui(ctx: Device, tmp_path, request) -> Iterator[Gui]:
+    is_scene = request.param == "scene"
+    made = write_scene(tmp_path / "a.glb") if is_scene else room_file(tmp_path / "a.exr")
+    with gui_of(ctx, made, defocus=QUICK, size=(1280, 2400)) as gui:  # all is in sight
+        yield gui
+
+
+@pytest.fixture
+def drawn(monkeypatch) -> dict[str, set[str]]:
+    """Return the words that are drawn beside controls, by the window that they stand in."""
+    found: dict[str, set[str]] = {}
+
+    def listened(function):
+        def heard(words, *more, **named):
+            window = imgui.internal.get_current_window().name
+            found.setdefault(window, set()).add(words)
+            return function(words, *more, **named)
+
+        return heard
+
+    monkeypatch.setattr(widgets, "label", listened(widgets.label))
+    monkeypatch.setattr(imgui, "checkbox", listened(imgui.checkbox))
+    return found
+
+
+def test_what_the_panels_show_is_in_the_list(gui, drawn):
+    session = gui.session
+    lens = replace(session.facts.lens, blades=6, cat_eye=0.5)  # which opens its part of the panel
+    session.editing.edit_lens(lens)
+    guides = Guides(aspect=2.2, desqueeze=1.7)
+    session.pictures.commands.change(compare=Compare.DIFFERENCE, guides=guides)
+    if session.facts.has_camera:
+        defocus = replace(QUICK, method=Method.ACCUMULATION, views=4)
+        session.editing.do(replace(session.facts.shot, defocus=defocus))
+    for panel in gui.ui.panels:
+        imgui.set_window_focus(panel)
+        gui.frame(2)
+    panels = {panel: words for panel, words in drawn.items() if panel in gui.ui.panels}
+    assert panels.keys() >= {"Lens", "Display", "Plate", "Guides", "Export", "Speed"}
+    missing = {panel: words - set(SETTINGS[panel]) for panel, words in panels.items()}
+    assert not any(missing.values()), missing
+
+
+TRIED = (
+    *("theme light", "theme dark", "matte 2.39", "desqueeze 1.33", "peaking magenta", "thirds"),
+    *("overlay zones", "guides contrast", "guides opacity", "cat's eye", "timecode", "clip scene"),
+    *("larger interface", "second window names", "film back", "quality film", "close focus"),
+)
+
+
+def test_words_that_people_try_find_something(gui):
+    found = [*gui.screen.actions, *gui.screen.settings()]
+    for words in TRIED:
+        assert [action.name for action in found if matches(action, words)], words
+
+
+def test_a_setting_that_is_found_is_shown_and_lit_until_the_next_click(gui):
+    gui.ui.panels["Guides"] = False
+    gui.frame(2)
+    gui.key(K.p, ctrl=True, shift=True)
+    gui.type("guides contrast")
+    gui.key(K.enter)
+    gui.frame(3)
+    assert gui.ui.panels["Guides"] and "contrast" in gui.drawn
+    x0, y0, _, y1 = (round(value) for value in gui.rect("contrast"))
+    beside = slice(y0, y1), slice(x0 - 90, x0 - 4)
+    lit = gui.screenshot()[beside].astype(int)
+    gui.click(gui.middle("picture"))
+    gui.frame(2)
+    grey = gui.screenshot()[beside].astype(int)
+
+    def colour(pixels) -> int:
+        return (pixels.max(axis=2) - pixels.min(axis=2)).max()
+
+    assert colour(lit) > 60 > 10 > colour(grey)

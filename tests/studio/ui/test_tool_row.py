@@ -1,0 +1,108 @@
+"""Rows of the timeline never break: what has no room is in a popup, and the keys are seen."""
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from imgui_bundle import imgui
+
+from heatlens.core.model.shot.shot import LensParameter
+from heatlens.studio.ui.timeline.tool_row import Tool, ranks_kept
+from support.gui import Gui
+from support.timeline_window import film_window, fresh, typed
+
+SPACING, MORE = 8.0, 30.0
+ROWS = [f"row {parameter}" for parameter in LensParameter if not parameter.is_rare]
+
+
+def nothing() -> None:
+    """Draw nothing: only widths are looked at."""
+
+
+TOOLS = st.lists(
+    st.builds(
+        Tool,
+        st.just(nothing),
+        st.floats(1.0, 200.0),
+        st.integers(0, 6),
+        st.sampled_from((None, 2.0)),
+        st.booleans(),
+    ),
+    min_size=1,
+    max_size=12,
+)
+
+
+def width(tools: list[Tool], rank: int) -> float:
+    """Return how wide a row of the tools up to `rank` is, with the button for the others."""
+    kept = [tool for tool in tools if tool.rank <= rank]
+    has_more = any(tool.rank > rank and not tool.is_word for tool in tools)
+    gaps = sum(SPACING if tool.gap is None else tool.gap for tool in kept[1:])
+    return sum(tool.width for tool in kept) + gaps + MORE * has_more
+
+
+@given(TOOLS, st.floats(0.0, 2000.0))
+def test_what_stays_has_room_and_no_more_would(tools: list[Tool], room: float) -> None:
+    kept, ranks = ranks_kept(tools, room, SPACING, MORE), sorted({tool.rank for tool in tools})
+    assert width(tools, kept) <= room or kept == ranks[0]
+    assert all(width(tools, rank) > room for rank in ranks if rank > kept)
+
+
+@pytest.fixture(scope="module")
+def film(session_context, tmp_path_factory) -> Iterator[Gui]:
+    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
+        yield gui
+
+
+@pytest.fixture
+def gui(ctx, film) -> Iterator[Gui]:
+    yield fresh(film)
+    film.session.preferences.change(ui_scales={})
+    film.frame(4)
+
+
+def at_scale(gui: Gui, scale: float) -> None:
+    gui.session.preferences.change(ui_scales={"": scale})
+    gui.frame(6)
+    gui.drawn.clear()
+    gui.frame(2)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.25, 1.5, 2.0])
+def test_every_row_is_seen_and_two_rows_of_controls_lie_over_them(gui: Gui, scale: float) -> None:
+    gui.session.preferences.change(keep_frames=False)
+    at_scale(gui, scale)
+    window = imgui.internal.find_window_by_name("Timeline")
+    for name in ("transport forwards", "frame", "set key", "auto key", *ROWS):
+        x0, y0, x1, y1 = gui.rect(name)
+        assert window.work_rect.min.x <= x0 and x1 <= window.work_rect.max.x, name
+        assert window.inner_rect.min.y <= y0 and y1 <= window.inner_rect.max.y, name
+    controls, keys = gui.rect("transport forwards")[1], gui.rect("set key")[1]
+    assert gui.rect("timeline ruler")[1] == pytest.approx(keys + (keys - controls), abs=1)
+    assert keys - controls < 2 * (gui.rect("set key")[3] - keys)
+    picture = imgui.internal.find_window_by_name("Picture").size
+    assert picture.x > 0.5 * gui.size[0] and picture.y > 0.35 * gui.size[1]
+
+
+def test_what_has_no_room_is_behind_a_button(gui: Gui) -> None:
+    at_scale(gui, 2.0)
+    assert not {"frames per second", "interpolation", "ease in"} & gui.drawn.keys()
+    gui.click(gui.middle("more transport"))
+    typed(gui, "frames per second", "25")
+    assert gui.session.facts.shot.frames_per_second == 25.0
+    gui.key(imgui.Key.escape)
+    gui.frame(2)
+    gui.click(gui.middle("more keys"))
+    gui.frame(2)
+    assert {"interpolation", "ease in", "ease out"} <= gui.drawn.keys()
+    gui.key(imgui.Key.escape)
+
+
+def test_a_low_timeline_scrolls_to_its_last_row(gui: Gui) -> None:
+    at_scale(gui, 3.0)
+    window = imgui.internal.find_window_by_name("Timeline")
+    assert gui.rect(ROWS[-1])[3] > window.inner_rect.max.y
+    imgui.internal.set_scroll_y(window, 1e4)
+    gui.frame(3)
+    assert gui.rect(ROWS[-1])[3] <= window.inner_rect.max.y

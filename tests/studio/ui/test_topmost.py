@@ -1,0 +1,118 @@
+"""Escape closes what lies on top, and no key reaches what lies under it."""
+
+from pathlib import Path
+
+from imgui_bundle import imgui
+
+from heatlens.studio.ui import topmost
+
+K = imgui.Key
+
+
+def is_open() -> bool:
+    return imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+
+def test_question_mark_and_escape_close_the_keys(gui):
+    for close, shift in ((K.slash, True), (K.escape, False)):
+        gui.key(K.slash, shift=True)
+        gui.frame(3)
+        assert gui.ui.shows_keys and is_open()
+        gui.key(close, shift=shift)
+        gui.frame(2)
+        assert not gui.ui.shows_keys and not is_open()
+
+
+def test_keys_behind_the_keys_window_do_nothing(gui):
+    gui.key(K.slash, shift=True)
+    gui.frame(3)
+    shot, view = gui.session.facts.shot, gui.session.facts.view
+    for key in (K.w, K.p, K.e, K.o, K.q, K.right_bracket, K.space):
+        gui.key(key)
+    assert (gui.session.facts.shot, gui.session.facts.view) == (shot, view)
+    gui.key(K.escape)
+    gui.frame(2)
+    gui.key(K.p)
+    assert gui.session.facts.view != view
+
+
+def test_escape_closes_a_menu_then_the_next_click_opens_another(gui):
+    gui.click(gui.middle("menu File"))
+    assert is_open()
+    gui.key(K.escape)
+    gui.frame(2)
+    assert not is_open()
+    gui.click(gui.middle("menu View"))
+    assert is_open() and "item Fit" in gui.drawn
+    gui.key(K.escape)
+    gui.frame(2)
+
+
+def test_the_menus_can_be_gone_through_by_keyboard(gui):
+    frame, before = gui.session.facts.frame, gui.session.facts.shot
+    gui.session.lens.commands.step_f_stop(3)
+    gui.rest()
+    assert gui.session.facts.shot != before
+    for key in (K.f10, K.right_arrow, K.down_arrow, K.up_arrow, K.enter):  # Edit, Undo
+        gui.key(key)
+        gui.frame(3)
+    assert not is_open() and gui.session.facts.frame == frame
+    assert gui.session.facts.shot == before
+
+
+def test_a_list_in_a_dialog_closes_before_the_dialog(gui):
+    gui.session.time.marks.set_here()
+    gui.ui.open_pull()
+    gui.frame(3)
+    gui.click(gui.middle("from"))
+    stack = imgui.get_current_context().open_popup_stack
+    assert len(stack) == 2
+    gui.key(K.escape)
+    gui.frame(2)
+    assert len(imgui.get_current_context().open_popup_stack) == 1
+    gui.key(K.escape)
+    gui.frame(2)
+    assert not is_open()
+
+
+def test_a_pull_can_be_cancelled(gui):
+    gui.session.time.marks.set_here()
+    before = gui.session.facts.shot
+    gui.ui.open_pull()
+    gui.frame(3)
+    gui.click(gui.middle("cancel pull"))
+    gui.frame(2)
+    assert not is_open() and gui.session.facts.shot == before
+
+
+def dialog() -> tuple[float, float, float, float]:
+    """Return the rectangle of the dialog on top."""
+    stack = imgui.get_current_context().open_popup_stack
+    window = stack[len(stack) - 1].window
+    return window.pos.x, window.pos.y, window.pos.x + window.size.x, window.pos.y + window.size.y
+
+
+def dragged_out(gui, name):
+    """Drag a dialog by its title beyond each corner; it stays whole in view."""
+    for corner in ((-900, 3000), (3000, 3000), (-900, 1), (3000, 1)):
+        x0, y0, _, _ = dialog()
+        gui.drag((x0 + 60, y0 + 8), corner)
+        gui.frame(2)
+        x0, y0, x1, y1 = dialog()
+        bar = imgui.get_main_viewport().work_pos.y
+        assert x0 >= 0 and y0 >= bar and x1 <= gui.size[0] and y1 <= gui.size[1], (name, corner)
+
+
+def test_no_dialog_can_be_dragged_out_of_view(gui):
+    gui.do("Open...")
+    gui.frame(3)
+    dragged_out(gui, "the browser")
+    gui.key(K.escape)
+    gui.frame(2)
+
+
+def test_every_dialog_stays_in_view():
+    """A dialog is begun in one place, which moves it into view."""
+    folder = Path(topmost.__file__).parent
+    begun = [path.name for path in folder.rglob("*.py") if "begin_popup_modal" in path.read_text()]
+    assert begun == ["topmost.py"]

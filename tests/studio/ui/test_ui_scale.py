@@ -1,0 +1,87 @@
+"""The interface is drawn larger or smaller, panels keep their size in letters, and it is kept."""
+
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.studio.ui.layout import restore_layout
+from heatlens.studio.ui.status_bar import StatusBar
+
+K = imgui.Key
+
+
+def column_em(gui) -> float:
+    """Return width of the column of panels in letters."""
+    return imgui.internal.find_window_by_name("Lens").size.x / gui.ui.scale.em
+
+
+def test_panels_grow_with_the_letters_and_come_back(gui):
+    gui.frame(3)
+    em, wide = gui.ui.scale.em, column_em(gui)
+    for _ in range(2):
+        gui.key(K.equal, ctrl=True)
+    gui.frame(4)
+    assert gui.ui.scale.em == 1.25 * em
+    assert column_em(gui) == pytest.approx(wide, rel=0.05)
+    assert gui.session.preferences.now.ui_scales == {"": 1.25}
+    for _ in range(2):
+        gui.key(K.minus, ctrl=True)
+    gui.frame(4)
+    assert gui.ui.scale.em == em and column_em(gui) == pytest.approx(wide, rel=0.02)
+    assert gui.session.preferences.now.ui_scales == {}
+
+
+def style_values(style: imgui.Style) -> dict[str, object]:
+    """Return all numbers of a style by name."""
+    values = {name: getattr(style, name) for name in dir(style) if not name.startswith("__")}
+    pairs = {name: (value.x, value.y) for name, value in values.items() if hasattr(value, "x")}
+    return pairs | {name: it for name, it in values.items() if isinstance(it, int | float)}
+
+
+def test_a_scale_that_was_reached_in_steps_is_the_same_as_at_once(gui):
+    styles = []
+    for steps in ((2.0,), (1.25, 3.0, 0.75, 2.0)):
+        for scale in steps:
+            gui.session.preferences.change(ui_scales={"": scale})
+            gui.frame()
+        styles.append(style_values(imgui.get_style()))
+    assert styles[0] == styles[1] and styles[0]["_main_scale"] == 2.0
+    gui.session.preferences.change(ui_scales={})
+    gui.frame(4)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.5, 2.0])
+def test_no_words_are_cut_or_overlap_in_large_letters(gui, scale, monkeypatch):
+    monkeypatch.setattr(StatusBar, "words", lambda *_: "a hint that is as long as any " * 6)
+    gui.session.pictures.looks.keep()
+    gui.session.time.marks.set_point((50, 32))
+    gui.session.messages.clear()
+    gui.session.preferences.change(ui_scales={"": scale})
+    gui.frame(4)
+    gui.drawn.clear()
+    gui.frame(2)
+    assert gui.rect("readout")[2] < gui.rect("sides")[0]  # side by side at the lower edge
+    for panel, words in (
+        ("Lens", "hyperfocal"),
+        ("Looks", "lens of look A"),
+        ("Marks", "delete A"),
+        ("Speed", "speed picture"),
+    ):
+        imgui.set_window_focus(panel)
+        gui.frame(3)
+        window = imgui.internal.find_window_by_name(panel)
+        assert gui.rect(words)[2] <= window.work_rect.max.x + 1, words
+    imgui.set_window_focus("Lens")
+    gui.session.preferences.change(ui_scales={})
+    gui.frame(4)
+
+
+def test_a_layout_of_another_screen_keeps_its_size_in_letters(gui):
+    gui.frame(3)
+    layout, em, wide = imgui.save_ini_settings_to_memory(), gui.ui.scale.em, column_em(gui)
+    gui.ui.scale.of_screen = 1.5
+    gui.ui.scale.apply()
+    restore_layout(gui.ui, layout, em)
+    gui.frame(4)
+    assert column_em(gui) == pytest.approx(wide, rel=0.05)
+    gui.ui.scale.of_screen = 1.0
+    gui.frame(3)

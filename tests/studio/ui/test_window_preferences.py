@@ -1,0 +1,98 @@
+"""What is remembered, as the window shows it from one start of the program to the next."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.plate.read import read_plate
+from heatlens.studio.session.settings.preferences import Preferences, Remembered
+from heatlens.studio.session.time.playback import Ending
+from heatlens.studio.ui.layout import lists_all
+from support.exr_files import rgb, write_file
+from support.gui import gui_of
+from support.sequences import sequence_files
+from support.session_files import QUICK
+
+
+@pytest.fixture
+def plate(tmp_path):
+    depth = np.linspace(1, 9, 24 * 36, dtype=np.float32).reshape(24, 36)
+    return write_file(tmp_path / "plate.exr", rgb(24, 36) | {"Z": depth})
+
+
+def test_a_folder_remembered_with_an_end_of_distances_opens(ctx, plate):
+    options = PlateOptions(depth_convention="distance", near_m=1.0)
+    with pytest.raises(InputError, match="--near"):
+        read_plate(plate, options)
+    preferences = Preferences(Remembered(plates={str(plate.parent): options}))
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
+        assert gui.session.source.opened.options == replace(options, near_m=None)
+        assert "near and far distances remembered" in gui.session.messages.text
+
+
+def test_looks_and_panels_come_back(ctx, plate):
+    preferences = Preferences()
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
+        display = gui.session.facts.view.display
+        view = gui.session.pictures.color.views(display)[-1]
+        gui.click(gui.middle("view"))
+        gui.click(gui.middle(f"view: {view}"))
+        gui.do("Metres or feet")
+        gui.do("Speed")
+        gui.session.remember(hidden_panels=gui.ui.hidden_panels)
+    assert preferences.now.view == view
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
+        assert (gui.session.facts.view.display, gui.session.facts.view.view) == (display, view)
+        assert gui.session.facts.view.unit == "ft"
+        assert [name for name, shown in gui.ui.panels.items() if not shown] == ["Speed"]
+
+
+def test_how_it_plays_comes_back(ctx, tmp_path):
+    film = sequence_files(tmp_path)
+    preferences = Preferences.load(tmp_path / "config")
+    with gui_of(ctx, film, preferences, defocus=QUICK) as gui:
+        for choice in ("ending: bounce", "pace: real time"):
+            gui.frame(30)
+            gui.click(gui.middle(choice.split(":")[0]))
+            gui.click(gui.middle(choice))
+        gui.session.remember(hidden_panels=gui.ui.hidden_panels)
+    again = Preferences.load(tmp_path / "config")
+    assert (again.now.ending, again.now.every_frame) == (Ending.BOUNCE, False)
+    with gui_of(ctx, film, again, defocus=QUICK) as gui:
+        assert gui.session.time.timeline.playback.ending is Ending.BOUNCE
+        assert not gui.session.time.timeline.playback.is_every_frame
+
+
+def test_a_layout_counts_while_it_knows_every_panel():
+    assert lists_all("[Window][Picture]\n\n[Window][Lens]\nPos=1,1\n", ["Lens"])
+    assert not lists_all("[Window][Picture]\n[Window][Lens]\n", ["Lens", "Display"])
+    assert not lists_all("", ["Lens"])
+
+
+def test_recent_files_that_are_gone_are_not_shown(ctx, plate):
+    preferences = Preferences()
+    preferences.opened(str(plate.with_name("gone.exr")))
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
+        gui.click(gui.middle("menu File"))
+        gui.until(lambda: gui.session.files.recent.found, "the recent files")
+        assert gui.session.files.recent.found == (str(plate),)
+        assert preferences.now.recent == (str(plate), str(plate.with_name("gone.exr")))
+
+
+def test_a_recent_file_is_opened_by_a_click(ctx, plate, tmp_path):
+    other = write_file(tmp_path / "other.0001.exr", rgb(24, 36) | {"Z": np.ones((24, 36), "f4")})
+    pattern = tmp_path / "other.####.exr"
+    preferences = Preferences()
+    preferences.opened(str(pattern))
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
+        gui.click(gui.middle("menu File"))
+        gui.until(lambda: gui.session.files.recent.found, "the recent files")
+        gui.frame(2)
+        gui.move(gui.middle("menu Open recent"))
+        gui.frame(30)
+        gui.click(gui.middle("recent other.####.exr"))
+        gui.until(lambda: gui.session.source.plate.path == other, "the other plate")
+    assert preferences.now.recent[0] == str(pattern)

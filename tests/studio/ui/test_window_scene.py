@@ -1,0 +1,254 @@
+"""A scene in the window: the hand on its camera, its keys, its objects, and the true pictures."""
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.settings import Method
+from heatlens.core.model.view.orbit import pivot_of
+from heatlens.core.model.view.view import Against, Compare
+from heatlens.media.scene.scene_read import read_scene
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.device import Device
+from heatlens.render.gpu.textures import download
+from heatlens.studio.ui.status_bar import mouse_words
+from support.gltf_files import GltfWriter
+from support.gui import Gui, gui_of
+from support.scene_window import as_opened, middle, whole
+from support.session_files import QUICK, write_scene
+
+LEFT, RIGHT = 0, 1
+
+
+@pytest.fixture(scope="module")
+def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
+    scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
+    with gui_of(session_context, scene, defocus=QUICK) as gui:
+        yield gui
+
+
+@pytest.fixture
+def scene_gui(ctx: Device, window: Gui) -> Gui:
+    return as_opened(window)
+
+
+def aside(gui: Gui) -> tuple[float, float]:
+    x, y = middle(gui)
+    return x + 60, y + 20
+
+
+def pose(gui: Gui) -> Pose:
+    return gui.session.scenes.pose
+
+
+def test_the_tab_of_the_scene_comes_with_it_and_all_five_fit(scene_gui):
+    scene, look = (imgui.internal.find_window_by_name(name) for name in ("Scene", "Display"))
+    assert scene.dock_id == look.dock_id
+    bar = scene.dock_node.tab_bar
+    assert bar.tabs.size() == 5 and bar.width_all_tabs <= bar.bar_rect.get_width()
+
+
+def test_a_scene_shows_its_first_cameras_picture(scene_gui):
+    session = scene_gui.session
+    assert session.scenes.framing.camera == "main" and session.messages.text == ""
+    plate = session.source.plate
+    assert plate.color.shape == (54, 96, 4) and np.ptp(plate.color) > 0.1
+    assert plate.depth_m[27, 48] == pytest.approx(3.0, rel=1e-5)
+
+
+def test_the_right_button_orbits_round_what_is_in_focus_and_undo_comes_back(scene_gui):
+    before, focus = pose(scene_gui), scene_gui.session.facts.lens.focus_distance_m
+    pivot = pivot_of(before, focus)
+    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    after = pose(scene_gui)
+    assert np.linalg.norm(np.subtract(after.position_m, before.position_m)) > 0.1
+    np.testing.assert_allclose(pivot_of(after, focus), pivot, atol=1e-6)
+    assert after.position_m[0] < before.position_m[0]  # the scene follows the hand
+    scene_gui.rest()
+    scene_gui.session.editing.undo()
+    scene_gui.frame(2)
+    assert pose(scene_gui) == before and scene_gui.session.scenes.framing.track is None
+
+
+def test_a_right_click_that_does_not_move_leaves_the_scenes_camera(scene_gui):
+    shot = scene_gui.session.facts.shot
+    scene_gui.click(middle(scene_gui), RIGHT)
+    assert scene_gui.session.facts.shot == shot
+
+
+def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene_gui, monkeypatch):
+    session = scene_gui.session
+    large = replace(session.scenes.framing, width_px=960, height_px=540)
+    session.editing.do(replace(session.facts.shot, framing=large))
+    session.pictures.view.state = replace(session.facts.view, zoom=1.0)
+    whole(scene_gui)
+    shape, before = session.facts.picture_shape, session.pictures.view.geometry
+    monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._BUDGET_S", 0.0)
+    monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._REST_S", 60.0)
+    scene_gui.press(middle(scene_gui), RIGHT)
+    x, y = middle(scene_gui)
+    scene_gui.move((x + 20.0, y))
+    scene_gui.frame()
+    assert session.source.plate.display_window.width < 960  # it is drawn small ...
+    assert (session.facts.picture_shape, session.pictures.view.geometry) == (
+        shape,
+        before,
+    )  # and seen large
+    assert (
+        session.source.feed.plate_px(session.facts.shot, (959, 539))[0]
+        < session.source.plate.display_window.width
+    )
+    scene_gui.release(RIGHT)
+
+
+def test_control_and_the_right_button_go_aside(scene_gui):
+    before = pose(scene_gui)
+    scene_gui.hold(imgui.Key.mod_ctrl)
+    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    scene_gui.hold(imgui.Key.mod_ctrl, False)
+    after = pose(scene_gui)
+    np.testing.assert_allclose(after.turn, before.turn, atol=1e-9)
+    by = before.turn.T @ np.subtract(after.position_m, before.position_m)
+    assert by[0] < 0 and by[1] > 0 and by[2] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_control_and_the_wheel_go_nearer_and_zoom_nothing(scene_gui):
+    before, zoom = pose(scene_gui), scene_gui.session.pictures.view.zoom
+    scene_gui.hold(imgui.Key.mod_ctrl)
+    scene_gui.wheel(middle(scene_gui), 1)
+    scene_gui.hold(imgui.Key.mod_ctrl, False)
+    by = before.turn.T @ np.subtract(pose(scene_gui).position_m, before.position_m)
+    np.testing.assert_allclose(by[:2], 0, atol=1e-9)
+    assert by[2] < -0.05
+    whole(scene_gui)
+    assert scene_gui.session.pictures.view.zoom == zoom
+
+
+def test_the_status_bar_tells_what_the_right_button_does_in_a_scene(scene_gui):
+    text = scene_gui.screen.status.words(None)  # the pointer is beside the picture
+    assert "Right drag orbits" in text and "Ctrl+wheel" in text and "? shows the keys" in text
+    assert "Right drag" not in mouse_words(has_camera=False)
+
+
+def test_the_left_button_focuses_on_what_is_under_it(scene_gui):
+    scene_gui.click(middle(scene_gui), LEFT)
+    assert scene_gui.session.facts.lens.focus_distance_m == pytest.approx(3.0, rel=1e-5)
+
+
+def test_the_camera_goes_through_its_keys(scene_gui):
+    session, scenes = scene_gui.session, scene_gui.session.scenes
+    first, last = session.facts.shot.played.first, session.facts.shot.played.last
+    scenes.set_key()
+    start = pose(scene_gui)
+    session.time.timeline.go(last)
+    scene_gui.frame(2)
+    scenes.set_key()
+    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    end = pose(scene_gui)
+    assert scenes.key_frames == (first, last)
+    session.time.timeline.go((first + last) // 2)
+    scene_gui.frame(2)
+    between = np.array(pose(scene_gui).position_m)
+    assert np.linalg.norm(between - start.position_m) > 0.01
+    assert np.linalg.norm(between - end.position_m) > 0.01
+    session.time.timeline.go(last)
+    scene_gui.frame(2)
+    imgui.set_window_focus("Scene")
+    scene_gui.frame(2)  # the panel tells of the keys
+    scene_gui.click(scene_gui.middle("delete camera key"))
+    assert scenes.key_frames == (first,) and pose(scene_gui) == start
+
+
+def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scene_gui):
+    scenes = scene_gui.session.scenes
+    scenes.look_through("side")
+    scenes.selected = "near"
+    scenes.frame_selected()
+    seen = pose(scene_gui).world_to_camera @ (0, 0, 0, 1)
+    np.testing.assert_allclose(seen[:2], 0, atol=1e-6)
+    before, scenes.selected = pose(scene_gui), "of another scene"
+    scenes.frame_selected()
+    assert pose(scene_gui) == before and "of another scene" in scene_gui.session.messages.text
+
+
+@pytest.mark.parametrize("method", [m for m in Method if m.needs_scene])
+def test_a_and_b_are_what_the_renderer_makes_alone(scene_gui, method, renderer: FrameRenderer):
+    session = scene_gui.session
+    true = replace(QUICK, method=method, views=8)
+    renderer.load_scene(read_scene(Path(session.facts.shot.source)))
+    expected = renderer.pixels(replace(session.facts.shot, defocus=true), session.editing.frame)
+    session.editing.edit(replace(session.facts.shot, defocus=true))
+    whole(scene_gui)
+    np.testing.assert_array_equal(download(session.pictures.live.shown.texture), expected)
+    session.editing.edit(replace(session.facts.shot, defocus=replace(QUICK, views=8)))
+    against = {"compare": Compare.WIPE, "against": Against.METHOD, "b_method": method}
+    session.pictures.view.state = replace(session.facts.view, **against)
+    scene_gui.frame()
+    whole(scene_gui)
+    shown = session.pictures.sides.of_method(session.facts.view)
+    np.testing.assert_array_equal(download(shown.texture), expected)
+
+
+def test_a_damaged_scene_leaves_what_is_open(scene_gui, tmp_path):
+    bad = tmp_path / "bad.glb"
+    bad.write_bytes(b"glTF" + b"\0" * 60)
+    session = scene_gui.session
+    shot, plate = session.facts.shot, session.source.plate
+    session.files.commands.open(str(bad))
+    scene_gui.until(lambda: session.messages.text, "a sentence")
+    assert "bad.glb" in session.messages.text
+    assert session.facts.shot == shot and session.source.plate is plate
+
+
+def test_looks_of_a_scene_are_seen_at_once_in_a_quick_picture_that_says_so(scene_gui):
+    """By a method that takes long too: both looks quickly first, then each as it is rendered."""
+    gui, session = scene_gui, scene_gui.session
+    begun = session.facts.lens
+    traced = replace(session.facts.shot.defocus, method=Method.RAYTRACED, views=4)
+    session.editing.do(replace(session.facts.shot, defocus=traced))
+    for f_stop in (2.0, 4.0):
+        session.editing.edit_lens(replace(begun, f_stop=f_stop))
+        gui.rest()
+        session.pictures.looks.keep()
+    session.editing.edit_lens(replace(begun, f_stop=22.0))
+    gui.rest()
+    whole(gui)
+    session.pictures.looks.toggle_grid()
+    widths, words, end = [], {}, time.monotonic() + 60.0
+    gui.frame()
+    while any(session.pictures.sides.is_coming(name) for name in "AB") and time.monotonic() < end:
+        session.work()  # makes one picture at most
+        gui.frame()
+        tiles = gui.screen.picture.pictures.tiles[:2]
+        widths.append(tuple(0 if it.texture is None else it.texture.width for it in tiles))
+        words |= {width: it.words for it, width in zip(tiles, widths[-1], strict=True)}
+    order = [(0, 0), (24, 0), (24, 24), (96, 24), (96, 96)]
+    assert [pair for pair in order if pair in widths] == list(dict.fromkeys(widths))
+    assert {(24, 24), (96, 24), (96, 96)} <= set(widths)
+    assert "preview, rendering" in words[24]
+    gui.frame(2)
+    assert not any("rendering" in tile.words for tile in gui.screen.picture.pictures.tiles)
+    session.pictures.looks.toggle_grid()
+    whole(gui)
+
+
+def test_the_buttons_under_the_objects_are_seen_however_many_there_are(ctx, tmp_path):
+    writer = GltfWriter()
+    mesh = writer.mesh()
+    for number in range(40):
+        writer.node(name=f"object {number}", mesh=mesh, translation=[0.1 * number, 0.0, -3.0])
+    with gui_of(ctx, writer.write(tmp_path / "many.glb"), defocus=QUICK) as gui:
+        for name in ("Display", "Plate", "Export", "Speed"):
+            gui.ui.panels[name] = False
+        gui.frame(4)
+        panel = imgui.internal.find_window_by_name("Scene")
+        assert panel.scroll_max.y == 0.0
+        assert gui.rect("mark object")[3] <= panel.inner_rect.max.y
+        _, y0, _, y1 = gui.rect("object object 0")
+        assert (gui.rect("mark object")[1] - y0) / (y1 - y0) > 5  # lines that are seen

@@ -1,0 +1,185 @@
+"""A window that listens: a renderer's frame appears, is refined, and nothing it sends ends it."""
+
+import argparse
+import socket
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+from tevclient import Ipc
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.lens.lens import LensModel
+from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.fronts.commands import view
+from heatlens.fronts.commands.options.command_parser import add_command
+from heatlens.media.plate.exr.exr_read import read_parts
+from heatlens.render.frame_renderer import FrameRenderer
+from heatlens.render.gpu.textures import download
+from heatlens.render.source.kinds import NO_FILES
+from heatlens.render.source.stream_source import StreamSource
+from heatlens.studio.session.shot.start import Start
+from heatlens.studio.ui.picture import notices
+from support.gui import Gui
+from support.plates import room
+from support.session_files import LENS, QUICK
+from support.tev_peers import CHANNELS
+
+WIDTH, HEIGHT = 48, 32
+GIVEN = {
+    "focal_length_mm": LENS.focal_length_mm,
+    "f_stop": LENS.f_stop,
+    "focus_distance_m": LENS.focus_distance_m,
+    "sensor_width_mm": LENS.sensor_width_mm,
+}
+
+
+@contextmanager
+def listening(ctx, options=PlateOptions(), lens=GIVEN):  # noqa: B008
+    """Return a window that waits for a renderer, with an ImGui of its own."""
+    before, context = imgui.get_current_context(), imgui.create_context()
+    imgui.set_current_context(context)
+    stream = StreamSource("127.0.0.1", 0)
+    gui = Gui(ctx, Start(stream.text, options, lens, QUICK, stream=stream))
+    try:
+        gui.frame(3)
+        yield gui
+    finally:
+        gui.close()
+        imgui.destroy_context(context)
+        if before is not None:
+            imgui.set_current_context(before)
+
+
+def address(gui):
+    host, port = gui.session.source.stream.address.rsplit(":", 1)
+    return host, int(port)
+
+
+def frame_of_room(width=WIDTH, height=HEIGHT):
+    """Return colours and distances of the room, (H, W, 4)."""
+    color, depth = room(width, height)
+    return np.ascontiguousarray(np.dstack([color[..., :3], depth]).astype(np.float32))
+
+
+def sent(gui, values, name="beauty", channels=CHANNELS, creates=True):
+    """Send a frame with the real client, and draw until it is on the GPU."""
+    before = gui.session.source.picture.version
+    with Ipc(*address(gui)) as client:
+        if creates:
+            client.create_image(name, values.shape[1], values.shape[0], list(channels))
+        client.update_image(name, values, list(channels))
+    gui.until(lambda: gui.session.source.picture.version > before, "the frame")
+
+
+def shows(gui, values):
+    """Return whether the picture is the one that the renderer makes of these values."""
+
+    def is_it():
+        plate = gui.session.source.plate
+        return plate is not None and np.array_equal(plate.color[..., :3], values[..., :3])
+
+    gui.until(is_it, "the frame as it was sent")
+    gui.settled()
+    own = FrameRenderer(gui.ctx)
+    own.load(gui.session.source.plate)
+    found = download(gui.session.pictures.live.shown.texture)
+    np.testing.assert_array_equal(found, own.pixels(gui.session.facts.shot))
+    np.testing.assert_array_equal(gui.session.source.plate.depth_m, values[..., 3])
+
+
+def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
+    values = frame_of_room()
+    with listening(ctx) as gui:
+        stream = gui.session.source.stream
+        assert (
+            stream.words == f"Listening on {stream.address} ..." and gui.session.source.is_waiting
+        )
+        sent(gui, values)
+        shows(gui, values)
+        assert gui.session.facts.shot.source == stream.text == f"tev://{stream.address}"
+        sent_lens = replace(LENS, model=LensModel.RENDERER)  # as everything that a renderer sends
+        assert gui.session.facts.lens == sent_lens and not gui.session.source.is_waiting
+        gui.session.editing.edit_lens(replace(gui.session.facts.lens, f_stop=4.0))
+        gui.session.time.marks.set_point((3, 5))
+        shot = gui.session.facts.shot
+        refined = values * np.float32([0.5, 0.5, 2, 1])
+        sent(gui, refined, creates=False)
+        shows(gui, refined)
+        another = frame_of_room(30, 40)
+        sent(gui, another, "next frame")
+        shows(gui, another)
+        assert gui.session.facts.shot == shot and shot.marks
+
+
+def test_why_nothing_is_shown_is_told_in_the_picture_before_one_is_up_and_after(ctx, monkeypatch):
+    values, told = frame_of_room(), []
+    monkeypatch.setattr(notices.imgui, "text_wrapped", told.append)
+    monkeypatch.setattr(notices, "_draw_wrapped", lambda text, *_: told.append(text))
+    with listening(ctx) as gui:
+        with Ipc(*address(gui)) as client:
+            client.create_image("flat", WIDTH, HEIGHT, list("RGB"))
+        gui.until(lambda: any("flat has no depth channel" in said for said in told), "a sentence")
+        sent(gui, values)
+        shows(gui, values)
+        del told[:]
+        gui.frame(2)
+        assert not told
+        with Ipc(*address(gui)) as client:
+            client.create_image("later", WIDTH, HEIGHT, list("RGB"))
+        gui.until(lambda: any("later has no depth channel" in said for said in told), "a notice")
+        assert gui.session.source.plate.path.name == "beauty"
+
+
+def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):
+    values = frame_of_room()
+    with listening(ctx) as gui:
+        sent(gui, values)
+        shows(gui, values)
+        gui.session.pictures.saving.save(tmp_path / "a.exr")
+        gui.until(lambda: gui.session.messages.text.startswith("Saved"), "the file")
+        saved = read_parts(tmp_path / "a.exr")[0][1]
+        found = download(gui.session.pictures.live.shown.texture)
+        for i, name in enumerate("RGB"):
+            np.testing.assert_allclose(saved[name], found[..., i], rtol=2e-3)  # of half floats
+        for name in ("Reload", "Export...", "Save shot"):
+            gui.session.messages.clear()
+            gui.do(name)
+            assert gui.session.messages.text == NO_FILES, name
+
+
+def parsed(*words):
+    parser = argparse.ArgumentParser()
+    add_command(parser.add_subparsers(), "view", view)
+    return parser.parse_args(["view", *words])
+
+
+def test_an_address_that_is_taken_or_nonsense_is_said_before_a_window_opens(monkeypatch):
+    monkeypatch.setattr(
+        "heatlens.studio.ui.window.run_window", lambda start: pytest.fail("a window")
+    )
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        with pytest.raises(InputError, match=f"Cannot listen on 127.0.0.1:{port}"):
+            view.run(parsed("--listen", port))
+    with pytest.raises(InputError, match="not an address to listen on"):
+        view.run(parsed("--listen", "here"))
+    with pytest.raises(InputError, match=r"leave plate\.exr out"):
+        view.run(parsed("plate.exr", "--listen"))
+
+
+def test_the_port_is_free_again_when_the_window_has_closed(monkeypatch):
+    seen = []
+
+    def window(start):
+        seen.append(start.stream.address)
+        with pytest.raises(InputError):
+            StreamSource("127.0.0.1", int(start.stream.address.rsplit(":", 1)[1]))
+
+    monkeypatch.setattr("heatlens.studio.ui.window.run_window", window)
+    assert view.run(parsed("--listen", "127.0.0.1:0")) == 0
+    host, port = seen[0].rsplit(":", 1)
+    StreamSource(host, int(port)).close()
+    assert parsed("--listen").listen == "14158"
