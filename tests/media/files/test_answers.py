@@ -32,7 +32,12 @@ READERS = {
     "heatlens.media.scene.usd.read:usd_scene",
 }
 # What moves in a scene is a value that can be called, which no annotation tells.
-MOVING = ("scene.usd.read", "scene.gltf.read", "scene.gltf.lights", "scene.gltf.deform")
+MOVING = (
+    "media.scene.usd.read",
+    "media.scene.gltf.read",
+    "media.scene.gltf.lights",
+    "media.scene.gltf.deform",
+)
 NOISE = {
     "little": b"Unable find slot_id: 7 in mob \x80\x04cposix\nsystem\n" * 4,
     "much": b"x" * 2**20,

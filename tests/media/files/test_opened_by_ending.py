@@ -24,7 +24,7 @@ from heatlens.media.plate.picture.picture_open import open_picture
 from heatlens.media.plate.read import read_plate
 
 APP = Path(heatlens.__file__).parent
-HOME = APP / "files" / "opened_by_ending.py"
+HOME = APP / "media" / "files" / "opened_by_ending.py"
 # What opens a picture or a movie by its content.
 OPENERS = (
     Image.open,

@@ -180,7 +180,7 @@ def test_the_tool_writes_rims_a_kernel_a_line(tmp_path, capsys):
     assert main(["disc_2", "--rims", "-o", str(path)]) == 0
     entries = json.loads(path.read_text())["kernels"]
     assert [entry["rim"] for entry in entries] == list(RIMS)
-    stored_lines = (PACKAGE / "defocus" / "rim_kernels.json").read_text()
+    stored_lines = (PACKAGE / "render/defocus" / "rim_kernels.json").read_text()
     assert set(entries[0]) == set(json.loads(stored_lines)["kernels"][0])
     assert "disc_2 rim 1: error" in capsys.readouterr().out
 

@@ -13,24 +13,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import OnUse
-from heatlens.media.files.dpx import dpx_bytes, dpx_marks, is_whole_dpx, require_openimageio
-from heatlens.media.files.picture_encoding import (
-    Stored,
-    jpeg_bytes,
-    png_bytes,
-    tiff_bytes,
-    webp_bytes,
-)
 from heatlens.media.files.whole_pictures import (
     is_whole_jpeg,
     is_whole_png,
     is_whole_tiff,
     is_whole_webp,
 )
+
+if TYPE_CHECKING:
+    from heatlens.media.files.picture_encoding import Stored
 
 MOVIES_READ = (".mov", ".mp4", ".m4v", ".mxf", ".webm", ".mkv")
 _FIRST_FRAME = 1
@@ -56,7 +51,7 @@ class Writing:
     """
 
     note: str
-    encoded: Callable[[Stored, Mapping[str, str]], bytes]
+    encoded: Callable[["Stored", Mapping[str, str]], bytes]
     marks: Callable[[Path], dict[str, str]]
     is_whole: Callable[[BinaryIO, int], bool]
     bits: int = 8
@@ -83,6 +78,9 @@ class PictureFormat:
     writing: Writing | None = None
 
 
+# Each command line reads this table; NumPy and Pillow, which encode, are slow to import.
+_encoding = partial(OnUse, "media.files.picture_encoding")
+_of_dpx = partial(OnUse, "media.files.dpx")
 _by_pillow = partial(Writing, marks=OnUse("media.files.opened_by_ending", "marks_by_pillow"))
 # Pillow has no other name for a JPEG with further pictures behind the first, as of phones.
 FORMATS = [
@@ -91,7 +89,7 @@ FORMATS = [
         (".png",),
         (b"\x89PNG",),
         ("PNG",),
-        _by_pillow("8 bits", encoded=png_bytes, is_whole=is_whole_png),
+        _by_pillow("8 bits", encoded=_encoding("png_bytes"), is_whole=is_whole_png),
     ),
     PictureFormat(
         "JPEG",
@@ -99,7 +97,10 @@ FORMATS = [
         (b"\xff\xd8\xff",),
         ("JPEG",),
         _by_pillow(
-            "8 bits, with losses", encoded=jpeg_bytes, is_whole=is_whole_jpeg, keeps_alpha=False
+            "8 bits, with losses",
+            encoded=_encoding("jpeg_bytes"),
+            is_whole=is_whole_jpeg,
+            keeps_alpha=False,
         ),
     ),
     PictureFormat(
@@ -107,7 +108,7 @@ FORMATS = [
         (".tif", ".tiff"),
         (b"II*\0", b"MM\0*"),
         ("TIFF",),
-        _by_pillow("8 bits", encoded=tiff_bytes, is_whole=is_whole_tiff),
+        _by_pillow("8 bits", encoded=_encoding("tiff_bytes"), is_whole=is_whole_tiff),
     ),
     PictureFormat("HEIC", (".heic", ".heif"), of_pillow=("HEIF",)),
     PictureFormat(
@@ -117,7 +118,7 @@ FORMATS = [
         ("WEBP",),
         _by_pillow(
             "8 bits, with losses as in JPEG, and transparency",
-            encoded=webp_bytes,
+            encoded=_encoding("webp_bytes"),
             is_whole=is_whole_webp,
             most_px=16383,
         ),
@@ -128,12 +129,12 @@ FORMATS = [
         (b"SDPX", b"XPDS"),
         writing=Writing(
             "10 bits, as displayed and not the log of film",
-            dpx_bytes,
-            dpx_marks,
-            is_whole_dpx,
+            _of_dpx("dpx_bytes"),
+            _of_dpx("dpx_marks"),
+            _of_dpx("is_whole_dpx"),
             bits=10,
             keeps_alpha=False,
-            require=require_openimageio,
+            require=_of_dpx("require_openimageio"),
         ),
     ),
     PictureFormat("BMP", (".bmp",), (b"BM",), ("BMP", "DIB")),
