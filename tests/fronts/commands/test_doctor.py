@@ -23,7 +23,7 @@ from support.command_line import ENVIRONMENT
 from support.x_server import Screen
 
 TESTS = Path(__file__).resolve().parents[2]
-GOLDENS, HIGHLIGHTS = "render/test_golden.py", "render/defocus/test_highlights.py"
+GOLDENS, HIGHLIGHTS = "render/frames/test_golden.py", "render/defocus/test_highlights.py"
 
 
 def states(findings) -> list[str]:
@@ -209,7 +209,7 @@ def test_a_second_driver_is_well(second_driver):
 
 
 def test_goldens_and_laws_hold_on_a_second_driver(second_driver):
-    files = [TESTS / name for name in (GOLDENS, HIGHLIGHTS, "render/test_laws.py")]
+    files = [TESTS / name for name in (GOLDENS, HIGHLIGHTS, "render/frames/test_laws.py")]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, files)]
     run = subprocess.run(
         command, env=second_driver, cwd=TESTS.parent, capture_output=True, text=True

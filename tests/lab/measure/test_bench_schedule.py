@@ -102,9 +102,9 @@ ALL = ("--bare", "--sweep-coc", "--methods", "--truth-views", "80", "--truth-siz
 
 def test_what_is_planned_is_what_is_said(capsys, monkeypatch):
     """With everything asked for, each part is told as a part, and the last one is the last."""
-    for name in ("measure.bench.measure", "measure.bench.schedule"):
-        monkeypatch.setattr(f"heatlens.{name}.SWEEP_COC_PX", (2.0, 9.0))
-        monkeypatch.setattr(f"heatlens.{name}.SWEEP_SIZES", ((32, 24),))
+    for name in ("measure", "schedule"):
+        monkeypatch.setattr(f"heatlens.lab.measure.bench.{name}.SWEEP_COC_PX", (2.0, 9.0))
+        monkeypatch.setattr(f"heatlens.lab.measure.bench.{name}.SWEEP_SIZES", ((32, 24),))
     for name in ("methods", "schedule"):
         monkeypatch.setattr(f"heatlens.lab.measure.bench.{name}.METHOD_COC_PX", (5.0,))
     monkeypatch.setattr(progress_line, "shows_progress", lambda _: True)
@@ -155,8 +155,8 @@ def test_it_says_at_once_that_it_finds_out(capsys, monkeypatch):
         lambda *_: (_ for _ in ()).throw(KeyboardInterrupt),
     )
     with pytest.raises(KeyboardInterrupt):
-        from heatlens.fronts.commands import bench
         from heatlens.fronts.commands.main import build_parser
+        from heatlens.lab.commands import bench
 
         bench.run(build_parser().parse_args(["bench", *WORDS]))
     assert "finding out how long this takes" in capsys.readouterr().err

@@ -9,8 +9,8 @@ from PIL import Image
 
 from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.model.boxes import Box
-from heatlens.fronts.commands import compare
 from heatlens.fronts.commands.options.command_parser import add_command
+from heatlens.lab.commands import compare
 from heatlens.media.plate.exr.exr_write import write_exr
 
 # Light whose sRGB value is one half: 6.021 dB away from black, and from white.

@@ -18,7 +18,7 @@ from heatlens.core.model.view.view import STOPS_MOST, DisplayOptions, ViewState
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 NEEDED = {field.name: getattr(LENS, field.name) for field in fields(Lens)}
-LAYERS = ("model", "export", "documents", "session")
+LAYERS = ("core.model", "deliver.export", "media.documents", "studio.session")
 # A part of the lens, which checks it, and what is computed from a lens.
 PARTS = {"OpeningFields", "Aperture"}
 

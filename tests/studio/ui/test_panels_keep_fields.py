@@ -16,6 +16,7 @@ from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings, Method
 from heatlens.core.model.value_bins import bins_of, depth_histogram
+from heatlens.core.model.view.overlays import OVERLAYS
 from heatlens.core.model.view.view import Against, ViewState
 from heatlens.media.plate.read import read_plate
 from heatlens.studio.session.exports.export_settings import ExportSettings
@@ -114,6 +115,7 @@ def test_the_view(screen):
         "view": color.views(display)[1],
         "input_space": color.input_spaces()[0],
         "against": Against.REFERENCE,
+        "overlay": OVERLAYS[0].name,
     }
     kept_fields(
         lambda value: display_panel(value, color, "reference.exr", True, print), view, names
@@ -162,7 +164,7 @@ def test_no_panel_of_the_window_changes_the_view(gui: Gui):
     view = gui.session.facts.view
     of_others = ("display", "view", "input_space", "against")  # names of the config, and what is B
     gui.session.pictures.view.state = with_all_fields_other(
-        view, {"center_px": (40.0, 30.0)}, but=of_others
+        view, {"center_px": (40.0, 30.0), "overlay": OVERLAYS[0].name}, but=of_others
     )
     asked = gui.session.facts.view
     draw_each_panel(gui)
