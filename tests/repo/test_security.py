@@ -4,7 +4,7 @@ from pathlib import Path
 
 from heatlens.media.files import limits
 from heatlens.media.plate.depth.repair import COC_MOST_PX, LIGHT_MOST
-from heatlens.media.plate.exr import exr_limits
+from heatlens.media.plate.exr import exr_scan
 from heatlens.media.scene import picture_read, scene
 from heatlens.media.scene.gltf import file as gltf_file
 from heatlens.media.scene.gltf import nodes as gltf_nodes
@@ -17,10 +17,10 @@ PAGE = (ROOT / "app" / "SECURITY.md").read_text()
 
 def test_every_bound_is_told_as_it_is():
     for told in (
-        f"{exr_limits.MAX_SIDE_PX:,} px",
-        f"{exr_limits.MAX_CHANNELS:,} channels",
-        f"{exr_limits.MAX_BYTES / 1e9:g} GB of pixels",
-        f"{exr_limits._TILE_LEAST_PX:,} px",
+        f"{exr_scan.MAX_SIDE_PX:,} px",
+        f"{exr_scan.MAX_CHANNELS:,} channels",
+        f"{exr_scan.MAX_BYTES / 1e9:g} GB of pixels",
+        f"{exr_scan._TILE_LEAST_PX:,} px",
         f"light beyond {LIGHT_MOST:g}".replace("e+", "e"),
         f"{gltf_file._NUMBERS_MOST // 1_000_000} million numbers",
         f"{gltf_file._EMPTY_MOST // 1_000_000} million without bytes",

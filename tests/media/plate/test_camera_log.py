@@ -7,7 +7,8 @@ from PIL import Image
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PictureCurve
 from heatlens.fronts.commands.main import main
-from heatlens.media.plate.parts.picture_parts import FOR_THE_EYE, color_parts, picture_header
+from heatlens.media.plate.header.entries import FOR_THE_EYE
+from heatlens.media.plate.parts.picture_parts import color_parts, picture_header
 from heatlens.media.plate.picture.display import log_light
 
 # Signals of middle grey, from the makers' papers.

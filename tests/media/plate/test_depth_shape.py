@@ -9,7 +9,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.frame_cache.sequence_reader import SequenceReader
 from heatlens.media.plate.depth.depth_shape import flat_votes
-from heatlens.media.plate.header.written_by import rendered_by, written_by
+from heatlens.media.plate.header.entries import rendered_by, written_by
 from heatlens.media.plate.read import read_plate
 from support.command_line import stderr_of_run
 from support.exr_files import rgb, write_file

@@ -8,10 +8,9 @@ import OpenEXR
 import pytest
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.plate.exr import exr_limits
-from heatlens.media.plate.exr.exr_limits import check_exr
+from heatlens.media.plate.exr import exr_scan
 from heatlens.media.plate.exr.exr_read import read_parts
-from heatlens.media.plate.exr.exr_scan import channels_of, scanned_headers
+from heatlens.media.plate.exr.exr_scan import channels_of, check_exr, scanned_headers
 from heatlens.media.plate.header.camera_header import camera_at_header
 from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.read import read_plate
@@ -116,10 +115,10 @@ def test_a_hundred_thousand_channels_are_refused(tmp_path):
 
 def test_more_pixels_than_memory_should_hold_are_told_with_the_limit(tmp_path, monkeypatch):
     path = write_file(tmp_path / "a.exr", rgb(), compression=OpenEXR.ZSTD_COMPRESSION)
-    monkeypatch.setattr(exr_limits, "MAX_BYTES", 287)
+    monkeypatch.setattr(exr_scan, "MAX_BYTES", 287)
     with pytest.raises(InputError, match=r"claims 0\.0 GB of pixels; heatlens takes 0\.0"):
         read_parts(path)
-    monkeypatch.setattr(exr_limits, "MAX_BYTES", 288)
+    monkeypatch.setattr(exr_scan, "MAX_BYTES", 288)
     assert read_parts(path)
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heatlens.media.plate.exr.exr_scan import cut_short, is_whole_exr
+from heatlens.media.plate.exr.exr_whole import cut_short, is_whole_exr
 from support.deep_files import write_deep
 from support.exports import exported, refused, write_plates
 from support.exr_files import part_header, tiled_header, write_file, write_parts

@@ -6,13 +6,8 @@ from PIL import Image, ImageCms
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PictureCurve, PlateOptions
-from heatlens.media.plate.parts.picture_parts import (
-    FOR_THE_EYE,
-    color_parts,
-    depth_parts,
-    picture_facts,
-    picture_header,
-)
+from heatlens.media.plate.header.entries import FOR_THE_EYE, picture_facts
+from heatlens.media.plate.parts.picture_parts import color_parts, depth_parts, picture_header
 from heatlens.media.plate.read import read_plate
 
 

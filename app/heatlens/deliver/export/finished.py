@@ -21,7 +21,8 @@ from heatlens.media.files.marks import JOB_ATTRIBUTE, marks_in
 from heatlens.media.files.movie_read import av
 from heatlens.media.files.opened_by_ending import movie_for_reading
 from heatlens.media.files.picture_formats import writing_of
-from heatlens.media.plate.exr.exr_scan import CutError, end_of_chunks, scanned_headers
+from heatlens.media.plate.exr.exr_scan import CutError, scanned_headers
+from heatlens.media.plate.exr.exr_whole import end_of_chunks
 
 _UNREADABLE = (OSError, CutError, IndexError, ValueError, SyntaxError)  # the errors of the readers
 

@@ -25,7 +25,7 @@ from heatlens.deliver.export.output import check_names
 from heatlens.deliver.export.pinhole_plate import PinholeOptions
 from heatlens.media.files.json_record import digest, plain
 from heatlens.media.files.picture_formats import file_on_disk
-from heatlens.media.plate.exr.exr_scan import cut_short
+from heatlens.media.plate.exr.exr_whole import cut_short
 from heatlens.media.sequence.names import parse_frames
 from heatlens.render.source.named import source_of
 from heatlens.render.source.source import Origin, Source

@@ -10,12 +10,12 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.lab.measure.metrics import flip_evaluation
-from heatlens.media.plate.file_parts import color_file_parts
 from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.header.channels import pixels_of
 from heatlens.media.plate.picture.display import srgb_encoded
 from heatlens.media.plate.picture.picture_write import write_shown
 from heatlens.media.plate.plate import FloatImage
+from heatlens.media.plate.read import color_file_parts
 from heatlens.media.plate.windows import box_at_header
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import ocio
 from heatlens.core.base.paths import file_bytes, unreadable
-from heatlens.media.plate.parts.picture_parts import FOR_THE_EYE
+from heatlens.media.plate.header.entries import FOR_THE_EYE
 
 # The full name, because `ocio://default` differs between versions of the library, which would
 # change every picture. This config (ACES 2.0) comes with OpenColorIO 2.5, of VFX Platform 2026.

@@ -1,6 +1,5 @@
 """Surfaces hidden behind a plate: from other files, or from parts and layers of its own file."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,23 +14,9 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.deep.stacked import Stacked, Surface, farthest_m, lists_over, stacked
 from heatlens.media.plate.depth.depth import finite_range
 from heatlens.media.plate.fragments import LEAST_COVERAGE, OPAQUE, SAME_DEPTH, FloatImage
-from heatlens.media.plate.header.channels import Part, list_channels
 from heatlens.media.plate.plate import BehindReport, Plate, ReadPixels
 from heatlens.media.plate.windows import moved_to_window
 from heatlens.media.sequence.depth_files import beside_path
-
-_BEHIND = re.compile(r"behind(\.\d+)?$", re.IGNORECASE)
-
-
-def is_behind(part: Part) -> bool:
-    """Return True if the name of a part marks hidden surfaces: behind, behind.1, ..."""
-    return bool(_BEHIND.match(str(part[0].get("name", ""))))
-
-
-def behind_layers(parts: Sequence[Part]) -> tuple[str, ...]:
-    """Return the layers, of any part, that hold hidden surfaces, in the order of the file."""
-    layers = dict.fromkeys(ref.layer for ref in list_channels([header for header, _ in parts]))
-    return tuple(name for name in layers if _BEHIND.match(name))
 
 
 def layer_options(options: PlateOptions, layer: str) -> PlateOptions:

@@ -12,15 +12,17 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.files.picture_formats import is_picture
+from heatlens.media.plate.deep.deep_plate import flattened_part
 from heatlens.media.plate.depth.depth import DepthResult, finite_range, read_depth
 from heatlens.media.plate.depth.depth_guess import DepthOrigin
 from heatlens.media.plate.depth.repair import DEPTH_LEAST_M
-from heatlens.media.plate.file_parts import depth_file_parts
+from heatlens.media.plate.exr.exr_read import is_deep_file, read_parts
 from heatlens.media.plate.header.camera_header import camera_at_header
 from heatlens.media.plate.header.channel_choice import ColorChoice, choose_depth
 from heatlens.media.plate.header.channels import ChannelRef, Header, Part, flat_channels, pixels_of
-from heatlens.media.plate.header.written_by import written_by
-from heatlens.media.plate.parts.picture_parts import picture_facts
+from heatlens.media.plate.header.entries import picture_facts, written_by
+from heatlens.media.plate.parts.picture_parts import depth_parts
 from heatlens.media.plate.plate import CameraHeader, FloatImage
 from heatlens.media.plate.position import depth_of_positions, position_channels
 from heatlens.media.plate.windows import (
@@ -59,6 +61,13 @@ def read_depth_of(
     return _read(path, parts, source, target, camera_headers, options)
 
 
+def depth_file_parts(path: Path) -> list[Part]:
+    """Read the parts of a depth file; the values stay as they are stored."""
+    if is_picture(path):
+        return depth_parts(path)
+    return [flattened_part(path)] if is_deep_file(path) else read_parts(path)
+
+
 @dataclass(frozen=True, eq=False)
 class _Source:
     """Stored values (H, W), their channel, and how they were computed from positions, if so."""
@@ -82,12 +91,13 @@ def _depth_channel(
     """
     headers = [header for header, _ in parts]
     name, view = options.depth_channel, color.view if color else ""
-    position = position_channels(headers, name, view)
-    if position is None or name is None:
+    position = None if name is None else position_channels(headers, name, view)
+    if position is None:
         try:
             ref = find()
             return _Source(ref, pixels_of(parts, ref).astype(np.float32))
         except InputError:
+            position = None if name is not None else position_channels(headers, name, view)
             if position is None:
                 raise
     points = np.stack([pixels_of(parts, ref).astype(np.float32) for ref in position], axis=-1)

@@ -14,30 +14,29 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.plausibility import DepthSpan, Doubt, doubts, span_doubts
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.media.plate.behind import behind_layers, is_behind
 from heatlens.media.plate.exr.exr_read import deep_channels, is_deep_file
 from heatlens.media.plate.exr.exr_scan import channels_of, scanned_headers
-from heatlens.media.plate.file_parts import color_file_parts, notes_of
 from heatlens.media.plate.grain import DESPIKE_HELPS, despike_note, noise_doubt, noise_of
 from heatlens.media.plate.header.camera_header import camera_at_header, lens_model_of
 from heatlens.media.plate.header.channel_choice import ColorChoice, choose_color
 from heatlens.media.plate.header.channels import (
     Header,
     Part,
+    behind_layers,
     compression_name,
+    is_behind,
     pixels_of,
     type_name,
     views_of,
 )
-from heatlens.media.plate.header.own_marks import blurred_notes, is_blurred
+from heatlens.media.plate.header.entries import FOR_THE_EYE, blurred_notes, is_blurred, notes_of
 from heatlens.media.plate.header.primaries import HeaderPrimaries, header_primaries
 from heatlens.media.plate.mattes.cryptomatte import thing_names
 from heatlens.media.plate.mattes.things import require_things
 from heatlens.media.plate.parts.header_read import read_headers
-from heatlens.media.plate.parts.picture_parts import FOR_THE_EYE
 from heatlens.media.plate.picture.highlights import clipped_note
 from heatlens.media.plate.plate import CameraHeader, Plate, depth_span
-from heatlens.media.plate.read import depth_of, read_color, read_plate
+from heatlens.media.plate.read import color_file_parts, depth_of, read_color, read_plate
 from heatlens.media.plate.windows import box_at_header, pixel_aspect_of
 
 Facts = dict[str, Any]

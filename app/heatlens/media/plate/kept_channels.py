@@ -12,7 +12,6 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.picture_formats import is_picture
 from heatlens.media.plate.exr.exr_read import is_deep_file
-from heatlens.media.plate.file_parts import color_file_parts
 from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.header.channels import (
     ChannelRef,
@@ -24,6 +23,7 @@ from heatlens.media.plate.header.channels import (
 from heatlens.media.plate.mattes.cryptomatte import METADATA
 from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.plate import Plate
+from heatlens.media.plate.read import color_file_parts
 from heatlens.media.plate.windows import box_at_header, moved_to_window
 
 ALL = "all"

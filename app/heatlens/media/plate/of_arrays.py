@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
-from heatlens.media.plate.exr.exr_limits import check_sides
+from heatlens.media.plate.exr.exr_scan import check_sides
 from heatlens.media.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, read_pixels
 
 _NAME = Path("array")  # appears in error messages instead of a file name

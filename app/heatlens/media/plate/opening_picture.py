@@ -22,9 +22,9 @@ from heatlens.core.model.lens.lens_kit import LensKit
 from heatlens.core.model.lens.opening_image import IMAGE_SIDE, OpeningImage, seen_light
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.plate.file_parts import color_file_parts
 from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.header.channels import pixels_of
+from heatlens.media.plate.read import color_file_parts
 
 _RED, _GREEN, _BLUE = 0.2126, 0.7152, 0.0722  # weights of the luminance of Rec. 709
 _COLORED = 0.02  # share of the brightest value: JPEG leaves grey slightly coloured

@@ -1,4 +1,25 @@
-"""Read files as plates: a picture with the depth that belongs to it."""
+"""Read files as plates: a picture with the depth that belongs to it.
+
+The steps of `read_plate`. Each one needs what the step before it has decided.
+
+1. The file: a deep EXR holds samples and no planes, and goes another way (`deep_plate`). The header
+   of any other EXR is checked as bytes (`exr_scan`) before a library opens it, because a damaged
+   one can claim gigabytes. Photos take the form of EXR parts (`picture_parts`), so that the steps
+   below know one form only.
+2. The colour (`channel_choice`): it is chosen before the depth, because among equal names of depth
+   that of its layer, part and view wins, and because its data window is that of the plate.
+3. The lens in the header (`camera_header`): it turns distances along the rays into depth.
+4. The depth (`depth_read`): its channel, what the values mean (`depth_guess`, asking `depth_shape`
+   where name and range leave it open), metres without holes (`depth`, `repair`), and only then the
+   window of the colour. Positions are looked for where no channel holds a depth.
+5. The plate (`_plate_of`): a photo's point of focus becomes a distance only now, because it is read
+   from the depth; so does the empty outside of a picture with alpha.
+6. What options ask of a whole plate (`read_plate`): a depth made flat comes first, because surfaces
+   behind are sorted by it. The cutout comes last, because it takes pixels apart.
+
+A step that neither the file nor an option asks for is not entered: the usual plate, one EXR with Z,
+passes through `exr`, `header`, `depth` and this file.
+"""
 
 import os
 from collections.abc import Sequence
@@ -11,41 +32,46 @@ import numpy as np
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.depth_words import DepthSide
 from heatlens.core.model.shot.plate_options import PlateOptions
+from heatlens.media.files.picture_formats import is_picture
 from heatlens.media.plate.behind import (
-    behind_layers,
     behind_paths,
     deep_options,
     file_options,
-    is_behind,
     layer_options,
     with_behind,
 )
-from heatlens.media.plate.deep.deep_plate import read_deep_plate
+from heatlens.media.plate.deep.deep_plate import flattened_part, read_deep_plate
 from heatlens.media.plate.deep.stacked import with_empty_outside
 from heatlens.media.plate.depth.depth import DepthResult
 from heatlens.media.plate.depth.repair import bound_color, repair_color
 from heatlens.media.plate.depth_read import read_depth_of
 from heatlens.media.plate.estimate.estimated_depth import estimated_depth
-from heatlens.media.plate.exr.exr_read import is_deep_file
+from heatlens.media.plate.exr.exr_read import is_deep_file, read_parts
 from heatlens.media.plate.exr.exr_write import COMPRESSIONS
-from heatlens.media.plate.file_parts import color_file_parts, notes_of
 from heatlens.media.plate.grain import despike_note
 from heatlens.media.plate.header.camera_header import camera_at_header
 from heatlens.media.plate.header.channel_choice import ColorChoice, NoDepthError, choose_color
 from heatlens.media.plate.header.channels import (
     Header,
     Part,
+    behind_layers,
     compression_name,
+    is_behind,
     list_channels,
     pixels_of,
     views_of,
 )
-from heatlens.media.plate.header.own_marks import blurred_notes
-from heatlens.media.plate.header.placement import rigid_at
+from heatlens.media.plate.header.entries import (
+    FOCUS_POINT,
+    FOR_THE_EYE,
+    blurred_notes,
+    carried,
+    notes_of,
+)
+from heatlens.media.plate.header.placement import PLACEMENT, rigid_at
 from heatlens.media.plate.mattes.cutout import with_cutout
 from heatlens.media.plate.mattes.flat_depth import with_flat_depth
-from heatlens.media.plate.parts.header_read import carried
-from heatlens.media.plate.parts.picture_parts import FOR_THE_EYE
+from heatlens.media.plate.parts.picture_parts import color_parts
 from heatlens.media.plate.picture.highlights import lifted
 from heatlens.media.plate.picture.portrait import focused_as_taken
 from heatlens.media.plate.plate import FloatImage, Plate, read_pixels
@@ -65,13 +91,18 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
             f"{path}: its light is not clipped at white, as that of pictures and movies of whole "
             "numbers is: leave --lift-highlights out."
         )
-    plate = with_flat_depth(plate, options.flat_depth)
-    plate = replace(plate, world_to_camera=rigid_at(plate.attributes, options.scene_unit_m))
-    for number, other in enumerate(behind_paths(path, options)):
+    if options.flat_depth is not None:
+        plate = with_flat_depth(plate, options.flat_depth)
+    if PLACEMENT in plate.attributes:
+        plate = replace(plate, world_to_camera=rigid_at(plate.attributes, options.scene_unit_m))
+    for number, other in enumerate(behind_paths(path, options) if options.behind else ()):
         own = file_options(options, number)
         own = deep_options(own) if is_deep_file(other) else own
         behind[options.behind[number]] = _read_behind(other, own)
-    return with_cutout(with_behind(plate, list(behind.values()), list(behind)), options)
+    if behind:
+        plate = with_behind(plate, list(behind.values()), list(behind))
+    keeps_sharp = options.never_blur is not None or options.only_blur is not None
+    return with_cutout(plate, options) if keeps_sharp else plate
 
 
 def _read_behind(path: Path, options: PlateOptions) -> Plate:
@@ -95,6 +126,18 @@ def _file_read(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plat
         for layer in behind_layers(parts)
     }
     return plate, behind
+
+
+def color_file_parts(path: Path, options: PlateOptions) -> list[Part]:
+    """Read the header and channels of every part, with scene-linear colours.
+
+    A deep file gives one part, its flattened picture. Raises InputError as `read_parts` does.
+    """
+    if is_picture(path):
+        return color_parts(path, options.picture_curve, options.depth_side)
+    if options.depth_side is not DepthSide.NONE:
+        raise InputError(f"{path} is an EXR, which has depth channels: leave --depth-side out.")
+    return [flattened_part(path)] if is_deep_file(path) else read_parts(path)
 
 
 def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate:
@@ -128,7 +171,8 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
         compression=_compression(header),
         views=views_of(headers),
     )
-    return with_empty_outside(focused_as_taken(plate, header))
+    plate = focused_as_taken(plate, header) if FOCUS_POINT in header else plate
+    return with_empty_outside(plate) if plate.has_alpha else plate
 
 
 def depth_of(

@@ -13,7 +13,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.timecode import Timecode
 from heatlens.fronts.commands.output.say import say
 from heatlens.media.camera.samples import CameraSamples
-from heatlens.media.plate.header.own_marks import blurred_notes
+from heatlens.media.plate.header.entries import blurred_notes
 from heatlens.media.plate.overscan_need import OverscanNeed, overscan_need
 from heatlens.media.plate.parts.header_read import first_timecode
 from heatlens.media.plate.plate import Plate

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heatlens.media.plate.exr.exr_limits import MAX_SIDE_PX
+from heatlens.media.plate.exr.exr_scan import MAX_SIDE_PX
 from heatlens.media.plate.plate import FloatImage
 
 # The text of an HTTP request reads as a greater length, and ends the connection.

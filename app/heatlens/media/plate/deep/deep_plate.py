@@ -33,7 +33,8 @@ from heatlens.media.plate.exr.exr_read import DeepChannels, deep_channels
 from heatlens.media.plate.fragments import LEAST_COVERAGE, OPAQUE
 from heatlens.media.plate.header.camera_header import camera_at_header
 from heatlens.media.plate.header.channels import Header, Part, list_channels, views_of
-from heatlens.media.plate.parts.header_read import carried, read_headers
+from heatlens.media.plate.header.entries import carried
+from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.plate import BehindReport, DepthReport, Plate, ReadPixels
 from heatlens.media.plate.windows import box_at_header, pixel_aspect_of
 

@@ -14,7 +14,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.depth.depth_shape import FlatVotes, flat_votes
-from heatlens.media.plate.parts.picture_parts import PictureFacts
+from heatlens.media.plate.header.entries import PictureFacts
 from heatlens.media.plate.plate import FloatImage
 
 # Values from here on mean "nothing hit": 1e10 (Blender, MoonRay), FLT_MAX, 1e30, inf.

@@ -1,9 +1,7 @@
-"""Parse the headers of an EXR file from its bytes, before any library opens it.
+"""Parse and check the headers of an EXR file from its bytes, before any library opens it.
 
 A few flipped bits can make a header claim a million channels or tiles of gigabytes, for which a
-library allocates memory before it looks at the pixels. A file that was cut short by a full disk, a
-broken copy or a power cut still has a valid header; its tables of chunks tell what is missing,
-without reading the pixels. Source: OpenEXR, "File Layout".
+library allocates memory before it looks at the pixels. Source: OpenEXR, "File Layout".
 """
 
 import os
@@ -13,7 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from heatlens.core.base.paths import opened_file
+from heatlens.core.base.errors import InputError
+from heatlens.core.base.paths import opened_file, unreadable
+from heatlens.media.files.foreign_formats import foreign_words
 
 MAGIC = b"\x76\x2f\x31\x01"
 _MANY_PARTS = 0x1000
@@ -21,10 +21,17 @@ _PARTS_MOST = 1000
 _NAME_MOST = 256  # the format allows 255
 _BYTES_MOST = 1 << 26  # bytes in all headers; Cryptomatte manifests are the largest entries
 _TYPES = {0: "<u4", 1: "<f2", 2: "<f4"}  # pixel type number -> NumPy type
+# No GPU takes a larger texture; a damaged header can claim any size.
+MAX_SIDE_PX = 16384
+MAX_CHANNELS = 4096  # channels in all parts; the library takes minutes for many more
+MAX_BYTES = 16_000_000_000  # memory of all pixels
+_TILE_LEAST_PX = 4096  # even small pictures may be stored in tiles of the usual sizes
+_DEEP_PIXEL_BYTES = 32  # for a pixel without samples: its count, colour and depth
+# The greatest ratio of each compression, by its number in the file: measured on black pictures,
+# with a tenth or more added. Compressions that are not listed have no such bound.
+_SMALLER_MOST = {0: 1, 1: 70, 2: 1100, 3: 1100, 4: 1100, 5: 1500, 6: 4, 7: 16}
 
 RawHeader = dict[str, bytes]
-_LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
-_DEEP_SIZES = "<3Q"  # bytes of the packed table, the packed samples and the unpacked samples
 
 
 class CutError(ValueError):
@@ -129,72 +136,118 @@ def _numbers(file: BinaryIO, form: str) -> tuple[int, ...]:
     return struct.unpack(form, data)
 
 
-def is_whole_exr(path: Path) -> bool:
-    """Return True if every chunk of every part of the file at `path` ends within the file."""
+def check_exr(path: Path) -> None:
+    """Raise InputError for a file that is not an EXR, or whose header claims an impossible size.
+
+    The error names the file, what was found and the limit.
+    """
+    if not os.path.isfile(path):  # opening a pipe would wait for its writer
+        raise unreadable(path)
     try:
         with opened_file(path) as file:
-            end = end_of_chunks(file)
-            return end is None or 0 < end <= os.fstat(file.fileno()).st_size
-    except (OSError, struct.error, ValueError, LookupError):  # the structure itself is cut off
-        return False
+            _check_magic(path, file.read(len(MAGIC)))
+            file.seek(0)
+            headers, size = scanned_headers(file), os.fstat(file.fileno()).st_size
+        _check_headers(path, headers, size)
+    except OSError as error:
+        raise unreadable(path, error) from error
+    except (CutError, struct.error, LookupError) as error:
+        raise InputError(
+            f"{path} is damaged or cut short: its header is not whole ({error}). Write it again."
+        ) from error
 
 
-def end_of_chunks(file: BinaryIO) -> int | None:
-    """Return where the last chunk of a file ends; 0 if a chunk is missing, None if unknown.
+def _check_magic(path: Path, magic: bytes) -> None:
+    if magic != MAGIC and (words := foreign_words(path)):
+        raise InputError(f"{path} is {words}.")
+    if magic != MAGIC:
+        found = "is empty" if not magic else "is not an OpenEXR file"
+        raise InputError(
+            f"{path} {found}. heatlens reads EXR files and, by their file extensions, PNG, JPEG, "
+            "TIFF and others."
+        )
 
-    Raises struct.error, ValueError or LookupError if headers or tables are cut off.
+
+def _check_headers(path: Path, headers: list[RawHeader], size: int) -> None:
+    count = sum(len(channels_of(header)) for header in headers)
+    if count > MAX_CHANNELS:
+        raise InputError(f"{path} has {count:,} channels; heatlens takes {MAX_CHANNELS:,}.")
+    for header in headers:
+        _check_names(path, header)
+        _check_tiles(path, header)
+        _check_is_possible(path, header, size)
+    claimed = sum(_bytes_of(path, header) for header in headers)
+    if claimed > MAX_BYTES:
+        raise InputError(
+            f"{path} claims {claimed / 1e9:.1f} GB of pixels; heatlens takes "
+            f"{MAX_BYTES / 1e9:.1f} GB. Write fewer channels, or a smaller picture."
+        )
+
+
+def _check_names(path: Path, header: RawHeader) -> None:
+    names = [channel.name for channel in channels_of(header)]
+    for name in (*names, header.get("name", b""), header.get("view", b"")):
+        try:
+            name.decode("utf-8")
+        except UnicodeDecodeError:
+            raise InputError(
+                f"{path} holds a name that is not UTF-8, {name[:40]!r}: it is damaged, or was "
+                "written in another encoding. Write it again with other names."
+            ) from None
+
+
+def _size_of(path: Path, header: RawHeader) -> tuple[int, int]:
+    """Return width and height of the data window in pixels."""
+    x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
+    width, height = x1 - x0 + 1, y1 - y0 + 1
+    check_sides(f"{path} has a data window of", width, height)
+    return width, height
+
+
+def check_sides(what: str, width: int, height: int) -> None:
+    """Raise InputError, beginning with `what`, for a picture that no GPU can hold, or an empty one.
+
+    Width and height are in pixels.
     """
-    headers = scanned_headers(file)
-    counts = [count for header in headers if (count := _chunk_count(header)) is not None]
-    if len(counts) < len(headers):
-        return None  # reading the pixels reports the problem
-    tables = [struct.unpack(f"<{count}Q", file.read(8 * count)) for count in counts]
-    if min(min(offsets) for offsets in tables) < file.tell():
-        return 0
-    return max(
-        _end_of(file, max(offsets), header, len(headers) > 1)
-        for header, offsets in zip(headers, tables, strict=True)
+    if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
+        raise InputError(
+            f"{what} {width} x {height} pixels; heatlens takes 1 to {MAX_SIDE_PX} a side."
+        )
+
+
+def _check_tiles(path: Path, header: RawHeader) -> None:
+    """Refuse huge tiles, because the library keeps whole tiles, even outside the picture."""
+    if "tiles" not in header:
+        return
+    width, height = struct.unpack_from("<II", header["tiles"])
+    most = tuple(max(side, _TILE_LEAST_PX) for side in _size_of(path, header))
+    if not (0 < width <= most[0] and 0 < height <= most[1]):
+        raise InputError(
+            f"{path} claims tiles of {width} x {height} pixels; for a picture of this size, "
+            f"heatlens takes up to {most[0]} x {most[1]}. The file is damaged: write it again."
+        )
+
+
+def _bytes_of(path: Path, header: RawHeader) -> int:
+    """Return how many bytes the pixels of a part take in memory."""
+    width, height = _size_of(path, header)
+    channels = channels_of(header)
+    if header.get("type", b"").startswith(b"deep"):
+        return width * height * _DEEP_PIXEL_BYTES
+    return sum(
+        (width // channel.x_sampling) * (height // channel.y_sampling) * channel.bytes_each
+        for channel in channels
     )
 
 
-def _chunk_count(header: RawHeader) -> int | None:
-    """Return the number of chunks in a part.
-
-    None for levels of detail, and for compressions newer than this table.
-    """
-    if "chunkCount" in header:
-        return int(struct.unpack("<i", header["chunkCount"])[0])
-    x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
-    if "tiles" not in header:
-        lines = _LINES_OF_CHUNK.get(header["compression"][0])
-        return None if lines is None else _parts(y1 - y0 + 1, lines)
-    width, height, mode = struct.unpack("<IIB", header["tiles"])
-    return None if mode & 0xF else _parts(x1 - x0 + 1, width) * _parts(y1 - y0 + 1, height)
-
-
-def _parts(length: int, each: int) -> int:
-    return -(-length // each)
-
-
-def _end_of(file: BinaryIO, offset: int, header: RawHeader, is_one_of_many: bool) -> int:
-    """Return where the chunk at `offset` ends: its part and place, its sizes and its data."""
-    kind = header.get("type", b"")
-    is_tiled = "tiles" in header or b"tile" in kind
-    file.seek(offset + 4 * is_one_of_many + (16 if is_tiled else 4))
-    sizes = "<I" if not kind.startswith(b"deep") else _DEEP_SIZES
-    packed: tuple[int, ...] = struct.unpack(sizes, file.read(struct.calcsize(sizes)))[:2]
-    return file.tell() + sum(packed)
-
-
-def cut_short(paths: Iterator[Path]) -> list[Path]:
-    """Return the `paths` of empty files, and of EXR files that lack pixels; others are not read.
-
-    A missing file is left out, because it is reported when it is read.
-    """
-    return [path for path in dict.fromkeys(paths) if path.is_file() and _is_cut(path)]
-
-
-def _is_cut(path: Path) -> bool:
-    if path.suffix.lower() != ".exr":
-        return path.stat().st_size == 0
-    return not is_whole_exr(path)
+def _check_is_possible(path: Path, header: RawHeader, size: int) -> None:
+    """Refuse a file that is too short for the size that its header claims."""
+    smaller = _SMALLER_MOST.get(header["compression"][0])
+    if smaller is None or header.get("type", b"").startswith(b"deep"):
+        return
+    claimed = _bytes_of(path, header)
+    if claimed > size * smaller:
+        raise InputError(
+            f"{path} is damaged or cut short: its {size:,} bytes cannot hold the {claimed:,} of "
+            "its pixels, however they are compressed. Write it again."
+        )

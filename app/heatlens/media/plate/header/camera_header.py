@@ -11,8 +11,8 @@ import numpy as np
 
 from heatlens.core.model.lens.lens import LensModel
 from heatlens.core.model.option import Values
+from heatlens.media.plate.header.entries import rendered_by
 from heatlens.media.plate.header.shoot_names import ShootLens, is_of_shoot, shoot_lens
-from heatlens.media.plate.header.written_by import rendered_by
 from heatlens.media.plate.plate import CameraHeader
 
 Header = Values

@@ -16,7 +16,7 @@ from heatlens.media.plate.header.channels import (
     unusable_sentence,
     views_of,
 )
-from heatlens.media.plate.header.written_by import written_by
+from heatlens.media.plate.header.entries import written_by
 
 # Layers that hold the finished picture, best first; "" is the layer without a name.
 _COLOR_LAYERS = (

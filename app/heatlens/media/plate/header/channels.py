@@ -26,6 +26,7 @@ Part = tuple[Header, dict[str, NDArray[np.generic]]]
 _NAMES_LISTED = 20
 _EYES = ("left", "right")
 _SEPARATORS = re.compile(r"[-._ ]")
+_BEHIND = re.compile(r"behind(\.\d+)?$", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,17 @@ def flat_channels(headers: Sequence[Header]) -> tuple[ChannelRef, ...]:
         if channel.xSampling == channel.ySampling == 1 and not is_deep(header)
     }
     return tuple(ref for ref in list_channels(headers) if (ref.part, ref.key) in sampled)
+
+
+def is_behind(part: Part) -> bool:
+    """Return True if the name of a part marks hidden surfaces: behind, behind.1, ..."""
+    return bool(_BEHIND.match(str(part[0].get("name", ""))))
+
+
+def behind_layers(parts: Sequence[Part]) -> tuple[str, ...]:
+    """Return the layers, of any part, that hold hidden surfaces, in the order of the file."""
+    layers = dict.fromkeys(ref.layer for ref in list_channels([header for header, _ in parts]))
+    return tuple(name for name in layers if _BEHIND.match(name))
 
 
 def pixels_of(parts: Sequence[Part], ref: ChannelRef) -> NDArray[np.generic]:

@@ -31,7 +31,7 @@ def with_cutout(plate: Plate, options: PlateOptions) -> Plate:
     deep plate, whose pixels are taken apart already.
     """
     share = _share(plate, options)
-    if share is None or not share.any():
+    if not share.any():
         return plate
     if plate.fragments is not None and (plate.fragments.starts[:-1] & 1).any():
         raise InputError(
@@ -41,14 +41,15 @@ def with_cutout(plate: Plate, options: PlateOptions) -> Plate:
     return replace(plate, cutout=cut_out(plate.pixels, share, is_only))
 
 
-def _share(plate: Plate, options: PlateOptions) -> FloatImage | None:
-    """Return the share of each pixel that is not blurred; None where no option asks for it."""
+def _share(plate: Plate, options: PlateOptions) -> FloatImage:
+    """Return the share of each pixel that is not blurred, as at least one option asks."""
     shares: list[FloatImage] = []
     if options.never_blur is not None:
         shares.append(_matte(plate, options.never_blur))
     if options.only_blur is not None:
         shares.append(1 - _matte(plate, options.only_blur))
-    return np.maximum.reduce(shares) if shares else None
+    share: FloatImage = np.maximum.reduce(shares)
+    return share
 
 
 def _matte(plate: Plate, text: str) -> FloatImage:

@@ -15,7 +15,7 @@ _NEAREST_PERCENT = 98.0  # of its pixels lie behind its nearest part
 _STRAY = 3.0  # medians of the distance to the plane, beyond which a pixel is left out of the fit
 
 
-def with_flat_depth(plate: Plate, text: str | None) -> Plate:
+def with_flat_depth(plate: Plate, text: str) -> Plate:
     """Return the plate with one depth inside a matte: its median, or as a first word tells.
 
     `plane:` is the plane that fits most of it, `nearest:` the depth of its nearest part.
@@ -23,8 +23,6 @@ def with_flat_depth(plate: Plate, text: str | None) -> Plate:
     A frame without the thing stays as it is. Raises InputError as `matte_in_frame` does, for a
     plate without distances and for one that holds its hidden surfaces.
     """
-    if text is None:
-        return plate
     if not plate.has_distances:
         raise no_distances(plate)
     if plate.fragments is not None:

@@ -10,18 +10,15 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.timecode import Timecode
-from heatlens.media.files.marks import JOB_ATTRIBUTE
 from heatlens.media.files.picture_formats import in_movie, is_picture
 from heatlens.media.files.quiet import quiet_library
-from heatlens.media.plate.exr.exr_limits import check_exr
-from heatlens.media.plate.exr.exr_read import deep_channels, is_deep_file
-from heatlens.media.plate.exr.exr_unknown import opened_parts
+from heatlens.media.plate.exr.exr_read import deep_channels, is_deep_file, opened_parts
+from heatlens.media.plate.exr.exr_scan import check_exr
 from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.header.channels import Header
-from heatlens.media.plate.header.own_marks import is_blurred
+from heatlens.media.plate.header.entries import is_blurred
 from heatlens.media.plate.header.timecode import timecode_of
-from heatlens.media.plate.parts.picture_parts import PICTURE_FACTS, picture_header
-from heatlens.media.plate.picture.portrait import FOCUS_POINT
+from heatlens.media.plate.parts.picture_parts import picture_header
 from heatlens.media.sequence.sequence import Sequence
 
 _AS_FOUND = PlateOptions()
@@ -83,21 +80,3 @@ def is_marked_blurred(path: Path) -> bool:
     except InputError:
         return False
     return any(map(is_blurred, headers))
-
-
-# The writer writes these itself, or they describe parts, channels and layouts of the input alone.
-_NOT_CARRIED = {
-    *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
-    *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
-    *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
-    *("deepImageState", JOB_ATTRIBUTE, FOCUS_POINT, PICTURE_FACTS),
-}
-
-
-def carried(header: Header) -> dict[str, object]:
-    """Return the metadata worth keeping in the output."""
-    return {
-        name: value
-        for name, value in header.items()
-        if name not in _NOT_CARRIED and not name.startswith("cryptomatte/")
-    }

@@ -4,7 +4,7 @@ Colour becomes scene-linear and premultiplied. Facts about the camera and the pr
 into the header under their EXR names; facts about a depth, under `PICTURE_FACTS`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,11 +16,12 @@ from PIL import Image, ImageCms
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.depth_words import DepthConvention, DepthSide
+from heatlens.core.model.depth_words import DepthSide
 from heatlens.core.model.shot.plate_options import PictureCurve
 from heatlens.media.files.marks import picture_marks
 from heatlens.media.plate.header.camera_header import lens_attributes
 from heatlens.media.plate.header.channels import Header, Part
+from heatlens.media.plate.header.entries import FOR_THE_EYE, PICTURE_FACTS, PictureFacts
 from heatlens.media.plate.header.primaries import P3_D65
 from heatlens.media.plate.picture.display import log_light, srgb_decoded
 from heatlens.media.plate.picture.picture_open import RawPicture, open_picture, picture_info
@@ -28,12 +29,6 @@ from heatlens.media.plate.picture.portrait import inner_depth
 from heatlens.media.plate.plate import FloatImage
 from heatlens.media.plate.windows import header_at_box, resized_nearest
 
-# Header entry that is 1 for a display-referred picture, whose values are not scene light. It is
-# copied to renders of that picture, so that they are viewed in the same way.
-FOR_THE_EYE = "heatlens:forTheEye"
-PICTURE_FACTS = (
-    "heatlens:pictureFacts"  # header entry that holds a `PictureFacts`; never written to a file
-)
 _FULL_FRAME_MM = (36.0, 24.0)
 _EXIF_FOCAL_35MM = 0xA405
 # Channels of a grey picture may differ by this part of the range: JPEG adds a little colour.
@@ -43,28 +38,6 @@ _SEAM_PX = 16  # beside the other half a codec mixes the colours of both in its 
 _AFTER = (DepthSide.RIGHT, DepthSide.BOTTOM)  # the depth is the second half
 
 Kind = Literal["color", "depth"]
-
-
-@dataclass(frozen=True)
-class PictureFacts:
-    """Facts about a picture besides its pixels.
-
-    notes       sentences about the colour
-    full_scale  value of white of a depth in integers, None for floating point
-    convention  convention of the depth if the file states it, else None
-    why         one sentence on how the convention is known
-    """
-
-    notes: tuple[str, ...] = ()
-    full_scale: float | None = None
-    convention: DepthConvention | None = None
-    why: str = ""
-
-
-def picture_facts(header: Header) -> PictureFacts | None:
-    """Return the facts about a picture; None for a part of an EXR."""
-    facts = header.get(PICTURE_FACTS)
-    return facts if isinstance(facts, PictureFacts) else None
 
 
 def color_parts(path: Path, curve: PictureCurve, side: DepthSide = DepthSide.NONE) -> list[Part]:

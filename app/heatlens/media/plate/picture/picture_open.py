@@ -34,7 +34,7 @@ from heatlens.media.files.limits import allow_for, is_bounded
 from heatlens.media.files.opened_by_ending import check_content, input_by_openimageio, picture_at
 from heatlens.media.files.picture_formats import in_movie
 from heatlens.media.files.quiet import quiet_library
-from heatlens.media.plate.exr.exr_limits import MAX_SIDE_PX
+from heatlens.media.plate.exr.exr_scan import MAX_SIDE_PX
 from heatlens.media.plate.header.camera_header import lens_attributes
 from heatlens.media.plate.picture.movie_picture import movie_info, movie_values
 from heatlens.media.plate.picture.pfm import read_pfm

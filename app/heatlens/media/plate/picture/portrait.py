@@ -27,6 +27,7 @@ from heatlens.core.base.paths import file_bytes
 from heatlens.core.model.depth_words import DepthConvention
 from heatlens.media.files.opened_by_ending import picture_of
 from heatlens.media.plate.coc_line import depth_at_m
+from heatlens.media.plate.header.entries import FOCUS_POINT
 from heatlens.media.plate.plate import FloatImage, Plate
 
 _XMP = b"http://ns.adobe.com/xap/1.0/\0"
@@ -189,7 +190,6 @@ def _number(xmp: str, name: str) -> float | None:
         return None
 
 
-FOCUS_POINT = "heatlens:photoFocus"  # parts of the width and height of the upright picture
 _SUBJECT_AREA, _ORIENTATION = 0x9214, 0x0112
 _REGION = re.compile(r"<rdf:li\b")
 _IS_FOCUS = re.compile(r'mwg-rs:Type(?:="|>)Focus["<]')

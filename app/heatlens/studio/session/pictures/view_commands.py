@@ -18,10 +18,9 @@ from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.view.overlays import NO_OVERLAY
 from heatlens.core.model.view.view import DIFFERENCE_GAINS, Against, Compare
 from heatlens.core.model.view.view_geometry import zoomed, zoomed_to
-from heatlens.media.plate.file_parts import color_file_parts
 from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.plate import FloatImage
-from heatlens.media.plate.read import read_color
+from heatlens.media.plate.read import color_file_parts, read_color
 from heatlens.render.gpu.context import check_plate_fits
 from heatlens.render.gpu.device import Texture
 from heatlens.render.gpu.textures import new_texture, upload

@@ -15,7 +15,7 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.header.channel_choice import color_layers_among, depth_channels_first
-from heatlens.media.plate.parts.picture_parts import FOR_THE_EYE
+from heatlens.media.plate.header.entries import FOR_THE_EYE
 from heatlens.media.plate.plate import CameraHeader, Plate
 from heatlens.studio.session.messages import window_words
 from heatlens.studio.ui import probe, theme, widgets

@@ -1,0 +1,164 @@
+"""Read the entries of a header that name programs, heatlens among them, and choose what travels on.
+
+pbrt leaves no name, only two entries of its own; Octane, Karma and others put theirs in `Software`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatlens.core.base.errors import InputError
+from heatlens.core.model.depth_words import DepthConvention
+from heatlens.media.files.marks import BLURRED_ATTRIBUTE, JOB_ATTRIBUTE, YES
+from heatlens.media.plate.header.channels import Header
+
+# Header entry that is 1 for a display-referred picture, whose values are not scene light. It is
+# copied to renders of that picture, so that they are viewed in the same way.
+FOR_THE_EYE = "heatlens:forTheEye"
+PICTURE_FACTS = (
+    "heatlens:pictureFacts"  # header entry that holds a `PictureFacts`; never written to a file
+)
+FOCUS_POINT = "heatlens:photoFocus"  # parts of the width and height of the upright picture
+# The writer writes these itself, or they describe parts, channels and layouts of the input alone.
+_NOT_CARRIED = {
+    *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
+    *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
+    *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
+    *("deepImageState", JOB_ATTRIBUTE, FOCUS_POINT, PICTURE_FACTS),
+}
+# Beginnings, in lower case, of entry names that only one program writes.
+_PREFIXES = {
+    "nuke/": "Nuke",
+    "cycles.": "Blender",
+    "blendermultichannel": "Blender",
+    "arnold/": "Arnold",
+    "vrayinfo": "V-Ray",
+    "rstools": "Redshift",
+    "rs/": "Redshift",
+    "husk:": "Houdini",
+    "husk_": "Houdini",
+    "prman": "RenderMan",
+    "rmanversion": "RenderMan",
+    "rendertimeseconds": "pbrt",
+}
+# Entries in which programs write their name, and the words that identify them.
+_ENTRIES = ("software", "generatedby", "generator", "writer", "creator", "renderer")
+_WORDS = {
+    "nuke": "Nuke",
+    "blender": "Blender",
+    "arnold": "Arnold",
+    "v-ray": "V-Ray",
+    "vray": "V-Ray",
+    "mitsuba": "Mitsuba",
+    "houdini": "Houdini",
+    "karma": "Houdini",
+    "husk": "Houdini",
+    "mantra": "Houdini",
+    "renderman": "RenderMan",
+    "prman": "RenderMan",
+    "redshift": "Redshift",
+    "pbrt": "pbrt",
+    "octane": "Octane",
+    "3delight": "3Delight",
+    "moonray": "MoonRay",
+    "corona": "Corona",
+}
+# Programs that pass on the pictures of other programs.
+_COMPOSITING = {"Nuke"}
+
+
+def written_by(headers: Sequence[Mapping[str, object]]) -> str:
+    """Return the name of the program that wrote a file, or "" if it is unknown.
+
+    If a compositing program passed on a render, it is returned instead of the renderer.
+    """
+    found = _programs_in(headers)
+    return min(found & _COMPOSITING or found, default="")
+
+
+def rendered_by(headers: Sequence[Mapping[str, object]]) -> str:
+    """Return the name of the CG renderer that made the picture, or "" if none is named.
+
+    A picture that a compositing program passed on still names its renderer.
+    """
+    return min(_programs_in(headers) - _COMPOSITING, default="")
+
+
+def _programs_in(headers: Sequence[Mapping[str, object]]) -> set[str]:
+    return {program for header in headers for program in _programs_of(header)}
+
+
+def _programs_of(header: Mapping[str, object]) -> set[str]:
+    """Return every program that one header names."""
+    found = set()
+    for name, value in header.items():
+        entry = name.lower()
+        found |= {program for prefix, program in _PREFIXES.items() if entry.startswith(prefix)}
+        if entry in _ENTRIES and isinstance(value, str):
+            text = value.lower()
+            found |= {program for word, program in _WORDS.items() if word in text}
+    return found
+
+
+def is_blurred(header: Mapping[str, object]) -> bool:
+    """Return whether the file is marked as one that went through a lens of heatlens."""
+    return header.get(BLURRED_ATTRIBUTE) == YES
+
+
+def blurred_notes(path: Path, header: Header, is_strict: bool = False) -> tuple[str, ...]:
+    """Return a sentence if a lens of heatlens has blurred the picture, or may have.
+
+    Raises InputError instead if it has, and `is_strict`. Exports of older versions tell only that
+    they are exports, which pinhole plates are too.
+    """
+    if is_blurred(header):
+        told = (
+            f"{path} is already blurred: heatlens rendered it through a lens, and another lens "
+            "blurs it once more. Give the pinhole picture that it was made from"
+        )
+        if is_strict:
+            raise InputError(f"{told}, or leave --strict out.")
+        return (f"{told}.",)
+    if JOB_ATTRIBUTE in header and BLURRED_ATTRIBUTE not in header:
+        return (
+            f"{path} was exported by an older heatlens, which did not tell whether through a lens: "
+            "unless it is a pinhole plate, it is already blurred.",
+        )
+    return ()
+
+
+@dataclass(frozen=True)
+class PictureFacts:
+    """Facts about a picture besides its pixels.
+
+    notes       sentences about the colour
+    full_scale  value of white of a depth in integers, None for floating point
+    convention  convention of the depth if the file states it, else None
+    why         one sentence on how the convention is known
+    """
+
+    notes: tuple[str, ...] = ()
+    full_scale: float | None = None
+    convention: DepthConvention | None = None
+    why: str = ""
+
+
+def picture_facts(header: Header) -> PictureFacts | None:
+    """Return the facts about a picture; None for a part of an EXR."""
+    facts = header.get(PICTURE_FACTS)
+    return facts if isinstance(facts, PictureFacts) else None
+
+
+def notes_of(header: Header) -> tuple[str, ...]:
+    """Return notes about the colours of a photo or picture; none for an EXR."""
+    facts = picture_facts(header)
+    return () if facts is None else facts.notes
+
+
+def carried(header: Header) -> dict[str, object]:
+    """Return the metadata worth keeping in the output."""
+    return {
+        name: value
+        for name, value in header.items()
+        if name not in _NOT_CARRIED and not name.startswith("cryptomatte/")
+    }
