@@ -108,7 +108,7 @@ def test_each_plate_is_read_once_and_the_memory_is_bounded(dolly, monkeypatch):
     small = NeighbourReader(PlateOptions(), find_sequence(dolly))
     for frame in ALL:
         small(path_of(dolly, frame))
-        assert small._shelf.bytes_in_use <= sequence_reader._SHELF_BYTES
+        assert small._shelf.held.bytes_in_use <= sequence_reader._SHELF_BYTES
 
 
 def test_a_frame_that_is_written_again_is_read_again(tmp_path):

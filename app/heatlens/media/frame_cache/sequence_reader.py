@@ -4,7 +4,6 @@ The plates may get the hidden surfaces that neighbouring frames show.
 """
 
 import threading
-from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
@@ -13,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from heatlens.core.base.byte_lru import ByteLru
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.depth_words import DepthConvention
 from heatlens.core.model.shot.plate_options import PlateOptions
@@ -79,6 +79,7 @@ def settled_options(options: PlateOptions, plate: Plate) -> PlateOptions:
 
 USUAL_COUNT = 2  # frames on either side where the headers tell the camera
 _SHELF_BYTES = 1 << 30  # six plates of 4K
+_Key = tuple[Path, Stamp | None]
 _UNASKED = "No neighbouring frames are used."
 
 
@@ -257,34 +258,29 @@ class _Shelf:
     def __init__(self, read: Callable[[Path], Plate]) -> None:
         self._read = read
         self._lock = threading.Lock()
-        self._held: OrderedDict[tuple[Path, Stamp | None], Future[Plate]] = OrderedDict()
+        # The frame on the screen is wanted even where it alone is beyond the limit.
+        self.held: ByteLru[_Key, Plate] = ByteLru(_SHELF_BYTES, plate_bytes, keeps_newest=True)
+        self._coming: dict[_Key, Future[Plate]] = {}
 
     def __call__(self, path: Path) -> Plate:
         """Return the plate at `path`; read it if it is not held or its files have changed."""
         key = path, stamp_of(path)
         with self._lock:
-            coming = self._held.get(key)
-            is_mine = coming is None
-            coming = coming or Future()
-            self._held[key] = coming
-            self._held.move_to_end(key)
+            plate = self.held.get(key)
+            if plate is not None:
+                return plate
+            is_mine = key not in self._coming
+            coming = self._coming.setdefault(key, Future())
         if is_mine:
             self._fill(key, coming)
         return coming.result()
 
-    def _fill(self, key: tuple[Path, Stamp | None], coming: "Future[Plate]") -> None:
+    def _fill(self, key: _Key, coming: "Future[Plate]") -> None:
         try:
             coming.set_result(self._read(key[0]))
         except BaseException as error:
             coming.set_exception(error)
         with self._lock:
-            if coming.exception() is not None:
-                self._held.pop(key, None)
-            while len(self._held) > 1 and self.bytes_in_use > _SHELF_BYTES:
-                self._held.popitem(last=False)
-
-    @property
-    def bytes_in_use(self) -> int:
-        """Bytes of all plates held."""
-        done = [it for it in self._held.values() if it.done() and it.exception() is None]
-        return sum(plate_bytes(it.result()) for it in done)
+            del self._coming[key]
+            if coming.exception() is None:
+                self.held.put(key, coming.result())
