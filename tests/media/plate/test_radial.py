@@ -5,7 +5,8 @@ import pytest
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
-from heatlens.media.plate.depth_read import checked_lens_mm, planar_depth_m
+from heatlens.media.plate.depth_read import planar_depth_m
+from heatlens.media.plate.header.camera_header import checked_lens_mm
 
 
 def ray_lengths(data, display, aspect, focal_length_mm, sensor_width_mm, depth_m):

@@ -18,7 +18,7 @@ from heatlens.media.plate.depth.depth import DepthResult, finite_range, read_dep
 from heatlens.media.plate.depth.depth_guess import DepthOrigin
 from heatlens.media.plate.depth.repair import DEPTH_LEAST_M
 from heatlens.media.plate.exr.exr_read import is_deep_file, read_parts
-from heatlens.media.plate.header.camera_header import camera_at_header
+from heatlens.media.plate.header.camera_header import camera_at_header, checked_lens_mm
 from heatlens.media.plate.header.channel_choice import ColorChoice, choose_depth
 from heatlens.media.plate.header.channels import ChannelRef, Header, Part, flat_channels, pixels_of
 from heatlens.media.plate.header.entries import picture_facts, written_by
@@ -288,16 +288,3 @@ def planar_depth_m(
     stretch = np.sqrt(1 + x[None, :] ** 2 + y[:, None] ** 2)
     planar: FloatImage = (radial_m / stretch).astype(np.float32)
     return planar
-
-
-def checked_lens_mm(
-    path: object, focal_length_mm: float | None, sensor_width_mm: float | None
-) -> tuple[float, float]:
-    """Return both lengths; raise InputError that names the option for a missing one."""
-    if focal_length_mm is None or sensor_width_mm is None:
-        missing = "--focal-length" if focal_length_mm is None else "--sensor-width"
-        raise InputError(
-            f"{path}: converting radial depth to planar needs the lens, which the header does not "
-            f"give: add {missing} (mm)."
-        )
-    return focal_length_mm, sensor_width_mm

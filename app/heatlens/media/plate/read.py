@@ -69,8 +69,7 @@ from heatlens.media.plate.header.entries import (
     notes_of,
 )
 from heatlens.media.plate.header.placement import PLACEMENT, rigid_at
-from heatlens.media.plate.mattes.cutout import with_cutout
-from heatlens.media.plate.mattes.flat_depth import with_flat_depth
+from heatlens.media.plate.mattes.matte_options import with_cutout, with_flat_depth
 from heatlens.media.plate.parts.picture_parts import color_parts
 from heatlens.media.plate.picture.highlights import lifted
 from heatlens.media.plate.picture.portrait import focused_as_taken

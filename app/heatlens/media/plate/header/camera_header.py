@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import LensModel
 from heatlens.core.model.option import Values
 from heatlens.media.plate.header.entries import rendered_by
@@ -103,6 +104,19 @@ def lens_model_of(camera: CameraHeader) -> tuple[LensModel, str]:
     if camera.model is None:
         return LensModel.PHOTOGRAPHIC, "the header names no CG renderer"
     return camera.model, camera.sources.get("model", "header")
+
+
+def checked_lens_mm(
+    path: object, focal_length_mm: float | None, sensor_width_mm: float | None
+) -> tuple[float, float]:
+    """Return both lengths; raise InputError that names the option for a missing one."""
+    if focal_length_mm is None or sensor_width_mm is None:
+        missing = "--focal-length" if focal_length_mm is None else "--sensor-width"
+        raise InputError(
+            f"{path}: converting radial depth to planar needs the lens, which the header does not "
+            f"give: add {missing} (mm)."
+        )
+    return focal_length_mm, sensor_width_mm
 
 
 def _model_at(headers: Sequence[Header]) -> tuple[LensModel, str] | None:

@@ -8,10 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.core.base.errors import InputError
-from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.mattes.mattes import SURE
-from heatlens.media.plate.mattes.things import matte_in_frame
 from heatlens.media.plate.plate import Cutout, FloatImage, Pixels, Plate, read_pixels
 from heatlens.media.plate.windows import moved_to_window
 
@@ -22,39 +19,6 @@ _GUESSED_FROM, _GUESSED_TO = 0.3, 0.7  # share from which what is behind is gues
 _MARGIN_PX, _MARGIN_PART = 32, 16  # around the thing, and a part of the picture's larger side
 _NEAR_FROM = 0.5  # mean share around something nearer, from which it goes on behind that
 Mask = NDArray[np.bool_]
-
-
-def with_cutout(plate: Plate, options: PlateOptions) -> Plate:
-    """Return the plate with what its options keep from the blur cut out.
-
-    A frame without the thing stays as it is. Raises InputError as `matte_in_frame` does, and for a
-    deep plate, whose pixels are taken apart already.
-    """
-    share = _share(plate, options)
-    if not share.any():
-        return plate
-    if plate.fragments is not None and (plate.fragments.starts[:-1] & 1).any():
-        raise InputError(
-            f"{plate.path} is deep: nothing in it can be kept from the blur by a matte."
-        )
-    is_only = options.only_blur is not None
-    return replace(plate, cutout=cut_out(plate.pixels, share, is_only))
-
-
-def _share(plate: Plate, options: PlateOptions) -> FloatImage:
-    """Return the share of each pixel that is not blurred, as at least one option asks."""
-    shares: list[FloatImage] = []
-    if options.never_blur is not None:
-        shares.append(_matte(plate, options.never_blur))
-    if options.only_blur is not None:
-        shares.append(1 - _matte(plate, options.only_blur))
-    share: FloatImage = np.maximum.reduce(shares)
-    return share
-
-
-def _matte(plate: Plate, text: str) -> FloatImage:
-    matte = matte_in_frame(plate, text)
-    return np.zeros(plate.color.shape[:2], np.float32) if matte is None else matte
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +62,10 @@ class _Seen:
         return _spread(self.color, known)
 
 
+# The share of a matte is the only thing known of a mixed pixel: what it mixes is guessed from whole
+# pixels around. Only the surroundings of the thing are taken apart: a plate of 3840 x 2160 with a
+# title of a third of its width took 1.9 s of one processor in place of 8.5 s, and 0.74 GB in place
+# of 1.6 GB.
 def cut_out(pixels: Pixels, share: FloatImage, is_only: bool = False) -> Cutout:
     """Return the cutout of a picture, of which the share (H, W) of each pixel is not blurred.
 
@@ -209,6 +177,9 @@ def _own(seen: _Seen, share: FloatImage) -> FloatImage:
     return seen.mean_color(share == 1 if (share == 1).any() else share > 0)
 
 
+# Dividing by the share that is left amplifies noise and the error of the guessed colour without
+# bound as that share goes to 0. So from 0.3 on the guess of what lies behind takes over by degrees,
+# and from 0.7 on it is alone.
 def _unmixed(color: FloatImage, share: FloatImage, own: FloatImage, back: FloatImage) -> FloatImage:
     """Return the light behind, whose part of each pixel is never more than all of its light."""
     part = share[..., None]
@@ -236,6 +207,9 @@ def _beside(mask: Mask) -> Mask:
     return grown
 
 
+# A pyramid fills holes of any size in a few passes and leaves no seams, where repeating a filter of
+# one pixel would need as many passes as the hole is wide. Means suit colours; a mean of two depths
+# lies on no surface, so depths take the least.
 def _spread(values: FloatImage, known: Mask, is_mean: bool = True) -> FloatImage:
     """Return values (H, W, C) in which unknown pixels are the mean of the next known ones.
 

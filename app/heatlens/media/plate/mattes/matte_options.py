@@ -1,4 +1,4 @@
-"""Mend the depth of one thing: make it as flat as the thing is, inside its matte."""
+"""Do what options ask inside a matte: make a depth flat, or keep a thing from the blur."""
 
 from dataclasses import replace
 
@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
+from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.coc_line import no_distances
+from heatlens.media.plate.mattes.cutout import cut_out
 from heatlens.media.plate.mattes.mattes import LEAST_PX, SURE
 from heatlens.media.plate.mattes.things import NEAREST_OF, PLANE_OF, bare_name, matte_in_frame
 from heatlens.media.plate.plate import FloatImage, Plate, ReadPixels
@@ -57,3 +59,36 @@ def _plane(inside: NDArray[np.bool_], dioptres: NDArray[np.float64]) -> NDArray[
         off = np.abs(dioptres - found)
         kept = off <= max(_STRAY * float(np.median(off)), 1e-9)
     return np.asarray(np.clip(found, dioptres.min(), dioptres.max()))
+
+
+def with_cutout(plate: Plate, options: PlateOptions) -> Plate:
+    """Return the plate with what its options keep from the blur cut out.
+
+    A frame without the thing stays as it is. Raises InputError as `matte_in_frame` does, and for a
+    deep plate, whose pixels are taken apart already.
+    """
+    share = _share(plate, options)
+    if not share.any():
+        return plate
+    if plate.fragments is not None and (plate.fragments.starts[:-1] & 1).any():
+        raise InputError(
+            f"{plate.path} is deep: nothing in it can be kept from the blur by a matte."
+        )
+    is_only = options.only_blur is not None
+    return replace(plate, cutout=cut_out(plate.pixels, share, is_only))
+
+
+def _share(plate: Plate, options: PlateOptions) -> FloatImage:
+    """Return the share of each pixel that is not blurred, as at least one option asks."""
+    shares: list[FloatImage] = []
+    if options.never_blur is not None:
+        shares.append(_matte(plate, options.never_blur))
+    if options.only_blur is not None:
+        shares.append(1 - _matte(plate, options.only_blur))
+    share: FloatImage = np.maximum.reduce(shares)
+    return share
+
+
+def _matte(plate: Plate, text: str) -> FloatImage:
+    matte = matte_in_frame(plate, text)
+    return np.zeros(plate.color.shape[:2], np.float32) if matte is None else matte
