@@ -61,6 +61,9 @@ def write_whole(
             raise OSError(f"only {arrived:,} of {len(data):,} bytes are on the disk")
 
 
+# A rename within a folder is the only step that other programs see, and it cannot be half done;
+# across disks it would be a copy, so the unfinished file lies beside its target. Its name tells
+# machine and process, so that whoever finds it later can know that its writer is dead.
 @contextmanager
 def replacing(
     path: str | os.PathLike[str], mode: int = _FOR_ALL, follows_links: bool = True
@@ -209,6 +212,8 @@ def make_folder(folder: Path, parents: bool = False) -> None:
         ) from error
 
 
+# A study worked for minutes before it found that nothing can be written in /proc, whose rights say
+# otherwise. Making a file is the only proof.
 def check_writable(path: Path, around: Path | None = None) -> None:
     """Raise InputError if no file can be created in the folder of `path`, or in `around` it.
 

@@ -95,6 +95,8 @@ def input_by_openimageio(library: ModuleType, path: Path) -> "ImageInput | None"
     return opened
 
 
+# A playlist in the place of a movie made FFmpeg open what it names, and wait for a pipe. With the
+# demuxer named, and files as the only protocol, there is nothing to follow.
 def movie_for_reading(library: ModuleType, path: Path) -> "InputContainer":
     """Open a movie with PyAV, by the demuxer of its ending; raises FFmpegError."""
     kind = _DEMUXERS.get(path.suffix.lower(), "mov")

@@ -93,6 +93,8 @@ class FrameCache(Closing):
         with self._changed:
             return self._shelf.bytes_in_use
 
+    # Also over frames that were only read ahead: the focus bar takes its scale from here, and grew
+    # on each frame in which things came nearer while a shot played for the first time.
     @property
     def nearest_m(self) -> float:
         """Metres to the nearest surface of all plates read so far; infinity where none has one."""
@@ -198,6 +200,8 @@ class FrameCache(Closing):
                 return
             self._threads.submit(self._read_frame, frame, self._sequence.path_at(frame))
 
+    # The lock is held for the bookkeeping alone, never for a file or a callback: `get` is asked by
+    # the loop of the window, and a slow disk would stop the picture.
     def _read_frame(self, frame: int, path: Path) -> None:
         """Read `path` and put it on the shelf; runs on a thread."""
         with self._failures_kept():

@@ -84,6 +84,9 @@ def plate_bytes(plate: Plate) -> int:
     return pixels + cut + lists
 
 
+# Not by last use, as `ByteLru`: in a loop longer than the memory, the frame used longest ago is the
+# one that is shown next. What lies ahead of the playhead is kept, and space is taken before a read
+# begins, so that several threads cannot exceed the budget together.
 class PlateShelf:
     """Plates by frame, and space reserved for those that are being read.
 

@@ -23,6 +23,9 @@ _NARROW = 3  # a lamp stands on a thing up to so many pixels wide, such as a pol
 _AROUND = [(y, x) for y in range(3) for x in range(3) if (y, x) != (1, 1)]
 
 
+# Medians of blocks, and of these the evenest: texture and edges raise the roughness of a block, but
+# nothing lowers it below its grain. Relative to the light, because grain of a path tracer grows
+# with it; dark blocks are left out, where the quotient says nothing.
 def noise_of(color: FloatImage) -> float:
     """Return the relative noise of the evenest parts of a picture (H, W, C); 0 if it is too small.
 
@@ -74,6 +77,9 @@ def noise_doubt(noise: float, what: str, cure: str = "") -> tuple[str, ...]:
     )
 
 
+# Grain becomes discs whether it is drawn as a highlight or diffused, because both keep its light:
+# so the light itself has to go. What stands apart in depth, or on a pole, is spared, because a lamp
+# of one pixel looks like a grain in every other respect.
 def despike(color: FloatImage, depth: FloatImage) -> int:
     """Replace pixels of `color` (H, W, C) far brighter than all around them, in place; count them.
 

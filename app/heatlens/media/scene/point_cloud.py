@@ -82,6 +82,8 @@ def _ball() -> tuple[Array, NDArray[np.int64]]:
     return found, np.arange(len(found)).reshape(-1, 3)
 
 
+# A scanner's file tells no size of its points. Too small, they are a sieve that shows what is
+# behind; too large, they swell edges.
 def closing_radius(positions: Array) -> float:
     """Return the radius with which the points of a surface just close it.
 

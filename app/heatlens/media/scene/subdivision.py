@@ -193,6 +193,9 @@ def _split_creases(edges: _Edges, vertices: int) -> tuple[Indices, Array]:
     return np.vstack(halves), np.tile(edges.sharpness[kept] - 1, 2)
 
 
+# Corners of a vertex that smooth edges connect share a normal; walking around each vertex would be
+# a loop in Python over millions. So the least number spreads along all edges at once, in as many
+# rounds as the longest fan of faces needs.
 def _smooth_groups(mesh: Polygons, edges: _Edges, following: Indices) -> Indices:
     """Return (C,) a group number for each corner; corners of a group share a normal."""
     inner = (edges.sharpness > 0) & (edges.faces == 2)

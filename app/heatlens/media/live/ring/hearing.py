@@ -85,6 +85,10 @@ class _Unfinished:
 
     segments: list[Segment] = field(default_factory=list)
 
+    # By offset and not by number: the reference sender of the standard numbers every datagram,
+    # others number samples, and both are met. Samples of several datagrams were lost while only one
+    # numbering was expected. One that overlaps ends the sample, so that unfinished ones stay
+    # bounded.
     def take(self, segment: Segment) -> bool:
         """Add a segment, or return False if it cannot belong to the same sample as the others."""
         held = self.segments
@@ -130,6 +134,8 @@ class Assembly:
         self.lost += held.text is None
         return held.text
 
+    # Anybody on the network can send first segments under new addresses without end. So each sender
+    # has one unfinished sample, and the oldest goes when there are too many senders.
     def _begin(self, sender: Sender, segment: Segment) -> _Unfinished:
         """Drop an incomplete sample of this sender, or the oldest one to make room."""
         self.lost += self._unfinished.pop(sender, None) is not None

@@ -85,6 +85,8 @@ class Segment:
         return self.offset + len(self.payload)
 
 
+# The second sum is a weighted sum of all bytes, so both are one expression over an array each in
+# place of a loop over up to 1,500 bytes for every datagram.
 def fletcher16(data: bytes) -> int:
     """Return Fletcher's checksum of `data` modulo 256, the second sum in the high byte."""
     values = np.frombuffer(data, np.uint8).astype(np.int64)

@@ -127,6 +127,9 @@ class DeepPart:
         if self._compression not in (_NONE, _RLE, _ZIPS):
             raise CutError(f"deep pixels cannot have compression number {self._compression}")
 
+    # A header that claims a picture of gigabytes in a file of a few bytes is refused before memory
+    # is set aside for it: no deep compression shrinks even black pixels by more than a factor that
+    # was measured.
     def _places(self, file: BinaryIO, headers: list[RawHeader], part: int) -> list[int]:
         """Return where in the file the chunks of the part begin."""
         size = file.seek(0, 2)
@@ -185,6 +188,9 @@ class DeepPart:
             raise CutError("a chunk lies outside the picture")
         return box
 
+    # The counts are read for the whole part before any samples, because they alone tell how much
+    # memory the picture takes, and they are small. Each is stored as the sum of its row so far, so
+    # a decreasing one is damage and not a large number.
     def _read_chunk(self, file: BinaryIO, box: Box) -> _Chunk:
         table_bytes, packed_bytes, data_bytes = struct.unpack("<3Q", file.read(24))
         size = 4 * box.width * box.height
@@ -310,6 +316,9 @@ def _unpacked(packed: bytes, size: int, compression: int) -> NDArray[np.uint8]:
     return _from_differences(np.frombuffer(raw, np.uint8))
 
 
+# EXR reorders bytes before zip and run lengths so that similar ones meet: even and odd bytes lie in
+# two halves, and each byte is the difference to the one before it. Sums of bytes wrap around, as
+# the writer's differences do, so that they must not be widened.
 def _from_differences(stored: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Undo the predictor of EXR: sum up differences, then interleave the two halves."""
     sums = np.cumsum(stored, dtype=np.uint8)

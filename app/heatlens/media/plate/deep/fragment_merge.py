@@ -54,6 +54,8 @@ def joined(parts: list[Fragments]) -> Fragments:
     )
 
 
+# Samples at the same distance would otherwise lie in the order of the files, and the same surfaces
+# given in another order would make another picture.
 def in_order(fragments: Fragments) -> Fragments:
     """Return the fragments sorted by pixel, and within a pixel from near to far.
 
@@ -75,6 +77,9 @@ def in_order(fragments: Fragments) -> Fragments:
     return fragments.where(order)
 
 
+# Each fragment is compared with the one before it, so that one pass finds the runs. But smoke in
+# fine slices is one run from end to end, in which each is close to the next: such a run is cut
+# again, by the distance from where it begins.
 def merged(fragments: Fragments, tolerance: float) -> Fragments:
     """Merge the fragments of a pixel that are closer than `tolerance`, relative to their distance.
 
@@ -96,6 +101,9 @@ def merged(fragments: Fragments, tolerance: float) -> Fragments:
     return _one_of_each(fragments, begins)
 
 
+# What may be merged is what no lens blurs differently. A circle of confusion is linear in dioptres
+# with every focus and f-stop, so bins of equal dioptres lose equally little, whereas bins of equal
+# metres would spend themselves on the distance.
 def shortened(fragments: Fragments, counts: NDArray[np.int64]) -> Fragments:
     """Merge fragments of similar blur until no pixel has more than FRAGMENTS_MOST.
 
@@ -199,6 +207,9 @@ def without_volumes(samples: DeepSamples) -> tuple[Fragments, int]:
     ), int(is_thick.sum())
 
 
+# No lens can tell apart what is closer together than a share of its distance, so slices grow with
+# the distance by a constant factor. As many slices of equal thickness would be too coarse in front,
+# where blur changes fastest.
 def _slices(samples: DeepSamples) -> Fragments:
     """Cut each sample into slices whose distances grow by a constant factor."""
     begin = np.maximum(samples.z, _NEAREST * samples.back)

@@ -146,6 +146,8 @@ def _from_distance(raw: RawDepth, scene_unit_m: float) -> _Converted:
     return _Converted(depth, infinite, bad, notes + infinite_notes)
 
 
+# Such pixels are filled from their neighbours and counted, as NaN is: taken as a distance, 0 would
+# lie on the lens, and the largest number behind everything else.
 def _unmeasured(raw: RawDepth) -> tuple[_Mask | None, tuple[str, ...]]:
     """Return where a map of integers holds no measurement, with a note; None for other maps.
 
@@ -233,6 +235,9 @@ def _from_disparity(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Co
     return _Converted(depth, infinite, ~np.isfinite(raw.values) | raw.infinite, notes)
 
 
+# Some programs write z of a camera that looks along -z. Filtering at edges leaves a few values of
+# the other sign in any depth, so both signs are allowed up to a share; a channel of both is
+# something else, such as positions or circles of confusion.
 def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
     """Return the sign of visible distances: -1 with a note for a camera looking along -z, else 1.
 
@@ -294,6 +299,8 @@ def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
     return near, far
 
 
+# A photo of a phone is to be looked at before anybody has measured anything, so the ends of a room
+# are assumed, and asked for. A strict run assumes nothing.
 def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[PlateOptions, Guess]:
     """Return options with both ends of a disparity, assuming the usual ones if none are given.
 

@@ -105,6 +105,8 @@ def in_full_scale(raw: RawDepth) -> RawDepth:
     return replace(raw, values=values, low=raw.low / white, high=raw.high / white)
 
 
+# 1e6 and 65504 mean infinity in floating point alone: in a map of integers, 65504 is a depth like
+# any other.
 def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) -> RawDepth:
     """Gather statistics of the channel. Raises InputError if every value is zero or NaN."""
     magnitude = np.abs(values)
@@ -168,6 +170,10 @@ def _guessed(raw: RawDepth, options: PlateOptions) -> Guess:
     return _guess_within_one(raw)
 
 
+# The order is that of the evidence: a mark of infinity occurs among distances alone, surfaces are
+# measured, the program's habit is hearsay, and the range is the weakest. 1/z beyond 20 would be
+# nearer than 5 cm in metres, but networks write disparity in a scale of their own, so there the
+# surfaces may still raise a question.
 def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
     """Guess distances, unless the surfaces or the program say that these values are 1/z."""
     beyond = "above 1" if raw.high > 1 else "below -1"

@@ -55,6 +55,10 @@ class FlatVotes:
         return own >= least and own >= _LEAST_LEAD * other
 
 
+# A wrong convention blurs the wrong things and looks almost right, and neither name nor range can
+# tell metres of a table from 1/z of a street: both may run from 0.1 to 4. Geometry can. Planes give
+# evidence without knowing the camera, because the focal length only scales the pixel. A few votes
+# decide nothing: one convention needs five times as many as the other.
 def flat_votes(
     values: FloatImage, infinite: NDArray[np.bool_], whole_step: float = 0.0
 ) -> FlatVotes:
@@ -82,6 +86,8 @@ def _is_half(magnitude: FloatImage) -> bool:
         return bool(np.array_equal(row, row.astype(np.float16).astype(row.dtype)))
 
 
+# A ramp painted from edge to edge fits 1/z at every pixel, so it would win the vote without being
+# evidence: people paint such ramps as distances, to test a lens.
 def _is_one_ramp(magnitude: FloatImage) -> bool:
     """Return True if all values lie on a single linear function of the pixel."""
     rows = np.linspace(0, magnitude.shape[0] - 1, _RAMP_SAMPLES).astype(int)
@@ -108,6 +114,9 @@ def _triples(
             yield thin[:, : -2 * stride], thin[:, stride:-stride], thin[:, 2 * stride :]
 
 
+# The two means of neighbours are almost equal where a surface is far or faces the camera. There the
+# rounding of half floats, or of a PNG, decides which one the middle value meets, so such triples
+# must not vote: only those count whose means lie many rounding steps apart.
 def _way_to_arithmetic(
     first: NDArray[np.float64],
     middle: NDArray[np.float64],

@@ -103,6 +103,9 @@ class Estimated:
         return self.values[::step, ::step], self.seen[::step, ::step]
 
 
+# Scale and shift of a network drift from frame to frame, and focus would pump with them. Only what
+# did not move is compared, because its true depth is the same in both frames. A camera that moves
+# leaves none of it, and then only the distribution of all values can be matched.
 def fitted(frame: Estimated, before: Estimated, fit_before: Fit, keeps_zero: bool) -> Fit:
     """Return the fit of a frame, given another frame with its fit.
 
@@ -119,6 +122,9 @@ def fitted(frame: Estimated, before: Estimated, fit_before: Fit, keeps_zero: boo
     return _by_least_squares(own[still], target[still], keeps_zero)
 
 
+# What moved without changing its colour, such as a plain wall that somebody passes, is not excluded
+# before the fit. So points far from the line count less in each round, by 1.5 times the median of
+# their distances.
 def _by_least_squares(
     own: np.ndarray[tuple[int], np.dtype[np.float64]],
     target: np.ndarray[tuple[int], np.dtype[np.float64]],

@@ -57,6 +57,10 @@ class Found:
     layers: tuple[Plate, ...] = ()
 
 
+# A silhouette hides in one frame what the next one shows. One neighbour on either side was worth
+# more than all that was tried on one plate alone: a fence went from FLIP .110 to .085, and four to
+# .081. Frames are worth what they uncover, so they are chosen by parallax, few and far enough
+# apart.
 def with_neighbours(view: View, others: Sequence[View], border_px: int = 0) -> Found:
     """Return the plate of `view` with what the other frames show behind its surfaces.
 
@@ -129,6 +133,9 @@ def _layers(view: View, moved: Sequence[Arrived], canvas: Canvas) -> list[Plate]
     ]
 
 
+# Where a walker is partly hidden, the frames around show the wall behind him, because he has gone
+# on: its colour was put into the edge before him. Keeping his surroundings free took a dolly along
+# a street from FLIP .0273 to .0262.
 def _is_hidden_twice(canvas: Canvas, goes_on_m: FloatImage, pixel: Numbers, z: FloatImage) -> Flags:
     """Return where a moving object may lie between the visible surface and a point."""
     row, column = np.divmod(pixel, canvas.width)
@@ -166,6 +173,9 @@ def _alone(plate: Plate, color: FloatImage, depth_m: FloatImage) -> Plate:
     return replace(plate, pixels=pixels, has_alpha=True, fragments=None, behind=(), notes=())
 
 
+# Without a test of agreement a rolling ball stood where it no longer is, and two neighbours gave a
+# worse picture than one (37.6 dB in place of 38.6). A frame that sees through a point is proof that
+# nothing is there; a frame that shows it is none while it is alone.
 def agreed(
     here: View,
     looks: Sequence[tuple[Look, Moving]],

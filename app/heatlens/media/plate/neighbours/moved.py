@@ -112,6 +112,9 @@ class Moving:
         return moved
 
 
+# The reverse of `moving`: that finds what a neighbour shows and this frame sees through; this finds
+# what this frame shows and a neighbour sees through. Both moved by themselves, but only the first
+# can be left out of what is taken; of the second nobody knows where it goes on.
 def moved_here(here: View, looks: Sequence[Look], canvas: Canvas) -> FloatImage:
     """Return the farthest depth that this frame shows and another sees through; 0 if none.
 

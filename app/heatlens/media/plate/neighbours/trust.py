@@ -38,6 +38,10 @@ def size_reason(here: View, other: View) -> str:
     return ""
 
 
+# A frame of another shot, or a camera in feet or with its axes swapped, would put wrong surfaces
+# behind every edge. Depth tells another shot. A wrong camera may still agree in depth, so light has
+# to agree as well: the movement must explain the picture better than no movement does, and better
+# than the same movement shifted by two pixels.
 def doubt(here: View, arrived: Arrived, canvas: Canvas) -> str:
     """Return why the frame is from another shot, or its camera is wrong; "" if neither."""
     asked = _asked(here, arrived, canvas)
@@ -155,6 +159,9 @@ def _sampled(color: FloatImage, x: FloatImage, y: FloatImage) -> FloatImage:
     return sampled
 
 
+# If each frame chose its own neighbours by distance, all of them would change from frame to frame,
+# and what they uncover would flicker; on a grid that all frames share, one frame enters and one
+# leaves.
 def chosen_frames(
     frame: int, available: Collection[int], count: int, step: int = 1
 ) -> tuple[int, ...]:
@@ -169,6 +176,9 @@ def chosen_frames(
     return tuple(sorted(nearest[: 2 * count]))
 
 
+# A slow dolly uncovers nothing in one frame, so neighbours are taken a step apart. The step belongs
+# to the shot and not to the frame, and is the same whichever plate is asked: a step that changed
+# within the shot would change the grid of `chosen_frames`.
 def step_of(cameras: Mapping[int, FloatMatrix], plate: Plate, focal_px: float, count: int) -> int:
     """Return the interval, in frames, between the chosen frames of a shot.
 

@@ -51,6 +51,8 @@ def _beside(
     return packed(pixel[some], z[some])
 
 
+# A float32 above 0 sorts as its bits do, so one sort of whole numbers orders points by pixel and by
+# depth at once, where two keys would need a stable sort of each.
 def packed(pixel: NDArray[np.integer], z: FloatImage) -> Points:
     """Combine pixel and depth in one number that sorts by pixel, then by depth."""
     bits = np.ascontiguousarray(z, np.float32).view(np.uint32).astype(np.uint64)
@@ -89,6 +91,9 @@ def could_be_seen(front_m: FloatImage) -> Flags:
     return inside
 
 
+# The border was 8 % of the error that was left: what lies outside the frame blurs in. A plate keeps
+# it beside its own pixels, so that the picture has the size of its file. A border of 1/48 of the
+# width was as good as one three times as wide.
 def widened(plate: Plate, nearest_first: Sequence[Arrived], border_px: int) -> Plate:
     """Return the plate with `border_px` more on every side, as the frames nearest in time show it.
 

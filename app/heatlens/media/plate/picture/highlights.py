@@ -29,6 +29,9 @@ def lifted(color: FloatImage, stops: float) -> FloatImage:
     return made
 
 
+# A quadratic in the logarithm has just the three freedoms that are needed: the value and the slope
+# where lifting begins, so that no edge shows there, and the value at white. It grows all the way,
+# so that no highlight is darker than what surrounds it.
 def _shoulder(part: FloatImage, stops: float) -> FloatImage:
     """Return the brightness at `part` of the way to white, as a multiple of LIFT_FROM.
 

@@ -163,6 +163,8 @@ def refusals(path: Path) -> Iterator[None]:
         ) from error
 
 
+# Pillow has no colour of 16 bits: it keeps the upper 8 of each number without a word, and a depth
+# or a graded picture would show steps.
 def _is_cut_by_pillow(image: Image.Image) -> bool:
     """Return True if Pillow would reduce the picture from 16 bits to 8."""
     is_color = image.mode in ("RGB", "RGBA", "LA", "RGBX")

@@ -173,6 +173,10 @@ class SurfaceTracker:
 
     # Seen
 
+    # Flow alone drifts onto whatever passes in front. Going there and back finds points that were
+    # covered; the depth finds those that slid onto another surface of the same look. What was left
+    # over by both are points at an edge, whose patch holds two surfaces: so they may have nothing
+    # nearer beside them.
     def _follow(self, plate: Plate) -> bool:
         """Move to where most of the points went; return False if too few are found."""
         reach = self._reach + int(np.abs(self._moves).max())
@@ -227,6 +231,8 @@ class SurfaceTracker:
 
     # Hidden
 
+    # The longer it is hidden, the less is known of where it went: the reach grows with the speed
+    # that it had, and the depth that it may have reached grows as well, up to an octave.
     def _search(self, plate: Plate) -> None:
         """Find the last good look again, near where it should be."""
         speed = float(np.abs(self._moves).max())
