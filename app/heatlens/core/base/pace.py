@@ -73,6 +73,9 @@ class Pace:
         """Estimated seconds from the beginning to the end."""
         return self._clock() - self._start + self.left_s
 
+    # A machine that is slower than the plan is so by about the same factor for all steps of a kind.
+    # Until such steps have run, the plan is all that is known: it counts as a part of them that
+    # took as long as planned, so that the time left does not jump when the first one ends.
     def _pace(self, kind: str) -> float:
         """Actual seconds per planned second of steps of this kind."""
         prior = _PRIOR * self._whole[kind]

@@ -92,6 +92,9 @@ class _Recording:
             start = found[-1].end
         return found
 
+    # A longer piece may fit where a shorter one does not, so this one is not always the longest.
+    # But the number of fits grows with the logarithm of its length, where trying each length would
+    # fit as many pieces as there are samples.
     def _longest(self, start: int, last: int) -> _Piece:
         """Return a long piece from `start`, found by doubling its length, then by bisection."""
         longest, reach = self.piece(start, start + 1), 2
@@ -112,6 +115,8 @@ class _Recording:
                 too_long = piece.end - start
         return longest
 
+    # Both slopes at once are a problem of two unknowns in a box. Sweeping over one and then the
+    # other meets the bounds by clamping alone, and needs neither cases nor a solver.
     def piece(self, start: int, end: int) -> _Piece:
         """Return the monotone cubic between two samples that is nearest to those in between."""
         frames, rise, rows = self._inside(start, end)
@@ -184,6 +189,8 @@ def _within(slope: float, rise: float) -> float:
     return min(max(slope, low), high)
 
 
+# Each piece was fitted alone, so slopes differ where two meet. The mean of both is tried first. A
+# corner stays where every common slope would break the tolerance or leave the range of the keys.
 def _joined(recording: _Recording, pieces: list[_Piece]) -> list[_Piece]:
     """Return the pieces without corners between them where the tolerance leaves room for that."""
     joined = list(pieces)
@@ -197,6 +204,8 @@ def _joined(recording: _Recording, pieces: list[_Piece]) -> list[_Piece]:
     return joined
 
 
+# Of all frames that a line has passed, only the bounds that they set to its slope have to be kept,
+# so that one pass over the track is enough.
 def linear_keys(frames: tuple[int, ...], track: tuple[float, ...], scale: Scale) -> tuple[Key, ...]:
     """Return the fewest keys that reproduce the track at every frame; none for a constant track.
 

@@ -36,6 +36,9 @@ Triple = tuple[float, float, float]  # for each pixel to the right, for each one
 _EDGE_LEAST_PX = 1.0  # narrowest transition of a split
 
 
+# Terms of the focus say of themselves whether they leave it level, or a plane. While code asked for
+# tilt and split by name, a new term was drawn by every pass, but lost without a word by
+# accumulation and by the focus on a mark.
 @dataclass(frozen=True, slots=True)
 class Lean:
     """Dioptres by which the focus at a pixel exceeds that in the middle of the picture.

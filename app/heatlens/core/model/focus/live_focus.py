@@ -201,6 +201,8 @@ class LiveFocus:
             ]
         return _limited(track, step)
 
+    # In this order: small moves of the thing are ignored first, while they are still those of the
+    # thing; only then is the focus late and eased, as the hand of a person is.
     def _smooth(self, distances_m: Sequence[float | None], sharp: Sequence[float]) -> list[float]:
         track = bridged(distances_m)
         track = _settled(track, [2.0 * self.follow.ignored_part * part for part in sharp])

@@ -89,6 +89,8 @@ class DepthSpan:
         return f"{format_distance(self.near_m)} to {format_distance(self.far_m)}"
 
 
+# One cause at a time: a focal length in metres makes focus and sharpness doubtful as well, and
+# three sentences about one mistake hide it.
 def doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
     """Return doubts about a lens in front of these depths, if any."""
     hardware = tuple(_hardware_doubts(lens))

@@ -75,6 +75,9 @@ def past_blades(x: Array, y: Array, blades: Blades) -> tuple[Array, Array, Array
     return bent + straight * across, gradient_x, gradient_y
 
 
+# Both circles let the light pass, so the one that is farther from the point decides, and by
+# symmetry its side is known from a sign. A disc that only one circle cut would move its middle
+# towards the corner, and what is diffused cannot be moved: lamps would stand beside their blur.
 def past_barrel(x: Array, y: Array, barrel: Barrel) -> tuple[Array, Array, Array]:
     """Return the same as `past_blades`, for the barrel."""
     side = np.where(x * barrel.shift[0] + y * barrel.shift[1] < 0, -1.0, 1.0)
@@ -100,6 +103,8 @@ def rim_radius(angle: Array, blades: Blades, barrel: Barrel | None) -> Array:
     return reach if barrel is None else np.minimum(reach, _barrel_radius(angle, barrel))
 
 
+# Parts of the lens and views of a scene are evenly spread points, and any other map would crowd
+# them in the corners of a blade. The area up to an angle has no simple inverse, so it is looked up.
 def between_blades(points: Array, blades: Blades) -> Array:
     """Return points (n, 2) of the unit disc moved into the opening; equal areas stay equal."""
     angle = np.arctan2(points[:, 1], points[:, 0]) - blades.turn
@@ -166,6 +171,8 @@ def _straightness(curvature: float, half: float) -> float:
     return math.sqrt(1 - (curvature * math.sin(half)) ** 2)
 
 
+# The usual formula for the root divides by the curvature, which is 0 for straight blades. With the
+# root in the denominator one formula serves for all, and no digits cancel.
 def _blade_radius(angle: Array, blades: Blades) -> Array:
     """Return the root of the arc's equation along a ray from the middle."""
     if blades.number == 0:

@@ -96,6 +96,8 @@ class ImageGrid:
         )
         return np.asarray(np.maximum(total, 0.0) * (self.scale / (4 * half_x * half_y)))
 
+    # Whole numbers stay exact in the table: in float32, the sum over a small box would be the
+    # difference of two large sums, and lose its digits.
     def _sum_to(self, column: Array, row: Array) -> Array:
         """Return the light above a row and to the left of a column; both may be fractional."""
         (i, part_x), (j, part_y) = (
@@ -105,6 +107,8 @@ class ImageGrid:
         lower = (1 - part_x) * self.sums[j + 1, i] + part_x * self.sums[j + 1, i + 1]
         return np.asarray((1 - part_y) * upper + part_y * lower)
 
+    # By inversion and not by rejection: every number of a sequence that covers the square evenly
+    # becomes a point, so that the points cover the opening as evenly, and dark cells cost nothing.
     def points(self, square: Array) -> Array:
         """Return the points (n, 2) that belong to `square` (n, 2) in [0, 1)^2.
 
@@ -139,6 +143,8 @@ class ImageGrid:
         light = self._rimmed(rim)
         return float((light * (x**2 + y**2)).sum() / light.sum() / 2)
 
+    # The light of an image past the barrel has no formula, and each lamp needs it for its own place
+    # in the picture, so it is tabulated; half of the table is enough, by symmetry.
     def parts_past_barrel(self, shift_most: float, radius: float, rim: float) -> Array:
         """Return the share of the light that the barrel lets pass, by the shift of its circles.
 

@@ -151,6 +151,8 @@ def performed(
     return after
 
 
+# A ring that stands is one key, and between it and the next key of the curve the lens would drift.
+# A constant focal length was recorded, and did so.
 def _held(keys: list[Key], first: float, last: float, others: Curve) -> list[Key]:
     """Return the keys of a recording; where other keys remain, its end values are held."""
     if len(keys) == 1 and last > first:  # still
