@@ -24,8 +24,8 @@ WINGS = {
         *("scene", "camera", "color"),
     ),
     "render": (
-        *("gpu", "defocus", "scene_gpu", "source", "frame_renderer", "preview"),
-        *("rendered_frames", "display"),
+        *("gpu", "defocus", "scene_gpu", "source", "plate_blur", "frame_renderer"),
+        *("preview", "rendered_frames", "display"),
     ),
     "deliver": ("export", "farm"),
     "studio": ("session", "share", "ui"),

@@ -7,9 +7,8 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.focus.coc import bent_by
 from heatlens.core.model.lens.breathing import as_seen, plate_ratio
 from heatlens.core.model.shot.framing import Pose
-from heatlens.core.model.shot.settings import Method, Quality
+from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import LensCurves, Shot
-from heatlens.media.plate.coc_line import lean_in
 from heatlens.media.plate.overscan_need import frame_centre_px, room_of
 from heatlens.media.plate.plate import Plate
 from heatlens.media.scene.scene import Scene
@@ -19,21 +18,17 @@ from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.passes import DefocusPasses
 from heatlens.render.defocus.pipeline import DefocusPipeline
 from heatlens.render.defocus.plate_passes import proxy_size
-from heatlens.render.defocus.quality import layers_for
-from heatlens.render.defocus.reduced_plate import PlateTextures
 from heatlens.render.defocus.steps import Result, Steps
 from heatlens.render.gpu.context import (
     check_plate_fits,
-    check_texture_fits,
-    check_work_fits,
     headless_context,
     is_software,
 )
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.stopwatch import Stopwatch
 from heatlens.render.gpu.textures import FloatArray, download, uploading
-from heatlens.render.scene_gpu.overscan import Overscan
-from heatlens.render.source.pinhole import Pinhole, SourceOnGpu, optics_of, pinhole_optics
+from heatlens.render.plate_blur import PlateBlur
+from heatlens.render.source.pinhole import Pinhole, SourceOnGpu, pinhole_optics
 from heatlens.render.source.plate_on_gpu import PlateOnGpu
 
 
@@ -60,9 +55,9 @@ class FrameRenderer:
         self._plates = PlateOnGpu(ctx)
         self._source: SourceOnGpu = self._plates  # holds no plate yet
         self._loaded: Pinhole | None = None
-        self._checked_size = (0, 0)
         self._is_software = is_software(ctx)
         self._leans = LeanSurvey(ctx)
+        self._blur = PlateBlur(ctx, self._passes, self._leans)
 
     @property
     def loaded(self) -> Pinhole:
@@ -242,76 +237,8 @@ class FrameRenderer:
             out = pipeline.scratch.texture("out", size, 4)
             yield from self._source.through_lens(shot, frame, size, out)
             return out
-        overscan = loaded.overscan
-        if overscan is not None and shot.defocus.proxy == 1.0:
-            return (yield from self._with_overscan(shot, frame, pipeline, overscan))
-        if loaded.beyond is not None and shot.defocus.proxy == 1.0:
-            return (yield from self._with_beyond(shot, frame, pipeline, loaded.beyond))
-        return (yield from self._of_plate(shot, frame, pipeline, loaded))
-
-    def _with_beyond(
-        self, shot: Shot, frame: int, pipeline: DefocusPipeline, beyond: Pinhole
-    ) -> Steps[Texture]:
-        """Blur a plate with what other frames showed around it, and return the frame."""
-        self._check_fits(beyond.color.size)
-        picture = yield from self._of_plate(shot, frame, pipeline, beyond)
-        own, wide = self.loaded.plate.data_window, beyond.plate.data_window
-        out = pipeline.scratch.texture("frame of a plate", self.loaded.color.size, 4)
-        self._passes.crop.run(picture, (own.x0 - wide.x0, own.y0 - wide.y0), out)
-        return out
-
-    def _of_plate(
-        self, shot: Shot, frame: int, pipeline: DefocusPipeline, loaded: Pinhole
-    ) -> Steps[Texture]:
-        """Blur a picture, in a unit of light in which a white surface is about 1."""
-        color, scale = loaded.color, loaded.light_scale
-        if scale != 1.0 and loaded.cutout is None:
-            color = pipeline.scratch.texture("scaled colour", color.size, 4)
-            self._passes.crop.run(loaded.color, (0, 0), color, light_scale=scale)
-        plate = PlateTextures(color, loaded.depth, loaded.fragments, cutout=loaded.cutout)
-        optics = pinhole_optics(self._leans, loaded, self._seen(shot, frame).lens_at(frame))
-        has_alpha = loaded.plate.has_alpha
-        picture = yield from pipeline.steps(plate, optics, shot.defocus, has_alpha)
-        if scale == 1.0:
-            return picture
-        out = pipeline.scratch.texture("in plate's light", picture.size, 4)
-        self._passes.crop.run(picture, (0, 0), out, light_scale=1.0 / scale)
-        return out
-
-    def _with_overscan(
-        self, shot: Shot, frame: int, pipeline: DefocusPipeline, overscan: Overscan
-    ) -> Steps[Texture]:
-        """Blur the picture with as much around it as reaches the frame, and return the frame."""
-        plate, peeled = self.loaded.plate, None
-        if shot.defocus.quality in (Quality.DRAFT, Quality.PREVIEW):
-            overscan = overscan.in_own_pixels  # a preview has to come soon
-        if layers_for(shot.defocus) > 1 and overscan is self.loaded.overscan:
-            peeled = self.loaded.peeled
-        seen = overscan if peeled is None else peeled
-        fine, lens = overscan.fine, shot.lens_at(frame)
-        lean = lean_in(plate, lens).moved((overscan.margin_px,) * 2).scaled(fine)
-        held = seen.depth, None if peeled is None else peeled.fragments, seen.bins
-        bins = self._leans.bins(*held, lean)
-        optics = optics_of(plate, bins, lens, self.loaded.bins if lean.is_level else bins)
-        margin = overscan.used_px(optics)
-        part, scratch, crop = overscan.part(margin), pipeline.scratch, self._passes.crop
-        size = part.width, part.height
-        self._check_fits(size)
-        color = scratch.texture("wide colour", size, 4)
-        depth = scratch.texture("wide depth", size, 1)
-        for whole, out in ((overscan.color, color), (seen.depth, depth)):
-            crop.run(whole, (part.x0, part.y0), out)
-            yield "coc"
-        behind = places = None
-        if peeled is not None:
-            behind, places = peeled.fragments.part(part), scratch.texture("wide places", size, 4)
-            crop.run(peeled.places, (part.x0, part.y0), places)
-        wide = optics.moved((margin, margin)).scaled(fine)
-        textures = PlateTextures(color, depth, behind, places)
-        picture = yield from pipeline.steps(textures, wide, shot.defocus, plate.has_alpha)
-        out = scratch.texture("frame", self.loaded.color.size, 4)
-        crop.run(picture, (fine * margin,) * 2, out, fine)
-        return out
+        lens = shot.lens_at(frame)
+        return (yield from self._blur.steps(loaded, lens, shot.defocus, pipeline))
 
     def copy(self, picture: Texture, out: Texture) -> None:
         """Copy a picture to a texture of the same size, which later renders do not overwrite."""
@@ -337,13 +264,7 @@ class FrameRenderer:
                 "The method accumulation draws whole views, each with one plane of focus, and so "
                 f"no {' and no '.join(bent)}: use raytraced."
             )
-        self._check_fits(size)
-
-    def _check_fits(self, size: tuple[int, int]) -> None:
-        if size != self._checked_size:
-            check_work_fits(self.ctx, *size)
-            check_texture_fits(self.ctx, size, self.solver.between_size(size))
-            self._checked_size = size
+        self._blur.check_fits(size)
 
     def listen(self, on_layer: Callable[[int, int], None] | None) -> None:
         """Call `on_layer(done, layers)` after each layer; each call waits for the GPU."""
