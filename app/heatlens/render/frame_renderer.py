@@ -109,9 +109,9 @@ class FrameRenderer:
 
     def load_scene(self, scene: Scene) -> None:
         """Upload a scene to the GPU; its pictures are drawn on request."""
-        from heatlens.render.source.scene_on_gpu import scene_on_gpu  # plates do without
+        from heatlens.render.source.scene_on_gpu import SceneOnGpu  # plates do without
 
-        self._place(scene_on_gpu(self.ctx, scene))
+        self._place(SceneOnGpu(self.ctx, scene))
 
     def load_scene_of(self, other: "FrameRenderer") -> None:
         """Share the scene of another renderer of this context, without a second copy.

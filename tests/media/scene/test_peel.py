@@ -26,7 +26,7 @@ from heatlens.render.scene_gpu.closed_meshes import (
     is_closed,
 )
 from heatlens.render.scene_gpu.peel import Peeled
-from heatlens.render.scene_gpu.scene_renderer import drawing_steps
+from heatlens.render.scene_gpu.pinhole_draw import drawing_steps
 from support.scenes import NIGHT, box, lamp, moved, plane, scene_of, sphere, still_life
 
 SIZE = (48, 32)

@@ -19,7 +19,7 @@ from heatlens.render.source.kinds import plates_word
 from heatlens.render.source.named import camera_of_shot, single_source, source_named, source_of
 from heatlens.render.source.opened import Opening
 from heatlens.render.source.plate_on_gpu import PlateOnGpu
-from heatlens.render.source.scene_on_gpu import scene_on_gpu
+from heatlens.render.source.scene_on_gpu import SceneOnGpu
 from heatlens.render.source.scene_source import opened_scene
 from support.fragment_lists import packed_lists
 from support.plates import plate_of, room
@@ -101,7 +101,7 @@ def test_what_is_opened_tells_what_the_file_holds(path):
 
 
 def test_its_picture_is_drawn_once_for_each_frame(ctx, path):
-    held = scene_on_gpu(ctx, read_scene(path))
+    held = SceneOnGpu(ctx, read_scene(path))
     shot = Shot(LENS, framing=Framing(48, 32, "main"))
     try:
         assert held.size(shot) == (48, 32) and held.size(Shot(LENS)) == Framing().size

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import Framing, Pose
 from heatlens.core.model.shot.shot import Shot
-from heatlens.render.scene_gpu.scene_renderer import PINHOLE_VIEWS
+from heatlens.render.scene_gpu.pinhole_draw import PINHOLE_VIEWS
 from heatlens.studio.session.opened.scene_preview import MOST_S, ScenePreview
 
 SIZE = (640, 360)

@@ -14,7 +14,7 @@ from heatlens.media.plate.plate import Plate, ReadPixels
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from heatlens.render.scene_gpu.peel import Peeled
-from heatlens.render.scene_gpu.scene_renderer import PINHOLE_VIEWS
+from heatlens.render.scene_gpu.pinhole_draw import PINHOLE_VIEWS
 from heatlens.render.source.pinhole import Pinhole
 
 AUTO = "auto"

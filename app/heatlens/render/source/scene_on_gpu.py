@@ -1,4 +1,8 @@
-"""A 3D scene on the GPU, whose pictures are drawn on request."""
+"""A 3D scene on the GPU, drawn on request: as a pinhole picture, or through a real lens."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import assert_never
 
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.shot.framing import Framing, Pose
@@ -6,11 +10,35 @@ from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.coc_line import area_at, middle_m
 from heatlens.media.scene.scene import Scene
+from heatlens.media.scene.scene_view import pupil_of
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.context import check_plate_fits
 from heatlens.render.gpu.device import Device, Texture
-from heatlens.render.scene_gpu.scene_renderer import SceneRenderer
+from heatlens.render.gpu.textures import FloatArray, TexturePool, download
+from heatlens.render.scene_gpu.accumulation import Accumulation
+from heatlens.render.scene_gpu.depth_survey import DepthSurvey
+from heatlens.render.scene_gpu.pinhole_draw import (
+    PINHOLE_VIEWS,
+    DrawnPinhole,
+    PinholeDraw,
+    Request,
+    pose_of,
+    shot_view,
+)
+from heatlens.render.scene_gpu.raster import SceneRaster
+from heatlens.render.scene_gpu.ray_tracer import RayTracer
+from heatlens.render.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
 from heatlens.render.source.pinhole import Pinhole
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """The latest picture; `key` is equal where it need not be drawn again."""
+
+    key: object
+    views: int  # samples a pixel
+    pinhole: Pinhole
+    pixels: DrawnPixels  # pixels of the plate
 
 
 class SceneOnGpu:
@@ -18,14 +46,27 @@ class SceneOnGpu:
 
     has_many_views = True
 
-    def __init__(self, ctx: Device, drawer: SceneRenderer) -> None:
+    def __init__(self, ctx: Device, scene: Scene, raster: SceneRaster | None = None) -> None:
+        """Upload the scene, unless `raster`, which another source owns, holds it already."""
+        self.scene = scene
+        self._owns_raster = raster is None
+        self._raster = raster or SceneRaster(ctx)
+        if raster is None:
+            self._raster.load(scene)
         self._ctx = ctx
-        self._drawer = drawer
-        self._held: Pinhole | None = None
+        self._survey = DepthSurvey(ctx)
+        self._pinholes = PinholeDraw(ctx, scene, self._raster, self._survey)
+        self._pool = TexturePool(ctx)
+        self._held: _Held | None = None
+        self._bank = 0  # index of two sets of textures: one is held while the other is drawn
 
-    @property
-    def scene(self) -> Scene:
-        return self._drawer.scene
+    @cached_property
+    def _accumulation(self) -> Accumulation:
+        return Accumulation(self._ctx, self._raster)
+
+    @cached_property
+    def _ray_tracer(self) -> RayTracer:
+        return RayTracer(self._ctx, self._raster)
 
     def size(self, shot: Shot) -> tuple[int, int]:
         return (shot.framing or Framing()).size
@@ -38,42 +79,110 @@ class SceneOnGpu:
     ) -> Steps[Pinhole]:
         """See `SourceOnGpu`; an unchanged picture is returned as the same object."""
         check_plate_fits(self._ctx, *self.size(shot))
-        yield from self._drawer.look(shot, frame, views, is_for_file)
-        drawn = self._drawer.held
-        if self._held is None or self._held.plate is not drawn.plate:
-            self._held = Pinhole(
-                drawn.plate,
-                drawn.color,
-                drawn.depth,
-                drawn.dioptres,
-                overscan=drawn.overscan,
-                peeled=drawn.peeled,
-            )
-        return self._held
+        key = self._pinhole_key(shot, frame), is_for_file
+        held = self._held
+        if held is not None and held.key == key and held.views >= (views or 0):
+            return held.pinhole
+        views, bank = views or PINHOLE_VIEWS, 1 - self._bank
+        drawn = yield from self._pinholes.steps(Request(shot, frame, views, bank, is_for_file, key))
+        pixels = DrawnPixels(drawn.color, drawn.depth, self._raster.read)
+        pinhole = self._pinhole(shot, frame, drawn, pixels)
+        self._let_go()
+        self._bank, self._held = bank, _Held(key, views, pinhole, pixels)
+        return pinhole
+
+    def _pinhole(
+        self, shot: Shot, frame: float, drawn: DrawnPinhole, pixels: DrawnPixels
+    ) -> Pinhole:
+        surveyed = self._survey.of(drawn.depth)
+        seen = self.pose_at(shot, frame), shot.lens_at(frame), self.size(shot)
+        notes = () if drawn.peeled is None else drawn.peeled.notes
+        return Pinhole(
+            replace(
+                plate_of_scene(self.scene.path, pixels, surveyed, seen),
+                notes=notes,
+                surfaces_lost=" ".join(notes),
+            ),
+            drawn.color,
+            drawn.depth,
+            surveyed.dioptres,
+            overscan=drawn.overscan,
+            peeled=drawn.peeled,
+        )
+
+    def _pinhole_key(self, shot: Shot, frame: float) -> object:
+        """Return a key that is equal where the pinhole picture is."""
+        lens, pose = shot.lens_at(frame), self.pose_at(shot, frame)
+        moment = self._moment(frame)
+        return pose, lens.focal_length_mm, lens.sensor_width_mm, self.size(shot), moment
 
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: Texture
     ) -> Steps[None]:
-        yield from self._drawer.through_lens(shot, frame, size, out)
+        """Accumulate or trace rays."""
+        lens = shot.lens_at(frame)
+        self._raster.place(frame)
+        pupil = pupil_of(lens)
+        radius_m = max(pupil.half_extents_m)
+        view = shot_view(self.scene, shot, frame, size, lens_radius_m=radius_m)
+        seen = replace(lens, t_stop=None, acceptable_coc_mm=None, close_focus_m=None)
+        key = (self.pose_at(shot, frame), seen, size, self._moment(frame))
+        method = self._method(shot.defocus.method)
+        for name in method.steps(view, pupil, shot.defocus.views, out, key):
+            yield name
+            self._raster.place(frame)  # others may have drawn another frame in between
+
+    def _method(self, method: Method) -> Accumulation | RayTracer:
+        """Return what draws a scene by `method`."""
+        match method:
+            case Method.ACCUMULATION:
+                return self._accumulation
+            case Method.RAYTRACED:
+                return self._ray_tracer
+            case Method.DIFFUSION | Method.HEAT | Method.GATHER | Method.SCATTER | Method.PYRAMID:
+                raise ValueError(f"{method} blurs a plate; it does not draw a scene.")
+            case _:
+                assert_never(method)
+
+    def _moment(self, frame: float) -> float:
+        """Return the frame, or 0 where it makes no difference to the picture."""
+        return frame if self.scene.is_moving else 0.0
 
     def pose_at(self, shot: Shot, frame: float) -> Pose:
-        return self._drawer.pose_at(shot, frame)
+        return pose_of(self.scene, shot, frame)
 
     def depth_m_at(self, shot: Shot, frame: float, x: int, y: int) -> float:
         window = Box(0, 0, *self.size(shot))
-        return middle_m(self._drawer.depth_in(shot, frame, area_at(x, y, window, window)))
+        return middle_m(self._depth_in(shot, frame, area_at(x, y, window, window)))
+
+    def _depth_in(self, shot: Shot, frame: float, area: Box) -> FloatArray:
+        """Return (h, w) planar metres of an area; the picture that is held stays as it is."""
+        width, height = size = self.size(shot)
+        aside_px = (area.x0 + area.x1 - width) / 2, (area.y0 + area.y1 - height) / 2
+        view = shot_view(self.scene, shot, frame, size)
+        part = replace(view, size=(area.width, area.height), jitter_px=aside_px)
+        depth = self._pool.texture("depth of an area", part.size, 1)
+        self._raster.depth_at(part, frame, depth)
+        return download(depth)
 
     def pace(self, share: float) -> None:
-        self._drawer.pace(share)
+        self._raster.bands.share = share
 
     def beside(self) -> "SceneOnGpu":
-        return SceneOnGpu(self._ctx, self._drawer.beside())
+        return SceneOnGpu(self._ctx, self.scene, self._raster)
+
+    def _let_go(self) -> None:
+        if self._held is not None:
+            self._held.pixels.let_go()
+            self._held = None
 
     def release(self) -> None:
-        self._held = None
-        self._drawer.release()
-
-
-def scene_on_gpu(ctx: Device, scene: Scene) -> SceneOnGpu:
-    """Upload a scene to the GPU."""
-    return SceneOnGpu(ctx, SceneRenderer(ctx, scene))
+        self._let_go()
+        self._survey.release()
+        self._pinholes.release()
+        for made in ("_accumulation", "_ray_tracer"):
+            if made in self.__dict__:
+                self.__dict__[made].release()
+        self._pool.release()
+        if self._owns_raster:
+            self._raster.release()

@@ -128,7 +128,7 @@ def _drawings(renderer: FrameRenderer, shot: Shot) -> int:
     """Return the number of steps for drawing the scene; 0 for a plate."""
     if renderer.scene is None:
         return 0
-    from heatlens.render.scene_gpu.scene_renderer import drawing_steps  # not needed for plates
+    from heatlens.render.scene_gpu.pinhole_draw import drawing_steps  # not needed for plates
 
     size = (shot.framing or Framing()).size
     return drawing_steps(renderer.ctx, renderer.scene.triangle_count, size)

@@ -9,7 +9,7 @@ from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.render.scene_gpu.scene_renderer import PINHOLE_VIEWS
+from heatlens.render.scene_gpu.pinhole_draw import PINHOLE_VIEWS
 from heatlens.render.source.pinhole import Pinhole
 
 # Longest time between two checks for input, and a time far below it.

@@ -1,0 +1,220 @@
+"""Draw the pinhole picture of a scene: a few samples in a hurry, or the whole with a margin."""
+
+import math
+from collections.abc import Generator, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from heatlens.core.model.shot.framing import Framing, Pose
+from heatlens.core.model.shot.shot import Shot
+from heatlens.media.scene.scene import Scene
+from heatlens.media.scene.scene_bounds import box_around, box_corners_m, track_of
+from heatlens.media.scene.scene_view import (
+    SceneView,
+    finer,
+    nearest_seen_m,
+    view_of,
+    with_near_plane,
+)
+from heatlens.render.defocus.plate_passes import CropPass
+from heatlens.render.gpu.device import Device, Texture
+from heatlens.render.gpu.textures import TexturePool
+from heatlens.render.scene_gpu import antialias, peel
+from heatlens.render.scene_gpu.antialias import Antialias
+from heatlens.render.scene_gpu.bands import Bands
+from heatlens.render.scene_gpu.depth_survey import DepthSurvey
+from heatlens.render.scene_gpu.overscan import Overscan, RingSurvey, fineness, margin_px, widened
+from heatlens.render.scene_gpu.peel import FRONT_SIDE, SAMPLES, STEPS_OF_BAND, Peeled, ScenePeel
+from heatlens.render.scene_gpu.raster import SceneRaster
+
+Drawn = tuple[Texture, Texture]  # colour and depth
+
+# Samples of a pixel, spread evenly over it. With fewer, lamps smaller than a pixel would be dimmer
+# or brighter than they are, and a blur would spread the error.
+PINHOLE_VIEWS = SAMPLES
+_FEW_ACROSS = 2  # samples that every pixel gets; some need no more
+_GOOD_ACROSS = 4  # samples of every pixel if none gets more
+_OVERSCAN_FROM_VIEWS = 16  # fewer are drawn only during movement, when nobody looks at the border
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnPinhole:
+    """A pinhole picture in textures: half and float, as in a file."""
+
+    color: Texture
+    depth: Texture
+    overscan: Overscan | None = None  # None for a hurried picture
+    peeled: Peeled | None = None  # the hidden surfaces; None for a hurried picture
+
+
+@dataclass(frozen=True)
+class Request:
+    """The next picture to draw, into this `bank` of textures.
+
+    `key` is equal where the scene and the view are. With `is_for_file`, hidden surfaces are listed
+    for the pixels of the picture, not for finer ones.
+    """
+
+    shot: Shot
+    frame: float
+    views: int
+    bank: int
+    is_for_file: bool
+    key: object
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the frame."""
+        return (self.shot.framing or Framing()).size
+
+
+class PinholeDraw:
+    """Draws the pinhole pictures of a scene that lies on the GPU."""
+
+    def __init__(self, ctx: Device, scene: Scene, raster: SceneRaster, survey: DepthSurvey) -> None:
+        self._ctx = ctx
+        self._scene = scene
+        self._raster = raster
+        self._survey = survey
+        self._rings = RingSurvey(ctx)
+        self._crop = CropPass(ctx)
+        self._pool = TexturePool(ctx)
+        self._pinhole = Antialias(ctx, raster)
+
+    @cached_property
+    def _peel(self) -> ScenePeel:
+        return ScenePeel(self._ctx, self._raster, self._survey)
+
+    def steps(self, request: Request) -> Generator[str, None, DrawnPinhole]:
+        """Draw a picture; the other bank of textures stays as it is."""
+        is_hurried = request.views < _OVERSCAN_FROM_VIEWS
+        return (yield from (self._hurried if is_hurried else self._whole)(request))
+
+    def release(self) -> None:
+        """Release what is on the GPU, but not the scene."""
+        self._rings.release()
+        self._crop.release()
+        self._pinhole.release()
+        if "_peel" in self.__dict__:
+            self._peel.release()
+        self._pool.release()
+
+    def _hurried(self, request: Request) -> Generator[str, None, DrawnPinhole]:
+        """Draw only the frame, with few samples a pixel; a single sample is at the middle."""
+        view = self._view(request)
+        color, depth = self._textures("pinhole", request.bank, request.size)
+        yield from self._colored(view, math.isqrt(request.views), 1, color, request)
+        yield from self._deep(view, request.frame, depth)
+        return DrawnPinhole(color, depth)
+
+    def _whole(self, request: Request) -> Generator[str, None, DrawnPinhole]:
+        """Draw the picture with a margin on every side, and list the surfaces behind it."""
+        fine = 1 if request.is_for_file else fineness(self._ctx, request.size)
+        margin = margin_px(self._ctx, request.size)
+        view = finer(self._view(request, margin), fine)
+        color, depth = self._textures("wide", request.bank, view.size)
+        is_peeled = request.views >= PINHOLE_VIEWS
+        across = _FEW_ACROSS if is_peeled else _GOOD_ACROSS
+        yield from self._colored(view, across // fine, fine, color, request)
+        yield from self._deep(view, request.frame, depth)
+        rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
+        overscan, peeled = Overscan(color, depth, margin, rings_m, bins, fine), None
+        if is_peeled:
+            done = self._pinhole.picture(view.size).done
+            peeled = yield from self._peel.steps(
+                view, overscan, done, lambda: self._raster.place(request.frame), request.bank
+            )
+        overscan = yield from self._in_own_pixels(request, overscan)
+        return DrawnPinhole(*self._framed(request, overscan), overscan, peeled)
+
+    def _view(self, request: Request, margin: int = 0) -> SceneView:
+        return shot_view(self._scene, request.shot, request.frame, request.size, margin)
+
+    def _textures(self, name: str, bank: int, size: tuple[int, int]) -> Drawn:
+        """Return textures for colour and depth."""
+        color = self._pool.texture(f"{name} colour {bank}", size, 4, "f2")
+        return color, self._pool.texture(f"{name} depth {bank}", size, 1)
+
+    def _colored(
+        self, view: SceneView, across: int, fine: int, color: Texture, request: Request
+    ) -> Iterator[str]:
+        """Draw `across` x `across` samples a pixel."""
+        self._raster.place(request.frame)
+        if across == 1 and fine == 1:
+            for band in self._raster.bands.of(color.size):
+                self._raster.draw(view, color, band)
+                yield "pinhole"
+                self._raster.place(request.frame)
+            return
+        for _ in self._pinhole.steps(view, across, fine, request.key):
+            yield "pinhole"
+            self._raster.place(request.frame)  # others may have drawn another frame in between
+        self._crop.run(self._pinhole.picture(view.size).mean, (0, 0), color)
+
+    def _deep(self, view: SceneView, frame: float, depth: Texture) -> Iterator[str]:
+        """Draw depth at the middle of each pixel."""
+        self._raster.place(frame)  # others may have drawn another frame in between
+        for band in self._raster.bands.of(view.size):
+            self._raster.depth(view, depth, band)
+            yield "pinhole"
+            self._raster.place(frame)
+
+    def _in_own_pixels(
+        self, request: Request, overscan: Overscan
+    ) -> Generator[str, None, Overscan]:
+        """Return the overscan with colour and depth in the pixels of the frame too."""
+        if overscan.fine == 1:
+            return overscan
+        view = self._view(request, overscan.margin_px)
+        own = color, depth = self._textures("own", request.bank, view.size)
+        self._crop.run(overscan.color, (0, 0), color, overscan.fine)
+        # A mean of depths would be a surface that is not there.
+        yield from self._deep(view, request.frame, depth)
+        return replace(overscan, own=own)
+
+    def _framed(self, request: Request, overscan: Overscan) -> Drawn:
+        """Return colour and depth of the frame alone."""
+        framed = self._textures("pinhole", request.bank, request.size)
+        own = overscan.in_own_pixels
+        for whole, out in zip((own.color, own.depth), framed, strict=True):
+            self._crop.run(whole, (overscan.margin_px,) * 2, out)
+        return framed
+
+
+def pose_of(scene: Scene, shot: Shot, frame: float) -> Pose:
+    """Return the pose of a shot's camera."""
+    lens = shot.lens_at(frame)
+    return track_of(scene, shot.framing or Framing(), lens).pose_at(frame)
+
+
+def shot_view(
+    scene: Scene,
+    shot: Shot,
+    frame: float,
+    size: tuple[int, int],
+    margin: int = 0,
+    lens_radius_m: float = 0.0,
+) -> SceneView:
+    """Return the view of a picture of `size` with a margin on every side.
+
+    It is used from the middle of the lens, or from points up to `lens_radius_m` away from it.
+    """
+    corners = box_corners_m(scene, frame)
+    view = view_of(pose_of(scene, shot, frame), shot.lens_at(frame), size, box_around(corners))
+    view = replace(view, size=widened(size, margin))
+    return with_near_plane(view, nearest_seen_m(view, corners, lens_radius_m))
+
+
+def drawing_steps(ctx: Device, triangle_count: int, size: tuple[int, int]) -> int:
+    """Return how many steps the whole pinhole picture of a scene of so many triangles takes."""
+    bands, fine = Bands(ctx, triangle_count), fineness(ctx, size)
+    width, height = widened(size, margin_px(ctx, size))
+    drawn = fine * width, fine * height
+    few = _count(bands.of_samples(drawn, _FEW_ACROSS // fine, antialias.LARGER))
+    many = _count(bands.of_samples(drawn, FRONT_SIDE // fine, peel.LARGER)) * STEPS_OF_BAND
+    deep = _count(bands.of(drawn)) + (_count(bands.of((width, height))) if fine > 1 else 0)
+    return few + many + deep
+
+
+def _count(bands: Iterable[object]) -> int:
+    return sum(1 for _ in bands)
