@@ -1,10 +1,66 @@
 """Run the passes of the blur in their order, in textures that they share.
 
 A picture is rendered in steps, each named after its pass, so that a window can handle input in
-between.
-
-plate -> proxy -> coc -> layers, far to near (`layered_blur`), or another method -> out
+between. The comment below tells what the passes of a film frame do, and why each is there.
 """
+
+# The method is that of M. Kass, A. Lefohn and J. Owens, "Interactive Depth of Field Using Simulated
+# Diffusion on a GPU" (Pixar Technical Memo 06-01, 2006). Colour is heat that spreads along rows and
+# then along columns of a plate whose conductance is the square of the circle of confusion (coc).
+# Where a pixel is in focus nothing flows, so that the blur stops dead at a sharp silhouette, and
+# the cost of a pixel does not depend on the size of its blur. Three things depart from the paper:
+#
+# - The disc. One implicit step turns a point of light into a four-pointed star. Any rational
+#   function of the Laplacian insulates as well, and one of a few complex poles makes a flat disc
+#   (`kernels.py`, fitted by `fit_kernels.py`). FLIP of two plates of spheres against path-traced
+#   truth, in a prototype: .098 and .142 with the paper's step, .031 and .042 with four poles.
+#   Beyond the frame the pixel at the border goes on; the paper's lines end there.
+# - The layers. The paper blurs what is in front over what is behind it. Here the picture is cut in
+#   the gaps between its depths (`layer_cuts.py`), pixels of silhouettes are taken apart first, and
+#   the hidden background follows the structures that end at the silhouette.
+# - The solver. The paper's cyclic reduction goes through memory log2(n) times. Here a line stays in
+#   registers and shared memory (`line_solver.py`), and only active tiles are solved.
+#
+# The passes of `pass_list.py` in their order, with what they read -> what they write:
+#
+# proxy              colour and depth -> the same, smaller, for previews. Depth is the sample in the
+#                    middle of a pixel: a mean of two depths would be a surface that is not there.
+# coc                depth -> signed diameter of the disc of each pixel, negative before the focus.
+#                    It is the only pass that knows the lens; all later ones read coc alone.
+# alpha              alpha -> a picture of its own, blurred before the colour in the same way.
+# highlights found   colour, coc -> `low` to diffuse and `high` to draw. The ripple of a sum of
+#                    exponentials is a few per cent, and a few per cent of a lamp that is 300 times
+#                    as bright as the wall behind it are rings. Surroundings are at half size.
+# highlights listed  `high` -> at most 4,096 discs. What would be too many goes back to `low`.
+# far parts          lists of surfaces (known, or guessed by `far_guess.py`) -> the mean of the
+#                    views of parts of the lens behind the focus. Only for the quality final: in one
+#                    layer, surfaces of different blur keep light from each other.
+# fragments          colour, coc -> for each pixel of a silhouette its nearer and its farther
+#                    colour and the coverage. Anti-aliasing has mixed both, and depth knows one of
+#                    them; unsplit, the nearer colour leaks into the blurred background as streaks.
+# tiles              coc, fragments -> the tiles in which each layer can be seen. A layer is solved
+#                    in these alone, which is why empty or hidden layers cost next to nothing.
+#
+# Then for each layer, far to near, because each is composited over those behind it:
+#
+# layer split        fragments -> colour times coverage, coverage and coc of one layer, at the size
+#                    that its blur allows; and the list of its pixels that nearer layers hide.
+# hidden fill        visible pixels of the layer -> a guess of the hidden ones, which the blur of
+#                    nearer layers uncovers. Known surfaces are taken before a guess.
+# coc fill           coc of the layer -> coc also beyond its content, so that a near layer spreads
+#                    with its own blur (the paper's section 4, "blurring underneath").
+# blur               colour, coc -> the diffused layer. One that is as large as the picture is
+#                    composited by the last solve itself, which saves a pass over memory.
+# composite          a smaller layer -> the picture, enlarged.
+#
+# And once more for the picture:
+#
+# highlights drawn   the list of discs -> added over all layers. They come last because a disc is
+#                    hidden by a ray from each point of the lens, which layers cannot tell.
+# limits             the picture of one layer -> light not below 0, which the ripple of a kernel
+#                    falls below. With layers, each composition does that (`lib/over.lib.glsl`).
+# colours            the channel that was in focus for this colour -> the picture. With axial colour
+#                    everything from coc on runs three times, each with a focus of its own.
 
 from collections.abc import Callable
 from dataclasses import replace
