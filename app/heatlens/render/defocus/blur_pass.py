@@ -117,6 +117,10 @@ def _defines(is_packed: bool, is_shaped: bool) -> tuple[tuple[str, object], ...]
     return (("HALF_POLES", 1),) * is_packed + (("SHAPED", 1),) * is_shaped
 
 
+# Rows mix their solutions to one image for each pole of the columns, divided by the weight that the
+# columns give it: a uniform picture then has the same uniform value in each image and stays exact,
+# also in half floats. Halves are packed in words and rounded by the shader, since Mesa truncates.
+# They halve what goes through memory between the two axes.
 def _both_axes(
     what: Diffusion, source: Texture, targets: BlurTargets
 ) -> Iterator[tuple[Axis, Bindings]]:

@@ -30,6 +30,10 @@ def cuts_behind(optics: Optics, least_px: float) -> list[float]:
     return [px for px in middles if least_px < px < optics.farthest_px]
 
 
+# A guess serves wide surfaces that are both much blurred, and nothing else. Wherever blurs overlap,
+# 7 parts by a guess lost on thin things (FLIP of a portrait with hair .0957 -> .1105, of a wire
+# fence .1010 -> .1212). As a fill behind what is in front it was worse than following structures
+# (.0723 -> .0835), because it loses the bars of a window.
 class FarGuess:
     """Makes fragment lists with a guess behind each cut, for the same step."""
 

@@ -95,6 +95,11 @@ class _Room:
         )
 
 
+# In one layer, surfaces of different blur keep light from each other, and hidden ones of the same
+# layer are not used; 13 layers were worse with two lenses of three. A path-traced forest with known
+# surfaces: FLIP .0843 in layers, .0580 in 37 parts. Views that are only moved and averaged need 96
+# of them and are soft in focus. A view needs no more than the kernel of a draft, for it has little
+# overlap left: the same picture to .0003.
 class FarPartsPass:
     """Renders the far field in parts, which replaces layers."""
 
@@ -189,6 +194,9 @@ class FarPartsPass:
             images={"out_color_img": out},
         )
 
+    # A zone anywhere adds the cut of the far field to the whole picture. When the first one
+    # appeared, a slow pull jumped by 5 levels, also far from the zone; so the picture comes over
+    # from the one without, as the zones grow.
     def mix(self, without: Texture, field: FarField, out: Texture) -> None:
         """Mix `out` with the picture without the far field, as far as its zones have grown."""
         self._program("mix").dispatch(

@@ -91,6 +91,11 @@ class FarZones:
         growth = min(float(left_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
         return FarZone(blocks, self._mask(in_zone, what.coc.size, margin_px, scratch), growth)
 
+    # Parts for the whole picture were worse than layers where surfaces do not overlap (a corridor:
+    # FLIP .0261, in zones .0174, in layers alone .0167). The reach of an edge is stored as a square
+    # less the squared distance, so that rows and columns one after the other give round zones. It
+    # is multiplied by how far the blur and its step have passed their limits, because zones that
+    # begin as whole blocks made a slow pull flash by up to 14.6 levels.
     def _blocks(self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch) -> Texture:
         """Find the edges of surfaces of different blur, and spread their reach."""
         size = blocks_for(what.coc.size, FAR_BLOCK)

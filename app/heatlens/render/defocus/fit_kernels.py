@@ -42,6 +42,9 @@ class Fit:
     error: float
 
 
+# Every search begins at the poles of the rim before, from the flat disc outwards, so that the poles
+# of neighbouring rims correspond: `rim_kernel` mixes them one by one. Searches from random poles
+# give them no common order.
 def fit_rims(name: str) -> list[Fit]:
     """Return the kernels of discs with the rims `RIMS`, by the poles of a stored flat disc."""
     power, found = POWERS[name], {}
@@ -87,6 +90,9 @@ def refined(error: DiscError, poles: Complexes) -> Fit:
     return Fit(poles, mix, error.of(poles, mix)[0])
 
 
+# An M of rank K below the number of poles would need only K images between rows and columns, which
+# are most of the memory that a blur moves. The stored kernels have full rank, although the last
+# singular value of disc_4 is .002, where the first is 1.3.
 def of_rank(error: DiscError, near: Fit, rank: int) -> Fit:
     """Return the kernel of least error near the fit `near` whose M is V V^T, V (J, `rank`)."""
     search = _RankSearch(error, len(near.poles), rank)

@@ -124,6 +124,11 @@ class WithoutHighlights:
         return lit if lists is None else lit | {"low_fragment_block": lists.low_words}
 
 
+# A lamp 300 times as bright as the wall shows the few per cent of ripple that any short sum of
+# exponentials has. Drawn as discs, highlights took FLIP from .107 to .050 in a still life with
+# lamps. Surroundings are measured at half size, with light clipped so that a lamp does not raise
+# the level that it is compared with. Bright surfaces are diffused: only what outshines most of its
+# surroundings is a highlight.
 class HighlightSplitPass:
     """Splits a picture into its highlights and the rest."""
 
@@ -175,6 +180,11 @@ class HighlightSplitPass:
         )
 
 
+# Drawing must have a limit, in discs and in area. Highlights are merged in blocks, at several
+# levels, and the plan takes the finest level that fits. Before bright surfaces are put back, lamps
+# are merged as far as their discs allow: a street at night, with large lamps among sparks, FLIP
+# .0271 -> .0253. Merging runs only on listed blocks that hold light (102 -> 21 ms with 1,600
+# discs), and writes them in the order of the picture, however the invocations run.
 class HighlightListPass:
     """Merges highlights into a bounded list of discs, in the order of the picture."""
 
@@ -274,6 +284,10 @@ def _planned(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, object
     }
 
 
+# A layer cannot tell what hides a lamp from one point of the lens and not from another, so each
+# pixel of a disc sends a ray through the depth of the picture. The ray ends at the nearest thing
+# that any ray to this lamp may meet, which the vertex shader finds from the tiles: 105 -> 69 ms for
+# the same bits.
 class HighlightDrawPass:
     """The list of discs added to the picture."""
 

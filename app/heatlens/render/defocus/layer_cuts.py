@@ -34,6 +34,11 @@ _LAYER = 0.0005  # cost of one more layer
 _SOFTNESS = 0.01  # half width of a cut's transition, as a share of the range
 
 
+# Cuts at fixed diameters (-1, -4, -10, -25 and -62.5 px) came first. They went through things,
+# which a pull then handed from layer to layer. In gaps, the mean FLIP of eleven lenses fell from
+# .0445 to .0432, in less time. Count only what is seen in the frame: the backs that lists know, and
+# what lies beyond the border, make one thing of two (a face with known surfaces: .0153 with them,
+# .0105 without).
 @lru_cache(maxsize=16)
 def gaps_of(bins: ValueBins) -> Array:
     """Return the ends (n, 2) of the transition of each cut, in the unit of `bins`, ascending."""
@@ -47,6 +52,9 @@ def gaps_of(bins: ValueBins) -> Array:
     return cuts[:, None] + (high - low) * np.array([-_SOFTNESS, _SOFTNESS])
 
 
+# The cost of a set of cuts is a sum over its layers and cuts. So the best way to end a layer at a
+# cell with n cuts continues the best way with n - 1 cuts to an earlier cell, and no set has to be
+# tried as a whole.
 def _cheapest_cuts(cells: Array) -> list[int]:
     """Return the cells before which to cut, ascending."""
     layers, crossing = _layer_costs(cells), _LAYER + _CROSSING * (_weights()[1] @ cells)
@@ -61,6 +69,8 @@ def _cheapest_cuts(cells: Array) -> list[int]:
     return cuts[:0:-1]
 
 
+# A layer costs a sum over all pairs of its cells. Sums over the rectangles of a table that begin in
+# its corner (a summed-area table) give that for every begin and end at once.
 def _layer_costs(cells: Array) -> Array:
     """Return the cost of a layer from each place (begin) to each later one (end), else infinity."""
     pairs = np.zeros((_CELLS + 1, _CELLS + 1))
@@ -141,6 +151,10 @@ def _scaled(layer: LayerCut, proxy: float) -> LayerCut:
     return replace(layer, near=near, far=far)
 
 
+# Behind the focus one cut is enough. Without it a sharp wire fence insulates each mesh of the
+# blurred background from the next (FLIP .148 against .109 in the prototype); more cuts there gained
+# nothing. It is soft, because what is guessed behind wires changes with the layer of the wall: a
+# softer one calmed a slow pull of that fence from 2.22 to 1.76.
 def _cuts_of_whole(occupied_px: Array, gaps_px: Array, layers_max: int) -> list[LayerCut]:
     farthest_px = float(occupied_px[-1])
     far_px = max(farthest_px * FAR_CUT_PART, FAR_CUT_LEAST_PX)

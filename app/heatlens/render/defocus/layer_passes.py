@@ -107,6 +107,11 @@ class HiddenScratch:
         return {"bits_block": self.bits, "two_lists_block": self.blocks}
 
 
+# The paper fills by diffusion. Along rows and columns that does not join a stripe that a wire
+# interrupts, so only the coc is diffused, and colour follows the direction whose two ends are most
+# alike. Tried and worse: no fill at all behind the focus, dividing by the blurred coverage instead
+# (a fence: FLIP .091 -> .094, .077 -> .083). Deep behind a silhouette, where the ends are far away,
+# one guess serves 2 x 2 pixels.
 class HiddenFillPass:
     """Guesses hidden colours: continues visible structures behind nearer layers."""
 
@@ -194,6 +199,9 @@ def _matched(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures
     return compared, {"out_match_img": scratch.match}, {"match_tx": scratch.match}
 
 
+# Surfaces of different blur in one layer keep light from each other, and their common silhouette
+# would be hard. Here both sides get the blur of the nearer surface, which is what a lens shows:
+# near leaves are soft, and no glow of the farther surface lies around them.
 class CocFillPass:
     """Extends the coc of a layer beyond its content, and softens it at silhouettes."""
 
@@ -242,6 +250,8 @@ class CompositePass:
         self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, shader, on))
         self._begin = ComputeProgram(ctx, "composite_begin.comp.glsl")
 
+    # Clearing the picture through a framebuffer took 2.4 of the 10.8 ms of a 3840x2160 frame on an
+    # NVIDIA H200, although the farthest layer replaces nearly all of it.
     def begin(self, farthest: LayerPlan, mask: TileMask, color: Texture) -> None:
         """Make `color` black where the `farthest` layer, the first, will not replace it."""
         self._begin.dispatch(

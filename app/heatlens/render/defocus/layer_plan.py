@@ -77,6 +77,9 @@ def layer_plans(cuts: list[LayerCut], optics: Optics, size: tuple[int, int]) -> 
     return [_plan(cut, optics, min(size)) for cut in cuts]
 
 
+# Reducing from 5 px on was tried: mean FLIP .0469, against .0456 at full size and .0457 from 8 px
+# on. The change from one size to the next was then the largest jump in slow pulls; mixing both
+# between 7 and 8 px took the unrest of one shot from 3.05 to 2.44.
 def _plan(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
     coc = optics.occupied_px
     low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).ends_px)

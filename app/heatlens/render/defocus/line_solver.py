@@ -83,6 +83,12 @@ class Band:
     tiles: TileMask
 
 
+# The system is never written as a matrix. Beside a wide blur the 1 of a diagonal 1 + k (b + b') is
+# lost in float32, and the picture with it: an error of 3e-4 at a coc of 400 px, of 7e-3 at 2000 px.
+# As a network of conductances and heats to ground, nothing is ever subtracted, and the error stays
+# below 3e-6. Eliminating a pixel leaves a smaller network (star and mesh), which is why all three
+# solvers share one contract. Complex poles need no pivoting: turned by half their argument, the
+# system has a positive definite real part.
 class LineSolver(ABC):
     """Solves every line of a picture; programs are built once for each system."""
 
@@ -182,6 +188,10 @@ class LineSolver(ABC):
         return self._programs[key]
 
 
+# A software rasteriser has no fast shared memory, so that the least arithmetic wins. 1,080 lines of
+# 1,920 pixels on llvmpipe: 51 ms here, 125 ms by runs in a workgroup, 262 ms by cyclic reduction in
+# passes. Only one pixel of each block is stored; the others are computed again, because storing
+# costs more.
 class SweepSolver(LineSolver):
     """Thomas elimination in network form, one invocation a line."""
 
@@ -204,6 +214,11 @@ class SweepSolver(LineSolver):
         self._dispatch(program, groups_for(band.count, self.LINES_PER_GROUP), band)
 
 
+# After Zhang, Cohen and Owens, "Fast tridiagonal solvers on the GPU" (2010), and Laszlo, Giles and
+# Appleyard, "Manycore algorithms for batch scalar and block tridiagonal solvers" (2016). A whole
+# line in shared memory does not fit: 1,920 pixels of 28 bytes are more than the 32 KiB that OpenGL
+# promises. Solving all channels of short lines at once took a film frame of 1920x1080 from 4.5 to
+# 4.0 ms on an NVIDIA H200.
 class PartitionSolver(LineSolver):
     """Eliminates runs in registers, and solves run ends by cyclic reduction in shared memory."""
 
@@ -280,6 +295,8 @@ def _solver_named(name: SolverName) -> type[LineSolver]:
 SOLVERS = {name: _solver_named(name) for name in SolverName}
 
 
+# Both were timed at each start once. That built programs of the slower one for nothing (0.9 s of
+# processor), and the last digits of a picture depended on how busy the machine was.
 def usual_solver(ctx: Device) -> LineSolver:
     """Return the solver that is faster on such an OpenGL.
 

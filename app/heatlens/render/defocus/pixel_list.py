@@ -16,6 +16,10 @@ from heatlens.render.gpu.shader_constants import PIXEL_GROUP
 BAND_PX = 1 << 18  # some ten milliseconds on two busy cores
 
 
+# On a processor a pass over every pixel of 1280x720 took 100 to 190 ms in one piece, in which a
+# window cannot answer; a band takes about 20 ms. On a GPU each piece costs a dispatch and a
+# barrier: with bands and slices a 1920x1080 frame took 166 of them, whole it takes 9, and 15 a
+# layer.
 class PixelBands:
     """Cuts pictures into bands of rows on a processor; a GPU gets them whole."""
 

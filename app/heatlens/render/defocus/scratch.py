@@ -118,6 +118,9 @@ class Scratch:
         self._alive.clear()
         self._pool.release()
 
+    # A mistake in the table of lifetimes would be a pass that reads what another has overwritten,
+    # here and there in a picture. So a second owner is an error, and poisoned memory shows a reader
+    # that comes too late. With what is shared, a film picture of 1920x1080 holds 184 bytes a pixel.
     def _given(self, name: str, memory: str, held: Held) -> Held:
         owner = self._alive.get(memory, (name, held))[0]
         if owner != name:

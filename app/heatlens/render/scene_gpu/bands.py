@@ -51,6 +51,9 @@ class Bands:
             yield Box(0, y, width, min(y + rows, height))
             y += rows
 
+    # These rows do not depend on `share`. When they did, the last digits of a picture depended on
+    # the load: a worker and a window that drew the same frame differed in 330 or 768 of 614,400
+    # values, in 7 of 12 runs.
     def of_samples(self, size: tuple[int, int], across: int, larger: int) -> Iterator[Rows]:
         """Yield the rows of bands of a picture with `across` x `across` samples a pixel.
 

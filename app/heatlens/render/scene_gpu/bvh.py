@@ -84,6 +84,9 @@ def _boxes(low: Floats, high: Floats, starts: Ints) -> NDArray[np.void]:
     return nodes
 
 
+# A node is halved instead of cut by cost where all bins but one are empty, and where its items
+# could not be divided down to single ones in the levels that are left: the stack of a ray in the
+# shader has a fixed size.
 def _cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> tuple[Ints, Bools]:
     """Return the axis at which each node is cut, and which items go to its upper half."""
     if not len(counts):

@@ -148,6 +148,9 @@ class ScenePeel:
         self._pool = TexturePool(ctx)
         self._a_pixel = _A_PIXEL
 
+    # How many surfaces lie behind a picture is known only when they have been drawn. Room for two a
+    # pixel is taken at first, and a picture that needs more is drawn again with what it counted, up
+    # to 800 MB; what is beyond is left out and told.
     def steps(
         self,
         view: SceneView,
