@@ -120,6 +120,8 @@ def _words(others: list[Path], count: int) -> str:
     )
 
 
+# The length must be equal, not only sufficient: a file that goes on after its last chunk was taken
+# for finished at first.
 def is_whole(path: Path, suffix: str = "") -> bool:
     """Return whether a file is as long as its own structure says.
 

@@ -34,6 +34,9 @@ def is_joined(plan: ExportPlan) -> bool:
     return is_movie_finished(path, planned(job).movie_fingerprint)
 
 
+# The files hold the levels that the encoder would get, and not the picture in 16 bits. The latter
+# was quantised again with the white of the movie, so that a joined movie differed in its last bits
+# from one that a single machine makes.
 def write_kept(frame: RenderedFrame) -> None:
     """Write a frame to its own file. Raises InputError if that fails."""
     values = quantised(frame.pixels, np.uint16, MOVIE_WHITE).astype(np.uint32)

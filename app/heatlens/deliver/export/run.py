@@ -33,6 +33,9 @@ Written = TypeVar("Written")
 _WAITING = 2  # rendered frames that may wait in memory, besides the one being written
 
 
+# One thread is enough: OpenEXR lets go of Python's lock while it writes, so that a frame is written
+# while the next one is rendered, and a movie needs its frames in order. Few frames may wait,
+# because each holds its pixels in memory.
 class FrameWriter(Closing, Generic[Written]):
     """Runs functions on a thread in order, one at a time, and returns their results in order.
 

@@ -77,6 +77,8 @@ async def _told(distributed: ModuleType, address: str) -> tuple[dict[str, Any], 
         return await scheduler.identity(), await scheduler.versions()
 
 
+# Dask's versions do not speak to each other (2025.1 and 2026.8 were tried), and what they say then
+# is no sentence for a user. So the versions are compared before the first task is sent.
 def check_version(address: str, version: str) -> None:
     """Raise InputError if the scheduler has another version of Dask than this machine."""
     here = library().__version__

@@ -21,6 +21,8 @@ class NotDataError(TypeError):
     """A machine of the cluster has sent something other than data."""
 
 
+# The workers of heatlens answer with a line of JSON and bytes behind it (`answers.py`), so that
+# nothing needs to be found here but what Dask itself wraps around an answer.
 class _DataReader(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> object:
         """Return a class that only holds data. Raises NotDataError for everything else."""

@@ -49,6 +49,9 @@ def made_elsewhere(
                 pass
 
 
+# What a worker says is not enough: workers with disks of their own write files that this machine
+# never sees. A frame counts once its finished file is seen here. On a network disk that may be some
+# seconds after the worker has closed it.
 def _seen(left: tuple[PlannedFrame, ...], make: Make, advice: str) -> Generator[FrameDone]:
     """Yield the frames that are told and seen to be finished; the others may come late."""
     waiting, told = {frame.frame: frame for frame in left}, {}

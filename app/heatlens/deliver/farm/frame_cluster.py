@@ -61,6 +61,9 @@ class Answer:
     problem: str = ""
 
 
+# Every call of Dask's client may wait for the network, or for a scheduler that has gone, and a
+# window may not wait. So one thread alone has the client; the window writes wishes and reads
+# answers under a lock that is never held during a call.
 class FrameCluster:
     """The frames of one window at one scheduler."""
 
@@ -332,6 +335,9 @@ class _Service:
         except HeatlensError as error:
             self._failed[worker] = str(error)
 
+    # Two drivers draw the same frame with other last digits, and a shot is not made of both. So the
+    # workers that render are all of one program, if possible that of this machine, whose frames the
+    # window renders too.
     def _choose(self) -> None:
         self._learn_programs()
         fit = {it: found for it, found in self._known.items() if found[:2] == self._here[:2]}

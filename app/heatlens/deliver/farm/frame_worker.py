@@ -140,6 +140,9 @@ def _scene(source: Any, up_axis: WorldAxis, meters_per_unit: float) -> Scene:
     return placed(source.scene, Framing(up_axis=up_axis, meters_per_unit=meters_per_unit))
 
 
+# OpenGL belongs to one thread, so a worker has one, and what it made stays in the module from task
+# to task: a context, the built programs, the open source. Two renderers in one process share its
+# context, since the second is for the window that asks, with that window's solver.
 @cache
 def renderer() -> FrameRenderer:
     """Return the renderer of this process, which stays warm from task to task."""

@@ -170,6 +170,9 @@ def topmost(folders: Iterable[Path]) -> tuple[Path, ...]:
     return tuple(folder for folder in found if not found.keys() & set(folder.parents))
 
 
+# A farm must know before it starts how long a task takes and how much memory it needs. Two frames
+# are rendered, since the first one contains the start of the process and the builds of the driver;
+# the second tells what each further frame takes.
 def measured(job: FarmJob, name: str, frames: Sequence[int]) -> Measured:
     """Render the first two of `frames` to a folder that is deleted.
 

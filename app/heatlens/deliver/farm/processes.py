@@ -116,6 +116,9 @@ def started(
         return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True, env=environment)
 
 
+# Mesa starts a thread for each processor in every process, and each pass then waits for the slowest
+# of them: 24 frames of 480x270 in two processes took 27 s, and take 18 s with a share of the
+# threads.
 def _share_of_processors(count: int) -> dict[str, str]:
     """Return the number of threads for Mesa's software rasteriser, which else takes all processors.
 
