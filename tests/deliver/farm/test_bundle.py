@@ -11,9 +11,9 @@ import pytest
 from deadline.client.job_bundle.loader import read_yaml_or_json_object
 from deadline.client.job_bundle.parameters import read_job_bundle_parameters
 from deadline.client.job_bundle.submission import AssetReferences
-from farm.test_openjd import openjd
 from PIL import Image
 
+from deliver.farm.test_openjd import openjd
 from heatlens.core.model.shot.look import Look
 from heatlens.fronts.commands.main import main
 from heatlens.media.documents.lens_kits import kit_shelf, kit_text

@@ -8,10 +8,10 @@ from pathlib import Path
 import opentimelineio as otio
 import pytest
 import yaml
-from farm.test_bundle import QUICK, bundled, elsewhere
-from farm.test_openjd import openjd
-from farm.test_slurm import REAL, logs, script_of, slurm  # noqa: F401
 
+from deliver.farm.test_bundle import QUICK, bundled, elsewhere
+from deliver.farm.test_openjd import openjd
+from deliver.farm.test_slurm import REAL, logs, script_of, slurm  # noqa: F401
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.reel import Reel, ReelShot
 from heatlens.fronts.commands.main import main

@@ -5,9 +5,9 @@ import subprocess
 
 import pytest
 import yaml
-from farm.test_bundle import QUICK
-from farm.test_openjd import arguments
 
+from deliver.farm.test_bundle import QUICK
+from deliver.farm.test_openjd import arguments
 from heatlens.core.base.errors import InputError
 from heatlens.deliver.farm.answers import PartDone
 from heatlens.deliver.farm.cluster import ClusterMaker, PartTask

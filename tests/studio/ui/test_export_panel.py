@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from farm.test_openjd import openjd
 from imgui_bundle import imgui
 from PIL import Image
 
+from deliver.farm.test_openjd import openjd
 from heatlens.core.base.paths import data_dir, folder_to_write_in
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.curves.frames import FrameRange
