@@ -21,8 +21,8 @@ uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 layout(rg16f) uniform writeonly image2D out_kind_img;
 uniform bool is_measured;  // the lists tell the coverage of every silhouette
 
-// The neighbours, of those `asked`, of which the lists tell all; every one if the pixel itself is told. They are
-// asked last, because few are.
+// Those of the `asked` neighbours whose surfaces all come from the lists; all of them if this pixel's do. This is
+// asked last, because few neighbours are left then.
 uint told_of(ivec2 at, uint asked) {
     if (is_measured || list_at(at).has_front) return asked;
     uint told = 0u;

@@ -1,4 +1,5 @@
-// What the tilt of a lens and a split diopter add at a pixel: core/model/focus/coc.py, in the unit that Python gives.
+// Focus offset at a pixel, from the tilt of a lens and a split diopter (core/model/focus/coc.py: Lean). Python
+// gives the unit: dioptres, or pixels of coc.
 
 uniform vec3 lean_slope;   // of a tilt, for each pixel right and down, and at the picture's corner
 uniform vec3 lean_edge;    // share of the split, before it is limited to 0..1 and smoothed

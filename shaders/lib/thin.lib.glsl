@@ -61,7 +61,7 @@ bool is_beside_thin(ivec2 at, float coc) {
     return is_thin;
 }
 
-// `far_coc` is that of the surface behind the thing. Not sure at all if it is not thin.
+// `far_coc` is that of the surface behind the thing. Confidence (`sure`) is 0 where the thing is not thin.
 Mixture thin_mixture(ivec2 at, float far_coc, bool is_thin) {
     vec3 x = color_at(at);
     Extremes found = extremes_around(at, far_coc, is_thin);
