@@ -48,12 +48,12 @@ def burn_in_text(
     values["focus"] = measured_text(lens, lens.focus_distance_m, unit) if has_lens else ""
     values["f_stop"] = f"{lens.f_stop:.3g}" if has_lens else ""
     parts = re.split(r"(\s{2,})", template)  # parts and the gaps between them
-    told = ""
+    text = ""
     for gap, part in zip(["", *parts[1::2]], parts[::2], strict=True):
         if all(values[name] for name in _FIELD.findall(part)):
             filled = _FIELD.sub(lambda match: values[match[1]], part)
-            told += (gap if told else "") + filled
-    return told
+            text += (gap if text else "") + filled
+    return text
 
 
 def burned_in(display: FloatImage, text: str) -> FloatImage:

@@ -41,17 +41,17 @@ class Cut:
 
     @property
     def fingerprint(self) -> str:
-        told = ["black" if it is None else it.fingerprint for it in self.shown]
-        return fingerprint_of_movie(told, self.reel.frames_per_second)
+        fingerprints = ["black" if it is None else it.fingerprint for it in self.shown]
+        return fingerprint_of_movie(fingerprints, self.reel.frames_per_second)
 
     @property
     def shown(self) -> list[PlannedFrame | None]:
         """What each frame of the movie shows: a frame of a shot, or black as None."""
-        found = list[PlannedFrame | None]()
+        frames = list[PlannedFrame | None]()
         for number in range(len(self.parts)):
-            found += [None] * self.gaps.get(number, 0)
-            found += self.shown_of(number)
-        return found + [None] * self.gaps.get(len(self.parts), 0)
+            frames += [None] * self.gaps.get(number, 0)
+            frames += self.shown_of(number)
+        return frames + [None] * self.gaps.get(len(self.parts), 0)
 
     def shown_of(self, number: int) -> Sequence[PlannedFrame]:
         """Return the frames of a shot as the cut plays them, some held and some left out."""
@@ -112,14 +112,14 @@ def heard_in_cut(cut: Cut, plan: ExportPlan, number: int) -> tuple[tuple[Spot | 
 
     What is played at another speed has none, because its frames are held or left out.
     """
-    spots, told = heard(plan, cut.reel.frames_per_second)
+    spots, left_out = heard(plan, cut.reel.frames_per_second)
     if cut.reel.shots[number].retime is None:
-        return spots, told
+        return spots, left_out
     has_sound = any(spot is not None for spot in spots)
     silent = (None,) * len(cut.shown_of(number))
     name = cut.reel.shots[number].name
     why = f"The sound of {name} is left out, because the cut changes its speed."
-    return silent, why if has_sound else told
+    return silent, why if has_sound else left_out
 
 
 def _black_like(plan: ExportPlan) -> RenderedFrame:

@@ -54,7 +54,7 @@ def write_frame(job: ExportJob, frame: RenderedFrame) -> None:
 
 def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
     proxy = job.shot.defocus.proxy
-    kept, told = _kept(job, frame)
+    kept, attributes = _kept(job, frame)
     write_picture(
         frame.planned.path,
         frame.pixels,
@@ -65,7 +65,7 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
         compression=job.options.compression,
         more_channels=measures_of(frame, proxy, job.options),
         more_attributes={
-            **told,
+            **attributes,
             JOB_ATTRIBUTE: frame.planned.fingerprint,
             "framesPerSecond": exact_rate(job.shot.frames_per_second),
             **_timecode(job, frame),
@@ -102,10 +102,10 @@ def frame_timecode(job: ExportJob, planned: PlannedFrame, plate: Plate) -> Timec
     if there is no timecode, or it does not fit the rate.
     """
     shot, frame = job.shot, planned.frame
-    told = shot.timecode_at(frame, timecode_of(plate.attributes), min(job.frames))
-    if told is None or shot.start_timecode is not None:
-        return told
-    return told.later(frame - planned.origin.frame, shot.frames_per_second)
+    timecode = shot.timecode_at(frame, timecode_of(plate.attributes), min(job.frames))
+    if timecode is None or shot.start_timecode is not None:
+        return timecode
+    return timecode.later(frame - planned.origin.frame, shot.frames_per_second)
 
 
 def _timecode(job: ExportJob, frame: RenderedFrame) -> dict[str, object]:

@@ -79,8 +79,8 @@ _KINDS: dict[str, type] = {"options": ExportOptions, "look": DisplayOptions, "gu
 def job_text(*records: ExportOptions | DisplayOptions | Guides) -> str:
     """Return records of options as the text of a file that `read_job` can read."""
     entries = {name: r for name, kind in _KINDS.items() for r in records if isinstance(r, kind)}
-    told = {name: record_to_json(record) for name, record in entries.items()}
-    return json.dumps({_VERSION: _NEWEST, **told}, indent=2)
+    records_json = {name: record_to_json(record) for name, record in entries.items()}
+    return json.dumps({_VERSION: _NEWEST, **records_json}, indent=2)
 
 
 def read_job(path: Path) -> tuple[object, ...]:

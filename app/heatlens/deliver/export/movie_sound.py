@@ -32,12 +32,12 @@ def heard(plan: ExportPlan, frames_per_second: float) -> tuple[tuple[Spot | None
     The frames must follow each other in one movie, and be shown at the rate of that movie.
     """
     spots = tuple(_spot(frame.origin.files) for frame in plan.frames)
-    found = next((spot[0] for spot in spots if spot is not None), None)
+    movie = next((spot[0] for spot in spots if spot is not None), None)
     silent = (None,) * len(spots)
-    if found is None or not movie_at(found).has_sound:
+    if movie is None or not movie_at(movie).has_sound:
         return silent, ""
-    why = _why_silent(found, spots, frames_per_second)
-    return (silent, f"The sound of {found} is left out, because {why}.") if why else (spots, "")
+    why = _why_silent(movie, spots, frames_per_second)
+    return (silent, f"The sound of {movie} is left out, because {why}.") if why else (spots, "")
 
 
 def _why_silent(path: Path, spots: Sequence[Spot | None], frames_per_second: float) -> str:
@@ -132,8 +132,8 @@ class _Reader:
             self._kept = np.concatenate([self._kept, piece])
             passed = min(start - self._at, len(self._kept))
             self._kept, self._at = self._kept[passed:], self._at + passed
-        found = self._kept[start - self._at : start - self._at + count]
-        return np.pad(found, ((0, count - len(found)), (0, 0)))
+        there = self._kept[start - self._at : start - self._at + count]
+        return np.pad(there, ((0, count - len(there)), (0, 0)))
 
     def _decoded(self) -> Iterator[Samples]:
         """Yield the sound piece by piece, beginning where the picture begins."""

@@ -103,7 +103,7 @@ class ExportOptions:
 
 def of_group(group: str) -> tuple[str, ...]:
     """Return the names of the options in a group."""
-    return tuple(name for name, told in options_of(ExportOptions).items() if told.group == group)
+    return tuple(name for name, it in options_of(ExportOptions).items() if it.group == group)
 
 
 def in_panel(is_exr: bool) -> tuple[str, ...]:

@@ -35,7 +35,7 @@ _NAMED_MOST = 5  # most files named in a sentence
 # Increased when the same frames give another movie: 1 had wrong pixels, 2 was 0.4 % too bright.
 _MOVIE_ENCODING = 3
 
-_TOLD = {"is_float", "compression", "with_depth", "with_coc", "keep_channels"} | {
+_FIRST_FIELDS = {"is_float", "compression", "with_depth", "with_coc", "keep_channels"} | {
     *("burn_in", "unit", "burn_in_text", "shot_name"),
 }
 
@@ -127,13 +127,13 @@ def _planned(job: ExportJob, source: Source, frame: int, is_part: bool) -> Plann
 # tables of chunks and lengths tell it without the pixels: 37 ms for 1,000 files.
 def _check_whole(plan: ExportPlan) -> None:
     """Raise InputError for incomplete plates, before hours are spent on others."""
-    found = cut_short(file.path for frame in plan.frames for file in frame.origin.files)
-    if found:
-        what = "is empty" if found[0].stat().st_size == 0 else "is cut off before its last pixels"
-        others = ", ".join(path.name for path in found[1:_NAMED_MOST])
-        more = f", and so with {len(found) - 1} more ({others})" if others else ""
+    short = cut_short(file.path for frame in plan.frames for file in frame.origin.files)
+    if short:
+        what = "is empty" if short[0].stat().st_size == 0 else "is cut off before its last pixels"
+        others = ", ".join(path.name for path in short[1:_NAMED_MOST])
+        more = f", and so with {len(short) - 1} more ({others})" if others else ""
         raise InputError(
-            f"{found[0]} {what}{more}. Write or copy such files again, or export other frames with "
+            f"{short[0]} {what}{more}. Write or copy such files again, or export other frames with "
             "--frames."
         )
 
@@ -201,10 +201,10 @@ def _output_facts(job: ExportJob) -> dict[str, object]:
     """Return the options that have an effect on this kind of file."""
     options, look = job.options, job.look
     if job.output.is_exr:
-        told = {name: getattr(options, name) for name in ("compression", "with_depth", "with_coc")}
-        told |= {"keep": plain(job.keep)} if job.keep else {}
+        own = {name: getattr(options, name) for name in ("compression", "with_depth", "with_coc")}
+        own |= {"keep": plain(job.keep)} if job.keep else {}
         rate = {"frames_per_second": job.shot.frames_per_second}  # it is in the header
-        return {"kind": ".exr", "half": not options.is_float, **rate, **told, **_newer(job, EXR)}
+        return {"kind": ".exr", "half": not options.is_float, **rate, **own, **_newer(job, EXR)}
     return {
         "kind": job.output.suffix,
         "view": [look.transform.key, look.transform.input_space],
@@ -222,6 +222,6 @@ def _burned_in(options: ExportOptions) -> list[str]:
 
 def _newer(job: ExportJob, group: str) -> dict[str, object]:
     """Return the chosen options of a group that files of earlier versions do not contain."""
-    usual, names = ExportOptions(), [name for name in of_group(group) if name not in _TOLD]
-    told = {name: getattr(job.options, name) for name in names}
-    return {name: plain(value) for name, value in told.items() if value != getattr(usual, name)}
+    usual, names = ExportOptions(), [name for name in of_group(group) if name not in _FIRST_FIELDS]
+    chosen = {name: getattr(job.options, name) for name in names}
+    return {name: plain(value) for name, value in chosen.items() if value != getattr(usual, name)}

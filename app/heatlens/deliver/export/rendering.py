@@ -140,8 +140,8 @@ class FrameRendering:
         display = with_guides(display, self._job.look.guides, plate.pixel_aspect_ratio)
         if not options.burn_in:
             return display
-        told = frame_timecode(self._job, frame, plate)
-        facts = frame.frame, frame.lens, plate, options.unit, told, options.shot_name
+        timecode = frame_timecode(self._job, frame, plate)
+        facts = frame.frame, frame.lens, plate, options.unit, timecode, options.shot_name
         return burned_in(display, burn_in_text(options.burn_in_text, *facts))
 
     def _picture(self, frame: int) -> Texture:

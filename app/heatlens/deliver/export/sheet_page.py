@@ -143,8 +143,8 @@ def sheet_entries(
             if rendered is None or rendered.planned.frame != number:
                 rendered = rendering.rendered(by_frame[number])
             marks = distances(shot, renderer, rendered.plate, number)
-            told = frame_timecode(job, rendered.planned, rendered.plate)
-            row = sheet_row(shot, frame, frames.first, marks, told, after)
+            timecode = frame_timecode(job, rendered.planned, rendered.plate)
+            row = sheet_row(shot, frame, frames.first, marks, timecode, after)
             yield SheetEntry(row, data_uri(rendered.pixels), marks)
 
 
@@ -152,13 +152,13 @@ def distances(
     shot: Shot, renderer: FrameRenderer, plate: Plate, frame: int
 ) -> list[tuple[str, float]]:
     """Return the distances in metres of the marks that are visible at a frame."""
-    found = []
+    distances_m = []
     for mark in shot.marks:
         try:
-            found.append((mark.name, _distance_m(shot, renderer, plate, mark, frame)))
+            distances_m.append((mark.name, _distance_m(shot, renderer, plate, mark, frame)))
         except HeatlensError:  # outside the picture, or no such object
             continue
-    return [(name, distance_m) for name, distance_m in found if distance_m > 0.0]
+    return [(name, distance_m) for name, distance_m in distances_m if distance_m > 0.0]
 
 
 def _distance_m(shot: Shot, renderer: FrameRenderer, plate: Plate, mark: Mark, frame: int) -> float:

@@ -106,13 +106,13 @@ def _to_next(shot: Shot, frame: float, after: float) -> str:
 
 def mark_rows(shot: Shot, seen: Sequence[Distances]) -> list[MarkRow]:
     """Return a row for each mark of the shot; `seen` are the distances of marks in each row."""
-    found = []
+    rows = []
     for mark in shot.marks:
         distances_m = [far_m for marks in seen for name, far_m in marks if name == mark.name]
         if distances_m:
             ends = min(distances_m), max(distances_m)
-            found.append(MarkRow(mark.name, _span(shot, *ends, "m"), _span(shot, *ends, "ft")))
-    return found
+            rows.append(MarkRow(mark.name, _span(shot, *ends, "m"), _span(shot, *ends, "ft")))
+    return rows
 
 
 def _span(shot: Shot, near_m: float, far_m: float, unit: str) -> str:

@@ -55,14 +55,14 @@ def answered(work: Callable[[], bytes], worker: str) -> bytes:
     try:
         return work()
     except Exception as error:
-        told = told_error(error, "A worker could not do its part")
-        return packed({"problem": f"{told} (worker {worker})"})
+        sentence = told_error(error, "A worker could not do its part")
+        return packed({"problem": f"{sentence} (worker {worker})"})
 
 
-def packed_parts(found: Sequence[FetchedPart]) -> bytes:
+def packed_parts(parts: Sequence[FetchedPart]) -> bytes:
     """Return the answer that holds frames and their files."""
-    files = [data for _, data in found if data is not None]
-    return packed({"frames": [record_to_json(done) for done, _ in found]}, files)
+    files = [data for _, data in parts if data is not None]
+    return packed({"frames": [record_to_json(done) for done, _ in parts]}, files)
 
 
 def part_text(done: PartDone) -> str:
@@ -82,9 +82,9 @@ def parts_of_answer(answer: bytes) -> list[FetchedPart]:
     return list(_with_files([item.record(PartDone) for item in frames.items()], data))
 
 
-def _with_files(found: Sequence[PartDone], data: bytes) -> Iterator[FetchedPart]:
+def _with_files(parts: Sequence[PartDone], data: bytes) -> Iterator[FetchedPart]:
     at = 0
-    for done in found:
+    for done in parts:
         if done.size is None:
             yield done, None
             continue
@@ -120,9 +120,9 @@ def answer_of(future: Future, patience: float = 1.0) -> bytes | None:
     The scheduler would wait for ever for a worker. `patience` is in usual limits of time. Raises
     InputError if the task has failed, or its answer is none.
     """
-    found: Any = None
+    answer: Any = None
     try:
-        found = future.result(timeout=patience * connection.PATIENCE_S)
+        answer = future.result(timeout=patience * connection.PATIENCE_S)
     except NotDataError as error:
         raise InputError(OTHER) from error
     except Exception as error:
@@ -131,9 +131,9 @@ def answer_of(future: Future, patience: float = 1.0) -> bytes | None:
         if not isinstance(error, TimeoutError):
             raise
         return None
-    if not isinstance(found, bytes):
+    if not isinstance(answer, bytes):
         raise InputError(OTHER)
-    return found
+    return answer
 
 
 def failure_of(error: BaseException) -> str:

@@ -101,18 +101,18 @@ class ClusterMaker:
         with self._kept(pending) as stops:
             while pending:
                 news = self._next(stops)
-                found: list[FetchedPart] | None
+                parts: list[FetchedPart] | None
                 if isinstance(news, dict):
-                    found = [(part_of_text(news.get("frame")), None)]
+                    parts = [(part_of_text(news.get("frame")), None)]
                 else:
                     pending.remove(news)
                     if news in old and news.status == "error":  # perhaps it is mended now
                         pending |= self._sent(sorted(waiting.keys() & _frames_of([news])))
                         continue
-                    found = _result(news, self._patience)
-                    if found is None:
+                    parts = _result(news, self._patience)
+                    if parts is None:
                         pending.add(self._awaited_again(news))
-                for done, data in found or ():
+                for done, data in parts or ():
                     self._compare(done)
                     if done.frame in waiting:
                         yield self._stored(done, data, waiting.pop(done.frame))
@@ -132,12 +132,12 @@ class ClusterMaker:
     def _taken_over(self, frames: Container[int]) -> set[Future]:
         """Return the futures of an earlier client of this export that are still of use."""
         there = self._client.get_dataset(self._task.topic, default=())
-        found = {it for it in there if any(frame in frames for frame in _frames_of([it]))}
-        if found:
+        taken = {it for it in there if any(frame in frames for frame in _frames_of([it]))}
+        if taken:
             self._say("goes on with what the cluster has under way.")
-        for future in found:
+        for future in taken:
             future.add_done_callback(self._news.put)
-        return found
+        return taken
 
     @contextmanager
     def _kept(self, pending: set[Future]) -> Iterator[StopSignals]:
@@ -167,7 +167,7 @@ class ClusterMaker:
         """Write the file of a frame if it was fetched. Raises InputError for another frame's."""
         if self._task.fetch:
             _write_fetched(data or b"", frame)
-        remarks = tuple(Remark(*told) for told in done.remarks)
+        remarks = tuple(Remark(*remark) for remark in done.remarks)
         maker = done.driver[1] if done.driver else ""
         lost = done.surfaces_lost
         return FrameDone(done.frame, frame.path, done.was_there, lost, remarks, maker, done.pace)
@@ -181,10 +181,10 @@ class ClusterMaker:
         if len(self._drivers) == 1:
             return
         named = ", ".join(f"{name} ({where})" for name, where in self._drivers.items())
-        told = f"workers have different OpenGL drivers: {named}"
+        sentence = f"workers have different OpenGL drivers: {named}"
         if self._strict:
-            raise InputError(f"{told[0].upper()}{told[1:]}. Finished frames are kept.")
-        self._say(f"{told}; their pictures may differ slightly.")
+            raise InputError(f"{sentence[0].upper()}{sentence[1:]}. Finished frames are kept.")
+        self._say(f"{sentence}; their pictures may differ slightly.")
 
     def _sent(self, frames: Sequence[int]) -> set[Future]:
         """Send the tasks; return their futures, which announce themselves when they are done."""
@@ -240,8 +240,8 @@ def _result(future: Future, patience: float) -> list[FetchedPart] | None:
     except InputError as error:
         if future.status != "error":
             raise
-        told = f"frames {_frames_text(future)}: {error} Finished frames are kept."
-        raise InputError(told) from error
+        sentence = f"frames {_frames_text(future)}: {error} Finished frames are kept."
+        raise InputError(sentence) from error
 
 
 @contextmanager

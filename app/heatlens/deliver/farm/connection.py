@@ -24,11 +24,11 @@ _LOSSES = ("FutureCancelledError", "CancelledError", "CommClosedError")  # the s
 
 def library() -> ModuleType:
     """Import Dask. Raises InputError that says what to install."""
-    found = import_extra("distributed")
+    dask = import_extra("distributed")
     # They would log every lost connection, and every message that is refused.
     for name in ("distributed", "distributed.client", "distributed.protocol.core"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-    return found
+    return dask
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,10 @@ def who_answers(address: str) -> Met:
     checked_address(address)
     distributed = library()
     try:
-        told = asyncio.run(asyncio.wait_for(_told(distributed, address), PATIENCE_S))
-        name, version = str(told[0]["id"]), str(told[1]["packages"]["distributed"])
+        answers = asyncio.run(
+            asyncio.wait_for(_identity_and_versions(distributed, address), PATIENCE_S)
+        )
+        name, version = str(answers[0]["id"]), str(answers[1]["packages"]["distributed"])
         own = own_host(address)
     except (*NO_ANSWER, TypeError, KeyError) as error:
         raise no_answer(address) from error
@@ -70,7 +72,9 @@ def who_answers(address: str) -> Met:
     return Met(address, name, own)
 
 
-async def _told(distributed: ModuleType, address: str) -> tuple[dict[str, Any], dict[str, Any]]:
+async def _identity_and_versions(
+    distributed: ModuleType, address: str
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what a scheduler calls itself, and its versions."""
     secured = distributed.Security().get_connection_args("client")
     async with distributed.rpc(address, connection_args=secured) as scheduler:
@@ -92,8 +96,8 @@ def check_version(address: str, version: str) -> None:
 def own_host(address: str) -> str:
     """Return the address by which this machine reaches the host in `address`. Raises OSError."""
     parts = urlsplit(address)
-    found = socket.getaddrinfo(parts.hostname, parts.port, type=socket.SOCK_DGRAM)
-    family, kind, protocol, _, where = found[0]
+    addresses = socket.getaddrinfo(parts.hostname, parts.port, type=socket.SOCK_DGRAM)
+    family, kind, protocol, _, where = addresses[0]
     with socket.socket(family, kind, protocol) as asked:
         asked.connect(where)  # a datagram socket sends nothing for this
         return str(asked.getsockname()[0])
@@ -115,11 +119,11 @@ def check_own(host: str) -> None:
 def only(agreed: str | None) -> Callable[[Met], None]:
     """Return a check that takes the scheduler with this text alone, and for None any."""
 
-    def check(found: Met) -> None:
-        if agreed is not None and found.text != agreed:
+    def check(answering: Met) -> None:
+        if agreed is not None and answering.text != agreed:
             raise InputError(
-                f"The scheduler at {found.scheduler} was started again, is another, or is reached "
-                "through another network than before: export again to use it."
+                f"The scheduler at {answering.scheduler} was started again, is another, or is "
+                "reached through another network than before: export again to use it."
             )
 
     return check

@@ -28,9 +28,9 @@ class _DataReader(pickle.Unpickler):
         """Return a class that only holds data. Raises NotDataError for everything else."""
         if (module, name) in _DATA:
             return super().find_class(module, name)
-        found = getattr(builtins, name, None) if module == "builtins" else None
-        if isinstance(found, type) and issubclass(found, Exception):
-            return found
+        builtin = getattr(builtins, name, None) if module == "builtins" else None
+        if isinstance(builtin, type) and issubclass(builtin, Exception):
+            return builtin
         raise NotDataError(f"{module}.{name} is not data")
 
 

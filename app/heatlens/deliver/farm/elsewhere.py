@@ -54,30 +54,30 @@ def made_elsewhere(
 # seconds after the worker has closed it.
 def _seen(left: tuple[PlannedFrame, ...], make: Make, advice: str) -> Generator[FrameDone]:
     """Yield the frames that are told and seen to be finished; the others may come late."""
-    waiting, told = {frame.frame: frame for frame in left}, {}
+    waiting, reported = {frame.frame: frame for frame in left}, {}
     for done in make(left):
         if done.frame in waiting:
-            told[done.frame] = done
+            reported[done.frame] = done
             if is_finished(waiting[done.frame]):
                 del waiting[done.frame]
                 yield done
     end = time.monotonic() + _LATE_S
-    while told.keys() & waiting.keys():
+    while reported.keys() & waiting.keys():
         os.listdir(left[0].path.parent)  # a network disk then asks its server what is there
-        for number in [it for it in told if it in waiting and is_finished(waiting[it])]:
+        for number in [it for it in reported if it in waiting and is_finished(waiting[it])]:
             del waiting[number]
-            yield told[number]
+            yield reported[number]
         if time.monotonic() > end:
             break
         time.sleep(_LOOK_S)
     if waiting:
-        raise InputError(_missing(waiting, told, len(left), left[0].path.parent, advice))
+        raise InputError(_missing(waiting, reported, len(left), left[0].path.parent, advice))
 
 
 def _missing(
-    waiting: Collection[int], told: Collection[int], count: int, folder: Path, advice: str
+    waiting: Collection[int], written: Collection[int], count: int, folder: Path, advice: str
 ) -> str:
-    reported = "reported as written" if all(it in told for it in waiting) else "not reported"
+    reported = "reported as written" if all(it in written for it in waiting) else "not reported"
     which = frames_text(sorted(waiting))
     return (
         f"{len(waiting)} of {count} frames are not in {folder} on this machine ({which}), although "

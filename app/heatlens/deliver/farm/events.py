@@ -10,7 +10,7 @@ Event = dict[str, Any]
 def event_in(line: str | bytes) -> Event | None:
     """Return the event in a printed line; None for any other line, such as one of a driver."""
     try:
-        told = json.loads(line)
+        event = json.loads(line)
     except (ValueError, RecursionError):
         return None
-    return told if isinstance(told, dict) and told.get("event") in _EVENTS else None
+    return event if isinstance(event, dict) and event.get("event") in _EVENTS else None

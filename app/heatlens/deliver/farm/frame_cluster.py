@@ -127,8 +127,8 @@ class FrameCluster:
     def taken(self) -> list[Answer]:
         """Return the answers that have arrived since the last call."""
         with self._lock:
-            found, self._answers = self._answers, []
-        return found
+            answers, self._answers = self._answers, []
+        return answers
 
     def agree(self) -> Met | None:
         """Use the scheduler that answers; return it."""
@@ -170,23 +170,23 @@ class FrameCluster:
 
     def news(self, seconds: float) -> list[Future | None]:
         """Return what was heard, after waiting for it so long at most."""
-        found = []
+        heard = []
         with suppress(queue.Empty):
-            found.append(self._news.get(timeout=seconds))
+            heard.append(self._news.get(timeout=seconds))
             while True:
-                found.append(self._news.get_nowait())
-        return found
+                heard.append(self._news.get_nowait())
+        return heard
 
     def answer(self, answers: Sequence[Answer]) -> None:
         """Hand answers to the window, which takes each frame off its wishes."""
         if answers:
-            found = {it.key: it for it in answers}
+            by_key = {it.key: it for it in answers}
             with self._lock:
-                if self._first is not None and self._first.key in found:
-                    self._first_answer = found.pop(self._first.key)
+                if self._first is not None and self._first.key in by_key:
+                    self._first_answer = by_key.pop(self._first.key)
                     self._first = None
-                self._wanted = tuple(it for it in self._wanted if it.key not in found)
-                self._answers += found.values()
+                self._wanted = tuple(it for it in self._wanted if it.key not in by_key)
+                self._answers += by_key.values()
             self._wake()
 
     def tell(self, workers: tuple[str, ...], problem: str, program: Program = ()) -> None:
@@ -208,21 +208,21 @@ class FrameCluster:
                 self.tell((), f"{not_data(self.address)} {ON_THIS_MACHINE}")
             except Exception as error:
                 gone = f"The scheduler at {self.address} has gone."
-                told = gone if is_loss(error) else told_error(error, "Dask failed")
-                self.tell((), f"{told} {ON_THIS_MACHINE}")
+                sentence = gone if is_loss(error) else told_error(error, "Dask failed")
+                self.tell((), f"{sentence} {ON_THIS_MACHINE}")
             self._again.wait(_AGAIN_S)
             self._again.clear()
 
-    def _check(self, found: Met) -> None:
+    def _check(self, met: Met) -> None:
         """Raise InputError for a scheduler or a network to which the user has not agreed."""
-        self.asks = None if found == self._agreed else found
+        self.asks = None if met == self._agreed else met
         if self.asks is None:
             return
         other = self._agreed
-        if other is None or other.scheduler != found.scheduler:
+        if other is None or other.scheduler != met.scheduler:
             why = "is new to this window"
-        elif other.own_host != found.own_host:
-            why = f"is reached from {found.own_host}, and was from {other.own_host}"
+        elif other.own_host != met.own_host:
+            why = f"is reached from {met.own_host}, and was from {other.own_host}"
         else:
             why = "is another than before, or was started again"
         raise InputError(f"The scheduler at {self.address} {why}: agree to it in the Export tab.")
@@ -243,8 +243,8 @@ class _Service:
     def __init__(self, of: FrameCluster, client: Client) -> None:
         self._of, self._client = of, client
         self._programs: dict[str, Future] = {}  # futures of the program of each worker
-        self._known: dict[str, Program] = {}  # those that have been told
-        self._failed: dict[str, str] = {}  # why a worker has told none
+        self._known: dict[str, Program] = {}  # as the workers have named them
+        self._failed: dict[str, str] = {}  # why a worker has named none
         self._look_at = 0.0  # time of the next check of the workers
         self._under_way: dict[str, _UnderWay] = {}  # by the key of the frame
         self._here = program_on(*of.here)
@@ -264,10 +264,10 @@ class _Service:
     def _take(self, news: Sequence[Future | None]) -> None:
         """Pass on what the workers have finished."""
         done = {id(future) for future in news if future is not None}
-        found = [it for it in self._under_way.values() if id(it.future) in done]
-        for it in found:
+        finished = [it for it in self._under_way.values() if id(it.future) in done]
+        for it in finished:
             del self._under_way[it.wish.key]
-        self._of.answer([answer for it in found for answer in _answers(it)])
+        self._of.answer([answer for it in finished for answer in _answers(it)])
 
     def _recall(self, wanted: set[str]) -> None:
         """Cancel frames that are not wanted any more, or whose workers have all gone."""
@@ -295,8 +295,9 @@ class _Service:
         except HeatlensError as error:
             self._of.answer([Answer(wish.key, None, str(error))])
             return
-        told = {"pure": False, "workers": list(workers), "priority": 0 if wish.is_kept else _FIRST}
-        future = self._client.submit(rendered, job, self._of.here[2], wish.is_kept, **told)
+        words, urgency = (job, self._of.here[2], wish.is_kept), 0 if wish.is_kept else _FIRST
+        options = {"pure": False, "workers": list(workers), "priority": urgency}
+        future = self._client.submit(rendered, *words, **options)
         self._under_way[wish.key] = _UnderWay(wish, future, frozenset(workers))
         future.add_done_callback(self._of.hear)
 
@@ -307,10 +308,10 @@ class _Service:
         """
         self._look_at = time.monotonic() + _LOOK_S
         there = self._client.scheduler_info(n_workers=-1)["workers"]
-        self._programs = {it: told for it, told in self._programs.items() if it in there}
+        self._programs = {it: future for it, future in self._programs.items() if it in there}
         for worker in [it for it in there if it not in self._programs]:
-            told = {"pure": False, "workers": [worker], "priority": _FIRST}
-            self._programs[worker] = self._client.submit(program_of, self._of.here[2], **told)
+            options = {"pure": False, "workers": [worker], "priority": _FIRST}
+            self._programs[worker] = self._client.submit(program_of, self._of.here[2], **options)
             self._programs[worker].add_done_callback(self._look_soon)
         self._choose()
 
@@ -319,8 +320,8 @@ class _Service:
         self._of.hear(None)
 
     def _learn_programs(self) -> None:
-        """Forget the programs of workers that are gone, and keep those that workers have told."""
-        self._known = {it: found for it, found in self._known.items() if it in self._programs}
+        """Forget the programs of workers that are gone, and keep those that workers have named."""
+        self._known = {it: program for it, program in self._known.items() if it in self._programs}
         self._failed = {it: why for it, why in self._failed.items() if it in self._programs}
         for it, future in self._programs.items():
             is_new = it not in self._known and it not in self._failed
@@ -340,9 +341,9 @@ class _Service:
     # window renders too.
     def _choose(self) -> None:
         self._learn_programs()
-        fit = {it: found for it, found in self._known.items() if found[:2] == self._here[:2]}
+        fit = {it: own for it, own in self._known.items() if own[:2] == self._here[:2]}
         program = self._here if self._here in fit.values() else next(iter(fit.values()), ())
-        workers = tuple(it for it, found in fit.items() if found == program)
+        workers = tuple(it for it, own in fit.items() if own == program)
         is_asking = any(future.status == "pending" for future in self._programs.values())
         why = "" if workers or is_asking else f"{self._why_none} {ON_THIS_MACHINE}"
         self._of.tell(workers, why, () if program == self._here else program)

@@ -36,19 +36,19 @@ _SLICE_S, _READING_S = 0.1, 0.002  # between two looks whether the frame is stil
 def program_of(solver: SolverName) -> bytes:
     """Answer what identifies the renderer of this worker: programs that are equal draw alike."""
 
-    def told() -> bytes:
+    def program() -> bytes:
         device = _filler(solver).renderer.ctx
         here = program_on(device.name, device.version, solver)
         return packed({"program": here})
 
-    return answered(told, library().get_worker().address)
+    return answered(program, library().get_worker().address)
 
 
 def program_in(answer: bytes) -> Program:
     """Return the program of a worker. Raises InputError with the sentence of the worker."""
     entry, _ = opened(answer)
-    told = entry.members(("program",), ("program",))["program"]
-    return tuple(item.text() for item in told.items())
+    program = entry.members(("program",), ("program",))["program"]
+    return tuple(item.text() for item in program.items())
 
 
 def program_on(driver: str, version: str, solver: str) -> Program:
@@ -90,10 +90,10 @@ def rendered(job: FrameJob, solver: SolverName, is_kept: bool) -> bytes:
 def picture_in(answer: bytes) -> RenderedPicture | KeptPicture | None:
     """Return the picture of an answer; None if it was recalled. Raises InputError."""
     entry, data = opened(answer)
-    told = entry.members(("recalled", "kept"))
-    if "recalled" in told:
+    entries = entry.members(("recalled", "kept"))
+    if "recalled" in entries:
         return None
-    is_kept = "kept" in told and told["kept"].flag()
+    is_kept = "kept" in entries and entries["kept"].flag()
     picture = decoded(data, "") if is_kept else decoded_whole(data, "")
     if picture is None:
         raise InputError(OTHER)

@@ -34,14 +34,14 @@ def folder_of_source(plan: ExportPlan) -> Path | None:
 
 def images_of(shot: Shot) -> tuple[Path, ...]:
     """Return the aperture images of a shot's lens, looks and kit."""
-    found: list[Path] = []
+    paths: list[Path] = []
 
     def take(image: OpeningImage) -> OpeningImage:
-        found.append(Path(image.path))
+        paths.append(Path(image.path))
         return image
 
     shot_with_images(shot, take)
-    return tuple(found)
+    return tuple(paths)
 
 
 def config_files(text: str | None) -> tuple[Path, ...]:

@@ -152,11 +152,11 @@ def located(places: Iterable[Place], text: str, path: Path) -> Word:
 
 def word_text(word: Word, place: Callable[[Place], str], frames: str, text: Text = str) -> str:
     """Return a word as one text, with an engine's own forms of places, frames and plain text."""
-    told = (
+    texts = (
         text(it) if isinstance(it, str) else place(it) if isinstance(it, Place) else frames
         for it in word
     )
-    return "".join(told)
+    return "".join(texts)
 
 
 def typed(words: Iterable[Word], frames: str = "") -> list[str]:
@@ -166,8 +166,8 @@ def typed(words: Iterable[Word], frames: str = "") -> list[str]:
 
 def topmost(folders: Iterable[Path]) -> tuple[Path, ...]:
     """Return the folders that are inside none of the others."""
-    found = dict.fromkeys(folders)
-    return tuple(folder for folder in found if not found.keys() & set(folder.parents))
+    distinct = dict.fromkeys(folders)
+    return tuple(folder for folder in distinct if not distinct.keys() & set(folder.parents))
 
 
 # A farm must know before it starts how long a task takes and how much memory it needs. Two frames
@@ -185,14 +185,14 @@ def measured(job: FarmJob, name: str, frames: Sequence[int]) -> Measured:
         with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
             assert process.stdout is not None
             rows = ((time.monotonic() - begin, event_in(row)) for row in process.stdout)
-            told = [(at_s, event) for at_s, event in rows if event is not None]
+            events = [(at_s, event) for at_s, event in rows if event is not None]
             usage = os.wait4(process.pid, 0)[2]
-    return _cost(told, usage.ru_maxrss * _UNIT_BYTES)
+    return _cost(events, usage.ru_maxrss * _UNIT_BYTES)
 
 
-def _cost(told: Sequence[tuple[float, Event]], memory_bytes: int) -> Measured:
-    ends_s = [at_s for at_s, event in told if event["event"] == "frame"]
-    last = told[-1][1] if told else {}
+def _cost(events: Sequence[tuple[float, Event]], memory_bytes: int) -> Measured:
+    ends_s = [at_s for at_s, event in events if event["event"] == "frame"]
+    last = events[-1][1] if events else {}
     if not ends_s or last["event"] != "end":
         why = last.get("message", "it was killed, as systems do when memory runs out")
         raise InputError(f"The first frame, which shows what a task needs, failed: {why}")

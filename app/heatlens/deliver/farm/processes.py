@@ -16,7 +16,7 @@ from heatlens.deliver.export.run import FrameDone
 from heatlens.deliver.farm.events import Event, event_in
 from heatlens.media.sequence.names import frames_text
 
-_TOLD = ("--progress=json", "--quiet")
+_AS_EVENTS = ("--progress=json", "--quiet")
 PATIENCE_S = 2.0  # time to stop before a process is killed
 _STOPS = (signal.SIGINT, signal.SIGTERM)
 
@@ -50,7 +50,7 @@ class ProcessMaker:
             for number, share in enumerate(shares):
                 part = f"--part={frames_text([frame.frame for frame in share])}"
                 more = (part, *device_words(self._devices, number))
-                self._follow(undone, started([*self._words, *more, *_TOLD], count=len(shares)))
+                self._follow(undone, started([*self._words, *more, *_AS_EVENTS], count=len(shares)))
             running = len(shares)
             while running:
                 news = self._news.get()
@@ -78,8 +78,8 @@ class ProcessMaker:
 
     def _has_ended(self, news: Event) -> bool:
         """Return True if a process has succeeded. Raises InputError if it has failed."""
-        if news["event"] == "end" and (told := _without_pace(news)):
-            self._say(told)
+        if news["event"] == "end" and (sentence := _without_pace(news)):
+            self._say(sentence)
         if news["event"] == "failed":
             raise InputError(news["message"])
         if news["event"] == "exit":
@@ -92,8 +92,8 @@ class ProcessMaker:
 
 def _without_pace(news: Event) -> str:
     """Return what a process says of its frames; their pace is said once, for all processes."""
-    told, pace = str(news.get("told", "")), news.get("pace")
-    return told.removesuffix(f"{pace}.").strip() if pace else told
+    sentence, pace = str(news.get("told", "")), news.get("pace")
+    return sentence.removesuffix(f"{pace}.").strip() if pace else sentence
 
 
 def device_words(devices: Sequence[int], number: int) -> tuple[str, ...]:
