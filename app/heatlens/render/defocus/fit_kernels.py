@@ -47,7 +47,7 @@ class Fit:
 # give them no common order.
 def fit_rims(name: str) -> list[Fit]:
     """Return the kernels of discs with the rims `RIMS`, by the poles of a stored flat disc."""
-    power, found = POWERS[name], {}
+    power, fits = POWERS[name], {}
     for sign in (1.0, -1.0):
         poles = named_kernel(name).poles
         for rim in sorted((r for r in RIMS if r * sign >= 0), key=abs):
@@ -55,19 +55,19 @@ def fit_rims(name: str) -> list[Fit]:
             if rim > RIMS[0]:
                 poles = refined(error, poles).poles
             mix, _ = error.best_mix(poles)
-            found[rim] = Fit(poles, mix, error.of(poles, mix)[0])
-    return [found[rim] for rim in RIMS]
+            fits[rim] = Fit(poles, mix, error.of(poles, mix)[0])
+    return [fits[rim] for rim in RIMS]
 
 
 def fit_disc(count: int, power: float = 1.0, starts: int = 12, seed: int = 1) -> Fit:
     """Return the best kernel of `count` poles that `starts` searches from random poles find."""
     error, random = DiscError(power), np.random.default_rng(seed)
-    found = []
+    fits = []
     for _ in range(starts):
         size = random.uniform(_SIZES[0], _SIZES[1], count)
         phase = random.uniform(-PHASE_MOST, PHASE_MOST, count)
-        found.append(refined(error, np.exp(size + 1j * phase)))
-    return min(found, key=lambda fit: fit.error)
+        fits.append(refined(error, np.exp(size + 1j * phase)))
+    return min(fits, key=lambda fit: fit.error)
 
 
 def refined(error: DiscError, poles: Complexes) -> Fit:
@@ -257,8 +257,8 @@ def _fitted(name: str, args: argparse.Namespace) -> Fit:
     before = error.of(stored.poles, stored.mix)[0] / error.of_nothing
     images = np.linalg.matrix_rank(fit.mix, tol=1e-9)
     now = fit.error / error.of_nothing
-    found = f"{len(fit.poles)} poles, {images} images, error {now:.4e} of the disc's norm"
-    sys.stdout.write(f"{name}: {found}; stored {before:.4e}\n")
+    words = f"{len(fit.poles)} poles, {images} images, error {now:.4e} of the disc's norm"
+    sys.stdout.write(f"{name}: {words}; stored {before:.4e}\n")
     return fit
 
 

@@ -215,7 +215,7 @@ class HighlightListPass:
         """
         high, size = split.high, split.high.size
         sums = {"plan_block": buffers.plan, "row_block": buffers.row}
-        told = sums | {"tally_block": buffers.tally}
+        tallied = sums | {"tally_block": buffers.tally}
         blocks = blocks_for(size, HIGHLIGHT_BLOCK)
         clear_list(buffers.lit)
         listed = {"pixel_list_block": buffers.lit, "lit_block": split.lit}
@@ -225,13 +225,13 @@ class HighlightListPass:
             {"picture_size": size},
             side=HIGHLIGHT_BLOCK,
             group=HIGHLIGHT_GROUP,
-            buffers=listed | told,
+            buffers=listed | tallied,
         )
         textures = {"high_tx": high, "places_tx": places or high}
         merged = partial(
             self._merged,
             textures=textures | self._openings.of(optics.disc.aperture),
-            buffers=told | listed | {"sprite_block": buffers.sprite},
+            buffers=tallied | listed | {"sprite_block": buffers.sprite},
             uniforms=optics.disc.uniforms
             | {"has_places": places is not None, "area_max": _AREA_MAX * size[0] * size[1]},
         )

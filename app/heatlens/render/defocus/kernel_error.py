@@ -61,8 +61,8 @@ class DiscError:
 
         In decibels, a search converges equally well for good and poor kernels.
         """
-        found = 10 * float(np.log10(value / self.of_nothing))
-        return found, 10 / np.log(10) / value * slopes
+        in_decibels = 10 * float(np.log10(value / self.of_nothing))
+        return in_decibels, 10 / np.log(10) / value * slopes
 
     def of(self, poles: Complexes, mix: Complexes) -> tuple[float, Complexes, Complexes]:
         """Return E, dE/dkappa (J,) and dE/dM (J, J).

@@ -80,10 +80,10 @@ def rim_kernel(name: str, rim: float) -> Kernel:
 @cache
 def _rim_kernels() -> dict[str, list[tuple[npt.NDArray[np.complex128], ...]]]:
     """Return poles and mixing weights for each of `RIMS`, by the names of the flat discs."""
-    found: dict[str, list[tuple[npt.NDArray[np.complex128], ...]]] = {}
+    rims: dict[str, list[tuple[npt.NDArray[np.complex128], ...]]] = {}
     for entry in json.loads(_RIM_FILE.read_text())["kernels"]:
-        found.setdefault(entry["name"], []).append((_complex(entry["kappa"]), _complex(entry["M"])))
-    return found
+        rims.setdefault(entry["name"], []).append((_complex(entry["kappa"]), _complex(entry["M"])))
+    return rims
 
 
 @cache

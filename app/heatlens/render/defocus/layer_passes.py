@@ -24,7 +24,7 @@ class Layer:
     state  r = |coc| in pixels of the layer, g = how much content it has, 0..1
     size   of the layer; if it is smaller than the picture, it is in the corner of the textures
     mask   the active tiles; `listed` has the same tiles as a list
-    told   what the fragment lists tell of each pixel (layer_split.comp.glsl); None without lists
+    known  what the fragment lists say of each pixel (layer_split.comp.glsl); None without lists
     """
 
     color: Texture
@@ -32,7 +32,7 @@ class Layer:
     size: tuple[int, int]
     mask: TileMask
     listed: TileList
-    told: Texture | None = None
+    known: Texture | None = None
 
 
 class LayerSplitPass:
@@ -59,8 +59,8 @@ class LayerSplitPass:
         }
         lists = picture.lists
         images = {"out_layer_img": out.color, "out_state_img": out.state}
-        if lists is not None and out.told is not None:
-            images["out_listed_img"] = out.told
+        if lists is not None and out.known is not None:
+            images["out_listed_img"] = out.known
             uniforms |= list_uniforms(lists) | {
                 "is_nearest": plan.cut.is_nearest,
                 "at_infinity_px": lists.line.at_infinity_px,
@@ -135,13 +135,13 @@ class HiddenFillPass:
         Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `around`
         is that of `Fragments`, for a layer that may hold highlights.
         """
-        told: _Textures = {} if layer.told is None else {"listed_tx": layer.told}
+        known: _Textures = {} if layer.known is None else {"listed_tx": layer.known}
         compared, out_match, match = _matched(layer, scratch)
         written = {"out_cost_img": scratch.cost} | out_match
         self._list_blocks(layer, pixels, scratch, written)
         yield
         guessed, cost = scratch.lists, self._cost_programs.with_(MATCHED=bool(match))
-        fill = self._fill_programs.with_(LISTS=bool(told), MATCHED=bool(match))
+        fill = self._fill_programs.with_(LISTS=bool(known), MATCHED=bool(match))
         uniforms: dict[str, object] = {"reach_px": reach_px, "layer_size": layer.size}
         for part in self._slices.of(layer.size):
             cost.dispatch(
@@ -152,7 +152,7 @@ class HiddenFillPass:
                 uniforms=uniforms | part,
             )
             yield
-        read = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | told | match
+        read = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | known | match
         for part in self._slices.of(layer.size):
             fill.dispatch(
                 scratch.blocks,
@@ -193,9 +193,9 @@ def _matched(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures
 
     All are empty if nothing is matched.
     """
-    if layer.told is None or scratch.match is None:
+    if layer.known is None or scratch.match is None:
         return {}, {}, {}
-    compared = {"listed_tx": layer.told, "state_tx": layer.state}
+    compared = {"listed_tx": layer.known, "state_tx": layer.state}
     return compared, {"out_match_img": scratch.match}, {"match_tx": scratch.match}
 
 
@@ -270,7 +270,7 @@ class CompositePass:
     ) -> None:
         """Composite a `blurred` layer over `color`; the farthest layer replaces it.
 
-        One that has only a share of the layer is composited over `behind`, and mixed with `color`.
+        If `plan.share` < 1, composite over `behind` and cross-fade with `color`.
         """
         listed, mask, is_mixed = blurred.listed.words, blurred.mask, plan.share < 1.0
         shared: _Textures = {"behind_tx": behind} if is_mixed else {}

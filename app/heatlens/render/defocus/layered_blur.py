@@ -85,8 +85,8 @@ class LayerBlur:
         hidden = scratch.buffer("hidden list", list_bytes(whole))
         color = scratch.texture("layer", whole, 4)
         state = scratch.texture("layer state", whole, 2)
-        told = None if picture.lists is None else scratch.texture("told", whole, 2, "f2")
-        layer = Layer(color, state, plan.size(whole), where.mask, where.listed, told)
+        known = None if picture.lists is None else scratch.texture("known", whole, 2, "f2")
+        layer = Layer(color, state, plan.size(whole), where.mask, where.listed, known)
         split = self._passes.split.steps(picture, plan, hidden, layer)
         yield from self._scratch.named("layer split", split)
         if not plan.cut.is_nearest:
@@ -210,8 +210,8 @@ class LayeredBlur:
             cuts = with_far_cut(cuts, settings.proxy)
         plans = layer_plans(cuts, optics, out.size)
         sizes = [size for plan in plans for size in plan.sizes]
-        found = self._passes.tiles.look_through(picture, sizes, self._scratch)
-        active = self._passes.tiles.find(found, sizes, optics, self._scratch)
+        content = self._passes.tiles.look_through(picture, sizes, self._scratch)
+        active = self._passes.tiles.find(content, sizes, optics, self._scratch)
         self._passes.composite.begin(sizes[0], active[0].mask, out)
         yield self._scratch.passed("tiles")
         tiles = iter(active)

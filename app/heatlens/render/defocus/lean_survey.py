@@ -63,6 +63,6 @@ class LeanSurvey:
             buffers={"count_block": counts} | list_buffers(lists),
             uniforms=uniforms | {"low": low, "per_step": per_step},
         )
-        found = np.frombuffer(counts.read(), np.uint32).astype(np.int64)
+        in_bins = np.frombuffer(counts.read(), np.uint32).astype(np.int64)
         counts.release()
-        return ValueBins(low, high, found)
+        return ValueBins(low, high, in_bins)

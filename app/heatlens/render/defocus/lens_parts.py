@@ -28,10 +28,10 @@ def lens_parts(disc: DiscShape, size: Pair, parts: int) -> Array:
     places from corner to corner of a picture of `size`, row by row, any other at one.
     """
     across, down = disc.half_extents
-    found = np.stack([_parts_at(disc, parts, place) for place in _places(disc, size)], 1)
-    found = found[found[..., 3].max(axis=1) >= _LEAST_LIGHT]
-    found[..., 3] /= found[..., 3].sum(axis=0)
-    return np.asarray(found * (across / 2, -down / 2, 1.0, 1.0))
+    parts_at = np.stack([_parts_at(disc, parts, place) for place in _places(disc, size)], 1)
+    parts_at = parts_at[parts_at[..., 3].max(axis=1) >= _LEAST_LIGHT]
+    parts_at[..., 3] /= parts_at[..., 3].sum(axis=0)
+    return np.asarray(parts_at * (across / 2, -down / 2, 1.0, 1.0))
 
 
 def _places(disc: DiscShape, size: Pair) -> list[Pair]:

@@ -56,7 +56,7 @@ class LineSystem:
         return 32 if self.is_complex else 16
 
     @property
-    def num_bytes(self) -> int:
+    def scalar_bytes(self) -> int:
         """Bytes of the shader's `Num`, a coefficient."""
         return 8 if self.is_complex else 4
 
@@ -204,7 +204,7 @@ class SweepSolver(LineSolver):
         blocks = groups_for(length, self.BLOCK) * system.poles
         return {
             "sweep_value_block": system.value_bytes * blocks,
-            "sweep_heat_block": system.num_bytes * blocks,
+            "sweep_heat_block": system.scalar_bytes * blocks,
         }
 
     def _solve_band(self, band: Band) -> None:
@@ -262,7 +262,7 @@ class CyclicSolver(LineSolver):
         unknowns = length * system.poles
         return {
             "cyclic_value_block": system.value_bytes * unknowns,
-            "cyclic_link_block": 3 * system.num_bytes * unknowns,
+            "cyclic_link_block": 3 * system.scalar_bytes * unknowns,
         }
 
     def _solve_band(self, band: Band) -> None:

@@ -68,13 +68,13 @@ class AxisReads:
 
 def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> float:
     """Return the bytes per pixel to solve `system` along one axis."""
-    poles, value, link = system.poles, system.value_bytes, 3 * system.num_bytes
+    poles, value, link = system.poles, system.value_bytes, 3 * system.scalar_bytes
     once = reads.node + reads.source
     match solver:
         case SolverName.PARTITION:  # everything in between stays on the chip
             return once + reads.written
         case SolverName.SWEEP:  # s and t of each block, written and read back; pixels twice
-            kept = poles * (value + system.num_bytes) / SweepSolver.BLOCK
+            kept = poles * (value + system.scalar_bytes) / SweepSolver.BLOCK
             return 2 * once + 2 * kept + reads.written
         case SolverName.CYCLIC:
             # Over a long line: LOAD writes a pixel and its links. For each pixel that is

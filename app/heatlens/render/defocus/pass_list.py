@@ -137,14 +137,14 @@ PASSES: tuple[Pass, ...] = (
         "layer split",
         _comp("layer_split", variants=crossed(either("REDUCED"), _LISTS)),
         pass_costs.layer_split_bytes,
-        _own("behind", "layer", "layer state", "told") | {"hidden list": "pixel list"},
+        _own("behind", "layer", "layer state", "known") | {"hidden list": "pixel list"},
     ),
     Pass(
         "hidden fill",
         _comp("hidden_blocks", "hidden_cost", variants=either("MATCHED"))
         | _comp("hidden_fill", variants=_MATCHED),
         pass_costs.hidden_fill_bytes,
-        reads_last=("told", "hidden list"),
+        reads_last=("known", "hidden list"),
         alone=_own("hidden blocks", "hidden cost", "hidden match"),
     ),
     Pass(

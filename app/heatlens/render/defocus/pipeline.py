@@ -180,8 +180,8 @@ class DefocusPipeline:
         if optics.line is None and not optics.plate_shift_px:
             return depth
         coc = self.scratch.texture(name, depth.size, 1)
-        found = self._passes.coc.steps(depth, optics.line, coc, optics.plate_shift_px)
-        yield from self.scratch.named("coc", found)
+        steps = self._passes.coc.steps(depth, optics.line, coc, optics.plate_shift_px)
+        yield from self.scratch.named("coc", steps)
         return coc
 
     def _in_one_layer(

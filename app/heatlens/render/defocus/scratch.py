@@ -35,13 +35,13 @@ class Lifetime:
 
 def lifetimes() -> dict[str, Lifetime]:
     """Return the lifetime of each name, as the passes declare it."""
-    passes, found = pass_list.PASSES, {}
+    passes, by_name = pass_list.PASSES, {}
     last = {name: one.name for one in passes for name in one.reads_last}
     for one in passes:
         for name, memory in (*one.writes.items(), *one.alone.items()):
             end = one.name if name in one.alone else last.get(name, AFTER_THE_PICTURE)
-            found[name] = Lifetime(memory or name, one.name, end)
-    return found
+            by_name[name] = Lifetime(memory or name, one.name, end)
+    return by_name
 
 
 _Held = Texture | TextureArray | Buffer

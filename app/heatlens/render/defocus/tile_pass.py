@@ -65,33 +65,33 @@ class TilePass:
     ) -> TileContent:
         """Find the layers that have content in each tile of the picture."""
         size = picture.coc.size
-        content = scratch.buffer("tile content", TileMask.bytes_for(size))
-        found = TileContent(content, scratch.texture("tile nearest", tile_count(size), 1), size)
+        layers = scratch.buffer("tile content", TileMask.bytes_for(size))
+        content = TileContent(layers, scratch.texture("tile nearest", tile_count(size), 1), size)
         lists = picture.lists
         self._layers.version(lists is not None).dispatch(
             _groups(tile_count(size)),
             textures={"coc_tx": picture.coc, "kind_tx": picture.kind, "near_tx": picture.near},
-            images={"out_nearest_img": found.nearest},
-            buffers={"content_block": found.content} | list_buffers(lists),
+            images={"out_nearest_img": content.nearest},
+            buffers={"content_block": content.content} | list_buffers(lists),
             uniforms={
                 "tiles": tile_count(size),
                 "cuts_px": _cuts_px([plan.cut for plan in plans]),
             }
             | list_uniforms(lists),
         )
-        return found
+        return content
 
     def find(
-        self, found: TileContent, plans: list[LayerPlan], optics: Optics, scratch: Scratch
+        self, content: TileContent, plans: list[LayerPlan], optics: Optics, scratch: Scratch
     ) -> list[LayerTiles]:
         """Find the active tiles of every layer, at its size."""
-        need, of_list = TileMask.bytes_for(found.size), TileList.bytes_for(found.size)
+        need, of_list = TileMask.bytes_for(content.size), TileList.bytes_for(content.size)
         masks = scratch.parts("tile mask", len(plans), need)
         lists = scratch.parts("tile list", len(plans), of_list)
-        self._find(found, plans, optics, masks, lists, scratch)
-        lines = scratch.parts("line segments", 2 * len(plans), SegmentPass.bytes_for(found.size))
-        solved = self._segments.find([plan.size(found.size) for plan in plans], masks, lines)
-        seen = self._mark_seen(found.size, plans, masks, scratch)
+        self._find(content, plans, optics, masks, lists, scratch)
+        lines = scratch.parts("line segments", 2 * len(plans), SegmentPass.bytes_for(content.size))
+        solved = self._segments.find([plan.size(content.size) for plan in plans], masks, lines)
+        seen = self._mark_seen(content.size, plans, masks, scratch)
         return [LayerTiles(mask, TileList(lists[n]), seen[n]) for n, mask in enumerate(solved)]
 
     # A tile is left out where every ray to it ends in nearer layers. To ask whether one nearer
@@ -100,7 +100,7 @@ class TilePass:
     # film frame took 1.7 in place of 2.4 s of processor.
     def _find(
         self,
-        found: TileContent,
+        content: TileContent,
         plans: list[LayerPlan],
         optics: Optics,
         masks: BufferParts,
@@ -108,14 +108,14 @@ class TilePass:
         scratch: Scratch,
     ) -> None:
         """Write the masks and lists of all layers."""
-        tiles, wider = tile_count(found.size), max(optics.disc.half_extents)
+        tiles, wider = tile_count(content.size), max(optics.disc.half_extents)
         groups = (*_groups(tiles), len(plans))
         between = {
             f"{name}_block": scratch.buffer(f"tile {name}", len(plans) * masks.part_bytes)
             for name in ("distance", "hider", "hole")
         } | {"tile_list_block": lists.whole}
         shared: dict[str, object] = {
-            "layer_tiles": _for_all([_tiles_of(plan, found.size, optics) for plan in plans]),
+            "layer_tiles": _for_all([_tiles_of(plan, content.size, optics) for plan in plans]),
             "layer_number": _numbers([plan.cut for plan in plans]),
             "picture_tiles": tiles,
             "tile_words": masks.words,
@@ -124,8 +124,8 @@ class TilePass:
         whole = [reach_tiles(plan, optics.nearest_px, wider, float(TILE)) for plan in plans]
         self._rows.dispatch(
             groups,
-            textures={"nearest_tx": found.nearest},
-            buffers=between | {"content_block": found.content},
+            textures={"nearest_tx": content.nearest},
+            buffers=between | {"content_block": content.content},
             uniforms=shared | {"hole_reach": max(whole)},
         )
         reach = {
@@ -133,7 +133,7 @@ class TilePass:
             "wider_scale": wider,
             "margin_px": MARGIN_PX,
             "layer_count": len(plans),
-            "slices": self._slices.count(found.size),
+            "slices": self._slices.count(content.size),
         }
         blocks = between | {"tile_mask_block": masks.whole}
         self._reach.dispatch(groups, buffers=blocks, uniforms=shared | reach)

@@ -91,14 +91,14 @@ def encoded(picture: KeptPicture | RenderedPicture, key: str) -> bytes:
 
 def decoded(data: bytes, key: str) -> KeptPicture | None:
     """Return the picture that `encoded` wrote under `key`; None for other or damaged data."""
-    found = _decoded(data, key, np.float16)
-    return None if found is None else KeptPicture(*found)
+    parts = _decoded(data, key, np.float16)
+    return None if parts is None else KeptPicture(*parts)
 
 
 def decoded_whole(data: bytes, key: str) -> RenderedPicture | None:
     """Return a picture in full precision as `decoded` returns one in half floats."""
-    found = _decoded(data, key, np.float32)
-    return None if found is None else RenderedPicture(*found)
+    parts = _decoded(data, key, np.float32)
+    return None if parts is None else RenderedPicture(*parts)
 
 
 def _decoded(data: bytes, key: str, floats: type[_F]) -> _Parts[_F] | None:
@@ -288,12 +288,12 @@ class DiskStore(LimitedStore):
 
     def _listed(self) -> Mapping[str, tuple[int, int]]:
         """Return the time of last use in nanoseconds and the size of every file, by key."""
-        found: dict[str, tuple[int, int]] = {}
+        files: dict[str, tuple[int, int]] = {}
         with suppress(OSError), os.scandir(self.folder) as entries:
             for entry in entries:
                 match = _NAME.fullmatch(entry.name)
                 if match:
                     with suppress(OSError):  # another window has deleted it
                         status = entry.stat()
-                        found[match[1]] = status.st_mtime_ns, status.st_size
-        return found
+                        files[match[1]] = status.st_mtime_ns, status.st_size
+        return files

@@ -71,9 +71,9 @@ class StampBook:
 
     def stamped(self, paths: Iterable[Path]) -> tuple[StampedFile, ...] | None:
         """Return files as they were looked up for any frame; None if one was not."""
-        found = [self._found.paths.get(path) for path in paths]
-        known = tuple(file for file in found if file is not None)
-        return known if len(known) == len(found) else None
+        looked_up = [self._found.paths.get(path) for path in paths]
+        known = tuple(file for file in looked_up if file is not None)
+        return known if len(known) == len(looked_up) else None
 
     def close(self) -> None:
         """Drop look-ups that have not begun, without waiting for one that has."""
@@ -83,19 +83,19 @@ class StampBook:
         """Take over the results of the thread, which returns `before` itself if they are equal."""
         if self._looking is None or not self._looking.done():
             return
-        found, self._looking = self._looking.result(), None
-        if found is not self._found:
-            self._found = found
+        book, self._looking = self._looking.result(), None
+        if book is not self._found:
+            self._found = book
             self.version += 1
 
     def _looked(self, frames: tuple[int, ...], files_at: FilesAt, before: _Found) -> _Found:
-        found = _Found()
+        book = _Found()
         for count, frame in enumerate(frames, 1):
-            files = found.frames[frame] = stamped(files_at(frame))
-            found.paths.update((file.path, file) for file in files)
+            files = book.frames[frame] = stamped(files_at(frame))
+            book.paths.update((file.path, file) for file in files)
             if count % _FRAMES_AT_ONCE == 0:
                 time.sleep(_PAUSE_S)
-        if found.frames == before.frames:
+        if book.frames == before.frames:
             return before
         self._wake()
-        return found
+        return book

@@ -128,8 +128,8 @@ class RingSurvey:
             buffers={"ring_block": rings},
             uniforms={"margin_px": margin_px},
         )
-        found = np.frombuffer(rings.read(start.nbytes), np.uint32)
-        return found.view(np.float32).reshape(-1, 2)
+        ends = np.frombuffer(rings.read(start.nbytes), np.uint32)
+        return ends.view(np.float32).reshape(-1, 2)
 
     def _buffer(self, size_bytes: int) -> Buffer:
         if self._rings is None or self._rings.size < size_bytes:

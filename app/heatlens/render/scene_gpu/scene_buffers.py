@@ -109,8 +109,8 @@ class SceneBuffers:
     @property
     def vertex_storage(self) -> dict[str, Buffer]:
         """The blocks of lib/bvh.lib.glsl for vertices, which only some scenes have."""
-        found = {"colors_block": self.colors, "more_uvs_block": self.more_uvs}
-        return {name: buffer for name, buffer in found.items() if buffer is not None}
+        blocks = {"colors_block": self.colors, "more_uvs_block": self.more_uvs}
+        return {name: buffer for name, buffer in blocks.items() if buffer is not None}
 
     def light(self, lights: tuple[PointLight, ...]) -> None:
         """Replace the lights with as many others."""
@@ -168,8 +168,8 @@ class SceneBuffers:
 def inverses(matrices: Array) -> Array:
     """Return (N, 4, 4) inverses; an instance scaled to 0 has zeros, which no ray meets."""
     flat = np.abs(np.linalg.det(matrices)) < 1e-30
-    found = np.linalg.inv(np.where(flat[:, None, None], np.eye(4), matrices))
-    return np.where(flat[:, None, None], 0.0, found)
+    inverse = np.linalg.inv(np.where(flat[:, None, None], np.eye(4), matrices))
+    return np.where(flat[:, None, None], 0.0, inverse)
 
 
 def _joined(
@@ -188,12 +188,12 @@ def _joined(
 
 def _records(mesh: Mesh, has_bumps: bool) -> npt.NDArray[np.void]:
     """Return VERTEX or BUMPY_VERTEX of each vertex of a mesh."""
-    found = np.zeros(len(mesh.positions_m), BUMPY_VERTEX if has_bumps else VERTEX)
-    found["position"], found["normal"] = mesh.positions_m, mesh.normals
-    found["u"], found["v"] = mesh.uvs.T
+    records = np.zeros(len(mesh.positions_m), BUMPY_VERTEX if has_bumps else VERTEX)
+    records["position"], records["normal"] = mesh.positions_m, mesh.normals
+    records["u"], records["v"] = mesh.uvs.T
     if has_bumps and mesh.tangents is not None:
-        found["tangent"] = mesh.tangents
-    return found
+        records["tangent"] = mesh.tangents
+    return records
 
 
 def has_colors(scene: Scene) -> bool:

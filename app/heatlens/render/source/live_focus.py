@@ -32,11 +32,11 @@ def measured(shot: Shot, tell: Callable[[str], None] = lambda _: None) -> Shot:
     if live.measured and live.measured_of == state:
         return shot
     still = replace(shot, curves=replace(shot.curves, live=None))
-    found = {mark.name: source.distances_m(still, mark, tell) for mark in marks}
-    first = min(next(iter(found.values())))
+    by_mark = {mark.name: source.distances_m(still, mark, tell) for mark in marks}
+    first = min(next(iter(by_mark.values())))
     tracks = tuple(
         MeasuredMark(name, tuple(far_m for _, far_m in sorted(distances_m.items())))
-        for name, distances_m in found.items()
+        for name, distances_m in by_mark.items()
     )
     live = LiveFocus(live.pursuits, live.follow, first, tracks, state)
     return replace(shot, curves=replace(shot.curves, live=live))

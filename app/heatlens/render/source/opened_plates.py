@@ -118,16 +118,16 @@ def opened_plates(opening: Opening) -> OpenedPlates:
         source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.own_files
     )
     try:
-        found = cache.wait(first, window=0)
-        if isinstance(found, Damaged):
-            raise InputError(found.sentence)
-        if found is None:
+        plate = cache.wait(first, window=0)
+        if isinstance(plate, Damaged):
+            raise InputError(plate.sentence)
+        if plate is None:
             raise InputError(f"{source.sequence.path_at(first)} is not there.")
     except Exception:
         cache.close()
         raise
-    told = text, first, found.notes, found.attributes
-    return OpenedPlates(*told, source, cache, found, news)
+    facts = text, first, plate.notes, plate.attributes
+    return OpenedPlates(*facts, source, cache, plate, news)
 
 
 def _first_frame(sequence: Sequence, text: str, wanted: int | None) -> int:

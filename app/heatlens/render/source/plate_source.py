@@ -223,15 +223,15 @@ def sequence_of_one_size(text: str) -> Sequence:
 
     A pattern or a folder means all of its files. Raises InputError as `find_sequence` does.
     """
-    found = find_sequence(text)
+    sequence = find_sequence(text)
     path = Path(os.path.expanduser(text))
-    if found.is_single or found.folder == path or not os.path.isfile(path):
-        return found
-    named = found.frame_at(path)
+    if sequence.is_single or sequence.folder == path or not os.path.isfile(path):
+        return sequence
+    named = sequence.frame_at(path)
     own = _size_of(path)
-    others = (_size_of(found.path_at(frame)) for frame in _neighbours(found, named))
+    others = (_size_of(sequence.path_at(frame)) for frame in _neighbours(sequence, named))
     if own is None or all(size in (None, own) for size in others):
-        return found
+        return sequence
     return find_sequence(text, whole=False)
 
 

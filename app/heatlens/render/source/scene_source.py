@@ -92,11 +92,11 @@ class SceneSource:
                 f"Mark {mark.name}: in a scene, name an object to follow, as in "
                 f"{mark.name}=object:{object_names(scene)[0]}."
             )
-        found = {}
+        distances_m = {}
         for frame in frames:
             pose = track_of(scene, framing, shot.lens_at(frame)).pose_at(frame)
-            found[frame] = object_depth_m(scene, mark.object_name, pose, frame)
-        return found
+            distances_m[frame] = object_depth_m(scene, mark.object_name, pose, frame)
+        return distances_m
 
     @cached_property
     def all_files(self) -> tuple[Path, ...]:
@@ -191,5 +191,5 @@ def opened_scene(opening: Opening) -> OpenedScene:
     with opening.stop.heard():
         first = first_shot(opening.text, timing=opening.timing, placing=opening.placing)
     scene, timing = first.scene, opening.timing
-    told = opening.text, first.frame, scene.notes, scene, timing, stamps
-    return OpenedScene(*told, source, opening.options, first)
+    facts = opening.text, first.frame, scene.notes, scene, timing, stamps
+    return OpenedScene(*facts, source, opening.options, first)
