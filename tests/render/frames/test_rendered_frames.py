@@ -23,9 +23,9 @@ from heatlens.media.sequence.sequence import stamp_of
 from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob, PlateFile
 from heatlens.render.rendered_frames.frame_key import (
     KeySource,
+    PlayOrder,
     SceneSight,
     frame_key,
-    frames_from,
     maker_of,
     program_digest,
     runs_of,
@@ -118,7 +118,7 @@ def test_a_moved_key_changes_only_the_frames_that_it_reaches(at, distance_m):
 )  # fmt: skip
 def test_frames_come_from_the_playhead_on_and_each_once(first, count, playhead, direction, most):
     played = FrameRange(first, first + count - 1)
-    order = frames_from(playhead, direction, played, most)
+    order = PlayOrder(playhead, direction, played, most).frames
     assert len(order) == len(set(order)) == min(most, count)
     assert set(order) <= set(played)
     start = playhead if playhead in played else (played.first if direction > 0 else played.last)
@@ -212,6 +212,7 @@ def test_stamps_are_those_of_the_files_and_news_is_counted(tmp_path):
     path, gone = room_file(tmp_path / "room.exr"), tmp_path / "gone.exr"
     files = {1: (path, gone), 2: ()}
     assert book.files(1) is None
+    states = [book.looked_up]
     for count, change in (
         (1, lambda: None),
         (1, lambda: None),
@@ -222,7 +223,8 @@ def test_stamps_are_those_of_the_files_and_news_is_counted(tmp_path):
         book._looking.result()
         assert book.files(1) == (StampedFile(path, stamp_of(path)), StampedFile(gone, None))
         assert book.files(2) == () and book.files(3) is None
-        assert book.version == count and len(woken) == count
+        states += [book.looked_up] if book.looked_up is not states[-1] else []
+        assert len(states) == count + 1 and len(woken) == count
     book.close()
 
 

@@ -74,11 +74,11 @@ def agreed_to(address):
 
 def filled(session, count=6):
     turn(session)
-    until(session, lambda: len(session.time.pull.rendered) == count, f"{count} frames")
+    until(session, lambda: len(session.time.pull.progress.rendered) == count, f"{count} frames")
     session.time.pull.store.wait()
     turn(session)
     pull = session.time.pull
-    return {key: pull.store.memory.get(key).pixels for key in pull.keys}
+    return {key: pull.store.memory.get(key).pixels for key in pull.progress.keys}
 
 
 def at_work(session):
@@ -116,7 +116,7 @@ def test_changed_keys_recall_what_is_under_way_and_keep_no_frame_of_it(
 ):
     session = begin(sequence_files(tmp_path, FIRST, LAST), cluster.address)
     pull, stored, sent = session.time.pull, [], []
-    monkeypatch.setattr(pull.store, "put", lambda key, _: stored.append((key, pull.keys)))
+    monkeypatch.setattr(pull.store, "put", lambda key, _: stored.append((key, pull.progress.keys)))
     at_work(session)
     ask = pull.cluster._cluster.ask
     monkeypatch.setattr(
@@ -131,8 +131,12 @@ def test_changed_keys_recall_what_is_under_way_and_keep_no_frame_of_it(
         pull._rests_at = 0.0
         turn(session)
         until(session, lambda: sent and sent[-1], "the question")
-        assert {wish.key for wish in sent[-1]} <= pull.keys
-    until(session, lambda: len({key for key, _ in stored} & pull.keys) == len(FRAMES), "frames")
+        assert {wish.key for wish in sent[-1]} <= pull.progress.keys
+    until(
+        session,
+        lambda: len({key for key, _ in stored} & pull.progress.keys) == len(FRAMES),
+        "frames",
+    )
     assert all(key in keys for key, keys in stored)
 
 
@@ -179,7 +183,7 @@ def test_a_worker_killed_in_the_middle_loses_no_frame(begin, own, tmp_path, mome
     pattern = sequence_files(tmp_path, FIRST, LAST)
     here = filled(begin(pattern))
     session = begin(pattern, own.address)
-    until(session, lambda: len(session.time.pull.rendered) >= moment, "some frames")
+    until(session, lambda: len(session.time.pull.progress.rendered) >= moment, "some frames")
     own.kill("worker 0")
     there = filled(session)
     assert here.keys() == there.keys()

@@ -43,7 +43,7 @@ def session(begin, tmp_path):
 
 
 def filled(session, count=COUNT):
-    until(session, lambda: len(session.time.pull.rendered) == count, f"{count} frames")
+    until(session, lambda: len(session.time.pull.progress.rendered) == count, f"{count} frames")
     session.time.pull.store.wait()
     turn(session)
 
@@ -77,8 +77,8 @@ def test_frames_of_yesterday_are_read_from_the_disk(begin, tmp_path):
     filled(first)
     first.close()
     session = begin(pattern, frames_folder=folder)
-    until(session, lambda: len(session.time.pull.rendered) == COUNT, "the frames on disk")
-    assert session.time.pull.version == 0  # none was rendered
+    until(session, lambda: len(session.time.pull.progress.rendered) == COUNT, "the frames on disk")
+    assert session.time.pull.frames_made == 0  # none was rendered
     session.time.timeline.play(1)
     until(session, lambda: session.time.pull.is_at_hand(FIRST + 2), "what comes next in memory")
 
@@ -98,7 +98,7 @@ def test_a_drag_computes_no_more_keys_of_frames_than_there_is_time_for(session, 
     session.lens.commands.step_f_stop(3)
     session.time.pull.poll()
     assert now[0] - 100.0 <= 0.004 + key_s < COUNT * key_s
-    until(session, lambda: len(session.time.pull.keys) == COUNT, "the keys of all frames")
+    until(session, lambda: len(session.time.pull.progress.keys) == COUNT, "the keys of all frames")
     filled(session)
     jobs._jobs.clear()
     before = now[0]
@@ -118,7 +118,7 @@ def test_the_loop_lists_no_files_and_keeps_an_order_that_still_holds(session, mo
     monkeypatch.setattr(OpenedPlates, "files_at", recorded)
     session.time.pull.jobs._look_at = 0.0
     until(session, lambda: bool(listing), "a look at the files")
-    order = session.time.pull._order
+    order = session.time.pull._order.frames
     turn(session)
-    assert session.time.pull._order is order and len(order) == COUNT
+    assert session.time.pull._order.frames is order and len(order) == COUNT
     assert current_thread() not in listing

@@ -52,7 +52,7 @@ def pull(session):
 
 
 def filled(session, count=4):
-    until(session, lambda: len(session.time.pull.rendered) == count, f"{count} frames")
+    until(session, lambda: len(session.time.pull.progress.rendered) == count, f"{count} frames")
     session.time.pull.store.wait()
     turn(session)
 
@@ -62,8 +62,8 @@ def test_all_played_frames_are_rendered_and_are_the_pictures_of_the_renderer(
 ):
     assert pull.is_on and not pull.is_alone
     filled(session)
-    assert pull.rendered == FRAMES and pull.runs == (FrameRange(FIRST, LAST),)
-    assert pull.wanted == 4 == pull.version and len(pull.keys) == 4
+    assert pull.progress.rendered == FRAMES and pull.progress.runs == (FrameRange(FIRST, LAST),)
+    assert pull.wanted == 4 == pull.frames_made and len(pull.progress.keys) == 4
     assert not pull.has_work and pull.seconds_until_needed() is None
     assert pull.picture_bytes == WIDTH * HEIGHT * 8 and pull.jobs.size == (WIDTH, HEIGHT)
     own = FrameRenderer(renderer.ctx)
@@ -77,13 +77,13 @@ def test_all_played_frames_are_rendered_and_are_the_pictures_of_the_renderer(
 def test_frames_begin_at_the_playhead_and_go_in_its_direction(session, pull):
     session.time.timeline.go(FIRST + 2)
     session.poll()
-    assert pull._order == (FIRST + 2, FIRST + 3, FIRST, FIRST + 1)
+    assert pull._order.frames == (FIRST + 2, FIRST + 3, FIRST, FIRST + 1)
     session.time.timeline.go(FIRST + 1)
     session.poll()
-    assert pull._order[:2] == (FIRST + 1, FIRST)
+    assert pull._order.frames[:2] == (FIRST + 1, FIRST)
     session.time.timeline.playback.play(1, FIRST + 1, session.time.timeline.played)
     pull._put_in_order()
-    assert pull._order[:2] == (FIRST + 1, FIRST)  # not while it plays
+    assert pull._order.frames[:2] == (FIRST + 1, FIRST)  # not while it plays
     session.time.timeline.playback.stop()
     session.time.timeline.go(FIRST)
     session.time.timeline.set_out()
@@ -93,14 +93,14 @@ def test_frames_begin_at_the_playhead_and_go_in_its_direction(session, pull):
 
 def test_a_changed_lens_makes_other_frames_and_undo_brings_them_back(session, pull):
     filled(session)
-    keys = pull.keys
+    keys = pull.progress.keys
     session.lens.commands.focus(1.3)
     session.editing.settle()
     turn(session)
-    assert pull.rendered == frozenset() and not pull.keys & keys
+    assert pull.progress.rendered == frozenset() and not pull.progress.keys & keys
     session.editing.undo()
     turn(session)
-    assert pull.rendered == FRAMES and pull.keys == keys
+    assert pull.progress.rendered == FRAMES and pull.progress.keys == keys
 
 
 def test_a_key_changes_the_frames_that_it_reaches(session, pull):
@@ -111,7 +111,7 @@ def test_a_key_changes_the_frames_that_it_reaches(session, pull):
         shot = shot.with_key(frame, LensParameter.FOCUS_DISTANCE, focus)
     session.editing.do(shot.with_key(LAST, LensParameter.FOCUS_DISTANCE, 2 * focus))
     turn(session)
-    assert pull.rendered == {FIRST, FIRST + 1}
+    assert pull.progress.rendered == {FIRST, FIRST + 1}
 
 
 def test_another_file_makes_its_frame_anew(session, pull, tmp_path):
@@ -122,7 +122,7 @@ def test_another_file_makes_its_frame_anew(session, pull, tmp_path):
     assert pull_jobs._EVERY_S == 2.0
     jobs._look_at = 0.0  # so many seconds later
     until(session, lambda: jobs.of(FIRST + 1) and jobs.of(FIRST + 1).key != before, "the file")
-    assert jobs.of(FIRST).key in pull.keys
+    assert jobs.of(FIRST).key in pull.progress.keys
 
 
 def test_nothing_is_rendered_while_a_plate_is_read_or_without_room(session, pull, monkeypatch):
@@ -142,13 +142,13 @@ def test_input_makes_it_wait_for_a_moment(session, pull, monkeypatch):
     wait_until(lambda: session.poll() or pull.has_work)  # the files are looked up
     pull.touched()
     assert pull.seconds_until_needed() == pytest.approx(0.3)
-    made = pull.version
+    made = pull.frames_made
     for _ in range(3):
         pull.work()
-    assert pull.version == made
+    assert pull.frames_made == made
     now[0] += 0.31
     assert pull.seconds_until_needed() == 0.0
-    until(session, lambda: session.poll() or pull.work() or pull.version > made, "a frame")
+    until(session, lambda: session.poll() or pull.work() or pull.frames_made > made, "a frame")
     pull._is_turning = lambda: True
     session.poll()
     assert pull.seconds_until_needed() == pytest.approx(0.3)  # a ring counts as input
@@ -193,7 +193,7 @@ def test_cleared_frames_are_rendered_again(session, pull):
     filled(session)
     pull.clear()
     assert not pull.store.known()
-    until(session, lambda: pull.version == 8, "the same frames")
+    until(session, lambda: pull.frames_made == 8, "the same frames")
 
 
 def test_limits_count_in_megabytes(session, pull):
@@ -219,7 +219,7 @@ def test_a_frame_that_cannot_be_rendered_is_left_and_the_others_go_on(
     monkeypatch.setattr(rendered_pull.FrameFiller, "work", failing)
     filled(session, 3)
     until(session, lambda: not pull.has_work, "rest")
-    assert refused == [FIRST + 1] and pull.runs == (
+    assert refused == [FIRST + 1] and pull.progress.runs == (
         FrameRange(FIRST, FIRST), FrameRange(FIRST + 2, LAST),
     )  # fmt: skip
     pull.begin()

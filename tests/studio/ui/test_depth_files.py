@@ -19,7 +19,9 @@ def test_a_depth_file_that_is_written_again_is_shown_and_rendered_again(ctx, tmp
     pictures = tmp_path / "rgb.####.exr"
     with gui_of(ctx, pictures, plate_options=options, defocus=QUICK) as gui:
         source, jobs = gui.session.source, gui.session.time.pull.jobs
-        gui.until(lambda: len(gui.session.time.pull.rendered) == 2, "both frames rendered", 120.0)
+        gui.until(
+            lambda: len(gui.session.time.pull.progress.rendered) == 2, "both frames rendered", 120.0
+        )
         before, keys = source.plate.depth_m, [jobs.of(frame).key for frame in (1, 2)]
         write_plate(tmp_path / "depth.0001.exr", color[..., :0], Z=2 * depth)
         gui.until(lambda: source.plate.depth_m is not before, "the depth as it is now", 60.0)

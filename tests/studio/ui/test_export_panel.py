@@ -357,11 +357,13 @@ def test_a_cluster_that_is_chosen_renders_the_frames_ahead(gui: Gui, tmp_path: P
         gui.key(imgui.Key.enter)
         assert gui.session.preferences.now.export_place.scheduler == cluster.address
         wait_for(gui, lambda: "agree" in gui.drawn, lambda: pull.cluster.told)
-        assert "agree to it in the Export tab" in pull.cluster.told and not pull.rendered
+        assert "agree to it in the Export tab" in pull.cluster.told and not pull.progress.rendered
         gui.click(gui.middle("agree"))
         wait_for(
             gui,
-            lambda: pull.cluster.told == "1 worker ready" and len(pull.rendered) == len(FRAMES),
+            lambda: (
+                pull.cluster.told == "1 worker ready" and len(pull.progress.rendered) == len(FRAMES)
+            ),
             lambda: pull.cluster.told,
         )
         gui.click(gui.middle("frames ahead (the blue bar)"))

@@ -28,13 +28,13 @@ def gui(ctx, tmp_path) -> Iterator[Gui]:
 
 def rendered(gui: Gui) -> list[int]:
     """Return the frames under the bar."""
-    return [frame for run in gui.session.time.pull.runs for frame in run]
+    return [frame for run in gui.session.time.pull.progress.runs for frame in run]
 
 
 def fill(gui: Gui, count: int = COUNT) -> None:
     """Wait until this many frames are rendered and in memory."""
     pull, store = gui.session.time.pull, gui.session.time.pull.store
-    gui.until(lambda: len(pull.rendered) >= count, f"{count} rendered frames", 120.0)
+    gui.until(lambda: len(pull.progress.rendered) >= count, f"{count} rendered frames", 120.0)
     store.wait()
     gui.frame(2)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
 
@@ -91,16 +91,30 @@ def _program() -> list[Path]:
     return [*package.rglob("*.py"), *package.rglob("*.json"), *data_dir("shaders").rglob("*.glsl")]
 
 
-def frames_from(playhead: int, direction: int, played: FrameRange, most: int) -> tuple[int, ...]:
-    """Return up to `most` of the played frames, from the playhead on in the direction of playback.
+@dataclass(frozen=True)
+class PlayOrder:
+    """Up to `most` of the played frames, from the playhead on in the direction of playback.
 
     Playback loops, so the first frame follows the last. A playhead outside the played range counts
     as its beginning.
     """
-    step = 1 if direction >= 0 else -1
-    begin = playhead if playhead in played else (played.first if step > 0 else played.last)
-    at, count = begin - played.first, played.count
-    return tuple(played.first + (at + i * step) % count for i in range(min(most, count)))
+
+    playhead: int
+    direction: int
+    played: FrameRange
+    most: int
+
+    @cached_property
+    def frames(self) -> tuple[int, ...]:
+        """The frames in the order in which they are rendered."""
+        played, step = self.played, 1 if self.direction >= 0 else -1
+        begin = played.first if step > 0 else played.last
+        at = (self.playhead if self.playhead in played else begin) - played.first
+        count = played.count
+        return tuple(played.first + (at + i * step) % count for i in range(min(self.most, count)))
+
+
+NO_ORDER = PlayOrder(0, 1, FrameRange(0, 0), 0)
 
 
 def runs_of(frames: frozenset[int]) -> tuple[FrameRange, ...]:

@@ -16,7 +16,7 @@ from heatlens.render.rendered_frames.frame_store import FrameStore
 from heatlens.render.rendered_frames.kept_pictures import RenderedPicture
 from heatlens.studio.session.messages import Problem, passing
 from heatlens.studio.session.pictures.elsewhere import Elsewhere
-from heatlens.studio.session.playing.pull_jobs import PullJobs
+from heatlens.studio.session.playing.pull_jobs import PullJobs, Wanted
 from heatlens.studio.session.settings.export_place import ExportPlace, Where
 from heatlens.studio.session.shared import Commands, Shared
 
@@ -31,7 +31,7 @@ class ClusterFrames(Commands):
         self._jobs, self._store = jobs, store
         self._cluster: FrameCluster | None = None
         self._said = ""
-        self._asked: object = None  # the state for which frames were asked
+        self._asked: Wanted | None = None  # what frames were last asked for
         self._not_there: set[str] = set()  # keys of frames that no worker could render
         self._count = 0  # of whole pictures
 
@@ -109,16 +109,16 @@ class ClusterFrames(Commands):
                 self._not_there.add(answer.key)
                 self._say(Problem(f"{answer.problem} {ON_THIS_MACHINE}"))
 
-    def ask(self, jobs: Iterable[FrameJob], state: object) -> None:
-        """Ask for these frames and recall all others, once for each `state`."""
-        if self._cluster is not None and not self.has_asked(state):
-            self._asked = state
+    def ask(self, jobs: Iterable[FrameJob], wanted: Wanted | None) -> None:
+        """Ask for these frames and recall all others, once for each value of `wanted`."""
+        if self._cluster is not None and not self.has_asked(wanted):
+            self._asked = wanted
             left = (_wish(job) for job in jobs if job.key not in self._not_there)
             self._cluster.ask(islice(left, _ASKED_MOST))
 
-    def has_asked(self, state: object) -> bool:
-        """Return True if there is nothing to ask for in this state."""
-        return self._cluster is None or not self._place.ahead or state == self._asked
+    def has_asked(self, wanted: Wanted | None) -> bool:
+        """Return True if there is nothing more to ask for."""
+        return self._cluster is None or not self._place.ahead or wanted == self._asked
 
     def keep(self, keys: Container[str]) -> None:
         """Recall all frames but those with these keys."""

@@ -15,11 +15,14 @@ from heatlens.render.rendered_frames.frame_filler import FrameJob
 from heatlens.render.rendered_frames.kept_pictures import KeptPicture
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.pictures.picture_view import PictureView
+from heatlens.studio.session.playing.pull_jobs import Wanted
 from heatlens.studio.session.playing.rendered_pull import RenderedPull, ScreenWork
 from heatlens.studio.session.shot.editing import Editing
 
 # Exposure in stops, gamma, version of the view transform, with mipmaps.
 ScreenLook = tuple[float, float, int, bool]
+# The wanted frames, and how they are shown: the view, version of the view transform, zoom.
+ScreenWanted = tuple[Wanted | None, ViewState, int, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +57,7 @@ class KeptScreen(ScreenWork):
         self._texture: Texture | None = None
         self._on_gpu = ""  # key of the frame in the texture
         self._seen: KeptFrame | None = None
-        self._prepared: object = None  # the value of `_of` for which all frames were prepared
+        self._prepared: ScreenWanted | None = None  # for which all frames were prepared
 
     def begin(self) -> None:
         """Forget all frames, because something else was opened or they were cleared."""
@@ -108,7 +111,7 @@ class KeptScreen(ScreenWork):
         """
         look = self._look(view, shown.texture.size)
         if self._is_slow:
-            size, keys = shown.texture.size, self._pull.keys
+            size, keys = shown.texture.size, self._pull.progress.keys
             memory = self._pull.store.memory
             self._frames.most_bytes = min(MOST_BYTES, memory.limit_bytes // 2)
 
@@ -138,17 +141,18 @@ class KeptScreen(ScreenWork):
     @property
     def has_work(self) -> bool:
         """Return True while a frame in memory still needs its slow conversion for the screen."""
-        if not self._is_slow or self._prepared == self._of:
+        if not self._is_slow or self._prepared == self._wanted:
             return False
         if next(self._unprepared(), None) is None:
-            self._prepared = self._of
+            self._prepared = self._wanted
             return False
         return True
 
     @property
-    def _of(self) -> object:
-        """The values that all prepared frames depend on."""
-        return self._pull.counted, self._view.state, self._screen.transform_version, self._view.zoom
+    def _wanted(self) -> ScreenWanted:
+        """What all prepared frames depend on."""
+        version, view = self._screen.transform_version, self._view
+        return self._pull.progress.wanted, view.state, version, view.zoom
 
     def prepare(self) -> None:
         """Convert one more frame to the colors of the screen."""
@@ -157,14 +161,14 @@ class KeptScreen(ScreenWork):
             self.texture(shown, self._exposed(shown))
 
     def _unprepared(self) -> Iterator[KeptFrame]:
-        pull, memory = self._pull, self._pull.store.memory.keys()
-        for job in pull.at_hand(memory):
+        pull = self._pull
+        for job in pull.progress.jobs:
             picture = pull.store.memory.get(job.key)
             if picture is None:
                 continue
             size = picture.pixels.shape[1], picture.pixels.shape[0]
             shown = replace(self._kept(job, picture), frame=job.frame)
-            if not self._frames.has_room(job.key, size, pull.keys):
+            if not self._frames.has_room(job.key, size, pull.progress.keys):
                 return
             if not self._frames.holds(job.key, self._look(self._exposed(shown), size)):
                 yield shown

@@ -3,24 +3,32 @@
 import math
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
+from dataclasses import dataclass
+from functools import cached_property
 
 from heatlens.core.base.errors import HeatlensError, InputError
+from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import Framing
-from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.shot.settings import DefocusSettings
+from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.core.model.view.view_geometry import fit_zoom
-from heatlens.media.sequence.sequence import Sequence
+from heatlens.media.sequence.sequence import MissingPolicy, Sequence
 from heatlens.render.defocus.line_solver import SolverName
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.rendered_frames.frame_filler import FrameJob, PlateFile
 from heatlens.render.rendered_frames.frame_key import (
     KeySource,
+    PlayOrder,
     SceneSight,
     frame_key,
     maker_of,
+    runs_of,
     shot_key,
 )
-from heatlens.render.rendered_frames.stamp_book import StampBook
+from heatlens.render.rendered_frames.stamp_book import LookedUp, StampBook
+from heatlens.render.source.opened import Opened
 from heatlens.render.source.source import StampedFile, stamped
 from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.shared import Commands, Shared
@@ -28,6 +36,75 @@ from heatlens.studio.session.time.timeline import Timeline
 
 _SIZES = 16  # scales are multiples of 1/16, so that a slightly larger window changes nothing
 _EVERY_S = 2.0  # time between two checks of the files
+
+
+@dataclass(frozen=True)
+class MadeOf:
+    """What decides the pictures of all frames, apart from the frame number.
+
+    opened   the open source
+    files    the files of its frames, as they were last looked up
+    missing  what stands for a frame without a file
+    program  renders the frames, if it is not this one; else empty
+    lens, curves, defocus, framing  those parts of the shot
+    scale    the scale of the pictures
+    """
+
+    opened: Opened | None
+    files: LookedUp
+    missing: MissingPolicy
+    program: tuple[str, ...]
+    lens: Lens
+    curves: LensCurves
+    defocus: DefocusSettings
+    framing: Framing | None
+    scale: float
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Everything that decides which frames are still to be rendered.
+
+    made_of  what their pictures are made of
+    order    the frames, in rendering order
+    jobs     how many frames have their jobs; within one `made_of` it only grows
+    stored   the version of the store
+    """
+
+    made_of: MadeOf | None
+    order: PlayOrder
+    jobs: int
+    stored: int
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How many of the wanted frames are rendered, as far as their keys are known.
+
+    wanted    what this was counted for; None if no frames are wanted
+    jobs      the jobs of all wanted frames, in rendering order
+    missing   those that are not rendered
+    rendered  the numbers of the frames that are
+    keys      the keys of all jobs
+    """
+
+    wanted: Wanted | None = None
+    jobs: tuple[FrameJob, ...] = ()
+    missing: tuple[FrameJob, ...] = ()
+    rendered: frozenset[int] = frozenset()
+    keys: frozenset[str] = frozenset()
+
+    @cached_property
+    def runs(self) -> tuple[FrameRange, ...]:
+        """The rendered frames as ranges, in order."""
+        return runs_of(self.rendered)
+
+
+def progress_of(wanted: Wanted, jobs: tuple[FrameJob, ...], stored: Container[str]) -> Progress:
+    """Return the progress of these jobs, if the pictures with the keys `stored` are there."""
+    missing = tuple(job for job in jobs if job.key not in stored)
+    rendered = frozenset(job.frame for job in jobs if job.key in stored)
+    return Progress(wanted, jobs, missing, rendered, frozenset(job.key for job in jobs))
 
 
 class PullJobs(Commands):
@@ -45,34 +122,30 @@ class PullJobs(Commands):
         self._view = view
         self._clock = time.perf_counter
         self._stamps = StampBook(self._wake)
-        self._made_of: object = None
+        self.made_of: MadeOf | None = None  # of which the jobs below are
         self._jobs: dict[int, FrameJob | None] = {}
         self._shot, self._shot_key = self._editing.shot, ""
         self._maker: tuple[str, ...] = ()
         self.program: tuple[str, ...] = ()  # that renders all frames, if it is not this one
-        self._looked_for: object = None
         self._sequence: Sequence | None = None  # as it was at the last call of `update`
         self._look_at = -math.inf
-        self.version = 0  # counts the changes of the set of jobs
 
     def update(self, frames: Iterable[int]) -> None:
         """Forget jobs that are out of date; `frames` are those that will be requested."""
         self._look(frames)
         shot = self._editing.shot
-        made_of = (
-            *(self._source.opened, self._stamps.version, self._timeline.missing, self.program),
-            *(shot.lens, shot.curves, shot.defocus, shot.framing, self._scale),
-        )
-        if made_of != self._made_of:
-            self._made_of, self._jobs = made_of, {}
+        source = self._source.opened, self._stamps.looked_up, self._timeline.missing, self.program
+        made_of = MadeOf(*source, shot.lens, shot.curves, shot.defocus, shot.framing, self._scale)
+        if made_of != self.made_of:
+            self.made_of, self._jobs = made_of, {}
             self._begin(shot)
-            self.version += 1
 
     def _look(self, frames: Iterable[int]) -> None:
         """Check the files of these frames at intervals, and at once if the frames change."""
         opened, missing = self._source.opened, self._timeline.missing
-        if (opened, missing) != self._looked_for:
-            self._looked_for, self._sequence = (opened, missing), None
+        made_of = self.made_of
+        if made_of is None or (opened, missing) != (made_of.opened, made_of.missing):
+            self._sequence = None
             self._stamps.forget()
             self._look_at = -math.inf
         if opened is None or opened.cache is None:
@@ -128,17 +201,21 @@ class PullJobs(Commands):
             if frame not in self._jobs:
                 try:
                     self._jobs[frame] = self._made(frame)
-                    self.version += 1
                 except _NotYetError:
                     pass
                 if self._clock() > end:
                     return False
         return True
 
-    def made(self, frames: Iterable[int]) -> list[FrameJob]:
+    def made(self, frames: Iterable[int]) -> tuple[FrameJob, ...]:
         """Return the jobs of these frames that are made already."""
-        found = (self._jobs.get(frame) for frame in frames)
-        return [job for job in found if job is not None]
+        jobs = (self._jobs.get(frame) for frame in frames)
+        return tuple(job for job in jobs if job is not None)
+
+    @property
+    def count(self) -> int:
+        """How many frames have been looked at, the ones without a job included."""
+        return len(self._jobs)
 
     def of(self, frame: int) -> FrameJob | None:
         """Return the job of a frame; None if there is none or it is not made yet."""

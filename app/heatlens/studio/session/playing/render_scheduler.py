@@ -214,7 +214,7 @@ class RenderScheduler(Commands, Worker):
     @property
     def seen_key(self) -> object:
         """A key that changes whenever there is something new to draw."""
-        return self.picture_key, self._pull.version, self._pull.is_counting
+        return self.picture_key, self._pull.frames_made, self._pull.is_counting
 
     # Work
 

@@ -10,16 +10,15 @@ from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import faults_reported
-from heatlens.core.model.curves.frames import FrameRange
 from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob
-from heatlens.render.rendered_frames.frame_key import frames_from, runs_of
+from heatlens.render.rendered_frames.frame_key import NO_ORDER, PlayOrder
 from heatlens.render.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
 from heatlens.render.rendered_frames.kept_pictures import DiskStore, MemoryStore
 from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.playing.cluster_frames import ClusterFrames
-from heatlens.studio.session.playing.pull_jobs import PullJobs
+from heatlens.studio.session.playing.pull_jobs import Progress, PullJobs, Wanted, progress_of
 from heatlens.studio.session.settings.preferences import Remembered
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
@@ -82,19 +81,14 @@ class RenderedPull(Commands, Worker):
         self._is_turning = is_turning
         self._clock = time.perf_counter
         self.screen = ScreenWork()  # set by the interface
-        self.version = 0  # counts rendered frames
+        self.frames_made = 0  # rendered since the start, so that the window draws each of them
         self._filler: FrameFiller | None = None
-        self._order: tuple[int, ...] = ()
-        self._ordered: tuple[object, ...] = ()  # the state that the current order is for
-        self.counted: object = None  # the state for which the frames below were counted
-        self.rendered: frozenset[int] = frozenset()
-        self.runs: tuple[FrameRange, ...] = ()
-        self._missing: list[FrameJob] = []
+        self._order = NO_ORDER
+        self.progress = Progress()
         self.is_counting = False  # keys of frames are still to be computed
         self._refused: set[str] = set()  # keys of frames that cannot be rendered
         self._made: set[str] = set()  # keys computed since the last user input
         self._rests_at = 0.0
-        self.keys: frozenset[str] = frozenset()  # keys of all frames that are kept track of
 
     # State
 
@@ -109,7 +103,7 @@ class RenderedPull(Commands, Worker):
     @property
     def wanted(self) -> int:
         """The number of frames to render: all played ones, or as many as the limits allow."""
-        return len(self._order)
+        return len(self._order.frames)
 
     def has(self, frame: int) -> bool:
         """Return True if the frame has been rendered, in memory or on disk."""
@@ -131,10 +125,6 @@ class RenderedPull(Commands, Worker):
             and self.has(self._editing.frame)
         )
 
-    def at_hand(self, keys: frozenset[str]) -> Iterator[FrameJob]:
-        """Return the jobs whose pictures have these keys and are in memory, in playing order."""
-        return (job for job in self.jobs.made(self._order) if job.key in keys)
-
     # Called by the session
 
     def poll(self) -> None:
@@ -143,12 +133,11 @@ class RenderedPull(Commands, Worker):
             self.touched()
         self.cluster.poll(self.is_on)
         if not self.is_on:
-            self._order, self.rendered, self.runs, self._missing = (), frozenset(), (), []
-            self._ordered, self.counted, self.is_counting = (), None, False
+            self._order, self.progress, self.is_counting = NO_ORDER, Progress(), False
             self.cluster.keep(())
             return
         self._put_in_order()
-        self.jobs.update(self._order)
+        self.jobs.update(self._order.frames)
         self._count()
         self._share()
         self._fetch()
@@ -157,11 +146,11 @@ class RenderedPull(Commands, Worker):
         """Sort the frames into rendering order, except during playback."""
         timeline = self._timeline
         most = min(_FRAMES_MOST, max(1, self.store.capacity(self.picture_bytes)))
-        wanted = self._editing.frame, timeline.direction, timeline.played, most
-        is_playing = bool(timeline.playback.direction)
-        if wanted[2:] != self._ordered[2:] or (wanted != self._ordered and not is_playing):
-            self._ordered = wanted
-            self._order = frames_from(*wanted)
+        order = PlayOrder(self._editing.frame, timeline.direction, timeline.played, most)
+        now, is_playing = self._order, bool(timeline.playback.direction)
+        is_kept = is_playing and (order.played, order.most) == (now.played, now.most)
+        if order != now and not is_kept:
+            self._order = order
 
     @property
     def picture_bytes(self) -> int:
@@ -171,16 +160,11 @@ class RenderedPull(Commands, Worker):
 
     def _count(self) -> None:
         """Update which frames are rendered and which are not, as far as their keys are known."""
-        self.is_counting = not self.jobs.make(self._order, _KEYS_S)
-        made_of = (self.store.version, self.jobs.version, self._order)
-        if made_of == self.counted:
-            return
-        self.counted, known = made_of, self.store.known()
-        jobs = self.jobs.made(self._order)
-        self.rendered = frozenset(job.frame for job in jobs if job.key in known)
-        self.runs = runs_of(self.rendered)
-        self._missing = [job for job in jobs if job.key not in known]
-        self.keys = frozenset(job.key for job in jobs)
+        jobs, order = self.jobs, self._order
+        self.is_counting = not jobs.make(order.frames, _KEYS_S)
+        wanted = Wanted(jobs.made_of, order, jobs.count, self.store.version)
+        if wanted != self.progress.wanted:
+            self.progress = progress_of(wanted, jobs.made(order.frames), self.store.known())
 
     def _share(self) -> None:
         """Take frames that workers have rendered; once the user rests, ask for the missing ones."""
@@ -189,13 +173,14 @@ class RenderedPull(Commands, Worker):
             if not rests:
                 self.cluster.keep(())
             return
-        for key in self.cluster.arrived(self.keys):
+        progress = self.progress
+        for key in self.cluster.arrived(progress.keys):
             self._made.add(key)
-            self.version += 1
+            self.frames_made += 1
         if rests:
-            self.cluster.ask(self._unknown(self._missing), self.counted)
+            self.cluster.ask(self._unknown(progress.missing), progress.wanted)
         else:
-            self.cluster.keep(self.keys)
+            self.cluster.keep(progress.keys)
 
     def _fetch(self) -> None:
         """Read the frames that are played next into memory."""
@@ -203,10 +188,9 @@ class RenderedPull(Commands, Worker):
         direction = timeline.playback.direction
         most = self.store.memory.limit_bytes // (2 * self.picture_bytes)
         most = min(_AHEAD if direction else 2, most)
-        ahead = frames_from(
-            self._editing.frame, direction or timeline.direction, timeline.played, most
-        )
-        jobs = (self.jobs.of(frame) for frame in ahead)
+        direction = direction or timeline.direction
+        ahead = PlayOrder(self._editing.frame, direction, timeline.played, most)
+        jobs = (self.jobs.of(frame) for frame in ahead.frames)
         self.store.fetch([job.key for job in jobs if job is not None])
 
     def touched(self) -> None:
@@ -216,7 +200,7 @@ class RenderedPull(Commands, Worker):
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until a frame can be rendered; None if there is none to render."""
-        if not self.has_work and (not self.is_on or self.cluster.has_asked(self.counted)):
+        if not self.has_work and (not self.is_on or self.cluster.has_asked(self.progress.wanted)):
             return None
         return max(0.0, self._rests_at - self._clock())
 
@@ -232,7 +216,9 @@ class RenderedPull(Commands, Worker):
 
     def _next(self, after: int = 0) -> FrameJob | None:
         """Return the next frame to render, or the one after `after`."""
-        return next(islice(self._unknown(self.cluster.left(self._missing)), after, None), None)
+        return next(
+            islice(self._unknown(self.cluster.left(self.progress.missing)), after, None), None
+        )
 
     def _unknown(self, jobs: Iterable[FrameJob]) -> Iterator[FrameJob]:
         known = self._refused | self._made
@@ -263,7 +249,7 @@ class RenderedPull(Commands, Worker):
         if picture is not None:
             self._made.add(job.key)
             self.store.put(job.key, picture)
-            self.version += 1
+            self.frames_made += 1
 
     def _ready_filler(self) -> FrameFiller:
         """Return the filler, loaded with the scene if one is open."""

@@ -100,7 +100,7 @@ def _draw_ruler(
         text = str(frame)
         text_x = scale.words_x(frame, imgui.calc_text_size(text).x)
         draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.colors.text_dim, text)
-    for run in desk.pull.runs:
+    for run in desk.pull.progress.runs:
         _draw_cells(draw, scale, run, strip_y - strip, strip_y - 1.0, theme.colors.rendered)
     _draw_states(desk, scale, strip_y)
     _draw_warnings(desk, view, scale, y)

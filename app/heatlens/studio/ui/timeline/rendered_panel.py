@@ -22,7 +22,7 @@ def rendered_words(desk: TimeDesk) -> str:
     pull, playing = desk.pull, bool(desk.timeline.playback.direction)
     if not pull.wanted:
         return ""
-    done, wanted = len(pull.rendered), pull.wanted
+    done, wanted = len(pull.progress.rendered), pull.wanted
     shown = "preview: " if playing and not pull.is_alone else ""
     if done == wanted and wanted == desk.timeline.played.count:
         return f"all {wanted} frames rendered"
@@ -35,7 +35,7 @@ def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
     if not words:
         return
     em, is_preview = imgui.get_font_size(), words.startswith("preview")
-    count = f"{len(desk.pull.rendered)}/{desk.pull.wanted}"
+    count = f"{len(desk.pull.progress.rendered)}/{desk.pull.wanted}"
     short = f"preview {count}" if is_preview else count
     imgui.same_line()
     room = imgui.get_content_region_avail().x - em
