@@ -82,6 +82,8 @@ class LostSurfaces(Commands, Worker):
 _SETTLING_S = 0.1  # interval of checks whether a gesture has ended or an autosave is due
 
 
+# Pollers and waiters stood in two lists by hand, and whoever was forgotten in one of them slept in
+# silence. Each worker is in one tuple now, which is also the order of their turns.
 class Session:
     """The open document, its commands and its facts; a front end drives it.
 

@@ -41,6 +41,9 @@ class ExportCommands(Commands, Worker):
         """The reason why nothing can be exported now; "" if exporting is possible."""
         return "" if self.run.is_busy else self._source.once_only
 
+    # A shot file need not name its frames. The tab said "one frame" for such a shot over a
+    # sequence, and a keyed one was exported at the frames between its keys only; the timeline is
+    # asked now, which knows the files.
     @property
     def played(self) -> FrameRange | None:
         """The frames from in to out, which are exported if no others are named; None for a still.

@@ -115,6 +115,9 @@ class ExportRun:
         is_there = self._place.where is Where.CLUSTER and LEAVE is not None
         return self.is_busy and is_there and not self._is_stopping
 
+    # Closing the window used to end the export of the night. Where a cluster makes it, it may be
+    # left there: the shot lies beside the frames, and a window that is opened on the same source
+    # later starts the export again, which finds what is done and what is under way.
     def close(self) -> LeftExport | None:
         """End the process and wait for that, which does not take long.
 
@@ -131,6 +134,8 @@ class ExportRun:
             self._follower.join(PATIENCE_S + _KILLED_S)
         return None if self.state is not None and self.state.code == 0 else left
 
+    # Another process exports, with options handed over as JSON. They used to be written as the
+    # words of a command line and parsed again, so that each option stood in a second place.
     def _start(
         self,
         command: str,

@@ -232,6 +232,9 @@ class ShotDocuments(Commands, Worker):
         is_open = self._source.plate is not None and self.offer is None
         return is_open and self._target is not None and self._editing.shot != self._kept
 
+    # An autosave is offered wherever it differs from its shot. Which of the two is newer is not
+    # asked: the clocks that would tell are not trusted. A shot that gets its first file is not
+    # offered again with its plate.
     def _take_read(self) -> None:
         reading = self._reading
         if reading is None or not reading.done():

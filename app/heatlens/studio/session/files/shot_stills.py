@@ -27,6 +27,8 @@ _KEPT_BYTES = 64 << 20  # some 900 stills
 _FOLDER = "stills"
 
 
+# A still is read when its row is first seen, on a thread, and kept beside the rendered frames under
+# the content of its file. It keeps scene-linear light, see `ui/panels/reel_panel.py`.
 class ShotStills:
     """Stills of shots by their number, each read when it is first asked for."""
 

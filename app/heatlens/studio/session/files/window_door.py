@@ -71,6 +71,10 @@ def _is_of_user_alone(status: os.stat_result) -> bool:
     return status.st_uid == os.getuid() and not others
 
 
+# One deadline for the whole request: with a limit for each read, a stranger held the door by
+# sending a byte each half second. And the secret is proved before anything is parsed, as a line of
+# brackets once ended the thread that listens. Both ends prove it, by the challenge of
+# multiprocessing.connection.
 @contextmanager
 def _cut_in_time(connected: socket.socket) -> Iterator[Connection]:
     """Yield a connection that closes unless the other end finishes in a limited time."""

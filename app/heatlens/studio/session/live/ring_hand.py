@@ -40,6 +40,10 @@ class RingNews:
         self._known: LensSample | None = None
         self._woken_s = -_RESTING_S
 
+    # Cameras send up to a thousand samples a second. A resting ring must not keep the window
+    # drawing, so equal samples wake it only now and then; the timecode, which always differs, is
+    # left out of the comparison. `is_due` stays set until somebody looks: a wake that came while a
+    # whole picture was being rendered used to be lost until it was there.
     def hear(self, sample: LensSample | None) -> None:
         """Note a new sample of the followed source."""
         lens = None if sample is None else replace(sample, timecode=None)
@@ -124,6 +128,9 @@ class RingHand(Worker):
         news = self.receiver.sources.since(version, self.source)
         return tuple((number, self._from_pupil(sample)) for number, sample in news)
 
+    # A camera measures from its film plane and the lens here from its entrance pupil, unless it
+    # says otherwise. What the sample tells of the pupil is better than what the shot assumes, so it
+    # comes first.
     def _from_pupil(self, sample: LensSample) -> LensSample:
         """Return the sample with its focus distance converted to one from the entrance pupil."""
         lens, focus_m = self._editing.lens, sample.focus_distance_m
@@ -193,6 +200,9 @@ class RingHand(Worker):
                 self._heard_s = self._turned_s - heard.age_s
             self._turn(changed)
 
+    # The latency ends where the picture of this very lens is on the screen. Counted up to the end
+    # of rendering, it would leave out the wait for the next frame of the window, which the hand on
+    # the ring feels as well.
     def seen(self, lens: Lens | None) -> None:
         """Note the lens of the picture that is on the screen from now on."""
         if self._heard_s is not None and lens is not None and lens == self._editing.lens:

@@ -92,6 +92,10 @@ class LiveFollowing(Commands, Worker):
             self._take(found)
         self._look()
 
+    # Plates may be rendered again while the shot lies open, so what follows is measured again, too.
+    # That is no act of the user, and makes no step of undo. The shot may have changed since the
+    # thread began: its result is used only if what it depends on is the same, and how the focus
+    # follows is taken from the shot of now.
     def _take(self, found: _Found) -> None:
         """Put the distances into the shot, without a step of undo; it may have changed since."""
         live, now = found.shot.curves.live, self._editing.shot

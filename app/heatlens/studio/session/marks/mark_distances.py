@@ -51,6 +51,10 @@ def plate_at(cache: FrameCache, options: PlateOptions, frame: int) -> Plate:
     return found or read_plate(cache.sequence.path_at(stands_in), options)
 
 
+# Three answers, because two were wrong. While a frame was being read, the focus bar, the list and
+# the page showed the distance of the frame before, and a pull whose arrival was not in memory took
+# the distance of the frame it starts from. What is not known is now told as such, and whoever needs
+# it waits for the frame.
 @dataclass(frozen=True)
 class MarkAt:
     """What is known of the distance of a mark at a frame.
@@ -162,6 +166,9 @@ class MarkDistances(Commands, Worker):
         at = self._editing.frame if frame is None else frame
         return self.sharp_m(mark, lens, at, distance_m)
 
+    # The lean is asked whether it is level, and not the lens whether it is tilted or split: a list
+    # of fields forgets the next term. A mark lies on the sharp plane at its own place in the
+    # picture, so its depth alone is not its focus.
     def sharp_m(self, mark: Mark, lens: Lens, frame: int, distance_m: float) -> float:
         """Return the focus distance of `lens` with which a mark at this distance is sharp."""
         place = mark.place_at(frame) if isinstance(mark, TrackMark) else mark

@@ -49,6 +49,8 @@ class DiskWatch:
         self._is_over.set()
 
 
+# The window asks one opened source, whatever its kind. Plates, scenes and streams were once told
+# apart in 34 files; what differs on the way to the GPU is a feed for each kind.
 class OpenSource:
     """The open source of any kind, kept until the next one has a picture."""
 

@@ -148,6 +148,9 @@ class PlateFeed(PictureFeed):
             if shown is not self.picture.plate:
                 self.picture.load(shown)
 
+    # A search reads two frames on either side. A hand that scrubs passes many plates, and each
+    # began a search on a thread of its own, none of which could be stopped. The plate itself is
+    # shown meanwhile; playback shows nothing else.
     def _with_neighbours(self, plate: Plate) -> Plate:
         """Return the plate with what its neighbours show, once that is found on a thread."""
         self._found = self._finder.poll() or self._found

@@ -19,6 +19,11 @@ _IN_A_ROW = 2  # slow steps before the share is halved: a single one may have bu
 _QUICK_IN_A_ROW = 32  # quick steps before the share is doubled
 
 
+# Bands were once cut for an idle machine. On a processor, what was drawn between two looks for
+# input came all at once whenever the driver's queue was emptied, and the window of the demo was
+# deaf for 0.7 to 1.4 s again and again. Each step therefore waits for what it has drawn, and its
+# measured time sets the length of the next. Shorter steps draw parts of the same views: when they
+# drew views of other rows, the last digits of a picture depended on how busy the machine was.
 class Pace:
     """The share of a usual step that fits between two checks for input."""
 
@@ -115,6 +120,9 @@ class ScenePreview:
                 return
         self._scale, self._views, self._coming = 1.0, self._coming_views, None
 
+    # A pixel has 16 samples, and the other 48 only where these differ. The first 16 are good enough
+    # for a quick blur; the whole one waits for all of them, because a film picture of 16 views was
+    # made only to be made again of 64.
     def _next_views(self, shot: Shot) -> int:
         is_soon = self._whole_s(shot) * PINHOLE_VIEWS <= _ALL_AT_ONCE_S
         if self._scale < 1.0:

@@ -34,6 +34,8 @@ class CompareSides:
 
     def __init__(self, renderer: FrameRenderer) -> None:
         self._renderer = renderer
+        # A small picture does not fill a GPU. Times that were expected to grow with the pixels kept
+        # it at small levels, though it could do much larger ones; see `GPU_WORK_POWER`.
         power = 1.0 if is_software(renderer.ctx) else GPU_WORK_POWER
         self.a = LivePicture(renderer, cost=CostModel(work_power=power))
         self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)

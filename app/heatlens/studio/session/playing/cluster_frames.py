@@ -169,6 +169,9 @@ def _wish(job: FrameJob) -> Wish:
     return Wish(job.key, lambda: job)
 
 
+# A laptop without a GPU shows small pictures while a hand moves, and then waited long for the whole
+# one. That one may be asked of a worker, and is recalled when the hand moves again. Previews are
+# always rendered here.
 class WholePictures(Elsewhere):
     """Whole pictures of one renderer, from the workers of `cluster`."""
 

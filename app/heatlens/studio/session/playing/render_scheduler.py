@@ -102,6 +102,10 @@ def is_rendering(plate: PlateState, sides: tuple[SideState, ...]) -> bool:
     return not (is_plate_done and all(side.is_done for side in sides))
 
 
+# The order follows what a hand waits for. The first pictures of a driver build dozens of programs:
+# made in one piece they kept the window deaf for 3 to 4 s. So the answer to a change goes on in
+# slices, between two looks at the input, and it comes before the plate becomes finer. Frames ahead
+# come last: they may be needed later, the visible picture is needed now.
 def next_work(state: WorkState) -> NextWork:
     """Return what to work on next, and when."""
     if state.plays_rendered:
@@ -115,6 +119,9 @@ def next_work(state: WorkState) -> NextWork:
     return NextWork(Work.SIDE, state.sides[side].wait_s, side)
 
 
+# A scene is blurred only once it is good: a film picture of 16 antialiasing views used to be made
+# only to be made again of 64. An answer does not wait for that, as a quick picture of a coarse
+# plate is better than none.
 def _next_side(state: WorkState) -> int | None:
     """Return the side to render, first the one whose turn it is; None if the plate is next.
 
@@ -223,6 +230,9 @@ class RenderScheduler(Commands, Worker):
         if not self._pull.is_alone:
             self._try(self._ask)
 
+    # The feed follows the shot here, at the last moment before the picture is requested. When only
+    # the frame of the window looked at the scene, an undo between that look and the request made
+    # the blur draw all 64 views of the new camera at once, and the window stood still for as long.
     def _ask(self) -> None:
         source, shot, frame = self._source, self._editing.seen_shot, self._editing.frame
         source.feed.refresh()  # only now, so that a picture saved before was of the same frame

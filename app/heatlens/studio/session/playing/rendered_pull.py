@@ -158,6 +158,10 @@ class RenderedPull(Commands, Worker):
         width, height = self.jobs.size
         return width * height * _PIXEL_BYTES
 
+    # After each change of a drag all frames have new keys. Computed at once they took 50 to 150 ms
+    # in the demo, so they are made for a few milliseconds a turn, and the rest follows while
+    # nothing else is to do. What is known so far is counted meanwhile: the blue line under the
+    # ruler grows instead of waiting for the last key.
     def _count(self) -> None:
         """Update which frames are rendered and which are not, as far as their keys are known."""
         jobs, order = self.jobs, self._order
@@ -166,6 +170,9 @@ class RenderedPull(Commands, Worker):
         if wanted != self.progress.wanted:
             self.progress = progress_of(wanted, jobs.made(order.frames), self.store.known())
 
+    # A change of the shot changes the keys, so workers are told to recall frames under the old ones
+    # at once, even while the user does not rest. A list of wishes takes the place of the last one,
+    # so it is sent only at rest.
     def _share(self) -> None:
         """Take frames that workers have rendered; once the user rests, ask for the missing ones."""
         rests = self._clock() >= self._rests_at
@@ -239,6 +246,9 @@ class RenderedPull(Commands, Worker):
         elif self.has_work and self._clock() >= self._rests_at:
             self._work(job)
 
+    # A frame that raises is refused until another source is opened: it would fail again in each
+    # slice, and keep the frames behind it from being rendered. Why it fails is said when it is
+    # shown, where the user can act on it.
     def _work(self, job: FrameJob) -> None:
         try:
             with faults_reported("A frame could not be rendered ahead"):

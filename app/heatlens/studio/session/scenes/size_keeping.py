@@ -69,6 +69,10 @@ class SizeKeeping(Commands):
             kept = self._kept(self._editing.shot)
             self._editing.do(kept.by_camera() if by == "camera" else kept.by_length())
 
+    # The first question of a cinematographer in a scene is what 85 mm instead of 35 mm look like
+    # with A as large as before. The camera therefore goes along its axis until it is, and every
+    # change of the focal length passes through here. A plate has no camera that could go; it says
+    # so, and frames what would be seen.
     def _reframed(self, before: Shot, after: Shot) -> Shot:
         """Return the shot after a change of the lens, from where the chosen thing is as large."""
         frame = self._editing.frame

@@ -139,6 +139,9 @@ class Preferences:
         before, self._saved = self._saved, self.now
         return partial(self._write, self.path, before, self.now)
 
+    # Two windows may be open. Each wrote all of its preferences, so the last one won and the recent
+    # files of the other were lost. Only what changed in this window is merged into the file as it
+    # is now, under a lock.
     def _write(self, path: Path, before: Remembered, now: Remembered) -> None:
         """Write the changes since `before` to the file, which other windows write too."""
         if self.path is None:  # an earlier call has failed
