@@ -103,6 +103,8 @@ _FLAGS = {
 }
 
 
+# Until a file of the command line had been read, panels showed a lens that nobody had chosen, which
+# then jumped to that of the file. They now stay empty until something is open.
 class DockedPanels:
     """Draws the panels that are open."""
 

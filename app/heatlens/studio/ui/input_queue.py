@@ -95,6 +95,11 @@ class _Frame:
     is_closed: bool = False  # takes no more input
 
 
+# ImGui has a queue of its own, `config_input_trickle_event_queue`. With it every key press took a
+# frame, each typed letter three, and each frame was drawn: on a busy machine what was typed was
+# worked off for minutes after the last key. A click that came in one frame with its movement did
+# not reach a tab. This queue knows which inputs may share a frame, and the frames between are run
+# without being drawn.
 class InputQueue:
     """The user's input in order, until a frame takes it."""
 
@@ -154,6 +159,9 @@ class InputQueue:
         )
         return max(saves, default=0)
 
+    # Releases stay even if the presses before them are dropped: a key or button whose release is
+    # lost would be held for ever. So does the last position of the pointer, at which the next click
+    # counts.
     def _forget(self, kept: int) -> None:
         """Drop all but the first `kept` inputs, but leave no key or button down."""
         acts = list(self._acts)
@@ -193,6 +201,10 @@ class InputQueue:
             case _:
                 return is_empty
 
+    # A key must not overtake what the key before it opens: typed quickly, it reached the picture in
+    # place of the box. How long a box takes to have the keyboard is not told, so keys wait until
+    # nothing has changed for some frames. Keys that open nothing go together, in their order, which
+    # ImGui does not keep; see `InputQueue.typed`.
     def _press_fits(self, frame: _Frame, act: Press, released: set[imgui.Key]) -> bool:
         if self._unchanged < _SETTLED:
             return False

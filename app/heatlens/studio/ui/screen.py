@@ -211,6 +211,10 @@ class Screen:
         imgui.pop_style_var()
 
 
+# An error in a panel leaves windows, menus and styles of ImGui open, and its next frame would stop
+# the program with an assertion. The recovery that ImGui has for other languages closes them; its
+# own reports are switched off, because the error has become a sentence of the status bar with a
+# report.
 def _close_what_is_open(state: imgui.internal.ErrorRecoveryState) -> None:
     """Close windows, menus and styles that an error left open; ImGui asserts there are none."""
     io = imgui.get_io()

@@ -149,6 +149,8 @@ class StatusBar:
             imgui.text_disabled(printable(sides))
             probe.note("sides")
 
+    # The words are cut where the export and the message begin. On the margin of the picture they
+    # were empty, and what stood at the right end of the bar fell out of it.
     def _draw_left(self, hovered: tuple[int, int] | None, end: float) -> None:
         """Draw the readout or a hint, and the message beside it; `end` is the right limit."""
         message, first = self._messages, self._first_words(hovered)

@@ -95,6 +95,9 @@ def _ink(dark: tuple[float, ...], light: tuple[float, ...]) -> _Pair[ImVec4]:
     return _Pair(ink(*dark), ink(*light))
 
 
+# One meaning has one colour, so that a colour can be read without its label: amber is the live lens
+# alone, keys and marks are blue, messages grey, faults red; knobs and ticks are neutral. The green
+# of what may be off differs from the green of what is sharp.
 class Palette:
     """The colours of a theme: packed integers for draw lists, ImVec4 for text and controls.
 
@@ -172,6 +175,8 @@ NOTHING, UNTINTED = 0, 0xFFFFFFFF  # a transparent background; a picture without
 colors = DARK  # the palette in use; `paint` replaces it, so always read `theme.colors.accent`
 
 # The style values that `scale_all_sizes` multiplies.
+# These are multiplied by the scale of the interface, and must be reset before each change of it.
+# One that was left out grew with every step, until the crosses of tabs had become diamonds.
 _SIZES = (
     *("window_padding", "window_rounding", "window_min_size", "window_border_hover_padding"),
     *("child_rounding", "popup_rounding", "frame_padding", "frame_rounding", "item_spacing"),

@@ -27,6 +27,8 @@ def is_any_open() -> bool:
     return bool(imgui.is_popup_open("", _ANY)) or _LastFrame.depth > 0
 
 
+# All dialogs begin here. One that had been dragged out of view could not be answered, and as it
+# takes all input, nothing else in the window could be used either.
 def begin_modal(title: str, can_close: bool, flags: int) -> tuple[bool, bool]:
     """Begin a dialog that takes all input; return whether it is shown, and whether it stays open.
 

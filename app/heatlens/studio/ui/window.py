@@ -5,6 +5,9 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from functools import partial
 
+# Both packages bring a libglfw. Whichever is imported first decides which one both of them use:
+# imgui-bundle's, version 3.5.1 at the time of writing, or glfw's own 3.4.0. imgui-bundle also sets
+# PYGLFW_LIBRARY for the other.
 from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
 
 from heatlens.studio.ui.devices import GlfwHandle, is_keyboard_taken, pad_axes, room_of, screen_name
@@ -44,6 +47,9 @@ _HELP = (
 )
 
 
+# A wait for events without a limit never sees Ctrl-C: Python handles a signal only between two of
+# its own instructions. The signals are therefore taken by `StopSignals`, which ends the wait with
+# an empty event.
 def run_window(start: Start, sharing: Sharing | None = None) -> None:
     """Open the window and return when it is closed; `sharing` shares its session.
 
@@ -144,12 +150,19 @@ class Loop:
         self._title = ""
         self._session.begin()
 
+    # The window was black until the first frame, which waited for shaders to be compiled. It is
+    # cleared as soon as it has its size, and once more when the session is made, before anything is
+    # built.
     def _show_background(self) -> None:
         """Show an empty window at once, because compiling the shaders takes some time."""
         glfw.poll_events()
         self._clear()
         glfw.swap_buffers(self._window)
 
+    # Two traps of moderngl and ImGui. The size of the screen's framebuffer stays what it was when
+    # the context was created, so the viewport is set anew in each frame. And ImGui's backend
+    # restores every state that it changes, but draws into the framebuffer that is bound: with
+    # another one than the screen's the window stays empty.
     def _clear(self) -> None:
         self._ctx.screen.use()
         self._ctx.screen.viewport = (0, 0, *glfw.get_framebuffer_size(self._window))
@@ -183,6 +196,9 @@ class Loop:
         imgui.backends.glfw_shutdown()
         imgui.destroy_context()
 
+    # On a busy machine closing came last, minutes after the last key, when all that had been typed
+    # was worked off. Closing now overtakes the input that waits, but never a save: that is still
+    # done first.
     def _close(self) -> None:
         """End the program, after input that saves; an export that is running asks first."""
         self._input.hurry()
@@ -286,6 +302,10 @@ class Loop:
             self._draw_soon()
         self._seen_key = self._scheduler.seen_key
 
+    # The picture lies under ImGui and is not one of its images. The backend of imgui-bundle sets
+    # samplers of its own, and the backgrounds of windows as large as the screen took 30 of 48 ms of
+    # a frame on a software rasteriser; so the picture is painted by a pass of ours, and the windows
+    # over it have no background.
     def _show(self) -> None:
         """Bring the frame to the screen, the second window, the pages and the title."""
         self._clear()
@@ -301,6 +321,8 @@ class Loop:
         self._screen.publish()
         self._tell_title()
 
+    # A window once came back from full screen at another place: its size and position are those of
+    # the moment before the switch.
     def _follow_screen(self) -> None:
         """Adapt scale and full screen after the window has moved to another monitor."""
         scale = self._ui.scale

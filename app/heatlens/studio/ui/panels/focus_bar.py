@@ -32,6 +32,9 @@ def focus_bar_height(room: float) -> float:
     return min(_HEIGHT_EM * float(imgui.get_font_size()), _PART_MOST * room)
 
 
+# The bar is what the window is for. As a row of the Lens panel it weighed as much as the width of
+# the sensor; now it is as wide as the picture. The distance at the pointer stands beside the
+# figure, where a tooltip covered the scale.
 def focus_bar(
     facts: Facts, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
 ) -> tuple[Lens, str | None]:

@@ -59,6 +59,8 @@ class LensFacts:
     kit_lens: KitLens | None = None  # the lens of a kit, which limits the values; None: no limits
 
 
+# Film back, model and sharpness are folded at first, so that the kit and the opening are seen in a
+# window of 1280 x 800.
 def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     """Draw the controls of the lens; return the lens as the user left it."""
     with reported(say):  # a change that gives an impossible lens is discarded

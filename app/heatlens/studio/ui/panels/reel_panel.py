@@ -43,6 +43,10 @@ class _Still:
             self.light.release()
 
 
+# A still keeps scene-linear light and goes through the view transform of the window, so that a reel
+# is seen as the screen shows its shots; it does so again when exposure, gamma or view change. Two
+# are uploaded in a frame at most, so that a long reel does not hold up the window when it is
+# opened.
 class ReelStills:
     """Textures of the rows that were seen; those of one reel at a time."""
 

@@ -15,6 +15,9 @@ FADE_S = 0.12
 _FRAME_S = 1 / 60
 
 
+# Between a preview and the whole picture there was a jump. What fades is a copy of the screen with
+# the preview on it, so that nothing is rendered or converted again. It is used only while lens,
+# frame and zoom are the same: a fade over another picture would be a double exposure.
 class PictureFade:
     """Keeps the preview as it was on the screen, and fades it out over the whole picture.
 

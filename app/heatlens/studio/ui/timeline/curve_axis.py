@@ -21,6 +21,9 @@ _LABELS_LEAST = 3
 _NEAREST = 1e-6  # dioptres; stands for infinity, which has no place on a scale of metres
 
 
+# The axis of the focus once ran to every mark: a pull from 2.96 to 4.07 m was seven pixels high on
+# a strip of 105. It fits the keys now, F over the curve brings the marks in, and the timeline grows
+# while a curve is shown.
 @dataclass(frozen=True)
 class CurveAxis:
     """The vertical axis of a parameter; the smallest place is at the top.

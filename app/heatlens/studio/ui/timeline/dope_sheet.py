@@ -167,6 +167,8 @@ _WIDTH_EM, _HEIGHT_EM, _GAP_EM = 0.5, 1.3, 0.55
 GRIPS_EM = _HEIGHT_EM + 0.2  # height of the strip that the grips need
 
 
+# The grips lie below the rows of keys. Within them, five rows at the height that the timeline has
+# at first left no room: the grips and their number of frames lay over the row of the camera.
 def stretch_grips(stretch: KeyStretch, scale: TimeScale, y: float, height: float) -> None:
     """Draw the grips at the bottom of the area of keys; call this before that area's button."""
     ends = stretch.ends
