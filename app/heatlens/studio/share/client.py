@@ -157,6 +157,9 @@ class Client:
 
     # What it is sent
 
+    # Nothing queues on the way to a client. The event is one bit, state is sent as its difference
+    # from what the client has, and a picture is sent only once the one before is acknowledged. What
+    # came between is skipped, so a slow line shows fewer pictures, each as new as it can be.
     async def _send_news(self) -> None:
         """Send what is new, as soon as the line takes it; nothing ever queues."""
         try:

@@ -36,6 +36,9 @@ class Connection(web.RequestHandler):
         return response
 
 
+# 128 idle connections with a wrong link kept every tablet out for an hour. So the oldest stranger
+# makes room for a newcomer, a refusal ends its connection, and places are shared between addresses:
+# nobody who has a link is kept out by those who have none.
 class Connections:
     """The connections that have no place as a client."""
 

@@ -50,6 +50,9 @@ class HeadlessLoop:
             self._wait()
             self.turn()
 
+    # An exposure of 2000 stops, which a page's message set, once failed to draw and ended `heatlens
+    # serve` for everybody. The limits are those of the view now, and what still cannot be drawn is
+    # told while the loop goes on, as in the window.
     def turn(self) -> None:
         """Follow the pages, and show them what that makes; an error is told, and the loop goes on.
 
@@ -125,6 +128,9 @@ class HeadlessLoop:
         step = max(1, -(-picture.pixels.shape[1] // _STILL_PX))
         return still_of(picture.pixels[::step, ::step, :3])
 
+    # A page that came while a picture was being rendered heard nothing once that was done, until
+    # something else happened: about one start in ten of a browser beside a busy machine. The loop
+    # therefore turns once more after its last work.
     def _wait(self) -> None:
         """Sleep until there is something to do; what the last work made is published first."""
         session = self._session

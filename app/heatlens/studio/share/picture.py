@@ -11,6 +11,8 @@ from PIL import Image
 from heatlens.core.model.boxes import Box
 from heatlens.media.plate.picture.picture_write import scaled_window
 
+# A client that asked for each width once kept an encoded picture of each. Widths go in steps, and
+# few are kept.
 _WIDTH_STEP = 160  # pixels; clients scale what they get to what they show
 _ENCODED_MOST = 8  # sizes of a picture that are kept
 Pixels = NDArray[np.uint8]

@@ -25,6 +25,8 @@ REST_S = 0.5  # time that a user keeps the lens after the last touch
 WINDOW = "the window"
 
 
+# Both hands work on one lens: the last touch wins once the other hand has rested for half a second.
+# The holder's name is part of the state, so that each side sees who has the lens.
 class Hands:
     """Decides which of several users may turn the lens; any thread may ask."""
 

@@ -18,6 +18,8 @@ from heatlens.studio.share.page_state import PageState
 from heatlens.studio.share.picture import Picture, Pixels, in_display
 from heatlens.studio.share.shared import SharedSession
 
+# On a processor without a GPU, drawing and reading previews took over half of the loop at 720p,
+# most of it for pixels that a preview does not have. The picture at rest keeps its size.
 _PREVIEW_PX = 720  # width of a preview at most: drawing it must not hold up the next one
 
 
@@ -93,6 +95,9 @@ def _placed(seen: Seen, scale: float, size: tuple[int, int]) -> list[PlacedPictu
 _REST_S = 0.25  # a picture that is unchanged for this long is sent without loss
 
 
+# Both are published by the loop that owns the GPU, since no other thread may draw or read a
+# texture. A picture is read from the GPU only if some client can take one now: what nobody could
+# take when it was new is made up for as soon as one can, see `is_behind`.
 class Tap:
     """Publishes state and picture of a session; the loop that owns the GPU calls it."""
 
