@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from inspect import GEN_CLOSED, getgeneratorstate
 from itertools import pairwise
 from math import inf
 from threading import Event, current_thread
@@ -188,6 +189,16 @@ def test_another_job_begins_anew_and_what_was_let_go_comes_back(filler, renderer
         picture = filled(filler, job_of(two, key="2"), 3.0).kept()
         np.testing.assert_array_equal(picture.pixels, expected)
         filler.let_go()
+
+
+def test_another_job_and_letting_go_end_the_steps_of_the_job_before(filler, tmp_path):
+    """Even if something still refers to them, as a traceback does."""
+    path = room_file(tmp_path / "room.exr")
+    for end in (lambda: filler.work(job_of(path, key="2"), None, 0.0), filler.let_go):
+        filler.work(job_of(path), None, 0.0)
+        before = filler._steps
+        end()
+        assert getgeneratorstate(before) == GEN_CLOSED
 
 
 def test_a_plate_that_was_written_again_is_not_taken_for_the_one_before(filler, tmp_path):

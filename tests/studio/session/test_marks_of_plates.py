@@ -164,11 +164,18 @@ def test_off_all_marks_a_pull_is_offered_to_the_one_after_the_last_pull(walls, m
     assert marks.pulls.target == "B"
 
 
-def test_a_leaning_focus_is_set_so_that_the_mark_is_sharp(walls, marks):
+@pytest.mark.parametrize(
+    "lean",
+    [
+        {"tilt_deg": 2.0, "tilt_direction_deg": 90.0},
+        {"split_dioptres": 0.2, "split_direction_deg": 180.0},  # over the left half alone
+    ],
+)
+def test_a_leaning_focus_is_set_so_that_the_mark_is_sharp(walls, marks, lean):
     """At its own point: pulls, flags on the bar and following go there."""
     marks.set_point(LEFT)
     marks.set_here()
-    leaning = replace(walls.editing.lens, tilt_deg=2.0, tilt_direction_deg=90.0)
+    leaning = replace(walls.editing.lens, **lean)
     walls.editing.edit_lens(leaning)
     a = walls.editing.shot.mark_named("A")
     wanted_m = focused_at_pixel(walls.source.plate, leaning, *LEFT).focus_distance_m
