@@ -82,8 +82,8 @@ class Facts:
     def marks_m(self) -> tuple[tuple[str, float], ...]:
         """Names of the marks that are seen at this frame, and the focus in m that is on them."""
         marks = self._time.marks
-        found = [(mark.name, marks.distances.focus_m(mark)) for mark in self.shot.marks]
-        return tuple((name, distance_m) for name, distance_m in found if distance_m is not None)
+        focused = [(mark.name, marks.distances.focus_m(mark)) for mark in self.shot.marks]
+        return tuple((name, distance_m) for name, distance_m in focused if distance_m is not None)
 
     @property
     def keyed_focus_m(self) -> float | None:

@@ -54,9 +54,9 @@ class Passing(str):
 
 def passing(sentence: str, is_true: Callable[[], bool]) -> Passing:
     """Return a message that disappears as soon as `is_true` returns False."""
-    said = Passing(sentence)
-    said.is_true = is_true
-    return said
+    message = Passing(sentence)
+    message.is_true = is_true
+    return message
 
 
 @contextmanager
@@ -112,5 +112,5 @@ def _always() -> bool:
 
 def window_words(sentence: str) -> str:
     """Return a sentence with names of command-line options replaced by those in the panels."""
-    said = printable(sentence)
-    return re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda match: match[1].replace("-", " "), said)
+    words = printable(sentence)
+    return re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda match: match[1].replace("-", " "), words)

@@ -1,7 +1,7 @@
 """The program behind a front end: the open document and all commands on it.
 
-A session needs no window. Its pictures come from the same renderer that `heatlens render` uses. Two
-workers watch for what concerns every picture: changed shaders, and surfaces that a file has lost.
+A session needs no window. Its pictures come from the same renderer that `heatlens render` uses. It
+watches for changed shaders and missing surfaces.
 """
 
 from collections.abc import Callable
@@ -201,8 +201,8 @@ class Session:
         shot = opened.shot(lens, self.editing.shot.defocus)
         timecode = shot.timecode_at(opened.frame, timecode_of(opened.attributes))
         first = None if timecode is None else (opened.frame, timecode)
-        filmed, said = with_given_camera(shot, self.given, first)
-        self._say_all(said)
+        filmed, note = with_given_camera(shot, self.given, first)
+        self._say_all(note)
         if filmed is not shot and shot.frames is None and self.given.start.camera is not None:
             self.editing.frame = self.given.start.camera.frames[0]
         self.editing.begin(filmed)
@@ -210,9 +210,9 @@ class Session:
         self.pictures.commands.fit()
 
     def _say_all(self, *sentences: str) -> None:
-        said = " ".join(sentences).strip()
-        if said:
-            self.messages.say(said)
+        message = " ".join(sentences).strip()
+        if message:
+            self.messages.say(message)
 
     def work(self) -> None:
         """Render for one time slice: visible pictures first, then frames ahead."""

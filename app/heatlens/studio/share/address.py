@@ -136,8 +136,8 @@ def kept_links(path: Path, is_new: bool = False) -> Links:
     if kept is None:
         kept = new_links()
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        told = json.dumps({"hand": kept.hand, "look": kept.look})
-        write_whole(path, told.encode(), FOR_THE_USER, follows_links=False)
+        text = json.dumps({"hand": kept.hand, "look": kept.look})
+        write_whole(path, text.encode(), FOR_THE_USER, follows_links=False)
     return kept
 
 
@@ -145,8 +145,8 @@ def _read(path: Path) -> Links | None:
     """Return the links in a file; None where it is missing, damaged or open to others."""
     try:
         text, status = file_and_status(path)
-        told = json.loads(text)
-        links = Links(told["hand"], told["look"])
+        tokens = json.loads(text)
+        links = Links(tokens["hand"], tokens["look"])
     except (OSError, ValueError, TypeError, KeyError):
         return None
     others = status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)

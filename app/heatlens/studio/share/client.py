@@ -80,17 +80,17 @@ class Client:
         try:
             first = await asyncio.wait_for(self._socket.receive(), _HELLO_S)
         except TimeoutError:
-            await self.part("Nothing was said.")
+            await self.part("Nothing was hello.")
             return False
         try:
-            said = parsed(first.data) if first.type is WSMsgType.TEXT else {}
+            hello = parsed(first.data) if first.type is WSMsgType.TEXT else {}
         except InputError:
-            said = {}
-        if said.get("hello") != VERSION:
+            hello = {}
+        if hello.get("hello") != VERSION:
             await self.part(f'A client begins with {{"hello": {VERSION}}}.')
             return False
-        self._resized(said.get("width_px"))
-        name = said.get("name")
+        self._resized(hello.get("width_px"))
+        name = hello.get("name")
         if isinstance(name, str) and name.isprintable() and 0 < len(name) <= _NAME_MOST:
             self.name = f"{name} ({self.name.split()[-1]})"
         await self._say({"hello": VERSION, "role": self.role, "you": self.name})
@@ -104,15 +104,15 @@ class Client:
     # What it says
 
     async def _listen(self, changed: Callable[[], None]) -> None:
-        async for said in self._socket:
-            if said.type is not WSMsgType.TEXT:
+        async for message in self._socket:
+            if message.type is not WSMsgType.TEXT:
                 self._refuse("Messages to this server are text.")
                 continue
             if not self._may_speak():
                 await self.part(f"No more than {_A_SECOND:.0f} messages a second, please.")
                 return
             try:
-                self._hear(parsed(said.data), changed)
+                self._hear(parsed(message.data), changed)
             except InputError as error:
                 self._refuse(str(error))
 

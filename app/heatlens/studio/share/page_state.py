@@ -30,13 +30,13 @@ class PageState:
     def now(self) -> dict[str, object]:
         """Return the state: that of the door, and what a focus wheel and a timeline need."""
         state, allowed = self._door.state(), shared()
-        told = record_to_json(state)
-        told["commands"] = {
+        entries = record_to_json(state)
+        entries["commands"] = {
             command.name: _of_command(command)
             for command in state.commands
             if command.name in allowed
         }
-        return told | self._more()
+        return entries | self._more()
 
     def _more(self) -> dict[str, object]:
         facts, time, shot = self._session.facts, self._session.time, self._session.facts.shot

@@ -77,9 +77,9 @@ def in_display(pixels: Pixels, data: Box, display: Box) -> Pixels:
     scale = width / data.width
     have, want = scaled_window(data, scale, (width, height)), scaled_window(display, scale)
     both = have.intersection(want)
-    found = np.zeros((*want.shape, pixels.shape[2]), np.uint8)
-    found[_part(both, want)] = pixels[_part(both, have)]
-    return found
+    shown = np.zeros((*want.shape, pixels.shape[2]), np.uint8)
+    shown[_part(both, want)] = pixels[_part(both, have)]
+    return shown
 
 
 def _part(box: Box, of: Box) -> tuple[slice, slice]:

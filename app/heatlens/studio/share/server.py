@@ -175,11 +175,11 @@ class ShareServer:
 
     def _file(self, name: str) -> web.StreamResponse:
         """Return a file of the page; all of them were read when the server was made."""
-        found = self._files.get(name)
-        if found is None:
+        content = self._files.get(name)
+        if content is None:
             return self._refusal(404, "The page has no such file.")
         kind = _KINDS[name.rpartition(".")[2]]
-        return web.Response(body=found, content_type=kind, charset="utf-8", headers=self._headers)
+        return web.Response(body=content, content_type=kind, charset="utf-8", headers=self._headers)
 
     def _refusal(self, status: int, sentence: str) -> web.Response:
         """Refuse a request, and end its connection."""

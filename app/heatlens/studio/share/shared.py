@@ -107,13 +107,13 @@ class SharedSession:
     def follow(self, door: Door) -> bool:
         """Follow the messages that wait; return True if there were any."""
         menus = {command.name: command.menu for command in door.commands}
-        asked = [self._asked.popleft() for _ in range(min(len(self._asked), _MESSAGES_A_TURN))]
-        for it in asked:
+        waiting = [self._asked.popleft() for _ in range(min(len(self._asked), _MESSAGES_A_TURN))]
+        for it in waiting:
             try:
                 self._follow(door, menus, it)
             except HeatlensError as error:
                 it.reply(str(error))
-        return bool(asked)
+        return bool(waiting)
 
     def _follow(self, door: Door, menus: Mapping[str, str], it: _Asked) -> None:
         check(it.message)

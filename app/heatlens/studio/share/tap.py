@@ -144,11 +144,11 @@ class Tap:
         last, now = self._shared.picture, time.monotonic()
         self._shared.is_behind = key != self._key and not self._shared.waiting
         if key != self._key and self._shared.waiting:
-            found = look()
-            if found is None:
+            seen = look()
+            if seen is None:
                 return last
             self._key, self._changed_at = key, now
-            return self._numbered(self._composed.pixels(found), False)
+            return self._numbered(self._composed.pixels(seen), False)
         is_resting = key == self._key and now - self._changed_at >= _REST_S and self._is_whole
         if last is not None and is_resting and not last.is_whole:
             return self._numbered(last.pixels, True)

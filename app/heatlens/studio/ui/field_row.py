@@ -26,21 +26,21 @@ def field_row(record: Record, name: str) -> Record:
 
 
 def _value(kind: type, name: str, value: Any) -> Any:
-    told, of_type = options_of(kind)[name], type_of(kind, name)
-    low, high = told.slider or (told.least, told.most)
+    option, of_type = options_of(kind)[name], type_of(kind, name)
+    low, high = option.slider or (option.least, option.most)
     if of_type is bool:
-        value = widgets.check(told.label, value)
-        widgets.tip_above(told.tip)
+        value = widgets.check(option.label, value)
+        widgets.tip_above(option.tip)
         return value
     if get_origin(of_type) is Literal:
-        return widgets.choice(told.label, value, get_args(of_type), told.tip)
+        return widgets.choice(option.label, value, get_args(of_type), option.tip)
     if issubclass(of_type, StrEnum):
-        return of_type(widgets.choice(told.label, value, list(of_type), told.tip))
+        return of_type(widgets.choice(option.label, value, list(of_type), option.tip))
     if of_type in (float, int) and low is not None and high is not None:
-        return of_type(widgets.slider(told.label, value, low, high, told.shown, told.tip))
+        return of_type(widgets.slider(option.label, value, low, high, option.shown, option.tip))
     if of_type is str:
-        widgets.label(told.label, told.tip, is_above=True)
-        return widgets.typed(told.label, value)
-    widgets.label(told.label, f"{told.tip}\nSet it with --{told.flag}.")
+        widgets.label(option.label, option.tip, is_above=True)
+        return widgets.typed(option.label, value)
+    widgets.label(option.label, f"{option.tip}\nSet it with --{option.flag}.")
     imgui.text_disabled(printable(str(value)))
     return value

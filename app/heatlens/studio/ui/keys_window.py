@@ -53,25 +53,25 @@ class Section:
 def sections(actions: Sequence[Action], has_camera: bool) -> list[Section]:
     """Return the sections: the mouse, then each menu's shortcuts; `has_camera` adds gestures."""
     pan = _PAN_SCENE if has_camera else _PAN_PLATE
-    found = [Section("Mouse", _MOUSE + pan)]
+    listed = [Section("Mouse", _MOUSE + pan)]
     if has_camera:
-        found.append(Section("Mouse in the scene", _MOUSE_OF_SCENE))
-    found.append(Section("Mouse on the timeline", _MOUSE_OF_TIME))
+        listed.append(Section("Mouse in the scene", _MOUSE_OF_SCENE))
+    listed.append(Section("Mouse on the timeline", _MOUSE_OF_TIME))
     for menu in dict.fromkeys(action.menu for action in actions):
         keyed = tuple((a.shortcut, a.name) for a in actions if a.menu == menu and a.shortcut)
         if keyed:
-            found.append(Section(menu, keyed))
-    return found
+            listed.append(Section(menu, keyed))
+    return listed
 
 
-def in_columns(found: Sequence[Section], count: int) -> list[list[Section]]:
+def in_columns(sections: Sequence[Section], count: int) -> list[list[Section]]:
     """Distribute sections, in order, over columns of about equal height."""
     columns: list[list[Section]] = [[] for _ in range(count)]
-    for section in sorted(found, key=lambda section: -len(section.rows)):
+    for section in sorted(sections, key=lambda section: -len(section.rows)):
         lowest = min(columns, key=lambda column: sum(_HEAD_ROWS + len(it.rows) for it in column))
         lowest.append(section)
-    ordered = [sorted(column, key=found.index) for column in columns if column]
-    return sorted(ordered, key=lambda column: found.index(column[0]))
+    ordered = [sorted(column, key=sections.index) for column in columns if column]
+    return sorted(ordered, key=lambda column: sections.index(column[0]))
 
 
 def keys_window(actions: Sequence[Action], has_camera: bool) -> bool:
@@ -97,14 +97,14 @@ def keys_window(actions: Sequence[Action], has_camera: bool) -> bool:
     return not is_closed
 
 
-def _with_room(found: Sequence[Section], room: float) -> list[list[Section]]:
+def _with_room(sections: Sequence[Section], room: float) -> list[list[Section]]:
     """Return the sections in as many columns as fit into the width `room`, one at least."""
     room += imgui.calc_text_size(_GAP).x  # the last column needs no gap
     for count in range(_COLUMNS, 1, -1):
-        columns = in_columns(found, count)
+        columns = in_columns(sections, count)
         if sum(max(map(_width, column)) for column in columns) <= room:
             return columns
-    return in_columns(found, 1)
+    return in_columns(sections, 1)
 
 
 def _width(section: Section) -> float:

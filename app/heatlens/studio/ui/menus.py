@@ -203,16 +203,16 @@ def _lines() -> Iterator[str]:
 
 def items() -> tuple[Item, ...]:
     """Return the items of all menus, in their order."""
-    found, menu, is_first = [], "", False
+    rows, menu, is_first = [], "", False
     for line in _lines():
         words = re.split(r"\s{2,}", line.strip())
         if not line.startswith(" "):
             menu = line
         elif words != ["-"]:
             name, shortcut, how = (*words, "", "")[:3]
-            found.append(Item(menu, name, shortcut, how == "repeats", how == "alone", is_first))
+            rows.append(Item(menu, name, shortcut, how == "repeats", how == "alone", is_first))
         is_first = words == ["-"]
-    return tuple(found)
+    return tuple(rows)
 
 
 MENUS = tuple(dict.fromkeys(item.menu for item in items()))

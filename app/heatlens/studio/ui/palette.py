@@ -58,20 +58,20 @@ class Palette:
             self._wanted = False
         imgui.set_next_item_width(-1)
         changed, self._text = imgui.input_text_with_hint("##words", "what to do", self._text)
-        found = [action for action in actions if matches(action, self._text)]
-        if imgui.is_item_deactivated() and not found:  # Enter without a match: edit the text again
+        shown = [action for action in actions if matches(action, self._text)]
+        if imgui.is_item_deactivated() and not shown:  # Enter without a match: edit the text again
             imgui.set_keyboard_focus_here(-1)
         before, self._chosen = self._chosen, 0 if changed else self._chosen
-        self._move(len(found))
+        self._move(len(shown))
         self._moved = changed or self._chosen != before
         picked = None
         imgui.begin_child("found")
-        for index, action in enumerate(found):
+        for index, action in enumerate(shown):
             if self._row(action, index == self._chosen, action.why_not()):
                 picked = action
         imgui.end_child()
-        if found and imgui.is_key_pressed(imgui.Key.enter):
-            picked = found[self._chosen]
+        if shown and imgui.is_key_pressed(imgui.Key.enter):
+            picked = shown[self._chosen]
         return picked
 
     def _move(self, count: int) -> None:

@@ -157,9 +157,9 @@ class StatusBar:
         em = imgui.get_font_size()
         room = end - imgui.get_cursor_pos_x() - em
         gap = 1.5 * em if first and message.text else 0.0
-        told = min(text_width(message.text), _MESSAGE_PART * room) if first else room
+        message_width = min(text_width(message.text), _MESSAGE_PART * room) if first else room
         if first:
-            _draw_cut(first, room - (told + gap if message.text else 0.0))
+            _draw_cut(first, room - (message_width + gap if message.text else 0.0))
             probe.note("readout")
         if message.text:
             if first:

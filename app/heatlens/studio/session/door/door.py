@@ -83,12 +83,12 @@ class Door:
             return {"problem": str(error)}
         return {"state": record_to_json(self.state())}
 
-    def follow(self, asked: object) -> None:
+    def follow(self, data: object) -> None:
         """Follow a JSON message. Raise HeatlensError with a sentence if that is impossible."""
-        message = JsonEntry(_MESSAGE, "", asked)
-        if not isinstance(asked, dict):
+        message = JsonEntry(_MESSAGE, "", data)
+        if not isinstance(data, dict):
             message.refuse("it should be an object in braces")
-        entries = dict(asked)
+        entries = dict(data)
         if "change" in entries:
             of = JsonEntry(_MESSAGE, "change", entries.pop("change")).choice(list(self._changing()))
             self.change(_changed(self._changing()[of], JsonEntry(_MESSAGE, "", entries)))

@@ -117,23 +117,23 @@ class ExportCommands(Commands, Worker):
 
     def _follow(self, left: Mapping[str, LeftExport]) -> None:
         """Start the export again that was left for the open source: it finds what is done."""
-        found = left.get(self._left_as)
-        if found is None:
+        export = left.get(self._left_as)
+        if export is None:
             return
         others = {name: it for name, it in left.items() if name != self._left_as}
         self._preferences.change(left_exports=others)
         agreed = self._preferences.now.cluster
-        if agreed is None or agreed.scheduler != found.scheduler:
+        if agreed is None or agreed.scheduler != export.scheduler:
             self._say(
-                f"The cluster at {found.scheduler} may have gone on with the export to "
-                f"{found.output}: export again to follow it."
+                f"The cluster at {export.scheduler} may have gone on with the export to "
+                f"{export.output}: export again to follow it."
             )
             return
-        place = replace(HERE, where=Where.CLUSTER, scheduler=found.scheduler, agreed=agreed)
+        place = replace(HERE, where=Where.CLUSTER, scheduler=export.scheduler, agreed=agreed)
         with reported(self._say):
-            shot = read_shot(shot_of_job(found.output))
-            self.run.export(shot, found.output, found.job, place)
-            self._say(f"The cluster has gone on with the export to {found.output}.")
+            shot = read_shot(shot_of_job(export.output))
+            self.run.export(shot, export.output, export.job, place)
+            self._say(f"The cluster has gone on with the export to {export.output}.")
 
     @property
     def _left_as(self) -> str:

@@ -165,8 +165,8 @@ class ExportRun:
             undone.enter_context(process)  # closes its pipes
             undone.callback(process.kill)
             state = ExportState(title, output=output)
-            told = (process, state, folder, place)
-            follower = Thread(target=self._follow, args=told, daemon=True)
+            followed = (process, state, folder, place)
+            follower = Thread(target=self._follow, args=followed, daemon=True)
             follower.start()
             undone.pop_all()  # now the follower removes the folder when the process has ended
         self._process, self.state, self._follower = process, state, follower

@@ -138,8 +138,8 @@ class FileCommands(Commands, Worker):
         """Open a file, pattern, folder or shot; the present source stays until it has arrived."""
         self._say("")  # clear the error of an earlier file
         if not (self._reel.opens(text) or self._documents.opens(text)):
-            found = options or self.options_for(text)
-            self._source.opener.open(text, found, timing=self._given.timing_of(text))
+            options_used = options or self.options_for(text)
+            self._source.opener.open(text, options_used, timing=self._given.timing_of(text))
 
     def open_first(self) -> None:
         """Open the file that the command line named, if any."""
@@ -147,8 +147,8 @@ class FileCommands(Commands, Worker):
         if not text or self._reel.opens(text) or self._documents.opens(text):
             return
         is_stream = self._source.stream is not None and text == self._source.stream.text
-        found = given if is_stream else self._first_options(text, given)
-        self._source.opener.open(text, found, timing=self._given.timing_of(text))
+        options = given if is_stream else self._first_options(text, given)
+        self._source.opener.open(text, options, timing=self._given.timing_of(text))
 
     def open_dropped(self, names: Sequence[str]) -> None:
         """Open a dropped picture with its depth file, if the names match; else the first file."""
@@ -172,11 +172,11 @@ class FileCommands(Commands, Worker):
         """Return the given options, or the remembered ones if none were given."""
         if replace(given, focal_length_mm=None, sensor_width_mm=None) != PlateOptions():
             return given
-        kept = self._preferences.options_for(text)
+        remembered = self._preferences.options_for(text)
         return replace(
-            kept,
-            focal_length_mm=given.focal_length_mm or kept.focal_length_mm,
-            sensor_width_mm=given.sensor_width_mm or kept.sensor_width_mm,
+            remembered,
+            focal_length_mm=given.focal_length_mm or remembered.focal_length_mm,
+            sensor_width_mm=given.sensor_width_mm or remembered.sensor_width_mm,
         )
 
     def reload(self) -> None:

@@ -107,20 +107,20 @@ class FolderWalk:
         sentence.
         """
         try:
-            found = self._reader.poll()
+            walked = self._reader.poll()
         except HeatlensError as error:
             self.problem = str(error)
             raise
-        if found is None:
+        if walked is None:
             return None
-        if found.listing is not None:
-            self._show(found.listing)
-        if found.file is None:
+        if walked.listing is not None:
+            self._show(walked.listing)
+        if walked.file is None:
             return None
         if self.purpose.is_save:
-            self.name = found.file.name
+            self.name = walked.file.name
             return None
-        return Chosen(self.purpose, found.file)
+        return Chosen(self.purpose, walked.file)
 
     def _show(self, listing: FolderList) -> None:
         """Show a folder. After a step up, select the folder that was left."""

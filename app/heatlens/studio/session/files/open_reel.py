@@ -157,7 +157,7 @@ class OpenReel(Commands, Worker):
             self._documents.save()
 
     def poll(self) -> None:
-        """Open the first shot of a reel that has been read, and set the part that the cut shows.
+        """Open the first shot of a reel that has been read, and set its in and out points.
 
         Raises InputError if the reel is damaged, or none of its media are there.
         """
@@ -170,18 +170,18 @@ class OpenReel(Commands, Worker):
             self._look_ahead()
 
     def _take(self, wanted: ReelShot) -> None:
-        """Set the part of plates that the cut shows when they have arrived."""
+        """Once the plates are loaded, set in and out points to the range used in the cut."""
         if self.is_open:
             self._wanted = None
             self._playback.is_new_shot = True
             if self._documents.path is None:
                 self._set_part(wanted)
         elif not (self._documents.is_reading or self._source.opener.opening):
-            self._wanted = None  # it could not be opened, which is told
+            self._wanted = None  # opening failed; already reported
             self._playback.stop()
 
     def _set_part(self, wanted: ReelShot) -> None:
-        """Set the frames and the grade of the cut, in the shot as it was left if it was worked on.
+        """Set the frames and the grade of the cut; a shot that was worked on stays as it was left.
 
         Clips of the same plates share a shot, and each of them lends it its grade.
         """
@@ -201,9 +201,9 @@ class OpenReel(Commands, Worker):
         if self._ahead_of != self.at:
             self._ahead_of = self.at
             self._ahead.start(self._first_of(self._after))
-        asked = self._ahead.poll()
-        if asked is not None and asked[0] not in ("", self._editing.shot.source):
-            self._source.opener.prepare(*asked)
+        next_source = self._ahead.poll()
+        if next_source is not None and next_source[0] not in ("", self._editing.shot.source):
+            self._source.opener.prepare(*next_source)
 
     def close(self) -> None:
         """Read no more stills."""

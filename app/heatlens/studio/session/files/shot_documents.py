@@ -148,19 +148,19 @@ class ShotDocuments(Commands, Worker):
 
     def answer(self, goes_on: bool) -> None:
         """Answer the offer: recover the unsaved changes, or discard them."""
-        found, self.offer = self.offer, None
-        if found is None:
+        offer, self.offer = self.offer, None
+        if offer is None:
             return
-        is_unnamed = found.saved is None and found.path == self._unnamed_path()
-        if goes_on and found.unsaved is not None:
+        is_unnamed = offer.saved is None and offer.path == self._unnamed_path()
+        if goes_on and offer.unsaved is not None:
             if is_unnamed:
-                self._editing.do(found.unsaved)
+                self._editing.do(offer.unsaved)
             else:
-                self._come(Document(found.path, found.unsaved, found.saved))
+                self._come(Document(offer.path, offer.unsaved, offer.saved))
             return
-        self._track(self.store.drop(found.path))
-        if found.saved is not None:
-            self._come(Document(found.path, found.saved, found.saved))
+        self._track(self.store.drop(offer.path))
+        if offer.saved is not None:
+            self._come(Document(offer.path, offer.saved, offer.saved))
 
     # Called by the session
 
@@ -241,14 +241,14 @@ class ShotDocuments(Commands, Worker):
             return
         self._reading = None
         try:
-            found = reading.result()
+            document = reading.result()
         except HeatlensError as error:
             self._say(Problem(error))
             return
-        if found.unsaved is not None and found.unsaved != found.saved:
-            self.offer = found
-        elif found.saved is not None:
-            self._come(Document(found.path, found.saved, found.saved))
+        if document.unsaved is not None and document.unsaved != document.saved:
+            self.offer = document
+        elif document.saved is not None:
+            self._come(Document(document.path, document.saved, document.saved))
 
     def _come(self, document: Document) -> None:
         """Open the plate of a shot that has been read."""

@@ -75,12 +75,12 @@ def _made(store: DiskStore | None, first: Callable[[], FirstPicture]) -> Still |
 def _kept(store: DiskStore | None, path: Path, options: PlateOptions) -> KeptPicture:
     """Return the small picture of a file from the store, or read the file and store it."""
     key = hashlib.sha256(repr((path, stamp_of(path), options)).encode()).hexdigest()[:32]
-    kept = store.load(key) if store else None
-    if kept is None:
-        kept = _small(read_light(options, path))
+    stored = store.load(key) if store else None
+    if stored is None:
+        stored = _small(read_light(options, path))
         if store:
-            store.save(key, kept)
-    return kept
+            store.save(key, stored)
+    return stored
 
 
 def _path_at(source: str, frame: int | None) -> Path:

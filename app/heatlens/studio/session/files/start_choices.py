@@ -48,8 +48,8 @@ class RecentFiles(Commands, Worker):
 
     def poll(self) -> None:
         """Take the result of the check; call this once a frame."""
-        found = self._finder.poll()
-        self.found = self.found if found is None else found
+        choices = self._finder.poll()
+        self.found = self.found if choices is None else choices
 
 
 def _is_there(text: str) -> bool:

@@ -38,8 +38,8 @@ _REFUSALS = (OSError, EOFError, ValueError, AssertionError, ProcessError)
 def door_path() -> Path:
     """Return the file in which a window on this display publishes its port."""
     display = [os.environ.get(name, "") for name in ("WAYLAND_DISPLAY", "DISPLAY")]
-    told = json.dumps([*display, str(preferences_dir().absolute()), socket.gethostname()])
-    return runtime_dir() / f"window-{hashlib.sha256(told.encode()).hexdigest()[:16]}.json"
+    identity = json.dumps([*display, str(preferences_dir().absolute()), socket.gethostname()])
+    return runtime_dir() / f"window-{hashlib.sha256(identity.encode()).hexdigest()[:16]}.json"
 
 
 def hand_over(names: Sequence[str]) -> bool:
@@ -57,10 +57,10 @@ def hand_over(names: Sequence[str]) -> bool:
 def _read_door(path: Path) -> tuple[int, bytes]:
     """Return port and secret. Raises OSError or ValueError if this user wrote no such file."""
     text, status = file_and_status(path)
-    told = json.loads(text) if _is_of_user_alone(status) else None
-    if not isinstance(told, dict) or not isinstance(told.get("port"), int):
+    record = json.loads(text) if _is_of_user_alone(status) else None
+    if not isinstance(record, dict) or not isinstance(record.get("port"), int):
         raise ValueError("a window would have written something else")
-    return told["port"], str(told.get("secret")).encode()
+    return record["port"], str(record.get("secret")).encode()
 
 
 def _is_of_user_alone(status: os.stat_result) -> bool:
@@ -115,9 +115,9 @@ class WindowDoor:
     def _open(self) -> None:
         self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._socket = listening = socket.create_server((_HOST, 0), backlog=_CLIENTS_MOST)
-        told = {"port": listening.getsockname()[1], "secret": self._secret}
+        record = {"port": listening.getsockname()[1], "secret": self._secret}
         # Others may be able to write in the folder, so links there are not followed.
-        write_whole(self._path, json.dumps(told).encode(), FOR_THE_USER, follows_links=False)
+        write_whole(self._path, json.dumps(record).encode(), FOR_THE_USER, follows_links=False)
         Thread(target=self._listen, args=(listening,), daemon=True).start()
 
     def take(self) -> list[str]:

@@ -83,13 +83,13 @@ def deleted(shot: Shot, chosen: Chosen, frame: float) -> Shot:
 def copied(shot: Shot, chosen: Chosen) -> Copied:
     """Return the chosen keys for `pasted`, with frames relative to the first key."""
     first = min((key.frame for key in chosen), default=0.0)
-    kept = []
+    copies = []
     for row in ROWS:
         frames = frames_of(chosen, row)
         keys = [key for key in key_rows.keys_of(shot, row) if key.frame in frames]
         if keys:
-            kept.append((row, tuple(replace(k, frame=k.frame - first) for k in keys)))
-    return tuple(kept)
+            copies.append((row, tuple(replace(k, frame=k.frame - first) for k in keys)))
+    return tuple(copies)
 
 
 def pasted(shot: Shot, keys: Copied, at_frame: float) -> tuple[Shot, Chosen]:

@@ -124,8 +124,8 @@ class LensCommands(Commands):
         if is_held and before is not None and before.pixel == pixel:
             return
         with reported(self._say):
-            found = surfaces_at(plate, lens, *pixel)
-            self._take(plate, pixel, found[-1:] if is_held else found)
+            surfaces = surfaces_at(plate, lens, *pixel)
+            self._take(plate, pixel, surfaces[-1:] if is_held else surfaces)
 
     def look_at(self, pixel: tuple[int, int]) -> tuple[Surface, ...]:
         """Return what a click at a pixel of the display window takes, and the other surface there.
@@ -160,12 +160,13 @@ class LensCommands(Commands):
         with reported(self._say):
             self._take(plate, aim.pixel, aim.surfaces[::-1])
 
-    def _take(self, plate: Plate, pixel: tuple[int, int], found: tuple[Surface, ...]) -> None:
+    def _take(self, plate: Plate, pixel: tuple[int, int], surfaces: tuple[Surface, ...]) -> None:
         """Focus on the first of the surfaces that are seen at a pixel, and tell the other."""
-        self._editing.edit_lens(focused_at_pixel(plate, self._editing.lens, found[0].x, found[0].y))
-        self._aim = Aim(plate, pixel, found, self._editing.lens)
-        if len(found) > 1:
-            taken, other = (format_distance(surface.depth_m) for surface in found)
+        x, y = surfaces[0].x, surfaces[0].y
+        self._editing.edit_lens(focused_at_pixel(plate, self._editing.lens, x, y))
+        self._aim = Aim(plate, pixel, surfaces, self._editing.lens)
+        if len(surfaces) > 1:
+            taken, other = (format_distance(surface.depth_m) for surface in surfaces)
             self._say(f"Focus at {taken}. The other surface here is at {other}: Y takes it.")
 
     def focus(self, distance_m: float) -> None:
@@ -229,12 +230,12 @@ class ThingsHere:
 
     def names(self, plate: Plate, surfaces: Sequence[Surface]) -> _Names:
         """Return the names of surfaces, or begin to look for them."""
-        asked, before = (plate, tuple(surfaces)), self._asked
-        if before is None or before[0] is not plate or before[1] != asked[1]:
-            self._asked, self._names = asked, ("",) * len(surfaces)
+        place, before = (plate, tuple(surfaces)), self._asked
+        if before is None or before[0] is not plate or before[1] != place[1]:
+            self._asked, self._names = place, ("",) * len(surfaces)
             self._reader.cancel()
             if has_things(plate):
-                self._reader.start(lambda: tuple(_name(plate, it) for it in asked[1]))
+                self._reader.start(lambda: tuple(_name(plate, it) for it in place[1]))
         self._names = self._reader.poll() or self._names
         return self._names
 

@@ -51,9 +51,9 @@ class _Import(Commands, Generic[Read]):
     def poll(self) -> None:
         """Apply what was read to the shot; call this once a frame."""
         with reported(self._say):
-            found = self._reader.poll()
-            if found is not None:
-                shot, sentence = self._applied(found, self._path)
+            imported = self._reader.poll()
+            if imported is not None:
+                shot, sentence = self._applied(imported, self._path)
                 self._editing.do(shot)
                 self._say(sentence)
 
@@ -106,11 +106,11 @@ class FramingImport(Commands):
     def poll(self) -> None:
         """Draw what was read; call this once a frame."""
         with reported(self._say):
-            found = self._reader.poll()
-            if found is not None:
+            imported = self._reader.poll()
+            if imported is not None:
                 state = self._view.state
-                self._view.state = replace(state, guides=replace(state.guides, canvases=found))
-                self._say(self._told(found))
+                self._view.state = replace(state, guides=replace(state.guides, canvases=imported))
+                self._say(self._told(imported))
 
     def _told(self, canvases: tuple[Canvas, ...]) -> str:
         shape = self._source.picture_shape(self._editing.shot)

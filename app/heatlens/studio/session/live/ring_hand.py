@@ -143,11 +143,11 @@ class RingHand(Worker):
 
     def _mapped(self, sample: LensSample) -> dict[str, float]:
         """Return the sample with values of mapped channels; focus ends are as the lens is read."""
-        found = mapped(sample, self.maps)
-        if "focus_distance_m" in found:
-            focus_m = found["focus_distance_m"]
-            found["focus_distance_m"] = from_pupil_m(self._editing.lens, focus_m)
-        return found
+        values = mapped(sample, self.maps)
+        if "focus_distance_m" in values:
+            focus_m = values["focus_distance_m"]
+            values["focus_distance_m"] = from_pupil_m(self._editing.lens, focus_m)
+        return values
 
     def listen_to(self, source: str | None) -> None:
         """Follow another source; all its values count as changed."""
@@ -158,10 +158,10 @@ class RingHand(Worker):
         """The channel maps of the rings."""
         return self._preferences.now.ring_maps
 
-    def map(self, ring: Ring, found: ChannelMap | None) -> None:
+    def map(self, ring: Ring, entry: ChannelMap | None) -> None:
         """Map a channel to a ring and remember it; None removes the map."""
         others = (one for one in self.maps if one.ring is not ring)
-        chosen = tuple(others) if found is None else (*others, found)
+        chosen = tuple(others) if entry is None else (*others, entry)
         self._preferences.change(ring_maps=chosen)
 
     def learn(self, ring: Ring) -> None:
@@ -174,12 +174,12 @@ class RingHand(Worker):
         learning, self.learning = self.learning, None
         if learning is None:
             return
-        found = learning.learnt()
-        if found is None:
+        entry = learning.learnt()
+        if entry is None:
             self._say(Problem("No control was turned, so none was learnt."))
             return
-        self.map(learning.ring, found)
-        self._say(f"{found.channel} turns the {learning.ring.words}.")
+        self.map(learning.ring, entry)
+        self._say(f"{entry.channel} turns the {learning.ring.words}.")
 
     def poll(self) -> None:
         """Change the lens if the ring was turned; call this once a frame."""
@@ -191,9 +191,9 @@ class RingHand(Worker):
         if self.learning is not None:
             self.learning.hear(channels_of(heard.sample))
             return
-        told = _values(self._from_pupil(heard.sample)) | self._mapped(heard.sample)
-        changed: dict[str, object] = {k: v for k, v in told.items() if self._known.get(k) != v}
-        self._known |= told
+        values = _values(self._from_pupil(heard.sample)) | self._mapped(heard.sample)
+        changed: dict[str, object] = {k: v for k, v in values.items() if self._known.get(k) != v}
+        self._known |= values
         if changed and self.is_followed and not heard.is_silent:
             self._turned_s = self._clock()
             if self._heard_s is None:
@@ -236,8 +236,8 @@ class RingHand(Worker):
 
 
 def _values(sample: LensSample) -> dict[str, float]:
-    found = {name: getattr(sample, name) for name in _FOLLOWED}
-    return {name: value for name, value in found.items() if value is not None}
+    values = {name: getattr(sample, name) for name in _FOLLOWED}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 _AGAIN_S = 0.5  # interval between samples of a resting lens; after one second it counts as silent
@@ -279,5 +279,5 @@ class RingOut(Worker):
 
     def _sample(self) -> LensSample:
         shot, frame = self._editing.seen_shot, self._editing.frame
-        found = self._timecode_at(shot, frame)
-        return sample_of_shot(SOURCE, shot, frame, None if found is None else found[1])
+        timecode = self._timecode_at(shot, frame)
+        return sample_of_shot(SOURCE, shot, frame, None if timecode is None else timecode[1])

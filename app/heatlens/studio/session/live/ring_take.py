@@ -85,14 +85,14 @@ def _count(sample: LensSample, rate: float, of_shot: tuple[int, Timecode] | None
 
 
 def _begin(
-    first: int, seen: int, played: FrameRange, rate: float, of_shot: tuple[int, Timecode] | None
+    first: int, shown: int, played: FrameRange, rate: float, of_shot: tuple[int, Timecode] | None
 ) -> int:
     """Return the frame of the first sample, whose timecode is `first` frames after midnight."""
     candidates = [first]
     if of_shot is not None:
         candidates.insert(0, of_shot[0] + first - of_shot[1].count(rate))
     reach = range(played.first - round(rate), played.last + 1)  # it may start a second early
-    return next((frame for frame in candidates if frame in reach), seen)
+    return next((frame for frame in candidates if frame in reach), shown)
 
 
 def _track(placed: Sequence[Received], parameter: LensParameter) -> Track:

@@ -65,10 +65,10 @@ class SentLens(Commands, Worker):
         lens = self._editing.lens
         if lens.focus_distance_m != guessed_m or "focus_distance_m" in self._known:
             return
-        found, _ = first_lens(whole, self._given)
-        self._lens_commands.start_lens = found
-        if found.lens.focus_distance_m != guessed_m:
-            self._editing.edit_lens(replace(lens, focus_distance_m=found.lens.focus_distance_m))
+        start, _ = first_lens(whole, self._given)
+        self._lens_commands.start_lens = start
+        if start.lens.focus_distance_m != guessed_m:
+            self._editing.edit_lens(replace(lens, focus_distance_m=start.lens.focus_distance_m))
 
     def _follow(self, changed: Mapping[str, float], given: Mapping[str, float]) -> None:
         values: Values = {name: v for name, v in changed.items() if name not in given}
@@ -81,5 +81,5 @@ class SentLens(Commands, Worker):
 
 
 def _values(camera: CameraHeader) -> dict[str, float]:
-    found = {name: getattr(camera, name) for name in _FOLLOWED}
-    return {name: value for name, value in found.items() if value is not None}
+    values = {name: getattr(camera, name) for name in _FOLLOWED}
+    return {name: value for name, value in values.items() if value is not None}

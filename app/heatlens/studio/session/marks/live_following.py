@@ -83,23 +83,23 @@ class LiveFollowing(Commands, Worker):
     def poll(self) -> None:
         """Take over what was measured, and look whether it has changed."""
         try:
-            found = self._reader.poll()
+            measurement = self._reader.poll()
         except HeatlensError as error:
             self._has_failed = True
             self._say(Problem(error))
             return
-        if found is not None:
-            self._take(found)
+        if measurement is not None:
+            self._take(measurement)
         self._look()
 
     # Plates may be rendered again while the shot lies open, so what follows is measured again, too.
     # That is no act of the user, and makes no step of undo. The shot may have changed since the
     # thread began: its result is used only if what it depends on is the same, and how the focus
     # follows is taken from the shot of now.
-    def _take(self, found: _Found) -> None:
+    def _take(self, measurement: _Found) -> None:
         """Put the distances into the shot, without a step of undo; it may have changed since."""
-        live, now = found.shot.curves.live, self._editing.shot
-        if live is None or now.curves.live is None or found.asked != _depends(now):
+        live, now = measurement.shot.curves.live, self._editing.shot
+        if live is None or now.curves.live is None or measurement.asked != _depends(now):
             return
         live = replace(live, follow=now.curves.live.follow)
         if live != now.curves.live:
@@ -109,10 +109,10 @@ class LiveFollowing(Commands, Worker):
         shot = self._editing.shot
         if shot.curves.live is None or self._source.opened is None or self._reader.is_busy:
             return
-        asked = _depends(shot)
-        if asked != self._known or self.seconds_until_needed() == 0.0:
-            self._known, self._has_failed, self._looked_at = asked, False, self._editing.clock()
-            self._reader.start(lambda: _Found(asked, measured(shot)))
+        depends = _depends(shot)
+        if depends != self._known or self.seconds_until_needed() == 0.0:
+            self._known, self._has_failed, self._looked_at = depends, False, self._editing.clock()
+            self._reader.start(lambda: _Found(depends, measured(shot)))
 
     def seconds_until_needed(self) -> float | None:
         """See `Worker`; plates may be rendered again at any time, and are then measured again."""

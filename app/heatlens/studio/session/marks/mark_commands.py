@@ -85,8 +85,8 @@ class MarkCommands(Commands, Worker):
         pixel = self._source.frame_px(self._editing.lens, pixel)
         with reported(self._say):
             plate_px = self._source.feed.plate_px(self._editing.shot, pixel)
-            seen = surfaces_at(plate, self._editing.lens, *plate_px)[0]
-            pixel = pixel if self._source.has_camera else (seen.x, seen.y)
+            surface = surfaces_at(plate, self._editing.lens, *plate_px)[0]
+            pixel = pixel if self._source.has_camera else (surface.x, surface.y)
             name = free_letter(mark.name for mark in self._editing.shot.marks)
             point = PointMark(name, float(pixel[0]), float(pixel[1]))
             corrected, self.corrected = self._editing.shot.mark_named(self.corrected), None
@@ -235,16 +235,18 @@ class MarkCommands(Commands, Worker):
     def _take_tracked(self, before: Mark, after: TrackMark) -> None:
         if before in self._editing.shot.marks:  # it was not deleted meanwhile
             self.change(before, after)
-            seen = sum(place.distance_m is not None for place in after.places)
+            visible = sum(place.distance_m is not None for place in after.places)
             doubts = f", {len(after.doubted)} of them to be looked at" if after.doubted else ""
-            self._say(f"{after.name} is seen at {seen} of {len(after.places)} frames{doubts}.")
+            self._say(
+                f"{after.name} is visible at {visible} of {len(after.places)} frames{doubts}."
+            )
 
     def poll(self) -> None:
         """Apply finished measurements; call this once a frame."""
         with reported(self._say):
-            found = self._reader.poll() or self._drawn()
-            if found is not None:
-                self._take(*found)
+            marked = self._reader.poll() or self._drawn()
+            if marked is not None:
+                self._take(*marked)
             picked = self._picker.poll()
             if picked is not None:
                 self._answer(picked)

@@ -45,10 +45,10 @@ def plate_at(cache: FrameCache, options: PlateOptions, frame: int) -> Plate:
     """Return the plate of a frame from memory, or read it. Raise HeatlensError if it is damaged."""
     stands_in = cache.sequence.shown_frame(frame)
     assert stands_in is not None  # a sequence has at least one frame to hold
-    found = cache.get(stands_in)
-    if isinstance(found, Damaged):
-        raise InputError(found.sentence)
-    return found or read_plate(cache.sequence.path_at(stands_in), options)
+    plate = cache.get(stands_in)
+    if isinstance(plate, Damaged):
+        raise InputError(plate.sentence)
+    return plate or read_plate(cache.sequence.path_at(stands_in), options)
 
 
 # Three answers, because two were wrong. While a frame was being read, the focus bar, the list and
@@ -132,10 +132,10 @@ class MarkDistances(Commands, Worker):
             stands_in = cache.sequence.shown_frame(frame, self._timeline.missing)
         except InputError as error:
             return MarkAt(problem=str(error))
-        found = None if stands_in is None else cache.get(stands_in)
-        if isinstance(found, Damaged):
-            return MarkAt(problem=found.sentence)
-        return _HIDDEN if stands_in is None else self._on(found, mark)
+        plate = None if stands_in is None else cache.get(stands_in)
+        if isinstance(plate, Damaged):
+            return MarkAt(problem=plate.sentence)
+        return _HIDDEN if stands_in is None else self._on(plate, mark)
 
     def _on(self, plate: Plate | None, mark: Mark) -> MarkAt:
         """Return what is known of a mark on a plate in memory; None for one that is not."""
@@ -211,9 +211,9 @@ class MarkDistances(Commands, Worker):
 
     def poll(self) -> None:
         """Take over what was measured, and answer who waits; call this once a frame."""
-        found = self._reader.poll()
-        if found is not None and found.opened is self._source.opened:
-            self._read[found.place] = found.at
+        read = self._reader.poll()
+        if read is not None and read.opened is self._source.opened:
+            self._read[read.place] = read.at
         self._answer()
 
     def _answer(self) -> None:

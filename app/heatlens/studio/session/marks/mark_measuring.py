@@ -77,9 +77,9 @@ class SurfaceTracking(Commands, Worker):
         if self._reached != self._said:
             self._said = self._reached
             self._say(self._said)
-        found = self._tracker.poll()
-        if found is not None:
-            self._take(*found)
+        tracked_mark = self._tracker.poll()
+        if tracked_mark is not None:
+            self._take(*tracked_mark)
 
 
 _SLICE_S = 0.02
@@ -165,9 +165,9 @@ class SceneMarkTracks(Commands, Worker):
         return mark, next(frame for frame in frames if frame not in known)
 
     def _measure(self) -> None:
-        found = self._next()
-        if found is not None:
-            mark, frame = found
+        place = self._next()
+        if place is not None:
+            mark, frame = place
             self._known_of(mark)[frame] = self._dioptres(mark, frame)
 
     def _dioptres(self, mark: _Moving, frame: int) -> float | None:

@@ -90,9 +90,9 @@ def _surfaces(plate: Plate) -> NDArray[np.float32]:
     columns = np.arange(0, data.width, max(data.width // _COLUMNS, 1))
     far = depth[np.ix_(rows, columns)]
     x, y = columns + 0.5 + data.x0 - display.x0, rows[:, None] + 0.5 + data.y0 - display.y0
-    told = np.broadcast_arrays(x / display.width * 2.0 - 1.0, far, x, y)
-    found = np.stack(told, axis=-1).reshape(-1, 4).astype(np.float32)
-    return np.ascontiguousarray(found[np.isfinite(found[:, 1]) & (found[:, 1] > 0)])
+    parts = np.broadcast_arrays(x / display.width * 2.0 - 1.0, far, x, y)
+    points = np.stack(parts, axis=-1).reshape(-1, 4).astype(np.float32)
+    return np.ascontiguousarray(points[np.isfinite(points[:, 1]) & (points[:, 1] > 0)])
 
 
 def _placed(mark: Mark, distance_m: float, width: float, half: float) -> PlanMark:
@@ -108,8 +108,8 @@ def _reach_m(points: NDArray[np.float32], marks: Iterable[PlanMark]) -> float:
     If there are marks, it is limited to a little beyond the farthest one.
     """
     middle, most = np.quantile(points[:, 1], (0.5, _SEEN_PART)) if len(points) else (0.0, 0.0)
-    seen = float(min(most, _MEDIANS * middle))
+    reach_m = float(min(most, _MEDIANS * middle))
     marked = [mark.distance_m for mark in marks if math.isfinite(mark.distance_m)]
     if marked:
-        seen = min(seen, _MARKS * max(marked))
-    return _ROOM * max(seen, *marked, _LEAST_M)
+        reach_m = min(reach_m, _MARKS * max(marked))
+    return _ROOM * max(reach_m, *marked, _LEAST_M)

@@ -168,8 +168,8 @@ class OpenSource:
 
     def timecode_at(self, shot: Shot, frame: int) -> tuple[int, Timecode] | None:
         """Return the frame of the shown plate and its timecode; None if it has no timecode."""
-        told = None if self.plate is None else timecode_of(self.plate.attributes)
-        timecode = shot.timecode_at(frame, told)
+        of_plate = None if self.plate is None else timecode_of(self.plate.attributes)
+        timecode = shot.timecode_at(frame, of_plate)
         return None if timecode is None else (frame, timecode)
 
     def close(self) -> None:

@@ -139,12 +139,12 @@ class PlateFeed(PictureFeed):
         self._take(stands_in, playhead.is_playing)
 
     def _take(self, frame: int, is_playing: bool) -> None:
-        found = self._opened.cache.get(frame)
-        self.picture.is_settled = found is not None
-        if isinstance(found, Damaged):
-            self.picture.problem = found.sentence
-        elif found is not None:
-            shown = found if is_playing else self._with_neighbours(found)
+        plate = self._opened.cache.get(frame)
+        self.picture.is_settled = plate is not None
+        if isinstance(plate, Damaged):
+            self.picture.problem = plate.sentence
+        elif plate is not None:
+            shown = plate if is_playing else self._with_neighbours(plate)
             if shown is not self.picture.plate:
                 self.picture.load(shown)
 
@@ -159,8 +159,8 @@ class PlateFeed(PictureFeed):
         # One search at a time: scrubbing passes many plates.
         if plate is not self._looked_at and not self._finder.is_busy:
             self._looked_at = plate
-            found = self._opened.again.read.found
-            self._finder.start(lambda: (plate, found(plate).plate))
+            with_neighbours = self._opened.again.read.found
+            self._finder.start(lambda: (plate, with_neighbours(plate).plate))
         return plate
 
 

@@ -92,12 +92,12 @@ class ScenePreview:
         `is_held` means that it will move again soon, so it does not count as resting.
         """
         lens, self._wish = shot.lens_at(frame), (shot, frame)
-        asked = (shot.framing, frame, lens.focal_length_mm, lens.sensor_width_mm)
-        has_moved = is_held or (asked != self._asked and self._asked is not None)
-        if asked != self._asked:
+        looks_from = (shot.framing, frame, lens.focal_length_mm, lens.sensor_width_mm)
+        has_moved = is_held or (looks_from != self._asked and self._asked is not None)
+        if looks_from != self._asked:
             self._coming, scale = None, self._scale_now(shot)
             self._drawn(shot, frame, scale, self._views_now(shot) if scale == 1.0 else 1)
-            self._asked = asked  # only now, so that a failed drawing is tried again
+            self._asked = looks_from  # only now, so that a failed drawing is tried again
         if has_moved:
             self._moved_at = self._clock()  # the rest begins after the drawing
         return self._renderer.loaded
@@ -135,9 +135,9 @@ class ScenePreview:
 
     def _drawn(self, shot: Shot, frame: int, scale: float, views: int) -> None:
         self._scale, self._views = scale, views
-        seen, start = self.seen(shot), self._clock()
-        width, height = (seen.framing or Framing()).size
-        self._renderer.look(seen, frame, views=views)
+        scaled, start = self.seen(shot), self._clock()
+        width, height = (scaled.framing or Framing()).size
+        self._renderer.look(scaled, frame, views=views)
         self._seconds_per_px = max(self._clock() - start, 1e-4) / (width * height * views)
 
     def _whole_s(self, shot: Shot) -> float:

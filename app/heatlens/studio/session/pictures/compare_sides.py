@@ -188,8 +188,8 @@ def looks_beside(view: ViewState, shot: Shot) -> tuple[Look, ...]:
         names = grid_names(view, shot)
     elif is_look_b(view):
         names = tuple({view.a_look: None, view.b_look: None})
-    found = (look_called(shot, name) for name in names)
-    return tuple(look for look in found if look is not None)
+    looks = (look_called(shot, name) for name in names)
+    return tuple(look for look in looks if look is not None)
 
 
 def _through(shot: Shot, look: Look, view: ViewState, zoom: float) -> Shot:

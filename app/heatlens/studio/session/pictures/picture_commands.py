@@ -74,11 +74,11 @@ def copy_png(
 
     Raises InputError saying what to install, or what the tool said.
     """
-    found = [tool for tool in tools(path, platform, environ) if which(tool.argv[0])]
-    if not found:
+    usable = [tool for tool in tools(path, platform, environ) if which(tool.argv[0])]
+    if not usable:
         raise InputError(_nothing_found(platform, environ))
     problems = []
-    for tool in found:
+    for tool in usable:
         problem = _run(tool, path)
         if not problem:
             return
@@ -101,8 +101,8 @@ def _run(tool: Tool, path: Path) -> str:
         except (OSError, subprocess.TimeoutExpired) as error:
             return f"{tool.argv[0]}: {error}."
         words.seek(0)
-        said = words.read().decode(errors="replace").strip()
-    return f"{tool.argv[0]}: {said or f'exit code {done.returncode}'}" if done.returncode else ""
+        output = words.read().decode(errors="replace").strip()
+    return f"{tool.argv[0]}: {output or f'exit code {done.returncode}'}" if done.returncode else ""
 
 
 def _nothing_found(platform: str, environ: Mapping[str, str]) -> str:
@@ -173,11 +173,11 @@ class PictureCommands(Commands, Worker):
             self._say(f"{request.words.capitalize()} ...")
             self._write(shown, request.path)
         try:
-            said = self._writer.poll()
+            message = self._writer.poll()
         except HeatlensError as error:
-            said = str(error)
-        if said is not None:
-            self._say(said)
+            message = str(error)
+        if message is not None:
+            self._say(message)
 
     def _whole(self) -> Shown | None:
         shown, source, frame = self._live.shown, self._source, self._editing.frame

@@ -64,10 +64,10 @@ class ReferenceLoader(Commands, Worker):
 
         Raise HeatlensError if it cannot be read; the previous one stays.
         """
-        found = self._reader.poll()
-        if found is None:
+        reference = self._reader.poll()
+        if reference is None:
             return
-        path, pixels = found
+        path, pixels = reference
         size = (pixels.shape[1], pixels.shape[0])
         check_plate_fits(self._ctx, *size)
         texture = new_texture(self._ctx, size, 4, label="reference")

@@ -200,7 +200,7 @@ class WholePictures(Elsewhere):
             yield "waiting for a worker"
         answer = self._cluster.whole
         self.recall()
-        found = None if answer is None else answer.picture
-        if isinstance(found, RenderedPicture):
-            return (yield from self._renderer.uploading(found.pixels, slot))
+        picture = None if answer is None else answer.picture
+        if isinstance(picture, RenderedPicture):
+            return (yield from self._renderer.uploading(picture.pixels, slot))
         return (yield from self._renderer.steps(shot, frame, slot))

@@ -118,9 +118,9 @@ class KeptScreen(ScreenWork):
             def draw(out: Texture) -> None:
                 self._draw(shown, look, out)
 
-            found = self._frames.texture(shown.key, look, size, keys, draw)
-            if found is not None:
-                return found
+            prepared = self._frames.texture(shown.key, look, size, keys, draw)
+            if prepared is not None:
+                return prepared
         screen = self._screen
         screen.with_mipmaps = look[-1]
         self.uploaded(shown)

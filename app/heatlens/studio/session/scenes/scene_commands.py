@@ -288,15 +288,16 @@ class SceneCommands(Commands):
         return pivot_of(pose, min(self._editing.lens.focus_distance_m, farthest))
 
 
-def _message(name: str, lens: Lens, told: Collection[str]) -> str:
+def _message(name: str, lens: Lens, given: Collection[str]) -> str:
     """Return a message about the lens values that came with a camera, and those that stayed."""
     parts = {
         "focal_length_mm": f"{lens.focal_length_mm:.4g} mm",
         "f_stop": f"f/{lens.f_stop:.3g}",
         "focus_distance_m": f"focus at {format_distance(lens.focus_distance_m)}",
     }
-    came = ", ".join(words for field, words in parts.items() if field in told)
-    kept = " and ".join(words for field, words in parts.items() if field not in told)
-    return f"Through {name}: {came}." + f" The file has no other values, so {kept} stayed." * bool(
-        kept
+    came = ", ".join(words for field, words in parts.items() if field in given)
+    missing = " and ".join(words for field, words in parts.items() if field not in given)
+    return (
+        f"Through {name}: {came}."
+        + f" The file has no other values, so {missing} stayed." * bool(missing)
     )

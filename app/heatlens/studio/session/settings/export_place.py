@@ -51,11 +51,11 @@ class ExportPlace:
             return ("--submit", "slurm")
         if self.where is Where.BUNDLE:
             return ("--submit", "openjd", "--bundle", str(job_path(output)))
-        told = ("--progress", "json")
+        progress = ("--progress", "json")
         if self.where is Where.CLUSTER:
             known = () if self.agreed is None else (f"--agreed={self.agreed.text}",)
-            return (*told, "--cluster", self.scheduler, *known)
-        return told if self.processes == 1 else (*told, "--processes", str(self.processes))
+            return (*progress, "--cluster", self.scheduler, *known)
+        return progress if self.processes == 1 else (*progress, "--processes", str(self.processes))
 
     def job_name(self, output: str) -> str:
         """Return the name of the job's script or folder."""

@@ -187,14 +187,14 @@ class Preferences:
         path = absolute(text)
         folder = path if path in self.now.plates else os.path.dirname(path)
         options = self.now.plates.get(folder, PlateOptions())
-        kept = _without_unused_ends(options)
-        if kept != options:
-            self.change(plates={**self.now.plates, folder: kept})
+        used = _without_unused_ends(options)
+        if used != options:
+            self.change(plates={**self.now.plates, folder: used})
             self.problem = (
                 f"The near and far distances remembered for {folder} are forgotten: its depth is "
                 f"read as {options.depth_convention}, which does not use them."
             )
-        return kept
+        return used
 
     def read_so(self, folder: Path, options: PlateOptions) -> None:
         """Remember the plate options for a folder."""

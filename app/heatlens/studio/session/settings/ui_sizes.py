@@ -32,8 +32,8 @@ def next_scale(scale: float, steps: int) -> float:
 def with_scale(scales: Mapping[str, float], screen: str, scale: float) -> dict[str, float]:
     """Return the scales by screen name with that of one screen changed; a scale of 1 is dropped."""
     others = {name: value for name, value in scales.items() if name != screen}
-    kept = {**others, screen: scale} if scale != 1.0 else others
-    return dict(list(kept.items())[-_SCREENS_MOST:])
+    remembered = {**others, screen: scale} if scale != 1.0 else others
+    return dict(list(remembered.items())[-_SCREENS_MOST:])
 
 
 def fitted_size(size: tuple[int, int], room: tuple[int, int]) -> tuple[int, int]:

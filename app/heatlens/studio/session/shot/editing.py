@@ -150,10 +150,10 @@ class Editing:
             lens = self._within_kit(before, lens)
             if self.performance is not None:
                 lens = self._performed(lens, before)
-            kept = self._without_tried(lens)
-            if kept != self._keyed_lens:
-                self.edit(self.reframed(self.shot, self._with_lens(kept)))
-            self._tried = None if kept == lens else lens
+            untried = self._without_tried(lens)
+            if untried != self._keyed_lens:
+                self.edit(self.reframed(self.shot, self._with_lens(untried)))
+            self._tried = None if untried == lens else lens
             self._tell(before, lens)
 
     def choose_lens(self, lens: Lens) -> None:
@@ -171,13 +171,13 @@ class Editing:
                 "to change it by hand."
             )
 
-    def _within_kit(self, before: Lens, asked: Lens) -> Lens:
+    def _within_kit(self, before: Lens, wanted: Lens) -> Lens:
         """Return the lens within the limits of the shot's kit, and report where they apply."""
         kit = self.shot.kit
-        got = asked if kit is None else kit.followed(before, asked)
+        got = wanted if kit is None else kit.followed(before, wanted)
         names = ("focal_length_mm", "f_stop", "focus_distance_m")
-        if kit is not None and any(getattr(got, n) != getattr(asked, n) for n in names):
-            self._say(kit.refusal(asked))
+        if kit is not None and any(getattr(got, n) != getattr(wanted, n) for n in names):
+            self._say(kit.refusal(wanted))
         return got
 
     def _performed(self, lens: Lens, before: Lens) -> Lens:

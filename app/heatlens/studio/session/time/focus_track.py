@@ -54,19 +54,19 @@ class FocusTrack:
             self._made_of = made_of
         return self._samples
 
-    def too_close(self, shot: Shot, seen: FrameRange) -> tuple[int, ...]:
+    def too_close(self, shot: Shot, frames: FrameRange) -> tuple[int, ...]:
         """Return the visible frames at which the lens cannot focus as near as it should."""
-        made_of = (shot.lens, shot.curves, seen)
+        made_of = (shot.lens, shot.curves, frames)
         if made_of != self._warned_of:
-            self._too_close, self._warned_of = _too_close(shot, seen), made_of
+            self._too_close, self._warned_of = _too_close(shot, frames), made_of
         return self._too_close
 
 
-def _too_close(shot: Shot, seen: FrameRange) -> tuple[int, ...]:
-    if seen.count > _WARNED_MOST:
+def _too_close(shot: Shot, frames: FrameRange) -> tuple[int, ...]:
+    if frames.count > _WARNED_MOST:
         return ()
     try:
-        return frames_too_close(Shot(shot.lens, curves=shot.curves, frames=seen))
+        return frames_too_close(Shot(shot.lens, curves=shot.curves, frames=frames))
     except HeatlensError:  # no valid lens at some frame; reported where that frame is shown
         return ()
 
@@ -102,9 +102,9 @@ def mark_track(name: str, runs: Iterable[Iterable[tuple[int, float | None]]]) ->
             tuple((frame, place) for frame, place in part if place is not None)
             for _, part in groupby(run, key=lambda it: it[1] is None)
         ]
-        seen = [part for part in parts if part]
-        lines += seen
-        bridges += [(before[-1], after[0]) for before, after in pairwise(seen)]
+        lengths = [part for part in parts if part]
+        lines += lengths
+        bridges += [(before[-1], after[0]) for before, after in pairwise(lengths)]
     return MarkTrack(name, tuple(lines), tuple(bridges))
 
 
@@ -132,9 +132,9 @@ class ThingDistances(Worker):
 
     def poll(self) -> None:
         """Take over a measured distance; call this once a frame."""
-        found = self._reader.poll()
-        if found is not None:
-            plate, thing, distance_m = found
+        picked = self._reader.poll()
+        if picked is not None:
+            plate, thing, distance_m = picked
             self._known.setdefault(plate, {})[thing] = distance_m
             self.measured_count += 1
 

@@ -160,8 +160,8 @@ class Timeline(Commands):
     @property
     def timecode(self) -> str:
         """The timecode of the frame at the playhead; "" if it has none."""
-        found = self._source.timecode_at(self.timed_shot, self._editing.frame)
-        return "" if found is None else str(found[1])
+        timed = self._source.timecode_at(self.timed_shot, self._editing.frame)
+        return "" if timed is None else str(timed[1])
 
     def start_timecode(self, text: str) -> str:
         """Return the timecode of the first frame, given that of this one; "" for an empty text."""

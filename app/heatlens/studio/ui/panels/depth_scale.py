@@ -118,12 +118,12 @@ def engraved_m(histogram: DepthHistogram, offset_m: float, unit: str) -> tuple[f
     They are a tenth of the leading digit apart, and end where they would run into each other.
     """
     least_apart = histogram.most_dioptres / _ENGRAVED_MOST
-    found: list[float] = []
+    engraved: list[float] = []
     for label_m in round_distances_m(_nearest_m(histogram, offset_m), unit, _ENGRAVED):
         distance_m = label_m - offset_m
-        if not found or 1.0 / found[-1] - 1.0 / distance_m >= least_apart:
-            found.append(distance_m)
-    return tuple(found)
+        if not engraved or 1.0 / engraved[-1] - 1.0 / distance_m >= least_apart:
+            engraved.append(distance_m)
+    return tuple(engraved)
 
 
 def _nearest_m(histogram: DepthHistogram, offset_m: float) -> float:

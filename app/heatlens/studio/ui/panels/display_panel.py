@@ -61,11 +61,11 @@ def _color(view: ViewState, color: ColorChoice) -> ViewState:
 
 def _input(view: ViewState, color: ColorChoice) -> ViewState:
     """Draw the choice of the input colour space; the first is the one the plate itself names."""
-    told = color.input_of("")
-    auto = f"auto: {told.name}"
+    space = color.input_of("")
+    auto = f"auto: {space.name}"
     tip = (
         "Colour space of the pictures. Auto: the space in the plate's header, or linear Rec.709, "
-        f"the default of renderers. Now: {told.why}."
+        f"the default of renderers. Now: {space.why}."
     )
     chosen = widgets.choice("input", view.input_space or auto, [auto, *color.input_spaces()], tip)
     return replace(view, input_space="" if chosen == auto else chosen)

@@ -116,9 +116,9 @@ def _place(place: ExportPlace, workers: str, say: Callable[[str], None]) -> Expo
     tip = "A job is saved beside the frames, with its shot; a farm or a cluster makes them later."
     place = replace(place, where=widgets.pick_one("where", place.where, tip))
     if place.where is Where.HERE:
-        told = {count: str(count) for count in sorted({*_PROCESSES, place.processes})}
+        counts = {count: str(count) for count in sorted({*_PROCESSES, place.processes})}
         tip = "Several use a machine with many processors better."
-        return replace(place, processes=widgets.pick("processes", place.processes, told, tip))
+        return replace(place, processes=widgets.pick("processes", place.processes, counts, tip))
     return _cluster(place, workers, say) if place.where is Where.CLUSTER else place
 
 
@@ -159,8 +159,8 @@ def _folder(settings: ExportSettings) -> ExportSettings:
 
 def _options(settings: ExportSettings, played: FrameRange | None, usual: Quality) -> ExportSettings:
     span = "one frame" if played is None or played.count == 1 else f"{played}, from in to out"
-    told = options_of(ExportOptions)["frames"]
-    widgets.label(told.label, told.tip)
+    option = options_of(ExportOptions)["frames"]
+    widgets.label(option.label, option.tip)
     _, frames = imgui.input_text_with_hint("##export frames", span, settings.frames)
     probe.note("export frames")
     words = {"": f"as the shot: {usual}"} | {str(quality): str(quality) for quality in Quality}

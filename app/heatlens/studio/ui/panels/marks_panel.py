@@ -264,8 +264,8 @@ def draw_point_marks(facts: Facts, view: PictureView) -> None:
 
 def mark_in_window(facts: Facts, view: PictureView, name: str) -> Point | None:
     """Return where the mark `name` lies in the window; None if it has no point in the picture."""
-    found = (place for mark, place in _placed_marks(facts) if mark.name == name)
-    return next((_window_point(facts, view, place) for place in found), None)
+    places = (place for mark, place in _placed_marks(facts) if mark.name == name)
+    return next((_window_point(facts, view, place) for place in places), None)
 
 
 def _placed_marks(facts: Facts) -> Iterator[tuple[Mark, PointMark | TrackPlace]]:

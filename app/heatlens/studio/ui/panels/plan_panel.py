@@ -121,9 +121,9 @@ class _Drawing:
     def _plane(self, dioptres: float) -> list[ImVec2]:
         """Return points from left to right of what is `dioptres` nearer than the focus."""
         sides = np.linspace(-1.0, 1.0, len(self._plan.plane)).tolist()
-        found = 1.0 / self._lens.focus_distance_m + self._plan.plane + dioptres
+        sharp_dioptres = 1.0 / self._lens.focus_distance_m + self._plan.plane + dioptres
         reach_m, half = self._plan.reach_m, self._plan.half_tangent
-        far_m = [min(1.0 / it, reach_m) if it > 0 else reach_m for it in found.tolist()]
+        far_m = [min(1.0 / it, reach_m) if it > 0 else reach_m for it in sharp_dioptres.tolist()]
         return [self._at(side * half * at_m, at_m) for side, at_m in zip(sides, far_m, strict=True)]
 
     def _draw_plane(self, dioptres: float, color: int, width_em: float) -> None:

@@ -77,7 +77,7 @@ def _maps(hand: RingHand, unit: str, say: Say) -> None:
     if heard is None or heard.sample is None or not channels:
         return
     imgui.text_disabled("What turns which ring")
-    by_ring = {found.ring: found for found in maps_for(heard.sample, hand.maps)}
+    by_ring = {entry.ring: entry for entry in maps_for(heard.sample, hand.maps)}
     for ring in Ring:
         unmapped = _NONE if getattr(heard.sample, str(ring)) is None else _FROM_CAMERA
         _row(hand, ring, by_ring.get(ring), channels, unmapped)
@@ -87,15 +87,15 @@ def _maps(hand: RingHand, unit: str, say: Say) -> None:
 
 
 def _row(
-    hand: RingHand, ring: Ring, found: ChannelMap | None, channels: dict[str, float], unmapped: str
+    hand: RingHand, ring: Ring, entry: ChannelMap | None, channels: dict[str, float], unmapped: str
 ) -> None:
     """Draw the channel of a ring, and the button to learn it."""
-    now = unmapped if found is None else found.channel
+    now = unmapped if entry is None else entry.channel
     width = imgui.get_content_region_avail().x - (_LEARN_EM + 0.5) * imgui.get_font_size()
     widgets.label(ring.words)
     imgui.set_next_item_width(width - widgets.LABEL_EM * imgui.get_font_size())
     names = [unmapped, *dict.fromkeys([*channels, now])]
-    if imgui.begin_combo(f"##channel of {ring.words}", printable(now)):
+    if imgui.begin_combo(f"##entry of {ring.words}", printable(now)):
         for index, name in enumerate(dict.fromkeys(names)):
             value = f"  {channels[name]:.3g}" if name in channels else ""
             if imgui.selectable(f"{printable(name)}{value}##{index}", name == now)[0]:
@@ -113,23 +113,23 @@ def _row(
             hand.learn(ring)
 
 
-def _range(hand: RingHand, found: ChannelMap, unit: str, say: Say) -> None:
+def _range(hand: RingHand, entry: ChannelMap, unit: str, say: Say) -> None:
     """Draw the lens values at the ends of a channel, and the curve between them."""
     with reported(say):
-        at_low = _end(found, "first end", found.at_low, unit, say)
-        at_high = _end(found, "last end", found.at_high, unit, say)
-        name = f"bend of {found.ring.words}"
-        bend = widgets.slider(name, found.bend, 0.2, 5.0, "%.2f", _BEND_TIP)
-        changed = replace(found, at_low=at_low, at_high=at_high, bend=bend)
-        if changed != found:
-            hand.map(found.ring, changed)
+        at_low = _end(entry, "first end", entry.at_low, unit, say)
+        at_high = _end(entry, "last end", entry.at_high, unit, say)
+        name = f"bend of {entry.ring.words}"
+        bend = widgets.slider(name, entry.bend, 0.2, 5.0, "%.2f", _BEND_TIP)
+        changed = replace(entry, at_low=at_low, at_high=at_high, bend=bend)
+        if changed != entry:
+            hand.map(entry.ring, changed)
 
 
-def _end(found: ChannelMap, words: str, value: float, unit: str, say: Say) -> float:
-    sent = found.low if words == "first end" else found.high
+def _end(entry: ChannelMap, words: str, value: float, unit: str, say: Say) -> float:
+    sent = entry.low if words == "first end" else entry.high
     widgets.label(words, f"{_ENDS_TIP} The control sends {sent:.3g} here.")
-    if found.ring is Ring.FOCUS:
+    if entry.ring is Ring.FOCUS:
         shown = format_distance(value, unit)
         return widgets.text_field(f"{words} of focus", shown, value, parse_distance_m, say)
-    parse = partial(widgets.parse_number, low=0.5, high=2000.0, what=found.ring.words)
-    return widgets.text_field(f"{words} of {found.ring.words}", f"{value:.4g}", value, parse, say)
+    parse = partial(widgets.parse_number, low=0.5, high=2000.0, what=entry.ring.words)
+    return widgets.text_field(f"{words} of {entry.ring.words}", f"{value:.4g}", value, parse, say)

@@ -128,8 +128,8 @@ def _draw_frame(corner: Point, end: Point, middle: Point) -> None:
 
 def _words(facts: Facts, surfaces: Sequence[Surface], names: Sequence[str]) -> list[str]:
     """Return a line for what a click takes, and one for the other surface."""
-    told = [_named(facts, *it) for it in zip(surfaces, names, strict=True)]
-    return [told[0], *(f"Y: {words}" for words in told[1:])]
+    lines = [_named(facts, *it) for it in zip(surfaces, names, strict=True)]
+    return [lines[0], *(f"Y: {words}" for words in lines[1:])]
 
 
 def _named(facts: Facts, surface: Surface, thing: str) -> str:

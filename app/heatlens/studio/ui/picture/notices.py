@@ -97,13 +97,13 @@ def draw_waiting(stream: StreamSource) -> None:
     room, em = imgui.get_content_region_avail(), imgui.get_font_size()
     width = min(_NOTICE_EM * em, room.x - 2 * em)
     said = window_words(stream.refusal)
-    told = [(f"Listening on {stream.address} ...", theme.OVER_PICTURE.dim)]
-    told += [(said, theme.OVER_PICTURE.told)] if said else []
-    told += [(line, theme.OVER_PICTURE.dim) for line in _LINES]
-    heights = [imgui.calc_text_size(text, False, width).y for text, _ in told]
-    y = max(0.5 * (room.y - sum(heights) - em * len(told)), 0.0)
+    lines = [(f"Listening on {stream.address} ...", theme.OVER_PICTURE.dim)]
+    lines += [(said, theme.OVER_PICTURE.told)] if said else []
+    lines += [(line, theme.OVER_PICTURE.dim) for line in _LINES]
+    heights = [imgui.calc_text_size(text, False, width).y for text, _ in lines]
+    y = max(0.5 * (room.y - sum(heights) - em * len(lines)), 0.0)
     corner = imgui.get_cursor_pos()
-    for (text, color), height in zip(told, heights, strict=True):
+    for (text, color), height in zip(lines, heights, strict=True):
         _draw_wrapped(text, color, ImVec2(corner.x + 0.5 * (room.x - width), corner.y + y), width)
         y += height + em
 

@@ -87,11 +87,11 @@ class CurveAxis:
 
 
 def _axis_of(parameter: LensParameter) -> CurveAxis:
-    told = parameter.facts
-    scale = told.scales[0]
+    facts = parameter.facts
+    scale = facts.scales[0]
     least = 0.0 if scale is Scale.RECIPROCAL else -math.inf
-    ends = scale, told.factor, least, told.span_least
-    return CurveAxis(parameter, *ends, told.labels, parameter.shown, told.fine)
+    ends = scale, facts.factor, least, facts.span_least
+    return CurveAxis(parameter, *ends, facts.labels, parameter.shown, facts.fine)
 
 
 AXES = {parameter: _axis_of(parameter) for parameter in LensParameter}

@@ -92,11 +92,11 @@ def _draw_value(
     held = {key: at for key, at in places.items() if key in desk.keys.chosen}
     is_dragged = view.drag.is_holding and held and view.drag.box_from is None
     reach = math.inf if is_dragged else em * imgui.is_window_hovered()
-    found = nearest((mouse.x, mouse.y), held if is_dragged else places, reach)
-    key = None if found is None else key_of(desk.editing.shot, found)
-    if found is None or not isinstance(key, Key):
+    key_id = nearest((mouse.x, mouse.y), held if is_dragged else places, reach)
+    key = None if key_id is None else key_of(desk.editing.shot, key_id)
+    if key_id is None or not isinstance(key, Key):
         return
-    axis, (x, y) = AXES[desk.keys.rows.curve_of], places[found]
+    axis, (x, y) = AXES[desk.keys.rows.curve_of], places[key_id]
     words = axis.words(key.value, unit)
     width = imgui.calc_text_size(words).x + 0.6 * em
     x += -0.7 * em - width if x + 0.7 * em + width > scale.x + scale.width else 0.7 * em

@@ -144,8 +144,8 @@ def draw_keys(
 
 
 def _draw_key(shot: Shot, key: KeyId, middle: ImVec2, reach: float, color: int) -> None:
-    draw, found = imgui.get_window_draw_list(), key_of(shot, key)
-    if found is not None and found.interpolation is Interpolation.HOLD:
+    draw, drawn = imgui.get_window_draw_list(), key_of(shot, key)
+    if drawn is not None and drawn.interpolation is Interpolation.HOLD:
         side = 0.75 * reach
         low = ImVec2(middle.x - side, middle.y - side)
         draw.add_rect_filled(low, ImVec2(middle.x + side, middle.y + side), color)

@@ -178,14 +178,14 @@ _EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 8.4
 def keys_row(desk: TimeDesk, view: TimelineView) -> None:
     """Draw the row; controls of chosen keys are disabled while there are none."""
     em, rows = imgui.get_font_size(), desk.keys.rows
-    found = [k for one in desk.keys.meant if (k := key_of(desk.editing.shot, one)) is not None]
+    keys = [k for one in desk.keys.meant if (k := key_of(desk.editing.shot, one)) is not None]
     tools = [
         push("Set key", "set key", 0, desk.keys.set_here, _SET_TIPS[rows.chosen is CAMERA]),
         tick("auto key", desk.editing, "auto_key", 1, _AUTO_KEY_TIP),
         tick("curve", rows, "shows_curve", 1, _CURVE_TIP),
-        Tool(partial(_interpolation, desk, found), _INTERPOLATION_EM * em, 3),
-        Tool(partial(_ease, desk, found, "ease out", True), _EASE_EM * em, 4),
-        Tool(partial(_ease, desk, found, "ease in", False), _EASE_EM * em, 4),
+        Tool(partial(_interpolation, desk, keys), _INTERPOLATION_EM * em, 3),
+        Tool(partial(_ease, desk, keys, "ease out", True), _EASE_EM * em, 4),
+        Tool(partial(_ease, desk, keys, "ease in", False), _EASE_EM * em, 4),
         word(_selection_note(desk), 5),
     ]
     if rows.shows_curve:
@@ -201,22 +201,22 @@ def _curve_of(desk: TimeDesk, view: TimelineView) -> None:
         view.heights = None
 
 
-def _interpolation(desk: TimeDesk, found: Sequence[Key]) -> None:
+def _interpolation(desk: TimeDesk, keys: Sequence[Key]) -> None:
     """Draw the interpolation after the chosen keys; the camera has only one."""
-    kinds = {key.interpolation for key in found}
+    kinds = {key.interpolation for key in keys}
     now = kinds.pop() if len(kinds) == 1 else None
     words: dict[Interpolation | None, str] = {it: str(it) for it in Interpolation}
-    with widgets.disabled(not found):
-        picked = combo("interpolation", now, words, _MIXED if found else "")
+    with widgets.disabled(not keys):
+        picked = combo("interpolation", now, words, _MIXED if keys else "")
     if picked is not None and picked is not now:
         desk.keys.interpolate(picked)
 
 
-def _ease(desk: TimeDesk, found: Sequence[Key], name: str, is_out: bool) -> None:
+def _ease(desk: TimeDesk, keys: Sequence[Key], name: str, is_out: bool) -> None:
     """Draw the length of the handles of the chosen keys on one side."""
-    eases = [key.ease_out if is_out else key.ease_in for key in found]
+    eases = [key.ease_out if is_out else key.ease_in for key in keys]
     percent = eases[0].influence_percent if eases else 0.0
-    with widgets.disabled(not found):
+    with widgets.disabled(not keys):
         changed, new = imgui.drag_float(
             f"##{name}", percent, 0.5, 0.0, 100.0, f"{name} %.0f %%",
             imgui.SliderFlags_.always_clamp,

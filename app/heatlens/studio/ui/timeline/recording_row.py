@@ -47,13 +47,13 @@ def _recorded(recording: PullRecording) -> list[Tool]:
     """Return the number of keys, their tolerance, and the buttons that keep or drop them."""
     em = imgui.get_font_size()
     keys = "one key" if recording.key_count == 1 else f"{recording.key_count} keys"
-    told = partial(word, name="recording words", is_dim=False)
+    bright = partial(word, name="recording words", is_dim=False)
     return [
-        told(f"{len(recording.samples)} frames recorded as", 4),
-        told(keys, 1),
-        told("tolerance", 3),
+        bright(f"{len(recording.samples)} frames recorded as", 4),
+        bright(keys, 1),
+        bright("tolerance", 3),
         Tool(partial(_tolerance, recording), _TOLERANCE_EM * em, 1),
-        replace(told(f"{recording.tolerance_dioptres:.2g} dioptres", 2), width=_FIGURE_EM * em),
+        replace(bright(f"{recording.tolerance_dioptres:.2g} dioptres", 2), width=_FIGURE_EM * em),
         push("Keep", "recording Keep", 0, recording.keep),
         push("Drop", "recording Drop", 0, recording.drop),
     ]
