@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from heatlens import __version__
-from heatlens.fronts.commands.main import _with_command, build_parser, main
+from heatlens.fronts.commands.command_parser import build_parser
+from heatlens.fronts.commands.command_table import with_command
+from heatlens.fronts.commands.main import main
 from heatlens.studio.ui import window
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -91,7 +93,7 @@ def test_every_example_can_be_typed():
     for line in examples():
         words = shlex.split(line.partition(" > ")[0], comments=True)[1:]
         try:
-            assert callable(parser.parse_args(_with_command(words)).run)
+            assert callable(parser.parse_args(with_command(words)).run)
         except SystemExit:
             pytest.fail(line)
 

@@ -93,8 +93,8 @@ def test_a_movie_of_the_cut_goes_on_where_it_was_stopped(tmp_path, reel, monkeyp
     movie = tmp_path / "cut.mov"
     with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError):
         patch.setattr("heatlens.deliver.export.cut._join", lambda cut: 1 / 0)
+        from heatlens.fronts.commands.command_parser import build_parser
         from heatlens.fronts.commands.export import _export_shot, _say_before, _steps
-        from heatlens.fronts.commands.main import build_parser
         from heatlens.fronts.commands.reel_export import ReelWork, export_reel
 
         args = build_parser(["export"]).parse_args(["export", str(reel), "-o", str(movie)])

@@ -16,8 +16,9 @@ from heatlens.deliver.farm import connection
 from heatlens.deliver.farm.answers import parts_of_answer
 from heatlens.deliver.farm.cluster import ClusterMaker, PartTask, topic_of
 from heatlens.deliver.farm.connection import connected
+from heatlens.fronts.commands.command_parser import build_parser
 from heatlens.fronts.commands.export_options import job_of
-from heatlens.fronts.commands.main import build_parser, main
+from heatlens.fronts.commands.main import main
 from heatlens.fronts.commands.worker import made_part
 from heatlens.media.documents.shot_file import write_shot
 from heatlens.version import __version__

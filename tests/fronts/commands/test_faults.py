@@ -87,7 +87,7 @@ def test_one_fault_is_written_once_and_old_reports_go(reports, expects_faults):
 def test_without_a_place_for_reports_the_sentence_says_so(monkeypatch, tmp_path, expects_faults):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("HEATLENS_LOG_DIR", str(tmp_path / "file" / "below"))
-    monkeypatch.setattr(faults.tempfile, "gettempdir", lambda: str(tmp_path / "file"))
+    monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path / "file"))
     with pytest.raises(FaultError, match="No report could be written"), faults_reported():
         broken()
 

@@ -9,7 +9,9 @@ from PIL import Image
 
 from heatlens.core.base.errors import NoWindowError
 from heatlens.fronts.commands import first_pictures
-from heatlens.fronts.commands.main import _with_command, build_parser, main
+from heatlens.fronts.commands.command_parser import build_parser
+from heatlens.fronts.commands.command_table import with_command
+from heatlens.fronts.commands.main import main
 from support.command_line import ENVIRONMENT, started
 
 NO_DISPLAY = {k: v for k, v in ENVIRONMENT.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
@@ -44,7 +46,7 @@ def test_the_commands_to_go_on_with_can_be_typed(capsys, monkeypatch, tmp_path, 
     lines = [line for line in said.out.splitlines() if line.startswith("  'own env/bin/heatlens' ")]
     assert len(lines) >= 3
     for line in lines[:-1]:
-        words = _with_command(shlex.split(line)[1:])
+        words = with_command(shlex.split(line)[1:])
         assert callable(build_parser().parse_args(words).run)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.fronts.commands import info
-from heatlens.fronts.commands.options.command_parser import add_command
+from heatlens.fronts.commands.command_parser import add_command
 from support.command_line import stderr_of_run
 from support.exr_files import distances, rgb, window, write_file, write_parts
 
@@ -16,7 +16,7 @@ from support.exr_files import distances, rgb, window, write_file, write_parts
 def run_info(capsys, *words):
     """Return stdout of `heatlens info WORDS`, which must succeed with an empty stderr."""
     parser = argparse.ArgumentParser()
-    add_command(parser.add_subparsers(), "info", info)
+    add_command(parser.add_subparsers(), "info", "", info)
     args = parser.parse_args(["info", *map(str, words)])
     assert args.run(args) == 0
     printed = capsys.readouterr()

@@ -8,14 +8,17 @@ from pathlib import Path
 
 import pytest
 
+import heatlens
 from heatlens import __version__
 from heatlens.core.base.errors import GpuError, InputError
 from heatlens.fronts.commands import info
+from heatlens.fronts.commands.command_table import COMMANDS
 from heatlens.fronts.commands.main import main
 from support.command_line import ENVIRONMENT, started
 from support.exr_files import distances, rgb, write_file
 
-COMMANDS = ("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench")
+PACKAGE = Path(heatlens.__file__).parent
+LIBRARIES = ["numpy", "moderngl", "OpenEXR", "PIL", "fileseq", "heatlens.core.model"]
 
 
 @pytest.fixture
@@ -94,8 +97,15 @@ def test_the_usage_names_what_is_needed(capsys):
 def test_the_help_names_every_command(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
-    text = capsys.readouterr().out
-    assert all(f"\n    {command} " in text for command in COMMANDS)
+    text = " ".join(capsys.readouterr().out.split())
+    assert all(f" {name} {command.help} " in text for name, command in COMMANDS.items())
+
+
+def test_every_module_of_a_command_is_in_the_table():
+    wings = {name: command.wing for name, command in COMMANDS.items()}
+    files = [path for wing in ("fronts", "lab") for path in PACKAGE.glob(f"{wing}/commands/*.py")]
+    commands = [path for path in files if "\nDESCRIPTION = " in path.read_text("utf-8")]
+    assert {path.stem: path.parts[-3] for path in commands} == wings
 
 
 def test_the_version(capsys):
@@ -109,14 +119,17 @@ def test_ctrl_c_while_a_command_is_loaded(monkeypatch, capsys):
     def interrupted(name):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("heatlens.fronts.commands.main.importlib.import_module", interrupted)
+    monkeypatch.setattr("importlib.import_module", interrupted)
     assert main(["info", "plate.exr"]) == 130
     assert capsys.readouterr() == ("", "heatlens: stopped\n")
 
 
 @pytest.mark.parametrize(
     ("word", "unloaded"),
-    [("--version", ["numpy"]), ("info", ["moderngl", "heatlens.lab.measure.study"])],
+    [
+        *((word, LIBRARIES) for word in ("--version", "--help")),
+        ("info", ["moderngl", "heatlens.lab.measure.study"]),
+    ],
 )
 def test_what_is_not_asked_for_is_not_loaded(word, unloaded):
     """Else nothing could be said of Ctrl-C, and the version took half a second."""

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from heatlens.core.base.errors import InputError
-from heatlens.fronts.commands.main import build_parser, main
-from heatlens.fronts.commands.options.output_places import OUTPUTS
+from heatlens.fronts.commands.command_parser import build_parser
+from heatlens.fronts.commands.main import main
+from heatlens.fronts.commands.options.before_running import OUTPUTS
 from heatlens.media.files.atomic_file import check_place
 
 NOWHERE = Path("/proc/heatlens")  # nobody can make a file there, root neither

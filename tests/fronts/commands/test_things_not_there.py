@@ -12,7 +12,8 @@ import pytest
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.fronts.commands.main import build_parser, main
+from heatlens.fronts.commands.command_parser import build_parser
+from heatlens.fronts.commands.main import main
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.read import read_plate
 from support.command_line import stderr_of_run

@@ -11,7 +11,8 @@ import sys
 import pytest
 
 from heatlens.core.base.errors import InputError
-from heatlens.fronts.commands.main import build_parser, main
+from heatlens.fronts.commands.command_parser import build_parser
+from heatlens.fronts.commands.main import main
 from heatlens.fronts.commands.options.value_types import f_number, millimetres, number, whole
 from heatlens.media.sequence.names import parse_frames
 

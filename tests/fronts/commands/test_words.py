@@ -5,7 +5,8 @@ import subprocess
 
 import pytest
 
-from heatlens.fronts.commands.main import _with_command, main
+from heatlens.fronts.commands.command_table import with_command
+from heatlens.fronts.commands.main import main
 from heatlens.fronts.commands.options.value_types import f_number, millimetres, number
 from heatlens.render.gpu.opengl.gl_device import _help
 from support.command_line import CAMERA, channels, picture, refused, render
@@ -144,7 +145,7 @@ def test_an_option_like_none_is_only_called_unknown(capsys):
     ],
 )
 def test_words_about_the_program(typed, means):
-    assert _with_command(typed) == means
+    assert with_command(typed) == means
 
 
 def test_all_values_that_are_missing_are_named_at_once(capsys, tmp_path):

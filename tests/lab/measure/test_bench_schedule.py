@@ -155,7 +155,7 @@ def test_it_says_at_once_that_it_finds_out(capsys, monkeypatch):
         lambda *_: (_ for _ in ()).throw(KeyboardInterrupt),
     )
     with pytest.raises(KeyboardInterrupt):
-        from heatlens.fronts.commands.main import build_parser
+        from heatlens.fronts.commands.command_parser import build_parser
         from heatlens.lab.commands import bench
 
         bench.run(build_parser().parse_args(["bench", *WORDS]))

@@ -9,7 +9,7 @@ from PIL import Image
 
 from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.model.boxes import Box
-from heatlens.fronts.commands.options.command_parser import add_command
+from heatlens.fronts.commands.command_parser import add_command
 from heatlens.lab.commands import compare
 from heatlens.media.plate.exr.exr_write import write_exr
 
@@ -19,7 +19,7 @@ HALF = 0.21404114
 
 def run(*argv: object) -> int:
     parser = argparse.ArgumentParser()
-    add_command(parser.add_subparsers(), "compare", compare)
+    add_command(parser.add_subparsers(), "compare", "", compare)
     args = parser.parse_args(["compare", *map(str, argv)])
     return args.run(args)
 

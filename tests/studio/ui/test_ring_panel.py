@@ -6,7 +6,7 @@ import pytest
 
 from heatlens.core.base.errors import InputError
 from heatlens.fronts.commands import view
-from heatlens.fronts.commands.options.command_parser import add_command
+from heatlens.fronts.commands.command_parser import add_command
 from heatlens.media.live.ring.address import Protocol
 from heatlens.media.live.ring.opentrackio import source_id
 from heatlens.media.live.ring.sender import LensSender
@@ -80,7 +80,7 @@ def test_a_sender_without_a_name_is_told_by_the_beginning_of_its_number():
 def test_a_port_that_is_taken_is_explained_before_the_window_opens(receiver, tmp_path):
     plate = room_file(tmp_path / "room.exr")
     parser = argparse.ArgumentParser()
-    add_command(parser.add_subparsers(), "view", view)
+    add_command(parser.add_subparsers(), "view", "", view)
     args = parser.parse_args(["view", str(plate), "--lens-in", str(receiver.address)])
     with pytest.raises(InputError, match="another program may listen there already"):
         view.run(args)

@@ -14,7 +14,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import LensModel
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.fronts.commands import view
-from heatlens.fronts.commands.options.command_parser import add_command
+from heatlens.fronts.commands.command_parser import add_command
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
@@ -152,7 +152,7 @@ def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):
 
 def parsed(*words):
     parser = argparse.ArgumentParser()
-    add_command(parser.add_subparsers(), "view", view)
+    add_command(parser.add_subparsers(), "view", "", view)
     return parser.parse_args(["view", *words])
 
 

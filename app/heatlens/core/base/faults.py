@@ -5,9 +5,7 @@ report contains no pixels, and nothing of the user's files except their names.
 """
 
 import os
-import platform
 import sys
-import tempfile
 import threading
 import time
 import traceback
@@ -17,7 +15,6 @@ from pathlib import Path
 
 from heatlens.core.base.errors import FaultError, HeatlensError, InputError
 from heatlens.core.base.outside_text import printable
-from heatlens.core.base.paths import reports_dir
 from heatlens.version import __version__
 
 _KEPT = 20  # reports kept in the folder; older ones are deleted
@@ -90,6 +87,12 @@ def _of_thread(args: threading.ExceptHookArgs) -> None:
 
 def _in_a_file(text: str) -> Path | None:
     """Write a new file in the folder of reports, or else in that for temporary files."""
+    # Else half of what --version imports. A command at work has loaded both, so that this succeeds
+    # also when no more files can be opened.
+    import tempfile
+
+    from heatlens.core.base.paths import reports_dir
+
     for folder in (reports_dir(), Path(tempfile.gettempdir())):
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
@@ -109,6 +112,8 @@ def _remove_old(folder: Path) -> None:
 
 
 def _report(error: BaseException) -> str:
+    import platform
+
     found = (f"{name} {_version(name)}" for name in _LIBRARIES)
     text = "".join(traceback.format_exception(error))
     head = (

@@ -18,11 +18,10 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 
 _UNFINISHED, _FINISHED, _MADE, _HEARS, _DEAF, _SAID = b"+", b"-", b"?", b"h", b"d", b"s"
 
@@ -51,8 +50,7 @@ def stop_signals() -> frozenset[signal.Signals]:
     return frozenset(stop for stop in found if signal.getsignal(stop) is not signal.SIG_IGN)
 
 
-@dataclass(frozen=True)
-class Left:
+class Left(NamedTuple):
     """The files that an ended process left behind."""
 
     unfinished: tuple[Path, ...]  # unfinished files and folders

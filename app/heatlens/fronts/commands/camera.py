@@ -29,7 +29,6 @@ from heatlens.media.live.ring.sender import LensSender, send_in_time
 from heatlens.media.scene.first_shot import FirstShot, first_shot
 from heatlens.render.source.named import camera_of_shot, has_camera
 
-HELP = "write the lens of a shot as a camera for USD, Nuke, Blender and scripts"
 DESCRIPTION = """\
 Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor. It also writes the
 position of the camera, if the plate's headers have it (worldToCamera) or the source is a 3D scene.

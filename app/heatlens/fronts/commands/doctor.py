@@ -17,7 +17,6 @@ from heatlens.fronts.doctor.gpu_check import Gpu
 from heatlens.render.defocus.line_solver import SOLVERS
 from heatlens.render.gpu.context import headless_context
 
-HELP = "check that everything works on this machine"
 DESCRIPTION = """\
 Checks everything that heatlens depends on: packages, OpenGL and its limits, every shader, the
 solvers against float64, the still life against a stored picture, colours, fonts and display, and

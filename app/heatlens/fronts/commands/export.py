@@ -48,7 +48,6 @@ from heatlens.media.live.ring.sender import SOURCE, LensOutput, LensSender
 from heatlens.render.frame_renderer import headless_renderer
 from heatlens.version import __version__
 
-HELP = "render the frames of a shot to files or a movie"
 DESCRIPTION = """\
 Renders the frames of a shot: EXR scene-linear with the lens of each frame in its header, PNG,
 JPEG or TIFF through a view transform, or a movie. If you run it again after a stop or a change, it

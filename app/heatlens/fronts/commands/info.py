@@ -27,7 +27,6 @@ from heatlens.media.frame_cache.sequence_facts import sequence_facts
 from heatlens.media.sequence.names import NameForm, form_of, parse_pattern
 from heatlens.media.sequence.sequence import Sequence, find_sequence
 
-HELP = "show the contents of a render or a 3D scene, and how its depth is read"
 DESCRIPTION = """\
 Prints what a render holds and how heatlens would read it: size and windows (pixels), channels, the
 lens in the header (focal length and sensor in mm, focus in metres), the primaries of the colours,

@@ -8,7 +8,6 @@ from heatlens.fronts.commands.output.say import say, tell
 from heatlens.media.documents.lens_kits import KitShelf, kit_shelf, kit_text, read_kit
 from heatlens.media.files.json_record import plain
 
-HELP = "list the lens kits"
 DESCRIPTION = """\
 Lists the lens kits for --lens-kit and for the Lens panel of the window: the widest stop and the
 close focus of each lens, and its look out of focus. Your own kits are JSON files in the folder that

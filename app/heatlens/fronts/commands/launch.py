@@ -65,7 +65,6 @@ def _use_utf8() -> None:
 
 
 def _work() -> int:
-    from heatlens.core.base.background import is_at_work, wait_a_moment
     from heatlens.core.base.faults import report_from_threads
     from heatlens.core.base.free_memory import share_one_heap
 
@@ -78,7 +77,9 @@ def _work() -> int:
     if not sys.warnoptions:  # warnings show lines of source code, which do not help users
         warnings.simplefilter("ignore")
 
-    code = run()
+    code = run()  # --version and --help end here, before what only threads need is loaded
+    from heatlens.core.base.background import is_at_work, wait_a_moment
+
     if is_at_work():
         atexit.unregister(wait_a_moment)
         _end_now(code)

@@ -17,7 +17,6 @@ from heatlens.media.plate.parts.header_read import read_color_header
 from heatlens.media.scene.scene_read import check_scene_is_there
 from heatlens.render.source.named import has_camera, source_named
 
-HELP = "make a reel of shots, or follow a changed edit"
 DESCRIPTION = """\
 Makes a reel, a small file with the names of shots in order, from an edit (.otio, .edl, .xml, .aaf)
 or from shot files, plates and scenes. With --shots, each clip gets a shot file with the lens of the

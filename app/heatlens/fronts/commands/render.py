@@ -54,7 +54,6 @@ from heatlens.render.gpu.textures import FloatArray, download
 from heatlens.render.source.named import single_source
 
 _PACKED = 0.1  # size of a well compressed picture, as a part of its uncompressed size
-HELP = "render a plate with depth of field"
 DESCRIPTION = """\
 Puts a lens in front of a pinhole plate (EXR with colour and depth) or a 3D scene (glTF, OBJ, PLY,
 USD) and writes the picture: EXR scene-linear with the lens in its header, or PNG, JPEG or TIFF for

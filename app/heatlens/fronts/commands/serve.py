@@ -22,7 +22,6 @@ from heatlens.studio.session.shot.start import Start
 from heatlens.studio.share.headless import HeadlessLoop
 from heatlens.studio.share.sharing import Sharing
 
-HELP = "share a picture with tablets and browsers, without a window"
 DESCRIPTION = """\
 Serves the director's page: any browser, on a tablet, a phone or a laptop, turns the lens of the
 picture that this machine renders. It needs no display, so it also runs over SSH or in a container.

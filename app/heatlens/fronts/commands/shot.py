@@ -2,12 +2,9 @@
 
 import argparse
 
-from heatlens.fronts.commands.options.command_parser import add_command
+from heatlens.fronts.commands.command_parser import add_command
 from heatlens.fronts.commands.shots import shot_new, shot_sheet, shot_show, shot_size
 
-HELP = (
-    "make a shot file with keys and marks, show its contents, write its pull sheet, or keep a size"
-)
 _ACTIONS = (*(("new", shot_new), ("show", shot_show), ("sheet", shot_sheet), ("size", shot_size)),)
 DESCRIPTION = "A shot is a plate seen through a lens that moves over frames."
 
@@ -16,4 +13,4 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the commands below it."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="new|show|sheet|size")
     for name, module in _ACTIONS:
-        add_command(actions, name, module)
+        add_command(actions, name, module.HELP, module)

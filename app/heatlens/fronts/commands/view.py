@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from heatlens.studio.session.shot.start import Start
 
 
-HELP = "open the window (also: heatlens plate.exr, or heatlens alone)"
 DESCRIPTION = """\
 Opens the window: click in the picture to focus, drag the aperture, compare, save. Without a plate
 it shows a start screen with the demo, the still life and recent files. Lens values that are not

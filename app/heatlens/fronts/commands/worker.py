@@ -33,7 +33,6 @@ from heatlens.fronts.commands.output.say import say
 from heatlens.media.sequence.names import parse_frames
 from heatlens.version import __version__
 
-HELP = "make frames for exports on other machines"
 DESCRIPTION = """\
 Makes frames for `heatlens export --cluster` on other machines, until you stop it or the scheduler
 ends. Start the scheduler with `dask scheduler` on one machine, and a worker on each machine that
@@ -170,6 +169,6 @@ def _planned(task: PartTask, folder: Path | None = None) -> ExportPlan:
 @lru_cache(maxsize=1)
 def _job(words: tuple[str, ...], topic: str) -> ExportJob:
     """Return the job of an export, which is the same for all of its tasks."""
-    from heatlens.fronts.commands.main import build_parser
+    from heatlens.fronts.commands.command_parser import build_parser
 
     return job_of(build_parser(["export"]).parse_args(words))

@@ -47,7 +47,6 @@ _SIZE = (1920, 1080)
 _TRUTH_VIEWS = 1024
 _TRUTH_SIZE = (480, 270)
 
-HELP = "measure how long a frame takes on this machine"
 DESCRIPTION = """\
 Renders a generated scene repeatedly and prints for each pass the milliseconds, the bytes that it
 moves and the least that it could move, and how close it comes to the speed of a plain copy.

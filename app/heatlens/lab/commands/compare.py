@@ -25,7 +25,6 @@ from heatlens.media.plate.plate import FloatImage
 EXIT_NEAR_ENOUGH = 0
 EXIT_TOO_FAR = 1
 
-HELP = "measure how far a picture is from its truth"
 DESCRIPTION = f"""\
 Measures how far RESULT is from TRUTH, two pictures of one frame, and prints:
 

@@ -35,7 +35,6 @@ from heatlens.render.source.named import has_camera
 _TRUTH_VIEWS = 1024
 _FINER = 4  # the truth has this many times the views of the judged methods
 
-HELP = "compare every method on one frame, as a page"
 DESCRIPTION = f"""\
 Blurs one frame with every method of heatlens and writes a folder with a page, index.html: each
 method's picture, how far it is from the truth (PSNR, SSIM, FLIP) and where, its time on this

@@ -1,0 +1,80 @@
+"""The table of the commands, and the one that the words of a command line mean.
+
+Importing a command takes up to a second, so its name, its line in the help and its wing stand here,
+and only the module of the requested command is imported.
+"""
+
+import difflib
+import importlib
+import os
+from collections.abc import Sequence
+from types import ModuleType
+from typing import NamedTuple
+
+from heatlens.core.base.errors import InputError
+
+_QUIET = ("-q", "--quiet")
+_ABOUT_ALL = ("-h", "--help", "-V", "--version", "--print-completion")
+
+
+class Command(NamedTuple):
+    """A command before its module is imported."""
+
+    help: str  # its line in `heatlens --help`
+    wing: str = "fronts"
+
+
+COMMANDS = {
+    "view": Command("open the window (also: heatlens plate.exr, or heatlens alone)"),
+    "render": Command("render a plate with depth of field"),
+    "export": Command("render the frames of a shot to files or a movie"),
+    "shot": Command(
+        "make a shot file with keys and marks, show its contents, write its pull sheet, or keep a "
+        "size"
+    ),
+    "reel": Command("make a reel of shots, or follow a changed edit"),
+    "camera": Command("write the lens of a shot as a camera for USD, Nuke, Blender and scripts"),
+    "info": Command("show the contents of a render or a 3D scene, and how its depth is read"),
+    "compare": Command("measure how far a picture is from its truth", "lab"),
+    "study": Command("compare every method on one frame, as a page", "lab"),
+    "bench": Command("measure how long a frame takes on this machine", "lab"),
+    "serve": Command("share a picture with tablets and browsers, without a window"),
+    "kits": Command("list the lens kits"),
+    "doctor": Command("check that everything works on this machine"),
+    "worker": Command("make frames for exports on other machines"),
+}
+
+
+def module_of(name: str) -> ModuleType:
+    """Import the module of a command. Those of the laboratory are known here by name alone."""
+    return importlib.import_module(f"heatlens.{COMMANDS[name].wing}.commands.{name}")
+
+
+def with_command(argv: Sequence[str]) -> list[str]:
+    """Put the command first: `view` if none is named, and --help for `help`.
+
+    Raises InputError for a misspelt command that is not a file.
+    """
+    words = list(argv)
+    if not words:
+        return ["view"]
+    first, rest = words[0], words[1:]
+    if first in _QUIET:
+        command, *others = with_command(rest)
+        return [command, first, *others]
+    if first in (*COMMANDS, *_ABOUT_ALL):
+        return words
+    if first in ("help", "version") and not os.path.exists(first):
+        if first == "help" and rest and rest[0] not in COMMANDS:
+            raise InputError(f"There is no command {rest[0]!r}{_near(rest[0])}")
+        return [*rest, "--help"] if first == "help" else ["--version"]
+    near = difflib.get_close_matches(first, COMMANDS, 1)
+    if near and not os.path.exists(first):
+        raise InputError(f"There is no command or file {first!r}. Did you mean {near[0]}?")
+    return ["view", *words]
+
+
+def _near(word: str) -> str:
+    """Return the end of a sentence: the command most like `word`, or else all commands."""
+    near = difflib.get_close_matches(word, COMMANDS, 1)
+    return f". Did you mean {near[0]}?" if near else f"; there are {', '.join(COMMANDS)}."
