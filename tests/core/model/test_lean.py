@@ -108,6 +108,14 @@ def test_a_split_has_two_distances_and_an_edge():
     assert float(lean_of(above, SIZE).dioptres_at(5, 1080)) == 0.0
 
 
+@pytest.mark.parametrize("split", [1.5, -0.2])
+def test_the_limits_of_a_split_are_its_sides_also_if_it_looks_farther(split):
+    lens = Lens(50.0, 2.8, 4.0, 36.0, split_dioptres=split, split_position=0.5, split_softness=0.1)
+    lean = lean_of(lens, SIZE)
+    sides = sorted(float(lean.dioptres_at(x, 9.0)) for x in (0, SIZE[0]))
+    assert lean.ends(Box(0, 0, *SIZE)) == pytest.approx(sides)
+
+
 def test_wide_pixels_lean_with_the_picture():
     lens = Lens(50.0, 2.8, 4.0, 36.0, tilt_deg=4.0, tilt_direction_deg=33.0)
     square, wide = lean_of(lens, (200, 100)), lean_of(lens, (100, 100), 2.0)
