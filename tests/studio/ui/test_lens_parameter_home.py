@@ -15,7 +15,8 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import LensCurves, Shot
-from heatlens.fronts.commands.shots.shot_new import KEYED, add_shot_options, keys_of
+from heatlens.fronts.commands.shots.shot_new import add_shot_options
+from heatlens.fronts.commands.shots.typed_keys import KEYED, keys_of
 from heatlens.studio.session.keys.key_rows import ROWS, shown_rows
 from heatlens.studio.ui.setting_places import SETTINGS
 from heatlens.studio.ui.timeline import dope_sheet

@@ -13,7 +13,8 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.fronts.api.arguments import check_names, is_single, pair, shown, text, values_of
 from heatlens.fronts.api.keywords import ReadingOptions
 from heatlens.fronts.api.notes import python_words
-from heatlens.fronts.api.source import OnePlate, Plates, Scene, Source
+from heatlens.fronts.api.source import Source
+from heatlens.fronts.api.source_kinds import OnePlate, Plates, Scene
 from heatlens.media.documents.shot_file import is_shot_file, read_shot
 from heatlens.media.plate.estimate.trusted import trust
 from heatlens.media.plate.of_arrays import plate_of_arrays

@@ -1,30 +1,23 @@
-"""Plates and scenes that can be rendered through a lens to arrays."""
+"""What can be rendered through a lens to arrays: frames, notes and `render`."""
 
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
-from pathlib import Path
-from typing import Any, Unpack
+from collections.abc import Iterable, Iterator
+from typing import Unpack
 
 from heatlens.core.base.closing import Closing
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.curves.frames import check_within
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.shot import LensCurves, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.fronts.api.arguments import LENS_VALUES, check_names, whole
 from heatlens.fronts.api.engine import ENGINE
-from heatlens.fronts.api.frame import Asked, Facts, Frame, check_frame, facts_of
+from heatlens.fronts.api.frame import Asked, Facts, Frame
 from heatlens.fronts.api.keywords import RenderOptions
 from heatlens.fronts.api.notes import Notes, python_words
-from heatlens.fronts.api.request import Request, lens_values, request_of
-from heatlens.media.plate.coc_line import focused_at_pixel
+from heatlens.fronts.api.request import Request, request_of
 from heatlens.media.plate.plate import Plate
-from heatlens.media.plate.plate_notes import breathing_notes, depth_note, lens_notes, shot_notes
-from heatlens.media.scene.first_shot import FirstShot
-from heatlens.render.defocus.quality import unused_behind_notes
+from heatlens.media.plate.plate_notes import depth_note
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import FloatArray
-from heatlens.render.source.plate_source import PlateSource
 
 
 class Source(Asked, Closing):
@@ -138,167 +131,3 @@ class Source(Asked, Closing):
     def close(self) -> None:
         """Release the pixels; the next `render` reads and loads them again."""
         ENGINE.forget(self)
-
-
-class OnePlate(Source):
-    """A plate in memory, without frames; `is_strict` makes doubts errors."""
-
-    def __init__(self, plate: Plate, is_strict: bool = False) -> None:
-        super().__init__()
-        self._plate = plate
-        self._is_strict = is_strict
-
-    @property
-    def frames(self) -> tuple[int, ...]:
-        return (1,)
-
-    def _check(self, frame: int) -> None:
-        check_frame("An array", frame, self.frames)
-
-    def _facts_at(self, frame: int) -> Facts:
-        return facts_of(self._plate)
-
-    def _shot_on(self, renderer: FrameRenderer, request: Request) -> tuple[Shot, int]:
-        if request.frame is not None:
-            self._check(request.frame)
-        lens = request.lens(self._plate)
-        doubts = lens_notes(self._plate, lens, 1.0, self._is_strict)
-        self._note_plate(self._plate, request, doubts)
-        ENGINE.load(self, self._plate, renderer.load)
-        return _seen(Shot(lens), request), 0
-
-
-class Plates(Source):
-    """A sequence of files; `shot` has the lens if a shot file was opened."""
-
-    def __init__(self, source: PlateSource, shot: Shot | None) -> None:
-        super().__init__()
-        self._source = source
-        self._sequence = source.sequence
-        self._shot = shot
-        self._read: tuple[Path, Plate] | None = None
-
-    def _shot_on(self, renderer: FrameRenderer, request: Request) -> tuple[Shot, int]:
-        at = self._frame(request.frame)
-        plate = self._plate(self._sequence.path_at(at))
-        shot, doubts = self._through_lens(plate, at, request)
-        self._note_plate(plate, request, (*doubts, *unused_behind_notes(plate, shot.defocus)))
-        ENGINE.load(self, plate, renderer.load)
-        return shot, at
-
-    def close(self) -> None:
-        self._read = None
-        super().close()
-
-    @property
-    def frames(self) -> tuple[int, ...]:
-        """See `Source.frames`; only frames with a file count."""
-        frames = self._sequence.frames
-        if self._shot is not None:
-            frames = self._source.frames_of(self._shot)
-        is_still = not self._sequence.form.padding
-        return tuple(frame for frame in frames if is_still or self._sequence.has(frame))
-
-    def _check(self, frame: int) -> None:
-        form = self._sequence.form
-        is_one = self._shot is None and self._source.frames is None
-        of_sequence = form.text if is_one and form.padding else ""
-        check_frame(self._source.text, frame, self.frames, of_sequence)
-
-    def _facts_at(self, frame: int) -> Facts:
-        told = None if self._shot is None else lens_values(self._shot.lens_at(frame))
-        return facts_of(self._plate(self._sequence.path_at(frame)), told)
-
-    def _frame(self, frame: int | None) -> int:
-        """Return the frame to render. Raises InputError for one that the plates do not have."""
-        if frame is None:
-            return self._sequence.present[0]
-        if self._shot is None:
-            self._check(frame)
-        return frame
-
-    def _through_lens(
-        self, plate: Plate, at: int, request: Request
-    ) -> tuple[Shot, tuple[str, ...]]:
-        """Return the shot with the lens of a request, and doubts about it."""
-        options, shot = self._source.options, self._shot
-        told = {} if shot is None else lens_values(shot.lens_at(at))
-        lens = request.lens(plate, told)
-        if shot is None or request.changes_lens:
-            doubts = lens_notes(plate, lens, options.scene_unit_m, options.strict)
-        else:
-            doubts = shot_notes(shot, plate)
-        return _seen(Shot(lens) if shot is None else _with_lens(shot, lens), request), doubts
-
-    def _plate(self, path: Path) -> Plate:
-        """Read a plate and keep it, because the lens changes more often than the frame."""
-        if self._read is None or self._read[0] != path:
-            self._read = (path, self._source.read(path))
-        return self._read[1]
-
-
-class Scene(Source):
-    """A 3D scene, through one of its cameras."""
-
-    def __init__(self, first: FirstShot, text: str) -> None:
-        super().__init__()
-        self._first = first
-        self._text = text
-
-    @property
-    def frames(self) -> tuple[int, ...]:
-        return tuple(self._first.shot.frames or (self._first.frame,))
-
-    @property
-    def cameras(self) -> tuple[str, ...]:
-        return tuple(camera.name for camera in self._first.scene.cameras)
-
-    def _check(self, frame: int) -> None:
-        check_within(self._first.shot.frames, self._text, (frame,))
-
-    def _facts_at(self, frame: int) -> Facts:
-        told = lens_values(self._first.shot.lens_at(frame)).items()
-        lens = {name: value for name, value in told if name not in self._first.assumed}
-        shot, renderer = self._first.shot, ENGINE.renderer()
-        ENGINE.load(self, self._first.scene, renderer.load_scene)
-        return facts_of(renderer.look(shot, frame).plate, lens)
-
-    def _shot_on(self, renderer: FrameRenderer, request: Request) -> tuple[Shot, int]:
-        first = self._first
-        at = first.frame if request.frame is None else request.frame
-        self._check(at)
-        self._check_lens(request)
-        ENGINE.load(self, first.scene, renderer.load_scene)
-        shot = _with_values(_seen(first.shot, request), at, request.given)
-        if request.focus_at is not None:
-            plate = renderer.look(shot, at).plate
-            shot = _with_lens(shot, focused_at_pixel(plate, shot.lens_at(at), *request.focus_at))
-        self._notes.warn(*first.scene.notes, *breathing_notes(shot.lens_at(at), None))
-        return shot, at
-
-    def _check_lens(self, request: Request) -> None:
-        """Raise InputError if a value that blur depends on is not known."""
-        given = {*request.given, *([] if request.focus_at is None else ["focus_distance_m"])}
-        needed = {"f_stop", "focus_distance_m"} & self._first.assumed - given
-        if needed:
-            missing = " and ".join(sorted(needed))
-            raise InputError(
-                f"{self._text}: the scene does not define the whole lens: give {missing}."
-            )
-
-
-def _seen(shot: Shot, request: Request) -> Shot:
-    """Return the shot with the blur of a request."""
-    return replace(shot, defocus=replace(shot.defocus, **request.blur))
-
-
-def _with_values(shot: Shot, frame: int, given: Mapping[str, Any]) -> Shot:
-    """Return the shot at one frame, its lens there changed by the given values."""
-    if not given:
-        return shot
-    return _with_lens(shot, replace(shot.lens_at(frame), **given))
-
-
-def _with_lens(shot: Shot, lens: Lens) -> Shot:
-    """Return the shot with a lens that does not change over time."""
-    return replace(shot, lens=lens, curves=LensCurves())

@@ -1,26 +1,22 @@
 """`heatlens shot new`: write a shot file from options, even before the first frame exists.
 
-Keys and focus marks are typed so: `focus@1001=0.94:linear`, `A=6'3"`, `B@960,540`,
-`C=cryptomatte:hero`.
+Focus marks are typed so: `A=6'3"`, `B@960,540`, `C=cryptomatte:hero`.
 """
 
 import argparse
-import re
 from dataclasses import replace
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.curves.frames import FRAMES_PER_SECOND, parse_frame_range
 from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.lens.lens import Lens, from_pupil_m, parse_measured_m
 from heatlens.core.model.marks import marks
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import TYPED_MARK, DistanceMark, mark_of
-from heatlens.core.model.option import or_meant
 from heatlens.core.model.shot.pull import frames_too_close
 from heatlens.core.model.shot.shot import FOCUS_SCALES, LensParameter, Shot
-from heatlens.core.model.units import format_distance, parse_distance_m
+from heatlens.core.model.units import format_distance
 from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
 from heatlens.fronts.commands.options.given_options import refuse_unused
 from heatlens.fronts.commands.options.lens_options import (
@@ -48,6 +44,7 @@ from heatlens.fronts.commands.shots.following import (
     shot_that_follows,
     shot_with_tracks,
 )
+from heatlens.fronts.commands.shots.typed_keys import KEYED, Keys, keys_of
 from heatlens.fronts.commands.sources.shot_plate import on_frames_of_plate
 from heatlens.fronts.commands.sources.source_commands import commands_for
 from heatlens.media.camera.into_shot import with_camera
@@ -69,10 +66,6 @@ examples:
   heatlens shot new 'plate.####.exr' -o s.heatlens.json --f-stop 1.4 --follow A=cryptomatte:hero
   heatlens shot new scene.glb -o s.heatlens.json --f-stop 2 --focus-distance 3 --size 1920x1080
 """
-KEYED = {parameter.typed: parameter for parameter in LensParameter}
-_KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
-
-Keys = dict[LensParameter, list[Key]]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -276,44 +269,3 @@ def _check_output(path: Path, overwrite: bool) -> None:
         raise InputError(f"{path}: the name of a shot file must end in {SHOT_SUFFIX}.")
     if path.is_file() and not overwrite:
         raise InputError(f"{path} already exists. Replace it with --overwrite.")
-
-
-def keys_of(texts: list[str]) -> Keys:
-    """Parse keys into a list for each parameter. Raises InputError for an invalid key."""
-    keys: Keys = {}
-    for text in texts:
-        match = _KEY.fullmatch(text)
-        if match is None or match[1] not in KEYED:
-            raise _no_key(text, _key_hint(text))
-        parameter = KEYED[match[1]]
-        keys.setdefault(parameter, []).append(_key(text, parameter, match))
-    return {name: sorted(found, key=lambda key: key.frame) for name, found in keys.items()}
-
-
-def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
-    _, frame, value, path = match.groups()
-    is_focus = parameter is LensParameter.FOCUS_DISTANCE
-    try:
-        return Key(
-            float(frame),
-            parse_distance_m(value) if is_focus else float(value),
-            Interpolation.SMOOTH if path is None else Interpolation(path),
-        )
-    except ValueError:
-        raise _no_key(text) from None
-
-
-def _key_hint(text: str) -> str:
-    """Return a sentence on a key without a frame, or with a name like another one; else ""."""
-    name, sign, value = text.partition("=")
-    if sign and name in KEYED:
-        return f" The frame is missing, as in {name}@1001={value}."
-    return or_meant(name.partition("@")[0], KEYED)
-
-
-def _no_key(text: str, hint: str = "") -> InputError:
-    return InputError(
-        f"--key takes PARAMETER@FRAME=VALUE, such as focus@1001=6'3\" or f-stop@1010=2.8:linear; "
-        f"parameters are {', '.join(KEYED)}; paths are {', '.join(Interpolation)}; "
-        f"got {text!r}.{hint}"
-    )
