@@ -102,11 +102,12 @@ ALL = ("--bare", "--sweep-coc", "--methods", "--truth-views", "80", "--truth-siz
 
 def test_what_is_planned_is_what_is_said(capsys, monkeypatch):
     """With everything asked for, each part is told as a part, and the last one is the last."""
+    bench = "heatlens.lab.measure.bench"
     for name in ("measure", "schedule"):
-        monkeypatch.setattr(f"heatlens.lab.measure.bench.{name}.SWEEP_COC_PX", (2.0, 9.0))
-        monkeypatch.setattr(f"heatlens.lab.measure.bench.{name}.SWEEP_SIZES", ((32, 24),))
+        monkeypatch.setattr(f"{bench}.{name}.SWEEP_COC_PX", (2.0, 9.0))
+        monkeypatch.setattr(f"{bench}.{name}.SWEEP_SIZES", ((32, 24),))
     for name in ("methods", "schedule"):
-        monkeypatch.setattr(f"heatlens.lab.measure.bench.{name}.METHOD_COC_PX", (5.0,))
+        monkeypatch.setattr(f"{bench}.{name}.METHOD_COC_PX", (5.0,))
     monkeypatch.setattr(progress_line, "shows_progress", lambda _: True)
     assert main(["bench", *WORDS, *ALL, "--json"]) == 0
     told = [line for line in re.split(r"\r|\n", capsys.readouterr().err) if " of " in line]
