@@ -58,7 +58,7 @@ def _meant(function: str, name: str) -> str:
     if elsewhere is not None:
         return f" in {function}: it is an argument of {elsewhere}."
     other = OTHER_NAMES.get(name.replace("_", "-"), "").replace("-", "_")
-    near = [found for found in known if other and found.startswith(other)]
+    near = [begun for begun in known if other and begun.startswith(other)]
     near = near or difflib.get_close_matches(name, known, 1)
     return f". Did you mean {near[0]}?" if near else f"; there are {', '.join(known)}."
 
@@ -86,8 +86,8 @@ def _value(kind: type, name: str, value: object) -> object:
         one = get_args(hint)[0]
         return tuple(_single(one, name, item) for item in _items(name, value))
     if hint is float:
-        told = options_of(kind).get(name)
-        return number(name, value, None if told is None else told.parse)
+        option = options_of(kind).get(name)
+        return number(name, value, None if option is None else option.parse)
     return _single(hint, name, value)
 
 
@@ -133,10 +133,10 @@ def whole(name: str, value: Any) -> int:
     value = _python_scalar(value)
     if not _is_whole(value):
         raise _wrong(name, "a whole number", value)
-    found = operator.index(value)
-    if abs(found) > FRAME_MOST:
+    integer = operator.index(value)
+    if abs(integer) > FRAME_MOST:
         raise InputError(f"{name} is a whole number of at most nine digits.")
-    return found
+    return integer
 
 
 def _is_whole(value: object) -> bool:
@@ -154,16 +154,16 @@ def pair(name: str, meaning: str, value: Any) -> tuple[int, int]:
 
 def text(name: str, value: Any) -> str:
     """Return a word or the name of a file as text. Raises InputError for anything else."""
-    found = os.fspath(value) if isinstance(value, str | os.PathLike) else None
-    if not isinstance(found, str):
+    words = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    if not isinstance(words, str):
         raise _wrong(name, "a text", value)
     try:
-        is_usable = b"\0" not in os.fsencode(found)
+        is_usable = b"\0" not in os.fsencode(words)
     except UnicodeEncodeError:
         is_usable = False
     if not is_usable:
-        raise InputError(f"{name} holds characters that a name cannot have: {shown(found)}.")
-    return found
+        raise InputError(f"{name} holds characters that a name cannot have: {shown(words)}.")
+    return words
 
 
 def known(kind: type[Choice], name: str, value: object) -> Choice:

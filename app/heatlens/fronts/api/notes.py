@@ -81,22 +81,22 @@ def python_words() -> Iterator[None]:
         raise
 
 
-def _argument(found: "re.Match[str]") -> str:
+def _argument(match: "re.Match[str]") -> str:
     """Return name=value for an option and its value, or the name if there is no value."""
-    flag, word = found[1], found[2]
+    flag, word = match[1], match[2]
     after = "" if word is None else f" {word}"
     if flag in _OTHERS:
         return f"{_OTHERS[flag]}{after}"
     if flag not in _OPTIONS:
-        return found[0]
-    name, told = _OPTIONS[flag]
-    value = None if word is None else _value(told, word)
+        return match[0]
+    name, option = _OPTIONS[flag]
+    value = None if word is None else _value(option, word)
     return f"{name}{after}" if value is None else f"{name}={value}"
 
 
-def _value(told: Option, word: str) -> str | None:
+def _value(option: Option, word: str) -> str | None:
     """Return the number that `word` stands for, as text, or None for an ordinary word."""
-    parse: Any = float if told.parse is None else told.parse
+    parse: Any = float if option.parse is None else option.parse
     try:
         value = parse(word)
     except (InputError, ValueError):

@@ -96,8 +96,8 @@ def _of_name(
 
 
 def _of_kind(name: str, asked: Asked) -> Source:
-    found: Source = kind_of(name).python(name, asked)
-    return found
+    source: Source = kind_of(name).python(name, asked)
+    return source
 
 
 def scene_named(name: str, asked: Asked) -> Source:

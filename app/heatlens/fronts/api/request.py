@@ -37,9 +37,9 @@ class Request:
         """Return whether the lens differs from that of the source."""
         return bool(self.given) or self.focus_at is not None
 
-    def lens(self, plate: Plate, told: Mapping[str, Any] = MappingProxyType({})) -> Lens:
+    def lens(self, plate: Plate, known: Mapping[str, Any] = MappingProxyType({})) -> Lens:
         """Return the lens in front of a plate; `told` holds the values of its shot file."""
-        values = {**told, **self.given}
+        values = {**known, **self.given}
         if self.focus_at is not None:
             values["focus_distance_m"] = depth_at_m(plate, *self.focus_at)
         lens = plate_lens(plate, values).lens

@@ -88,8 +88,8 @@ class Plates(Source):
         check_frame(self._source.text, frame, self.frames, of_sequence)
 
     def _facts_at(self, frame: int) -> Facts:
-        told = None if self._shot is None else lens_values(self._shot.lens_at(frame))
-        return facts_of(self._plate(self._sequence.path_at(frame)), told)
+        of_shot = None if self._shot is None else lens_values(self._shot.lens_at(frame))
+        return facts_of(self._plate(self._sequence.path_at(frame)), of_shot)
 
     def _frame(self, frame: int | None) -> int:
         """Return the frame to render. Raises InputError for one that the plates do not have."""
@@ -104,8 +104,8 @@ class Plates(Source):
     ) -> tuple[Shot, tuple[str, ...]]:
         """Return the shot with the lens of a request, and doubts about it."""
         options, shot = self._source.options, self._shot
-        told = {} if shot is None else lens_values(shot.lens_at(at))
-        lens = request.lens(plate, told)
+        of_shot = {} if shot is None else lens_values(shot.lens_at(at))
+        lens = request.lens(plate, of_shot)
         if shot is None or request.changes_lens:
             doubts = lens_notes(plate, lens, options.scene_unit_m, options.strict)
         else:
@@ -139,8 +139,8 @@ class Scene(Source):
         check_within(self._first.shot.frames, self._text, (frame,))
 
     def _facts_at(self, frame: int) -> Facts:
-        told = lens_values(self._first.shot.lens_at(frame)).items()
-        lens = {name: value for name, value in told if name not in self._first.assumed}
+        of_scene = lens_values(self._first.shot.lens_at(frame)).items()
+        lens = {name: value for name, value in of_scene if name not in self._first.assumed}
         shot, renderer = self._first.shot, ENGINE.renderer()
         ENGINE.load(self, self._first.scene, renderer.load_scene)
         return facts_of(renderer.look(shot, frame).plate, lens)

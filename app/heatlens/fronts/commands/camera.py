@@ -160,8 +160,8 @@ def _timecodes_of(
     """Return a function that gives the timecode of a frame, for shots and shoot tables."""
     if is_shot_file(args.source):
         return shot_timecodes(read_shot(args.source), camera.frames[0])
-    told = dict(zip(camera.frames, camera.timecodes or (), strict=False))
-    return told.get
+    timecodes = dict(zip(camera.frames, camera.timecodes or (), strict=False))
+    return timecodes.get
 
 
 def _write(args: argparse.Namespace, camera: CameraSamples) -> None:

@@ -85,8 +85,8 @@ class _Parser(argparse.ArgumentParser):
         parsed, unknown = super().parse_known_args(words, namespace)
         if unknown and self.prog.endswith(" view") and parsed.plate in COMMANDS:
             right = " ".join((parsed.plate, *unknown))
-            told = f"options come after the command, as in: heatlens {right} --f-stop 2"
-            self.exit(2, f"heatlens: {told}\n`heatlens {parsed.plate} --help` explains.\n")
+            advice = f"options come after the command, as in: heatlens {right} --f-stop 2"
+            self.exit(2, f"heatlens: {advice}\n`heatlens {parsed.plate} --help` explains.\n")
         if len(unknown) > 1 and all(map(os.path.isfile, unknown)):
             self.error(_unquoted(unknown))
         if unknown:
@@ -275,9 +275,9 @@ def _like(option: str, known: Sequence[str]) -> list[str]:
 
 def _commands_with(option: str) -> list[str]:
     """Return the commands that have an option, which another one was given."""
-    found = []
+    having = []
     for name in COMMANDS:
         own = argparse.ArgumentParser(add_help=False)
         module_of(name).add_options(own)
-        found += [name] if option in own._option_string_actions else []
-    return found
+        having += [name] if option in own._option_string_actions else []
+    return having

@@ -46,21 +46,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run all checks and print each finding at once; return 1 if something fails."""
-    start, found = time.perf_counter(), []
+    start, findings = time.perf_counter(), []
     with paced_progress(_steps()) as tell_step:
         for finding in _findings(tell_step):
-            found.append(finding)
+            findings.append(finding)
             tell_step("")
             if not args.json:
                 tell(f"{finding.state:5}  {finding.name}: {finding.said}")
-    faults = sum(finding.state == "fault" for finding in found)
+    faults = sum(finding.state == "fault" for finding in findings)
     seconds = time.perf_counter() - start
     if args.json:
-        report = {"ok": not faults, "seconds": seconds, "findings": [asdict(f) for f in found]}
+        report = {"ok": not faults, "seconds": seconds, "findings": [asdict(f) for f in findings]}
         print(json.dumps(report, indent=2))
     else:
-        told = "no fault found" if not faults else f"at fault: {faults}"
-        print(f"{len(found)} findings in {seconds:.1f} s, {told}")
+        verdict = "no fault found" if not faults else f"at fault: {faults}"
+        print(f"{len(findings)} findings in {seconds:.1f} s, {verdict}")
     return int(faults > 0)
 
 

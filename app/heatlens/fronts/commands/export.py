@@ -260,8 +260,8 @@ def run_after(command: str, plan: ExportPlan, name: str) -> None:
 
     What it prints goes to standard error. Raises InputError if it fails.
     """
-    told = f"{json.dumps(_facts(plan, name))}\n"
-    done = subprocess.run(command, shell=True, input=told, text=True, stdout=_STDERR)
+    facts = f"{json.dumps(_facts(plan, name))}\n"
+    done = subprocess.run(command, shell=True, input=facts, text=True, stdout=_STDERR)
     if done.returncode:
         raise InputError(
             f"--after-export: the frames of {name} are written, but {command!r} ended with exit "

@@ -61,8 +61,8 @@ def started_as() -> str:
     program = Path(sys.argv[0])
     if program.name == "__main__.py":
         return f"{shlex.quote(sys.orig_argv[0])} -m heatlens"
-    found = shutil.which(program.name)
-    if found is not None and os.path.realpath(found) == os.path.realpath(program):
+    on_path = shutil.which(program.name)
+    if on_path is not None and os.path.realpath(on_path) == os.path.realpath(program):
         return program.name
     return shlex.quote(str(_short(program)))
 

@@ -72,13 +72,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the facts; the exit code is 1 if frames of a sequence are missing or damaged."""
-    found = [_facts_of(args, item) for item in found_among(args.plates)]
+    described = [_facts_of(args, item) for item in found_among(args.plates)]
     if args.json:
-        facts = [item[0] for item in found]
+        facts = [item[0] for item in described]
         tell(json.dumps(facts if len(facts) > 1 else facts[0], indent=2, allow_nan=False), "\n")
     else:
-        tell("\n\n".join(_text(lines) for _, lines in found), "\n")
-    return int(any(lacks_frames(facts) for facts, _ in found))
+        tell("\n\n".join(_text(lines) for _, lines in described), "\n")
+    return int(any(lacks_frames(facts) for facts, _ in described))
 
 
 def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[Facts, list[Line]]:
@@ -103,21 +103,21 @@ def found_among(texts: Items[str]) -> list[str | Sequence]:
     form. Raises InputError for a pattern without files.
     """
     groups: dict[tuple[Path, NameForm], list[int]] = {}
-    found: list[str | Sequence | tuple[Path, NameForm]] = []
+    items: list[str | Sequence | tuple[Path, NameForm]] = []
     for text in texts:
         path = Path(os.path.expanduser(text))
         is_pattern = not path.exists() and parse_pattern(path.name) is not None
         form, frame = form_of(path.name)
         if path.is_dir() or is_pattern:
-            found.append(find_sequence(text))
+            items.append(find_sequence(text))
         elif frame is None or len(texts) == 1 or not path.exists():
-            found.append(text)
+            items.append(text)
         else:
             key = (path.parent, form)
             if key not in groups:
-                found.append(key)
+                items.append(key)
             groups.setdefault(key, []).append(frame)
-    return [_settled(item, groups) if isinstance(item, tuple) else item for item in found]
+    return [_settled(item, groups) if isinstance(item, tuple) else item for item in items]
 
 
 def _settled(
@@ -172,11 +172,11 @@ def _lines(facts: Facts) -> list[Line]:
     return lines
 
 
-def _with_frames(label: str, found: dict[str, str]) -> list[Line]:
+def _with_frames(label: str, frames_of: dict[str, str]) -> list[Line]:
     """Return one line if all frames agree, else a line for each value with its frames."""
-    if len(found) == 1 and label != "note":
-        return [(label, name) for name in found]
-    return [(label, f"{name} ({_frames_words(frames)})") for name, frames in found.items()]
+    if len(frames_of) == 1 and label != "note":
+        return [(label, name) for name in frames_of]
+    return [(label, f"{name} ({_frames_words(frames)})") for name, frames in frames_of.items()]
 
 
 def _frames_words(frames: str) -> str:

@@ -100,8 +100,8 @@ class JobWords:
             yield from (("--media=", folder) for folder in self._folders)
         if args.edit_out is not None:
             yield self._at("--edit-out=", args.edit_out, "OUT")
-        told = {"--edit-fps": args.edit_fps, "--handles": args.handles}
-        yield from ((f"{option}={value:g}",) for option, value in told.items() if value)
+        numbers = {"--edit-fps": args.edit_fps, "--handles": args.handles}
+        yield from ((f"{option}={value:g}",) for option, value in numbers.items() if value)
         yield from self._given(args)
 
     def _at(self, lead: str, path: str | os.PathLike[str], flow: str = "IN") -> Word:
@@ -166,8 +166,8 @@ def submit(args: argparse.Namespace, shots: Sequence[SentShot]) -> None:
     say(f"{count}. {_HOW[args.submit]()}")
     for place in job.places if args.submit == "openjd" else ():
         if relative_to(place, Path.cwd()) is None:
-            told = f"-p {place.name}={place.path}"
-            say(f"the template cannot hold this path; give it on submission: {told}")
+            option = f"-p {place.name}={place.path}"
+            say(f"the template cannot hold this path; give it on submission: {option}")
 
 
 def _check(args: argparse.Namespace, shots: Iterable[SentShot]) -> None:
@@ -264,8 +264,8 @@ def _folders(shots: Sequence[SentShot], files: Iterable[Path]) -> Iterator[Place
 
     The files of several shots keep their places to each other, in one folder if possible.
     """
-    found = (folder_of_source(shot.plan) for shot in shots)
-    plates = [folder for folder in dict.fromkeys(found) if folder is not None]
+    of_plates = (folder_of_source(shot.plan) for shot in shots)
+    plates = [folder for folder in dict.fromkeys(of_plates) if folder is not None]
     tops = topmost((*plates, *(path.parent for path in files)))
     if shots[0].name:
         common = Path(os.path.commonpath(tops)) if tops else Path()

@@ -57,7 +57,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Work until the scheduler ends."""
-    import asyncio  # here, because every export imports this module for what a worker is sent
+    import asyncio
 
     library()
     checked_address(args.address)
@@ -100,13 +100,13 @@ async def _work(address: str, host: str, folder: Path) -> None:
 
     It listens on `host` alone, and shows its page of Dask to this machine alone.
     """
-    told: dict[str, object] = {
+    settings: dict[str, object] = {
         "nthreads": 1,
         "memory_limit": 0,
         "death_timeout": connection.PATIENCE_S,
     }
-    told |= {"host": host, "dashboard_address": "127.0.0.1:0", "local_directory": str(folder)}
-    async with library().Worker(address, **told) as worker:
+    settings |= {"host": host, "dashboard_address": "127.0.0.1:0", "local_directory": str(folder)}
+    async with library().Worker(address, **settings) as worker:
         say(f"works for {address}")
         await worker.finished()
 
@@ -127,13 +127,13 @@ def _made(task: PartTask, tell: Callable[[PartDone], None]) -> list[FetchedPart]
             f"A worker has heatlens {__version__}, but {task.version} sent the work: install the "
             "same version on both."
         )
-    found = []
+    parts_done = []
     with _plan(task) as plan, closing(export_frames(plan, renderer)) as steps:
         for done in steps:
-            found.append(_part_done(done, task))
+            parts_done.append(_part_done(done, task))
             if not task.fetch:
-                tell(found[-1][0])
-    return found
+                tell(parts_done[-1][0])
+    return parts_done
 
 
 def _part_done(done: FrameDone, task: PartTask) -> FetchedPart:

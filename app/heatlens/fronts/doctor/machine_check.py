@@ -52,17 +52,17 @@ def system() -> Iterator[Finding]:
 
 def packages() -> Iterator[Finding]:
     """Report the version of every package, or why it cannot be imported."""
-    found: dict[str, str] = {}
+    versions: dict[str, str] = {}
     for part in parts():
         for name, module in part.packages.items():
             why = _why_not(module)
             if why is None:
-                found[name] = _version(name)
+                versions[name] = _version(name)
                 continue
             said = f"{name} cannot be imported ({why}). {part.gives} needs it: {part.cure(name)}"
             yield Finding("packages", "note" if part.name else "fault", said, {"missing": name})
-    listed = ", ".join(f"{name} {version}" for name, version in found.items())
-    yield Finding("packages", "ok", listed, found)
+    listed = ", ".join(f"{name} {version}" for name, version in versions.items())
+    yield Finding("packages", "ok", listed, versions)
 
 
 def files() -> Iterator[Finding]:

@@ -116,22 +116,24 @@ def renderer_of(args: argparse.Namespace, plan: ExportPlan) -> Callable[[], Fram
 
     def made() -> FrameRenderer:
         renderer = headless_renderer()
-        found = f"{__version__}/{renderer.ctx.name}"
-        _compare(args.expect or "", found, plan.job.shot.plate_options.strict)
+        program = f"{__version__}/{renderer.ctx.name}"
+        _compare(args.expect or "", program, plan.job.shot.plate_options.strict)
         return renderer
 
     return made
 
 
-def _compare(wanted: str, found: str, strict: bool) -> None:
+def _compare(wanted: str, present: str, strict: bool) -> None:
     names = ("heatlens", "OpenGL driver")
-    pairs = zip(names, wanted.split("/", 1), found.split("/", 1), strict=False)
+    pairs = zip(names, wanted.split("/", 1), present.split("/", 1), strict=False)
     others = [
         f"{name} {here}, not {there}" for name, there, here in pairs if there and there != here
     ]
     if not others:
         return
-    told = f"this machine has {' and '.join(others)}, where the job was written"
+    difference = f"this machine has {' and '.join(others)}, where the job was written"
     if strict:
-        raise InputError(f"{told[0].upper()}{told[1:]}. Without --strict it renders nevertheless.")
-    say(f"{told}; pictures may differ slightly.")
+        raise InputError(
+            f"{difference[0].upper()}{difference[1:]}. Without --strict it renders nevertheless."
+        )
+    say(f"{difference}; pictures may differ slightly.")

@@ -37,9 +37,9 @@ _USUAL = DefocusSettings()
 
 def add_fields(group: Group, kind: type, names: Iterable[str] = ()) -> None:
     """Add the options of the fields `names` of a dataclass to a parser or group; default all."""
-    told = options_of(kind)
-    for name in names or told:
-        group.add_argument(flag_of(kind, name), **_keywords(type_of(kind, name), told[name]))
+    options = options_of(kind)
+    for name in names or options:
+        group.add_argument(flag_of(kind, name), **_keywords(type_of(kind, name), options[name]))
 
 
 def flag_of(kind: type, name: str) -> str:
@@ -52,79 +52,79 @@ def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()
 
     Raises InputError for values that cannot be read, and for numbers outside their range.
     """
-    told, found = options_of(kind), {}
-    for name in names or told:
-        value = getattr(args, _attribute(told[name]), None)
+    options, values = options_of(kind), {}
+    for name in names or options:
+        value = getattr(args, _attribute(options[name]), None)
         if value is not None and value is not False:
-            found[name] = _value(value, type_of(kind, name), told[name])
-    return found
+            values[name] = _value(value, type_of(kind, name), options[name])
+    return values
 
 
 def fill_fields(args: argparse.Namespace, record: object) -> None:
     """Give options that were not typed the values of `record`, where these are not defaults."""
     kind: Any = type(record)
-    for name, told in options_of(kind).items():
-        typed, value = getattr(args, _attribute(told)), getattr(record, name)
+    for name, option in options_of(kind).items():
+        typed, value = getattr(args, _attribute(option)), getattr(record, name)
         if (typed is None or typed is False) and value != getattr(kind(), name):
-            setattr(args, _attribute(told), value)
+            setattr(args, _attribute(option), value)
 
 
 def attributes_of(kind: type, names: Iterable[str] = ()) -> tuple[str, ...]:
     """Return the attributes of parsed arguments that hold the options of fields."""
-    told = options_of(kind)
-    return tuple(_attribute(told[name]) for name in names or told)
+    options = options_of(kind)
+    return tuple(_attribute(options[name]) for name in names or options)
 
 
 def unasked(method: Method) -> dict[str, list[str]]:
     """Return the attributes of blur options that a method ignores, grouped by the reason."""
-    found: dict[str, list[str]] = {}
-    for told in options_of(DefocusSettings).values():
-        if told.asked_by is not None and not told.asked_by(method):
-            found.setdefault(told.why_not, []).append(_attribute(told))
-    return found
+    attributes: dict[str, list[str]] = {}
+    for option in options_of(DefocusSettings).values():
+        if option.asked_by is not None and not option.asked_by(method):
+            attributes.setdefault(option.why_not, []).append(_attribute(option))
+    return attributes
 
 
-def _attribute(told: Option) -> str:
-    return told.flag.replace("-", "_")
+def _attribute(option: Option) -> str:
+    return option.flag.replace("-", "_")
 
 
-def _keywords(kind: Any, told: Option) -> Values:
+def _keywords(kind: Any, option: Option) -> Values:
     """Return the keyword arguments of `add_argument` for an option."""
     if kind is bool:
-        return {"action": "store_true", "help": told.help}
+        return {"action": "store_true", "help": option.help}
     if get_origin(kind) is tuple:
-        return {"action": "append", "metavar": told.metavar, "help": told.help}
+        return {"action": "append", "metavar": option.metavar, "help": option.help}
     if get_origin(kind) is Literal:
-        return {"choices": get_args(kind), "help": told.help}
+        return {"choices": get_args(kind), "help": option.help}
     if issubclass(kind, StrEnum):
-        return {"choices": [str(member) for member in kind], "help": told.help}
-    keywords: dict[str, object] = {"metavar": told.metavar, "help": told.help}
-    if told.parse is None and kind in (int, float):
-        keywords["type"] = whole if kind is int else _NUMBERS[told.unit]
+        return {"choices": [str(member) for member in kind], "help": option.help}
+    keywords: dict[str, object] = {"metavar": option.metavar, "help": option.help}
+    if option.parse is None and kind in (int, float):
+        keywords["type"] = whole if kind is int else _NUMBERS[option.unit]
     return keywords
 
 
-def _value(typed: Any, kind: Any, told: Option) -> Any:
+def _value(typed: Any, kind: Any, option: Option) -> Any:
     if get_origin(kind) is tuple:
-        return tuple(_value(one, get_args(kind)[0], told) for one in typed)
+        return tuple(_value(one, get_args(kind)[0], option) for one in typed)
     if kind is OpeningImage:
         return typed if isinstance(typed, OpeningImage) else read_opening_image(typed)
     if get_origin(kind) is Literal:
         return typed
-    if told.parse is not None and isinstance(typed, str):
-        return told.parse(with_point(typed) if kind is float else typed)
+    if option.parse is not None and isinstance(typed, str):
+        return option.parse(with_point(typed) if kind is float else typed)
     if issubclass(kind, StrEnum):
         return kind(typed)
     if kind in (int, float):
-        _check(typed, told)
+        _check(typed, option)
     return typed
 
 
-def _check(value: float, told: Option) -> None:
+def _check(value: float, option: Option) -> None:
     """Raise InputError for a number out of range; the model checks those with a unit."""
-    if told.least is not None and not told.unit and not told.allows(value):
-        low, high = told.least, told.most
-        raise InputError(f"--{told.flag} must be {low:g} to {high:g}, got {value:g}.")
+    if option.least is not None and not option.unit and not option.allows(value):
+        low, high = option.least, option.most
+        raise InputError(f"--{option.flag} must be {low:g} to {high:g}, got {value:g}.")
 
 
 def add_blur_options(parser: argparse.ArgumentParser) -> None:

@@ -56,7 +56,7 @@ def refuse_unused(
 
 def refuse_given(args: argparse.Namespace, names: Iterable[str], why: str) -> None:
     """Raise InputError, beginning with `why`, for those of the options `names` that were given."""
-    found = [name for name in names if getattr(args, name, None) not in (None, False)]
-    if found:
-        typed = ", ".join(f"--{name.replace('_', '-')}" for name in found)
+    attributes = [name for name in names if getattr(args, name, None) not in (None, False)]
+    if attributes:
+        typed = ", ".join(f"--{name.replace('_', '-')}" for name in attributes)
         raise InputError(f"{why}: leave {typed} out.")

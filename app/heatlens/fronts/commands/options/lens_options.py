@@ -200,18 +200,18 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
     if args.focus_at is not None:
         values["focus_distance_m"] = depth_at_m(plate, *pixel_of(args.focus_at))
     try:
-        found = plate_lens(plate, values)
+        with_sources = plate_lens(plate, values)
     except MissingLensError as error:
         raise InputError(error.sentence(_GIVEN_WITH)) from None
     changed = {
         "assumed full frame": f"assumed full frame; change it with {_FLAGS['sensor_width_mm']}"
     }
-    told = {field: changed.get(source, source) for field, source in found.sources.items()}
-    lens = found.lens
+    origins = {field: changed.get(source, source) for field, source in with_sources.sources.items()}
+    lens = with_sources.lens
     if args.focus_at is not None:
         lens = focused_at_pixel(plate, lens, *pixel_of(args.focus_at))
     lens = lens_of_kit(args, lens)
-    return lens, f"lens: {lens_words(lens, {**told, **sources})}"
+    return lens, f"lens: {lens_words(lens, {**origins, **sources})}"
 
 
 def sources_of(args: argparse.Namespace) -> dict[str, str]:
@@ -247,11 +247,11 @@ def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
 
 def _focus_words(lens: Lens, origin: str) -> str:
     """Return the focus as text, and from where it is measured if that is not the pupil."""
-    if origin == FOLLOWED:  # it is measured when the lens is complete
+    if origin == FOLLOWED:
         return "focus on a mark"
-    told = measured_text(lens, lens.focus_distance_m)
+    focus = f"focus {measured_text(lens, lens.focus_distance_m)}"
     is_usual = lens.measured_from is MeasuredFrom.PUPIL
-    return f"focus {told}" if is_usual else f"focus {told} from the {lens.measured_from.words}"
+    return focus if is_usual else f"{focus} from the {lens.measured_from.words}"
 
 
 def _lens_of_coc(

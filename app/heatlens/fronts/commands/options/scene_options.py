@@ -161,9 +161,9 @@ def said_of_lens(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
 
 
 def _first_shot(
-    args: argparse.Namespace, text: str, found: dict[str, object] | None = None
+    args: argparse.Namespace, text: str, measured: dict[str, object] | None = None
 ) -> FirstShot:
-    lens = {**given_lens(args), **(found or {})}
+    lens = {**given_lens(args), **(measured or {})}
     timing, placing = timing_of(args, text), placing_of(args)
     first = first_shot(text, args.size, args.scene_camera, lens, timing, placing)
     return replace(first, shot=shot_with_kit(args, first.shot))

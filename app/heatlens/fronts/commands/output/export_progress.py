@@ -105,10 +105,10 @@ def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
         _say(event="frame", frame=done.frame, path=str(done.path), state=state, **of)
 
     yield tell
-    told = {"told": " ".join(tally.told)} if tally.told else {}
-    told |= {"pace": tally.pace} if tally.pace else {}
+    notes = {"told": " ".join(tally.told)} if tally.told else {}
+    notes |= {"pace": tally.pace} if tally.pace else {}
     counts = {"written": len(tally.written), "finished_before": tally.kept}
-    _say(event="end", output=output, **counts, **told)
+    _say(event="end", output=output, **counts, **notes)
 
 
 @contextmanager

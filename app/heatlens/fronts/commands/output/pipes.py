@@ -29,8 +29,8 @@ def file_of_input(path: Path) -> Iterator[Path]:
         data = sys.stdin.buffer.read()
         suffix = ending_of(data)
         if not suffix:
-            found = "is empty" if not data else "is neither an EXR nor a PNG, JPEG or TIFF"
-            raise InputError(f"Standard input {found}.")
+            fault = "is empty" if not data else "is neither an EXR nor a PNG, JPEG or TIFF"
+            raise InputError(f"Standard input {fault}.")
         spooled = folder / f"stdin{suffix}"
         spooled.write_bytes(data)
         yield spooled

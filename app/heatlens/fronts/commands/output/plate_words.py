@@ -81,8 +81,8 @@ def shot_timecodes(shot: Shot, first: int) -> Callable[[int], Timecode | None]:
     rate = shot.frames_per_second
 
     def timecode_at(frame: int) -> Timecode | None:
-        told = None if started is None else started[1].later(frame - started[0], rate)
-        return shot.timecode_at(frame, told, first)
+        of_plate = None if started is None else started[1].later(frame - started[0], rate)
+        return shot.timecode_at(frame, of_plate, first)
 
     return timecode_at
 

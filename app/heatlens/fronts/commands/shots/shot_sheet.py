@@ -124,16 +124,16 @@ def _parts_of_reel(args: argparse.Namespace) -> list[_Part]:
     """Return the shot files of a reel; others have no keys, which is said."""
     refuse_given(args, ("frames", "start_timecode"), "The cut says which frames are listed")
     reel = read_reel(args.shot)
-    found = []
+    parts = []
     for own in reel.shots:
         if not is_shot_file(own.source):
             say(f"{own.name}: {own.source or 'its media'} is not a shot file, so it has no pull.")
             continue
         shot = measured_now(read_shot(own.source))
-        found.append(_Part(own.name, shot, own.frames or _frames_of(args, shot)))
-    if not found:
+        parts.append(_Part(own.name, shot, own.frames or _frames_of(args, shot)))
+    if not parts:
         raise InputError(f"{args.shot} has no shot file: `heatlens reel` makes one for each clip.")
-    return found
+    return parts
 
 
 def _name(path: Path) -> str:

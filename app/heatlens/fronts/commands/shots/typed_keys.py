@@ -24,7 +24,7 @@ def keys_of(texts: list[str]) -> Keys:
             raise _no_key(text, _key_hint(text))
         parameter = KEYED[match[1]]
         keys.setdefault(parameter, []).append(_key(text, parameter, match))
-    return {name: sorted(found, key=lambda key: key.frame) for name, found in keys.items()}
+    return {name: sorted(typed, key=lambda key: key.frame) for name, typed in keys.items()}
 
 
 def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:

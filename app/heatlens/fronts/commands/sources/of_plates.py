@@ -151,15 +151,15 @@ def _read_named(path: Path, options: PlateOptions, behind_out: Path | None) -> P
         return read_plate(path, options)
     target = None if behind_out is None else behind_path(behind_out, path)
     read = NeighbourReader(options, find_sequence(path))
-    found = read.found(read.alone(path))
+    beyond = read.found(read.alone(path))
     say(read.neighbourhood.words)
-    if found.frames:
-        where = frames_text(found.frames)
-        say(f"frames {where} show {found.hidden_part:.0%} of what near silhouettes could hide.")
+    if beyond.frames:
+        where = frames_text(beyond.frames)
+        say(f"frames {where} show {beyond.hidden_part:.0%} of what near silhouettes could hide.")
     if target is not None:
-        write_behind(target, found.layers)
+        write_behind(target, beyond.layers)
         say(f"{target} shows what lies behind {path}.")
-    return found.plate
+    return beyond.plate
 
 
 def plate_lines(facts: Facts) -> list[Line]:
@@ -232,16 +232,16 @@ def _source_words(source: str) -> str:
     return source if source.startswith("header, ") else f"header: {source}"
 
 
-def _primaries_lines(told: Facts | None) -> list[Line]:
+def _primaries_lines(primaries: Facts | None) -> list[Line]:
     """Return the primaries of the colours, and the attribute that states them."""
-    if told is None:
+    if primaries is None:
         return [("primaries", "linear Rec.709 (the header names no other)")]
-    if told["space"] is None:
+    if primaries["space"] is None:
         said = "unknown to heatlens; taken as the current input space"
-        if told["by_matrix"]:
+        if primaries["by_matrix"]:
             said = "converted to linear Rec.709 by a matrix for display"
-        return [("primaries", f"{told['value']} (header: {told['attribute']}), {said}")]
-    return [("primaries", f"{told['space']} (header: {told['attribute']})")]
+        return [("primaries", f"{primaries['value']} (header: {primaries['attribute']}), {said}")]
+    return [("primaries", f"{primaries['space']} (header: {primaries['attribute']})")]
 
 
 def _color_lines(color: Facts) -> list[Line]:

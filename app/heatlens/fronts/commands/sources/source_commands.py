@@ -57,5 +57,5 @@ class SourceCommands:
 
 def commands_for(text: object) -> SourceCommands:
     """Return the commands for the kind of the source `text`."""
-    found: SourceCommands = kind_of(str(text)).commands()
-    return found
+    commands: SourceCommands = kind_of(str(text)).commands()
+    return commands

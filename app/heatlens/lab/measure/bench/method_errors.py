@@ -194,8 +194,8 @@ def _cell(
     timed = patience.timed(name, lambda: frame, where)
     if timed is None:
         return None
-    found = score(_rgb(download(timed.picture)), truth)
-    return ErrorCell(timed.ms, found.flip, found.psnr_db, found.ssim)
+    scores = score(_rgb(download(timed.picture)), truth)
+    return ErrorCell(timed.ms, scores.flip, scores.psnr_db, scores.ssim)
 
 
 def _with(frame: SceneFrame, settings: DefocusSettings) -> SceneFrame:

@@ -146,14 +146,14 @@ def entrants(settings: DefocusSettings) -> dict[str, DefocusSettings]:
 
     The name of a method that averages views contains their number: "accumulation 23".
     """
-    found: dict[str, DefocusSettings] = {}
+    settings_of: dict[str, DefocusSettings] = {}
     for method in Method:
         asked = replace(settings, method=method)
         if method.needs_scene:
-            found |= {f"{method} {n}": replace(asked, views=n) for n in _views(asked)}
+            settings_of |= {f"{method} {n}": replace(asked, views=n) for n in _views(asked)}
         else:
-            found[str(method)] = asked
-    return found
+            settings_of[str(method)] = asked
+    return settings_of
 
 
 def most_views(settings: DefocusSettings) -> int:

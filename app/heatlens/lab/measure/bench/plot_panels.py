@@ -98,19 +98,19 @@ def _traded(report: ErrorReport, name: str, coc_px: float) -> tuple[str, tuple[f
 
 def _trades(report: ErrorReport) -> dict[str, Points]:
     """Return (ms, FLIP) of each method that was measured at all, by increasing blur."""
-    found: dict[str, Points] = {}
+    points_of: dict[str, Points] = {}
     for row in report.rows:
         for name, cell in row.cells.items():
             if cell is not None:
-                found.setdefault(name, []).append((cell.ms, _flip(cell.flip)))
-    return found
+                points_of.setdefault(name, []).append((cell.ms, _flip(cell.flip)))
+    return points_of
 
 
 def _lines(rows: list[tuple[float, dict[str, float | None]]]) -> dict[str, Points]:
     """Return (coc, value) of each method; a method without any value is left out."""
     names = list(rows[0][1])
-    found = {n: [(coc, v) for coc, cells in rows if (v := cells[n]) is not None] for n in names}
-    return {name: points for name, points in found.items() if points}
+    points_of = {n: [(coc, v) for coc, cells in rows if (v := cells[n]) is not None] for n in names}
+    return {name: points for name, points in points_of.items() if points}
 
 
 def _draw_lines(

@@ -59,8 +59,8 @@ class PullErrors:
 
 def pull_entrants(settings: DefocusSettings) -> dict[str, DefocusSettings]:
     """Return the methods by name, without ray tracing, which converges to the same truth."""
-    found = entrants(settings)
-    return {n: asked for n, asked in found.items() if asked.method is not Method.RAYTRACED}
+    every = entrants(settings)
+    return {n: asked for n, asked in every.items() if asked.method is not Method.RAYTRACED}
 
 
 def pull_steps(subject: Subject, frames: tuple[int, ...], views: int) -> tuple[Step, ...]:
@@ -115,8 +115,8 @@ def _title(name: str) -> str:
 
 def _of_plates(settings: DefocusSettings) -> dict[str, DefocusSettings]:
     """Return the methods that need no scene, by name."""
-    found = pull_entrants(settings).items()
-    return {name: asked for name, asked in found if not asked.method.needs_scene}
+    candidates = pull_entrants(settings).items()
+    return {name: asked for name, asked in candidates if not asked.method.needs_scene}
 
 
 def _errors(
@@ -138,9 +138,9 @@ def _errors(
     return {
         kind: {
             name: score(cut(pixels, truth.region), truth.pixels).flip
-            for name, pixels in found.items()
+            for name, pixels in by_method.items()
         }
-        for kind, found in pictures.items()
+        for kind, by_method in pictures.items()
     }
 
 

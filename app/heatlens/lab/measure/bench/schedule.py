@@ -89,12 +89,12 @@ def _of_errors(asked: Asked, frame_s: float) -> list[Step]:
 
 def _cells(asked: Asked, where: str, frame_s: float) -> list[Step]:
     """Plan each method at one amount of blur, with no more than the time limit for each."""
-    found = []
+    steps = []
     for name, settings in entrants(asked.settings).items():
         weight = settings.views * _VIEW if settings.method.needs_scene else _OTHER_METHOD
         seconds = min((asked.runs + 1) * weight * frame_s, timing.LIMIT_S)
-        found.append(Step(f"{name}, {where}", seconds))
-    return found
+        steps.append(Step(f"{name}, {where}", seconds))
+    return steps
 
 
 def _pixels(size: tuple[int, int]) -> int:

@@ -166,11 +166,11 @@ def write_numbers(folder: Path, numbers: dict[str, object], files: list[str]) ->
 def _check_is_ours(folder: Path) -> None:
     """Raise InputError unless the folder holds only the files that its record lists."""
     try:
-        found = set(os.listdir(folder))
+        names = set(os.listdir(folder))
     except OSError as error:
         raise InputError(f"{folder} cannot be read: {error.strerror}.") from error
     ours = {name for name in _files_of(folder) if _is_plain_file(folder / name)}
-    strange = sorted(found - ours)
+    strange = sorted(names - ours)
     if strange:
         raise InputError(
             f"{folder} holds files that are not a heatlens report ({', '.join(strange[:3])}"
