@@ -23,6 +23,7 @@ class Engine:
 
     def _note_fork(self) -> None:
         """Note in a child that the OpenGL of its parent cannot be used: its threads are gone."""
+        # Rendering in such a process does not fail by itself: it waits for ever.
         self._is_forked = self._renderer is not None
 
     def renderer(self) -> FrameRenderer:

@@ -95,6 +95,7 @@ class _Parser(argparse.ArgumentParser):
 
     def _with_values_joined(self, words: Sequence[str]) -> list[str]:
         """Join an option and its value where this begins with a minus and is no option itself."""
+        # argparse takes -2-1, -70,50 and the names of files with a minus for options.
         joined: list[str] = []
         for word in words:
             before = joined[-1] if joined else ""

@@ -23,7 +23,8 @@ solvers against float64, the still life against a stored picture, colours, fonts
 whether a second start finds its shaders compiled. Says how long it takes. The exit code is 1 if
 something fails. Paste the output into bug reports.
 """
-# Seconds that each part takes if nothing is compiled yet.
+# Seconds that each part takes if nothing is compiled yet. Each has a pace of its own while it runs:
+# one for all hardly moved with the shaders, which the driver of a GPU builds slowly.
 _SECONDS = {
     "packages": 1.2,
     "shaders": 0.02,

@@ -57,6 +57,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Work until the scheduler ends."""
+    # Here, because every export imports this module for what a worker is sent: its start takes
+    # 40 ms of processor less, of 700.
     import asyncio
 
     library()
@@ -100,6 +102,8 @@ async def _work(address: str, host: str, folder: Path) -> None:
 
     It listens on `host` alone, and shows its page of Dask to this machine alone.
     """
+    # Whoever reaches the port of a worker can run programs there. Dask listens on every address of
+    # the machine, and shows a page of all that it does, unless it is told otherwise.
     settings: dict[str, object] = {
         "nthreads": 1,
         "memory_limit": 0,

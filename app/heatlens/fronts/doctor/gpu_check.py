@@ -206,6 +206,8 @@ def _solved(coc: Array, kernel: Kernel, kappa: complex, x: Array | Complex) -> C
     for end in (0, -1):
         beyond = coc[:, end] ** 2
         flow = kappa * beyond - _compact(beyond, kernel)
+        # The line goes on for ever beyond its end, with the same blur: all that lies there acts on
+        # the last pixel as one conductance, the root of h^2 + h = flow.
         heat = (np.sqrt(1.0 + 4.0 * flow + 0j) - 1.0) / 2.0  # for infinitely many pixels
         system[:, end, end] += heat
         given[:, end] = given[:, end] + heat[:, None] * x[:, end]

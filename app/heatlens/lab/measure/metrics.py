@@ -74,7 +74,8 @@ def nonfinite_count(rgb: FloatImage) -> int:
 
 def flip_library() -> ModuleType:
     """Import FLIP. Raises InputError that says what to install."""
-    # On a busy machine its threads would wait for each other 20 times as long as they compute.
+    # On a busy machine its threads would wait for each other 20 times as long as they compute: a
+    # picture of 64x48 took 0.1 s of processor in place of 0.005.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # is read when the library is loaded
     return import_extra("flip_evaluator")
 

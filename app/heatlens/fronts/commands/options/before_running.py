@@ -55,6 +55,8 @@ def _check_output_places(args: argparse.Namespace) -> None:
 
     The frames of a job for a farm are written by other machines, whose disks may differ.
     """
+    # A study worked for minutes before it found that nothing can be written in /proc, whose rights
+    # say otherwise: so a file without a name is made there, which is more than to ask for rights.
     is_elsewhere = getattr(args, "submit", None) is not None
     for name in OUTPUTS[is_elsewhere:]:
         value = getattr(args, name, None)

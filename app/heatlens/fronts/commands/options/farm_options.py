@@ -106,6 +106,7 @@ def program_of_tasks(on_gpus: bool) -> str:
         ctx = headless_context()
     except GpuError:
         return __version__
+    # With the software driver of the login node in it, --strict refused every task of such a job.
     if on_gpus and is_software(ctx):
         return __version__
     return f"{__version__}/{ctx.name}"

@@ -247,6 +247,8 @@ def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
 
 def _focus_words(lens: Lens, origin: str) -> str:
     """Return the focus as text, and from where it is measured if that is not the pupil."""
+    # Its distance is measured when the lens is complete; until then the lens holds 1 m, which would
+    # be taken for the focus.
     if origin == FOLLOWED:
         return "focus on a mark"
     focus = f"focus {measured_text(lens, lens.focus_distance_m)}"

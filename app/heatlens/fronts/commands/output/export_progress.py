@@ -104,6 +104,7 @@ def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
         of = {**more, "done": tally.done, "frames": tally.count, "seconds_left": left_s}
         _say(event="frame", frame=done.frame, path=str(done.path), state=state, **of)
 
+    # Drivers and libraries print on standard error, since a stray line among these was a fault.
     yield tell
     notes = {"told": " ".join(tally.told)} if tally.told else {}
     notes |= {"pace": tally.pace} if tally.pace else {}

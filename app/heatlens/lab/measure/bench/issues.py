@@ -72,6 +72,9 @@ def measure_issues(
     say: Callable[[str], None],
 ) -> IssueReport:
     """Count and time the issues of a frame of the scene at `size` as a GPU would get them."""
+    # Issues are what limits a fast GPU: slices and bands, which let a window answer while software
+    # draws, cost one 400 dispatches with barriers a frame at 3840x2160, where 9 and 15 a layer do.
+    # So the device that counts takes everything whole, as a GPU does.
     say(ISSUE_WORDS)
     counts: Counter[str] = Counter()
     frames = BenchFrames(counting_device(ctx, counts), SolverName.PARTITION)

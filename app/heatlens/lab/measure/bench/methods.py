@@ -111,6 +111,8 @@ def wall_m(width_px: int, diameter_px: float, lens: Lens) -> float:
 
 def _wall(size: tuple[int, int], margin_px: float, distance_m: float, lens: Lens) -> Mesh:
     """Return a wall of _SQUARES over the picture, plus `margin_px` around them; uv is 0 to 1."""
+    # The margin is one ring of squares, however wide: so as many triangles are in view for every
+    # blur, and the rows of the table differ by the blur alone.
     x, y = (
         np.array([-margin_px, *np.linspace(0, side, count + 1), side + margin_px])
         for side, count in zip(size, _SQUARES, strict=True)

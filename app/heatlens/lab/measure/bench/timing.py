@@ -48,6 +48,8 @@ class BenchFrames:
 
     def __init__(self, ctx: Device, solver: str) -> None:
         """Make a renderer; `solver` is a name of SOLVERS, or "auto" for that of `render`."""
+        # "auto" measures nothing. Choosing the fastest at each start built programs for one that is
+        # never chosen (0.9 s), and the last digits of a picture hung on how busy the machine was.
         self.ctx = ctx
         self.renderer = FrameRenderer(
             ctx, None if solver == "auto" else SOLVERS[SolverName(solver)](ctx)

@@ -261,6 +261,7 @@ class Report:
     @property
     def best(self) -> Row:
         """The nearest to the reference, except a method that is the reference itself."""
+        # Without a truth, the method that is the reference is equal to it, which says nothing.
         if self.reference.is_truth:
             return self.rows[0]
         return next((row for row in self.rows if row.scores.flip > 0), self.rows[0])
