@@ -69,12 +69,12 @@ def test_a_solver_that_is_wrong_is_found(ctx, monkeypatch):
 
 
 def test_a_shader_that_the_driver_refuses_is_named(ctx, monkeypatch):
-    builds = [("coc.comp.glsl", {}), ("coc.comp.glsl", {"main": "++"})]
+    builds = [("defocus/coc.comp.glsl", {}), ("defocus/coc.comp.glsl", {"main": "++"})]
     monkeypatch.setattr(gpu_check, "pass_builds", lambda: builds)
     monkeypatch.setattr(gpu_check, "solver_builds", list)
     words, summary = Gpu(lambda: ctx).shaders()
     assert words.state == summary.state == "fault"
-    assert "coc.comp.glsl" in words.said and summary.said == "1 of 2 builds"
+    assert "defocus/coc.comp.glsl" in words.said and summary.said == "1 of 2 builds"
 
 
 def test_another_picture_than_the_stored_one_is_found(ctx, monkeypatch):
@@ -116,7 +116,7 @@ def test_a_start_that_fails_is_a_fault_in_one_sentence(monkeypatch, tmp_path):
 
 
 def test_every_part_that_is_told_is_in_the_plan(ctx, monkeypatch):
-    builds = [("coc.comp.glsl", {})]
+    builds = [("defocus/coc.comp.glsl", {})]
     monkeypatch.setattr(gpu_check, "pass_builds", lambda: builds)
     monkeypatch.setattr(gpu_check, "solver_builds", lambda: builds)
     told = []

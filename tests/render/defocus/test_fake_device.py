@@ -28,4 +28,4 @@ def test_a_film_frame_is_taken_and_listed_by_another_device(ctx):
     }.items():
         assert device.calls.count_of(kind) == count
     assert device.calls.count_of("bind") == device.calls.count_of("dispatch", "indirect", "draw")
-    assert ("dispatch", "coc.comp.glsl") in device.calls
+    assert ("dispatch", "defocus/coc.comp.glsl") in device.calls

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from heatlens.core.base.paths import data_dir
-from heatlens.fronts.doctor.gpu_check import pass_builds
+from heatlens.fronts.doctor.gpu_check import pass_builds, shader_names
 from heatlens.lab.measure.bench.measure import pass_row
 from heatlens.lab.measure.bench.timing import PassSeconds
 from heatlens.render.defocus import pass_list
@@ -71,7 +71,6 @@ def test_every_define_that_a_shader_asks_for_itself_is_in_a_build() -> None:
     built: dict[str, set[str]] = {}
     for name, defines in pass_builds():
         built.setdefault(name, set()).update(defines)
-    for file in data_dir("shaders").glob("*.glsl"):
-        asked = set(re.findall(r"^\s*#ifn?def ([A-Z_]+)", file.read_text(), re.M))
-        if file.name in built:
-            assert asked <= built[file.name], file.name
+    for name in shader_names() & built.keys():
+        text = (data_dir("shaders") / name).read_text()
+        assert set(re.findall(r"^\s*#ifn?def ([A-Z_]+)", text, re.M)) <= built[name], name

@@ -13,7 +13,7 @@ from heatlens.render.gpu.shader_reload import EVERY_S, VARIABLE, ShaderReload
 from heatlens.render.gpu.textures import download, new_texture
 from support.shader_copies import edit, reloading_copy
 
-LIMITS, DONE = "limits.comp.glsl", "scene_done.vert.glsl"
+LIMITS, DONE = "defocus/limits.comp.glsl", "scene_gpu/scene_done.vert.glsl"
 
 
 @pytest.fixture
@@ -71,14 +71,14 @@ def test_a_mistake_is_said_and_the_last_good_program_stays(ctx: Device, shaders:
 
 
 def test_an_included_file_and_a_vanished_one(ctx: Device, shaders: Path) -> None:
-    clock, program = Clock(), ComputeProgram(ctx, "fragments_far.comp.glsl")
+    clock, program = Clock(), ComputeProgram(ctx, "defocus/fragments_far.comp.glsl")
     reload = ShaderReload(clock)
     edit(shaders / "lib" / "tone.lib.glsl", "0.98", "0.97")
     clock.tick()
     news = reload.poll()
     assert news is not None and news.programs == 1
     (shaders / "lib" / "tone.lib.glsl").unlink()
-    edit(shaders / "fragments_far.comp.glsl", "0.1", "0.2")
+    edit(shaders / "defocus/fragments_far.comp.glsl", "0.1", "0.2")
     clock.tick()
     news = reload.poll()
     assert news is not None and "tone.lib.glsl" in news.sentence
@@ -87,7 +87,7 @@ def test_an_included_file_and_a_vanished_one(ctx: Device, shaders: Path) -> None
 
 
 def test_what_was_laid_out_is_drawn_with_the_new_program(ctx: Device, shaders: Path) -> None:
-    clock, program = Clock(), DrawProgram(ctx, "picture")
+    clock, program = Clock(), DrawProgram(ctx, "display/picture")
     quad, reload = program.vertex_array([]), ShaderReload(clock)
     source, out = new_texture(ctx, (1, 1), 4), ctx.texture((1, 1), 4, dtype="f4")
     source.write(np.ones(4, np.float32))
@@ -110,13 +110,17 @@ def test_what_was_laid_out_is_drawn_with_the_new_program(ctx: Device, shaders: P
 
     assert drawn() == 1.0
     edit(
-        shaders / "picture.frag.glsl", "out_color = is_nearest ?", "out_color = 5.0 * is_nearest ?"
+        shaders / "display/picture.frag.glsl",
+        "out_color = is_nearest ?",
+        "out_color = 5.0 * is_nearest ?",
     )
     clock.tick()
-    assert "picture.frag.glsl:" in reload.poll().sentence and drawn() == 1.0  # a mistake
-    edit(shaders / "picture.frag.glsl", "5.0 * is_nearest", "is_nearest")
+    assert "display/picture.frag.glsl:" in reload.poll().sentence and drawn() == 1.0  # a mistake
+    edit(shaders / "display/picture.frag.glsl", "5.0 * is_nearest", "is_nearest")
     edit(
-        shaders / "picture.frag.glsl", "texture(picture_tx, place);", "vec4(0.0); out_color *= 5.0;"
+        shaders / "display/picture.frag.glsl",
+        "texture(picture_tx, place);",
+        "vec4(0.0); out_color *= 5.0;",
     )
     clock.tick()
     assert reload.poll().programs == 1 and drawn() == 5.0

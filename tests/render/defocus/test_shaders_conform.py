@@ -19,7 +19,7 @@ SHADERS = data_dir("shaders")
 
 
 def test_every_overlay_has_its_function() -> None:
-    text = (SHADERS / "overlay.comp.glsl").read_text()
+    text = (SHADERS / "display/overlay.comp.glsl").read_text()
     functions = re.findall(r"^vec4 (\w+)\(ivec2 at, float", text, re.M)
     assert sorted(functions) == sorted(it.function for it in overlays_by_name().values())
 

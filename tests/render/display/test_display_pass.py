@@ -282,9 +282,9 @@ def test_the_reference_compiler_takes_what_is_drawn(film, tmp_path):
     transforms = [srgb_transform(), film, *cube_views(tmp_path)]
     files = []
     for number, transform in enumerate(transforms):
-        for name in ("display.comp.glsl", "display_difference.comp.glsl"):
+        for name in ("display/display.comp.glsl", "display/display_difference.comp.glsl"):
             source = assemble(data_dir("shaders"), name).followed_by(transform.glsl)
-            files.append(tmp_path / f"{number}{name.removesuffix('.comp.glsl')}.comp")
+            files.append(tmp_path / f"{number}{Path(name).name.removesuffix('.comp.glsl')}.comp")
             files[-1].write_text(source.text)
     for file in files:  # -l links: the transform that a shader declares must be there
         run = subprocess.run(["glslangValidator", "-l", file], capture_output=True, text=True)

@@ -57,7 +57,7 @@ level = replace(lens, bow_dioptres=0.0)
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory) -> Path:
     """Return the folder of a copy of the program that has the term."""
-    model = "app/heatlens/model"
+    model = "app/heatlens/core/model"
     edits = {
         f"{model}/lens/opening_fields.py": {_FIELD: _NEW_FIELD + _FIELD},
         f"{model}/focus/coc.py": _COC,

@@ -44,7 +44,7 @@ def gui(ctx, tmp_path, monkeypatch):
     """Return a window of a heatlens that has the made-up overlay."""
     monkeypatch.setattr(overlays, "OVERLAYS", (*OVERLAYS, MADE_UP))
     shaders = reloading_copy(tmp_path / "shaders", monkeypatch)
-    edit(shaders / "overlay.comp.glsl", "void main() {", FUNCTION)
+    edit(shaders / "display/overlay.comp.glsl", "void main() {", FUNCTION)
     with gui_of(ctx, room_file(tmp_path / "room.exr"), defocus=QUICK, size=(1280, 2400)) as found:
         yield found
 

@@ -7,7 +7,7 @@ from support.session_files import QUICK, room_file
 from support.shader_copies import edit, reloading_copy
 from support.window_plates import region
 
-LIMITS = "limits.comp.glsl"
+LIMITS = "defocus/limits.comp.glsl"
 
 
 def test_a_changed_shader_changes_the_picture_and_a_mistake_is_said(ctx, tmp_path, monkeypatch):
@@ -18,13 +18,14 @@ def test_a_changed_shader_changes_the_picture_and_a_mistake_is_said(ctx, tmp_pat
         before = region(gui)
         edit(shaders / LIMITS, "max(color.rgb, 0.0)", "max(color.gbr, 0.0)")
         gui.until(
-            lambda: "Reloaded limits.comp.glsl" in gui.session.messages.text, "the new shader"
+            lambda: "Reloaded defocus/limits.comp.glsl" in gui.session.messages.text,
+            "the new shader",
         )
         gui.settled()
         turned = region(gui)
         assert np.any(turned != before)
         edit(shaders / LIMITS, "color.gbr", "colour.rgb")
         gui.until(lambda: "colour" in gui.session.messages.text, "the mistake")
-        assert "limits.comp.glsl:" in gui.session.messages.text
+        assert "defocus/limits.comp.glsl:" in gui.session.messages.text
         gui.settled()
         np.testing.assert_array_equal(region(gui), turned)

@@ -39,7 +39,9 @@ _LIMITS = {
     "group_invocations": "invocations of a workgroup",
 }
 # Fragment shaders whose vertex shader has another name.
-_VERTEX = {f"scene_{name}": "scene_mesh" for name in ("cover", "depth", "surface")}
+_VERTEX = {
+    f"scene_gpu/scene_{name}": "scene_gpu/scene_mesh" for name in ("cover", "depth", "surface")
+}
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
@@ -52,7 +54,9 @@ Build = tuple[str, dict[str, object]]
 
 _AXES: tuple[Axis, ...] = ("rows", "columns")
 _SIZES_PX = ((1920, 1080), (3840, 2160))  # in larger ones an invocation solves more pixels
-_SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
+_SWEEP, _PARTITION, _CYCLIC = (
+    f"defocus/solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic")
+)
 _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
 
@@ -144,7 +148,7 @@ def _build(ctx: Device, build: Build) -> None:
     if stage == "frag":
         DrawProgram(ctx, _vertex_of(stem), stem, defines).release()
     elif stage == "comp":
-        functions = srgb_transform().glsl if stem.startswith("display") else ""
+        functions = srgb_transform().glsl if stem.startswith("display/display") else ""
         ComputeProgram(ctx, name, defines, functions).release()
 
 
@@ -251,13 +255,19 @@ def _strategy_builds(system: LineSystem) -> list[Build]:
     return [sweep, *partition, *cyclic]
 
 
+def shader_names() -> set[str]:
+    """Return the name of every shader with its folder, such as "defocus/coc.comp.glsl"."""
+    folder = data_dir("shaders")
+    files = (file for file in folder.glob("*/*.glsl") if file.parent.name != "lib")
+    return {file.relative_to(folder).as_posix() for file in files}
+
+
 def pass_builds() -> list[Build]:
     """Return the builds of all other shaders, in each variant that the program or a scene uses."""
     declared: dict[str, Variants] = _elsewhere()
     for one in pass_list.PASSES:
         declared |= one.shaders
-    files = {file.name for file in data_dir("shaders").glob("*.glsl")} - set(_STRATEGIES)
-    names = sorted(files | declared.keys())
+    names = sorted((shader_names() - set(_STRATEGIES)) | declared.keys())
     return [(name, dict(defines)) for name in names for defines in declared.get(name, PLAIN)]
 
 
@@ -268,16 +278,16 @@ def _elsewhere() -> dict[str, Variants]:
     modes: Variants = tuple({"MODE": it.function} for it in overlays_by_name().values())
     peaking: Variants = ({"PEAKING": 0}, {"PEAKING": 1})
     return {
-        "accumulate.comp.glsl": pass_list.SHAPES,
-        "lean_bins.comp.glsl": either("LISTS"),
-        "peel_lists.comp.glsl": either("COUNT"),
-        "ray_trace.comp.glsl": crossed(pass_list.SHAPES, scene),
-        "scene_cover.frag.glsl": peeled,
-        "scene_depth.frag.glsl": scene,
-        "scene_mesh.vert.glsl": _of_scenes("COLORS", "BUMPS", "PLACES", "PEEL"),
-        "scene_sky.frag.glsl": _of_scenes("HOLES", "BUMPS", "PLACES", "PEEL"),
-        "scene_surface.frag.glsl": peeled,
-        "overlay.comp.glsl": ({}, *crossed(modes, peaking)),
+        "scene_gpu/accumulate.comp.glsl": pass_list.SHAPES,
+        "defocus/lean_bins.comp.glsl": either("LISTS"),
+        "scene_gpu/peel_lists.comp.glsl": either("COUNT"),
+        "scene_gpu/ray_trace.comp.glsl": crossed(pass_list.SHAPES, scene),
+        "scene_gpu/scene_cover.frag.glsl": peeled,
+        "scene_gpu/scene_depth.frag.glsl": scene,
+        "scene_gpu/scene_mesh.vert.glsl": _of_scenes("COLORS", "BUMPS", "PLACES", "PEEL"),
+        "scene_gpu/scene_sky.frag.glsl": _of_scenes("HOLES", "BUMPS", "PLACES", "PEEL"),
+        "scene_gpu/scene_surface.frag.glsl": peeled,
+        "display/overlay.comp.glsl": ({}, *crossed(modes, peaking)),
     }
 
 

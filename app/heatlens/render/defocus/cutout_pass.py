@@ -71,8 +71,8 @@ class CutoutPass:
     """Composites a sharp part over what is behind it."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "cutout_over.comp.glsl")
-        self._ground = ComputeProgram(ctx, "cutout_ground.comp.glsl")
+        self._program = ComputeProgram(ctx, "defocus/cutout_over.comp.glsl")
+        self._ground = ComputeProgram(ctx, "defocus/cutout_ground.comp.glsl")
 
     def over_layers(self, sharp: SharpPart, ends_px: tuple[float, float], color: Texture) -> None:
         """Composite what has its place within a range of coc over `color`, where alpha stays."""

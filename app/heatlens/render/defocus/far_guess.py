@@ -42,19 +42,19 @@ class FarGuess:
 
     @cached_property
     def _first(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, "guess_pull.comp.glsl", {"FIRST": 1})
+        return ComputeProgram(self._ctx, "defocus/guess_pull.comp.glsl", {"FIRST": 1})
 
     @cached_property
     def _pull(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, "guess_pull.comp.glsl")
+        return ComputeProgram(self._ctx, "defocus/guess_pull.comp.glsl")
 
     @cached_property
     def _push(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, "guess_push.comp.glsl")
+        return ComputeProgram(self._ctx, "defocus/guess_push.comp.glsl")
 
     @cached_property
     def _lists(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, "guess_lists.comp.glsl")
+        return ComputeProgram(self._ctx, "defocus/guess_lists.comp.glsl")
 
     def steps(
         self,

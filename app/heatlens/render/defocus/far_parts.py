@@ -113,7 +113,9 @@ class FarPartsPass:
         key = name, places > 1
         if key not in self._programs:
             defines = {"PART_VARIES": 1} if places > 1 else {}
-            self._programs[key] = ComputeProgram(self._ctx, f"far_{name}.comp.glsl", defines)
+            self._programs[key] = ComputeProgram(
+                self._ctx, f"defocus/far_{name}.comp.glsl", defines
+            )
         return self._programs[key]
 
     def steps(

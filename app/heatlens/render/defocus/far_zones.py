@@ -140,7 +140,8 @@ class FarZones:
         """Return the programs, which are built when they are first used."""
         if self._made is None:
             edges, spread = (
-                ComputeProgram(self._ctx, f"far_{name}.comp.glsl") for name in ("edges", "zone")
+                ComputeProgram(self._ctx, f"defocus/far_{name}.comp.glsl")
+                for name in ("edges", "zone")
             )
             self._made = edges, spread, SegmentPass(self._ctx)
         return self._made

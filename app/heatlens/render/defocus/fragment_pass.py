@@ -63,11 +63,11 @@ class FragmentPass:
     """Computes kind, far and near of a `Fragments` from its colour and coc."""
 
     def __init__(self, ctx: Device) -> None:
-        self._find = ListProgram(ctx, "fragments_find.comp.glsl")
-        self._own = ListProgram(ctx, "fragments_own.comp.glsl")
-        self._far = ListProgram(ctx, "fragments_far.comp.glsl")
-        self._thin = ComputeProgram(ctx, "fragments_thin.comp.glsl")
-        self._near = ListProgram(ctx, "fragments_near.comp.glsl")
+        self._find = ListProgram(ctx, "defocus/fragments_find.comp.glsl")
+        self._own = ListProgram(ctx, "defocus/fragments_own.comp.glsl")
+        self._far = ListProgram(ctx, "defocus/fragments_far.comp.glsl")
+        self._thin = ComputeProgram(ctx, "defocus/fragments_thin.comp.glsl")
+        self._near = ListProgram(ctx, "defocus/fragments_near.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
     # Each pass has its own end of a list, far rims in front and near ones in the back, because a

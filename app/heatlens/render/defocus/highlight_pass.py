@@ -134,8 +134,8 @@ class HighlightSplitPass:
 
     def __init__(self, ctx: Device, blur: BlurPass) -> None:
         self._blur = blur
-        self._luminance = ListProgram(ctx, "highlight_luminance.comp.glsl")
-        self._split = ListProgram(ctx, "highlight_split.comp.glsl")
+        self._luminance = ListProgram(ctx, "defocus/highlight_luminance.comp.glsl")
+        self._split = ListProgram(ctx, "defocus/highlight_split.comp.glsl")
         self._bands = PixelBands(ctx)
 
     def steps(
@@ -189,15 +189,15 @@ class HighlightListPass:
     """Merges highlights into a bounded list of discs, in the order of the picture."""
 
     def __init__(self, ctx: Device) -> None:
-        sprites = "highlight_sprites.comp.glsl"
-        self._find = ComputeProgram(ctx, "highlight_blocks.comp.glsl")
+        sprites = "defocus/highlight_sprites.comp.glsl"
+        self._find = ComputeProgram(ctx, "defocus/highlight_blocks.comp.glsl")
         count = {"COUNT": 1}
         if not is_software(ctx):  # a GPU waits for the slowest invocation
             count["LEVELS_AT_ONCE"] = HIGHLIGHT_LEVELS
         self._count = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on), count)
-        self._plan = ComputeProgram(ctx, "highlight_plan.comp.glsl")
+        self._plan = ComputeProgram(ctx, "defocus/highlight_plan.comp.glsl")
         self._write = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on))
-        self._restore = ListProgram(ctx, "highlight_restore.comp.glsl")
+        self._restore = ListProgram(ctx, "defocus/highlight_restore.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
         self._openings = OpeningTextures(ctx)
 
@@ -293,7 +293,9 @@ class HighlightDrawPass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._programs = ProgramVersions(lambda on: DrawProgram(ctx, "highlight_draw", defines=on))
+        self._programs = ProgramVersions(
+            lambda on: DrawProgram(ctx, "defocus/highlight_draw", defines=on)
+        )
         self._quads: dict[DrawProgram, tuple[Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
         self._is_cut = is_software(ctx)

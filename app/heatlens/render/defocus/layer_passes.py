@@ -39,7 +39,7 @@ class LayerSplitPass:
     """Cuts one layer out of the picture."""
 
     def __init__(self, ctx: Device) -> None:
-        shader = "layer_split.comp.glsl"
+        shader = "defocus/layer_split.comp.glsl"
         self._programs = {
             False: ListProgram(ctx, shader),
             True: ListProgram(ctx, shader, {"REDUCED": 1}),
@@ -116,7 +116,7 @@ class HiddenFillPass:
     """Guesses hidden colours: continues visible structures behind nearer layers."""
 
     def __init__(self, ctx: Device) -> None:
-        blocks, cost, fill = (f"hidden_{it}.comp.glsl" for it in ("blocks", "cost", "fill"))
+        blocks, cost, fill = (f"defocus/hidden_{it}.comp.glsl" for it in ("blocks", "cost", "fill"))
         self._block_programs = ProgramVersions(lambda on: ComputeProgram(ctx, blocks, on))
         self._cost_programs = ProgramVersions(lambda on: ComputeProgram(ctx, cost, on))
         self._fill_programs = ProgramVersions(lambda on: ComputeProgram(ctx, fill, on))
@@ -246,9 +246,9 @@ class CompositePass:
     """Composites a blurred layer, smaller than the picture, over the layers behind it."""
 
     def __init__(self, ctx: Device) -> None:
-        shader = "composite.comp.glsl"
+        shader = "defocus/composite.comp.glsl"
         self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, shader, on))
-        self._begin = ComputeProgram(ctx, "composite_begin.comp.glsl")
+        self._begin = ComputeProgram(ctx, "defocus/composite_begin.comp.glsl")
 
     # Clearing the picture through a framebuffer took 2.4 of the 10.8 ms of a 3840x2160 frame on an
     # NVIDIA H200, although the farthest layer replaces nearly all of it.
@@ -292,7 +292,7 @@ class LimitsPass:
     """Removes negative light and limits alpha to 0..1."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "limits.comp.glsl")
+        self._program = ComputeProgram(ctx, "defocus/limits.comp.glsl")
 
     def run(self, color: Texture, is_opaque: bool) -> None:
         """Limit `color` in place; `is_opaque` makes alpha exactly 1."""

@@ -56,7 +56,7 @@ class LeanSurvey:
         per_step = 1.0 / max(bin_step(low, high), 1e-30)
         counts = self._ctx.buffer(reserve=4 * BINS)
         counts.clear()
-        self._program = self._program or ListProgram(self._ctx, "lean_bins.comp.glsl")
+        self._program = self._program or ListProgram(self._ctx, "defocus/lean_bins.comp.glsl")
         self._program.version(lists is not None).dispatch(
             pixel_groups(depth.size),
             textures={"depth_tx": depth},

@@ -209,7 +209,10 @@ class SweepSolver(LineSolver):
 
     def _solve_band(self, band: Band) -> None:
         program = self._program(
-            "solve_sweep.comp.glsl", band, LINES_PER_GROUP=self.LINES_PER_GROUP, BLOCK=self.BLOCK
+            "defocus/solve_sweep.comp.glsl",
+            band,
+            LINES_PER_GROUP=self.LINES_PER_GROUP,
+            BLOCK=self.BLOCK,
         )
         self._dispatch(program, groups_for(band.count, self.LINES_PER_GROUP), band)
 
@@ -244,7 +247,7 @@ class PartitionSolver(LineSolver):
     def _solve_band(self, band: Band) -> None:
         shape = self.shape(band.system, band.length, band.count)
         segments = band.tiles.rows if band.axis == "rows" else band.tiles.columns
-        self._program("solve_partition.comp.glsl", band, **shape).dispatch(
+        self._program("defocus/solve_partition.comp.glsl", band, **shape).dispatch(
             segments,
             textures=band.given.textures,
             images=band.given.images,
@@ -271,7 +274,7 @@ class CyclicSolver(LineSolver):
         stages += [*(("SUBSTITUTE", reach) for reach in reversed(reaches)), ("STORE", 0)]
         buffers = self._buffers(band)
         for stage, reach in stages:
-            self._program("solve_cyclic.comp.glsl", band, STAGE=stage).dispatch(
+            self._program("defocus/solve_cyclic.comp.glsl", band, STAGE=stage).dispatch(
                 (groups_for(band.length, CYCLIC_GROUP), band.count),
                 textures=band.given.textures,
                 images=band.given.images,

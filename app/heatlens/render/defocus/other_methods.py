@@ -68,7 +68,9 @@ class GatherPass:
     """
 
     def __init__(self, ctx: Device) -> None:
-        self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "gather.comp.glsl", on))
+        self._programs = ProgramVersions(
+            lambda on: ComputeProgram(ctx, "defocus/gather.comp.glsl", on)
+        )
         self._openings = OpeningTextures(ctx)
 
     def steps(
@@ -145,8 +147,8 @@ class PyramidPass:
     """
 
     def __init__(self, ctx: Device) -> None:
-        self._reduce = ComputeProgram(ctx, "pyramid_reduce.comp.glsl")
-        self._read = ComputeProgram(ctx, "pyramid_read.comp.glsl")
+        self._reduce = ComputeProgram(ctx, "defocus/pyramid_reduce.comp.glsl")
+        self._read = ComputeProgram(ctx, "defocus/pyramid_read.comp.glsl")
 
     def steps(
         self,

@@ -48,12 +48,12 @@ _BLUR = "lib/blur_system.lib.glsl"
 
 def _comp(*names: str, variants: Variants = PLAIN) -> dict[str, Variants]:
     """Return the variants of compute shaders, which all have the same ones."""
-    return dict.fromkeys((f"{name}.comp.glsl" for name in names), variants)
+    return dict.fromkeys((f"defocus/{name}.comp.glsl" for name in names), variants)
 
 
 def _draw(name: str, fragment: Variants) -> dict[str, Variants]:
     """Return the variants of a vertex shader of discs and of its fragment shader."""
-    return {f"{name}.vert.glsl": SHAPES, f"{name}.frag.glsl": fragment}
+    return {f"defocus/{name}.vert.glsl": SHAPES, f"defocus/{name}.frag.glsl": fragment}
 
 
 def _own(*names: str) -> dict[str, str]:

@@ -18,8 +18,8 @@ class CocPass:
     """Converts depth in metres to the signed circle of confusion in pixels."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "coc.comp.glsl")
-        self._shift = ComputeProgram(ctx, "coc_shift.comp.glsl")
+        self._program = ComputeProgram(ctx, "defocus/coc.comp.glsl")
+        self._shift = ComputeProgram(ctx, "defocus/coc_shift.comp.glsl")
         self._bands = PixelBands(ctx)
 
     def steps(
@@ -47,7 +47,7 @@ class CropPass:
     """Copies a part of a picture to another picture, at the same or a smaller scale."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "crop.comp.glsl")
+        self._program = ComputeProgram(ctx, "defocus/crop.comp.glsl")
 
     def run(
         self,
@@ -78,7 +78,7 @@ class RescalePass:
     """Scales a picture about a point."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "rescale.comp.glsl")
+        self._program = ComputeProgram(ctx, "defocus/rescale.comp.glsl")
 
     def run(
         self,
@@ -104,8 +104,8 @@ class AlphaPass:
     """Copies alpha to a picture of its own to be blurred, and back."""
 
     def __init__(self, ctx: Device) -> None:
-        self._as_color = ComputeProgram(ctx, "alpha_as_color.comp.glsl")
-        self._join = ComputeProgram(ctx, "alpha_join.comp.glsl")
+        self._as_color = ComputeProgram(ctx, "defocus/alpha_as_color.comp.glsl")
+        self._join = ComputeProgram(ctx, "defocus/alpha_join.comp.glsl")
 
     def as_color(self, color: Texture, out_color: Texture) -> None:
         """Copy the alpha of `color` to the rgb of `out_color`."""
@@ -126,7 +126,7 @@ class ColorPass:
     """Copies single channels of one picture to another."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "colors_take.comp.glsl")
+        self._program = ComputeProgram(ctx, "defocus/colors_take.comp.glsl")
 
     def take(self, picture: Texture, channels: Collection[int], out: Texture) -> None:
         """Copy these `channels` of `picture`, 0 to 3, to `out`; its other channels stay."""
@@ -142,7 +142,9 @@ class ProxyPass:
     """Reduces a plate: colour is averaged, depth is sampled."""
 
     def __init__(self, ctx: Device) -> None:
-        self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "proxy.comp.glsl", on))
+        self._programs = ProgramVersions(
+            lambda on: ComputeProgram(ctx, "defocus/proxy.comp.glsl", on)
+        )
 
     def run(
         self,

@@ -25,7 +25,7 @@ FRAGMENT_BYTES = 12
 _MORE_A_PIXEL = 2  # additional fragments per pixel, for pixels without a list among others
 # Summed up in one dispatch: llvmpipe ends a loop silently after 65,535 rounds, 256 pixels in each.
 _PIXELS_A_SUM = 1 << 22
-_LISTS, _SILHOUETTES = "proxy_lists.comp.glsl", "proxy_silhouettes.comp.glsl"
+_LISTS, _SILHOUETTES = "defocus/proxy_lists.comp.glsl", "defocus/proxy_silhouettes.comp.glsl"
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class ProxyListsPass:
 
     @cached_property
     def _starts(self) -> ComputeProgram:
-        return ComputeProgram(self._ctx, "peel_starts.comp.glsl")
+        return ComputeProgram(self._ctx, "defocus/peel_starts.comp.glsl")
 
     def merge(
         self,

@@ -100,10 +100,12 @@ class ScatterPass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._count = ComputeProgram(ctx, "scatter_sort.comp.glsl", {"COUNT": 1})
-        self._sort = ComputeProgram(ctx, "scatter_sort.comp.glsl")
-        self._discs = ProgramVersions(lambda on: DrawProgram(ctx, "scatter_draw", defines=on))
-        self._over = ComputeProgram(ctx, "scatter_over.comp.glsl")
+        self._count = ComputeProgram(ctx, "defocus/scatter_sort.comp.glsl", {"COUNT": 1})
+        self._sort = ComputeProgram(ctx, "defocus/scatter_sort.comp.glsl")
+        self._discs = ProgramVersions(
+            lambda on: DrawProgram(ctx, "defocus/scatter_draw", defines=on)
+        )
+        self._over = ComputeProgram(ctx, "defocus/scatter_over.comp.glsl")
         self._quads: dict[DrawProgram, tuple[Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
         self._openings = OpeningTextures(ctx)

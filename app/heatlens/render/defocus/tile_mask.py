@@ -96,7 +96,7 @@ class SegmentPass:
     """Lists the segments of all layers in one dispatch."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "line_segments.comp.glsl")
+        self._program = ComputeProgram(ctx, "defocus/line_segments.comp.glsl")
 
     @staticmethod
     def bytes_for(size: tuple[int, int]) -> int:

@@ -53,9 +53,9 @@ class TilePass:
 
     def __init__(self, ctx: Device) -> None:
         rows = {} if is_software(ctx) else {"ROWS_AT_ONCE": TILE}
-        self._layers = ListProgram(ctx, "tile_layers.comp.glsl", rows)
-        self._rows = ComputeProgram(ctx, "tile_reach_rows.comp.glsl")
-        self._reach = ComputeProgram(ctx, "tile_reach.comp.glsl")
+        self._layers = ListProgram(ctx, "defocus/tile_layers.comp.glsl", rows)
+        self._rows = ComputeProgram(ctx, "defocus/tile_reach_rows.comp.glsl")
+        self._reach = ComputeProgram(ctx, "defocus/tile_reach.comp.glsl")
         self._segments = SegmentPass(ctx)
         self._seen = SeenBitsPass(ctx)
         self._slices = Slices(ctx)
@@ -152,7 +152,7 @@ class SeenBitsPass:
     """Marks all pixels in the active tiles of layers as visible (lib/hidden.lib.glsl)."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
+        self._program = ComputeProgram(ctx, "defocus/seen_bits_all.comp.glsl")
 
     def mark(self, sizes: list[tuple[int, int]], masks: BufferParts, bits: BufferParts) -> None:
         """Set the bits of the first layers, which have these `sizes` in pixels."""

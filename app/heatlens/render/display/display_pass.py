@@ -8,8 +8,8 @@ from heatlens.media.color.view_transform import Lut, ViewTransform, srgb_transfo
 from heatlens.render.gpu.device import Device, Image, Sampling, Texture, Texture3D
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
-_PICTURE = "display.comp.glsl"
-_DIFFERENCE = "display_difference.comp.glsl"
+_PICTURE = "display/display.comp.glsl"
+_DIFFERENCE = "display/display_difference.comp.glsl"
 _KEPT = 6  # number of transforms whose programs stay compiled, for switching back quickly
 
 

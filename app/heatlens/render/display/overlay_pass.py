@@ -59,5 +59,5 @@ class OverlayPass:
         key = overlay, is_peaking
         if key not in self._programs:
             defines = {"MODE": overlay_of(overlay).function, "PEAKING": "1" if is_peaking else "0"}
-            self._programs[key] = ComputeProgram(self._ctx, "overlay.comp.glsl", defines)
+            self._programs[key] = ComputeProgram(self._ctx, "display/overlay.comp.glsl", defines)
         return self._programs[key]

@@ -59,8 +59,8 @@ class PicturePass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._program = DrawProgram(ctx, "picture")
-        self._with_detail = DrawProgram(ctx, "picture", "picture_detail")
+        self._program = DrawProgram(ctx, "display/picture")
+        self._with_detail = DrawProgram(ctx, "display/picture", "display/picture_detail")
         self._quads = {it: it.vertex_array([]) for it in (self._program, self._with_detail)}
 
     def run(
@@ -109,7 +109,7 @@ class EnlargePass:
     """Compensates in advance for the softness of bilinear enlargement."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "enlarge_ready.comp.glsl")
+        self._program = ComputeProgram(ctx, "display/enlarge_ready.comp.glsl")
 
     def run(self, picture: Texture, out: Texture) -> None:
         """Write `picture`, display values, to `out` of the same size, RGBA of 8 bits."""
@@ -124,7 +124,7 @@ class FocusMeanPass:
     """Averages the pixels in focus under each pixel of a preview."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "focus_mean.comp.glsl")
+        self._program = ComputeProgram(ctx, "display/focus_mean.comp.glsl")
 
     def run(
         self,

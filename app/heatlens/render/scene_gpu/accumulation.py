@@ -43,7 +43,9 @@ class Accumulation:
 
     def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
-        self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "accumulate.comp.glsl", on))
+        self._programs = ProgramVersions(
+            lambda on: ComputeProgram(ctx, "scene_gpu/accumulate.comp.glsl", on)
+        )
         self._pool = TexturePool(ctx)
         self._key: tuple[object, tuple[int, int]] | None = None
         self._count = 0

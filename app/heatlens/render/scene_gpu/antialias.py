@@ -37,8 +37,8 @@ class Antialias:
 
     def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
-        self._mean_program = ComputeProgram(ctx, "antialias_mean.comp.glsl")
-        self._done_program = ComputeProgram(ctx, "antialias_done.comp.glsl")
+        self._mean_program = ComputeProgram(ctx, "scene_gpu/antialias_mean.comp.glsl")
+        self._done_program = ComputeProgram(ctx, "scene_gpu/antialias_done.comp.glsl")
         self._pool = TexturePool(ctx)
         self._most_px = ctx.limits.texture_side_px
         self._key: object = None  # identifies the picture in memory

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from heatlens.media.scene.scene import Array, Mesh
 
-# The same numbers as in shaders/scene_cover.frag.glsl.
+# The same numbers as in shaders/scene_gpu/scene_cover.frag.glsl.
 BACK_NONE, BACK_BY_NORMAL, BACK_COUNTERCLOCKWISE, BACK_CLOCKWISE = range(4)
 _AGREEING = 0.999  # share of the area with one winding from which the winding shows the back
 _MOST_TRIANGLES = 2_000_000  # a mesh with more is not examined and counts as open

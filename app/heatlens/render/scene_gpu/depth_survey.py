@@ -30,9 +30,9 @@ class DepthSurvey:
     """Two passes over a depth texture, which read back 16 bytes and 16 KB."""
 
     def __init__(self, ctx: Device) -> None:
-        self._bounds_program = ComputeProgram(ctx, "depth_bounds.comp.glsl")
-        self._bins_program = ComputeProgram(ctx, "depth_bins.comp.glsl")
-        self._fragments_program = ComputeProgram(ctx, "peel_bins.comp.glsl")
+        self._bounds_program = ComputeProgram(ctx, "scene_gpu/depth_bounds.comp.glsl")
+        self._bins_program = ComputeProgram(ctx, "scene_gpu/depth_bins.comp.glsl")
+        self._fragments_program = ComputeProgram(ctx, "scene_gpu/peel_bins.comp.glsl")
         self._bounds = ctx.buffer(reserve=_START.nbytes)
         self._counts = ctx.buffer(reserve=4 * BINS)
 

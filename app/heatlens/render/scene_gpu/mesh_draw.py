@@ -33,7 +33,7 @@ class MeshDraw:
     ) -> None:
         """Build the program; `defines` are added to those that the scene needs."""
         all_defines = buffers.defines | dict(defines or {})
-        self._program = DrawProgram(ctx, "scene_mesh", fragment, all_defines)
+        self._program = DrawProgram(ctx, "scene_gpu/scene_mesh", fragment, all_defines)
         self._buffers = buffers
         more = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
         more += [] if buffers.more_uvs is None else [(buffers.more_uvs, *_MORE_UV)]

@@ -111,7 +111,7 @@ class RingSurvey:
     """Finds `Overscan.ring_m`."""
 
     def __init__(self, ctx: Device) -> None:
-        self._program = ComputeProgram(ctx, "overscan_rings.comp.glsl")
+        self._program = ComputeProgram(ctx, "scene_gpu/overscan_rings.comp.glsl")
         self._ctx = ctx
         self._rings: Buffer | None = None
 

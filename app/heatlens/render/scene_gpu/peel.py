@@ -35,8 +35,8 @@ class SurfaceRaster:
 
     def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
-        self._cover = MeshDraw(ctx, raster.buffers, "scene_cover", _PEEL)
-        self._surface = MeshDraw(ctx, raster.buffers, "scene_surface", _PEEL)
+        self._cover = MeshDraw(ctx, raster.buffers, "scene_gpu/scene_cover", _PEEL)
+        self._surface = MeshDraw(ctx, raster.buffers, "scene_gpu/scene_surface", _PEEL)
         self._sky = SkyDraw(ctx, _PEEL)
 
     def front(self, view: SceneView, out: Texture, done: Texture, band: Box) -> None:
@@ -141,9 +141,9 @@ class ScenePeel:
         self._ctx = ctx
         self._raster, self._survey = raster, survey
         self._surfaces = SurfaceRaster(ctx, raster)
-        self._count = ComputeProgram(ctx, "peel_lists.comp.glsl", {"COUNT": 1})
-        self._starts = ComputeProgram(ctx, "peel_starts.comp.glsl")
-        self._write = ComputeProgram(ctx, "peel_lists.comp.glsl")
+        self._count = ComputeProgram(ctx, "scene_gpu/peel_lists.comp.glsl", {"COUNT": 1})
+        self._starts = ComputeProgram(ctx, "defocus/peel_starts.comp.glsl")
+        self._write = ComputeProgram(ctx, "scene_gpu/peel_lists.comp.glsl")
         self._total = ctx.buffer(reserve=4)
         self._pool = TexturePool(ctx)
         self._a_pixel = _A_PIXEL

@@ -32,7 +32,7 @@ class SceneRaster:
         self.targets = DrawTargets(ctx)
         self._shadow = ShadowPass(ctx)
         self._sky = SkyDraw(ctx)
-        self._done = DrawProgram(ctx, "scene_done")
+        self._done = DrawProgram(ctx, "scene_gpu/scene_done")
         self._done_array = self._done.vertex_array([])
         self._draws: dict[str, MeshDraw] = {}
         self._buffers: SceneBuffers | None = None
@@ -61,7 +61,7 @@ class SceneRaster:
         self._buffers = SceneBuffers(self._ctx, scene)
         self.bands = Bands(self._ctx, self._buffers.triangles_drawn)
         names = ("cover", "surface", "depth")
-        self._draws = {n: MeshDraw(self._ctx, self._buffers, f"scene_{n}") for n in names}
+        self._draws = {n: MeshDraw(self._ctx, self._buffers, f"scene_gpu/scene_{n}") for n in names}
         self._daylight = scene.daylight
         self._sky_light = diffuse_polynomial(scene.daylight)
 
@@ -221,7 +221,7 @@ class SkyDraw:
     """Draws the sky behind everything drawn before."""
 
     def __init__(self, ctx: Device, defines: Mapping[str, object] | None = None) -> None:
-        self._program = DrawProgram(ctx, "scene_sky", defines=defines)
+        self._program = DrawProgram(ctx, "scene_gpu/scene_sky", defines=defines)
         self._array = self._program.vertex_array([])
 
     def draw(

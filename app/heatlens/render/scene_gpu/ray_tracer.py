@@ -20,7 +20,7 @@ from heatlens.render.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_t
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
-_SHADER = "ray_trace.comp.glsl"
+_SHADER = "scene_gpu/ray_trace.comp.glsl"
 _DEFINES = ("HOLES", "COLORS", "BUMPS", "PLACES")  # variants of the shader
 _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that the window responds
 

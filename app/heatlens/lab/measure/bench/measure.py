@@ -205,7 +205,7 @@ def copy_bytes_per_second(ctx: Device, size: tuple[int, int]) -> float:
     effect as on the passes; a GPU copies a large picture.
     """
     size = size if is_software(ctx) else _LARGE
-    program = ComputeProgram(ctx, "bandwidth_copy.comp.glsl")
+    program = ComputeProgram(ctx, "lab/bandwidth_copy.comp.glsl")
     source, target = (new_texture(ctx, size, 4) for _ in range(2))
     source.write(
         bytes(16 * size[0] * size[1])
@@ -235,7 +235,7 @@ class BareSweeps:
         size = (coc_px.shape[1], coc_px.shape[0])
         _check_scratch_fits(ctx, size)
         self._size = size
-        self._program = ComputeProgram(ctx, "bare_sweep.comp.glsl")
+        self._program = ComputeProgram(ctx, "lab/bare_sweep.comp.glsl")
         self._color, self._rows, self.out = (new_texture(ctx, size, 4) for _ in range(3))
         self._conductances = [new_texture(ctx, size, 1) for _ in range(2)]
         self._scratch = {
