@@ -98,8 +98,10 @@ def test_a_mark_is_followed_through_frames_as_they_are_shown(nearby):
     window, said, done = opened(nearby), [], []
     shot = Shot(Lens(50.0, 2.8, 2.0, 36.0), marks=(MARK,))
     editing = SimpleNamespace(shot=shot, do=done.append)
+    shape = SimpleNamespace(width_px=1, height_px=1, pixel_aspect=1.0)
+    source = SimpleNamespace(opened=window, picture_shape=lambda shot: shape)
     marks = MarkCommands(
-        shared_of(editing, said.append, SimpleNamespace(opened=window)),
+        shared_of(editing, said.append, source),
         SimpleNamespace(played=FrameRange(1, 5), cache=window.cache),
         SimpleNamespace(following=lambda mark, frames: None),
     )

@@ -139,8 +139,8 @@ class Scene(Source):
         check_within(self._first.shot.frames, self._text, (frame,))
 
     def _facts_at(self, frame: int) -> Facts:
-        of_scene = lens_values(self._first.shot.lens_at(frame)).items()
-        lens = {name: value for name, value in of_scene if name not in self._first.assumed}
+        lens_at_frame = lens_values(self._first.shot.lens_at(frame)).items()
+        lens = {name: value for name, value in lens_at_frame if name not in self._first.assumed}
         shot, renderer = self._first.shot, ENGINE.renderer()
         ENGINE.load(self, self._first.scene, renderer.load_scene)
         return facts_of(renderer.look(shot, frame).plate, lens)
