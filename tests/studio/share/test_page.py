@@ -10,7 +10,7 @@ from heatlens.studio.session.door.door import REQUESTS
 from heatlens.studio.share.asked import _REQUESTS, shared
 from heatlens.studio.ui.menus import items
 
-WEB = Path(heatlens.__file__).parent / "web"
+WEB = Path(heatlens.__file__).parent / "studio" / "web"
 FILES = sorted(WEB.iterdir())
 LINES_MOST = 360
 LIBRARY = "http://www.w3.org/2000/svg"  # the name of a format, which nothing loads
