@@ -11,11 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import ImageFile
 
 import heatlens
 from heatlens.core.base import extras
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.extras import BASE, EXTRAS, Extra, import_extra
+from heatlens.core.base.extras import BASE, EXTRAS, Extra, import_extra, imported, parts
 from heatlens.fronts.commands import info
 from heatlens.fronts.commands.main import main
 from heatlens.fronts.doctor.machine_check import packages
@@ -59,6 +60,13 @@ def test_the_records_are_the_extras_of_the_project():
     for part in EXTRAS:
         assert {*part.packages, *part.brings} == names_of(LISTED[part.name]), part.name
     assert set(BASE.packages) == names_of(PROJECT["dependencies"])
+
+
+def test_no_package_makes_pillow_take_cut_pictures_for_whole_ones():
+    for part in parts():
+        for module in part.packages.values():
+            imported(module)
+    assert "weasyprint" in sys.modules and not ImageFile.LOAD_TRUNCATED_IMAGES
 
 
 def test_the_extra_of_all_has_every_part():

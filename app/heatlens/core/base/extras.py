@@ -3,6 +3,7 @@
 Each optional part of heatlens is one record here, and an extra of the same name in pyproject.toml.
 """
 
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -133,7 +134,17 @@ def import_extra(module: str, purpose: str = "") -> ModuleType:
         if imported == top
     )
     with part.needed(purpose, package):
-        return import_module(module)
+        return imported(module)
+
+
+# WeasyPrint tells Pillow, for the whole process, to take the missing rest of a cut picture as grey.
+# After a pull sheet as PDF, half a PNG would be read as a whole one.
+def imported(module: str) -> ModuleType:
+    """Import a module, and leave to Pillow that it refuses cut pictures."""
+    library = import_module(module)
+    if (files := sys.modules.get("PIL.ImageFile")) is not None:
+        vars(files)["LOAD_TRUNCATED_IMAGES"] = False
+    return library
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 The window needs libraries, fonts and a display besides OpenGL.
 """
 
-import importlib
 import importlib.metadata
 import os
 import platform
@@ -17,7 +16,7 @@ import numpy as np
 
 import heatlens
 from heatlens.core.base.errors import GpuError, MissingPackageError
-from heatlens.core.base.extras import extra, parts
+from heatlens.core.base.extras import extra, imported, parts
 from heatlens.core.base.outside_text import one_line
 from heatlens.core.base.paths import data_dir
 from heatlens.core.base.stopping import temporary_folder
@@ -81,7 +80,7 @@ def files() -> Iterator[Finding]:
 def _why_not(module: str) -> str | None:
     """Return why `module` cannot be imported, or None where it can."""
     try:
-        importlib.import_module(module)
+        imported(module)
     except Exception as error:  # a library that lacks another may raise anything
         return str(error) or type(error).__name__
     return None
