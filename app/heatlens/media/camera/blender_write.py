@@ -57,11 +57,11 @@ def _lens(camera: CameraSamples) -> dict[str, object]:
     whatever the camera in Blender had before.
     """
     tracks, image = camera.lens_tracks, camera.aperture_image
-    told = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
+    animated = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
     if camera.f_stop is None and "blades" not in camera.opening:
-        return told
+        return animated
     own = {path: None for path in _PROPERTIES.values() if path.startswith("[")}
-    return own | told | _diaphragm(camera) | {_IMAGE: None if image is None else image.path}
+    return own | animated | _diaphragm(camera) | {_IMAGE: None if image is None else image.path}
 
 
 def _diaphragm(camera: CameraSamples) -> dict[str, object]:

@@ -58,8 +58,8 @@ def write_camera(
 
 def left_out_of(path: str | os.PathLike[str], camera: CameraSamples) -> tuple[str, ...]:
     """Return sentences on features of the camera that the target program does not support."""
-    told = left_out(camera) if Path(path).suffix.lower() == ".nk" else ""
-    return (told,) if told else ()
+    words = left_out(camera) if Path(path).suffix.lower() == ".nk" else ""
+    return (words,) if words else ()
 
 
 def read_camera(

@@ -46,15 +46,15 @@ def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> Values:
     """
     plain = PLAIN_OPENING if camera.tells_opening else {}
     values = {name: value for name, value in plain.items() if name not in kept}
-    told: Values = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
-    for name in told:
+    first: Values = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
+    for name in first:
         if type_of(Lens, name) is not float:  # cameras hold floats, even for counts
-            told[name] = type_of(Lens, name)(round(told[name]))
+            first[name] = type_of(Lens, name)(round(first[name]))
     if camera.lens_model is not None and "model" not in kept:
-        told["model"] = camera.lens_model
+        first["model"] = camera.lens_model
     if camera.aperture_image is not None and "aperture_image" not in kept:
-        told["aperture_image"] = camera.aperture_image
-    return values | told
+        first["aperture_image"] = camera.aperture_image
+    return values | first
 
 
 def lens_tracks(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, Track]:

@@ -76,9 +76,9 @@ def shortest(stored: float, unit: float = 1.0) -> float:
     `stored` is in the unit of the file. The result times `unit` is the same length in that unit.
     """
     value = stored / unit
-    kept = np.float32(stored)
+    rounded = np.float32(stored)
     for digits in range(1, _DIGITS_MOST + 1):
         short = float(f"{value:.{digits}g}")
-        if np.float32(short * unit) == kept:
+        if np.float32(short * unit) == rounded:
             return short
     return value

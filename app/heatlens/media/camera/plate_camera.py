@@ -78,12 +78,12 @@ def placement_of(
     `headers` holds the headers of one file for each frame. The placement is None if any file lacks
     it, because holding the camera still at those frames would be wrong.
     """
-    told = [placement_at(found) for found in headers]
-    placed = [from_exr(value, scene_unit_m) for value in told if value is not None]
+    placements = [placement_at(of_frame) for of_frame in headers]
+    placed = [from_exr(value, scene_unit_m) for value in placements if value is not None]
     if not placed:
         return None, (f"no {PLACEMENT} in the plate's headers: the camera has no placement.",)
     if len(placed) < len(frames):
-        missing = (frame for frame, value in zip(frames, told, strict=True) if value is None)
+        missing = (frame for frame, value in zip(frames, placements, strict=True) if value is None)
         where = frames_text(tuple(missing))
         return None, (f"no usable {PLACEMENT} at frames {where}: the camera has no placement.",)
     matrices, are_left_handed = zip(*placed, strict=True)

@@ -54,5 +54,5 @@ def sample_of_shot(name: str, shot: Shot, frame: int, timecode: Timecode | None)
 
 def time_of_frame(frame: int, frames_per_second: float) -> Timecode | None:
     """Return the timecode of a frame that is counted from midnight; None before frame 0."""
-    found = Timecode(0, 0, 0, 0).later(max(frame, 0), max(frames_per_second, 1.0))
-    return found if frame >= 0 and found.is_possible else None
+    timecode = Timecode(0, 0, 0, 0).later(max(frame, 0), max(frames_per_second, 1.0))
+    return timecode if frame >= 0 and timecode.is_possible else None

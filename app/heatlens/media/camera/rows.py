@@ -190,10 +190,10 @@ def _row_of_cells(path: Path, line: int, cells: Mapping[str | None, str]) -> Val
     """Return the values of a line by the names of their columns, without the empty cells."""
     if None in cells or None in cells.values():
         raise InputError(f"{path}: line {line} has more or fewer cells than there are columns.")
-    told = {str(name): text.strip() for name, text in cells.items() if text.strip()}
+    texts = {str(name): text.strip() for name, text in cells.items() if text.strip()}
     row: Values = {
         name: text if name in _WORDS else _number(path, line, name, text)
-        for name, text in told.items()
+        for name, text in texts.items()
     }
     if FRAME in row:
         row[FRAME] = _whole(path, line, row[FRAME])

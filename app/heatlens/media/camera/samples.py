@@ -206,16 +206,16 @@ def with_renderer_f_stop(camera: CameraSamples) -> CameraSamples:
         return camera
     if f_stops is None or focals is None or focus is None:
         return camera
-    told = tuple(
+    converted = tuple(
         n * model.focal_over_image_distance(f_mm, s_m)
         for n, f_mm, s_m in zip(f_stops, focals, focus, strict=True)
     )
     note = (
-        f"f-stop written as {_span(told)}, with which a CG renderer makes the discs of this "
+        f"f-stop written as {_span(converted)}, with which a CG renderer makes the discs of this "
         f"{model.facts.words} at {_span(f_stops)}; the nominal value is kept beside it, and "
         "`--f-stop nominal` writes it instead."
     )
-    return replace(camera, f_stop=told, nominal_f_stop=f_stops, notes=(*camera.notes, note))
+    return replace(camera, f_stop=converted, nominal_f_stop=f_stops, notes=(*camera.notes, note))
 
 
 def with_nominal_f_stop(camera: CameraSamples) -> CameraSamples:

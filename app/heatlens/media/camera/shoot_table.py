@@ -285,8 +285,8 @@ def _timecodes(rows: Sequence[Row]) -> tuple[Timecode, ...] | None:
     column = _named(rows[0], _TIMECODES)
     if column is None:
         return None
-    told = [timecode_in(row[column]) for row in rows]
-    known = tuple(timecode for timecode in told if timecode is not None)
+    timecodes = [timecode_in(row[column]) for row in rows]
+    known = tuple(timecode for timecode in timecodes if timecode is not None)
     return known if len(known) == len(rows) else None
 
 

@@ -123,18 +123,18 @@ def _all_prims(usd: UsdObject, stage: UsdObject) -> Iterable[UsdObject]:
 
 
 def _chosen(path: Path, cameras: list[UsdObject], prim_path: str | None) -> object:
-    found = {str(camera.GetPath()): camera for camera in cameras}
-    if not found:
+    by_path = {str(camera.GetPath()): camera for camera in cameras}
+    if not by_path:
         raise InputError(f"{path} has no camera.")
-    if prim_path in found:
-        return found[prim_path]
-    if prim_path is None and len(found) == 1:
+    if prim_path in by_path:
+        return by_path[prim_path]
+    if prim_path is None and len(by_path) == 1:
         return cameras[0]
-    listed = ", ".join([*list(found)[:_LISTED], *(["..."] if len(found) > _LISTED else [])])
+    listed = ", ".join([*list(by_path)[:_LISTED], *(["..."] if len(by_path) > _LISTED else [])])
     if prim_path is None:
         raise InputError(
-            f"{path} has {len(found)} cameras: {listed}. Name one, as in "
-            f"{path.name}:{next(iter(found))}"
+            f"{path} has {len(by_path)} cameras: {listed}. Name one, as in "
+            f"{path.name}:{next(iter(by_path))}"
         )
     raise InputError(f"{path} has no camera {prim_path}; it has {listed}.")
 
@@ -191,15 +191,15 @@ def _own_track(opened: _Stage, name: str, frames: tuple[int, ...]) -> Track | No
 
 def _lens_model(opened: _Stage) -> LensModel | None:
     """Return the lens model that heatlens has written; None if it is missing or unknown."""
-    told = opened.prim.GetAttribute(LENS_MODEL)
-    name = told.Get() if told else None
+    attribute = opened.prim.GetAttribute(LENS_MODEL)
+    name = attribute.Get() if attribute else None
     return LensModel(name) if name in list(LensModel) else None
 
 
 def _aperture_image(opened: _Stage) -> OpeningImage | None:
     """Return the aperture image named in the file, not yet read; None if there is none."""
-    told = opened.prim.GetAttribute(APERTURE_IMAGE)
-    path = told.Get() if told else None
+    attribute = opened.prim.GetAttribute(APERTURE_IMAGE)
+    path = attribute.Get() if attribute else None
     return OpeningImage(path) if isinstance(path, str) and path else None
 
 
@@ -239,9 +239,9 @@ def _placement(
         return None, ()
     to_world = np.empty((len(frames), 4, 4))
     for own, frame in zip(to_world, frames, strict=True):
-        found = geometry.Xformable(opened.prim).ComputeLocalToWorldTransform(frame)
-        found.Orthonormalize(issueWarning=False)
-        own[:] = np.array(found, np.float64).T
+        matrix = geometry.Xformable(opened.prim).ComputeLocalToWorldTransform(frame)
+        matrix.Orthonormalize(issueWarning=False)
+        own[:] = np.array(matrix, np.float64).T
     to_world[:, :3, 3] *= opened.meters_per_unit
     if not (is_one := are_rigid(to_world)).all():
         frame = frames[int(np.argmin(is_one))]

@@ -140,11 +140,11 @@ def load_color_config(path: str | None) -> ColorConfig:
 def files_of_config(path: Path) -> tuple[Path, ...]:
     """Return the config at `path`, then the tables that it names and that are found."""
     library, config = ocio(), load_color_config(str(path)).config
-    found = [path]
+    files = [path]
     for name in dict.fromkeys(name for it in _transforms(config) for name in _tables(it)):
         with suppress(library.Exception, library.ExceptionMissingFile):
-            found.append(Path(config.getCurrentContext().resolveFileLocation(name)))
-    return tuple(found)
+            files.append(Path(config.getCurrentContext().resolveFileLocation(name)))
+    return tuple(files)
 
 
 def _transforms(config: Any) -> Iterator[Any]:

@@ -29,12 +29,12 @@ def read_grade(path: Path, identifier: str = "") -> Grade:
         raise unreadable(path)
     library.ClearAllCaches()  # it would give what the file held when it was read before
     try:
-        found = library.CDLTransform.CreateFromFile(str(path), identifier)
+        transform = library.CDLTransform.CreateFromFile(str(path), identifier)
         return Grade(
-            tuple(found.getSlope()),
-            tuple(found.getOffset()),
-            tuple(found.getPower()),
-            found.getSat(),
+            tuple(transform.getSlope()),
+            tuple(transform.getOffset()),
+            tuple(transform.getPower()),
+            transform.getSat(),
         )
     except (library.Exception, library.ExceptionMissingFile) as error:
         wanted = f" with the ID {identifier!r}" if identifier else ""

@@ -55,38 +55,38 @@ def input_space_of(
     """
     if chosen:
         return InputSpace(chosen, "chosen")
-    told = header_primaries(attributes)
-    found = None if told is None else _found(config, told)
-    if told is not None and found is not None:
-        return InputSpace(found, f"header, {told.attribute}")
-    if told is not None and told.primaries is not None:
+    stated = header_primaries(attributes)
+    space = None if stated is None else _found(config, stated)
+    if stated is not None and space is not None:
+        return InputSpace(space, f"header, {stated.attribute}")
+    if stated is not None and stated.primaries is not None:
         rec709 = REC709.name if config is None else config.space_called(*LINEAR_REC709)
         if rec709 is not None:
-            why = f"header, {told.attribute}, by a matrix"
-            return InputSpace(rec709, why, turned_from=told.primaries)
+            why = f"header, {stated.attribute}, by a matrix"
+            return InputSpace(rec709, why, turned_from=stated.primaries)
     usual = REC709.name if config is None else config.default_input_space
-    if told is None:
+    if stated is None:
         return InputSpace(usual, "the header names no other")
-    return InputSpace(usual, f"no other for {told.attribute}", _note(config, told, usual))
+    return InputSpace(usual, f"no other for {stated.attribute}", _note(config, stated, usual))
 
 
-def _found(config: ColorConfig | None, told: HeaderPrimaries) -> str | None:
+def _found(config: ColorConfig | None, stated: HeaderPrimaries) -> str | None:
     """Return the name in the config of the space that the header states, or None."""
     if config is None:
-        return None if told.known is None else told.known.name
-    if told.known is None:
+        return None if stated.known is None else stated.known.name
+    if stated.known is None:
         # A studio's config may have its own names; chromaticities are not a name.
-        return config.space_called(told.value) if told.attribute == "colorInteropID" else None
-    return config.space_called(told.known.interop_id, *_NAMES[told.known])
+        return config.space_called(stated.value) if stated.attribute == "colorInteropID" else None
+    return config.space_called(stated.known.interop_id, *_NAMES[stated.known])
 
 
-def _note(config: ColorConfig | None, told: HeaderPrimaries, usual: str) -> str:
+def _note(config: ColorConfig | None, stated: HeaderPrimaries, usual: str) -> str:
     """Return a sentence on a header whose space is not in the config."""
-    if told.known is not None and config is not None:
-        problem = f"{config.source} has no {told.known.name}, which is the header's"
+    if stated.known is not None and config is not None:
+        problem = f"{config.source} has no {stated.known.name}, which is the header's"
     else:
         problem = "heatlens knows no colour space with the header's"
     return (
-        f"{problem} {told.attribute} ({told.value}): the plate is read as {usual} until another "
-        "input space is chosen."
+        f"{problem} {stated.attribute} ({stated.value}): the plate is read as {usual} until "
+        "another input space is chosen."
     )

@@ -132,10 +132,10 @@ def read_timeline(path: Path, rate: float | None = None) -> Timeline:
     if isinstance(read, timeline):
         return read
     several = read if isinstance(read, otio().schema.SerializableCollection) else ()
-    found = next((one for one in several if isinstance(one, timeline)), None)
-    if found is None:
+    chosen = next((one for one in several if isinstance(one, timeline)), None)
+    if chosen is None:
         raise InputError(f"{path} holds no timeline.")
-    return found
+    return chosen
 
 
 def _read(path: Path, rate: float | None) -> Any:
@@ -155,8 +155,8 @@ def _read(path: Path, rate: float | None) -> Any:
 def _edl(path: Path, rate: float) -> Any:
     text = prepared(path, file_bytes(path).decode("utf-8-sig", "replace"), rate)
     with _refused(f"{path} cannot be read as an edit"):
-        found = otio().adapters.read_from_string(text, _ADAPTERS[".edl"], rate=rate)
-    return _begun_together(found)
+        timeline = otio().adapters.read_from_string(text, _ADAPTERS[".edl"], rate=rate)
+    return _begun_together(timeline)
 
 
 def _begun_together(timeline: Any) -> Any:
@@ -199,14 +199,14 @@ def _shot(part: Seen, frames: range, finder: MediaFinder, rate: float) -> ReelSh
     return ReelShot(shot_name(clip.name or "shot"), media.source, made, kept, marks, grade, retime)
 
 
-def _grade(told: Any) -> tuple[Grade | None, str]:
+def _grade(cdl: Any) -> tuple[Grade | None, str]:
     """Return the grade of the metadata of a clip, and a note if it cannot be read."""
-    if told is None:
+    if cdl is None:
         return None, ""
     try:
-        channels = dict(told.get("asc_sop") or {})
+        channels = dict(cdl.get("asc_sop") or {})
         values: Values = {name: tuple(map(float, it)) for name, it in channels.items()}
-        return Grade(**values, saturation=float(told.get("asc_sat", 1.0))), ""
+        return Grade(**values, saturation=float(cdl.get("asc_sat", 1.0))), ""
     except (ArithmeticError, AttributeError, TypeError, ValueError, InputError):
         return None, "its grade (ASC CDL) cannot be read, and is not shown"
 

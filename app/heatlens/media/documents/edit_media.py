@@ -119,41 +119,41 @@ class MediaFinder:
         available = reference.available_range
         start_s = None if available is None else seconds(available.start_time)
         if hasattr(reference, "frame_zero_padding"):
-            told = _pattern_of(reference)
+            target = _pattern_of(reference)
             first = int(reference.start_frame)
             images, step = float(reference.rate), int(reference.frame_step)
-            found = self._found(told, clip.name, first, start_s)
+            media = self._found(target, clip.name, first, start_s)
             begin_s = first / exact_rate(images) if start_s is None else start_s
-            return replace(found, start_s=begin_s, rate=images, step=max(1, step))
+            return replace(media, start_s=begin_s, rate=images, step=max(1, step))
         rate = None if available is None else float(available.start_time.rate)
-        told = getattr(reference, "target_url", None) or ""
-        return replace(self._found(told, clip.name or reference.name, None, start_s), rate=rate)
+        target = getattr(reference, "target_url", None) or ""
+        return replace(self._found(target, clip.name or reference.name, None, start_s), rate=rate)
 
-    def _found(self, told: str, name: str, first: int | None, start_s: Fraction | None) -> Media:
+    def _found(self, target: str, name: str, first: int | None, start_s: Fraction | None) -> Media:
         """Return the media of a URL or path, or else of a name."""
-        path = _path_of(told, self._folder) if told else ""
+        path = _path_of(target, self._folder) if target else ""
         for fitting in ([path] if path else [], self._by_name(path), self._by_name(name)):
             there = [source for source in fitting if _is_there(source)]
             if there:
                 source = next((it for it in there if not is_blurred_source(it)), there[0])
                 others = [other for other in there if other != source]
-                return self._media(source, others, told or name, first, start_s)
-        return Media("", None, first or 0, start_s, told or name)
+                return self._media(source, others, target or name, first, start_s)
+        return Media("", None, first or 0, start_s, target or name)
 
     def _media(
         self,
         source: str,
         others: Items[str],
-        told: str,
+        target: str,
         first: int | None,
         start_s: Fraction | None,
     ) -> Media:
         note, sequence = _also_fit(source, others), _sequence_at(source)
         if sequence is None:
-            return Media(source, None, first or 0, start_s, told, note=note)
+            return Media(source, None, first or 0, start_s, target, note=note)
         at = sequence.first if first is None else first
         plates = sequence if _is_numbered(sequence) else None
-        return Media(_source_of(source, sequence), plates, at, start_s, told, note=note)
+        return Media(_source_of(source, sequence), plates, at, start_s, target, note=note)
 
     def _by_name(self, name: str | None) -> Items[str]:
         """Return the media in the folders that are called `name`, by any of its usual forms."""
@@ -181,8 +181,8 @@ def _also_fit(source: str, others: Items[str]) -> str:
     """Return a note that names the media that are not taken; "" if there are none."""
     if not others:
         return ""
-    told = (f"{other} (already blurred)" * is_blurred_source(other) or other for other in others)
-    return f"{len(others) + 1} media fit: {source} is taken, and not {', '.join(told)}"
+    names = (f"{other} (already blurred)" * is_blurred_source(other) or other for other in others)
+    return f"{len(others) + 1} media fit: {source} is taken, and not {', '.join(names)}"
 
 
 def _reference_of(clip: Any) -> Any:
@@ -200,10 +200,10 @@ def _pattern_of(reference: Any) -> str:
     return f"{lead}{reference.name_prefix}{digits}{reference.name_suffix}"
 
 
-def _path_of(told: str, folder: Path) -> str:
+def _path_of(url: str, folder: Path) -> str:
     """Return the absolute path of a URL or path; relative ones begin at the folder of the edit."""
-    hashed = _DIGITS.sub(lambda found: "#" * int(found[1] or len(found[2])), told)
-    is_url = told.lower().startswith("file:")
+    hashed = _DIGITS.sub(lambda match: "#" * int(match[1] or len(match[2])), url)
+    is_url = url.lower().startswith("file:")
     path = unquote(urlsplit(hashed.replace("#", "%23")).path) if is_url else hashed
     return os.path.abspath(folder / path)
 

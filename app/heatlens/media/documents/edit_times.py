@@ -114,12 +114,12 @@ def _placed(item: Item, clock: Clock, placed_s: Fraction, span: Span) -> list[Se
 
 
 def _in_turn(track: Composition, clock: Clock, span: Span) -> list[Seen]:
-    found, placed_s = list[Seen](), Fraction(0)
+    parts, placed_s = list[Seen](), Fraction(0)
     for item in track:
         if item.schema_name() != "Transition":
-            found += _placed(item, clock, placed_s, span)
+            parts += _placed(item, clock, placed_s, span)
             placed_s += seconds(item.duration())
-    return list(_filled(found, span))
+    return list(_filled(parts, span))
 
 
 def _topmost(stack: Composition, clock: Clock, span: Span) -> list[Seen]:
@@ -144,10 +144,10 @@ def _over(above: list[Seen], below: list[Seen]) -> Iterator[Seen]:
             yield under.cut_to(span)
 
 
-def _filled(found: Iterable[Seen], span: Span) -> Iterator[Seen]:
+def _filled(parts: Iterable[Seen], span: Span) -> Iterator[Seen]:
     """Yield the parts in order, and between them those where nothing is seen."""
     at_s = span[0]
-    for part in sorted(found, key=lambda part: part.first_s):
+    for part in sorted(parts, key=lambda part: part.first_s):
         if part.first_s > at_s:
             yield Seen(None, part.clock, at_s, part.first_s)
         yield part

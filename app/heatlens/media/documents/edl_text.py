@@ -24,7 +24,7 @@ def prepared(path: Path, text: str, rate: float) -> str:
 
     Raises InputError if its timecodes have frames beyond the rate.
     """
-    most = max((int(found) for found in _FRAMES.findall(text)), default=0)
+    most = max((int(digits) for digits in _FRAMES.findall(text)), default=0)
     if most >= round(rate):
         usual = next((it for it in (25, 30, 50, 60) if most < it), None)
         help_ = "no rate has so many" if usual is None else f"give its rate, as --edit-fps {usual}"
@@ -48,15 +48,15 @@ def _at_speed(event: str, speed: float, rate: float) -> str:
     `speed` is in frames of the source a second.
     """
     time = import_extra("opentimelineio").opentime
-    found = _EVENT.match(event)
-    assert found is not None
+    match = _EVENT.match(event)
+    assert match is not None
     begin, end, recorded, recorded_end = (
-        time.from_timecode(it, round(rate)) for it in found.groups()
+        time.from_timecode(it, round(rate)) for it in match.groups()
     )
     is_told = end - begin != recorded_end - recorded
     if is_told or abs(speed / rate - 1) < _SAME_SPEED or speed == 0:
         return event
     count = max(1, round((end - begin).value * abs(speed) / rate))
     other = begin + time.RationalTime(count, round(rate))
-    told: str = time.to_timecode(other, round(rate))
-    return event[: found.start(2)] + told + event[found.end(2) :]
+    source_end: str = time.to_timecode(other, round(rate))
+    return event[: match.start(2)] + source_end + event[match.end(2) :]

@@ -36,15 +36,15 @@ def _bounded(path: Path) -> tuple[Canvas, ...]:
             raise ValueError(f"it has more than {_BYTES_MOST // 1_000_000} MB")
         with fdl.read_from_string(data.decode("utf-8")) as decisions:
             canvases = [it for context in decisions.contexts for it in context.canvases]
-            found = tuple(shape for canvas in canvases for shape in _shapes(canvas))
+            shapes = tuple(shape for canvas in canvases for shape in _shapes(canvas))
     except OSError as error:
         raise unreadable(path, error) from error
     except (ValueError, TypeError, fdl.FDLError) as error:
         reason = one_line(error)
         raise InputError(f"{path} is not a framing decision list (ASC FDL): {reason}") from error
-    if not found:
+    if not shapes:
         raise InputError(f"{path} has no framing decision.")
-    return found
+    return shapes
 
 
 class _Rect(Protocol):
@@ -65,8 +65,8 @@ def _shapes(canvas: Any) -> Iterator[Canvas]:
 
 def _line(decision: Any, area: _Rect) -> FrameLine:
     protection = decision.get_protection_rect()
-    kept = None if protection is None else _part(protection, area)
-    return FrameLine(decision.label or decision.id, _part(decision.get_rect(), area), kept)
+    inner = None if protection is None else _part(protection, area)
+    return FrameLine(decision.label or decision.id, _part(decision.get_rect(), area), inner)
 
 
 def _part(rect: _Rect, area: _Rect) -> Part:

@@ -208,8 +208,8 @@ def _key_json(key: Key) -> dict[str, object]:
 
 def _mark(entry: JsonEntry) -> Mark:
     """Return the mark of an entry, of the kind that its entries tell; else a point."""
-    told = entry.value if isinstance(entry.value, dict) else {}
-    return entry.record(kind_of_entries(told))
+    entries = entry.value if isinstance(entry.value, dict) else {}
+    return entry.record(kind_of_entries(entries))
 
 
 def _focus_word(scale: Scale) -> str:

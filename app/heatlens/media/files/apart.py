@@ -91,11 +91,11 @@ def called_apart(read: Callable[[Argument], Result], argument: Argument, what: s
     if hasattr(_of_thread, "stop"):
         _of_thread.stop.add(process)
     try:
-        written, said = _exchanged(process, pickle.dumps(argument))
+        written, printed = _exchanged(process, pickle.dumps(argument))
     finally:
         _running.discard(process)
         process.kill()
-    _check_end(process.returncode, said, what)
+    _check_end(process.returncode, printed, what)
     try:
         outcome = unpacked(written)
     except AnswerError as error:
@@ -108,7 +108,7 @@ def called_apart(read: Callable[[Argument], Result], argument: Argument, what: s
 def _exchanged(process: "subprocess.Popen[bytes]", asked: bytes) -> tuple[bytes, str]:
     """Return the answer of `process` and the end of what it printed."""
     assert process.stdin is not None and process.stdout is not None
-    said = LastWords(process)
+    printed = LastWords(process)
     with process:
         with suppress(BrokenPipeError):  # it ended early: its exit code tells why
             process.stdin.write(asked)
@@ -116,7 +116,7 @@ def _exchanged(process: "subprocess.Popen[bytes]", asked: bytes) -> tuple[bytes,
             process.stdin.close()
         written = process.stdout.read()
         process.wait()
-        words = said.text()
+        words = printed.text()
     return written, words
 
 
@@ -127,11 +127,11 @@ def end_all() -> None:
         process.kill()
 
 
-def _check_end(code: int, said: str, what: str) -> None:
+def _check_end(code: int, printed: str, what: str) -> None:
     """Raise an error for a process that ended with a `code` other than 0."""
     gigabytes = f"{limits.gigabytes_most():g} GB of memory"
     if code == _FAILED:
-        raise told_error(RuntimeError(said), f"{what}: not read")
+        raise told_error(RuntimeError(printed), f"{what}: not read")
     if -code in limits.TIME_SIGNALS:
         raise InputError(
             f"{what} cannot be read within {limits.seconds_most():g} s of processor time and "

@@ -88,10 +88,10 @@ class JsonEntry:
         """
         if not isinstance(self.value, dict) or entry not in self.value:
             self.refuse(f"this is no {what} of heatlens: it has no entry {entry!r}")
-        found = JsonEntry(self.path, entry, self.value[entry])
-        if found.whole() != version:
-            found.refuse(
-                f"version {found.whole()} is not known here, only {version}; a newer heatlens "
+        stored = JsonEntry(self.path, entry, self.value[entry])
+        if stored.whole() != version:
+            stored.refuse(
+                f"version {stored.whole()} is not known here, only {version}; a newer heatlens "
                 "may have written it"
             )
 
@@ -228,12 +228,12 @@ def read_json(path: Path) -> JsonEntry:
 
 def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
     """Return an object; refuse an entry that occurs twice, because one of them would be lost."""
-    found = dict(pairs)
-    if len(found) != len(pairs):
+    entries = dict(pairs)
+    if len(entries) != len(pairs):
         names = [name for name, _ in pairs]
-        twice = next(name for name in found if names.count(name) > 1)
+        twice = next(name for name in entries if names.count(name) > 1)
         raise ValueError(f"the entry {twice!r} occurs twice in the same place")
-    return found
+    return entries
 
 
 def _constant(name: str) -> NoReturn:

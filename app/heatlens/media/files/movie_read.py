@@ -94,8 +94,8 @@ class Movie:
         self.rate = Fraction(rate) if rate else None
         steps = sorted(after - before for before, after in pairwise(self._times))
         self.is_even = not steps or steps[-1] <= _SAME_STEP * steps[0] + 1
-        told = (self._container.metadata, *(it.metadata for it in self._container.streams))
-        self.timecode: str = next((it["timecode"] for it in told if "timecode" in it), "")
+        metadata = (self._container.metadata, *(it.metadata for it in self._container.streams))
+        self.timecode: str = next((it["timecode"] for it in metadata if "timecode" in it), "")
         self.comment: str = self._container.metadata.get("comment", "")
         context = self._stream.codec_context
         self.codec = str(context.codec.long_name)
@@ -114,9 +114,9 @@ class Movie:
             raise InputError(f"{self._path} has {self.count} frames, and no frame {number + 1}.")
         with self._failures_told():
             with self._lock:
-                found = self._kept.get(number) or self._decoded(number)
-            self._check_size(found, number)
-            return _values_of(found)
+                decoded = self._kept.get(number) or self._decoded(number)
+            self._check_size(decoded, number)
+            return _values_of(decoded)
 
     def close(self) -> None:
         """Close the file once no other thread decodes."""
@@ -127,15 +127,15 @@ class Movie:
     def _picture_stream(self) -> "VideoStream":
         streams = self._container.streams.video
         covers = self._library.stream.Disposition.attached_pic
-        found: VideoStream | None = next(
+        stream: VideoStream | None = next(
             (it for it in streams if not it.disposition & covers), None
         )
-        if found is None:
+        if stream is None:
             raise InputError(f"{self._path} has no moving picture, but only sound or data.")
-        if found.codec_context is None:
+        if stream.codec_context is None:
             raise InputError(f"{self._path} is damaged, or its codec is unknown to FFmpeg.")
-        found.thread_type = "AUTO"
-        return found
+        stream.thread_type = "AUTO"
+        return stream
 
     def _all_times(self) -> tuple[int, ...]:
         """Return when each frame is shown, in order.
@@ -223,17 +223,17 @@ class Movie:
             raise unreadable(self._path, error) from error
         except (self._library.error.FFmpegError, OSError, ValueError) as error:
             self._next = None
-            said = one_line(getattr(error, "strerror", None) or str(error))
+            why = one_line(getattr(error, "strerror", None) or str(error))
             raise InputError(
-                f"{self._path} cannot be read: it is cut short, damaged or no such movie ({said})."
+                f"{self._path} cannot be read: it is cut short, damaged or no such movie ({why})."
             ) from error
 
 
 def _decoder_of_alpha(library: ModuleType, stream: "VideoStream") -> "VideoCodecContext | None":
     """Return a decoder for a WebM with alpha, which FFmpeg's own decoders leave out; else None."""
     name = _WITH_ALPHA.get(stream.codec_context.name)
-    told = {entry.lower(): value for entry, value in stream.metadata.items()}
-    if name is None or told.get("alpha_mode") != "1":
+    metadata = {entry.lower(): value for entry, value in stream.metadata.items()}
+    if name is None or metadata.get("alpha_mode") != "1":
         return None
     decoder: VideoCodecContext = library.CodecContext.create(name, "r")
     decoder.extradata = stream.codec_context.extradata
@@ -291,9 +291,9 @@ def movie_at(path: Path) -> Movie:
         raise unreadable(path)
     key = path, status.st_mtime_ns, status.st_size
     with _open_lock:
-        found = _open.pop(key, None) or Movie(path)
-        _open[key] = found
+        opened = _open.pop(key, None) or Movie(path)
+        _open[key] = opened
         closed = [_open.popitem(last=False)[1] for _ in range(len(_open) - _OPEN_MOST)]
     for movie in closed:
         movie.close()
-    return found
+    return opened

@@ -41,9 +41,9 @@ def picture_at(path: Path) -> Image.Image | None:
     Raises InputError for a file whose content is of another kind than its ending tells, and
     whatever Pillow raises for a damaged one.
     """
-    found = format_of(path)
+    kind = format_of(path)
     try:
-        return Image.open(path, formats=() if found is None else found.of_pillow)
+        return Image.open(path, formats=() if kind is None else kind.of_pillow)
     except UnidentifiedImageError:
         check_content(path)
         return None

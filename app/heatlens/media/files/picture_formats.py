@@ -153,10 +153,10 @@ def format_of(path: str | os.PathLike[str]) -> PictureFormat | None:
 
 def writing_of(path: str | os.PathLike[str]) -> Writing:
     """Return how the format of a name is written. Raises InputError for names of no such format."""
-    found = format_of(path)
-    if found is None or found.writing is None:
+    kind = format_of(path)
+    if kind is None or kind.writing is None:
         raise InputError(f"{path}: pictures are written as {', '.join(suffixes_written()[1:])}.")
-    return found.writing
+    return kind.writing
 
 
 def suffixes_read() -> tuple[str, ...]:
@@ -181,10 +181,10 @@ def is_picture(path: Path) -> bool:
 
 def movie_named(path: Path) -> tuple[Path, int] | None:
     """Return the file of a movie and the number of its first frame; None for another name."""
-    found = _MOVIE.fullmatch(path.name)
-    if found is None:
+    match = _MOVIE.fullmatch(path.name)
+    if match is None:
         return None
-    return path.with_name(found[1]), _FIRST_FRAME if found[2] is None else int(found[2])
+    return path.with_name(match[1]), _FIRST_FRAME if match[2] is None else int(match[2])
 
 
 def movie_frame_name(movie: Path, frame: int) -> str:
@@ -197,14 +197,14 @@ def in_movie(path: Path) -> tuple[Path, int] | None:
 
     The movie itself stands for its first frame. None if `path` is not a movie.
     """
-    folder, found = movie_named(path.parent), _FRAME.fullmatch(path.name)
-    if folder is not None and found is not None:
-        return folder[0], int(found[1]) - folder[1]
+    folder, match = movie_named(path.parent), _FRAME.fullmatch(path.name)
+    if folder is not None and match is not None:
+        return folder[0], int(match[1]) - folder[1]
     alone = movie_named(path)
     return None if alone is None else (alone[0], 0)
 
 
 def file_on_disk(path: Path) -> Path:
     """Return the file that holds the picture at `path`: a movie for each of its frames."""
-    found = in_movie(path)
-    return path if found is None else found[0]
+    movie = in_movie(path)
+    return path if movie is None else movie[0]

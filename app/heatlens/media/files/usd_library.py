@@ -80,17 +80,17 @@ def _layers(path: Path) -> list[UsdObject]:
     """
     sdf, errors, resolver = usd_module("Sdf"), usd_module("Tf"), usd_module("Ar").GetResolver()
     allow_for(path)
-    found = [sdf.Layer.FindOrOpen(str(path))]
+    layers = [sdf.Layer.FindOrOpen(str(path))]
     known = {str(path)}
-    for layer in found:  # the list grows in the loop
+    for layer in layers:  # the list grows in the loop
         for asset in layer.GetCompositionAssetDependencies() if layer else ():
             name = sdf.ComputeAssetPathRelativeToLayer(layer, asset) if asset else ""
             if name and name not in known:
                 known.add(name)
                 check_asset(path, resolver.Resolve(name).GetPathString())
                 with suppress(errors.ErrorException):  # composing the stage reports it
-                    found.append(sdf.Layer.FindOrOpen(name))
-    return found
+                    layers.append(sdf.Layer.FindOrOpen(name))
+    return layers
 
 
 def check_asset(stage: Path, path: str) -> None:
@@ -122,11 +122,11 @@ def numbers(value: object, width: int, what: str) -> NDArray[np.float32]:
 
 
 def whole_numbers(value: object, what: str) -> NDArray[np.int64]:
-    """Return an array of integers as (N,) int64. Raises InputError as `numbers` does."""
-    found = _array(value, 1, what)[:, 0]
-    if found.dtype.kind not in "iu" and found.size:
+    """Return an array of integers as (N,) int64. Raises InputError as `column` does."""
+    column = _array(value, 1, what)[:, 0]
+    if column.dtype.kind not in "iu" and column.size:
         raise _refusal(value, what)
-    return found.astype(np.int64)
+    return column.astype(np.int64)
 
 
 def lens_unit_mm(meters_per_unit: float, focal_length: float, aperture: float) -> float:
@@ -158,14 +158,14 @@ def number(value: object, what: str) -> float:
 
 def _array(value: object, width: int, what: str) -> NDArray[UsdObject]:
     try:
-        found = np.array([] if value is None else value)
-        if found.dtype.kind in "biuf":
-            return found.reshape(-1, width)
+        array = np.array([] if value is None else value)
+        if array.dtype.kind in "biuf":
+            return array.reshape(-1, width)
     except (TypeError, ValueError, OverflowError, RuntimeError) as error:
         raise _refusal(value, what) from error
     raise _refusal(value, what)
 
 
 def _refusal(value: UsdObject, what: str) -> InputError:
-    said = " ".join(str(value).split())[:60]
-    return InputError(f"{what} is not a number, or has the wrong count: {said!r}.")
+    shown = " ".join(str(value).split())[:60]
+    return InputError(f"{what} is not a number, or has the wrong count: {shown!r}.")

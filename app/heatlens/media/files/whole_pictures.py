@@ -36,7 +36,7 @@ def is_whole_tiff(file: BinaryIO, size: int) -> bool:
     file.seek(start)
     (count,) = struct.unpack(f"{order}H", file.read(2))
     entries = [struct.unpack(f"{order}HHI4s", file.read(12)) for _ in range(count)]
-    ends, found = [start + 2 + 12 * count + 4], {}
+    ends, tags = [start + 2 + 12 * count + 4], {}
     for tag, kind, number, data in entries:
         length = _BYTES_OF_TIFF[kind] * number
         if length > 4:
@@ -45,8 +45,8 @@ def is_whole_tiff(file: BinaryIO, size: int) -> bool:
             file.seek(at)
             data = file.read(length)
         if tag in (_STRIP_OFFSETS, _STRIP_LENGTHS):
-            found[tag] = struct.unpack(f"{order}{number}{'H' if kind == 3 else 'I'}", data[:length])
-    strips = zip(found[_STRIP_OFFSETS], found[_STRIP_LENGTHS], strict=True)
+            tags[tag] = struct.unpack(f"{order}{number}{'H' if kind == 3 else 'I'}", data[:length])
+    strips = zip(tags[_STRIP_OFFSETS], tags[_STRIP_LENGTHS], strict=True)
     ends += [offset + length for offset, length in strips]
     return bool(max(ends) == size)
 

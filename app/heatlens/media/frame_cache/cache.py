@@ -238,15 +238,15 @@ class FrameCache(Closing):
         """Scan `sequence` and the files that were read for changes; runs on a thread."""
         with self._failures_kept():
             try:
-                found, stale, problem = rescanned(sequence), self._stale(sequence, read), None
+                scanned, stale, problem = rescanned(sequence), self._stale(sequence, read), None
             except HeatlensError as error:
-                found, stale, problem = sequence, (), str(error)
+                scanned, stale, problem = sequence, (), str(error)
             with self._changed:
                 if self._closed:
                     return
-                is_news = (found, problem) != (self._sequence, self._problem) or bool(stale)
+                is_news = (scanned, problem) != (self._sequence, self._problem) or bool(stale)
                 self._is_looking, self._problem = False, problem
-                self._take_over(found, stale)
+                self._take_over(scanned, stale)
                 self._changed.notify_all()
             if is_news:
                 self._on_ready()

@@ -52,25 +52,25 @@ def sequence_facts(
 
 def _things(sequence: Sequence, damaged: Collection[int]) -> dict[str, list[str]]:
     """Return the names of things in the Cryptomattes of all frames."""
-    found: dict[str, set[str]] = {}
+    things: dict[str, set[str]] = {}
     for frame in sequence.present:
         path = sequence.path_at(frame)
         if frame in damaged or is_picture(path):
             continue
         for layer, names in thing_names(path.parent, read_headers(path)).items():
-            found.setdefault(layer, set()).update(names)
-    return {layer: sorted(names) for layer, names in found.items()}
+            things.setdefault(layer, set()).update(names)
+    return {layer: sorted(names) for layer, names in things.items()}
 
 
 def _neighbours(sequence: Sequence, reader: NeighbourReader, damaged: Collection[int]) -> Facts:
     """Return which neighbours are used, and what they show on average at three frames."""
     near, good = reader.neighbourhood, [it for it in sequence.present if it not in damaged]
-    told: Facts = {"count": near.count, "step": near.step, "words": near.words, "found": None}
+    facts: Facts = {"count": near.count, "step": near.step, "words": near.words, "found": None}
     if near.count and good:
         asked = sorted({good[0], good[len(good) // 2], good[-1]})
         plates = (reader.alone(sequence.path_at(frame)) for frame in asked)
-        told["found"] = fmean(reader.found(plate).hidden_part for plate in plates)
-    return told
+        facts["found"] = fmean(reader.found(plate).hidden_part for plate in plates)
+    return facts
 
 
 class _Survey:
@@ -91,8 +91,8 @@ class _Survey:
         """Add one frame that could be read."""
         window, depth = plate.display_window, plate.depth
         self._sizes.setdefault(f"{window.width} x {window.height}", []).append(frame)
-        said = f"{depth.channel}, {depth.convention}, {depth.kind}"
-        self._readings.setdefault(said, []).append(frame)
+        reading = f"{depth.channel}, {depth.convention}, {depth.kind}"
+        self._readings.setdefault(reading, []).append(frame)
         span = depth_span(plate, self._options.scene_unit_m)
         doubtful = [doubt.sentence for doubt in span_doubts(span)]
         for report in plate.behind:
@@ -134,10 +134,10 @@ def _mean_words(reports: list[BehindReport]) -> str:
     """Return what a picture behind adds, averaged over its frames."""
     count = len(reports)
     hidden = sum(report.hidden_part for report in reports) / count
-    seen = sum(report.seen_part for report in reports) / count
-    return replace(reports[0], hidden_part=hidden, seen_part=seen).words
+    share = sum(report.seen_part for report in reports) / count
+    return replace(reports[0], hidden_part=hidden, seen_part=share).words
 
 
-def _by_frames(found: dict[str, list[int]]) -> dict[str, str]:
+def _by_frames(frames_of: dict[str, list[int]]) -> dict[str, str]:
     """Return each thing with the frames that have it."""
-    return {name: frames_text(tuple(frames)) for name, frames in found.items()}
+    return {name: frames_text(tuple(frames)) for name, frames in frames_of.items()}

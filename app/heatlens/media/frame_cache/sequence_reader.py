@@ -100,10 +100,10 @@ class Neighbourhood:
 
     def around(self, frame: int, present: tuple[int, ...]) -> tuple[int, ...]:
         """Return the neighbours of `frame` that are used."""
-        told = self.cameras or present
-        if not self.count or frame not in told:
+        candidates = self.cameras or present
+        if not self.count or frame not in candidates:
             return ()
-        return chosen_frames(frame, tuple(told), self.count, self.step)
+        return chosen_frames(frame, tuple(candidates), self.count, self.step)
 
 
 class NeighbourReader:
@@ -206,12 +206,12 @@ class NeighbourReader:
         cameras = {}
         for frame in self._sequence.present:
             try:
-                told = placement_at(read_headers(self._sequence.path_at(frame)))
+                attribute = placement_at(read_headers(self._sequence.path_at(frame)))
             except InputError:  # reported where the frame is shown; the others are used
                 continue
-            if told is None:
+            if attribute is None:
                 return {}
-            matrix, _ = from_exr(told, self._options.scene_unit_m)
+            matrix, _ = from_exr(attribute, self._options.scene_unit_m)
             if not is_rigid(matrix):
                 return {}
             cameras[frame] = matrix

@@ -89,15 +89,15 @@ def despike(color: FloatImage, depth: FloatImage) -> int:
     """
     light = color[..., :3].mean(axis=2)
     brightest = np.maximum(np.max(list(_neighbours(light)), axis=0), 0.0)
-    found = (light > SPIKE_FROM * brightest) & ~_stands_apart(depth) & ~_is_on_narrow_thing(depth)
-    rows, columns = np.nonzero(found)
+    spikes = (light > SPIKE_FROM * brightest) & ~_stands_apart(depth) & ~_is_on_narrow_thing(depth)
+    rows, columns = np.nonzero(spikes)
     if not rows.size:
         return 0
     padded = np.pad(color[..., :3], ((1, 1), (1, 1), (0, 0)), mode="reflect")
     around = np.median([padded[rows + y, columns + x] for y, x in _AROUND], axis=0)
-    ratio = light[found] / np.maximum(brightest[found], np.float32(1e-30))
+    ratio = light[spikes] / np.maximum(brightest[spikes], np.float32(1e-30))
     weight = np.minimum((ratio - SPIKE_FROM) / (SPIKE_WHOLE - SPIKE_FROM), 1.0)[:, None]
-    color[found, :3] += weight * (around - color[found, :3])
+    color[spikes, :3] += weight * (around - color[spikes, :3])
     return int(rows.size)
 
 

@@ -74,10 +74,10 @@ def _chosen(
         return refs
     chosen: set[ChannelRef] = set()
     for name in wanted:
-        found = [ref for ref in refs if _is_called(ref, name.lower())]
-        if not found:
+        named = [ref for ref in refs if _is_called(ref, name.lower())]
+        if not named:
             raise _unknown(path, refs, name)
-        chosen.update(found)
+        chosen.update(named)
     return [ref for ref in refs if ref in chosen]
 
 

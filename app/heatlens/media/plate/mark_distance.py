@@ -22,8 +22,8 @@ def mark_on_plate_m(plate: Plate, mark: Mark) -> float | None:
     """
     if isinstance(mark, DistanceMark):
         return mark.distance_m
-    found: float | None = None if mark.on_plate is None else mark.on_plate(plate, mark)
-    return found
+    distance_m: float | None = None if mark.on_plate is None else mark.on_plate(plate, mark)
+    return distance_m
 
 
 def point_m(plate: Plate, mark: PointMark) -> float:
@@ -42,17 +42,17 @@ def mark_over_plates_m(plates: Iterable[tuple[int, Plate]], mark: Mark) -> Dista
     Raises InputError as `mark_on_plate_m` does, but for an unknown thing only where every plate
     lacks it: some renderers name only the things in the picture.
     """
-    found: dict[int, float | None] = {}
+    distances_m: dict[int, float | None] = {}
     unknown: list[UnknownThingError] = []
     for frame, plate in plates:
-        found[frame] = None
+        distances_m[frame] = None
         try:
-            found[frame] = mark_on_plate_m(plate, mark)
+            distances_m[frame] = mark_on_plate_m(plate, mark)
         except UnknownThingError as error:
             unknown.append(error)
-    if unknown and len(unknown) == len(found):
+    if unknown and len(unknown) == len(distances_m):
         raise unknown[0]
-    return found
+    return distances_m
 
 
 def world_m(plate: Plate, mark: WorldMark) -> float | None:

@@ -43,12 +43,12 @@ def read_opening_image(path: str | os.PathLike[str]) -> OpeningImage:
     """
     path = Path(os.path.abspath(path))
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError as error:
         raise unreadable(path, error) from error
     except ValueError:  # NUL, or what no file system can encode
         raise unreadable(path) from None
-    return _read(path, (found.st_mtime_ns, found.st_size))
+    return _read(path, (status.st_mtime_ns, status.st_size))
 
 
 def opening_notes(image: OpeningImage, has_blades: bool) -> tuple[str, ...]:
@@ -80,9 +80,9 @@ def _read(path: Path, stamp: tuple[int, int]) -> OpeningImage:
 
 def _off_axis(path: Path, light: NDArray[np.float32]) -> tuple[str, ...]:
     """Return a note if the light is off-centre about the axis of the lens."""
-    seen = seen_light(light)
+    inside = seen_light(light)
     at = (np.arange(IMAGE_SIDE) + 0.5) * 2 / IMAGE_SIDE - 1
-    x, y = (float((seen.sum(axis=axis) * at).sum() / seen.sum()) for axis in (0, 1))
+    x, y = (float((inside.sum(axis=axis) * at).sum() / inside.sum()) for axis in (0, 1))
     off = math.hypot(x, y)
     if off < _NEAR_AXIS:
         return ()
@@ -104,8 +104,8 @@ def _luminance(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
         luminance = _RED * red + _GREEN * green + _BLUE * blue
         spread = np.maximum(abs(red - green), abs(blue - green)).max()
         is_colored = bool(spread > _COLORED * np.maximum(np.max(luminance), 1e-30))
-    said = f"{path}: the aperture image is coloured; its luminance is the light that passes."
-    return np.asarray(luminance, np.float32), (said,) if is_colored else ()
+    note = f"{path}: the aperture image is coloured; its luminance is the light that passes."
+    return np.asarray(luminance, np.float32), (note,) if is_colored else ()
 
 
 def _in_square(light: NDArray[np.float32]) -> NDArray[np.float32]:

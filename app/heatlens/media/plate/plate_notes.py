@@ -58,7 +58,7 @@ def _doubts(plate: Plate, lens: Lens, scene_unit_m: float, is_strict: bool) -> t
     return _said(plate, doubts(lens, depth_span(plate, scene_unit_m)), is_strict)
 
 
-def _said(plate: Plate, found: Sequence[Doubt], is_strict: bool) -> tuple[str, ...]:
-    if found and is_strict:
-        raise InputError(f"{plate.path}: {found[0].sentence}")
-    return tuple(doubt.sentence for doubt in found)
+def _said(plate: Plate, given: Sequence[Doubt], is_strict: bool) -> tuple[str, ...]:
+    if given and is_strict:
+        raise InputError(f"{plate.path}: {given[0].sentence}")
+    return tuple(doubt.sentence for doubt in given)

@@ -60,17 +60,17 @@ def depth_of_positions(
     is_hit = np.isfinite(points).all(axis=2) & (np.abs(points) < _INFINITE_FROM).all(axis=2)
     is_hit &= (points != 0).any(axis=2)
     for camera, why in _cameras(headers):
-        seen = points.astype(np.float64) @ camera[:3, :3] + camera[3, :3]
-        if _is_seen_evenly(seen, is_hit):
-            depth = np.where(is_hit, np.abs(seen[:, :, 2]), np.inf)
+        placed = points.astype(np.float64) @ camera[:3, :3] + camera[3, :3]
+        if _is_seen_evenly(placed, is_hit):
+            depth = np.where(is_hit, np.abs(placed[:, :, 2]), np.inf)
             return depth.astype(np.float32), why
-    found = (
+    problem = (
         f"its {PLACEMENT} does not belong to them"
         if placement_at(headers) is not None
         else (f"the header has no {PLACEMENT}")
     )
     raise InputError(
-        f"{path}: layer {layer!r} holds positions in the world, and {found}, so their distance "
+        f"{path}: layer {layer!r} holds positions in the world, and {problem}, so their distance "
         "from the camera is not known. Render the depth (Z) as well, or positions in camera space."
     )
 
@@ -104,11 +104,11 @@ def _is_seen_evenly(points: Matrix, is_hit: NDArray[np.bool_]) -> bool:
     y, x = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
     hit = is_hit[y, x] & (points[y, x, 2] != 0)
     y, x = y[hit], x[hit]
-    seen = points[y, x]
-    if len(seen) < _LEAST_HITS or max((seen[:, 2] > 0).mean(), (seen[:, 2] < 0).mean()) < 0.99:
+    hits = points[y, x]
+    if len(hits) < _LEAST_HITS or max((hits[:, 2] > 0).mean(), (hits[:, 2] < 0).mean()) < 0.99:
         return False
     design = np.stack([np.ones(len(x)), x, y], axis=1)
-    return all(_is_linear(seen[:, axis] / seen[:, 2], design) for axis in (0, 1))
+    return all(_is_linear(hits[:, axis] / hits[:, 2], design) for axis in (0, 1))
 
 
 def _is_linear(values: Matrix, design: Matrix) -> bool:

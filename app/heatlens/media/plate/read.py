@@ -1,25 +1,25 @@
-"""Read files as plates: a picture with the depth that belongs to it.
+"""Read files as plates: a picture with the depth that belongs to it."""
 
-The steps of `read_plate`. Each one needs what the step before it has decided.
-
-1. The file: a deep EXR holds samples and no planes, and goes another way (`deep_plate`). The header
-   of any other EXR is checked as bytes (`exr_scan`) before a library opens it, because a damaged
-   one can claim gigabytes. Photos take the form of EXR parts (`picture_parts`), so that the steps
-   below know one form only.
-2. The colour (`channel_choice`): it is chosen before the depth, because among equal names of depth
-   that of its layer, part and view wins, and because its data window is that of the plate.
-3. The lens in the header (`camera_header`): it turns distances along the rays into depth.
-4. The depth (`depth_read`): its channel, what the values mean (`depth_guess`, asking `depth_shape`
-   where name and range leave it open), metres without holes (`depth`, `repair`), and only then the
-   window of the colour. Positions are looked for where no channel holds a depth.
-5. The plate (`_plate_of`): a photo's point of focus becomes a distance only now, because it is read
-   from the depth; so does the empty outside of a picture with alpha.
-6. What options ask of a whole plate (`read_plate`): a depth made flat comes first, because surfaces
-   behind are sorted by it. The cutout comes last, because it takes pixels apart.
-
-A step that neither the file nor an option asks for is not entered: the usual plate, one EXR with Z,
-passes through `exr`, `header`, `depth` and this file.
-"""
+# The steps of `read_plate`. Each one needs what the step before it has decided.
+#
+# 1. The file: a deep EXR holds samples and no planes, and goes another way (`deep_plate`). The
+#    header of any other EXR is checked as bytes (`exr_scan`) before a library opens it, because a
+#    damaged one can claim gigabytes. Photos take the form of EXR parts (`picture_parts`), so that
+#    the steps below know one form only.
+# 2. The colour (`channel_choice`): it is chosen before the depth, because among equal names of
+#    depth that of its layer, part and view wins, and because its data window is that of the plate.
+# 3. The lens in the header (`camera_header`): it turns distances along the rays into depth.
+# 4. The depth (`depth_read`): its channel, what the values mean (`depth_guess`, asking
+#    `depth_shape` where name and range leave it open), metres without holes (`depth`, `repair`),
+#    and only then the window of the colour. Positions are looked for where no channel holds a
+#    depth.
+# 5. The plate (`_plate_of`): a photo's point of focus becomes a distance only now, because it is
+#    read from the depth. Colour and depth together grow by the empty outside of an element.
+# 6. What options ask of a whole plate (`read_plate`): a depth made flat comes first, because
+#    surfaces behind are sorted by it. The cutout comes last, because it takes pixels apart.
+#
+# A step that neither the file nor an option asks for is not entered: the usual plate, one EXR with
+# Z, passes through `exr`, `header`, `depth` and this file.
 
 import os
 from collections.abc import Sequence

@@ -121,11 +121,11 @@ def _through(begun: FirstShot, name: str) -> FirstShot:
 
 def _source_notes(camera: SceneCamera, fields: Iterable[str]) -> dict[str, str]:
     """Return the origins of the fields of a camera."""
-    found = dict.fromkeys(fields, f"camera {camera.name} of the scene")
+    sources = dict.fromkeys(fields, f"camera {camera.name} of the scene")
     if camera.is_width_assumed:
-        found["sensor_width_mm"] = f"assumed: camera {camera.name} has only an angle of view"
-        found["focal_length_mm"] = f"camera {camera.name} of the scene, for that sensor"
-    return found
+        sources["sensor_width_mm"] = f"assumed: camera {camera.name} has only an angle of view"
+        sources["focal_length_mm"] = f"camera {camera.name} of the scene, for that sensor"
+    return sources
 
 
 def _framed(begun: FirstShot, size: tuple[int, int] | None, camera: str | None) -> FirstShot:
@@ -213,5 +213,5 @@ def through_camera(shot: Shot, camera: SceneCamera) -> Shot:
 
 def lens_values(camera: SceneCamera) -> Values:
     """Return the fields of Lens that the file has for a camera, at its first frame."""
-    told = {field: getattr(camera, field) for field in (*ANGLE, *OPENING)}
-    return {field: value for field, value in told.items() if value is not None}
+    values = {field: getattr(camera, field) for field in (*ANGLE, *OPENING)}
+    return {field: value for field, value in values.items() if value is not None}

@@ -61,8 +61,8 @@ def made_mesh(
 
 def _shares(colors: Floats) -> Floats | None:
     """Clip colours to 0..1; return None if all are white, as many exporters write them."""
-    found = np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0)
-    return None if (found == 1).all() else found
+    shares = np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0)
+    return None if (shares == 1).all() else shares
 
 
 def own_vertices(count: int) -> Triangles:
@@ -94,8 +94,8 @@ def _check(what: str, positions: Floats, triangles: Triangles) -> None:
 
 
 def _uvs(uvs: Floats) -> Floats:
-    found = np.nan_to_num(uvs, nan=0.0, posinf=0.0, neginf=0.0)
-    return np.asarray(np.clip(found, -_UV_MOST, _UV_MOST), np.float32)
+    finite = np.nan_to_num(uvs, nan=0.0, posinf=0.0, neginf=0.0)
+    return np.asarray(np.clip(finite, -_UV_MOST, _UV_MOST), np.float32)
 
 
 def _unit(normals: Floats, positions: Floats, triangles: Triangles) -> Floats:

@@ -66,23 +66,23 @@ class _Reading:
         corners = self._rows("triangles", faces, 3)
         if np.min(corners) < 0 or np.max(corners) >= len(positions):
             raise InputError(f"{self.path}: a triangle refers to a vertex that does not exist.")
-        found, triangles = _floats(positions), corners.astype(np.uint32)
+        places, triangles = _floats(positions), corners.astype(np.uint32)
         uvs = getattr(geometry.visual, "uv", None)
         if uvs is not None:
-            told = self._rows("texture coordinates", uvs, 2, len(positions))
-            uvs = _floats(told * (1, -1) + (0, 1))
-        normals = self._normals(geometry, found, triangles)
+            rows = self._rows("texture coordinates", uvs, 2, len(positions))
+            uvs = _floats(rows * (1, -1) + (0, 1))
+        normals = self._normals(geometry, places, triangles)
         material = self._material(geometry.visual)
         colors = None if material.base_color_map is not None else _colors(geometry)
         if colors is not None:
             material = replace(material, base_color=(1.0, 1.0, 1.0))
         if geometry.visual.kind == "face":  # each triangle has a colour, so none share vertices
             apart, triangles = triangles.reshape(-1), own_vertices(len(triangles))
-            found, normals = found[apart], None if normals is None else normals[apart]
+            places, normals = places[apart], None if normals is None else normals[apart]
         self.names.append(name)
         self.materials.append(material)
         what, number = f"{self.path}: {name}", len(self.meshes)
-        self.meshes.append(made_mesh(what, found, triangles, normals, uvs, number, colors))
+        self.meshes.append(made_mesh(what, places, triangles, normals, uvs, number, colors))
 
     def _of_strips(self, geometry: Any) -> object:
         """Return a geometry with its triangle strips converted to triangles, if it has any."""
@@ -123,30 +123,30 @@ class _Reading:
         tint = None if colors is None else colors[is_seen][drawn.point]
         material = Material() if tint is None else Material(base_color=(1.0, 1.0, 1.0))
         what, number = f"{self.path}: {name}", len(self.meshes)
-        found, turned = _floats(drawn.positions), _floats(drawn.normals)
+        places, turned = _floats(drawn.positions), _floats(drawn.normals)
         self.names.append(name)
         self.materials.append(material)
-        self.meshes.append(made_mesh(what, found, drawn.triangles, turned, None, number, tint))
+        self.meshes.append(made_mesh(what, places, drawn.triangles, turned, None, number, tint))
 
     def _rows(
-        self, what: str, told: object, width: int, count: int | None = None
+        self, what: str, values: object, width: int, count: int | None = None
     ) -> NDArray[np.generic]:
         """Return rows of the file as (N, `width`); raise InputError for short or missing rows.
 
         A third texture coordinate, which few programs write, is left out.
         """
-        found = np.asarray(told)
-        if found.ndim == 2 and found.shape[1] > width == 2:
-            found = found[:, :2]
-        is_right = found.ndim == 2 and found.shape[1] == width and found.dtype.kind in "fiu"
-        if not is_right or (count is not None and len(found) != count):
+        rows = np.asarray(values)
+        if rows.ndim == 2 and rows.shape[1] > width == 2:
+            rows = rows[:, :2]
+        is_right = rows.ndim == 2 and rows.shape[1] == width and rows.dtype.kind in "fiu"
+        if not is_right or (count is not None and len(rows) != count):
             number = "" if count is None else f"{count} "
-            shape = " x ".join(map(str, found.shape))
+            shape = " x ".join(map(str, rows.shape))
             raise InputError(
                 f"{self.path} is damaged: there should be {number}{what} of {width} numbers each, "
                 f"not {shape}. Export it again."
             )
-        return found
+        return rows
 
     def _normals(
         self, geometry: Any, positions: NDArray[np.float32], triangles: NDArray[np.uint32]
@@ -154,21 +154,21 @@ class _Reading:
         """Return the file's normals; if a PLY has none, it is taken as a scan and made smooth."""
         # trimesh computes missing normals; only its cache shows whether the file had any.
         if self.path.suffix.lower() != ".stl" and "vertex_normals" in geometry._cache:
-            told = geometry.vertex_normals
-            return _floats(self._rows("normals", told, 3, len(positions)))
+            normals = geometry.vertex_normals
+            return _floats(self._rows("normals", normals, 3, len(positions)))
         if self.path.suffix.lower() == ".ply" and np.isfinite(positions).all():
             return smooth_normals(positions, triangles)
         return None
 
     def _material(self, visual: object) -> Material:
         material = getattr(visual, "material", None)
-        told = getattr(material, "kwargs", None)
-        if material is None or not told:
+        entries = getattr(material, "kwargs", None)
+        if material is None or not entries:
             return Material()
-        shininess, alpha = _row(told, "ns", (0.0,))[0], _row(told, "d", (1.0,))[0]
+        shininess, alpha = _row(entries, "ns", (0.0,))[0], _row(entries, "d", (1.0,))[0]
         picture = self._picture(material)
-        red, green, blue = (1.0,) * 3 if picture is not None else _row(told, "kd", (0.8,) * 3)
-        glow = _row(told, "ke", (0.0,) * 3)
+        red, green, blue = (1.0,) * 3 if picture is not None else _row(entries, "kd", (0.8,) * 3)
+        glow = _row(entries, "ke", (0.0,) * 3)
         return Material(
             name=str(material.name),
             base_color=(red, green, blue),
@@ -176,7 +176,7 @@ class _Reading:
             # Walter et al. 2007 converts a Blinn-Phong exponent to a roughness; alpha is its root.
             roughness=(2 / (shininess + 2)) ** 0.25,
             emission=(glow[0], glow[1], glow[2]),
-            alpha_cutoff=_CUTOFF if alpha < 1 or "map_d" in told else 0.0,
+            alpha_cutoff=_CUTOFF if alpha < 1 or "map_d" in entries else 0.0,
             base_color_map=picture,
         )
 
@@ -272,9 +272,9 @@ def _parts(
     except MissingPackageError:
         raise
     except Exception as error:  # trimesh raises any exception for a damaged file
-        said = " ".join(str(error).split())[:120] or type(error).__name__
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(
-            f"{path} is damaged or not in the format {kind.upper()} ({said})."
+            f"{path} is damaged or not in the format {kind.upper()} ({reason})."
         ) from error
     yield from parts
 
@@ -284,15 +284,15 @@ def _floats(values: object) -> NDArray[np.float32]:
         return np.asarray(values).astype(np.float32)
 
 
-def _row(told: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple[float, ...]:
+def _row(entries: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple[float, ...]:
     """Return the numbers of a material entry, all at least 0, or the default if it is invalid."""
-    value = told.get(name, default)
+    value = entries.get(name, default)
     try:
-        found = [float(item) for item in (value if isinstance(value, list | tuple) else [value])]
+        row = [float(item) for item in (value if isinstance(value, list | tuple) else [value])]
     except (TypeError, ValueError):
         return default
-    usable = len(found) == len(default) and all(0 <= item < 1e6 for item in found)
-    return tuple(found) if usable else default
+    usable = len(row) == len(default) and all(0 <= item < 1e6 for item in row)
+    return tuple(row) if usable else default
 
 
 def _colors(geometry: Any) -> NDArray[np.float32] | None:
@@ -303,21 +303,21 @@ def _colors(geometry: Any) -> NDArray[np.float32] | None:
     """
     kind = geometry.visual.kind
     if kind in ("vertex", "face"):
-        told = getattr(geometry.visual, f"{kind}_colors")[:, :3] / 255
+        colors = getattr(geometry.visual, f"{kind}_colors")[:, :3] / 255
     else:
-        told = geometry.vertex_attributes.get("color")  # used if it has materials too
+        colors = geometry.vertex_attributes.get("color")  # used if it has materials too
     items = geometry.faces if kind == "face" else geometry.vertices
-    if told is None or np.shape(told) != (len(items), 3):
+    if colors is None or np.shape(colors) != (len(items), 3):
         return None
-    return np.repeat(_linear(np.clip(told, 0, 1)), 3 if kind == "face" else 1, axis=0)
+    return np.repeat(_linear(np.clip(colors, 0, 1)), 3 if kind == "face" else 1, axis=0)
 
 
 def _point_colors(geometry: "PointCloud") -> NDArray[np.float32] | None:
     """Return (P, 3) linear colours of points, or None."""
-    told = getattr(geometry, "colors", None)
-    if told is None or np.ndim(told) != 2 or np.shape(told)[0] != len(geometry.vertices):
+    colors = getattr(geometry, "colors", None)
+    if colors is None or np.ndim(colors) != 2 or np.shape(colors)[0] != len(geometry.vertices):
         return None
-    return _linear(np.asarray(told)[:, :3] / 255)
+    return _linear(np.asarray(colors)[:, :3] / 255)
 
 
 def _linear(shares: NDArray[np.floating]) -> NDArray[np.float32]:

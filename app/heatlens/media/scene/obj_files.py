@@ -57,17 +57,17 @@ def files_of_obj(path: Path) -> tuple[Path, ...]:
     if the OBJ cannot be opened.
     """
     beside = FilesBeside(path)
-    found: dict[Path, None] = {}
+    files: dict[Path, None] = {}
     name = _library_of(path)
     if name is None:
         return ()
     with suppress(OSError):
         library = beside.path(name)
-        found[library] = None
+        files[library] = None
         for picture in _pictures_of(library):
             with suppress(OSError):
-                found[beside.path(picture)] = None
-    return tuple(found)
+                files[beside.path(picture)] = None
+    return tuple(files)
 
 
 def _library_of(path: Path) -> str | None:

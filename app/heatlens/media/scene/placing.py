@@ -45,23 +45,23 @@ def lacks_placing(scene: Scene) -> bool:
     return scene.path.suffix.lower() in UNTOLD_SUFFIXES
 
 
-def placed_first(scene: Scene, framing: Framing, told: Placing) -> tuple[Scene, Framing]:
+def placed_first(scene: Scene, framing: Framing, chosen: Placing) -> tuple[Scene, Framing]:
     """Return the scene and the framing with the chosen values, and noted guesses for the rest.
 
     Raises InputError if values are given for a file that defines them itself.
     """
     if not lacks_placing(scene):
-        if told != Placing():
+        if chosen != Placing():
             raise InputError(
                 f"{scene.path} defines its own unit and up axis: leave --up-axis and "
                 "--meters-per-unit out."
             )
         return scene, framing
-    axis, unit_m = told.up_axis or _likely_axis(scene.path), told.meters_per_unit
+    axis, unit_m = chosen.up_axis or _likely_axis(scene.path), chosen.meters_per_unit
     size = float(np.ptp(bounds_m(scene, 1), axis=0).max())
     unit_m = unit_m or _likely_unit_m(scene.path, size)
     framing = replace(framing, up_axis=axis, meters_per_unit=unit_m)
-    notes = (*scene.notes, *_guesses(scene.path, framing, told, size))
+    notes = (*scene.notes, *_guesses(scene.path, framing, chosen, size))
     return replace(placed(scene, framing), notes=notes), framing
 
 
@@ -113,14 +113,14 @@ def _likely_unit_m(path: Path, size: float) -> float:
     return next((unit_m for least, unit_m in _UNITS[path.suffix.lower()] if size > least), 1.0)
 
 
-def _guesses(path: Path, framing: Framing, told: Placing, size: float) -> list[str]:
-    found = []
-    if told.up_axis is None:
-        found.append(f"{framing.up_axis} is taken as up; change it with --up-axis")
-    if told.meters_per_unit is None:
+def _guesses(path: Path, framing: Framing, chosen: Placing, size: float) -> list[str]:
+    guesses = []
+    if chosen.up_axis is None:
+        guesses.append(f"{framing.up_axis} is taken as up; change it with --up-axis")
+    if chosen.meters_per_unit is None:
         unit_m = framing.meters_per_unit
-        found.append(
+        guesses.append(
             f"its unit is taken as {_NAMES[unit_m]}, which makes it {size * unit_m:.3g} m large; "
             "change it with --meters-per-unit"
         )
-    return [f"{path} has no unit and no up axis: {', and '.join(found)}."] if found else []
+    return [f"{path} has no unit and no up axis: {', and '.join(guesses)}."] if guesses else []

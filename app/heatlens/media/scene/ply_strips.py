@@ -51,11 +51,11 @@ def strip_triangles(cloud: "PointCloud") -> NDArray[np.int64] | None:
     In a strip, each vertex forms a triangle with the two before it, with alternating orientation;
     -1 ends a strip. Indices are not checked.
     """
-    told = _element(cloud, "tristrips")
-    if told is None:
+    strips = _element(cloud, "tristrips")
+    if strips is None:
         return None
-    found = [_of_strip(_numbers(strip)) for strip in _lists(told)]
-    return np.concatenate(found) if found else np.zeros((0, 3), np.int64)
+    triangles = [_of_strip(_numbers(strip)) for strip in _lists(strips)]
+    return np.concatenate(triangles) if triangles else np.zeros((0, 3), np.int64)
 
 
 def point_normals(cloud: "PointCloud") -> NDArray[np.float64] | None:
@@ -69,26 +69,26 @@ def splat_colors(cloud: "PointCloud") -> NDArray[np.float64] | None:
     The constant term of their spherical harmonics, as the program of Kerbl et al. writes it ("3D
     Gaussian Splatting for Real-Time Radiance Field Rendering", 2023).
     """
-    told = _columns(cloud, _SPLAT)
-    return None if told is None else np.clip(0.5 + _HARMONIC * told, 0.0, 1.0)
+    constant = _columns(cloud, _SPLAT)
+    return None if constant is None else np.clip(0.5 + _HARMONIC * constant, 0.0, 1.0)
 
 
 def _columns(cloud: "PointCloud", names: tuple[str, ...]) -> NDArray[np.float64] | None:
     """Return these properties (V, N) of the points in a PLY; None if one is missing."""
-    told, count = _element(cloud, "vertex"), len(cloud.vertices)
-    columns = [_numbers(_column(told, name)) for name in names]
+    vertices, count = _element(cloud, "vertex"), len(cloud.vertices)
+    columns = [_numbers(_column(vertices, name)) for name in names]
     if any(len(column) != count for column in columns):
         return None
     return np.stack(columns, axis=1)
 
 
-def _numbers(told: object) -> NDArray[np.float64]:
+def _numbers(values: object) -> NDArray[np.float64]:
     """Return finite numbers (N,); none if any value is not finite or no number."""
     try:
-        found = np.asarray(() if told is None else told, np.float64).reshape(-1)
+        numbers = np.asarray(() if values is None else values, np.float64).reshape(-1)
     except (TypeError, ValueError):  # lists of different lengths, or words
         return np.zeros(0)
-    return found if np.isfinite(found).all() else np.zeros(0)
+    return numbers if np.isfinite(numbers).all() else np.zeros(0)
 
 
 def _of_strip(strip: NDArray[np.generic]) -> NDArray[np.int64]:
@@ -110,23 +110,23 @@ def _element(cloud: "PointCloud", name: str) -> object:
     return raw[name].get("data") if isinstance(raw, dict) and name in raw else None
 
 
-def _lists(told: Any) -> list[object]:
+def _lists(element: Any) -> list[object]:
     """Return the lists of an element, which have different types for text and binary files."""
-    if isinstance(told, dict):
-        return list(next(iter(told.values()), []))
-    names = told.dtype.names or ()
+    if isinstance(element, dict):
+        return list(next(iter(element.values()), []))
+    names = element.dtype.names or ()
     if not names:
         return []
-    lists = told[names[0]]
+    lists = element[names[0]]
     inner = lists.dtype.names
     return list(lists[inner[-1]] if inner else lists)
 
 
-def _column(told: Any, name: str) -> Any:
-    if isinstance(told, dict):
-        return told.get(name)
-    is_there = told is not None and name in (told.dtype.names or ())
-    return told[name] if is_there else None
+def _column(element: Any, name: str) -> Any:
+    if isinstance(element, dict):
+        return element.get(name)
+    is_there = element is not None and name in (element.dtype.names or ())
+    return element[name] if is_there else None
 
 
 @dataclass(frozen=True)
@@ -168,30 +168,30 @@ def triangulated(data: bytes) -> bytes:
     ):
         return data
     start = sum(element.count * element.dtype().itemsize for element in before)
-    found = _cut(body, start, face, lists[0])
-    if found is None:
+    cut = _cut(body, start, face, lists[0])
+    if cut is None:
         return data
-    rows, stop = found
+    rows, stop = cut
     head = head.replace(face.line, b"element face %d" % len(rows), 1)
     return b"".join([head, end, body[:start], rows.tobytes(), body[stop:]])
 
 
 def _elements(head: bytes) -> list[_Element]:
     """Return the elements of a binary header; none if it contains an unknown word."""
-    found: list[_Element] = []
+    elements: list[_Element] = []
     order = ""
     for line in head.splitlines():
         match words := line.split():
             case [b"format", told, *_]:
                 order = _ORDERS.get(told, "")
             case [b"element", _, count] if count.isdigit():
-                found.append(_Element(line, int(count), []))
-            case [b"property", *_] if found:
+                elements.append(_Element(line, int(count), []))
+            case [b"property", *_] if elements:
                 name, kinds = words[-1].decode("latin-1"), _kinds(words)
-                if not kinds or name in dict(found[-1].properties):
+                if not kinds or name in dict(elements[-1].properties):
                     return []
-                found[-1].properties.append((name, [order + kind for kind in kinds]))
-    return found if order else []
+                elements[-1].properties.append((name, [order + kind for kind in kinds]))
+    return elements if order else []
 
 
 def _kinds(words: list[bytes]) -> list[str]:
@@ -206,20 +206,20 @@ def _cut(body: bytes, start: int, face: _Element, name: str) -> tuple[NDArray[np
 
     Returns None if all polygons have the same number of corners, or the file is cut short.
     """
-    told, kinds = face.dtype(), dict(face.properties)[name]
+    record, kinds = face.dtype(), dict(face.properties)[name]
     if kinds[0][1] == "f":
         return None
-    assert told.fields is not None
-    within = told.fields[f"{name} count"][1]
+    assert record.fields is not None
+    within = record.fields[f"{name} count"][1]
     count, corner_bytes = struct.Struct(kinds[0][0] + _CODES[kinds[0][1:]]), int(kinds[1][2:])
     places, sizes, at = [], [], start
     for _ in range(face.count):
-        if at + told.itemsize > len(body):
+        if at + record.itemsize > len(body):
             return None
         (size,) = count.unpack_from(body, at + within)
         places.append(at)
         sizes.append(size)
-        at += told.itemsize + corner_bytes * max(size, 0)
+        at += record.itemsize + corner_bytes * max(size, 0)
     if at > len(body) or min(sizes, default=0) < 0 or len(set(sizes)) < 2:
         return None
     return _triangles(

@@ -43,18 +43,18 @@ def drawn_points(
 
     The default radius just closes a surface of such points. At most about `most` points are drawn.
     """
-    kept = _kept(len(positions), most)
-    at = positions[kept]
+    chosen = _kept(len(positions), most)
+    at = positions[chosen]
     if radii is None:
         sizes = np.full(len(at), closing_radius(at))
     else:
-        sizes = radii[kept] * np.sqrt(len(positions) / max(len(at), 1))
+        sizes = radii[chosen] * np.sqrt(len(positions) / max(len(at), 1))
     if normals is None:
         are_few = len(at) <= min(_ROUND_MOST, most // _BALL_COST)
         solid, faces = _ball() if are_few else (_SOLID, _SOLID_FACES)
         facing = offsets = np.broadcast_to(solid, (len(at), *solid.shape))
     else:
-        across, up, unit = _frame(normals[kept])
+        across, up, unit = _frame(normals[chosen])
         offsets = _DISC[:, :1] * across[:, None] + _DISC[:, 1:] * up[:, None]
         facing, faces = np.repeat(unit[:, None], 4, axis=1), _DISC_FACES
     each = offsets.shape[1]
@@ -63,7 +63,7 @@ def drawn_points(
         (at[:, None] + sizes[:, None, None] * offsets).reshape(-1, 3),
         np.asarray(facing, np.float64).reshape(-1, 3),
         triangles.reshape(-1, 3).astype(np.uint32),
-        np.repeat(kept, each),
+        np.repeat(chosen, each),
     )
 
 
@@ -78,8 +78,8 @@ def _ball() -> tuple[Array, NDArray[np.int64]]:
     parts = [
         np.stack(three, axis=1) for three in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
     ]
-    found = np.concatenate(parts).reshape(-1, 3)
-    return found, np.arange(len(found)).reshape(-1, 3)
+    vertices = np.concatenate(parts).reshape(-1, 3)
+    return vertices, np.arange(len(vertices)).reshape(-1, 3)
 
 
 # A scanner's file tells no size of its points. Too small, they are a sieve that shows what is

@@ -137,8 +137,8 @@ def _without_slivers(shape: Shape) -> Shape:
     corners = shape.positions[shape.triangles].astype(np.float64)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(across, axis=1)
-    kept = shape.triangles[area > 1e-9 * max(float(area.max(initial=0.0)), 1e-30)]
-    return Shape(shape.positions, shape.normals, shape.uvs, kept)
+    wide = shape.triangles[area > 1e-9 * max(float(area.max(initial=0.0)), 1e-30)]
+    return Shape(shape.positions, shape.normals, shape.uvs, wide)
 
 
 def f32(values: NDArray[np.floating]) -> Floats:

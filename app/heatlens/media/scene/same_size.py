@@ -198,9 +198,9 @@ def _along(
 ) -> CameraTrack:
     """Return the track moved along its axis at all frames, with as few keys as the size allows."""
     poses = {frame: _forward(track.pose_at(frame), by_m) for frame, by_m in forward.items()}
-    kept = {*(key.frame for key in track.keys if key.frame in poses), min(poses), max(poses)}
+    keyed = {*(key.frame for key in track.keys if key.frame in poses), min(poses), max(poses)}
     while True:
-        made = CameraTrack(tuple(PoseKey(frame, poses[frame]) for frame in sorted(kept)))
+        made = CameraTrack(tuple(PoseKey(frame, poses[frame]) for frame in sorted(keyed)))
         off = {
             frame: float(
                 np.linalg.norm(np.subtract(made.pose_at(frame).position_m, pose.position_m))
@@ -209,9 +209,9 @@ def _along(
             for frame, pose in poses.items()
         }
         worst = max(off, key=lambda frame: off[frame])
-        if off[worst] <= _OFF_MOST or worst in kept:
+        if off[worst] <= _OFF_MOST or worst in keyed:
             return made
-        kept.add(worst)
+        keyed.add(worst)
 
 
 def crop_words(shot: Shot, frame: float, focal_length_mm: float) -> str:

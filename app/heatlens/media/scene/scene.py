@@ -297,9 +297,9 @@ class Scene:
         latest = self._latest_shapes
         if latest and latest[0][0] == frame:
             return latest[0][1]
-        found = {number: deform(frame) for number, deform in self.deforms.items()}
-        latest[:] = [(frame, found)]
-        return found
+        shapes = {number: deform(frame) for number, deform in self.deforms.items()}
+        latest[:] = [(frame, shapes)]
+        return shapes
 
     def transforms_at(self, frame: float) -> Array:
         """Return (instances, 4, 4) from object to world."""

@@ -30,8 +30,8 @@ def named_by_usd(text: str) -> tuple[Path, ...]:
     with quiet_library(), usd_failures_reported(text):
         layers, pictures, missing = usd_module("UsdUtils").ComputeAllDependencies(str(own))
     listed = (*(layer.realPath for layer in layers), *pictures, *missing)
-    found = (Path(_file_of(name)) for name in listed)
-    return tuple(dict.fromkeys(path for path in found if path.is_absolute() and path != own))
+    paths = (Path(_file_of(name)) for name in listed)
+    return tuple(dict.fromkeys(path for path in paths if path.is_absolute() and path != own))
 
 
 def _file_of(name: object) -> str:

@@ -77,8 +77,8 @@ def subdivided(mesh: Polygons) -> Polygons:
         axis=1,
     )
     values = {
-        name: _corner_values(told, following, before, face_of, mesh.counts)
-        for name, told in mesh.values.items()
+        name: _corner_values(value, following, before, face_of, mesh.counts)
+        for name, value in mesh.values.items()
     }
     creases, sharpness = _split_creases(edges, vertices)
     left = mesh.point_sharpness > 1
@@ -129,13 +129,13 @@ def _edges(mesh: Polygons) -> _Edges:
     following, _ = neighbours(mesh.counts)
     pairs = np.sort(np.stack([mesh.corners, mesh.corners[following]], axis=1), axis=1)
     keys = pairs[:, 0] * len(mesh.points) + pairs[:, 1]
-    found, of_corner, faces = np.unique(keys, return_inverse=True, return_counts=True)
-    ends = np.stack(np.divmod(found, max(len(mesh.points), 1)), axis=1)
+    edge_keys, of_corner, faces = np.unique(keys, return_inverse=True, return_counts=True)
+    ends = np.stack(np.divmod(edge_keys, max(len(mesh.points), 1)), axis=1)
     sharpness = np.where(faces == 2, 0.0, np.inf)
-    told = np.sort(mesh.creases, axis=1)
-    wanted = told[:, 0] * len(mesh.points) + told[:, 1]
-    places = np.minimum(np.searchsorted(found, wanted), max(len(found) - 1, 0))
-    is_there = found[places] == wanted if len(found) else np.zeros(len(wanted), bool)
+    creases = np.sort(mesh.creases, axis=1)
+    wanted = creases[:, 0] * len(mesh.points) + creases[:, 1]
+    places = np.minimum(np.searchsorted(edge_keys, wanted), max(len(edge_keys) - 1, 0))
+    is_there = edge_keys[places] == wanted if len(edge_keys) else np.zeros(len(wanted), bool)
     np.maximum.at(sharpness, places[is_there], mesh.crease_sharpness[is_there])
     return _Edges(of_corner.reshape(-1), ends, faces, sharpness)
 
@@ -169,28 +169,28 @@ def _vertex_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: I
     target = np.where(is_corner[:, None], points, crease)
     share = np.where((sharp_edges >= 2) | (valence == 0), share, 0.0)
     share = np.where(valence == 0, 1.0, share)
-    found = target * share[:, None] + smooth * (1 - share[:, None])
+    moved = target * share[:, None] + smooth * (1 - share[:, None])
     fixed = np.clip(mesh.point_sharpness, 0, 1)[:, None]
     at = mesh.sharp_points
-    found[at] = points[at] * fixed + found[at] * (1 - fixed)
-    return np.asarray(found)
+    moved[at] = points[at] * fixed + moved[at] * (1 - fixed)
+    return np.asarray(moved)
 
 
 def _corner_values(
-    told: Array, following: Indices, before: Indices, face_of: Indices, counts: Indices
+    values: Array, following: Indices, before: Indices, face_of: Indices, counts: Indices
 ) -> Array:
     """Return (4 C, n): the values at the four corners of the quad of each corner."""
-    middle = _means(told, face_of, counts)[face_of]
-    ahead, behind = (told + told[following]) / 2, (told + told[before]) / 2
-    return np.stack([told, ahead, middle, behind], axis=1).reshape(-1, told.shape[1])
+    middle = _means(values, face_of, counts)[face_of]
+    ahead, behind = (values + values[following]) / 2, (values + values[before]) / 2
+    return np.stack([values, ahead, middle, behind], axis=1).reshape(-1, values.shape[1])
 
 
 def _split_creases(edges: _Edges, vertices: int) -> tuple[Indices, Array]:
     """Return the halves of edges that stay sharp; boundaries are always found again."""
-    kept = np.flatnonzero((edges.sharpness > 1) & np.isfinite(edges.sharpness))
-    middles = vertices + kept
-    halves = [np.stack([edges.ends[kept, end], middles], axis=1) for end in (0, 1)]
-    return np.vstack(halves), np.tile(edges.sharpness[kept] - 1, 2)
+    sharp = np.flatnonzero((edges.sharpness > 1) & np.isfinite(edges.sharpness))
+    middles = vertices + sharp
+    halves = [np.stack([edges.ends[sharp, end], middles], axis=1) for end in (0, 1)]
+    return np.vstack(halves), np.tile(edges.sharpness[sharp] - 1, 2)
 
 
 # Corners of a vertex that smooth edges connect share a normal; walking around each vertex would be

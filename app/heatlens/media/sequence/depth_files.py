@@ -27,11 +27,11 @@ def beside_path(path: Path, source: str, option: str, what: str) -> Path:
     others in order. Raises InputError if there is no such frame or the picture has no number. The
     error names `option` and `what` the file holds.
     """
-    found = Path(os.path.expanduser(source))
-    if _go_in_order(path, found):
+    other = Path(os.path.expanduser(source))
+    if _go_in_order(path, other):
         return _in_order(path, find_sequence(source), what)
-    if os.path.exists(found) or parse_pattern(found.name) is None:
-        return found
+    if os.path.exists(other) or parse_pattern(other.name) is None:
+        return other
     frame = form_of(path.name)[1]
     if frame is None:
         raise InputError(
@@ -81,13 +81,13 @@ class PlateFiles:
 
         A pattern adds nothing if it has no file yet or the picture has no number.
         """
-        return (path, *(found for it in self._sources for found in self._beside(path, it)))
+        return (path, *(file for it in self._sources for file in self._beside(path, it)))
 
     def _beside(self, path: Path, source: str) -> tuple[Path, ...]:
-        found, frame = Path(os.path.expanduser(source)), form_of(path.name)[1]
-        is_in_order = _go_in_order(path, found)
-        if not is_in_order and (os.path.exists(found) or parse_pattern(found.name) is None):
-            return (found,)
+        other, frame = Path(os.path.expanduser(source)), form_of(path.name)[1]
+        is_in_order = _go_in_order(path, other)
+        if not is_in_order and (os.path.exists(other) or parse_pattern(other.name) is None):
+            return (other,)
         try:
             frames = self._frames.get(source) or find_sequence(source)
             self._frames[source] = frames

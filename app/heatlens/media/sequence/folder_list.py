@@ -57,14 +57,14 @@ def list_folder(folder: Path, suffixes: tuple[str, ...], is_single: bool = False
     """
     try:
         with os.scandir(folder) as scan:
-            found = [entry for entry in scan if not entry.name.startswith(".")]
-            folders = [entry.name for entry in found if os.path.isdir(entry.path)]
+            visible = [entry for entry in scan if not entry.name.startswith(".")]
+            folders = [entry.name for entry in visible if os.path.isdir(entry.path)]
     except OSError as error:
         raise InputError(f"{folder} cannot be read: {error.strerror or error}.") from error
     inside = set(folders)
     names = [
         entry.name
-        for entry in found
+        for entry in visible
         if entry.name.lower().endswith(suffixes) and entry.name not in inside
     ]
     entries = sorted(_entries(folder, names, is_single), key=lambda entry: natural(entry.name))

@@ -178,12 +178,12 @@ def sequences_among(names: Iterable[str]) -> dict[NameForm, tuple[int, ...]]:
             continue
         form, number = form_of(name)
         groups.setdefault(replace(form, padding=0 if number is None else 1), []).append(name)
-    found = {}
+    sequences = {}
     for form, members in groups.items():
         for padding in padding_of(form, members) or (0,):
             padded = replace(form, padding=padding)
-            found[padded] = padded.frames_in(members)
-    return found
+            sequences[padded] = padded.frames_in(members)
+    return sequences
 
 
 def _takes_sign(prefix: str) -> bool:

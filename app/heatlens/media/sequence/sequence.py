@@ -97,8 +97,8 @@ class Sequence:
     def frame_at(self, path: str | os.PathLike[str]) -> int | None:
         """Return the frame whose file is `path`; None if it is none of the wanted ones."""
         name = Path(path).name
-        found = self.form.frames_in([name]) if self.form.padding else (_STILL_FRAME,)
-        return next((f for f in found if f in self._wanted and self.path_at(f).name == name), None)
+        frames = self.form.frames_in([name]) if self.form.padding else (_STILL_FRAME,)
+        return next((f for f in frames if f in self._wanted and self.path_at(f).name == name), None)
 
     @cached_property
     def _wanted(self) -> frozenset[int]:
@@ -203,12 +203,12 @@ def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | N
     if frames is None:
         return Sequence(folder, form, _span(folder, on_disk[0], on_disk[-1]), on_disk)
     wanted = parse_frames(frames)
-    found = Sequence(folder, form, wanted, _shared(on_disk, wanted), frames)
-    if not found.present:
+    sequence = Sequence(folder, form, wanted, _shared(on_disk, wanted), frames)
+    if not sequence.present:
         raise InputError(
-            f"{found.pattern} has no file for frames {frames}: there are {frames_text(on_disk)}."
+            f"{sequence.pattern} has no file for frames {frames}: there are {frames_text(on_disk)}."
         )
-    return found
+    return sequence
 
 
 def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
@@ -217,14 +217,14 @@ def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
     EXR files take precedence over other formats. Raises InputError for several sequences or none.
     """
     exr = [name for name in names if name.lower().endswith(".exr")]
-    found = sequences_among(exr or [name for name in names if is_picture(Path(name))])
-    forms = [form for form, frames in found.items() if are_frames(form, frames)] or list(found)
+    by_form = sequences_among(exr or [name for name in names if is_picture(Path(name))])
+    forms = [form for form, frames in by_form.items() if are_frames(form, frames)] or list(by_form)
     if len(forms) == 1:
         return forms[0]
-    if not found:
+    if not by_form:
         raise InputError(f"The folder {folder} holds no EXR file, and no other picture.")
     raise InputError(
-        f"The folder {folder} holds more than one picture: {_listed(found)}. Name one of them."
+        f"The folder {folder} holds more than one picture: {_listed(by_form)}. Name one of them."
     )
 
 
@@ -294,18 +294,18 @@ def _near(form: NameForm, names: list[str]) -> str:
     meant = sorted(name for name in names if name.startswith(f"{form.prefix}{form.suffix}."))
     if meant:  # the extension was left out
         return f"Did you mean {' or '.join(meant[:_NEAR_NAMES])}?"
-    found = sequences_among(names)
-    by_text = {f"{f.prefix}{f.suffix}": f for f in found}
+    by_form = sequences_among(names)
+    by_text = {f"{f.prefix}{f.suffix}": f for f in by_form}
     near = get_close_matches(f"{form.prefix}{form.suffix}", by_text, _NEAR_NAMES)
-    if near and not found[by_text[near[0]]] and not form.padding:
+    if near and not by_form[by_text[near[0]]] and not form.padding:
         return f"Did you mean {by_text[near[0]].text}?"
     near = near or [text for text in by_text if text.lower().endswith(".exr")][:_NEAR_NAMES]
     if not near:
         return "The folder holds no EXR file."
-    return f"The folder holds {_listed({by_text[text]: found[by_text[text]] for text in near})}."
+    return f"The folder holds {_listed({by_text[text]: by_form[by_text[text]] for text in near})}."
 
 
-def _listed(found: Mapping[NameForm, tuple[int, ...]]) -> str:
+def _listed(sequences: Mapping[NameForm, tuple[int, ...]]) -> str:
     """Return the names of sequences with their frames, as text for a sentence."""
-    texts = (f"{f.text} ({frames_text(at)})" if at else f.text for f, at in found.items())
+    texts = (f"{f.text} ({frames_text(at)})" if at else f.text for f, at in sequences.items())
     return ", ".join(sorted(texts))

@@ -74,9 +74,9 @@ class ChannelMap:
         for value in (self.at_low, self.at_high):
             self.ring.scale.place_of(value)
 
-    def value_at(self, told: float) -> float:
+    def value_at(self, channel_value: float) -> float:
         """Return the value of the lens for a value of the channel."""
-        turn = min(max((told - self.low) / (self.high - self.low), 0.0), 1.0) ** self.bend
+        turn = min(max((channel_value - self.low) / (self.high - self.low), 0.0), 1.0) ** self.bend
         if turn in (0.0, 1.0):
             return self.at_high if turn else self.at_low
         scale = self.ring.scale
@@ -105,7 +105,7 @@ def maps_for(sample: LensSample, chosen: Iterable[ChannelMap]) -> tuple[ChannelM
 
     A ring whose value the sample contains needs no map.
     """
-    by_ring = {found.ring: found for found in chosen}
+    by_ring = {channel_map.ring: channel_map for channel_map in chosen}
     channels = channels_of(sample)
     for ring, names in _USUAL_NAMES.items():
         known = next((name for name in names if name in channels), None)
@@ -118,9 +118,9 @@ def mapped(sample: LensSample, chosen: Iterable[ChannelMap]) -> dict[str, float]
     """Return the fields of Lens with the values that the channels of a sample give them."""
     channels = channels_of(sample)
     return {
-        str(found.ring): found.value_at(channels[found.channel])
-        for found in maps_for(sample, chosen)
-        if found.channel in channels
+        str(channel_map.ring): channel_map.value_at(channels[channel_map.channel])
+        for channel_map in maps_for(sample, chosen)
+        if channel_map.channel in channels
     }
 
 

@@ -94,10 +94,10 @@ class _Unfinished:
         held = self.segments
         if segment in held:  # the network has sent it twice
             return True
-        found = sorted((*held, segment), key=lambda one: one.offset)
-        if len(found) > MAX_SEGMENTS or not all(_can_follow(*pair) for pair in pairwise(found)):
+        parts = sorted((*held, segment), key=lambda one: one.offset)
+        if len(parts) > MAX_SEGMENTS or not all(_can_follow(*pair) for pair in pairwise(parts)):
             return False
-        self.segments = found
+        self.segments = parts
         return True
 
     @property

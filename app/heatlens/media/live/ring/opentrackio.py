@@ -214,25 +214,25 @@ def _encoded(root: Mapping[str, object], encoding: Encoding) -> bytes:
 
 
 def _below(holder: Mapping[str, object], key: str) -> Mapping[str, Any]:
-    found = holder.get(key)
-    return found if isinstance(found, dict) else {}
+    below = holder.get(key)
+    return below if isinstance(below, dict) else {}
 
 
 def _number(holder: Mapping[str, Any], key: str, least: float, most: float = 1e9) -> float | None:
     """Return the number if it is in [least, most], else None."""
-    found = holder.get(key)
-    if isinstance(found, bool) or not isinstance(found, (int, float)):
+    number = holder.get(key)
+    if isinstance(number, bool) or not isinstance(number, (int, float)):
         return None
-    return float(found) if least <= found <= most else None
+    return float(number) if least <= number <= most else None
 
 
 def _source(root: Mapping[str, object]) -> str:
     """Return the sender's name, shortened to fit on a line."""
     for key in ("sourceId", "sourceNumber"):
-        found = root.get(key)
-        is_number = type(found) is int and abs(found) < _NUMBER_MOST
-        if isinstance(found, str) or is_number:
-            return str(found)[:_NAME_LETTERS]
+        name = root.get(key)
+        is_number = type(name) is int and abs(name) < _NUMBER_MOST
+        if isinstance(name, str) or is_number:
+            return str(name)[:_NAME_LETTERS]
     return ""
 
 
@@ -240,8 +240,8 @@ def _rate(root: Mapping[str, object]) -> float | None:
     """Return the samples a second."""
     rate = _below(_below(root, "timing"), "sampleRate")
     number, over = _number(rate, "num", _LEAST), _number(rate, "denom", _LEAST)
-    found = None if number is None or over is None else number / over
-    return found if found is not None and found <= _RATE_MOST else None
+    hertz = None if number is None or over is None else number / over
+    return hertz if hertz is not None and hertz <= _RATE_MOST else None
 
 
 def _timecode(root: Mapping[str, object]) -> Timecode | None:
@@ -249,5 +249,5 @@ def _timecode(root: Mapping[str, object]) -> Timecode | None:
     hours, minutes, seconds, frames = (held.get(name, -1) for name in _TIME)
     if not all(type(number) is int for number in (hours, minutes, seconds, frames)):
         return None
-    found = Timecode(hours, minutes, seconds, frames, held.get("dropFrame") is True)
-    return found if found.is_possible else None
+    timecode = Timecode(hours, minutes, seconds, frames, held.get("dropFrame") is True)
+    return timecode if timecode.is_possible else None

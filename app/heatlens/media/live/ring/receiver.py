@@ -55,10 +55,10 @@ class OscDecoder:
         try:
             with _warnings_refused():
                 messages = [timed.message for timed in self._packets.OscPacket(datagram).messages]
-            told = [(message.address, tuple(message.params)) for message in messages]
+            values = [(message.address, tuple(message.params)) for message in messages]
         except Exception as error:  # the library raises various errors for invalid data
             raise RingPacketError("a datagram is not OSC") from error
-        channels = dict(_numbers(told))
+        channels = dict(_numbers(values))
         if not channels:
             raise RingPacketError("an OSC message holds no number")
         return (_sample(channels, sender),)
@@ -89,8 +89,8 @@ def _warnings_refused() -> Iterator[None]:
         root.removeHandler(refusing)
 
 
-def _numbers(told: Iterable[tuple[str, tuple[object, ...]]]) -> Iterable[tuple[str, float]]:
-    for address, parameters in told:
+def _numbers(messages: Iterable[tuple[str, tuple[object, ...]]]) -> Iterable[tuple[str, float]]:
+    for address, parameters in messages:
         first = next((p for p in parameters if isinstance(p, int | float)), None)
         if first is not None and math.isfinite(first) and abs(first) <= _MOST:
             yield address[:_NAME_LETTERS], float(first)
@@ -203,11 +203,11 @@ def _library() -> ModuleType:
 
 def _port_named(mido: ModuleType, name: str) -> str:
     ports = [str(port) for port in mido.get_input_names()]
-    found = next((port for port in ports if name.lower() in port.lower()), None)
-    if found is None:
+    port_name = next((port for port in ports if name.lower() in port.lower()), None)
+    if port_name is None:
         there = f"there are {', '.join(ports)}" if ports else "there is none on this machine"
         raise InputError(f"No MIDI port is called {name!r}; {there}.")
-    return found
+    return port_name
 
 
 def open_ring(text: str) -> RingInput:

@@ -57,14 +57,14 @@ def chosen_image(images: Sequence[TevImage], options: PlateOptions) -> ChosenIma
         depth = _depth_beside(image, images, options)
         whole = image if depth is None else _joined(image, depth)
         try:
-            found = chosen_channels(whole, options)
+            channels = chosen_channels(whole, options)
         except InputError as error:
             why_not[image.name] = error
             continue
         if depth is not None:
             why_not.pop(depth.image.name, None)
         passed_over = next(map(str, why_not.values()), "")
-        return ChosenImage(found, tuple(whole.planes), passed_over)
+        return ChosenImage(channels, tuple(whole.planes), passed_over)
     raise next(iter(why_not.values()), InputError("No image has arrived yet."))
 
 
@@ -118,9 +118,9 @@ def _depth_beside(
     size = image.width, image.height
     for other in images:
         if other is not image and (other.width, other.height) == size:
-            found = _depth_of(other, name, is_coc)
-            if found is not None:
-                return found
+            depth = _depth_of(other, name, is_coc)
+            if depth is not None:
+                return depth
     return None
 
 

@@ -135,18 +135,18 @@ def lens_header(image: TevImage | None) -> Mapping[str, object]:
     Values that have not been sent have no entry. `camera_at_header` checks the values.
     """
     sent = {} if image is None else _sent_values(image)
-    found: dict[str, object] = {
+    lens: dict[str, object] = {
         attribute: sent[name] for name, attribute in _ATTRIBUTES.items() if name in sent
     }
     sides = [sent.get(name, 0.0) for name in _SENSOR]
-    return found | ({"sensorOverallDimensions": np.array(sides, np.float32)} if any(sides) else {})
+    return lens | ({"sensorOverallDimensions": np.array(sides, np.float32)} if any(sides) else {})
 
 
 def with_sent_lens(camera: CameraHeader, sent: Mapping[str, object]) -> CameraHeader:
     """Return the lens of a file, with the values that a client has sent in place of its own."""
-    found = camera_at_header([dict(sent)])
-    values = {f.name: v for f in fields(found) if (v := getattr(found, f.name)) is not None}
-    return replace(camera, **{**values, "sources": {**camera.sources, **found.sources}})
+    lens = camera_at_header([dict(sent)])
+    values = {f.name: v for f in fields(lens) if (v := getattr(lens, f.name)) is not None}
+    return replace(camera, **{**values, "sources": {**camera.sources, **lens.sources}})
 
 
 def _sent_values(image: TevImage) -> dict[str, float]:

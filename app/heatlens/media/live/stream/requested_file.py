@@ -17,19 +17,19 @@ def requested_file(name: str, is_of_this_machine: bool) -> Path:
     Raises InputError if the client is on another machine, and so could not read the file itself, or
     if `name` is not the full path of an existing EXR or picture.
     """
-    said, path = f"A client asked for the file {printable(name)[:_LETTERS_SAID]!r}", Path(name)
+    words, path = f"A client asked for the file {printable(name)[:_LETTERS_SAID]!r}", Path(name)
     if not is_of_this_machine:
-        raise InputError(f"{said}: files are opened only for clients on this machine.")
+        raise InputError(f"{words}: files are opened only for clients on this machine.")
     if path.suffix.lower() != ".exr" and not is_picture(path):
-        raise InputError(f"{said}: only EXR and other picture files are opened.")
+        raise InputError(f"{words}: only EXR and other picture files are opened.")
     if not path.is_absolute():
-        raise InputError(f"{said}: a file is opened only by its full path.")
+        raise InputError(f"{words}: a file is opened only by its full path.")
     try:
         is_there = path.is_file()  # a pipe or a device is not a picture
     except (OSError, ValueError):  # not a valid file name
         is_there = False
     if not is_there:
-        raise InputError(f"{said}: there is no such file.")
+        raise InputError(f"{words}: there is no such file.")
     return path
 
 

@@ -106,8 +106,8 @@ class TevServer(Closing):
             is_empty = not self._images.names and self._file is None
         if is_empty:
             host, port = self.address
-            said = f" {self.fault}" if self.fault else ""
-            return f"No image has arrived at {host}:{port} yet.{said}"
+            why = f" {self.fault}" if self.fault else ""
+            return f"No image has arrived at {host}:{port} yet.{why}"
         return self._snapshot_problem
 
     def snapshot(
@@ -155,10 +155,10 @@ class TevServer(Closing):
         """
         with self._lock:
             names = self._images.names if name is None else (name,)
-            found = [image for image in map(self._images.get, names) if image is not None]
-            if name is not None and not found:
+            images = [image for image in map(self._images.get, names) if image is not None]
+            if name is not None and not images:
                 raise InputError(f"No image {name!r} has arrived yet.")
-            return chosen_image(found, options), lens_header(self._lens.get(LENS_IMAGE))
+            return chosen_image(images, options), lens_header(self._lens.get(LENS_IMAGE))
 
     def _serve(self) -> None:
         try:
@@ -248,13 +248,13 @@ class TevServer(Closing):
     def _take_file(self, name: str, client: _Client) -> None:
         """Show the file that a client asks for, if the client itself could read it."""
         try:
-            found = requested_file(name, is_of_this_machine(client.socket))
+            requested = requested_file(name, is_of_this_machine(client.socket))
         except InputError as error:
             self.refused += 1
             self._say(str(error))
             return
         with self._lock:
-            self._file, self._changed = found, True
+            self._file, self._changed = requested, True
 
     def _drop(self, why: str) -> None:
         self.dropped += 1

@@ -156,7 +156,7 @@ class DeepPart:
     # The counts
 
     def _read_chunks(self, file: BinaryIO, places: list[int], has_parts: bool) -> list[_Chunk]:
-        found, left = [], SAMPLES_MOST
+        chunks, left = [], SAMPLES_MOST
         possible = file.seek(0, 2) * _SMALLER_MOST // self._sample_bytes
         for place in places:
             file.seek(place + 4 * has_parts)
@@ -169,8 +169,8 @@ class DeepPart:
                 self._refuse_many()
             if SAMPLES_MOST - left > possible:
                 raise CutError(f"it cannot hold the {SAMPLES_MOST - left:,} samples that it claims")
-            found.append(chunk)
-        return sorted(found, key=lambda chunk: (chunk.y, chunk.x))
+            chunks.append(chunk)
+        return sorted(chunks, key=lambda chunk: (chunk.y, chunk.x))
 
     def _chunk_box(self, file: BinaryIO) -> Box | None:
         """Return the pixels of the chunk at the file's position; None in a smaller mipmap level."""
@@ -218,16 +218,16 @@ class DeepPart:
 
     def _check_covered(self) -> None:
         """Refuse a part in which a pixel has no chunk, or two of them."""
-        seen = np.zeros(self.shape, bool)
+        is_stored = np.zeros(self.shape, bool)
         for chunk in self._chunks:
             height, width = chunk.counts.shape
-            at = seen[chunk.y : chunk.y + height, chunk.x : chunk.x + width]
+            at = is_stored[chunk.y : chunk.y + height, chunk.x : chunk.x + width]
             if at.any():
                 raise self._damaged("some pixels are stored twice")
             at[:] = True
-        if not seen.all():
-            missing = int((~seen.all(axis=1)).sum())
-            raise self._damaged(f"{missing} of its {len(seen)} rows are missing")
+        if not is_stored.all():
+            missing = int((~is_stored.all(axis=1)).sum())
+            raise self._damaged(f"{missing} of its {len(is_stored)} rows are missing")
 
     # The samples
 

@@ -217,8 +217,8 @@ def _mended(samples: DeepSamples, unit_m: float, faults: _Faults) -> Fragments:
     faults.size += len(alpha)
     faults.nowhere += int((~has_depth).sum())
     faults.beyond += int((~is_good).sum())
-    kept = has_depth & (alpha > LEAST_COVERAGE)
-    samples = samples if kept.all() else samples.where(kept)
+    usable = has_depth & (alpha > LEAST_COVERAGE)
+    samples = samples if usable.all() else samples.where(usable)
     faults.unsorted += _unsorted_count(samples)
     fragments, cut = without_volumes(samples)
     faults.cut += cut

@@ -80,8 +80,8 @@ def deep_samples(plate: Plate) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
 
 def _by_pixel(values: NDArray[np.generic], counts: NDArray[np.int64]) -> NDArray[np.object_]:
     """Split `values` into an array of P arrays, one for each pixel."""
-    found = np.empty(len(counts), object)
+    lists = np.empty(len(counts), object)
     end = np.cumsum(counts)
     for i, (first, last) in enumerate(zip((end - counts).tolist(), end.tolist(), strict=True)):
-        found[i] = values[first:last]
-    return found
+        lists[i] = values[first:last]
+    return lists

@@ -142,18 +142,18 @@ def _one_of_each(fragments: Fragments, begins: NDArray[np.bool_]) -> Fragments:
     size = np.diff(np.append(first, len(begins)))
     whole = fragments.where(first)
     color, alpha, depth = whole.color, whole.alpha, whole.depth_m
-    seen, weighted = 1 - alpha, alpha * _dioptres(depth)
+    left, weighted = 1 - alpha, alpha * _dioptres(depth)
     is_spread = np.zeros(len(first), bool)
     group = np.flatnonzero(size > 1)
     for step in range(1, int(size.max())):
         group = group[size[group] > step]
         at = first[group] + step
-        weight = seen[group] * fragments.alpha[at]
-        color[group] += seen[group, None] * fragments.color[at]
+        weight = left[group] * fragments.alpha[at]
+        color[group] += left[group, None] * fragments.color[at]
         alpha[group] += weight
         weighted[group] += weight * _dioptres(fragments.depth_m[at])
         is_spread[group] |= (weight > 0) & (fragments.depth_m[at] != depth[group])
-        seen[group] *= 1 - fragments.alpha[at]
+        left[group] *= 1 - fragments.alpha[at]
     with np.errstate(divide="ignore"):  # nothing was hit
         depth[is_spread] = (alpha / weighted)[is_spread]
     alpha[(size > 1) & (alpha >= OPAQUE)] = 1.0

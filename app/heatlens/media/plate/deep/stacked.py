@@ -172,9 +172,9 @@ def _shown(
         pixel = pixel[(counts[pixel] > step) & (color[pixel, 3] < 1.0)]
         if not pixel.size:
             break
-        at, seen = starts[pixel] + step, 1.0 - color[pixel, 3:]
-        color[pixel, :3] += seen * fragments.color[at]
-        color[pixel, 3:] += seen * fragments.alpha[at][:, None]
+        at, left = starts[pixel] + step, 1.0 - color[pixel, 3:]
+        color[pixel, :3] += left * fragments.color[at]
+        color[pixel, 3:] += left * fragments.alpha[at][:, None]
     return color
 
 

@@ -93,10 +93,10 @@ def read_depth(
     report = DepthReport(
         channel, convention, kind, guess.why, near, far, infinite_count, repaired, guess.question
     )
-    told = converted.notes
+    notes = converted.notes
     if guess.question:  # it offers the same option already
-        told = tuple(note.removesuffix(f" {_IF_INVERSE}") for note in told)
-    return DepthResult(depth, report, (*told, *bounded, *_notes(raw, report, guess)))
+        notes = tuple(note.removesuffix(f" {_IF_INVERSE}") for note in notes)
+    return DepthResult(depth, report, (*notes, *bounded, *_notes(raw, report, guess)))
 
 
 def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
@@ -161,11 +161,11 @@ def _unmeasured(raw: RawDepth) -> tuple[_Mask | None, tuple[str, ...]]:
     counts = int(np.count_nonzero(zero)), int(np.count_nonzero(full))
     if not 0 < sum(counts) <= raw.values.size / 2:
         return None, ()
-    told = (
+    note = (
         f"{raw.what} is 0 in {counts[0]} and {white:g} in {counts[1]} of {raw.values.size} pixels, "
         "by which depth cameras mean not measured.",
     )
-    return zero | full, told
+    return zero | full, note
 
 
 def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:

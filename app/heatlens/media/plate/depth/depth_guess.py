@@ -120,9 +120,9 @@ def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) 
         plain = plain[~np.isnan(plain)]
     zero_count = int(plain.size - np.count_nonzero(plain))
     if zero_count + nan_count == values.size:
-        found = "NaN" if zero_count == 0 else "zero or NaN" if nan_count else "zero"
+        content = "NaN" if zero_count == 0 else "zero or NaN" if nan_count else "zero"
         raise InputError(
-            f"{what} is empty (every pixel is {found}). Was the depth pass switched on for this "
+            f"{what} is empty (every pixel is {content}). Was the depth pass switched on for this "
             "render? Choose another channel with --depth-channel."
         )
     low, high = (float(plain.min()), float(plain.max())) if plain.size else (np.nan, np.nan)

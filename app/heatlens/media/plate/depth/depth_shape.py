@@ -62,9 +62,10 @@ class FlatVotes:
 def flat_votes(
     values: FloatImage, infinite: NDArray[np.bool_], whole_step: float = 0.0
 ) -> FlatVotes:
-    """Count the votes of the surfaces in `values` (H, W); `infinite` marks pixels without surface.
+    """Count how many flat surfaces of `values` (H, W) vary as distance, and how many as 1/distance.
 
-    `whole_step` is the rounding step of integer values, 0 for floating point.
+    `infinite` marks pixels without a surface. `whole_step` is the rounding step of integer values,
+    0 for floating point.
     """
     magnitude = np.where(infinite | ~np.isfinite(values), 0.0, np.abs(values))
     step = _HALF_STEP if _is_half(magnitude) else _FLOAT_STEP
@@ -72,10 +73,10 @@ def flat_votes(
     if _is_one_ramp(magnitude):
         return FlatVotes(0, 0, 0)
     for first, middle, last in _triples(magnitude.astype(np.float64)):
-        part, can_tell = _way_to_arithmetic(first, middle, last, step, whole_step)
-        distance += int(np.count_nonzero(can_tell & (np.abs(part) < _TOLERANCE)))
-        inverse += int(np.count_nonzero(can_tell & (np.abs(part - 1.0) < _TOLERANCE)))
-        looked_at += int(np.count_nonzero(can_tell))
+        share, is_decisive = _arithmetic_share(first, middle, last, step, whole_step)
+        distance += int(np.count_nonzero(is_decisive & (np.abs(share) < _TOLERANCE)))
+        inverse += int(np.count_nonzero(is_decisive & (np.abs(share - 1.0) < _TOLERANCE)))
+        looked_at += int(np.count_nonzero(is_decisive))
     return FlatVotes(distance, inverse, looked_at)
 
 
@@ -117,7 +118,7 @@ def _triples(
 # The two means of neighbours are almost equal where a surface is far or faces the camera. There the
 # rounding of half floats, or of a PNG, decides which one the middle value meets, so such triples
 # must not vote: only those count whose means lie many rounding steps apart.
-def _way_to_arithmetic(
+def _arithmetic_share(
     first: NDArray[np.float64],
     middle: NDArray[np.float64],
     last: NDArray[np.float64],
@@ -132,7 +133,7 @@ def _way_to_arithmetic(
     total = np.where(is_surface, first + last, 1.0)
     harmonic, arithmetic = 2 * first * last / total, total / 2
     apart = arithmetic - harmonic
-    can_tell = is_surface & (apart > _STEPS_APART * np.maximum(step * arithmetic, whole_step))
-    can_tell &= np.maximum(first, last) < _RATIO_MOST * np.minimum(first, last)
-    part = (middle - harmonic) / np.where(can_tell, apart, 1.0)
-    return part, can_tell
+    is_decisive = is_surface & (apart > _STEPS_APART * np.maximum(step * arithmetic, whole_step))
+    is_decisive &= np.maximum(first, last) < _RATIO_MOST * np.minimum(first, last)
+    share = (middle - harmonic) / np.where(is_decisive, apart, 1.0)
+    return share, is_decisive

@@ -97,9 +97,9 @@ def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
     values = np.pad(depth, 1)
     rows, columns = rows + 1, columns + 1
     while rows.size:  # each round fills the rim of every hole; good pixels exist, so it ends
-        found = _nearest_step(good, rows, columns)
-        has = found >= 0
-        steps = np.array(_STEPS)[found[has]]
+        step = _nearest_step(good, rows, columns)
+        has = step >= 0
+        steps = np.array(_STEPS)[step[has]]
         here = rows[has], columns[has]
         values[here] = values[here[0] + steps[:, 0], here[1] + steps[:, 1]]
         good[here] = True
@@ -112,10 +112,10 @@ def _nearest_step(
     good: _Mask, rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> NDArray[np.intp]:
     """Return for each pixel the index into _STEPS of its first good neighbour, or -1."""
-    found = np.full(rows.size, -1, dtype=np.intp)
+    step = np.full(rows.size, -1, dtype=np.intp)
     for index, (dy, dx) in reversed(list(enumerate(_STEPS))):
-        found[good[rows + dy, columns + dx]] = index
-    return found
+        step[good[rows + dy, columns + dx]] = index
+    return step
 
 
 # A thousandth of a millimetre in front of the lens. Anything nearer is treated as a missing depth

@@ -70,14 +70,14 @@ class Chain:
     def start(self, block: int) -> Estimated:
         """Return the estimate of the first frame of a block."""
         key = self._key(block)
-        found = _starts.get(key)
-        if found is None:
-            found = estimated(self.network, self.look(self._path(block)))
+        estimate = _starts.get(key)
+        if estimate is None:
+            estimate = estimated(self.network, self.look(self._path(block)))
             with _lock:
-                _starts[key] = found
+                _starts[key] = estimate
                 for oldest in list(_starts)[:-_STARTS_MOST]:
                     del _starts[oldest]
-        return found
+        return estimate
 
     # If every frame were fitted to the one before it, reading frame 1000 alone would need 999
     # estimates, and errors would add up 999 times. Blocks of 8 make that 125 fits, each kept once
@@ -118,9 +118,9 @@ def estimate_kept(network: Network, seen: FloatImage) -> FloatImage:
     digest = hashlib.blake2b(seen.tobytes(), digest_size=16, key=network.key.encode())
     path = estimates_dir() / f"{digest.hexdigest()}{_SUFFIX}"
     with suppress(OSError, ValueError):  # it is missing or damaged
-        kept: FloatImage = np.load(BytesIO(file_bytes(path)), allow_pickle=False)
+        stored: FloatImage = np.load(BytesIO(file_bytes(path)), allow_pickle=False)
         os.utime(path)
-        return kept
+        return stored
     values = network.estimate(seen)
     with suppress(OSError, InputError):  # a full or read-only disk
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -83,10 +83,10 @@ def _guess(
 
 def _sequence_of(path: Path) -> Sequence | None:
     try:
-        found = find_sequence(path)
+        sequence = find_sequence(path)
     except InputError:  # standard input
         return None
-    return None if found.is_single else found
+    return None if sequence.is_single else sequence
 
 
 def _sharp(dioptres: FloatImage, color: FloatImage, own: tuple[int, ...]) -> FloatImage:
@@ -97,8 +97,8 @@ def _sharp(dioptres: FloatImage, color: FloatImage, own: tuple[int, ...]) -> Flo
     span = np.float32(max(high - low, 1e-9))
     shares = (dioptres - np.float32(low)) / span
     sharp = with_sharp_edges(shares, as_display(color), max(reach, 1))
-    found: FloatImage = np.maximum(sharp * span + np.float32(low), np.float32(DIOPTRES_LEAST))
-    return found
+    sharpened: FloatImage = np.maximum(sharp * span + np.float32(low), np.float32(DIOPTRES_LEAST))
+    return sharpened
 
 
 def with_sharp_edges(values: FloatImage, color: FloatImage, ramp_px: int) -> FloatImage:

@@ -89,18 +89,18 @@ class Network:
     def estimate(self, seen: FloatImage) -> FloatImage:
         """Return the raw values (h, w) of the network. Raises InputError if it fails."""
         try:
-            (found, *_) = self.run(None, {self.input_name: seen})
+            (output, *_) = self.run(None, {self.input_name: seen})
         except Exception as error:  # the runtime raises errors of its own for each kind of failure
             raise InputError(f"{self.path} failed on a picture: {one_line(error)}") from error
-        if max(np.shape(found), default=0) > _SIDE_GIVEN_MOST:
+        if max(np.shape(output), default=0) > _SIDE_GIVEN_MOST:
             raise InputError(
-                f"{self.path} gives values of shape {np.shape(found)}: sides are at most "
+                f"{self.path} gives values of shape {np.shape(output)}: sides are at most "
                 f"{_SIDE_GIVEN_MOST} px."
             )
-        values = np.asarray(found, np.float32).squeeze()
+        values = np.asarray(output, np.float32).squeeze()
         if values.ndim != 2 or not np.isfinite(values).all():
             raise InputError(
-                f"{self.path} gives no map of depth, but values of shape {np.shape(found)}."
+                f"{self.path} gives no map of depth, but values of shape {np.shape(output)}."
             )
         return values
 

@@ -32,10 +32,10 @@ class Scale:
 
     def dioptres(self, values: FloatImage) -> FloatImage:
         """Return values as dioptres."""
-        found = self.zero + values * np.float32(self.one)
+        scaled = self.zero + values * np.float32(self.one)
         if self.is_distance:
-            found = 1.0 / np.maximum(found, np.float32(DEPTH_LEAST_M))
-        bounded: FloatImage = np.maximum(found, np.float32(DIOPTRES_LEAST))
+            scaled = 1.0 / np.maximum(scaled, np.float32(DEPTH_LEAST_M))
+        bounded: FloatImage = np.maximum(scaled, np.float32(DIOPTRES_LEAST))
         return bounded
 
 
@@ -112,11 +112,11 @@ def fitted(frame: Estimated, before: Estimated, fit_before: Fit, keeps_zero: boo
     With `keeps_zero`, only the scale is fitted: distances have a true zero. If too little stands
     still, the middle and the spread of all values are made equal.
     """
-    values, seen = frame.samples()
+    values, colors = frame.samples()
     wanted, seen_before = before.samples()
     target = fit_before.of(wanted).ravel().astype(np.float64)
     own = values.ravel().astype(np.float64)
-    still = (np.abs(seen - seen_before).max(axis=2) < _SAME_COLOR).ravel()
+    still = (np.abs(colors - seen_before).max(axis=2) < _SAME_COLOR).ravel()
     if still.mean() < _STILL_LEAST:
         return _by_spread(own, target, keeps_zero)
     return _by_least_squares(own[still], target[still], keeps_zero)

@@ -63,8 +63,8 @@ def _file() -> Path:
 
 def _remembered() -> list[str]:
     with suppress(OSError, ValueError, RecursionError):
-        found = json.loads(file_bytes(_file(), _MOST_BYTES))
-        return [key for key in found if isinstance(key, str)] if isinstance(found, list) else []
+        stored = json.loads(file_bytes(_file(), _MOST_BYTES))
+        return [key for key in stored if isinstance(key, str)] if isinstance(stored, list) else []
     return []
 
 

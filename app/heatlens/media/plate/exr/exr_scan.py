@@ -84,17 +84,17 @@ def scanned_headers(file: BinaryIO) -> list[RawHeader]:
     (flags,) = _numbers(file, "<I")
     if not flags & _MANY_PARTS:
         return [_header(file)]
-    found = []
+    headers = []
     while header := _header(file):
-        found.append(header)
-        if len(found) > _PARTS_MOST:
+        headers.append(header)
+        if len(headers) > _PARTS_MOST:
             raise CutError(f"there are more than {_PARTS_MOST} parts")
-    return found
+    return headers
 
 
 def channels_of(header: RawHeader) -> list[RawChannel]:
     """Return the channels of one part. Raises CutError if the list is incomplete."""
-    stored, at, found = header.get("channels", b""), 0, []
+    stored, at, channels = header.get("channels", b""), 0, []
     while at < len(stored) and stored[at]:
         end = stored.find(b"\0", at)
         if end < 0 or end + 17 > len(stored):
@@ -102,13 +102,13 @@ def channels_of(header: RawHeader) -> list[RawChannel]:
         kind, _, x, y = struct.unpack_from("<i4sii", stored, end + 1)
         if kind not in _TYPES:
             raise CutError("a channel has an unknown type")
-        found.append(RawChannel(stored[at:end], _TYPES[kind], max(x, 1), max(y, 1)))
+        channels.append(RawChannel(stored[at:end], _TYPES[kind], max(x, 1), max(y, 1)))
         at = end + 17
-    return found
+    return channels
 
 
 def _header(file: BinaryIO) -> RawHeader:
-    found = {}
+    header = {}
     while name := _name(file):
         if "\\x" in _name(file):  # OpenEXR for Python cannot tell such a type, nor print its value
             raise CutError(f"the type of the attribute {name[:40]!r} is not UTF-8")
@@ -116,8 +116,8 @@ def _header(file: BinaryIO) -> RawHeader:
         value = file.read(length) if file.tell() + length <= _BYTES_MOST else b""
         if len(value) != length:
             raise CutError(f"the attribute {name[:40]!r} is cut off")
-        found[name] = value
-    return found
+        header[name] = value
+    return header
 
 
 def _name(file: BinaryIO) -> str:
@@ -161,9 +161,9 @@ def _check_magic(path: Path, magic: bytes) -> None:
     if magic != MAGIC and (words := foreign_words(path)):
         raise InputError(f"{path} is {words}.")
     if magic != MAGIC:
-        found = "is empty" if not magic else "is not an OpenEXR file"
+        problem = "is empty" if not magic else "is not an OpenEXR file"
         raise InputError(
-            f"{path} {found}. heatlens reads EXR files and, by their file extensions, PNG, JPEG, "
+            f"{path} {problem}. heatlens reads EXR files and, by their file extensions, PNG, JPEG, "
             "TIFF and others."
         )
 

@@ -56,13 +56,13 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
 
 def _refused(headers: Sequence[Header], values: Mapping[str, object]) -> dict[str, str]:
     """Return the unusable values in the headers of fields without a value, as "aperture is 0"."""
-    told = {name: _first_entry(headers, names) for name, names in _ATTRIBUTES.items()}
+    entries = {name: _first_entry(headers, names) for name, names in _ATTRIBUTES.items()}
     width = next((header[_SENSOR] for header in headers if _SENSOR in header), None)
     # A height of 0 says that it is not known.
-    told["sensor_width_mm"] = None if width is None else (_SENSOR, width)
+    entries["sensor_width_mm"] = None if width is None else (_SENSOR, width)
     return {
         name: f"{entry[0]} is {_short(entry[1])}"
-        for name, entry in told.items()
+        for name, entry in entries.items()
         if entry is not None and name not in values
     }
 

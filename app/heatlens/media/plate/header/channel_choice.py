@@ -272,10 +272,10 @@ def _without_chroma(path: Path, headers: Sequence[Header], chosen: ColorChoice) 
 
 def _no_color_sentence(path: Path, headers: Sequence[Header]) -> str:
     """Return a sentence on the channels that were looked for, those found, and those of no use."""
-    found = listed(ref.full_name for ref in list_channels(headers))
+    names = listed(ref.full_name for ref in list_channels(headers))
     return (
         f"{path} has no colour: looked for channels R, G, B or Y, alone or in a layer; it has: "
-        f"{found}.{unusable_sentence(headers)}"
+        f"{names}.{unusable_sentence(headers)}"
     )
 
 
@@ -286,10 +286,10 @@ def _no_depth_sentence(path: Path, headers: Sequence[Header], view: str) -> str:
             f"{path} has no depth: name its file with --depth FILE or the half of the picture "
             "that holds it with --depth-side, or estimate it with --depth-model FILE.onnx."
         )
-    found = listed(ref.full_name for ref in list_channels(headers))
+    names = listed(ref.full_name for ref in list_channels(headers))
     of_view = f" of the view {view}" if view else ""
     return (
         f"{path} has no depth channel{of_view}: looked for Z, depth, depth.Z, zdepth, distance "
-        f"and the like; it has: {found}.{unusable_sentence(headers)} Render the depth into the "
+        f"and the like; it has: {names}.{unusable_sentence(headers)} Render the depth into the "
         "file, or name its channel with --depth-channel or its file with --depth FILE."
     )

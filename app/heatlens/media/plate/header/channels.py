@@ -141,12 +141,12 @@ def views_of(headers: Sequence[Mapping[str, object]]) -> tuple[str, ...]:
     """Return the views that the headers name, the default view first; () for fewer than two."""
     listed = [name for header in headers for name in _listed_views(header)]
     own = [str(header["view"]) for header in headers if header.get("view")]
-    found = list(dict.fromkeys(listed or own))
-    if not found:
-        found = _eyes_in_names(headers)
+    views = list(dict.fromkeys(listed or own))
+    if not views:
+        views = _eyes_in_names(headers)
     if not listed:  # the order of the parts means nothing
-        found.sort(key=lambda name: name.lower() != _EYES[0])
-    return tuple(found) if len(found) > 1 else ()
+        views.sort(key=lambda name: name.lower() != _EYES[0])
+    return tuple(views) if len(views) > 1 else ()
 
 
 def view_of(header: Mapping[str, object], full_name: str, views: Sequence[str]) -> str:
@@ -167,8 +167,8 @@ def without_view(name: str, view: str) -> str:
     if not view:
         return name
     words = re.split(r"([-._ ])", name)
-    kept = [i for i in range(0, len(words), 2) if words[i].lower() != view.lower()]
-    return "".join(words[i] + (words[i + 1] if i != kept[-1] else "") for i in kept)
+    others = [i for i in range(0, len(words), 2) if words[i].lower() != view.lower()]
+    return "".join(words[i] + (words[i + 1] if i != others[-1] else "") for i in others)
 
 
 def _listed_views(header: Mapping[str, object]) -> list[str]:

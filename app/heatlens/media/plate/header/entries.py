@@ -72,8 +72,8 @@ def written_by(headers: Sequence[Mapping[str, object]]) -> str:
 
     If a compositing program passed on a render, it is returned instead of the renderer.
     """
-    found = _programs_in(headers)
-    return min(found & _COMPOSITING or found, default="")
+    programs = _programs_in(headers)
+    return min(programs & _COMPOSITING or programs, default="")
 
 
 def rendered_by(headers: Sequence[Mapping[str, object]]) -> str:
@@ -90,14 +90,14 @@ def _programs_in(headers: Sequence[Mapping[str, object]]) -> set[str]:
 
 def _programs_of(header: Mapping[str, object]) -> set[str]:
     """Return every program that one header names."""
-    found = set()
+    programs = set()
     for name, value in header.items():
         entry = name.lower()
-        found |= {program for prefix, program in _PREFIXES.items() if entry.startswith(prefix)}
+        programs |= {program for prefix, program in _PREFIXES.items() if entry.startswith(prefix)}
         if entry in _ENTRIES and isinstance(value, str):
             text = value.lower()
-            found |= {program for word, program in _WORDS.items() if word in text}
-    return found
+            programs |= {program for word, program in _WORDS.items() if word in text}
+    return programs
 
 
 def is_blurred(header: Mapping[str, object]) -> bool:
@@ -112,13 +112,13 @@ def blurred_notes(path: Path, header: Header, is_strict: bool = False) -> tuple[
     they are exports, which pinhole plates are too.
     """
     if is_blurred(header):
-        told = (
+        words = (
             f"{path} is already blurred: heatlens rendered it through a lens, and another lens "
             "blurs it once more. Give the pinhole picture that it was made from"
         )
         if is_strict:
-            raise InputError(f"{told}, or leave --strict out.")
-        return (f"{told}.",)
+            raise InputError(f"{words}, or leave --strict out.")
+        return (f"{words}.",)
     if JOB_ATTRIBUTE in header and BLURRED_ATTRIBUTE not in header:
         return (
             f"{path} was exported by an older heatlens, which did not tell whether through a lens: "

@@ -119,10 +119,10 @@ class MissingLensError(InputError):
     def _refused_words(self) -> str:
         """Return which of the missing values the header gives as a value that no lens can have."""
         refused = self.plate.camera.refused
-        found = [refused[name] for name in self.fields if name in refused]
-        if not found:
+        words = [refused[name] for name in self.fields if name in refused]
+        if not words:
             return ""
-        return f" ({_listed(found)}: ignored: no real lens has this value)"
+        return f" ({_listed(words)}: ignored: no real lens has this value)"
 
 
 def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:

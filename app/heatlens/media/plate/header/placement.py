@@ -29,10 +29,10 @@ def placement_at(headers: Sequence[Header]) -> Array | None:
 
 def rigid_at(attributes: Header, scene_unit_m: float) -> Array | None:
     """Return world to camera in metres as a header tells it; None where it does not, or cannot."""
-    told = placement_at([attributes])
-    if told is None:
+    attribute = placement_at([attributes])
+    if attribute is None:
         return None
-    matrix, _ = from_exr(told, scene_unit_m)
+    matrix, _ = from_exr(attribute, scene_unit_m)
     return matrix if is_rigid(matrix) else None
 
 

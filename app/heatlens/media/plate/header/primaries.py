@@ -78,8 +78,8 @@ def _by_name(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
     name = attributes.get("colorInteropID")
     if not isinstance(name, str) or name.strip() in _TELLS_NOTHING:
         return None
-    found = next((known for known in KNOWN if known.interop_id == name.strip()), None)
-    return HeaderPrimaries("colorInteropID", name.strip(), found)
+    named = next((known for known in KNOWN if known.interop_id == name.strip()), None)
+    return HeaderPrimaries("colorInteropID", name.strip(), named)
 
 
 def _by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
@@ -92,9 +92,9 @@ def _by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
             ("red", "green", "blue", "white"), values.reshape(4, 2), strict=True
         )
     )
-    found = next((known for known in KNOWN if _are_near(values, known)), None)
-    if found is not None or not _are_valid(values):
-        return HeaderPrimaries("chromaticities", text, found)
+    near = next((known for known in KNOWN if _are_near(values, known)), None)
+    if near is not None or not _are_valid(values):
+        return HeaderPrimaries("chromaticities", text, near)
     own = Primaries("the header's primaries", "", tuple(float(value) for value in values))
     return HeaderPrimaries("chromaticities", text, None, own)
 

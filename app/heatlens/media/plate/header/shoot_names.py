@@ -79,12 +79,12 @@ def shoot_lens(
     and that over the unit in a name. Zero, which cameras write for unknown values, counts as
     missing. Impossible values count as unreadable.
     """
-    told = _Entries(entries, unit_m, given_m)
+    lens_entries = _Entries(entries, unit_m, given_m)
     values: dict[str, float] = {}
     sources: dict[str, str] = {}
     unreadable: dict[str, str] = {}
     conflicts: dict[str, str] = {}
-    for target, name, value in told.values():
+    for target, name, value in lens_entries.values():
         if value is None:
             unreadable.setdefault(target, name)
         elif target not in values:
@@ -95,7 +95,7 @@ def shoot_lens(
     return ShootLens(
         **values,
         sources=sources,
-        has_unit=focus is None or told.unit_of(focus) is not None,
+        has_unit=focus is None or lens_entries.unit_of(focus) is not None,
         unreadable={target: name for target, name in unreadable.items() if target not in values},
         conflicts=conflicts,
     )
@@ -127,8 +127,8 @@ class _Entries:
 
     def unit_of(self, name: str) -> float | None:
         """Return the metres in the unit of the distance `name`; None if the unit is unknown."""
-        told = distance(self._entries[name])
-        own_m = None if told is None else told.unit_m
+        length = distance(self._entries[name])
+        own_m = None if length is None else length.unit_m
         return own_m or self._given_m or self._named_unit_of(name) or self._unit_m
 
     def _named_unit_of(self, name: str) -> float | None:
@@ -140,12 +140,12 @@ class _Entries:
         return next((_UNITS_M[unit] for unit in units if unit in _UNITS_M), None)
 
     def _metres(self, name: str) -> float | None:
-        told = distance(self._entries[name])
-        return None if told is None else told.in_metres(self.unit_of(name) or 1.0)
+        length = distance(self._entries[name])
+        return None if length is None else length.in_metres(self.unit_of(name) or 1.0)
 
     def _millimetres(self, name: str) -> float | None:
-        told = focal_length(self._entries[name])
-        return None if told is None else told.in_millimetres(_named_unit(name))
+        length = focal_length(self._entries[name])
+        return None if length is None else length.in_millimetres(_named_unit(name))
 
 
 def not_understood(columns: Iterable[str]) -> str:

@@ -24,9 +24,9 @@ def timecode_of(attributes: Mapping[str, object]) -> Timecode | None:
     """Return the timecode in the header of a plate; None if it has no valid one."""
     for entry in _ENTRIES:
         value = attributes.get(entry)
-        found = timecode_in(value) if isinstance(value, str) else _of_exr(value)
-        if found is not None:
-            return found
+        timecode = timecode_in(value) if isinstance(value, str) else _of_exr(value)
+        if timecode is not None:
+            return timecode
     return None
 
 
@@ -56,5 +56,5 @@ def _of_exr(value: object) -> Timecode | None:
     if not isinstance(value, OpenEXR.TimeCode):
         return None
     numbers = value.hours, value.minutes, value.seconds, value.frame
-    found = Timecode(*numbers, drop=bool(value.dropFrame))
-    return found if found.is_possible else None
+    timecode = Timecode(*numbers, drop=bool(value.dropFrame))
+    return timecode if timecode.is_possible else None

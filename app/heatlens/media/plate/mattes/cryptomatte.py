@@ -53,8 +53,8 @@ class Cryptomatte:
         """
         try:
             text = self.header.get("manifest") or self._sidecar()
-            found = {str(name): int(str(bits), _HEX) for name, bits in json.loads(text).items()}
-            return {name: bits for name, bits in found.items() if 0 <= bits <= _ID_MOST}
+            by_name = {str(name): int(str(bits), _HEX) for name, bits in json.loads(text).items()}
+            return {name: bits for name, bits in by_name.items() if 0 <= bits <= _ID_MOST}
         except (OSError, ValueError, AttributeError, RecursionError):
             return {}
 
@@ -120,18 +120,18 @@ def cryptomattes(path: Path, parts: Sequence[Part]) -> tuple[Cryptomatte, ...]:
     headers = [header for header, _ in parts]
     # Half floats cannot hold the 32 bits of an id.
     refs = [ref for ref in flat_channels(headers) if pixels_of(parts, ref).dtype == np.float32]
-    found = []
+    mattes = []
     for name, attributes in _attributes(headers).items():
         ranks = _ranks(refs, name)
         if ranks:
-            found.append(Cryptomatte(name, ranks, attributes, path.parent))
-    return tuple(found)
+            mattes.append(Cryptomatte(name, ranks, attributes, path.parent))
+    return tuple(mattes)
 
 
 def thing_names(folder: Path, headers: Sequence[Header]) -> dict[str, list[str]]:
     """Return the names of the things that each Cryptomatte of a file in `folder` lists."""
-    told = _attributes(headers).items()
-    return {name: sorted(Cryptomatte(name, (), it, folder).ids) for name, it in told}
+    entries = _attributes(headers).items()
+    return {name: sorted(Cryptomatte(name, (), it, folder).ids) for name, it in entries}
 
 
 def half_cryptomattes(parts: Sequence[Part]) -> tuple[str, ...]:
@@ -149,15 +149,15 @@ def _attributes(headers: Sequence[Header]) -> dict[str, dict[str, str]]:
             key, slash, what = attribute.removeprefix(METADATA).partition("/")
             if attribute.startswith(METADATA) and slash and isinstance(value, str):
                 by_key.setdefault(key, {})[what] = value
-    return {told["name"]: told for told in by_key.values() if told.get("name")}
+    return {matte["name"]: matte for matte in by_key.values() if matte.get("name")}
 
 
 def _ranks(refs: Sequence[ChannelRef], name: str) -> tuple[tuple[ChannelRef, ChannelRef], ...]:
     """Return the pairs of channels of NAME00, NAME01, ..., as far as both of a pair are there."""
-    found: dict[int, ChannelRef] = {}
+    by_rank: dict[int, ChannelRef] = {}
     for ref in refs:
         number = ref.layer[-2:]
         if ref.layer[:-2] == name and number.isdecimal() and ref.leaf.lower() in _LEAVES:
-            found[4 * int(number) + _LEAVES[ref.leaf.lower()]] = ref
-    pairs = [(at, at + 1) for at in sorted(found) if at % 2 == 0 and at + 1 in found]
-    return tuple((found[ids], found[coverage]) for ids, coverage in pairs)
+            by_rank[4 * int(number) + _LEAVES[ref.leaf.lower()]] = ref
+    pairs = [(at, at + 1) for at in sorted(by_rank) if at % 2 == 0 and at + 1 in by_rank]
+    return tuple((by_rank[ids], by_rank[coverage]) for ids, coverage in pairs)

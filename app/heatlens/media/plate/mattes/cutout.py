@@ -183,10 +183,10 @@ def _own(seen: _Seen, share: FloatImage) -> FloatImage:
 def _unmixed(color: FloatImage, share: FloatImage, own: FloatImage, back: FloatImage) -> FloatImage:
     """Return the light behind, whose part of each pixel is never more than all of its light."""
     part = share[..., None]
-    seen = np.maximum(part.dtype.type(1) - part, np.float32(1e-3))
-    unmixed = np.maximum(color - part * own, 0) / seen
+    left = np.maximum(part.dtype.type(1) - part, np.float32(1e-3))
+    unmixed = np.maximum(color - part * own, 0) / left
     guessed = np.clip((part - _GUESSED_FROM) / (_GUESSED_TO - _GUESSED_FROM), 0, 1)
-    mixed = np.minimum(unmixed + guessed * (back - unmixed), color / seen)
+    mixed = np.minimum(unmixed + guessed * (back - unmixed), color / left)
     return np.where(part == 1, back, np.maximum(mixed, 0))
 
 

@@ -53,12 +53,12 @@ def _plane(inside: NDArray[np.bool_], dioptres: NDArray[np.float64]) -> NDArray[
     """Return the dioptres of the plane that fits most pixels; of a plane they are linear."""
     rows, columns = np.nonzero(inside)
     places = np.stack([columns, rows, np.ones(len(rows))], axis=1)
-    kept = np.ones(len(rows), bool)
+    is_near = np.ones(len(rows), bool)
     for _ in range(4):
-        found = places @ np.linalg.lstsq(places[kept], dioptres[kept], rcond=None)[0]
-        off = np.abs(dioptres - found)
-        kept = off <= max(_STRAY * float(np.median(off)), 1e-9)
-    return np.asarray(np.clip(found, dioptres.min(), dioptres.max()))
+        plane = places @ np.linalg.lstsq(places[is_near], dioptres[is_near], rcond=None)[0]
+        off = np.abs(dioptres - plane)
+        is_near = off <= max(_STRAY * float(np.median(off)), 1e-9)
+    return np.asarray(np.clip(plane, dioptres.min(), dioptres.max()))
 
 
 def with_cutout(plate: Plate, options: PlateOptions) -> Plate:

@@ -81,10 +81,10 @@ def thing_at(plate: Plate, x: int, y: int) -> str | None:
     if is_picture(plate.path):
         return None
     parts = _parts_of(plate.path)
-    found = cryptomattes(plate.path, parts)
-    if found:
-        thing = _value_at(plate, parts, found[0].ranks[0][0], x, y, as_bits=True)
-        return f"{_last(found[0].name)}:{found[0].name_of(thing)}" if thing else None
+    mattes = cryptomattes(plate.path, parts)
+    if mattes:
+        thing = _value_at(plate, parts, mattes[0].ranks[0][0], x, y, as_bits=True)
+        return f"{_last(mattes[0].name)}:{mattes[0].name_of(thing)}" if thing else None
     for ref in flat_channels([header for header, _ in parts]):
         if _leaf(ref.full_name) in _ID_LEAVES:
             thing = _value_at(plate, parts, ref, x, y, as_bits=False)
@@ -100,10 +100,10 @@ def _parts_of(path: Path) -> list[Part]:
 
 def _asked(path: Path, parts: Sequence[Part], where: str) -> list[Cryptomatte]:
     """Return the Cryptomattes that `where` may mean: all, or the one with this name."""
-    found = cryptomattes(path, parts)
+    mattes = cryptomattes(path, parts)
     if where.lower() == CRYPTOMATTE:
-        return list(found)
-    return [it for it in found if where.lower() in (it.name.lower(), _last(it.name).lower())]
+        return list(mattes)
+    return [it for it in mattes if where.lower() in (it.name.lower(), _last(it.name).lower())]
 
 
 def _last(name: str) -> str:
@@ -125,8 +125,8 @@ def _by_id(path: Path, parts: Sequence[Part], where: str, what: str) -> tuple[Bo
     ids = pixels_of(parts, ref)
     matte = (ids == number).astype(np.float32)
     if not matte.any():
-        told = listed(f"{it:g}" for it in np.unique(ids[np.isfinite(ids)]) if it == round(it))
-        raise UnknownThingError(f"{path}: no pixel of {ref.full_name} is {number}. It has: {told}.")
+        held = listed(f"{it:g}" for it in np.unique(ids[np.isfinite(ids)]) if it == round(it))
+        raise UnknownThingError(f"{path}: no pixel of {ref.full_name} is {number}. It has: {held}.")
     return _window_of(parts, ref), matte
 
 
@@ -160,20 +160,20 @@ def _value_at(
 
 def _unknown(path: Path, parts: Sequence[Part], where: str, what: str) -> InputError:
     """Return the error for an object that is not in the file; it lists those that are."""
-    found = cryptomattes(path, parts)
-    if not found and (half := half_cryptomattes(parts)):
+    mattes = cryptomattes(path, parts)
+    if not mattes and (half := half_cryptomattes(parts)):
         return InputError(
             f"{path}: the ids of the Cryptomatte {half[0]} are stored as half, whose 16 bits "
             "cannot hold them. Render its channels as float (32 bit)."
         )
-    if not found:
+    if not mattes:
         return UnknownThingError(
             f"{path} has no Cryptomatte, so {where}:{what} is not in it. Render one, or name a "
             "matte channel as matte:CHANNEL or an id as CHANNEL:NUMBER."
         )
     asked = _asked(path, parts, where)
     if not asked:
-        layers = listed(_last(it.name) for it in found)
+        layers = listed(_last(it.name) for it in mattes)
         return UnknownThingError(f"{path} has no Cryptomatte {where!r}. It has: {layers}.")
     names = [name for it in asked for name in it.ids]
     if not names:
@@ -217,5 +217,5 @@ def distance_m(matte: FloatImage, depth_m: FloatImage, part: MattePart) -> float
     order = np.argsort(dioptres)
     passed = np.cumsum(weights[order], dtype=np.float64)
     share = _NEAREST if part is MattePart.NEAREST else 0.5
-    found = float(dioptres[order[np.searchsorted(passed, share * passed[-1])]])
-    return 1.0 / found if found > 0 else float("inf")
+    level = float(dioptres[order[np.searchsorted(passed, share * passed[-1])]])
+    return 1.0 / level if level > 0 else float("inf")

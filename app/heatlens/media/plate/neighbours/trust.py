@@ -92,11 +92,11 @@ class _Asked:
     front_m: FloatImage
     mine: FloatImage
 
-    def difference(self, told: Flags, x: FloatImage, y: FloatImage) -> float:
-        """Return the median difference of brightness, in stops, with `told` pixels at x and y."""
-        told = told & (self.detail >= np.median(self.detail[told]))
-        there = _light(_sampled(self.mine, x[told], y[told]))
-        return float(np.median(np.abs(there - self.light[told])))
+    def difference(self, chosen: Flags, x: FloatImage, y: FloatImage) -> float:
+        """Return the median difference of brightness, in stops, with `chosen` pixels at x and y."""
+        chosen = chosen & (self.detail >= np.median(self.detail[chosen]))
+        there = _light(_sampled(self.mine, x[chosen], y[chosen]))
+        return float(np.median(np.abs(there - self.light[chosen])))
 
 
 def _asked(here: View, arrived: Arrived, canvas: Canvas) -> _Asked:

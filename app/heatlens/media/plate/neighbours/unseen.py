@@ -67,16 +67,16 @@ def surfaces(points: Points, most: int) -> list[tuple[Numbers, FloatImage]]:
     points = np.sort(points)
     pixel = (points >> np.uint64(32)).astype(np.int32)
     z = points.astype(np.uint32).view(np.float32)
-    found: list[tuple[Numbers, FloatImage]] = []
-    while len(pixel) and len(found) < most:
+    layers: list[tuple[Numbers, FloatImage]] = []
+    while len(pixel) and len(layers) < most:
         begins = np.flatnonzero(np.append(True, pixel[1:] != pixel[:-1]))
         counts = np.diff(begins, append=len(pixel))
         is_first = z <= np.repeat(z[begins] * np.float32(1 + APART), counts)
         sums = np.add.reduceat(np.where(is_first, z, 0), begins, dtype=np.float64)
         number = np.add.reduceat(is_first, begins, dtype=np.int64)
-        found.append((pixel[begins], (sums / number).astype(np.float32)))
+        layers.append((pixel[begins], (sums / number).astype(np.float32)))
         pixel, z = pixel[~is_first], z[~is_first]
-    return found
+    return layers
 
 
 def could_be_seen(front_m: FloatImage) -> Flags:

@@ -57,11 +57,11 @@ def color_parts(path: Path, curve: PictureCurve, side: DepthSide = DepthSide.NON
     if depth is not None:
         channels["Z"] = depth
         return [_part(channels, raw, PictureFacts(notes, raw.full_scale), curve)]
-    found = inner_depth(path, raw.info)
-    if found is None:
+    inner = inner_depth(path, raw.info)
+    if inner is None:
         return [_part(channels, raw, PictureFacts(notes), curve)]
-    channels["Z"] = resized_nearest(_upright(found.values, straight, raw), straight.shape[:2])
-    facts = PictureFacts((*notes, *found.notes), found.full_scale, found.convention, found.why)
+    channels["Z"] = resized_nearest(_upright(inner.values, straight, raw), straight.shape[:2])
+    facts = PictureFacts((*notes, *inner.notes), inner.full_scale, inner.convention, inner.why)
     return [_part(channels, raw, facts, curve)]
 
 
@@ -120,8 +120,8 @@ def _beyond_seam(size: tuple[int, int], side: DepthSide) -> tuple[slice, slice]:
     across = side in (DepthSide.LEFT, DepthSide.RIGHT)
     length = size[0] if across else size[1]
     left_out = min(_SEAM_PX, length // 4)
-    kept = slice(left_out, None) if side in _AFTER else slice(0, length - left_out)
-    return (slice(None), kept) if across else (kept, slice(None))
+    span = slice(left_out, None) if side in _AFTER else slice(0, length - left_out)
+    return (slice(None), span) if across else (span, slice(None))
 
 
 def _half_size(size: tuple[int, int], side: DepthSide) -> tuple[int, int]:

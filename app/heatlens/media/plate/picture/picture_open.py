@@ -86,8 +86,8 @@ def open_picture(path: Path) -> RawPicture:
         return RawPicture(_ARRAYS[path.suffix.lower()](path))
     with refusals(path), _opened(path) as image:
         if image is None or _is_cut_by_pillow(image):
-            values, told = _by_openimageio(path)
-            return RawPicture(values, told if image is None else _info(image))
+            values, facts = _by_openimageio(path)
+            return RawPicture(values, facts if image is None else _info(image))
         upright = ImageOps.exif_transpose(image)
         upright = upright.convert(_MODES[upright.mode]) if upright.mode in _MODES else upright
         values = np.array(upright)
@@ -107,8 +107,8 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
         return (width, height), {} if path.suffix.lower() == ".npy" else {"is_light": True}
     with refusals(path), _opened(path) as image:
         if image is None:  # floating point, or a format that Pillow lacks
-            values, told = _by_openimageio(path)
-            return values.shape[1::-1], told | {"is_light": values.dtype.kind == "f"}
+            values, facts = _by_openimageio(path)
+            return values.shape[1::-1], facts | {"is_light": values.dtype.kind == "f"}
         info = _photo_info(path, image, image.size)
         return _upright_size(image), info | {"is_light": image.mode == "F"}
 
@@ -156,10 +156,10 @@ def refusals(path: Path) -> Iterator[None]:
     except Image.DecompressionBombError as error:
         raise InputError(f"{path} has too many pixels ({error}).") from error
     except Exception as error:
-        said = one_line(error) or type(error).__name__
+        reason = one_line(error) or type(error).__name__
         raise InputError(
             f"{path} cannot be read: it is damaged, or of a kind that heatlens does not know "
-            f"({said})."
+            f"({reason})."
         ) from error
 
 
@@ -204,15 +204,15 @@ def _read_by(library: ModuleType, path: Path) -> tuple[NDArray[np.generic], dict
 
 def _told(path: Path, spec: "ImageSpec", bits: int) -> dict[str, object]:
     """Return the metadata: bits, and of a DPX the text with our marks and a note on its log."""
-    told: dict[str, object] = {"comment": spec.get_string_attribute("DocumentName")}
-    told["bits"] = spec.get_int_attribute("oiio:BitsPerSample", bits)
+    facts: dict[str, object] = {"comment": spec.get_string_attribute("DocumentName")}
+    facts["bits"] = spec.get_int_attribute("oiio:BitsPerSample", bits)
     transfer = spec.get_string_attribute("dpx:Transfer")
     if transfer in _LOGS:
-        told["note"] = (
+        facts["note"] = (
             f"{path}: its header tells {transfer.lower()}, the log of film; its numbers are taken "
             "as display values."
         )
-    return told
+    return facts
 
 
 def _turned(stored: NDArray[Any], orientation: int) -> NDArray[np.generic]:
@@ -275,8 +275,8 @@ def _info(image: Image.Image | None) -> dict[str, object]:
         return {}
     info: dict[str, Any] = {str(name): value for name, value in image.info.items()}
     info["depth_images"] = [
-        (np.asarray(found.to_pillow()), found.info.get("metadata") or {})
-        for found in info.get("depth_images", ())
+        (np.asarray(depth_image.to_pillow()), depth_image.info.get("metadata") or {})
+        for depth_image in info.get("depth_images", ())
     ]
     info["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(0x8769)}
     info["segments"] = list(getattr(image, "applist", ()))
@@ -292,9 +292,9 @@ def _upright_size(image: Image.Image) -> tuple[int, int]:
 def _photo_info(path: Path, image: Image.Image, upright: tuple[int, int]) -> dict[str, object]:
     """Return the metadata of a picture, with the camera that its folder or itself tells of."""
     info = _info(image)
-    told = capture_info(path, upright)
+    capture = capture_info(path, upright)
     header = portrait_header(path, image.size, info)
-    return {**info, "header": header, **told}
+    return {**info, "header": header, **capture}
 
 
 def _check_size(path: Path, size: tuple[int, int]) -> None:
@@ -317,12 +317,12 @@ def capture_info(path: Path, size: tuple[int, int]) -> dict[str, object]:
 
 @lru_cache(maxsize=4)  # all frames of a capture share one file
 def _read(file: Path, changed_ns: int) -> dict[str, Any]:
-    found = json.loads(file_bytes(file, _CAPTURE_MOST_BYTES).decode("utf-8"))
-    return {name: found[name] for name in ("K", "w", "h", "fps") if name in found}
+    capture = json.loads(file_bytes(file, _CAPTURE_MOST_BYTES).decode("utf-8"))
+    return {name: capture[name] for name in ("K", "w", "h", "fps") if name in capture}
 
 
-def _header(found: dict[str, Any], size: tuple[int, int]) -> dict[str, object]:
-    across, width, height = float(found["K"][0]), float(found["w"]), float(found["h"])
+def _header(capture: dict[str, Any], size: tuple[int, int]) -> dict[str, object]:
+    across, width, height = float(capture["K"][0]), float(capture["w"]), float(capture["h"])
     if not (0 < across < 1e6 and 0 < width < 1e6 and 0 < height < 1e6):
         raise ValueError(f"a focal length of {across:g} px in {width:g} x {height:g}")
     if abs(size[0] * height / (size[1] * width) - 1) > _SAME_ASPECT:
@@ -330,6 +330,6 @@ def _header(found: dict[str, Any], size: tuple[int, int]) -> dict[str, object]:
     mm = _LONG_SIDE_MM / max(width, height)
     lens = lens_attributes(across * mm, 1.0, 1.0, width * mm, height * mm)
     header = {name: lens[name] for name in ("pinholeFocalLength", "sensorOverallDimensions")}
-    if 0 < float(found.get("fps", 0)) <= 10_000:
-        header["framesPerSecond"] = Fraction(found["fps"]).limit_denominator(1001)
+    if 0 < float(capture.get("fps", 0)) <= 10_000:
+        header["framesPerSecond"] = Fraction(capture["fps"]).limit_denominator(1001)
     return header

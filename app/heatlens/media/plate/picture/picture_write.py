@@ -193,12 +193,12 @@ def in_display_window(
     Overscan is cut off. Pixels that the renderer did not write become `outside`, (n,) values, or 0.
     """
     window = scaled_window(plate.data_window, proxy, pixels.shape[1::-1])
-    seen = scaled_window(plate.display_window, proxy)
-    if window == seen:
+    shown = scaled_window(plate.display_window, proxy)
+    if window == shown:
         return pixels
     count = pixels.shape[2]
     fill = np.zeros(count, np.float32) if outside is None else outside
-    moved = (moved_to_window(pixels[..., i], window, seen, float(fill[i])) for i in range(count))
+    moved = (moved_to_window(pixels[..., i], window, shown, float(fill[i])) for i in range(count))
     return np.stack(list(moved), axis=-1)
 
 

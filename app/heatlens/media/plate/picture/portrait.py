@@ -178,8 +178,8 @@ def _xmp_of(segments: Any) -> str:
 
 
 def _text(xmp: str, name: str) -> str | None:
-    found = re.search(_ENTRY.format(name=name), xmp)
-    return None if found is None else (found[1] or found[2])
+    match = re.search(_ENTRY.format(name=name), xmp)
+    return None if match is None else (match[1] or match[2])
 
 
 def _number(xmp: str, name: str) -> float | None:
@@ -206,19 +206,19 @@ def portrait_header(
 
     `info` is that of `RawPicture`. HEIC has been turned upright already, JPEG has not.
     """
-    found: dict[str, object] = {}
+    entries: dict[str, object] = {}
     tags, xmp = info["exif_tags"], info.get("xmp", b"")
     text = xmp.decode("utf-8", "replace") if isinstance(xmp, bytes) else ""
     turned = info.get("original_orientation")
     stored = size[::-1] if turned in _SIDEWAYS else size
     point = _region_of_focus(text) or _subject(tags, stored)
     if point is not None:
-        found[FOCUS_POINT] = _upright(point, turned or tags.get(_ORIENTATION, 1))
-    told = _F_STOP.search(file_bytes(path)) if path.suffix.lower() in _WITH_F_STOP else None
-    f_stop = _value(told[1]) if told else None
+        entries[FOCUS_POINT] = _upright(point, turned or tags.get(_ORIENTATION, 1))
+    match = _F_STOP.search(file_bytes(path)) if path.suffix.lower() in _WITH_F_STOP else None
+    f_stop = _value(match[1]) if match else None
     if f_stop is not None and _F_STOPS[0] <= f_stop <= _F_STOPS[1]:
-        found["aperture"] = f_stop
-    return found
+        entries["aperture"] = f_stop
+    return entries
 
 
 def focused_as_taken(plate: Plate, header: Mapping[str, Any]) -> Plate:
@@ -241,8 +241,8 @@ def _region_of_focus(xmp: str) -> tuple[float, float] | None:
     """Return the middle of the first region of focus."""
     regions = (region for region in _REGION.split(xmp) if _IS_FOCUS.search(region))
     region = next(regions, "")
-    found = (re.search(rf'stArea:{axis}(?:="|>)\s*([\d.]{{1,12}})', region) for axis in "xy")
-    return _inside(*(None if one is None else _value(one[1].encode()) for one in found))
+    matches = (re.search(rf'stArea:{axis}(?:="|>)\s*([\d.]{{1,12}})', region) for axis in "xy")
+    return _inside(*(None if one is None else _value(one[1].encode()) for one in matches))
 
 
 def _subject(tags: Mapping[int, Any], size: tuple[int, int]) -> tuple[float, float] | None:

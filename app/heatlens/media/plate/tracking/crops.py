@@ -54,9 +54,9 @@ class Crop:
         columns, rows = np.rint(np.nan_to_num(points, nan=-1.0)).astype(np.int64).T
         height, width = self.dioptres.shape
         inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height)
-        found = np.full(len(points), np.nan, np.float32)
-        found[inside] = self.dioptres[rows[inside], columns[inside]]
-        return found
+        dioptres = np.full(len(points), np.nan, np.float32)
+        dioptres[inside] = self.dioptres[rows[inside], columns[inside]]
+        return dioptres
 
 
 def opencv() -> ModuleType:
@@ -73,14 +73,14 @@ def crop_of(plate: Plate, box: Box, tones: Tones) -> Crop | None:
     """Return the part of a plate inside a box of display pixels; None where they do not meet."""
     data, display = plate.data_window, plate.display_window
     dx, dy = data.x0 - display.x0, data.y0 - display.y0
-    seen = box.intersection(Box(dx, dy, dx + data.width, dy + data.height))
-    if seen.width <= 0 or seen.height <= 0:
+    shown = box.intersection(Box(dx, dy, dx + data.width, dy + data.height))
+    if shown.width <= 0 or shown.height <= 0:
         return None
-    area = Box(seen.x0 - dx, seen.y0 - dy, seen.x1 - dx, seen.y1 - dy)
+    area = Box(shown.x0 - dx, shown.y0 - dy, shown.x1 - dx, shown.y1 - dy)
     depth_m = np.maximum(plate.pixels.depth_in(area), np.float32(1e-6))
     dioptres = np.maximum(np.reciprocal(depth_m, dtype=np.float32), _FARTHEST)
     image = _image(plate.pixels.color_in(area)[..., :3], dioptres, tones)
-    return Crop(seen.x0, seen.y0, image, dioptres)
+    return Crop(shown.x0, shown.y0, image, dioptres)
 
 
 def _image(color: FloatImage, dioptres: FloatImage, tones: Tones) -> ByteImage:
@@ -111,7 +111,7 @@ def _flow(before: ByteImage, after: ByteImage, points: FloatImage, guess: FloatI
     is_there = np.asarray(np.isfinite(points).all(axis=1))
     start = np.where(is_there[:, None], points, np.float32(0.0)).astype(np.float32)
     cv2 = opencv()
-    found, status, _ = cv2.calcOpticalFlowPyrLK(
+    moved, status, _ = cv2.calcOpticalFlowPyrLK(
         before,
         after,
         start[:, None],
@@ -121,4 +121,4 @@ def _flow(before: ByteImage, after: ByteImage, points: FloatImage, guess: FloatI
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
     is_found = is_there & (status[:, 0] == 1)
-    return np.where(is_found[:, None], found[:, 0], np.float32(np.nan)).astype(np.float32)
+    return np.where(is_found[:, None], moved[:, 0], np.float32(np.nan)).astype(np.float32)

@@ -105,10 +105,10 @@ class Look:
         cv2 = opencv()
         mask = np.repeat(self.mask[..., None], 2, -1)
         part = np.ascontiguousarray(image, np.float32)
-        found = cv2.matchTemplate(
+        correlation = cv2.matchTemplate(
             part, self.image.astype(np.float32), cv2.TM_CCOEFF_NORMED, mask=mask
         )
-        return np.where(np.isfinite(found), found, np.float32(-1.0))
+        return np.where(np.isfinite(correlation), correlation, np.float32(-1.0))
 
 
 def look_at(crop: Crop, at: Place, radius: int, dioptres: float, octaves: float) -> Look:
@@ -190,18 +190,18 @@ class SurfaceTracker:
         depths = after.depth_at(there)
         nearing = np.log2(depths / before.depth_at(points))
         beside = np.log2(after.nearest().depth_at(there) / depths)
-        kept = (missed < _BACK_PX) & (np.abs(nearing - self._nearing) < _STEP_OCTAVES)
-        kept &= beside < _STEP_OCTAVES
-        if kept.sum() < max(_POINTS_LEAST, _FOUND_LEAST * len(points)):
+        good = (missed < _BACK_PX) & (np.abs(nearing - self._nearing) < _STEP_OCTAVES)
+        good &= beside < _STEP_OCTAVES
+        if good.sum() < max(_POINTS_LEAST, _FOUND_LEAST * len(points)):
             return False
-        moved = np.median(there[kept] - points[kept], axis=0)
-        kept &= np.linalg.norm(there - points - moved, axis=1) < 0.5 * self._radius
-        if kept.sum() < _POINTS_LEAST:
+        moved = np.median(there[good] - points[good], axis=0)
+        good &= np.linalg.norm(there - points - moved, axis=1) < 0.5 * self._radius
+        if good.sum() < _POINTS_LEAST:
             return False
-        self._take(after, moved, float(np.median(nearing[kept])))
+        self._take(after, moved, float(np.median(nearing[good])))
         if self._likeness < _LIKE_LEAST:
             return False
-        if kept.mean() > _GOOD:
+        if good.mean() > _GOOD:
             self._look = self._look_in(after)
         return True
 
@@ -241,10 +241,10 @@ class SurfaceTracker:
         if crop is None:
             return
         octaves = min(2 * _SAME_OCTAVES + 0.03 * self._hidden_frames, 1.0)
-        found = self._look.found(crop, self._at, self._dioptres, octaves)
-        if found is None:
+        sight = self._look.found(crop, self._at, self._dioptres, octaves)
+        if sight is None:
             return
-        place, dioptres, self._likeness = found
+        place, dioptres, self._likeness = sight
         self._at, self._dioptres = place, dioptres
         self._nearing, self._hidden_frames = 0.0, 0
 

@@ -39,8 +39,8 @@ def tracked(
             places[frame] = place
         later = followed(click, range(click.frame, ends[at + 2] + 1))
     places |= {frame: _placed(frame, sight) for frame, sight in later.items()}
-    told = tuple(places[frame] for frame in sorted(places))
-    return TrackMark(mark.name, mark.clicks, told)
+    track = tuple(places[frame] for frame in sorted(places))
+    return TrackMark(mark.name, mark.clicks, track)
 
 
 def _followed(click: Click, onward: Iterable[int], plate_at: PlateAt) -> dict[int, Sight]:
@@ -49,8 +49,8 @@ def _followed(click: Click, onward: Iterable[int], plate_at: PlateAt) -> dict[in
     if not plate.has_distances:
         raise no_distances(plate)
     tracker = SurfaceTracker(plate, click.x_px, click.y_px)
-    found = {click.frame: tracker.sight}
-    return found | {
+    sights = {click.frame: tracker.sight}
+    return sights | {
         frame: tracker.step(plate_at(frame)) for frame in onward if frame != click.frame
     }
 

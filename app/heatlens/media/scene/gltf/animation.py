@@ -178,9 +178,9 @@ class Animation:
         for held, worlds in self._latest:
             if held == at_frame:
                 return worlds
-        found = self.tree.worlds(self._locals_at(frame))
-        self._latest[:] = [(at_frame, found)]  # several skins ask for the same frame
-        return found
+        placed = self.tree.worlds(self._locals_at(frame))
+        self._latest[:] = [(at_frame, placed)]  # several skins ask for the same frame
+        return placed
 
     def _locals_at(self, frame: float) -> dict[int, Array]:
         if not self.tracks:
@@ -196,10 +196,10 @@ class Animation:
     @np.errstate(over="ignore", invalid="ignore")  # the caller checks the result
     def track_of(self, node: int, frames: Array) -> Array:
         """Return the matrices (F, 4, 4) from one node to the world at F frames."""
-        found = np.broadcast_to(np.eye(4), (len(frames), 4, 4))
+        to_world = np.broadcast_to(np.eye(4), (len(frames), 4, 4))
         for above in self.tree.chain(node):
-            found = self.locals_of(above, frames) @ found
-        return found
+            to_world = self.locals_of(above, frames) @ to_world
+        return to_world
 
 
 def read_animation(gltf: GltfFile, tree: NodeTree, timing: SceneTiming) -> Animation:
@@ -209,21 +209,21 @@ def read_animation(gltf: GltfFile, tree: NodeTree, timing: SceneTiming) -> Anima
     """
     records = gltf.listed("animations")
     names = tuple(record.text("name") or f"clip {i + 1}" for i, record in enumerate(records))
-    found = Animation(tree, timing, clips=names)
+    animation = Animation(tree, timing, clips=names)
     seen = set(tree.seen)
     for record in [records[i] for i in _chosen(gltf, names, timing.clip)]:
         samplers = record.records("samplers")
         for channel in record.records("channels"):
-            _add(gltf, found, seen, samplers, channel)
-    for node, tracks in found.tracks.items():
+            _add(gltf, animation, seen, samplers, channel)
+    for node, tracks in animation.tracks.items():
         for name, rest in RESTS.items():
             tracks.setdefault(name, _still(tree.records[node].row(name, rest)))
-    frames = found.frames
+    frames = animation.frames
     if frames is not None and frames.count > _FRAMES_MOST:
         gltf.root.refuse(
             f"its animation has {frames.count:,} frames; {_FRAMES_MOST:,} are the most"
         )
-    return found
+    return animation
 
 
 def _chosen(gltf: GltfFile, names: tuple[str, ...], clip: str | None) -> list[int]:
@@ -243,23 +243,23 @@ def _still(value: tuple[float, ...]) -> ValueTrack:
 
 
 def _add(
-    gltf: GltfFile, found: Animation, seen: set[int], samplers: list[Record], channel: Record
+    gltf: GltfFile, made: Animation, seen: set[int], samplers: list[Record], channel: Record
 ) -> None:
     """Add a channel if it moves a node of the scene, or changes its shape or a camera's angle."""
     target = target_of(gltf, channel)
     if target is None or (target.path != ANGLE and target.number not in seen):
         return
     sampler = samplers[channel.needed("sampler", len(samplers))]
-    path, of_file = target.path, {WEIGHTS: found.weights, ANGLE: found.angles}.get(target.path)
+    path, of_file = target.path, {WEIGHTS: made.weights, ANGLE: made.angles}.get(target.path)
     is_taken = (
-        path in found.tracks.get(target.number, ()) if of_file is None else target.number in of_file
+        path in made.tracks.get(target.number, ()) if of_file is None else target.number in of_file
     )
     if is_taken:
         gltf.lose(_TWICE, channel)
         return
     track = _track(gltf, sampler, path)
     if of_file is None:
-        found.tracks.setdefault(target.number, {})[path] = track
+        made.tracks.setdefault(target.number, {})[path] = track
     else:
         of_file[target.number] = track
 

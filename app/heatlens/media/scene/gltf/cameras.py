@@ -50,7 +50,7 @@ class GltfCameras:
             return
         lengths_mm = self._focal_lengths_mm(number, camera.inside("perspective"))
         changes = len(lengths_mm) > 1
-        found = SceneCamera(
+        made = SceneCamera(
             _unlike(name, [known.name for known in self.cameras]),
             self._track(node, on_node),
             lengths_mm[0],
@@ -59,8 +59,8 @@ class GltfCameras:
             lens_tracks={"focal_length_mm": lengths_mm} if changes else {},
             is_width_assumed=True,
         )
-        self.cameras.append(found)
-        self._planes.append((found, camera.inside("perspective")))
+        self.cameras.append(made)
+        self._planes.append((made, camera.inside("perspective")))
 
     def _track(self, node: int, on_node: Record) -> CameraTrack:
         """Return the poses of the camera on a node, a single one if it stands still."""
@@ -85,12 +85,12 @@ class GltfCameras:
         heatlens also shows what is nearer than a camera's `znear` or farther than its `zfar`.
         """
         corners = np.stack([boxes_m[:, [i, j, k], [0, 1, 2]] for i, j, k in np.ndindex(2, 2, 2)])
-        for camera, told in self._planes:
+        for camera, planes in self._planes:
             row = camera.track.keys[0].pose.world_to_camera[2]
             depths_m = -(corners @ row[:3] + row[3])
-            far_m, near_m = told.number("zfar", math.inf), told.number("znear", 0.0)
+            far_m, near_m = planes.number("zfar", math.inf), planes.number("znear", 0.0)
             if depths_m.max() > far_m or ((depths_m > 0) & (depths_m < near_m)).any():
-                self.gltf.lose(_CUT_OFF, told)
+                self.gltf.lose(_CUT_OFF, planes)
 
 
 def _focal_length_mm(perspective: Record, angle: float) -> float:
@@ -116,8 +116,8 @@ def _pose(on_node: Record, matrix: Array) -> Pose:
 
 def _unlike(name: str, others: list[str]) -> str:
     """Return the name, with a number after it if another camera has it already."""
-    found, number = name, 1
-    while found in others:
+    unlike, number = name, 1
+    while unlike in others:
         number += 1
-        found = f"{name} {number}"
-    return found
+        unlike = f"{name} {number}"
+    return unlike

@@ -58,10 +58,10 @@ def meshopt_bytes(record: Record, data: memoryview) -> bytes:
         record.refuse(f"it claims to hold {count * stride:,} bytes, which is too much")
     words = record.text("mode"), record.text("filter", "NONE")
     try:
-        found = library.decode_gltf_buffer(bytes(data), count, stride, words[0], words[1])
+        decoded = library.decode_gltf_buffer(bytes(data), count, stride, words[0], words[1])
     except (ValueError, MemoryError) as error:
         record.refuse(f"its bytes cannot be unpacked ({_short(error)}); export it again")
-    return np.ascontiguousarray(found).tobytes()
+    return np.ascontiguousarray(decoded).tobytes()
 
 
 def ktx2_pixels(data: bytes, what: str) -> NDArray[np.uint8]:

@@ -41,8 +41,8 @@ class Skin:
 
     def matrices(self, frame: float) -> Floats:
         """Return (J, 3, 4) from the mesh to the world."""
-        found = self.animation.worlds(frame)[list(self.joints)] @ self.inverse_binds
-        return np.nan_to_num(np.clip(found[:, :3], -_MOST, _MOST)).astype(np.float32)
+        turned = self.animation.worlds(frame)[list(self.joints)] @ self.inverse_binds
+        return np.nan_to_num(np.clip(turned[:, :3], -_MOST, _MOST)).astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +153,8 @@ def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
     """Return the skinning of a mesh; None if the file has none."""
     joints, weights = [], []
     number = 0
-    while (found := vertices.floats(f"JOINTS_{number}", 4)) is not None:
-        joints.append(found)
+    while (more_joints := vertices.floats(f"JOINTS_{number}", 4)) is not None:
+        joints.append(more_joints)
         weights.append(vertices.floats(f"WEIGHTS_{number}", 4))
         number += 1
     if not joints or any(part is None for part in weights):
@@ -194,10 +194,10 @@ def read_targets(
 
 def _shapes(vertices: Vertices, mesh: Mesh, records: list[Record], name: str) -> Floats | None:
     gltf = vertices.gltf
-    found = np.zeros((len(records), len(mesh.positions_m), 3), np.float32)
+    shapes = np.zeros((len(records), len(mesh.positions_m), 3), np.float32)
     at = slice(None) if mesh.sources is None else mesh.sources
     is_any = False
-    for shape, record in zip(found, records, strict=True):
+    for shape, record in zip(shapes, records, strict=True):
         accessor = gltf.index(record, name, "accessors")
         if accessor is None:
             continue
@@ -205,4 +205,4 @@ def _shapes(vertices: Vertices, mesh: Mesh, records: list[Record], name: str) ->
         if len(values) != len(vertices.positions):
             record.refuse(f"there are {len(vertices.positions)} positions, but {len(values)} here")
         shape[:], is_any = values[at], True
-    return found if is_any else None
+    return shapes if is_any else None

@@ -134,8 +134,8 @@ class GltfFile:
         if packed is None:
             return self._plain_view(record)
         if index not in self._views:
-            told = record.inside("extensions", packed)
-            self._views[index] = meshopt_bytes(told, self._plain_view(told))
+            compressed = record.inside("extensions", packed)
+            self._views[index] = meshopt_bytes(compressed, self._plain_view(compressed))
         return memoryview(self._views[index])
 
     def _plain_view(self, record: Record) -> memoryview:
@@ -187,12 +187,12 @@ def named_files(path: Path) -> tuple[Path, ...]:
     is read. Raises InputError if that is not possible.
     """
     file = GltfFile(path, _json(path, _text_of(path)), None)
-    found: dict[Path, None] = {}
+    files: dict[Path, None] = {}
     for record in (*file.listed("buffers"), *file.listed("images")):
         with suppress(InputError):
             named = file.uri_path(record) if record.has("uri") else None
-            found |= {} if named is None else {named: None}
-    return tuple(found)
+            files |= {} if named is None else {named: None}
+    return tuple(files)
 
 
 def _text_of(path: Path) -> bytes:
@@ -236,17 +236,17 @@ def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
         raise InputError(f"{path} is glTF of version {version}; heatlens reads version 2.")
     if length > len(data):
         _cut_short(path)
-    found: dict[int, bytes] = {}
+    chunks: dict[int, bytes] = {}
     start = 12
     while start + 8 <= length:
         size, kind = struct.unpack_from("<II", data, start)
         if start + 8 + size > length:
             _cut_short(path)
-        found.setdefault(kind, data[start + 8 : start + 8 + size])
+        chunks.setdefault(kind, data[start + 8 : start + 8 + size])
         start += 8 + size
-    if _JSON not in found:
+    if _JSON not in chunks:
         raise InputError(f"{path} is damaged: it has no description of a scene. Export it again.")
-    return found[_JSON], found.get(_BIN)
+    return chunks[_JSON], chunks.get(_BIN)
 
 
 def _cut_short(path: Path) -> NoReturn:

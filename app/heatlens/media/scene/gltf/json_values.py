@@ -40,11 +40,11 @@ class Record:
 
     def inside(self, *names: str) -> "Record":
         """Return the object at a path of names, or an empty one if there is none."""
-        found = self
+        record = self
         for name in names:
-            missing = JsonEntry(self.entry.path, f"{found.entry.place}.{name}", {})
-            found = Record(found.at(name) if found.has(name) else missing)
-        return found
+            missing = JsonEntry(self.entry.path, f"{record.entry.place}.{name}", {})
+            record = Record(record.at(name) if record.has(name) else missing)
+        return record
 
     def records(self, name: str) -> list["Record"]:
         """Return the objects of a list; none if it is missing."""
@@ -58,19 +58,19 @@ class Record:
         """Return an integer that is not negative; without a default, it must exist."""
         if default is not None and not self.has(name):
             return default
-        found = _finite(self.at(name), 0)
-        if not found.is_integer() or found >= 2**53:
+        number = _finite(self.at(name), 0)
+        if not number.is_integer() or number >= 2**53:
             self.refuse(f"{name!r} should be a whole number within reason")
-        return int(found)
+        return int(number)
 
     def index(self, name: str, count: int) -> int | None:
         """Return an index into a list of length `count`; None if there is no such entry."""
         if not self.has(name):
             return None
-        found = self.whole(name)
-        if found >= count:
-            self.refuse(f"{name!r} is {found}, but the file has only {count} of them")
-        return found
+        number = self.whole(name)
+        if number >= count:
+            self.refuse(f"{name!r} is {number}, but the file has only {count} of them")
+        return number
 
     def needed(self, name: str, count: int) -> int:
         """Return an index as `index` does, which must be there."""

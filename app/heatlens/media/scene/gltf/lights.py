@@ -164,12 +164,12 @@ class GltfLights:
 
     def _irradiance(self, places_m: Array) -> Array:
         """Return the irradiance (N,) of a surface that faces all lights, at each place."""
-        found = np.full(len(places_m), max(self.daylight.sun) if self._suns else 0.0)
+        irradiance = np.full(len(places_m), max(self.daylight.sun) if self._suns else 0.0)
         least = 1e-4 * max(float(np.sum(np.ptp(places_m, axis=0) ** 2)), 1e-4)
         for light in self.lights:
             square = np.sum((places_m - np.array(light.position_m)) ** 2, axis=1)
-            found += max(light.intensity) / np.maximum(square, least)
-        return found
+            irradiance += max(light.intensity) / np.maximum(square, least)
+        return irradiance
 
     def _scale(self, factor: float) -> None:
         scaled = [

@@ -107,13 +107,13 @@ class GltfMaterials:
 
     def _glossy(self, record: Record) -> tuple[Material, tuple[Record, Record]]:
         """Return the material of KHR_materials_pbrSpecularGlossiness, and its maps' records."""
-        told = record.inside("extensions", _GLOSSY)
+        glossy = record.inside("extensions", _GLOSSY)
         names = ("diffuseTexture", "specularGlossinessTexture")
-        diffuse = np.clip(told.row("diffuseFactor", (1, 1, 1, 1)), 0, 1)
-        gloss = _share(told, "glossinessFactor")
-        specular = np.clip((*told.row("specularFactor", (1, 1, 1)), gloss), 0, 1)
-        maps = [self.textures.map(told, name) for name in names]
-        places = told.inside(names[0]), told.inside(names[1])
+        diffuse = np.clip(glossy.row("diffuseFactor", (1, 1, 1, 1)), 0, 1)
+        gloss = _share(glossy, "glossinessFactor")
+        specular = np.clip((*glossy.row("specularFactor", (1, 1, 1)), gloss), 0, 1)
+        maps = [self.textures.map(glossy, name) for name in names]
+        places = glossy.inside(names[0]), glossy.inside(names[1])
         if maps == [None, None]:
             metal, color = metal_and_base(diffuse[:3], specular[:3])
             alpha = float(diffuse[3])
@@ -124,10 +124,10 @@ class GltfMaterials:
         material = Material(
             "", (1, 1, 1), 1, 1, 1, base_color_map=base, metallic_roughness_map=rough
         )
-        found = next((place for place in places if place.has("index")), places[0])
+        placed = next((place for place in places if place.has("index")), places[0])
         if len({self.textures.place(place) for place in places if place.has("index")}) > 1:
             self.gltf.lose(_APART, record)
-        return material, (found, found)
+        return material, (placed, placed)
 
     def _lay(self, material: Material, places: list[MapPlace | None], record: Record) -> None:
         """Keep a material with the placements of its maps, in the order of `Material.maps`."""
@@ -198,15 +198,15 @@ def see_through(
 
     A transmission map is merged into the alpha of the base colour map.
     """
-    told = record.inside("extensions", "KHR_materials_transmission")
-    through = min(told.number("transmissionFactor", 0.0, least=0.0), 1.0)
+    entry = record.inside("extensions", "KHR_materials_transmission")
+    through = min(entry.number("transmissionFactor", 0.0, least=0.0), 1.0)
     if through and material.alpha_cutoff:
         textures.gltf.lose(_HOLED, record)
     if not through or material.alpha_cutoff:
         return material, of_base
     clear = min(_CLEAREST * through * sum(material.base_color) / 3, _CLEAREST)
     glass = replace(material, is_blended=True)
-    info, number = told.inside("transmissionTexture"), textures.map(told, "transmissionTexture")
+    info, number = entry.inside("transmissionTexture"), textures.map(entry, "transmissionTexture")
     if number is None:
         return replace(glass, base_alpha=material.base_alpha * (1 - clear)), of_base
     places = textures.place(info), textures.place(of_base)

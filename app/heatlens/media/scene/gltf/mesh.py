@@ -83,8 +83,8 @@ class ShapeChange:
     @cached_property
     def _still_weights(self) -> Array:
         node = None if self.blends is None else self.animation.tree.records[self.blends]
-        told = node if node is not None and node.has("weights") else self.mesh
-        return np.array(told.numbers("weights"))
+        holder = node if node is not None and node.has("weights") else self.mesh
+        return np.array(holder.numbers("weights"))
 
 
 @dataclass
@@ -194,9 +194,9 @@ class GltfMeshes:
 
     def _with_tangents(self, vertices: Vertices, mesh: Mesh) -> Mesh:
         """Return the mesh with the file's tangents if it has normals, else derived ones."""
-        told = vertices.floats("TANGENT", 4) if vertices.has("NORMAL") else None
-        if told is not None:
-            return replace(mesh, tangents=unit_tangents(told))
+        stored = vertices.floats("TANGENT", 4) if vertices.has("NORMAL") else None
+        if stored is not None:
+            return replace(mesh, tangents=unit_tangents(stored))
         places = self.materials.materials[mesh.material].map_places
         return with_tangents(mesh) if places is None else _along_map(mesh, places[_NORMALS])
 
@@ -206,11 +206,11 @@ def _along_map(mesh: Mesh, place: MapPlace) -> Mesh:
     second = mesh.uvs if mesh.more_uvs is None else mesh.more_uvs
     uvs = place.placed(second if place.coordinates else mesh.uvs)
     numbers = np.arange(len(uvs), dtype=np.uint32)
-    found = with_tangents(replace(mesh, uvs=uvs, sources=numbers))
-    assert found.sources is not None
-    kept = found.sources
+    turned = with_tangents(replace(mesh, uvs=uvs, sources=numbers))
+    assert turned.sources is not None
+    kept = turned.sources
     return replace(
-        found, uvs=mesh.uvs[kept], sources=kept if mesh.sources is None else mesh.sources[kept]
+        turned, uvs=mesh.uvs[kept], sources=kept if mesh.sources is None else mesh.sources[kept]
     )
 
 
@@ -260,8 +260,8 @@ def thin_solids(
     radius_m = max(_THINNESS * float(np.linalg.norm(np.ptp(places, axis=0))), 1e-6)
     most = int(POINTS_MOST * len(corners) / max(of_all, len(corners)))
     if mode == POINTS:
-        found = drawn_points(places[corners], np.full(len(corners), radius_m), None, most)
-        return found.positions, found.triangles, corners[found.point]
+        drawn = drawn_points(places[corners], np.full(len(corners), radius_m), None, most)
+        return drawn.positions, drawn.triangles, corners[drawn.point]
     corners, counts = _curves(_thinned(corners, mode, most), mode)
     pieces = len(corners) - len(counts)
     radii = np.full(len(corners), radius_m)

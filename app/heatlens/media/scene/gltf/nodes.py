@@ -57,10 +57,10 @@ class NodeTree:
 
     def chain(self, node: int) -> list[int]:
         """Return a node and its ancestors up to the root."""
-        found = [node]
-        while (parent := self.parents[found[-1]]) != _ROOT:
-            found.append(parent)
-        return found
+        above = [node]
+        while (parent := self.parents[above[-1]]) != _ROOT:
+            above.append(parent)
+        return above
 
 
 def read_tree(gltf: GltfFile) -> NodeTree:
@@ -89,13 +89,13 @@ def _hidden(
     records: tuple[Record, ...], parents: list[int], levels: list[tuple[int, ...]]
 ) -> frozenset[int]:
     """Return the nodes that KHR_node_visibility hides, and their descendants."""
-    found: set[int] = set()
+    hidden: set[int] = set()
     for node in (node for level in levels for node in level):
-        told = records[node].inside("extensions", "KHR_node_visibility")
-        is_visible = not told.has("visible") or told.at("visible").value is not False
-        if parents[node] in found or not is_visible:
-            found.add(node)
-    return frozenset(found)
+        visibility = records[node].inside("extensions", "KHR_node_visibility")
+        is_visible = not visibility.has("visible") or visibility.at("visible").value is not False
+        if parents[node] in hidden or not is_visible:
+            hidden.add(node)
+    return frozenset(hidden)
 
 
 def _raise_twice(gltf: GltfFile, level: list[int], seen: set[int]) -> None:
@@ -115,12 +115,12 @@ def _roots(gltf: GltfFile, records: tuple[Record, ...]) -> list[int]:
 
 def _children(records: tuple[Record, ...], level: list[int], parents: list[int]) -> list[int]:
     """Return all nodes below a level, and set their parents."""
-    found = []
+    children = []
     for node in level:
         for child in records[node].indices("children", len(records)):
             parents[child] = node
-            found.append(child)
-    return found
+            children.append(child)
+    return children
 
 
 def _local(record: Record) -> Array:
@@ -143,19 +143,13 @@ def matrices(translations: Array, rotations: Array, scales: Array) -> Array:
     lengths = np.linalg.norm(rotations, axis=1, keepdims=True)
     safe = np.where(lengths > 1e-12, lengths, 1.0)
     x, y, z, w = np.where(lengths > 1e-12, rotations / safe, RESTS["rotation"]).T
-    found = np.tile(np.eye(4), (len(translations), 1, 1))
-    found[:, 0, :3] = np.stack(
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)]
-    ).T
-    found[:, 1, :3] = np.stack(
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)]
-    ).T
-    found[:, 2, :3] = np.stack(
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
-    ).T
-    found[:, :3, :3] *= np.clip(scales, -_FAR_MOST, _FAR_MOST)[:, None, :]
-    found[:, :3, 3] = np.clip(translations, -_FAR_MOST, _FAR_MOST)
-    return found
+    made = np.tile(np.eye(4), (len(translations), 1, 1))
+    made[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)]).T
+    made[:, 1, :3] = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)]).T
+    made[:, 2, :3] = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]).T
+    made[:, :3, :3] *= np.clip(scales, -_FAR_MOST, _FAR_MOST)[:, None, :]
+    made[:, :3, 3] = np.clip(translations, -_FAR_MOST, _FAR_MOST)
+    return made
 
 
 WEIGHTS, ANGLE = "weights", "yfov"
@@ -179,20 +173,22 @@ def target_of(gltf: GltfFile, channel: Record) -> Target | None:
 
     Raises InputError if it is a node that is given by a matrix.
     """
-    told = channel.inside("target")
-    path, node = told.text("path"), gltf.index(told, "node", "nodes")
-    found = None if node is None else Target(path, node)
+    record = channel.inside("target")
+    path, node = record.text("path"), gltf.index(record, "node", "nodes")
+    target = None if node is None else Target(path, node)
     if path == "pointer":
-        found = _pointed(gltf, told.inside("extensions", _POINTER).text("pointer"))
-    if found is None or found.path not in (*RESTS, WEIGHTS, ANGLE):
+        target = _pointed(gltf, record.inside("extensions", _POINTER).text("pointer"))
+    if target is None or target.path not in (*RESTS, WEIGHTS, ANGLE):
         gltf.lose(_NOT_FOLLOWED, channel)
         return None
-    if found.path == WEIGHTS and not _has_shapes(gltf, found.number):
+    if target.path == WEIGHTS and not _has_shapes(gltf, target.number):
         gltf.lose(_NO_SHAPES, channel)
         return None
-    if found.path in RESTS and gltf.listed("nodes")[found.number].has("matrix"):
-        told.refuse(f"node {found.number} has a matrix, which cannot be moved by its {found.path}")
-    return found
+    if target.path in RESTS and gltf.listed("nodes")[target.number].has("matrix"):
+        record.refuse(
+            f"node {target.number} has a matrix, which cannot be moved by its {target.path}"
+        )
+    return target
 
 
 def _pointed(gltf: GltfFile, pointer: str) -> Target | None:

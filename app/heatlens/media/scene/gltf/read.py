@@ -139,8 +139,8 @@ def _instances(animation: Animation, meshes: GltfMeshes) -> tuple[tuple[Instance
     worlds = np.concatenate([animation.worlds(animation.first_frame), np.eye(4)[None]])
     places = worlds[nodes] @ hanging.offsets
     _check_places(gltf, places)
-    found = map(Instance, names, numbers, places)
-    return tuple(found), hanging
+    instances = map(Instance, names, numbers, places)
+    return tuple(instances), hanging
 
 
 def _check_places(gltf: GltfFile, places: Array) -> None:
@@ -154,17 +154,17 @@ def _check_places(gltf: GltfFile, places: Array) -> None:
 def _spread(gltf: GltfFile, record: Record) -> Array:
     """Return the matrices (K, 4, 4) of the copies of a node's mesh, a single one by default."""
     attributes = record.inside("extensions", _SPREAD, "attributes")
-    found = {
+    lists = {
         name: read_floats(gltf, index, len(rest)).astype(float)
         for name, rest in RESTS.items()
         if (index := gltf.index(attributes, name.upper(), "accessors")) is not None
     }
-    if not found:
+    if not lists:
         return np.eye(4)[None]
-    count = len(next(iter(found.values())))
-    if any(len(values) != count for values in found.values()):
+    count = len(next(iter(lists.values())))
+    if any(len(values) != count for values in lists.values()):
         attributes.refuse("its lists differ in length")
     full = (
-        found.get(name, np.tile(np.array(rest, float), (count, 1))) for name, rest in RESTS.items()
+        lists.get(name, np.tile(np.array(rest, float), (count, 1))) for name, rest in RESTS.items()
     )
     return matrices(*full)

@@ -51,8 +51,8 @@ class GltfTextures:
         if number is None:
             return None
         sampler = self.gltf.index(self.gltf.listed("textures")[number], "sampler", "samplers")
-        told = None if sampler is None else self.gltf.listed("samplers")[sampler]
-        words = [] if told is None else [told.whole(name, _REPEAT) for name in _WRAPS]
+        wrap = None if sampler is None else self.gltf.listed("samplers")[sampler]
+        words = [] if wrap is None else [wrap.whole(name, _REPEAT) for name in _WRAPS]
         across, down = (_WRAP_KINDS.get(word, Wrap.REPEAT) for word in words or (_REPEAT,) * 2)
         return _map_place(info, (across, down))
 
@@ -60,7 +60,7 @@ class GltfTextures:
         images = self.gltf.listed("images")
         named = [texture.inside("extensions", name) for name in _SOURCES]
         sources = [record.index("source", len(images)) for record in (*named, texture)]
-        source = next((found for found in sources if found is not None), None)
+        source = next((index for index in sources if index is not None), None)
         if source is None:
             self.without[-1] = "a texture names no picture of a known kind"
         if source is None or source in self.without:
@@ -87,10 +87,10 @@ class GltfTextures:
         """A sentence on all pictures that are left out, if any."""
         if not self.without:
             return {}
-        said = list(self.without.values())
-        more = f"; and {len(said) - _NAMED_MOST} more" if len(said) > _NAMED_MOST else ""
-        count = "1 picture is" if len(said) == 1 else f"{len(said)} pictures are"
-        return {f"{count} left out: {'; '.join(said[:_NAMED_MOST])}{more}.": None}
+        words = list(self.without.values())
+        more = f"; and {len(words) - _NAMED_MOST} more" if len(words) > _NAMED_MOST else ""
+        count = "1 picture is" if len(words) == 1 else f"{len(words)} pictures are"
+        return {f"{count} left out: {'; '.join(words[:_NAMED_MOST])}{more}.": None}
 
 
 def _picture(gltf: GltfFile, record: Record, before: list[Pixels]) -> Pixels:

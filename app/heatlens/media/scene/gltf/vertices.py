@@ -32,8 +32,8 @@ def read_numbers(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
     """Return numbers as `read_floats` does, but allow NaN and infinity."""
     record = gltf.listed("accessors")[index]
     raw = _values(gltf, record, width)
-    found = as_shares(raw) if record.entry.value.get("normalized") is True else raw
-    return found.astype(np.float32)
+    shares = as_shares(raw) if record.entry.value.get("normalized") is True else raw
+    return shares.astype(np.float32)
 
 
 def read_colors(gltf: GltfFile, index: int) -> NDArray[np.float32]:
@@ -147,10 +147,10 @@ class Vertices:
         """(V, 3), all finite."""
         packed = self._packed("POSITION")
         if packed is not None:
-            found = packed.astype(np.float32)
-            if found.shape[1:] != (3,) or not np.isfinite(found).all():
+            places = packed.astype(np.float32)
+            if places.shape[1:] != (3,) or not np.isfinite(places).all():
                 self.primitive.refuse("its packed positions are invalid")
-            return found
+            return places
         accessor = self._accessor("POSITION")
         if accessor is None:
             self.primitive.refuse("it has no POSITION for its vertices")
@@ -166,14 +166,14 @@ class Vertices:
         if accessor is None:
             return None
         if packed is None:
-            found = read_numbers(self.gltf, accessor, width)
+            values = read_numbers(self.gltf, accessor, width)
         else:
             is_share = self.gltf.listed("accessors")[accessor].entry.value.get("normalized") is True
-            found = np.asarray(as_shares(packed) if is_share else packed, np.float32)
-            if found.shape[1:] != (width,):
-                self.primitive.refuse(f"its packed {name} has {found.shape[1:]} numbers each")
-        found = self._checked(name, found)
-        return np.nan_to_num(found, nan=0.0, posinf=0.0, neginf=0.0)
+            values = np.asarray(as_shares(packed) if is_share else packed, np.float32)
+            if values.shape[1:] != (width,):
+                self.primitive.refuse(f"its packed {name} has {values.shape[1:]} numbers each")
+        values = self._checked(name, values)
+        return np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
 
     def colors(self) -> Floats | None:
         """Return the first set of colours, (V, 3) or (V, 4); some may be NaN."""
@@ -190,10 +190,10 @@ class Vertices:
         """Return (N,) indices of vertices, in the order of the primitive's mode."""
         count = len(self.positions)
         if self._unpacked is not None:
-            found = self._unpacked[0].reshape(-1)
-            if found.size and int(found.max()) >= count:
+            numbers = self._unpacked[0].reshape(-1)
+            if numbers.size and int(numbers.max()) >= count:
                 self.primitive.refuse("a packed triangle refers to a vertex that is not there")
-            return found
+            return numbers
         accessor = self.gltf.index(self.primitive, "indices", "accessors")
         if accessor is None:
             return np.arange(count, dtype=np.uint32)
@@ -210,17 +210,17 @@ class Vertices:
 
         If Draco is not installed, plain data beside it is used.
         """
-        told = self.primitive.inside("extensions", _DRACO)
-        view = self.gltf.index(told, "bufferView", "bufferViews")
+        draco = self.primitive.inside("extensions", _DRACO)
+        view = self.gltf.index(draco, "bufferView", "bufferViews")
         if view is None:
             return None
         try:
-            faces, parts = draco_parts(told, self.gltf.view(view))
+            faces, parts = draco_parts(draco, self.gltf.view(view))
         except MissingPackageError:
             if self._has_plain_data():
                 return None
             raise
-        self.gltf.spend(told, faces.size + sum(p.size for p in parts.values()), is_empty=False)
+        self.gltf.spend(draco, faces.size + sum(p.size for p in parts.values()), is_empty=False)
         return faces, parts
 
     def _has_plain_data(self) -> bool:
@@ -242,12 +242,12 @@ class Vertices:
     def _accessor(self, name: str) -> int | None:
         return self.gltf.index(self.primitive.inside("attributes"), name, "accessors")
 
-    def _checked(self, name: str, found: Floats) -> Floats:
+    def _checked(self, name: str, values: Floats) -> Floats:
         """Note NaN values; raise InputError unless there is one value for each vertex."""
-        if len(found) != len(self.positions):
+        if len(values) != len(self.positions):
             self.primitive.inside("attributes").refuse(
-                f"there are {len(self.positions)} positions, but {len(found)} of {name}"
+                f"there are {len(self.positions)} positions, but {len(values)} of {name}"
             )
-        if not np.isfinite(found).all():
+        if not np.isfinite(values).all():
             self.gltf.lose(_NAN, self.primitive)
-        return found
+        return values

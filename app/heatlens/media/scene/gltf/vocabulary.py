@@ -153,25 +153,25 @@ KINDS["KHR_meshopt_compression"] = KINDS["EXT_meshopt_compression"]
 
 def unread_notes(gltf: GltfFile) -> dict[str, None]:
     """Return sentences on features that are left out or replaced."""
-    found = _Found()
-    found.walk(gltf.root.entry.value, "file")
+    unread = _Found()
+    unread.walk(gltf.root.entry.value, "file")
     notes = [f"{words} ({len(places)})." for words, places in gltf.losses.items()]
-    notes += [f"{words} ({count})." for words, count in found.lost.items()]
-    glass = found.extensions.pop(_GLASS, 0)
+    notes += [f"{words} ({count})." for words, count in unread.lost.items()]
+    glass = unread.extensions.pop(_GLASS, 0)
     if glass:
         notes.append(f"Glass is drawn as thin panes, which bend no light ({_of(glass)}).")
-    if found.extensions.pop(_VARIANTS, 0):
+    if unread.extensions.pop(_VARIANTS, 0):
         notes.append("The default of its material variants is shown.")
-    notes += _unread(gltf, found)
+    notes += _unread(gltf, unread)
     scenes = gltf.listed("scenes")
     if len(scenes) > 1:
         notes.append(f"Only the default one of its {len(scenes)} scenes is read.")
     return dict.fromkeys(notes)
 
 
-def _unread(gltf: GltfFile, found: "_Found") -> Iterator[str]:
+def _unread(gltf: GltfFile, places: "_Found") -> Iterator[str]:
     """Yield sentences on extensions and properties that are not read at all."""
-    unread = {name: count for name, count in found.extensions.items() if not _is_read(name)}
+    unread = {name: count for name, count in places.extensions.items() if not _is_read(name)}
     materials = [
         f"{name.removeprefix(_MATERIAL)} ({_of(count)})"
         for name, count in unread.items()
@@ -179,7 +179,7 @@ def _unread(gltf: GltfFile, found: "_Found") -> Iterator[str]:
     ]
     others = [f"{n[:60]} ({c})" for n, c in unread.items() if not n.startswith(_MATERIAL)]
     others += [name for name in _promised(gltf) if name not in unread]
-    unknown = [f"{name[:60]!r} ({count})" for name, count in found.unknown.items()]
+    unknown = [f"{name[:60]!r} ({count})" for name, count in places.unknown.items()]
     for words, names in (
         ("Of materials these are left out", materials),
         ("These extensions of the file are not read", others),
@@ -217,10 +217,10 @@ class _Found:
         if key in kind.within:
             self.walk(inner, kind.within[key], level + 1)
         elif not kind.knows(key):
-            told = [words for pattern, words in kind.lost.items() if fnmatchcase(key, pattern)]
-            if not told:
+            lost = [words for pattern, words in kind.lost.items() if fnmatchcase(key, pattern)]
+            if not lost:
                 self.unknown[f"{name}.{key}"] += 1
-            self.lost.update(words for words, matters in told if matters(inner))
+            self.lost.update(words for words, matters in lost if matters(inner))
 
     def _extend(self, extensions: object, level: int) -> None:
         for name, inner in extensions.items() if isinstance(extensions, dict) else ():

@@ -38,15 +38,15 @@ def read_cameras(
     stage: UsdStage, prims: list[UsdObject], frames: FrameRange | None
 ) -> tuple[SceneCamera, ...]:
     """Return the cameras with a perspective view; raise InputError for an impossible lens."""
-    found: list[SceneCamera] = []
+    cameras: list[SceneCamera] = []
     for prim in prims:
         if prim.GetAttribute("projection").Get() == "orthographic":
             stage.notes[f"{prim.GetPath()} is an orthographic camera, which has no lens."] = None
             continue
-        names = [camera.name for camera in found]
+        names = [camera.name for camera in cameras]
         name = prim.GetName() if prim.GetName() not in names else str(prim.GetPath())
-        found.append(_camera(stage, prim, name, frames))
-    return tuple(found)
+        cameras.append(_camera(stage, prim, name, frames))
+    return tuple(cameras)
 
 
 def _camera(stage: UsdStage, prim: UsdObject, name: str, frames: FrameRange | None) -> SceneCamera:
@@ -88,12 +88,12 @@ def _lens_unit_mm(stage: UsdStage, prim: UsdObject, frame: float) -> float:
 def _tracks(stage: UsdStage, prim: UsdObject, frames: tuple[int, ...], mm: float) -> Tracks:
     """Return the lens at each frame: millimetres, and metres for the focus."""
     units = {"focal_length_mm": mm, "f_stop": 1.0, "focus_distance_m": stage.meters_per_unit}
-    found = {
+    tracks = {
         field: tuple(_number(stage, prim, name, frame) * units[field] for frame in frames)
         for field, name in _ATTRIBUTES.items()
     }
-    focus = (math.inf if m >= _INFINITE_M else m for m in found["focus_distance_m"])
-    return found | {"focus_distance_m": tuple(focus)}
+    focus = (math.inf if m >= _INFINITE_M else m for m in tracks["focus_distance_m"])
+    return tracks | {"focus_distance_m": tuple(focus)}
 
 
 def _possible(stage: UsdStage, prim: UsdObject, tracks: Tracks) -> Tracks:

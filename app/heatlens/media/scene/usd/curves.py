@@ -56,12 +56,12 @@ def read_curves(materials: UsdMaterials, prim: object) -> list[Mesh]:
 def read_points(materials: UsdMaterials, prim: object) -> list[Mesh]:
     """Return the solids of UsdGeom.Points."""
     what, first = _what(materials, prim), usd_module("Usd").TimeCode.EarliestTime()
-    told = usd_module("UsdGeom").Points(prim)
-    points = _points(what, told.GetPointsAttr().Get(first))
+    prim_points = usd_module("UsdGeom").Points(prim)
+    points = _points(what, prim_points.GetPointsAttr().Get(first))
     if not len(points):
         return []
-    widths = numbers(told.GetWidthsAttr().Get(first), 1, f"{what}: widths")[:, 0]
-    normals = numbers(told.GetNormalsAttr().Get(first), 3, f"{what}: normals")
+    widths = numbers(prim_points.GetWidthsAttr().Get(first), 1, f"{what}: widths")[:, 0]
+    normals = numbers(prim_points.GetNormalsAttr().Get(first), 3, f"{what}: normals")
     radii = None
     if len(widths) in (1, len(points)):
         radii = np.broadcast_to(0.5 * np.nan_to_num(widths.astype(np.float64)), len(points))
@@ -107,8 +107,8 @@ class _Lines:
     def _cubic(self, basis: str, wrap: str) -> "_Lines":
         """Return points along the segments of cubic curves."""
         step = 3 if basis == "bezier" else 1
-        found = [_windows(int(count), step, basis, wrap) for count in np.unique(self.counts)]
-        shapes = dict(zip(np.unique(self.counts).tolist(), found, strict=True))
+        pieces = [_windows(int(count), step, basis, wrap) for count in np.unique(self.counts)]
+        shapes = dict(zip(np.unique(self.counts).tolist(), pieces, strict=True))
         firsts = np.cumsum(self.counts) - self.counts
         windows = [
             shapes[count] + first
@@ -149,22 +149,22 @@ def _what(materials: UsdMaterials, prim: UsdObject) -> str:
     return f"{materials.stage.path}: {prim.GetPath()}"
 
 
-def _points(what: str, told: UsdObject) -> Array:
-    found = numbers(told, 3, f"{what}: points")
-    if not np.isfinite(found).all():
+def _points(what: str, stored: UsdObject) -> Array:
+    points = numbers(stored, 3, f"{what}: points")
+    if not np.isfinite(points).all():
         raise InputError(f"{what}: a point is at NaN or infinity.")
-    return found.astype(np.float64)
+    return points.astype(np.float64)
 
 
-def _widths(what: str, told: object, points: Array, counts: Indices) -> Array:
+def _widths(what: str, stored: object, points: Array, counts: Indices) -> Array:
     """Return (P,) widths: constant, per curve or per point; a thin default if none fits."""
-    found = np.nan_to_num(numbers(told, 1, f"{what}: widths")[:, 0].astype(np.float64))
-    if len(found) == len(points):
-        return found
-    if len(found) == len(counts):
-        return np.repeat(found, counts)
+    widths = np.nan_to_num(numbers(stored, 1, f"{what}: widths")[:, 0].astype(np.float64))
+    if len(widths) == len(points):
+        return widths
+    if len(widths) == len(counts):
+        return np.repeat(widths, counts)
     thin = _THIN * float(np.linalg.norm(np.ptp(points, axis=0))) or 1e-3
-    return np.full(len(points), found[0] if len(found) else thin)
+    return np.full(len(points), widths[0] if len(widths) else thin)
 
 
 def _colors(
@@ -172,8 +172,8 @@ def _colors(
 ) -> tuple[Array, int]:
     """Return (P, 3) colors that multiply the base color, and the material."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
-    told = primvar.ComputeFlattened() if primvar else None
-    values = numbers(told, 3, f"{_what(materials, prim)}: displayColor").astype(np.float64)
+    stored = primvar.ComputeFlattened() if primvar else None
+    values = numbers(stored, 3, f"{_what(materials, prim)}: displayColor").astype(np.float64)
     own = None
     if len(values) > 1 and len(values) == points:
         own = values

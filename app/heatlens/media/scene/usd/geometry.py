@@ -63,10 +63,10 @@ class UsdGeometry:
         if self.refused and not self.meshes:
             raise self.refused[0]
         start = f"{self.materials.stage.path}: "
-        told = [f"Left out: {str(e).removeprefix(start)}" for e in self.refused[:_TOLD_MOST]]
-        more = len(self.refused) - len(told)
+        sentences = [f"Left out: {str(e).removeprefix(start)}" for e in self.refused[:_TOLD_MOST]]
+        more = len(self.refused) - len(sentences)
         return [
-            *told,
+            *sentences,
             *([f"Left out for similar reasons: {more} more objects."] if more else []),
         ]
 
@@ -107,8 +107,8 @@ def left_out(prims: Iterable[UsdObject]) -> str:
         for prim in prims
         if prim.IsA(gprim) and not has_surface(prim) and is_shown(prim)
     )
-    told = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
-    return f"Not drawn, of kinds that are not read: {told}." if told else ""
+    words = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
+    return f"Not drawn, of kinds that are not read: {words}." if words else ""
 
 
 def read_shape(materials: UsdMaterials, prim: UsdObject) -> list[Mesh]:
@@ -117,27 +117,27 @@ def read_shape(materials: UsdMaterials, prim: UsdObject) -> list[Mesh]:
     Raises InputError if a length of it is negative or no number.
     """
     what = f"{materials.stage.path}: {prim.GetPath()}"
-    found = _shape(what, prim)
-    if not len(found.triangles):
+    shape = _shape(what, prim)
+    if not len(shape.triangles):
         return []
     material = materials.of(prim)
-    return [made_mesh(what, found.positions, found.triangles, found.normals, found.uvs, material)]
+    return [made_mesh(what, shape.positions, shape.triangles, shape.normals, shape.uvs, material)]
 
 
 def _shape(what: str, prim: UsdObject) -> Shape:
-    kind, told = kind_of(prim), _lengths(what, prim)
+    kind, lengths = kind_of(prim), _lengths(what, prim)
     axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
     if axis not in ("X", "Y", "Z"):
         raise InputError(f"{what}: its axis is {axis[:20]!r}, which is not X, Y or Z.")
-    radius, height = told.get("radius", 0.0), told.get("height", 0.0)
-    bottom, top = told.get("radiusBottom", radius), told.get("radiusTop", radius)
+    radius, height = lengths.get("radius", 0.0), lengths.get("height", 0.0)
+    bottom, top = lengths.get("radiusBottom", radius), lengths.get("radiusTop", radius)
     if kind == "Sphere":
         return sphere(radius)
     if kind == "Cube":
-        return cube(told["size"])
+        return cube(lengths["size"])
     if kind == "Plane":
         # Across z, the width is along x; across the others it takes the place of the length.
-        sides = told["width"], told["length"]
+        sides = lengths["width"], lengths["length"]
         return plane(*(sides if axis == "Z" else sides[::-1])).along(axis)
     if kind in ("Capsule", "Capsule_1"):
         return capsule(height, bottom, top).along(axis)
@@ -147,14 +147,14 @@ def _shape(what: str, prim: UsdObject) -> Shape:
 def _lengths(what: str, prim: UsdObject) -> dict[str, float]:
     """Return the lengths of a shape at their first values."""
     first = usd_module("Usd").TimeCode.EarliestTime()
-    found = {}
+    lengths = {}
     for name in _LENGTHS:
         if prim.HasAttribute(name):
             value = usd_library.number(prim.GetAttribute(name).Get(first), f"{what}: {name}")
             if not 0 <= value < math.inf:
                 raise InputError(f"{what}: its {name} is {value:g}, which is not a length.")
-            found[name] = value
-    return found
+            lengths[name] = value
+    return lengths
 
 
 _FAR_MOST = 1e9  # units; beyond it nothing can be drawn
@@ -211,15 +211,15 @@ class Instancers:
         Raises InputError if it has too many copies.
         """
         times = list(frames) if frames is not None and changing(prim) else []
-        found = self._at(prim, times[0] if times else None, 0)
-        locals_ = [found.local]
+        first = self._at(prim, times[0] if times else None, 0)
+        locals_ = [first.local]
         for frame in times[1:]:
             other = self._at(prim, frame, 0)
-            if other.meshes != found.meshes:
+            if other.meshes != first.meshes:
                 self.notes["An instancer whose copies come and go keeps its first state."] = None
-                return found
+                return first
             locals_.append(other.local)
-        return Copies(found.names, found.meshes, np.concatenate(locals_))
+        return Copies(first.names, first.meshes, np.concatenate(locals_))
 
     def _at(self, prim: object, frame: float | None, depth: int) -> Copies:
         """Return the copies at a frame, None for the first; also of instancers in prototypes."""

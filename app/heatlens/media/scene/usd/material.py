@@ -36,8 +36,8 @@ class UsdMaterials:
         shade = usd_module("UsdShade")
         bound, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         surface = bound.ComputeSurfaceSource()[0] if bound else None
-        told = prim.GetAttribute("primvars:displayColor").Get()
-        color = numbers(told, 3, f"{self.stage.path}: displayColor of {prim.GetPath()}")[
+        stored = prim.GetAttribute("primvars:displayColor").Get()
+        color = numbers(stored, 3, f"{self.stage.path}: displayColor of {prim.GetPath()}")[
             :1
         ].tolist()
         color = [(1.0, 1.0, 1.0)] if has_own_colors else color
@@ -74,14 +74,14 @@ class UsdMaterials:
         self, surface: UsdObject, name: str, *default: float
     ) -> tuple[tuple[float, ...], int | None]:
         """Return the value of an input, with as many numbers as its default, and its picture."""
-        found = surface.GetInput(name)
-        if not found:
+        entry = surface.GetInput(name)
+        if not entry:
             return default, None
-        sources = found.GetConnectedSources()[0]
+        sources = entry.GetConnectedSources()[0]
         if not sources:
             what = f"{self.stage.path}: {name} of {surface.GetPath()}"
-            told = numbers(found.Get(), len(default), what)
-            return (tuple(told[0].tolist()) if len(told) else default), None
+            own = numbers(entry.Get(), len(default), what)
+            return (tuple(own[0].tolist()) if len(own) else default), None
         file = sources[0].source.GetPrim().GetAttribute("inputs:file").Get()
         is_file = isinstance(file, usd_module("Sdf").AssetPath)
         if not is_file or name not in ("diffuseColor", "emissiveColor"):

@@ -44,11 +44,11 @@ class Subdivision:
         levels = self._levels(len(cage.corners))
         if not levels or not len(cage.corners):
             return None
-        found = _creased(what, mesh, cage)
+        finer = _creased(what, mesh, cage)
         for _ in range(levels):
-            found = subdivided(found)
-        self.room -= len(found.counts)
-        return found
+            finer = subdivided(finer)
+        self.room -= len(finer.counts)
+        return finer
 
     def _is_wanted(self, mesh: UsdObject) -> bool:
         attribute = mesh.GetSubdivisionSchemeAttr()
@@ -56,7 +56,7 @@ class Subdivision:
         self.loops += scheme == "loop"
         # If the file names no scheme, polygons with normals are not subdivided.
         normals = mesh.GetPrim().GetAttribute("primvars:normals"), mesh.GetNormalsAttr()
-        has_normals = any(told and told.HasAuthoredValue() for told in normals)
+        has_normals = any(attr and attr.HasAuthoredValue() for attr in normals)
         is_meant = attribute.HasAuthoredValue() or not has_normals
         return scheme == "catmullClark" and is_meant
 
@@ -73,12 +73,12 @@ class Subdivision:
     @property
     def notes(self) -> list[str]:
         """Return sentences on the meshes that were not subdivided as intended."""
-        told = (
+        counted = (
             (self.once, "subdivided once instead of twice: they have many faces."),
             (self.left_out, "drawn as their cages, because they would have too many faces."),
             (self.loops, "drawn as their cages: the scheme 'loop' is not supported."),
         )
-        return [f"{count} subdivision surfaces are {words}" for count, words in told if count]
+        return [f"{count} subdivision surfaces are {words}" for count, words in counted if count]
 
 
 def _creased(what: str, mesh: UsdObject, cage: Polygons) -> Polygons:
@@ -86,16 +86,16 @@ def _creased(what: str, mesh: UsdObject, cage: Polygons) -> Polygons:
     first = usd_module("Usd").TimeCode.EarliestTime()
     indices = whole_numbers(mesh.GetCreaseIndicesAttr().Get(first), f"{what}: creaseIndices")
     lengths = whole_numbers(mesh.GetCreaseLengthsAttr().Get(first), f"{what}: creaseLengths")
-    told = mesh.GetCreaseSharpnessesAttr().Get(first)
-    sharpness = numbers(told, 1, f"{what}: creaseSharpnesses")[:, 0]
+    stored = mesh.GetCreaseSharpnessesAttr().Get(first)
+    sharpness = numbers(stored, 1, f"{what}: creaseSharpnesses")[:, 0]
     edges, of_chain = _chains(indices, lengths)
     if len(sharpness) not in (len(lengths), len(edges)):
         edges, of_chain = edges[:0], of_chain[:0]
     values = sharpness[of_chain] if len(sharpness) == len(lengths) else sharpness[: len(edges)]
     inside = ((edges >= 0) & (edges < len(cage.points))).all(axis=1)
     points = whole_numbers(mesh.GetCornerIndicesAttr().Get(first), f"{what}: cornerIndices")
-    told = mesh.GetCornerSharpnessesAttr().Get(first)
-    corners = numbers(told, 1, f"{what}: cornerSharpnesses")[:, 0]
+    stored = mesh.GetCornerSharpnessesAttr().Get(first)
+    corners = numbers(stored, 1, f"{what}: cornerSharpnesses")[:, 0]
     some = min(len(points), len(corners))
     points, corners = points[:some], corners[:some]
     usable = (points >= 0) & (points < len(cage.points))
@@ -148,7 +148,7 @@ def read_parts(materials: UsdMaterials, subdivision: Subdivision, prim: UsdObjec
     faces = drawn.faces[faces]
     holes = whole_numbers(mesh.GetHoleIndicesAttr().Get(time), f"{what}: holeIndices")
     is_hole = np.isin(faces, holes)
-    found = []
+    meshes = []
     for part, chosen in _by_material(what, prim, faces, len(counts)):
         material = materials.of(part, colors is not None)
         own = triangles[chosen & ~is_hole].astype(np.uint32)
@@ -160,8 +160,8 @@ def read_parts(materials: UsdMaterials, subdivision: Subdivision, prim: UsdObjec
                 None if v is None else v[used] for v in (normals, drawn.uvs, shown)
             )
             at = drawn.points[drawn.corners[used]]
-            found.append(made_mesh(what, at, own, facing, laid, material, tint))
-    return found
+            meshes.append(made_mesh(what, at, own, facing, laid, material, tint))
+    return meshes
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,23 +183,23 @@ class _Surface:
 
 def _refined(what: str, subdivision: Subdivision, mesh: object, cage: _Surface) -> _Surface | None:
     """Return the subdivision surface of a cage; None if the cage itself is drawn."""
-    told = {"uvs": cage.uvs, "colors": cage.colors}
+    corner_values = {"uvs": cage.uvs, "colors": cage.colors}
     whole = cage.counts > 2
     of_whole = np.repeat(whole, cage.counts)
     polygons = Polygons(
         cage.points.astype(np.float64),
         cage.counts[whole],
         cage.corners[of_whole],
-        {k: v[of_whole].astype(np.float64) for k, v in told.items() if v is not None},
+        {k: v[of_whole].astype(np.float64) for k, v in corner_values.items() if v is not None},
         np.flatnonzero(whole),
     )
-    found = subdivision.refined(what, mesh, polygons)
-    if found is None:
+    refined = subdivision.refined(what, mesh, polygons)
+    if refined is None:
         return None
-    values = {name: value.astype(np.float32) for name, value in found.values.items()}
-    points, normals = found.points.astype(np.float32), corner_normals(found)
+    values = {name: value.astype(np.float32) for name, value in refined.values.items()}
+    points, normals = refined.points.astype(np.float32), corner_normals(refined)
     uvs, colors = values.get("uvs"), values.get("colors")
-    return _Surface(points, found.counts, found.corners, found.faces, normals, uvs, colors)
+    return _Surface(points, refined.counts, refined.corners, refined.faces, normals, uvs, colors)
 
 
 def _check(
@@ -231,8 +231,8 @@ def _normals(
 ) -> NDArray[np.float32] | None:
     """Return (corners, 3): the file's, or smooth ones of a subdivision surface; None for flat."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(mesh.GetPrim()).GetPrimvar("normals")
-    told = primvar.ComputeFlattened() if primvar else mesh.GetNormalsAttr().Get()
-    values = numbers(told, 3, f"{what}: normals")
+    stored = primvar.ComputeFlattened() if primvar else mesh.GetNormalsAttr().Get()
+    values = numbers(stored, 3, f"{what}: normals")
     if len(values) == len(corners) and len(values):
         return values
     if len(values) == len(points) and len(values):
@@ -246,8 +246,8 @@ def _uvs(what: str, prim: object, corners: NDArray[np.int64]) -> NDArray[np.floa
     """Return (corners, 2) with v downwards."""
     primvars = usd_module("UsdGeom").PrimvarsAPI(prim)
     for name in _UV_NAMES:
-        told = primvars.GetPrimvar(name).ComputeFlattened() if primvars.HasPrimvar(name) else None
-        values = numbers(told, 2, f"{what}: {name}")
+        stored = primvars.GetPrimvar(name).ComputeFlattened() if primvars.HasPrimvar(name) else None
+        values = numbers(stored, 2, f"{what}: {name}")
         if not len(values):
             continue
         values[:, 1] = 1 - values[:, 1]
@@ -263,8 +263,8 @@ def _colors(
 ) -> NDArray[np.float32] | None:
     """Return (corners, 3) of displayColor, linear; None for a constant, which the material has."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
-    told = primvar.ComputeFlattened() if primvar else None
-    values = numbers(told, 3, f"{what}: displayColor")
+    stored = primvar.ComputeFlattened() if primvar else None
+    values = numbers(stored, 3, f"{what}: displayColor")
     kind = primvar.GetInterpolation() if len(values) > 1 else "constant"
     if kind == "uniform" and len(values) == len(counts):
         return np.repeat(values, counts, axis=0)
@@ -279,11 +279,11 @@ def _by_material(
     """Return the prim of each part with its own material, and a mask of its triangles."""
     binding = usd_module("UsdShade").MaterialBindingAPI(prim)
     rest = np.ones(count, bool)
-    found = []
+    groups = []
     for subset in binding.GetMaterialBindSubsets():
         listed = whole_numbers(subset.GetIndicesAttr().Get(), f"{what}: indices of a subset")
         chosen = np.zeros(count, bool)
         chosen[listed[(listed >= 0) & (listed < count)]] = True
-        found.append((subset.GetPrim(), (chosen & rest)[faces]))
+        groups.append((subset.GetPrim(), (chosen & rest)[faces]))
         rest &= ~chosen
-    return [*found, (prim, rest[faces])]
+    return [*groups, (prim, rest[faces])]

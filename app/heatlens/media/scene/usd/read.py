@@ -46,11 +46,11 @@ class _Sampled:
     def __call__(self, frame: float) -> Array:
         """Return (instances, 4, 4), interpolated linearly between two frames."""
         at = min(max(frame - self.first, 0.0), max(len(self.places) - 1.0, 0.0))
-        found = _between(self.places, at)[list(self.chosen)]
+        places = _between(self.places, at)[list(self.chosen)]
         copies = self.local.shape[1]
         if copies:
-            found[-copies:] = found[-copies:] @ _between(self.local, at)
-        return found
+            places[-copies:] = places[-copies:] @ _between(self.local, at)
+        return places
 
 
 def _between(samples: Array, at: float) -> Array:
@@ -99,14 +99,14 @@ def _scene(stage: UsdStage) -> Scene:
     moving = stage.frames_of(placed, attributes)
     instances = _instances(geometry, prims)
     copies = [instancers.copies(prim, moving) for prim in copying]
-    for number, found in enumerate(copies, start=len(prims)):
-        instances += map(_Instance, found.names, found.meshes, repeat(number))
+    for number, copy in enumerate(copies, start=len(prims)):
+        instances += map(_Instance, copy.names, copy.meshes, repeat(number))
     check_instances(stage.path, len(instances))
     motion = _Sampled(
         moving.first if moving else STILL_FRAME,
         _sampled(stage, placed, moving),
         tuple(instance.number for instance in instances),
-        _joined([found.local for found in copies]),
+        _joined([copy.local for copy in copies]),
     )
     return Scene(
         stage.path,
@@ -134,13 +134,13 @@ def _notes(
     stage: UsdStage, geometry: UsdGeometry, instancers: Instancers, shown: list[UsdObject]
 ) -> tuple[str, ...]:
     """Return the notes of all readers; call this after everything has been read."""
-    told = (
+    counted = (
         *(*stage.notes, *geometry.materials.notes, *instancers.notes),
         *(*geometry.notes, *geometry.subdivision.notes),
         *filter(None, (left_out(shown),)),
         *unread_notes(stage, shown),
     )
-    return tuple(f"{stage.path}: {note}" for note in told)
+    return tuple(f"{stage.path}: {note}" for note in counted)
 
 
 def _joined(parts: list[Array]) -> Array:

@@ -48,16 +48,16 @@ class UsdStage:
             return None
         for time in (min(times), max(times)):
             check_frame(time)
-        found = FrameRange(math.floor(min(times)), math.ceil(max(times)))
-        if found.count > _FRAMES_MOST:
-            raise InputError(f"{self.path} moves over {found.count:,} frames, which is too many.")
-        return found
+        frames = FrameRange(math.floor(min(times)), math.ceil(max(times)))
+        if frames.count > _FRAMES_MOST:
+            raise InputError(f"{self.path} moves over {frames.count:,} frames, which is too many.")
+        return frames
 
     def places(self, prims: list[object], frame: float) -> Array:
         """Return (P, 4, 4), the matrices from each prim to the heatlens world at a frame."""
         cache = usd_module("UsdGeom").XformCache(frame)
-        found = np.array([cache.GetLocalToWorldTransform(prim) for prim in prims], np.float64)
-        placed = self.to_metres @ found.reshape(-1, 4, 4).swapaxes(1, 2)
+        rows = np.array([cache.GetLocalToWorldTransform(prim) for prim in prims], np.float64)
+        placed = self.to_metres @ rows.reshape(-1, 4, 4).swapaxes(1, 2)
         if not np.isfinite(placed).all() or (placed.size and np.abs(placed).max() > 1e9):
             raise InputError(f"{self.path}: an object lies too far away to be drawn.")
         return np.asarray(placed)

@@ -50,15 +50,15 @@ def _varies(attribute: UsdObject) -> bool:
 
 def _has_value(attribute: UsdObject) -> bool:
     """Return True if the file has a value, and not only zeros or ones."""
-    told = attribute.Get() if attribute.HasAuthoredValue() else None
-    return told is not None and told not in (0, 1) and any(v != 1 for v in _flat(told))
+    value = attribute.Get() if attribute.HasAuthoredValue() else None
+    return value is not None and value not in (0, 1) and any(v != 1 for v in _flat(value))
 
 
-def _flat(told: UsdObject) -> list[UsdObject]:
+def _flat(value: UsdObject) -> list[UsdObject]:
     try:
-        return list(told)
+        return list(value)
     except TypeError:
-        return [told]
+        return [value]
 
 
 _SHAPES = (
@@ -91,7 +91,7 @@ def unread_notes(stage: UsdStage, shown: Iterable[object]) -> list[str]:
     sentences = [f"{words} ({count})." for words, count in counted.items()]
     lux, skeleton = usd_module("UsdLux"), usd_module("UsdSkel")
     lights = [p for p in stage.prims if p.HasAPI(lux.LightAPI)]
-    told = (
+    named = (
         (_kinds(lights), "Lights of USD are not read, and daylight is used instead: {}."),
         (
             _kinds(
@@ -102,12 +102,12 @@ def unread_notes(stage: UsdStage, shown: Iterable[object]) -> list[str]:
         (_kinds(filter(_is_unknown, stage.prims)), "Not drawn, of unknown kinds: {}."),
         (_missing(stage), "The stage refers to files that are missing: {}."),
     )
-    return [*sentences, *(words.format(names) for names, words in told if names)]
+    return [*sentences, *(words.format(names) for names, words in named if names)]
 
 
 def _of_prims(prims: Iterable[UsdObject]) -> Counter[str]:
     geometry = usd_module("UsdGeom")
-    found: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     for prim in prims:
         kinds = {loss.kind for loss in _LOSSES if prim.IsA(getattr(geometry, loss.kind))}
         own = {
@@ -123,8 +123,8 @@ def _of_prims(prims: Iterable[UsdObject]) -> Counter[str]:
         )
         if is_stand_in:
             own.add("Guides and proxies, which are not part of a final picture, are not drawn")
-        found.update(sorted(own))
-    return found
+        counts.update(sorted(own))
+    return counts
 
 
 def _of_materials(prims: Iterable[UsdObject]) -> Counter[str]:
@@ -137,10 +137,10 @@ def _of_materials(prims: Iterable[UsdObject]) -> Counter[str]:
             surface = material.ComputeSurfaceSource()[0] if material else None
             if surface:
                 bound.setdefault(material.GetPath(), surface)
-    found: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     for surface in bound.values():
-        found.update(sorted(set(_of_surface(surface))))
-    return found
+        counts.update(sorted(set(_of_surface(surface))))
+    return counts
 
 
 def _of_surface(surface: UsdObject) -> Iterable[str]:
@@ -168,8 +168,8 @@ def _of_reader(reader: UsdObject) -> Iterable[str]:
     shade = usd_module("UsdShade").Shader(reader)
     for name, plain in _PLAIN_READER.items():
         entry = shade.GetInput(name)
-        told = entry.Get() if entry else None
-        if told is not None and not _is_like(told, plain) and told != "useMetadata":
+        value = entry.Get() if entry else None
+        if value is not None and not _is_like(value, plain) and value != "useMetadata":
             yield f"This setting of pictures is ignored: {name}"
     place = shade.GetInput("st")
     sources = place.GetConnectedSources()[0] if place else ()
@@ -179,10 +179,10 @@ def _of_reader(reader: UsdObject) -> Iterable[str]:
         yield "The transforms of pictures are ignored"
 
 
-def _is_like(told: object, plain: object) -> bool:
-    if told is None or plain is None:
+def _is_like(value: object, plain: object) -> bool:
+    if value is None or plain is None:
         return True
-    return told == plain if not isinstance(plain, tuple) else tuple(_flat(told)) == plain
+    return value == plain if not isinstance(plain, tuple) else tuple(_flat(value)) == plain
 
 
 def _is_unknown(prim: UsdObject) -> bool:
@@ -198,5 +198,5 @@ def _kinds(prims: Iterable[UsdObject]) -> str:
 def _missing(stage: UsdStage) -> str:
     """Return the names of layers, references and payloads that could not be opened."""
     said = map(str, stage.stage.GetCompositionErrors())
-    found = (re.search("@([^@]*)@", words) for words in said)
-    return shortened(list(dict.fromkeys(repr(printable(m[1])[:80]) for m in found if m)))
+    names = (re.search("@([^@]*)@", words) for words in said)
+    return shortened(list(dict.fromkeys(repr(printable(m[1])[:80]) for m in names if m)))
