@@ -37,10 +37,10 @@ def faults_reported(what: str = "This could not be done") -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        told = told_error(error, what)
-        if told is error:
+        known_error = told_error(error, what)
+        if known_error is error:
             raise
-        raise told from error
+        raise known_error from error
 
 
 def told_error(error: Exception, what: str = "This could not be done") -> HeatlensError:
@@ -54,10 +54,10 @@ def told_error(error: Exception, what: str = "This could not be done") -> Heatle
     if isinstance(error, OSError) and error.strerror:
         where = f"{os.fsdecode(error.filename)}: " if error.filename else f"{what}: "
         return InputError(f"{where}{error.strerror}.")
-    said = " ".join(f"{type(error).__name__}: {error}".split())[:_WORDS_MOST].rstrip(": ")
+    words = " ".join(f"{type(error).__name__}: {error}".split())[:_WORDS_MOST].rstrip(": ")
     path = write_report(error)
     where = f"The report is in {path}" if path else "No report could be written"
-    return FaultError(f"{what}; this is a fault of heatlens ({said}). {where}.")
+    return FaultError(f"{what}; this is a fault of heatlens ({words}). {where}.")
 
 
 def write_report(error: BaseException) -> Path | None:
@@ -80,9 +80,9 @@ def report_from_threads() -> None:
 def _of_thread(args: threading.ExceptHookArgs) -> None:
     if not isinstance(args.exc_value, Exception):
         return
-    told = told_error(args.exc_value, "A part of the program stopped")
+    known_error = told_error(args.exc_value, "A part of the program stopped")
     if sys.stderr is not None:  # None in a program without a terminal
-        sys.stderr.write(f"heatlens: {printable(str(told))}\n")
+        sys.stderr.write(f"heatlens: {printable(str(known_error))}\n")
 
 
 def _in_a_file(text: str) -> Path | None:
@@ -114,12 +114,12 @@ def _remove_old(folder: Path) -> None:
 def _report(error: BaseException) -> str:
     import platform
 
-    found = (f"{name} {_version(name)}" for name in _LIBRARIES)
+    versions = (f"{name} {_version(name)}" for name in _LIBRARIES)
     text = "".join(traceback.format_exception(error))
     head = (
         f"heatlens {__version__}, {time.strftime('%Y-%m-%d %H:%M:%S')}",
         f"Python {platform.python_version()} on {platform.platform()}",
-        ", ".join(found),
+        ", ".join(versions),
         f"Command: {sys.argv!r}",
     )
     return printable("\n".join((*head, "", text)), keep="\n\t")

@@ -32,9 +32,9 @@ def _escape(letter: str) -> str:
     return letter.encode("unicode_escape", "backslashreplace").decode("ascii")
 
 
-def one_line(said: object, most: int = 160) -> str:
+def one_line(text: object, most: int = 160) -> str:
     """Return the first `most` characters of a library's message, without line breaks."""
-    return " ".join(str(said).split())[:most]
+    return " ".join(str(text).split())[:most]
 
 
 def shortened(names: Sequence[str], most: int = 8) -> str:

@@ -46,15 +46,15 @@ class Pace:
         Steps in between count as skipped.
         """
         later = range(self._at + 1, len(self.steps))
-        found = next((at for at in later if self.steps[at].sentence == sentence), None)
-        if found is None:
+        number = next((at for at in later if self.steps[at].sentence == sentence), None)
+        if number is None:
             return False
         now = self._clock()
         if self._at >= 0:
             before = self.steps[self._at]
             self._planned[before.kind] += before.seconds
             self._taken[before.kind] += now - self._began
-        self._at, self._began = found, now
+        self._at, self._began = number, now
         return True
 
     @property
@@ -84,7 +84,7 @@ class Pace:
 
 
 def _seconds_by_kind(steps: Sequence[Step]) -> dict[str, float]:
-    found: dict[str, float] = defaultdict(float)
+    seconds: dict[str, float] = defaultdict(float)
     for step in steps:
-        found[step.kind] += step.seconds
-    return found
+        seconds[step.kind] += step.seconds
+    return seconds

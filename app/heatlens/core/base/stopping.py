@@ -46,8 +46,8 @@ def stop_signals() -> frozenset[signal.Signals]:
     `nohup` and shell scripts make programs ignore some signals, and worker processes inherit this.
     """
     names = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
-    found = {getattr(signal, name) for name in names if hasattr(signal, name)}
-    return frozenset(stop for stop in found if signal.getsignal(stop) is not signal.SIG_IGN)
+    known = {getattr(signal, name) for name in names if hasattr(signal, name)}
+    return frozenset(stop for stop in known if signal.getsignal(stop) is not signal.SIG_IGN)
 
 
 class Left(NamedTuple):

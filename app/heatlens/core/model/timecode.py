@@ -74,18 +74,18 @@ def timecode_in(text: str) -> Timecode | None:
     if match is None:
         return None
     hours, minutes, seconds, sign, frames = match.groups()
-    found = Timecode(int(hours), int(minutes), int(seconds), int(frames), sign != ":")
-    return found if found.is_possible else None
+    timecode = Timecode(int(hours), int(minutes), int(seconds), int(frames), sign != ":")
+    return timecode if timecode.is_possible else None
 
 
 def parse_timecode(text: str) -> Timecode:
     """Return the timecode of a text. Raises InputError if it is none."""
-    found = timecode_in(text)
-    if found is None:
+    timecode = timecode_in(text)
+    if timecode is None:
         raise InputError(
             f"{text!r} is not a timecode. Example: 10:00:00:00, or 10:00:00;00 for drop frames."
         )
-    return found
+    return timecode
 
 
 def timecode_at(count: float, frames_per_second: float) -> Timecode:

@@ -85,12 +85,12 @@ class _Recording:
 
     def pieces(self) -> list[_Piece]:
         """Return pieces from the first sample to the last, each about as long as it can be."""
-        found: list[_Piece] = []
+        chain: list[_Piece] = []
         start, last = 0, len(self.samples) - 1
         while start < last:
-            found.append(self._longest(start, last))
-            start = found[-1].end
-        return found
+            chain.append(self._longest(start, last))
+            start = chain[-1].end
+        return chain
 
     # A longer piece may fit where a shorter one does not, so this one is not always the longest.
     # But the number of fits grows with the logarithm of its length, where trying each length would
@@ -216,18 +216,18 @@ def linear_keys(frames: tuple[int, ...], track: tuple[float, ...], scale: Scale)
     if len(set(track)) < 2:
         return ()
     places = [scale.place_of(value) for value in track]
-    kept = [0]
+    key_indices = [0]
     lowest, highest = -math.inf, math.inf  # slopes from the last key that pass every frame since
     for index in range(1, len(frames)):
-        slope, frame_count = _slope(frames, places, kept[-1], index)
+        slope, frame_count = _slope(frames, places, key_indices[-1], index)
         if not lowest <= slope <= highest:
-            kept.append(index - 1)
+            key_indices.append(index - 1)
             lowest, highest = -math.inf, math.inf
             slope, frame_count = _slope(frames, places, index - 1, index)
         reach = _slack(track[index], scale) / frame_count
         lowest, highest = max(lowest, slope - reach), min(highest, slope + reach)
-    kept.append(len(frames) - 1)
-    return tuple(Key(frames[at], track[at], Interpolation.LINEAR) for at in kept)
+    key_indices.append(len(frames) - 1)
+    return tuple(Key(frames[at], track[at], Interpolation.LINEAR) for at in key_indices)
 
 
 def _slope(frames: tuple[int, ...], places: list[float], start: int, end: int) -> tuple[float, int]:

@@ -118,9 +118,9 @@ def bent_by(lens: Lens) -> list[str]:
     level: Values = dict.fromkeys(LEAN_TERMS, 0.0)
     each: list[Values] = [level | {term: getattr(lens, term)} for term in LEAN_TERMS]
     planes = [lean_of(replace(lens, **alone), (1, 1)).is_plane for alone in each]
-    told = options_of(Lens)
+    options = options_of(Lens)
     return [
-        told[term].label for term, is_flat in zip(LEAN_TERMS, planes, strict=True) if not is_flat
+        options[term].label for term, is_flat in zip(LEAN_TERMS, planes, strict=True) if not is_flat
     ]
 
 

@@ -67,10 +67,10 @@ class Follow:
     )
 
     def __post_init__(self) -> None:
-        for name, told in options_of(Follow).items():
-            if not told.allows(value := getattr(self, name)):
-                span = f"{told.least:g} to {told.most:g}"
-                raise InputError(f"--{told.flag} must be {span}, got {value:g}.")
+        for name, option in options_of(Follow).items():
+            if not option.allows(value := getattr(self, name)):
+                span = f"{option.least:g} to {option.most:g}"
+                raise InputError(f"--{option.flag} must be {span}, got {value:g}.")
 
 
 @dataclass(frozen=True, slots=True)

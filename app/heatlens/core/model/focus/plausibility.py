@@ -101,15 +101,15 @@ def doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
 
 def focus_unit_doubts(focus_m: Sequence[float], span: DepthSpan) -> tuple[Doubt, ...]:
     """Return doubts if distances without a unit are probably not metres."""
-    told = sorted(value for value in focus_m if value < math.inf)
-    if not told or not span.has_surfaces:
+    known = sorted(value for value in focus_m if value < math.inf)
+    if not known or not span.has_surfaces:
         return ()
-    middle = told[len(told) // 2]
+    middle = known[len(known) // 2]
     meant = [unit for unit, unit_m in _FOCUS_UNITS.items() if span.holds(middle * unit_m)]
     is_near_depths = span.near_m <= middle * _FAR_OFF and middle <= span.far_m * _FAR_OFF
     if is_near_depths or not meant:
         return ()
-    ends = " to ".join(dict.fromkeys(format_distance(value) for value in (told[0], told[-1])))
+    ends = " to ".join(dict.fromkeys(format_distance(value) for value in (known[0], known[-1])))
     sentence = (
         f"The table's focus, taken as metres, is {ends}, and the picture has surfaces from "
         f"{span.words}. If {_WORDS[meant[0]]} are meant, say --table-unit focus={meant[0]}."

@@ -89,11 +89,11 @@ def field_variances(shift: float, radius: float) -> tuple[Pair, ...]:
 
     The steps are even. `shift` and `radius` are those of the barrel's circles at the corner.
     """
-    found = []
+    pairs = []
     for step in range(FIELD_STEPS):
         along, across = variances(Barrel((shift * step / (FIELD_STEPS - 1), 0.0), radius))
-        found.append((4 * along, 4 * across))
-    return tuple(found)
+        pairs.append((4 * along, 4 * across))
+    return tuple(pairs)
 
 
 @lru_cache(maxsize=64)

@@ -74,14 +74,14 @@ def filmback_named(name: str) -> Filmback:
     Raises InputError that lists the most similar names.
     """
     by_key = {_key(back.name): back for back in FILMBACKS}
-    found = by_key.get(_key(name))
-    if found is None:
+    filmback = by_key.get(_key(name))
+    if filmback is None:
         near = _near_names(name)
         known = f"nearest are {', '.join(near)}" if near else f"known are {_all_names()}"
         raise InputError(
             f"No film back is called {name!r}; {known}. Its width in millimetres works too."
         )
-    return found
+    return filmback
 
 
 def _near_names(name: str) -> list[str]:

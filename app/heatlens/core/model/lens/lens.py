@@ -194,12 +194,12 @@ class Lens(OpeningFields):
     )
 
     def __post_init__(self) -> None:
-        for name, told in options_of(Lens).items():
+        for name, limits in options_of(Lens).items():
             value = getattr(self, name)
-            if name in APERTURE_FIELDS or value is None or told.least is None:
+            if name in APERTURE_FIELDS or value is None or limits.least is None:
                 continue
-            if not told.allows(value):
-                raise LensError(_outside(told, value))
+            if not limits.allows(value):
+                raise LensError(_outside(limits, value))
         _ = self.aperture  # raises LensError for an impossible opening
         _check_focus(self.focus_distance_m, self.focal_length_mm)
 
@@ -241,10 +241,10 @@ class Lens(OpeningFields):
         return replace(self, acceptable_coc_mm=None, close_focus_m=None, aperture_image=named)
 
 
-def _outside(told: Option, value: float) -> str:
-    unit = f" {told.unit}" if told.unit in ("mm", "m") else ""
+def _outside(limits: Option, value: float) -> str:
+    unit = f" {limits.unit}" if limits.unit in ("mm", "m") else ""
     return (
-        f"The {told.words} must be between {told.least:g}{unit} and {told.most:,.0f}{unit}, "
+        f"The {limits.words} must be between {limits.least:g}{unit} and {limits.most:,.0f}{unit}, "
         f"got {value:g}{unit}."
     )
 

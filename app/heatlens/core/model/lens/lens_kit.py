@@ -195,5 +195,5 @@ def _close_focus_m(lens: Lens, kit_lens: KitLens) -> float:
 
 def _check(words: str, value: float, least: float, most: float, unit: str = "") -> None:
     if not least <= value <= most:
-        told = f"{least:g} to {most:g} {unit}".strip()
-        raise InputError(f"The {words} of a lens in a kit must be {told}, not {value:g}.")
+        limits = f"{least:g} to {most:g} {unit}".strip()
+        raise InputError(f"The {words} of a lens in a kit must be {limits}, not {value:g}.")

@@ -179,8 +179,8 @@ def seen_light(light: NDArray[np.float32]) -> Array:
 def _grid(image: OpeningImage, rotation_deg: float) -> ImageGrid:
     if image.light is None:
         raise LensError(f"The aperture image {image.path} was not read.")
-    seen = seen_light(_turned(image.light, rotation_deg))
-    numbers = np.rint(seen * (_WHITE / seen.max())).astype(np.int64)
+    light = seen_light(_turned(image.light, rotation_deg))
+    numbers = np.rint(light * (_WHITE / light.max())).astype(np.int64)
     sums = np.zeros((IMAGE_SIDE + 1, IMAGE_SIDE + 1), np.int64)
     sums[1:, 1:] = numbers.cumsum(axis=0).cumsum(axis=1)
     return ImageGrid(sums)

@@ -221,18 +221,18 @@ def mark_of(text: str) -> Mark:
 
 def _numbers(place: str, count: int, how: str, text: str) -> tuple[float, ...]:
     try:
-        found = tuple(float(part) for part in place.split(","))
+        numbers = tuple(float(part) for part in place.split(","))
     except ValueError:
-        found = ()
-    if len(found) != count:
+        numbers = ()
+    if len(numbers) != count:
         raise InputError(f"--mark takes {how}, got {text!r}.")
-    return found
+    return numbers
 
 
 def kind_of_entries(names: Iterable[str]) -> type[Mark]:
     """Return the kind of a mark in a shot file from the names of its entries; else a point."""
-    told = set(names)
-    return next((kind for kind in reversed(KINDS) if kind.entry in told), PointMark)
+    entries = set(names)
+    return next((kind for kind in reversed(KINDS) if kind.entry in entries), PointMark)
 
 
 def distance_at_m(

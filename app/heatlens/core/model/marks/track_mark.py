@@ -71,12 +71,12 @@ class TrackMark(Mark):
 
     @classmethod
     def typed(cls, name: str, place: str) -> Self:
-        found = [_CLICK.fullmatch(part) for part in place.split("/")]
-        if None in found:
+        spots = [_CLICK.fullmatch(part) for part in place.split("/")]
+        if None in spots:
             raise InputError(
                 f"A surface is followed from a pixel of a frame, as track:X,Y@FRAME; got {place!r}."
             )
-        return cls(name, tuple(Click(int(it[3]), float(it[1]), float(it[2])) for it in found if it))
+        return cls(name, tuple(Click(int(it[3]), float(it[1]), float(it[2])) for it in spots if it))
 
     def where(self, distance: Callable[[float], str]) -> str:
         clicks = " and ".join(f"{it.x_px:g},{it.y_px:g} at {it.frame}" for it in self.clicks)
@@ -94,8 +94,8 @@ class TrackMark(Mark):
     @property
     def doubted(self) -> list[int]:
         """The frames at which it is seen, but looks unlike what was clicked."""
-        seen = [place for place in self.places if place.distance_m is not None]
-        return [place.frame for place in seen if place.likeness < _DOUBTED]
+        measured = [place for place in self.places if place.distance_m is not None]
+        return [place.frame for place in measured if place.likeness < _DOUBTED]
 
     def corrected(self, click: Click) -> "TrackMark":
         """Return the mark with one more click, to be followed again."""

@@ -127,8 +127,8 @@ def _quaternion(turn: Array) -> Quaternion:
         (m[0, 2] - m[2, 0], m[1, 0] + m[0, 1], squares[2], m[2, 1] + m[1, 2]),
         (m[1, 0] - m[0, 1], m[2, 0] + m[0, 2], m[2, 1] + m[1, 2], squares[3]),
     )
-    found = np.array(rows[k]) / np.linalg.norm(rows[k])
-    w, x, y, z = map(float, found if found[0] >= 0 else -found)
+    quaternion = np.array(rows[k]) / np.linalg.norm(rows[k])
+    w, x, y, z = map(float, quaternion if quaternion[0] >= 0 else -quaternion)
     return w, x, y, z
 
 

@@ -94,13 +94,13 @@ def change_words(before: Shot, after: Shot) -> str:
 
 
 def _lens(before: Shot, after: Shot) -> list[str]:
-    told = options_of(Lens)
-    return [_named(name, told) for name in _differing(before.lens, after.lens)]
+    options = options_of(Lens)
+    return [_named(name, options) for name in _differing(before.lens, after.lens)]
 
 
 def _blur(before: Shot, after: Shot) -> list[str]:
-    told = options_of(DefocusSettings)
-    return [_named(name, told) for name in _differing(before.defocus, after.defocus)]
+    options = options_of(DefocusSettings)
+    return [_named(name, options) for name in _differing(before.defocus, after.defocus)]
 
 
 def _curves(before: Shot, after: Shot) -> list[str]:
@@ -123,7 +123,7 @@ def _differing(before: Shot | Lens | DefocusSettings, after: object) -> list[str
     return [name for name in names if getattr(before, name) != getattr(after, name)]
 
 
-def _named(name: str, told: Mapping[str, Option]) -> str:
+def _named(name: str, options: Mapping[str, Option]) -> str:
     if name in _SHORT:
         return _SHORT[name]
-    return str(told[name].words) if name in told else name.replace("_", " ")
+    return str(options[name].words) if name in options else name.replace("_", " ")

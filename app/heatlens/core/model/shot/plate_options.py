@@ -50,11 +50,11 @@ class PictureCurve(StrEnum):
 
 def _conventions() -> str:
     """Return each convention with its meaning, and whether it needs --near and --far."""
-    told = []
+    words = []
     for convention in DepthConvention:
         ends = ", with --near and --far" if convention.facts.needs_ends else ""
-        told.append(f"{convention} ({convention.facts.meaning}){ends}")
-    return "; ".join(told)
+        words.append(f"{convention} ({convention.facts.meaning}){ends}")
+    return "; ".join(words)
 
 
 @dataclass(frozen=True)
@@ -270,10 +270,10 @@ class PlateOptions:
         check_range("focal length in mm", self.focal_length_mm, 0.0, math.inf)
         check_range("sensor width in mm", self.sensor_width_mm, 0.0, math.inf)
         for name in ("neighbours", "lift_highlights_stops"):
-            told, value = options_of(PlateOptions)[name], getattr(self, name)
-            if value is not None and not told.allows(value):
-                span = f"{told.least:g} to {told.most:g}"
-                raise InputError(f"{told.words.capitalize()} must be {span}, got {value:g}.")
+            option, value = options_of(PlateOptions)[name], getattr(self, name)
+            if value is not None and not option.allows(value):
+                span = f"{option.least:g} to {option.most:g}"
+                raise InputError(f"{option.words.capitalize()} must be {span}, got {value:g}.")
         if not 0 < self.scene_unit_m < math.inf:
             raise InputError(
                 f"The scene unit must be a number of metres above 0, got {self.scene_unit_m:g}."

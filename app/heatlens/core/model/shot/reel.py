@@ -44,8 +44,8 @@ class Retime:
     def shown(self, first: int) -> tuple[int, ...]:
         """Return the frame of the source for each frame of the cut; `first` is one that exists."""
         times = (self.start + at * self.speed for at in range(self.count))
-        found = (math.floor(time + _ROUNDING) for time in times)
-        return tuple(first + (frame - first) // self.step * self.step for frame in found)
+        frames = (math.floor(time + _ROUNDING) for time in times)
+        return tuple(first + (frame - first) // self.step * self.step for frame in frames)
 
 
 @dataclass(frozen=True)

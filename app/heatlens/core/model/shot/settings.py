@@ -168,11 +168,11 @@ class DefocusSettings:
     )
 
     def __post_init__(self) -> None:
-        for name, told in options_of(DefocusSettings).items():
+        for name, rule in options_of(DefocusSettings).items():
             value = getattr(self, name)
-            if isinstance(value, int | float) and not told.allows(value):
-                words = told.words.capitalize()
-                raise InputError(f"{words} must be {told.least:g} to {told.most:g}, got {value:g}.")
+            if isinstance(value, int | float) and not rule.allows(value):
+                words = rule.words.capitalize()
+                raise InputError(f"{words} must be {rule.least:g} to {rule.most:g}, got {value:g}.")
         if self.parts not in PARTS:
             raise InputError(f"Parts of the lens must be 1, 7, 19 or 37, got {self.parts}.")
 

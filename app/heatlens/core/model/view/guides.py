@@ -86,8 +86,8 @@ def lines_of(canvases: Iterable[Canvas], width: float, height: float) -> tuple[F
     """Return the lines of the canvas of a picture's size, else of the first of its shape."""
     by_size = (it for it in canvases if (it.width, it.height) == (width, height))
     by_shape = (it for it in canvases if _has_shape(it, width / height))
-    found = next(by_size, None) or next(by_shape, None)
-    return () if found is None else found.lines
+    canvas = next(by_size, None) or next(by_shape, None)
+    return () if canvas is None else canvas.lines
 
 
 def _has_shape(canvas: Canvas, aspect: float) -> bool:
@@ -202,8 +202,8 @@ def _around(outer: Rect, inner: Rect) -> tuple[Rect, ...]:
     """Return the rectangles of `outer` that `inner` leaves: above, below, left and right."""
     x0, y0, x1, y1 = outer
     a0, b0, a1, b1 = inner
-    found = ((x0, y0, x1, b0), (x0, b1, x1, y1), (x0, b0, a0, b1), (a1, b0, x1, b1))
-    return tuple(rect for rect in found if rect[2] > rect[0] and rect[3] > rect[1])
+    rects = ((x0, y0, x1, b0), (x0, b1, x1, y1), (x0, b0, a0, b1), (a1, b0, x1, b1))
+    return tuple(rect for rect in rects if rect[2] > rect[0] and rect[3] > rect[1])
 
 
 def _thirds(rect: Rect) -> list[Rect]:

@@ -160,8 +160,8 @@ def overlay_of(name: str) -> Overlay:
 def entries(name: str, facts: LegendFacts, peaking: Peaking | None = None) -> list[Entry]:
     """Return the legend of an overlay, and of focus peaking if that is on."""
     overlay = overlay_of(name)
-    told = zip(overlay.tints(), overlay.legend(facts), strict=False)
-    legend = [Entry(tint, words) for tint, words in told if words]
+    rows = zip(overlay.tints(), overlay.legend(facts), strict=False)
+    legend = [Entry(tint, words) for tint, words in rows if words]
     if peaking is not None:
         what = "edges in focus" if peaking.on is PeakingOn.PICTURE else "peaking, in focus"
         limit_px = peaking.blur * facts.sharp_px
