@@ -7,7 +7,11 @@ from heatlens.core.base.byte_lru import ByteLru
 
 LIMIT = 10
 keys = st.integers(0, 4)
-actions = st.lists(st.one_of(keys, st.tuples(keys, st.integers(0, LIMIT + 3))), max_size=40)
+sizes = st.integers(0, LIMIT + 3)
+gets = keys.map(lambda key: ("get", key))
+puts = st.tuples(st.just("put"), keys, sizes)
+resizes = sizes.map(lambda limit: ("resize", limit))
+actions = st.lists(st.one_of(gets, puts, puts, resizes, st.just(("clear",))), max_size=40)
 
 
 class Model:
@@ -16,6 +20,7 @@ class Model:
     def __init__(self, keeps_newest: bool) -> None:
         self.pairs: list[tuple[int, int]] = []
         self.keeps_newest = keeps_newest
+        self.limit = LIMIT
 
     def get(self, key: int) -> int | None:
         used = [pair for pair in self.pairs if pair[0] == key]
@@ -23,31 +28,37 @@ class Model:
         return used[0][1] if used else None
 
     def put(self, key: int, size: int) -> None:
-        others = [pair for pair in self.pairs if pair[0] != key]
-        if size > LIMIT:
-            self.pairs = [(key, size)] if self.keeps_newest else others
-            return
-        while sum(each for _, each in others) + size > LIMIT:
-            others.pop(0)
-        self.pairs = [*others, (key, size)]
+        self.pairs = [pair for pair in self.pairs if pair[0] != key]
+        if size <= self.limit or self.keeps_newest:
+            self.pairs.append((key, size))
+        self.resize(self.limit)
+
+    def resize(self, limit: int) -> None:
+        self.limit = limit
+        while self.pairs[self.keeps_newest :] and self.total > limit:
+            self.pairs.pop(0)
+
+    def clear(self) -> None:
+        self.pairs = []
+
+    @property
+    def total(self) -> int:
+        return sum(size for _, size in self.pairs)
 
 
 @given(actions, st.booleans())
 def test_a_store_keeps_what_a_plain_list_keeps(
-    steps: list[int | tuple[int, int]], keeps_newest: bool
+    steps: list[tuple[str, int, int]], keeps_newest: bool
 ) -> None:
     store: ByteLru[int, int] = ByteLru(LIMIT, bytes_of=int, keeps_newest=keeps_newest)
     model = Model(keeps_newest)
-    for step in steps:
-        if isinstance(step, tuple):
-            store.put(*step)
-            model.put(*step)
-        else:
-            assert store.get(step) == model.get(step)
-        assert store.bytes_in_use == sum(size for _, size in model.pairs)
+    for name, *values in steps:
+        assert getattr(store, name)(*values) == getattr(model, name)(*values)
+        assert store.bytes_in_use == model.total and store.limit_bytes == model.limit
+        assert store.keys() == dict(model.pairs).keys()
+        assert store.bytes_in_use <= model.limit or len(model.pairs) == keeps_newest
     for key, size in tuple(model.pairs):
         assert store.get(key) == size
-    assert all(store.get(key) is None for key in set(range(5)) - dict(model.pairs).keys())
 
 
 @given(st.integers(LIMIT + 1, 3 * LIMIT))

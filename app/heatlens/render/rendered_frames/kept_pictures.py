@@ -1,8 +1,8 @@
 """Keep pictures within a size limit, in memory or in a folder; the least recently used go first.
 
-`LimitedStore` is the base of both. Several windows may share the folder: files are written
-completely or not at all, and a file that is damaged or was deleted by another window counts as
-missing. `KeptPicture` is a rendered picture in half floats with its windows, and its file format.
+Several windows may share the folder: files are written completely or not at all, and a file that is
+damaged or was deleted by another window counts as missing. `KeptPicture` is a rendered picture in
+half floats with its windows, and its file format.
 """
 
 import json
@@ -12,7 +12,6 @@ import re
 import struct
 import threading
 import zlib
-from collections import OrderedDict
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.core.base.byte_lru import ByteLru
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.free_memory import free_memory_bytes
 from heatlens.core.base.paths import file_bytes
@@ -132,71 +132,11 @@ _FREE_SHARE = 4  # the default limit is a quarter of the free memory
 _UNKNOWN_FREE = 4 << 30  # bytes, if the free memory is unknown
 
 
-class LimitedStore:
-    """Counts the bytes of stored pictures by key; may be called from any thread."""
+class MemoryStore(ByteLru[str, KeptPicture]):
+    """Holds pictures by key."""
 
     def __init__(self, limit_bytes: int) -> None:
-        self._lock = threading.Lock()
-        self._sizes: dict[str, int] = {}  # bytes by key; guarded by the lock
-        self.limit_bytes = limit_bytes  # the largest sum that the store keeps
-
-    @property
-    def bytes_in_use(self) -> int:
-        """The bytes of all stored pictures."""
-        with self._lock:
-            return sum(self._sizes.values())
-
-    def keys(self) -> frozenset[str]:
-        """Return the keys of all stored pictures, without waiting for a disk."""
-        with self._lock:
-            return frozenset(self._sizes)
-
-
-class MemoryStore(LimitedStore):
-    """Holds pictures by key. Every method may be called from any thread."""
-
-    def __init__(self, limit_bytes: int) -> None:
-        super().__init__(limit_bytes)
-        self._held: OrderedDict[str, KeptPicture] = OrderedDict()
-
-    def resize(self, limit_bytes: int) -> None:
-        """Set another limit, and drop pictures beyond it at once."""
-        with self._lock:
-            self.limit_bytes = limit_bytes
-            self._trim(limit_bytes)
-
-    def get(self, key: str) -> KeptPicture | None:
-        """Return the picture and mark it as used; None if it is not in memory."""
-        with self._lock:
-            if key in self._held:
-                self._held.move_to_end(key)
-            return self._held.get(key)
-
-    def put(self, key: str, picture: KeptPicture) -> None:
-        """Keep a picture, unless it is larger than the limit."""
-        with self._lock:
-            self._drop(key)
-            size = picture.pixels.nbytes
-            if size <= self.limit_bytes:
-                self._trim(self.limit_bytes - size)
-                self._held[key], self._sizes[key] = picture, size
-
-    def clear(self) -> None:
-        """Drop all pictures."""
-        with self._lock:
-            self._held.clear()
-            self._sizes.clear()
-
-    def _trim(self, most: int) -> None:
-        total = sum(self._sizes.values())
-        while total > most:
-            oldest = next(iter(self._held))
-            total -= self._sizes[oldest]
-            self._drop(oldest)
-
-    def _drop(self, key: str) -> None:
-        self._held.pop(key, None)
-        self._sizes.pop(key, None)
+        super().__init__(limit_bytes, lambda picture: picture.pixels.nbytes)
 
 
 def default_memory_bytes() -> int:
@@ -209,13 +149,26 @@ DEFAULT_BYTES = 4 << 30
 _NAME = re.compile(r"([0-9a-f]{32})\.frame")
 
 
-class DiskStore(LimitedStore):
+class DiskStore:
     """Files by key, for any thread; `keys` and `bytes_in_use` are of the last listing."""
 
     def __init__(self, folder: Path, limit_bytes: int = DEFAULT_BYTES) -> None:
         """Make a store; `folder` is created with the first picture, and `look` lists its files."""
-        super().__init__(limit_bytes)
+        self._lock = threading.Lock()
+        self._sizes: dict[str, int] = {}  # bytes by key; guarded by the lock
+        self.limit_bytes = limit_bytes
         self.folder = folder
+
+    @property
+    def bytes_in_use(self) -> int:
+        """The bytes of all stored pictures."""
+        with self._lock:
+            return sum(self._sizes.values())
+
+    def keys(self) -> frozenset[str]:
+        """Return the keys of all stored pictures, without waiting for a disk."""
+        with self._lock:
+            return frozenset(self._sizes)
 
     def look(self) -> None:
         """List the pictures in the folder, and delete those beyond the limit."""
