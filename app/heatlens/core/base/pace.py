@@ -46,15 +46,15 @@ class Pace:
         Steps in between count as skipped.
         """
         later = range(self._at + 1, len(self.steps))
-        number = next((at for at in later if self.steps[at].sentence == sentence), None)
-        if number is None:
+        index = next((at for at in later if self.steps[at].sentence == sentence), None)
+        if index is None:
             return False
         now = self._clock()
         if self._at >= 0:
             before = self.steps[self._at]
             self._planned[before.kind] += before.seconds
             self._taken[before.kind] += now - self._began
-        self._at, self._began = number, now
+        self._at, self._began = index, now
         return True
 
     @property

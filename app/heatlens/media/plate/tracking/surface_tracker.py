@@ -241,10 +241,10 @@ class SurfaceTracker:
         if crop is None:
             return
         octaves = min(2 * _SAME_OCTAVES + 0.03 * self._hidden_frames, 1.0)
-        sight = self._look.found(crop, self._at, self._dioptres, octaves)
-        if sight is None:
+        again = self._look.found(crop, self._at, self._dioptres, octaves)
+        if again is None:
             return
-        place, dioptres, self._likeness = sight
+        place, dioptres, self._likeness = again
         self._at, self._dioptres = place, dioptres
         self._nearing, self._hidden_frames = 0.0, 0
 
