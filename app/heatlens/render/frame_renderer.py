@@ -21,6 +21,8 @@ from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.steps import Result, Steps
 from heatlens.render.gpu.context import (
     check_plate_fits,
+    check_texture_fits,
+    check_work_fits,
     headless_context,
     is_software,
 )
@@ -57,7 +59,7 @@ class FrameRenderer:
         self._loaded: Pinhole | None = None
         self._is_software = is_software(ctx)
         self._leans = LeanSurvey(ctx)
-        self._blur = PlateBlur(ctx, self._passes, self._leans)
+        self._checked_size = (0, 0)
 
     @property
     def loaded(self) -> Pinhole:
@@ -231,14 +233,14 @@ class FrameRenderer:
 
     def _steps(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[Texture]:
         yield from self.looking(shot, frame)
-        loaded = self.loaded
         if shot.defocus.method.needs_scene:
-            size = proxy_size(loaded.color.size, shot.defocus.proxy)
+            size = proxy_size(self.loaded.color.size, shot.defocus.proxy)
             out = pipeline.scratch.texture("out", size, 4)
             yield from self._source.through_lens(shot, frame, size, out)
             return out
-        lens = shot.lens_at(frame)
-        return (yield from self._blur.steps(loaded, lens, shot.defocus, pipeline))
+        through = pipeline, shot.lens_at(frame), shot.defocus, self._check_fits
+        blur = PlateBlur(self._passes, self._leans, *through)
+        return (yield from blur.steps(self.loaded))
 
     def copy(self, picture: Texture, out: Texture) -> None:
         """Copy a picture to a texture of the same size, which later renders do not overwrite."""
@@ -264,7 +266,13 @@ class FrameRenderer:
                 "The method accumulation draws whole views, each with one plane of focus, and so "
                 f"no {' and no '.join(bent)}: use raytraced."
             )
-        self._blur.check_fits(size)
+        self._check_fits(size)
+
+    def _check_fits(self, size: tuple[int, int]) -> None:
+        if size != self._checked_size:
+            check_work_fits(self.ctx, *size)
+            check_texture_fits(self.ctx, size, self.solver.between_size(size))
+            self._checked_size = size
 
     def listen(self, on_layer: Callable[[int, int], None] | None) -> None:
         """Call `on_layer(done, layers)` after each layer; each call waits for the GPU."""

@@ -72,9 +72,8 @@ class Slices:
     A GPU, which is done with a whole list in less than a frame, gets it at once.
     """
 
-    _PIXELS = (
-        1 << 19
-    )  # pixels of the picture that a slice stands for: some ten milliseconds without a GPU
+    # Pixels of the picture that a slice stands for: some ten milliseconds without a GPU.
+    _PIXELS = 1 << 19
 
     def __init__(self, ctx: Device) -> None:
         self._is_cut = is_software(ctx)

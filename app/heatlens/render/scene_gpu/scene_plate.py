@@ -71,11 +71,16 @@ class DrawnPixels:
 
 
 def plate_of_scene(
-    path: Path, pixels: DrawnPixels, surveyed: Surveyed, view: tuple[Pose, Lens, tuple[int, int]]
+    path: Path,
+    pixels: DrawnPixels,
+    surveyed: Surveyed,
+    view: tuple[Pose, Lens, tuple[int, int]],
+    notes: tuple[str, ...],
 ) -> Plate:
     """Return the plate of a drawn picture.
 
-    `view` is the pose of the camera, its lens, and width and height of the picture.
+    `view` is the pose of the camera, its lens, and width and height of the picture; `notes` are on
+    surfaces that were left out.
     """
     pose, lens, size = view
     window = Box(0, 0, *size)
@@ -90,7 +95,8 @@ def plate_of_scene(
         depth=_report(surveyed),
         aovs=("R", "G", "B", "Z"),
         attributes={"worldToCamera": world_to_camera_attribute(pose)},
-        notes=(),
+        notes=notes,
+        surfaces_lost=" ".join(notes),
     )
 
 

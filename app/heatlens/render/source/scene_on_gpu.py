@@ -97,24 +97,14 @@ class SceneOnGpu:
         surveyed = self._survey.of(drawn.depth)
         seen = self.pose_at(shot, frame), shot.lens_at(frame), self.size(shot)
         notes = () if drawn.peeled is None else drawn.peeled.notes
-        return Pinhole(
-            replace(
-                plate_of_scene(self.scene.path, pixels, surveyed, seen),
-                notes=notes,
-                surfaces_lost=" ".join(notes),
-            ),
-            drawn.color,
-            drawn.depth,
-            surveyed.dioptres,
-            overscan=drawn.overscan,
-            peeled=drawn.peeled,
-        )
+        plate = plate_of_scene(self.scene.path, pixels, surveyed, seen, notes)
+        known = drawn.overscan, drawn.peeled
+        return Pinhole(plate, drawn.color, drawn.depth, surveyed.dioptres, None, *known)
 
     def _pinhole_key(self, shot: Shot, frame: float) -> object:
         """Return a key that is equal where the pinhole picture is."""
-        lens, pose = shot.lens_at(frame), self.pose_at(shot, frame)
-        moment = self._moment(frame)
-        return pose, lens.focal_length_mm, lens.sensor_width_mm, self.size(shot), moment
+        lens, seen = shot.lens_at(frame), (self.pose_at(shot, frame), self._moment(frame))
+        return *seen, lens.focal_length_mm, lens.sensor_width_mm, self.size(shot)
 
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: Texture
@@ -123,8 +113,7 @@ class SceneOnGpu:
         lens = shot.lens_at(frame)
         self._raster.place(frame)
         pupil = pupil_of(lens)
-        radius_m = max(pupil.half_extents_m)
-        view = shot_view(self.scene, shot, frame, size, lens_radius_m=radius_m)
+        view = shot_view(self.scene, shot, frame, size, 0, max(pupil.half_extents_m))
         seen = replace(lens, t_stop=None, acceptable_coc_mm=None, close_focus_m=None)
         key = (self.pose_at(shot, frame), seen, size, self._moment(frame))
         method = self._method(shot.defocus.method)
