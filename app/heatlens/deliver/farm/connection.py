@@ -61,9 +61,7 @@ def who_answers(address: str) -> Met:
     checked_address(address)
     distributed = library()
     try:
-        answers = asyncio.run(
-            asyncio.wait_for(_identity_and_versions(distributed, address), PATIENCE_S)
-        )
+        answers = asyncio.run(asyncio.wait_for(_asked(distributed, address), PATIENCE_S))
         name, version = str(answers[0]["id"]), str(answers[1]["packages"]["distributed"])
         own = own_host(address)
     except (*NO_ANSWER, TypeError, KeyError) as error:
@@ -72,9 +70,7 @@ def who_answers(address: str) -> Met:
     return Met(address, name, own)
 
 
-async def _identity_and_versions(
-    distributed: ModuleType, address: str
-) -> tuple[dict[str, Any], dict[str, Any]]:
+async def _asked(distributed: ModuleType, address: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what a scheduler calls itself, and its versions."""
     secured = distributed.Security().get_connection_args("client")
     async with distributed.rpc(address, connection_args=secured) as scheduler:

@@ -295,9 +295,8 @@ class _Service:
         except HeatlensError as error:
             self._of.answer([Answer(wish.key, None, str(error))])
             return
-        words, urgency = (job, self._of.here[2], wish.is_kept), 0 if wish.is_kept else _FIRST
-        options = {"pure": False, "workers": list(workers), "priority": urgency}
-        future = self._client.submit(rendered, *words, **options)
+        task = {"pure": False, "workers": list(workers), "priority": 0 if wish.is_kept else _FIRST}
+        future = self._client.submit(rendered, job, self._of.here[2], wish.is_kept, **task)
         self._under_way[wish.key] = _UnderWay(wish, future, frozenset(workers))
         future.add_done_callback(self._of.hear)
 
@@ -310,8 +309,8 @@ class _Service:
         there = self._client.scheduler_info(n_workers=-1)["workers"]
         self._programs = {it: future for it, future in self._programs.items() if it in there}
         for worker in [it for it in there if it not in self._programs]:
-            options = {"pure": False, "workers": [worker], "priority": _FIRST}
-            self._programs[worker] = self._client.submit(program_of, self._of.here[2], **options)
+            task = {"pure": False, "workers": [worker], "priority": _FIRST}
+            self._programs[worker] = self._client.submit(program_of, self._of.here[2], **task)
             self._programs[worker].add_done_callback(self._look_soon)
         self._choose()
 

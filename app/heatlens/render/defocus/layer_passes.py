@@ -199,9 +199,8 @@ def _matched(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures
     return compared, {"out_match_img": scratch.match}, {"match_tx": scratch.match}
 
 
-# Surfaces of different blur in one layer keep light from each other, and their common silhouette
-# would be hard. Here both sides get the blur of the nearer surface, which is what a lens shows:
-# near leaves are soft, and no glow of the farther surface lies around them.
+# Surfaces of different blur in one layer would have a hard common silhouette. Here both sides get
+# the blur of the nearer one, as a lens shows it: near leaves are soft, and nothing glows into them.
 class CocFillPass:
     """Extends the coc of a layer beyond its content, and softens it at silhouettes."""
 

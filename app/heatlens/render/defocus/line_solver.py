@@ -84,11 +84,9 @@ class Band:
 
 
 # The system is never written as a matrix. Beside a wide blur the 1 of a diagonal 1 + k (b + b') is
-# lost in float32, and the picture with it: an error of 3e-4 at a coc of 400 px, of 7e-3 at 2000 px.
-# As a network of conductances and heats to ground, nothing is ever subtracted, and the error stays
-# below 3e-6. Eliminating a pixel leaves a smaller network (star and mesh), which is why all three
-# solvers share one contract. Complex poles need no pivoting: turned by half their argument, the
-# system has a positive definite real part.
+# lost in float32, and the picture with it: an error of 7e-3 at a coc of 2000 px. In a network of
+# conductances and heats to ground nothing is subtracted, and the error stays below 3e-6. Complex
+# poles need no pivoting: turned by half their argument, the real part is positive definite.
 class LineSolver(ABC):
     """Solves every line of a picture; programs are built once for each system."""
 
@@ -188,10 +186,9 @@ class LineSolver(ABC):
         return self._programs[key]
 
 
-# A software rasteriser has no fast shared memory, so that the least arithmetic wins. 1,080 lines of
-# 1,920 pixels on llvmpipe: 51 ms here, 125 ms by runs in a workgroup, 262 ms by cyclic reduction in
-# passes. Only one pixel of each block is stored; the others are computed again, because storing
-# costs more.
+# A software rasteriser has no fast shared memory, so that the least arithmetic wins: 1,080 lines of
+# 1,920 pixels took 51 ms on llvmpipe, 125 ms by runs in a workgroup, 262 ms by passes of cyclic
+# reduction. One pixel of each block is stored, and the others computed again, which costs less.
 class SweepSolver(LineSolver):
     """Thomas elimination in network form, one invocation a line."""
 
@@ -219,9 +216,7 @@ class SweepSolver(LineSolver):
 
 # After Zhang, Cohen and Owens, "Fast tridiagonal solvers on the GPU" (2010), and Laszlo, Giles and
 # Appleyard, "Manycore algorithms for batch scalar and block tridiagonal solvers" (2016). A whole
-# line in shared memory does not fit: 1,920 pixels of 28 bytes are more than the 32 KiB that OpenGL
-# promises. Solving all channels of short lines at once took a film frame of 1920x1080 from 4.5 to
-# 4.0 ms on an NVIDIA H200.
+# line does not fit the 32 KiB of shared memory that OpenGL promises: it has 28 bytes a pixel.
 class PartitionSolver(LineSolver):
     """Eliminates runs in registers, and solves run ends by cyclic reduction in shared memory."""
 
@@ -298,12 +293,11 @@ def _solver_named(name: SolverName) -> type[LineSolver]:
 SOLVERS = {name: _solver_named(name) for name in SolverName}
 
 
-# Both were timed at each start once. That built programs of the slower one for nothing (0.9 s of
-# processor), and the last digits of a picture depended on how busy the machine was.
 def usual_solver(ctx: Device) -> LineSolver:
     """Return the solver that is faster on such an OpenGL.
 
     The solvers differ in the last digits, and frames of a shot that several processes render must
     not. The choice therefore does not depend on a measurement.
     """
+    # It did once: 0.9 s of processor at each start, and digits that depended on the load.
     return SweepSolver(ctx) if is_software(ctx) else PartitionSolver(ctx)
