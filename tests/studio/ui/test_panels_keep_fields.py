@@ -21,9 +21,10 @@ from heatlens.core.model.view.view import Against, ViewState
 from heatlens.media.plate.read import read_plate
 from heatlens.studio.session.exports.export_settings import ExportSettings
 from heatlens.studio.session.pictures.picture_view import ColorChoice
+from heatlens.studio.ui.panels.blur_panel import blur_panel
 from heatlens.studio.ui.panels.display_panel import display_panel
 from heatlens.studio.ui.panels.export_panel import export_panel
-from heatlens.studio.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
+from heatlens.studio.ui.panels.lens_panel import LensFacts, lens_panel
 from heatlens.studio.ui.panels.opening_panel import opening_panel
 from heatlens.studio.ui.panels.plate_panel import PlateFacts, plate_panel
 from support.gui import Gui, gui_of

@@ -23,12 +23,12 @@ from heatlens.studio.session.scenes.size_keeping import SizeKeeping
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.speed import Speed
 from heatlens.studio.ui import widgets
+from heatlens.studio.ui.panels.blur_panel import blur_panel
 from heatlens.studio.ui.panels.display_panel import display_panel
 from heatlens.studio.ui.panels.export_panel import draw_exports
 from heatlens.studio.ui.panels.guides_panel import guides_panel
 from heatlens.studio.ui.panels.lens_panel import (
     LensFacts,
-    blur_panel,
     film_back_panel,
     kit_panel,
     lens_panel,
