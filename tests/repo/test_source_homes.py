@@ -23,7 +23,7 @@ MAY_ASK_THE_KIND = {
 MAY_ASK_FOR_A_SCENE = {
     "fronts.commands.output.picture_progress": "counts the steps of a scene",
     "studio.session.pictures.look_pictures": "looks of a scene have a renderer of their own",
-    "studio.session.scenes.scene_commands": "another scene ends the following",
+    "studio.session.scenes.following": "another scene ends the following",
     "studio.session.playing.pull_jobs": "the place of the camera is part of a frame's key",
     "studio.session.playing.rendered_pull": "the scene is shared with the renderer of frames ahead",
 }

@@ -12,9 +12,10 @@ from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.core.model.shot.framing import Framing, SceneTiming, WorldAxis
 from heatlens.core.model.shot.shot import LensParameter
 from heatlens.render.frame_renderer import FrameRenderer
-from heatlens.studio.session.scenes import scene_commands
+from heatlens.studio.session.scenes import following
 from heatlens.studio.session.scenes.clip_choice import ALL_CLIPS
-from heatlens.studio.session.scenes.scene_commands import CameraDrag, Following
+from heatlens.studio.session.scenes.following import Following
+from heatlens.studio.session.scenes.scene_commands import CameraDrag
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.start import Start
@@ -191,7 +192,7 @@ def test_the_camera_has_keys_where_they_are_set(session, scenes):
 
 
 def test_a_point_is_followed_through_a_scene(session, scenes, monkeypatch):
-    monkeypatch.setattr(scene_commands, "_SLICE_S", 0.0)  # one frame a turn
+    monkeypatch.setattr(following, "_SLICE_S", 0.0)  # one frame a turn
     mark = PointMark("A", 20.0, 16.0)
     marks = session.time.marks
     marks.follow(mark)

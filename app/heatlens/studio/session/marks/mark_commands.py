@@ -28,7 +28,8 @@ from heatlens.studio.session.marks.live_following import LiveFollowing
 from heatlens.studio.session.marks.mark_distances import MarkDistances, plates_at, reading_options
 from heatlens.studio.session.marks.mark_measuring import SurfaceTracking, on_thing, smoothed
 from heatlens.studio.session.messages import Worker, reported
-from heatlens.studio.session.scenes.scene_commands import Following, SceneCommands
+from heatlens.studio.session.scenes.following import Following
+from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.focus_track import ThingDistances
 from heatlens.studio.session.time.timeline import Timeline

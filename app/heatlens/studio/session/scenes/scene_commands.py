@@ -1,13 +1,9 @@
-"""The commands on the camera of a scene: orbit, truck, dolly, frame, keys, other cameras.
-
-`Following` measures the distance of a point of the scene at each frame, a few frames at a time.
-"""
+"""The commands on the camera of a scene: orbit, truck, dolly, frame, keys, other cameras."""
 
 import math
-import time
 from collections.abc import Collection
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -18,7 +14,6 @@ from heatlens.core.model.marks.mark import free_letter
 from heatlens.core.model.marks.marks import ObjectMark, PointMark
 from heatlens.core.model.shot.framing import Framing, Pose, Vector, WorldAxis
 from heatlens.core.model.shot.pull import followed
-from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance
 from heatlens.core.model.view.orbit import dollied, orbited, panned, pivot_of
 from heatlens.media.scene.first_shot import lens_values, through_camera
@@ -32,52 +27,9 @@ from heatlens.media.scene.scene_bounds import (
 )
 from heatlens.studio.session.messages import reported
 from heatlens.studio.session.scenes.clip_choice import ClipChoice
+from heatlens.studio.session.scenes.following import Following
 from heatlens.studio.session.scenes.size_keeping import SizeKeeping
 from heatlens.studio.session.shared import Commands, Shared
-
-if TYPE_CHECKING:
-    from heatlens.render.frame_renderer import FrameRenderer
-
-
-_SLICE_S = 0.02
-
-
-@dataclass(frozen=True)
-class Following:
-    """A measurement in progress, of a mark in the shot as it was at the start."""
-
-    renderer: "FrameRenderer"
-    scene: Scene
-    shot: Shot
-    mark: PointMark
-    frames: FrameRange
-    distances_m: dict[int, float] = field(default_factory=dict)  # the measured ones by frame
-
-    @property
-    def words(self) -> str:
-        """A sentence that says how many frames have been measured."""
-        return f"Following {self.mark.name}: {len(self.distances_m)} of {self.frames.count} frames."
-
-    @property
-    def is_done(self) -> bool:
-        """Return True once all frames are measured."""
-        return len(self.distances_m) == self.frames.count
-
-    def go_on(self) -> None:
-        """Measure for a short time, at least one frame.
-
-        Raises HeatlensError if a frame has no distance.
-        """
-        if self.renderer.scene is not self.scene:
-            raise InputError(f"{self.mark.name} is not followed: another scene was opened.")
-        start = time.perf_counter()
-        x, y = int(self.mark.x_px), int(self.mark.y_px)
-        while not self.is_done:
-            frame = self.frames.first + len(self.distances_m)
-            self.distances_m[frame] = self.renderer.scene_depth_m(self.shot, frame, x, y)
-            if time.perf_counter() - start > _SLICE_S:
-                return
-
 
 _TURN_RAD = math.pi  # orbit angle of a drag as long as the picture is high
 _DOLLY_SHARE = 0.12  # movement for one wheel notch, as a share of the focus distance
