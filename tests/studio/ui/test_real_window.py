@@ -104,7 +104,7 @@ from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.start import Start
 from heatlens.studio.ui import window
 window.FrameRenderer = lambda ctx: sys.stdin.read()  # what compiles shaders and takes long
-window.Loop(window._open_window(Preferences().now), Start(""), Preferences())
+window.Loop(window.open_window(Preferences().now), Start(""), Preferences())
 """
 
 

@@ -1,4 +1,4 @@
-"""Open the GLFW window and run its loop, which draws only when something has changed."""
+"""Run the loop of the window, which draws only when something has changed."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -10,11 +10,10 @@ from functools import partial
 # PYGLFW_LIBRARY for the other.
 from imgui_bundle import imgui  # import before glfw, so that both share one libglfw
 
-from heatlens.studio.ui.devices import GlfwHandle, is_keyboard_taken, pad_axes, room_of, screen_name
+from heatlens.studio.ui.devices import GlfwHandle, is_keyboard_taken, pad_axes, screen_name
 
 import glfw  # isort: skip
 
-from heatlens.core.base.errors import NoWindowError
 from heatlens.core.base.outside_text import printable
 from heatlens.core.base.paths import preferences_dir, rendered_frames_dir
 from heatlens.core.base.stopping import StopSignals
@@ -23,8 +22,7 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.context import is_software, window_device
 from heatlens.studio.session.files.window_door import WindowDoor
 from heatlens.studio.session.session import Session
-from heatlens.studio.session.settings.preferences import WINDOW_LEAST, Preferences, Remembered
-from heatlens.studio.session.settings.ui_sizes import fitted_size
+from heatlens.studio.session.settings.preferences import WINDOW_LEAST, Preferences
 from heatlens.studio.session.shot.start import Start
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import theme
@@ -32,19 +30,15 @@ from heatlens.studio.ui.clean_feed import CleanFeed, fill_screen
 from heatlens.studio.ui.devices import GlfwInput
 from heatlens.studio.ui.input_queue import InputQueue
 from heatlens.studio.ui.layout import restore_layout
+from heatlens.studio.ui.open_window import open_window
 from heatlens.studio.ui.screen import Screen
 from heatlens.studio.ui.status_bar import export_title
 
-_SIZE = 1600, 900
 _FRAMES_AFTER_EVENT = 3  # ImGui needs up to this many frames to settle hover, layout and focus
 _TOOLTIP_S = 0.6  # draw one more frame this long after the last event, for tooltips
 _PULSE_S = 0.25  # longest time between frames while the picture is being rendered ...
 _AFTER_EVENT_S = 1.5  # ... within this time after an event
 _CURSOR_S = 0.4  # blinking of the cursor in a text field
-_HELP = (
-    "`heatlens render` works without a display; on Debian or Ubuntu a window needs an X server or "
-    "Wayland and: apt-get install libgl1 libegl1"
-)
 
 
 # A wait for events without a limit never sees Ctrl-C: Python handles a signal only between two of
@@ -56,7 +50,7 @@ def run_window(start: Start, sharing: Sharing | None = None) -> None:
     Raise NoWindowError if none can be opened, and Stopped if Ctrl-C in the terminal closed it.
     """
     preferences = Preferences.load(preferences_dir())
-    window = _open_window(preferences.now)
+    window = open_window(preferences.now)
     try:
         loop = Loop(window, start, preferences, sharing or Sharing())
         with (
@@ -67,46 +61,6 @@ def run_window(start: Start, sharing: Sharing | None = None) -> None:
         stops.raise_if_stopped()
     finally:
         glfw.terminate()
-
-
-def _open_window(remembered: Remembered) -> object:
-    glfw.ERROR_REPORTING = "ignore"  # the NoWindowError below reports it instead
-    if not glfw.init():
-        raise NoWindowError(f"No window can be opened: {_glfw_error()}. {_HELP}")
-    for hint, value in (
-        (glfw.CONTEXT_VERSION_MAJOR, 4),
-        (glfw.CONTEXT_VERSION_MINOR, 3),
-        (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
-        (glfw.OPENGL_FORWARD_COMPAT, 1),
-        (glfw.SCALE_TO_MONITOR, 1),
-        (glfw.VISIBLE, 0),  # hidden until it has its size
-    ):
-        glfw.window_hint(hint, value)
-    window = glfw.create_window(*_SIZE, "heatlens", None, None)
-    glfw.window_hint(glfw.VISIBLE, 1)  # the default, for other windows
-    if not window:
-        reason = _glfw_error()
-        glfw.terminate()
-        raise NoWindowError(
-            f"No window with OpenGL 4.3 can be opened: {reason}. A newer driver may have it; "
-            "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
-        )
-    # Set the size once the window exists: the remembered size already includes the monitor's scale.
-    size = remembered.window_size or glfw.get_window_size(window)
-    glfw.set_window_size(window, *fitted_size(size, room_of(glfw.get_primary_monitor())))
-    if remembered.is_maximized:
-        glfw.maximize_window(window)
-    glfw.make_context_current(window)
-    glfw.swap_interval(1)
-    glfw.show_window(window)
-    return window
-
-
-def _glfw_error() -> str:
-    code, description = glfw.get_error()
-    if not description:
-        return f"error {code:#x}" if code else "no reason was given"
-    return str(description.decode() if isinstance(description, bytes) else description).rstrip(".")
 
 
 class Loop:

@@ -161,8 +161,7 @@ class OpenReel(Commands, Worker):
 
         Raises InputError if the reel is damaged, or none of its media are there.
         """
-        read = self._reader.poll()
-        if read is not None:
+        if (read := self._reader.poll()) is not None:
             self._begin(read)
         if self._wanted is not None:
             self._take(self._wanted)

@@ -51,8 +51,7 @@ class _Import(Commands, Generic[Read]):
     def poll(self) -> None:
         """Apply what was read to the shot; call this once a frame."""
         with reported(self._say):
-            imported = self._reader.poll()
-            if imported is not None:
+            if (imported := self._reader.poll()) is not None:
                 shot, sentence = self._applied(imported, self._path)
                 self._editing.do(shot)
                 self._say(sentence)
@@ -106,8 +105,7 @@ class FramingImport(Commands):
     def poll(self) -> None:
         """Draw what was read; call this once a frame."""
         with reported(self._say):
-            imported = self._reader.poll()
-            if imported is not None:
+            if (imported := self._reader.poll()) is not None:
                 state = self._view.state
                 self._view.state = replace(state, guides=replace(state.guides, canvases=imported))
                 self._say(self._told(imported))

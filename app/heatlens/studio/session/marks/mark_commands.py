@@ -245,11 +245,9 @@ class MarkCommands(Commands, Worker):
     def poll(self) -> None:
         """Apply finished measurements; call this once a frame."""
         with reported(self._say):
-            marked = self._reader.poll() or self._drawn()
-            if marked is not None:
+            if (marked := self._reader.poll() or self._drawn()) is not None:
                 self._take(*marked)
-            picked = self._picker.poll()
-            if picked is not None:
+            if (picked := self._picker.poll()) is not None:
                 self._answer(picked)
 
     def _drawn(self) -> _Measured | None:

@@ -211,8 +211,7 @@ class MarkDistances(Commands, Worker):
 
     def poll(self) -> None:
         """Take over what was measured, and answer who waits; call this once a frame."""
-        read = self._reader.poll()
-        if read is not None and read.opened is self._source.opened:
+        if (read := self._reader.poll()) is not None and read.opened is self._source.opened:
             self._read[read.place] = read.at
         self._answer()
 

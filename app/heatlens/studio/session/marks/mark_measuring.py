@@ -77,9 +77,8 @@ class SurfaceTracking(Commands, Worker):
         if self._reached != self._said:
             self._said = self._reached
             self._say(self._said)
-        tracked_mark = self._tracker.poll()
-        if tracked_mark is not None:
-            self._take(*tracked_mark)
+        if (marks := self._tracker.poll()) is not None:
+            self._take(*marks)
 
 
 _SLICE_S = 0.02

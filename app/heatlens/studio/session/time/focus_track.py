@@ -132,8 +132,7 @@ class ThingDistances(Worker):
 
     def poll(self) -> None:
         """Take over a measured distance; call this once a frame."""
-        picked = self._reader.poll()
-        if picked is not None:
+        if (picked := self._reader.poll()) is not None:
             plate, thing, distance_m = picked
             self._known.setdefault(plate, {})[thing] = distance_m
             self.measured_count += 1

@@ -1,0 +1,56 @@
+"""Open the GLFW window at the size that it had, or say why there can be none."""
+
+from heatlens.studio.ui.devices import room_of  # imports ImGui before glfw, see `window.py`
+
+import glfw  # isort: skip
+
+from heatlens.core.base.errors import NoWindowError
+from heatlens.studio.session.settings.preferences import Remembered
+from heatlens.studio.session.settings.ui_sizes import fitted_size
+
+_SIZE = 1600, 900
+_HELP = (
+    "`heatlens render` works without a display; on Debian or Ubuntu a window needs an X server or "
+    "Wayland and: apt-get install libgl1 libegl1"
+)
+
+
+def open_window(remembered: Remembered) -> object:
+    """Return a new window with a current context of OpenGL. Raises NoWindowError."""
+    glfw.ERROR_REPORTING = "ignore"  # the NoWindowError below reports it instead
+    if not glfw.init():
+        raise NoWindowError(f"No window can be opened: {_glfw_error()}. {_HELP}")
+    for hint, value in (
+        (glfw.CONTEXT_VERSION_MAJOR, 4),
+        (glfw.CONTEXT_VERSION_MINOR, 3),
+        (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
+        (glfw.OPENGL_FORWARD_COMPAT, 1),
+        (glfw.SCALE_TO_MONITOR, 1),
+        (glfw.VISIBLE, 0),  # hidden until it has its size
+    ):
+        glfw.window_hint(hint, value)
+    window = glfw.create_window(*_SIZE, "heatlens", None, None)
+    glfw.window_hint(glfw.VISIBLE, 1)  # the default, for other windows
+    if not window:
+        reason = _glfw_error()
+        glfw.terminate()
+        raise NoWindowError(
+            f"No window with OpenGL 4.3 can be opened: {reason}. A newer driver may have it; "
+            "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
+        )
+    # Set the size once the window exists: the remembered size already includes the monitor's scale.
+    size = remembered.window_size or glfw.get_window_size(window)
+    glfw.set_window_size(window, *fitted_size(size, room_of(glfw.get_primary_monitor())))
+    if remembered.is_maximized:
+        glfw.maximize_window(window)
+    glfw.make_context_current(window)
+    glfw.swap_interval(1)
+    glfw.show_window(window)
+    return window
+
+
+def _glfw_error() -> str:
+    code, description = glfw.get_error()
+    if not description:
+        return f"error {code:#x}" if code else "no reason was given"
+    return str(description.decode() if isinstance(description, bytes) else description).rstrip(".")
