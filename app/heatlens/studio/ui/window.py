@@ -28,17 +28,12 @@ from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import theme
 from heatlens.studio.ui.clean_feed import CleanFeed, fill_screen
 from heatlens.studio.ui.devices import GlfwInput
+from heatlens.studio.ui.frame_pace import FramePace
 from heatlens.studio.ui.input_queue import InputQueue
 from heatlens.studio.ui.layout import restore_layout
 from heatlens.studio.ui.open_window import open_window
 from heatlens.studio.ui.screen import Screen
 from heatlens.studio.ui.status_bar import export_title
-
-_FRAMES_AFTER_EVENT = 3  # ImGui needs up to this many frames to settle hover, layout and focus
-_TOOLTIP_S = 0.6  # draw one more frame this long after the last event, for tooltips
-_PULSE_S = 0.25  # longest time between frames while the picture is being rendered ...
-_AFTER_EVENT_S = 1.5  # ... within this time after an event
-_CURSOR_S = 0.4  # blinking of the cursor in a text field
 
 
 # A wait for events without a limit never sees Ctrl-C: Python handles a signal only between two of
@@ -74,8 +69,6 @@ class Loop:
         sharing: Sharing | None = None,
     ) -> None:
         self._window = window
-        self._frames_due = _FRAMES_AFTER_EVENT
-        self._event_at = self._drawn_at = 0.0
         self._ctx = window_device()
         self._show_background()
         imgui.create_context()
@@ -83,7 +76,7 @@ class Loop:
             *(FrameRenderer(self._ctx), start, glfw.post_empty_event, preferences),
             *(rendered_frames_dir(), is_software(self._ctx)),
         )
-        self._live, self._scheduler = session.pictures.live, session.time.scheduler
+        self._live, self._pace = session.pictures.live, FramePace(session)
         self._show_background()  # a window manager may have changed its size
         if isinstance(start.lens_in, PadInput):
             start.lens_in.read = pad_axes
@@ -100,7 +93,6 @@ class Loop:
         self._feed = CleanFeed(self._ctx, window)
         # Size and position before full screen.
         self._before = glfw.get_window_size(window), glfw.get_window_pos(window)
-        self._seen_key: object = None
         self._title = ""
         self._session.begin()
 
@@ -129,19 +121,18 @@ class Loop:
             self._wait()
             self._open_named(door.take())
             if self._screen.sharing.follow():
-                self._draw_soon()
+                self._pace.draw_soon()
                 session.time.pull.touched()
             if glfw.window_should_close(self._window):
                 self._close()
-            if session.time.player.is_due or session.lens.ring.news.is_due or self._is_pulse_due():
-                self._draw_soon()
-            if self._frames_due > 0:
-                self._frames_due -= 1
+            is_due = session.time.player.is_due or session.lens.ring.news.is_due
+            if is_due or self._pace.is_pulse_due():
+                self._pace.draw_soon()
+            if self._pace.takes_frame():
                 self._draw()
             # Also between frames, so that a moving pointer cannot prevent rendering.
-            if self._scheduler.is_working and not self._input.waits:
-                session.work()
-                self._frames_due += self._scheduler.seen_key != self._seen_key
+            if not self._input.waits:
+                self._pace.work()
         self._remember()
         self._feed.close()
         self._screen.sharing.sharing.end()
@@ -159,29 +150,16 @@ class Loop:
         if not self._input.saves:
             glfw.set_window_should_close(self._window, False)
             self._ui.quit()
-            self._woken()
-
-    def _draw_soon(self) -> None:
-        self._frames_due = max(self._frames_due, 1)
-
-    def _is_pulse_due(self) -> bool:
-        """Return True if the window should be drawn although rendering still goes on.
-
-        Tooltips and the end of a gesture come some time after an event, and need a frame to show,
-        and the line under the picture fills.
-        """
-        now, session = time.perf_counter(), self._session
-        if not self._scheduler.is_working or now - self._drawn_at < _PULSE_S:
-            return False
-        is_typing = imgui.get_io().want_text_input
-        is_filling = bool(session.facts.part_done)
-        return (
-            is_typing or is_filling or session.wants_frames or now - self._event_at < _AFTER_EVENT_S
-        )
+            self._pace.woken()
 
     def _wait(self) -> None:
         """Handle events; sleep until the next one if there is nothing to do."""
-        wait_s = self._seconds_to_sleep()
+        picture = self._screen.picture
+        wait_s = self._pace.seconds_to_sleep(
+            self._ui.seconds_until_needed(),
+            *(it.seconds_until_needed() for it in (picture.alt, picture.ctrl, picture.fade)),
+            self._screen.sharing.seconds_until_needed(),
+        )
         if wait_s == 0.0:
             glfw.poll_events()
             return
@@ -191,7 +169,7 @@ class Loop:
             glfw.wait_events()
         else:
             glfw.wait_events_timeout(wait_s)
-        self._draw_soon()  # a thread with results also wakes the loop
+        self._pace.draw_soon()  # a thread with results also wakes the loop
 
     def _remember(self) -> None:
         """Store window size and panels in the preferences, which are written if they changed."""
@@ -208,25 +186,6 @@ class Loop:
             window |= {"layout": layout, "layout_em": self._ui.scale.em}
         self._session.remember(hidden_panels=hidden, **window)
 
-    def _seconds_to_sleep(self) -> float | None:
-        if self._frames_due > 0:
-            return 0.0
-        waits = [
-            self._session.seconds_until_needed(),
-            self._ui.seconds_until_needed(),
-            self._screen.picture.alt.seconds_until_needed(),
-            self._screen.picture.ctrl.seconds_until_needed(),
-            self._screen.picture.fade.seconds_until_needed(),
-            self._screen.sharing.seconds_until_needed(),
-        ]
-        since = time.perf_counter() - self._event_at
-        if since < _TOOLTIP_S:
-            waits.append(_TOOLTIP_S)
-        if imgui.get_io().want_text_input:
-            waits.append(_CURSOR_S)
-        known = [wait for wait in waits if wait is not None]
-        return min(known) if known else None
-
     def _draw(self) -> None:
         """Take input, and draw the window unless more input waits."""
         start = time.perf_counter()
@@ -241,10 +200,9 @@ class Loop:
         self._screen.draw(is_seen)
         if not is_seen:
             imgui.end_frame()
-            self._draw_soon()
+            self._pace.draw_soon()
             return
         imgui.render()
-        self._drawn_at = start
         self._show()
         shown = self._live.shown if self._live.shown is not before else None
         is_held = any(imgui.is_mouse_down(button) for button in range(3))
@@ -253,8 +211,8 @@ class Loop:
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
         if shown and not self._session.lens.ring.is_turning:
-            self._draw_soon()
-        self._seen_key = self._scheduler.seen_key
+            self._pace.draw_soon()
+        self._pace.drawn(start)
 
     # The picture lies under ImGui and is not one of its images. The backend of imgui-bundle sets
     # samplers of its own, and the backgrounds of windows as large as the screen took 30 of 48 ms of
@@ -304,8 +262,8 @@ class Loop:
 
     def _watch_events(self) -> None:
         """Request frames after any event."""
-        woken: Callable[..., None] = lambda *_: self._woken()  # noqa: E731
-        GlfwInput(self._window, self._input, self._woken)
+        woken: Callable[..., None] = lambda *_: self._pace.woken()  # noqa: E731
+        GlfwInput(self._window, self._input, self._pace.woken)
         for register in (
             glfw.set_framebuffer_size_callback,
             glfw.set_window_refresh_callback,
@@ -314,15 +272,10 @@ class Loop:
             register(self._window, woken)
         glfw.set_drop_callback(self._window, self._dropped)  # type: ignore[arg-type]  # see stub
 
-    def _woken(self) -> None:
-        self._frames_due = _FRAMES_AFTER_EVENT
-        self._event_at = time.perf_counter()
-        self._session.time.pull.touched()
-
     def _open_named(self, names: list[str]) -> None:
         """Open the files that a later command line named, and bring the window to the front."""
         if names:
-            self._woken()
+            self._pace.woken()
             self._session.files.commands.open_dropped(names)
             if glfw.get_window_attrib(self._window, glfw.ICONIFIED):
                 glfw.restore_window(self._window)
@@ -330,7 +283,7 @@ class Loop:
             glfw.request_window_attention(self._window)
 
     def _dropped(self, _window: object, paths: Sequence[str]) -> None:
-        self._woken()
+        self._pace.woken()
         if paths:
             self._session.files.commands.open_dropped([str(path) for path in paths])
 
