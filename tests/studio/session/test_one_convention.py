@@ -11,6 +11,7 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import PointMark
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
+from heatlens.core.model.view.view_geometry import PictureShape
 from heatlens.media.plate.read import read_plate
 from heatlens.render.source.opener import SourceOpener
 from heatlens.render.source.plate_source import PlateSource, sequence_of_one_size
@@ -98,8 +99,7 @@ def test_a_mark_is_followed_through_frames_as_they_are_shown(nearby):
     window, said, done = opened(nearby), [], []
     shot = Shot(Lens(50.0, 2.8, 2.0, 36.0), marks=(MARK,))
     editing = SimpleNamespace(shot=shot, do=done.append)
-    shape = SimpleNamespace(width_px=1, height_px=1, pixel_aspect=1.0)
-    source = SimpleNamespace(opened=window, picture_shape=lambda shot: shape)
+    source = SimpleNamespace(opened=window, picture_shape=lambda _: PictureShape(48, 32))
     marks = MarkCommands(
         shared_of(editing, said.append, source),
         SimpleNamespace(played=FrameRange(1, 5), cache=window.cache),
