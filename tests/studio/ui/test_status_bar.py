@@ -13,7 +13,7 @@ from heatlens.studio.session.exports.export_process import ExportState
 from heatlens.studio.session.messages import Messages, Problem
 from heatlens.studio.session.settings.export_place import ExportPlace, Where
 from heatlens.studio.ui.status_bar import export_title, export_words
-from heatlens.studio.ui.widgets import fitted
+from heatlens.studio.ui.texts import fitted
 from support.session_files import POST
 
 K = imgui.Key

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.option import options_of, type_of
-from heatlens.studio.ui import widgets
+from heatlens.studio.ui import texts, widgets
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -30,7 +30,7 @@ def _value(kind: type, name: str, value: Any) -> Any:
     low, high = option.slider or (option.least, option.most)
     if of_type is bool:
         value = widgets.check(option.label, value)
-        widgets.tip_above(option.tip)
+        texts.tip_above(option.tip)
         return value
     if get_origin(of_type) is Literal:
         return widgets.choice(option.label, value, get_args(of_type), option.tip)

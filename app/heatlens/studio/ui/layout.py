@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.studio.session.desks import FileDesk
 from heatlens.studio.session.settings.ui_sizes import scaled_layout
-from heatlens.studio.ui import probe, topmost, widgets
+from heatlens.studio.ui import probe, texts, topmost
 from heatlens.studio.ui.actions import Action
 from heatlens.studio.ui.menus import MENUS
 from heatlens.studio.ui.state import UiState
@@ -57,7 +57,7 @@ def _menu_item(action: Action) -> bool:
     shown = f"{printable(action.shown)}###{action.name}"
     clicked, _ = imgui.menu_item(shown, action.shortcut, is_on, not why)
     probe.note(f"item {action.name}")
-    widgets.tip_of_barred(why)
+    texts.tip_of_barred(why)
     return bool(clicked)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.studio.ui import probe, topmost, widgets
+from heatlens.studio.ui import probe, texts, topmost, widgets
 from heatlens.studio.ui.actions import Action
 
 _TITLE = "Find a command"
@@ -85,7 +85,7 @@ class Palette:
         with widgets.disabled(bool(why_not)):
             clicked, _ = imgui.selectable(f"{action.name}##{action.menu}", is_chosen)
         probe.note(f"palette {action.name}")
-        widgets.tip_of_barred(why_not)
+        texts.tip_of_barred(why_not)
         if is_chosen and self._moved:
             imgui.set_scroll_here_y()
         aside = f"{action.menu}   {action.shortcut}"

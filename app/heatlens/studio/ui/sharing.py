@@ -12,7 +12,7 @@ from heatlens.studio.share.address import Role
 from heatlens.studio.share.shared import WINDOW
 from heatlens.studio.share.sharing import Sharing, squares_of
 from heatlens.studio.share.tap import Seen, Tap
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 
 _POPUP = "Share with a tablet"
@@ -92,7 +92,7 @@ class WindowSharing:
         width = sum(imgui.calc_text_size(it).x for it in (words, "End"))
         width += 4 * style.frame_padding.x + 2 * style.item_spacing.x
         imgui.same_line(max(imgui.get_window_width() - width, imgui.get_cursor_pos_x()))
-        with widgets.colored(theme.colors.live):
+        with texts.colored(theme.colors.live):
             if widgets.small_button(f"{words}###shared", "shared"):
                 self._opens = True
         if widgets.small_button("End###end sharing", "end sharing"):
@@ -113,13 +113,13 @@ class WindowSharing:
         ):
             imgui.text(words)
             link = self.sharing.link(role)
-            widgets.colored_text(link, theme.colors.live)
+            texts.colored_text(link, theme.colors.live)
             imgui.same_line()
             if widgets.small_button(f"Copy###copy {role}", f"copy {role}"):
                 imgui.set_clipboard_text(link)
         _draw_code(squares_of(self.sharing.link(Role.HAND)))
         imgui.text("Scan it with the camera of a tablet that reaches this machine.")
-        widgets.grey_text("`heatlens view --share 192.168.1.20` shares beyond this machine.")
+        texts.grey_text("`heatlens view --share 192.168.1.20` shares beyond this machine.")
         if widgets.button("End sharing", "end"):
             self.sharing.end()
             imgui.close_current_popup()

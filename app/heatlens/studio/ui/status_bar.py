@@ -21,7 +21,7 @@ from heatlens.studio.session.pictures.compare_sides import CompareSides
 from heatlens.studio.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.studio.ui import probe, theme, widgets
 from heatlens.studio.ui.state import UiState
-from heatlens.studio.ui.widgets import fitted, text_width
+from heatlens.studio.ui.texts import fitted, text_width
 
 _BAR_EM = 9.0
 GAP_EM = 0.5  # between text, progress bar and buttons

@@ -5,13 +5,14 @@ from contextlib import contextmanager
 from enum import Enum
 from typing import TypeVar
 
-from imgui_bundle import ImVec2, ImVec4, imgui
+from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.outside_text import printable
 from heatlens.studio.session.messages import Problem
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.seek import is_sought
+from heatlens.studio.ui.texts import tip_of_barred, tooltip
 
 Value = TypeVar("Value")
 Key = TypeVar("Key")
@@ -194,25 +195,6 @@ def typed(name: str, value: str) -> str:
     return str(text)
 
 
-def tooltip(text: str) -> None:
-    """Show a tooltip while the pointer rests on the last item; none if `text` is empty."""
-    if text and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(printable(text, keep="\n"))
-
-
-def tip_above(text: str) -> None:
-    """Show a tooltip above the last item, where it covers nothing that comes after it."""
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_next_window_pos(imgui.get_item_rect_min(), 0, ImVec2(0.0, 1.0))
-        imgui.set_tooltip(text)
-
-
-def tip_of_barred(why: str) -> None:
-    """Show the reason `why` as a tooltip of the last item, which is disabled."""
-    if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
-        imgui.set_tooltip(printable(why))
-
-
 def text_field(
     name: str,
     shown: str,
@@ -242,53 +224,12 @@ def optional(parse: Callable[[str], Value]) -> Callable[[str], Value | None]:
     return lambda text: parse(text) if text.strip() else None
 
 
-def colored_text(text: str, color: ImVec4) -> None:
-    """Draw a text in colour, wrapped over several lines; draw nothing if it is empty."""
-    if not text:
-        return
-    with colored(color):
-        imgui.text_wrapped(printable(text, keep="\n"))
-
-
-def grey_text(text: str) -> None:
-    """Draw a text that is of less importance, wrapped over several lines."""
-    colored_text(text, imgui.get_style_color_vec4(imgui.Col_.text_disabled))
-
-
-def text_width(text: str) -> float:
-    """Return the width of a text in screen units."""
-    return float(imgui.calc_text_size(text).x)
-
-
 def fact(words: str, text: str, name: str) -> None:
     """Draw a label and a text, wrapped over several lines; `probe` knows it by `name`."""
     imgui.text_disabled(words)
     imgui.same_line(LABEL_EM * imgui.get_font_size())
     imgui.text_wrapped(printable(text))
     probe.note(name)
-
-
-def fitted(
-    text: str,
-    width: float,
-    keeps_end: bool = False,
-    width_of: Callable[[str], float] = text_width,
-) -> str:
-    """Return the text, shortened with three dots to fit into `width` screen units.
-
-    `keeps_end` cuts off the beginning instead of the end, for folders.
-    """
-
-    def cut(kept: int) -> str:
-        return f"...{text[len(text) - kept :]}" if keeps_end else f"{text[:kept].rstrip()} ..."
-
-    if width_of(text) <= width:
-        return text
-    low, high = 0, len(text)
-    while low < high:  # binary search for the longest part that fits
-        middle = (low + high + 1) // 2
-        low, high = (middle, high) if width_of(cut(middle)) <= width else (low, middle - 1)
-    return cut(low) if low else ""
 
 
 def folded(name: str, labels: Sequence[str]) -> bool:
@@ -319,19 +260,6 @@ def wheel_over_last() -> float:
         return 0.0
     imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
     return float(imgui.get_io().mouse_wheel)
-
-
-@contextmanager
-def colored(color: ImVec4 | None, slot: int = imgui.Col_.text) -> Iterator[None]:
-    """Draw the text of the block, or the style slot `slot`, in a colour; None changes nothing."""
-    if color is None:
-        yield
-        return
-    imgui.push_style_color(slot, color)
-    try:
-        yield
-    finally:
-        imgui.pop_style_color()
 
 
 def parse_number(text: str, low: float, high: float, what: str) -> float:

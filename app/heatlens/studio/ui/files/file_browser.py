@@ -15,7 +15,7 @@ from heatlens.media.sequence.folder_list import Entry
 from heatlens.studio.session.files.file_commands import PURPOSES, FileCommands
 from heatlens.studio.session.files.folder_walk import Chosen, FolderWalk
 from heatlens.studio.session.messages import Problem
-from heatlens.studio.ui import probe, theme, topmost, widgets
+from heatlens.studio.ui import probe, texts, theme, topmost, widgets
 
 _SIZE_EM = (56.0, 34.0)
 _FRAMES_EM, _WRITTEN_EM, _BUTTON_EM = 13.0, 10.0, 6.5
@@ -102,7 +102,7 @@ class FileDialogs:
         if walk.overwrites is not None:
             return _overwrite_question(walk, walk.overwrites)
         entered = walk.purpose.is_save and self._name_field(walk)
-        widgets.colored_text(_note(walk), theme.colors.bad if walk.problem else theme.colors.dim)
+        texts.colored_text(_note(walk), theme.colors.bad if walk.problem else theme.colors.dim)
         if not walk.purpose.is_save:
             _single_files(walk)
         _to_the_right(2)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from heatlens.core.model.units import FOOT_M, INCH_M, format_distance
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.studio.ui import theme
-from heatlens.studio.ui.widgets import text_width
+from heatlens.studio.ui.texts import text_width
 
 # Round numbers, times a power of ten. Each group is used where those before it leave room.
 _ROUNDS = (1.0, 2.0, 5.0), (1.5, 3.0, 7.0), (4.0, 6.0, 8.0), (2.5, 9.0)

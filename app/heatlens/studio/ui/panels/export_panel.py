@@ -22,7 +22,7 @@ from heatlens.studio.session.exports.export_settings import (
 )
 from heatlens.studio.session.playing.cluster_frames import ClusterFrames
 from heatlens.studio.session.settings.export_place import ExportPlace, Where
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.field_row import field_row
 
 _PROCESSES = (1, 2, 4, 8, 16)
@@ -133,7 +133,7 @@ def _cluster(place: ExportPlace, workers: str, say: Callable[[str], None]) -> Ex
     at_rest = widgets.check("the picture at rest", place.at_rest, tip=_AT_REST_TIP)
     if workers:
         widgets.label("")
-        widgets.colored_text(workers, theme.colors.dim)
+        texts.colored_text(workers, theme.colors.dim)
     return replace(place, scheduler=scheduler, ahead=ahead, at_rest=at_rest)
 
 
@@ -143,7 +143,7 @@ def _agreement(asks: bool) -> Pressed:
         return Pressed.NOTHING
     widgets.label("")
     is_pressed = widgets.button("Use this scheduler", "agree")
-    widgets.tip_above(
+    texts.tip_above(
         "It and its workers get the names of your files and send pictures. The window asks again\n"
         "when another scheduler answers, or this machine is in another network."
     )
@@ -172,7 +172,7 @@ def _options(settings: ExportSettings, played: FrameRange | None, usual: Quality
     if settings.is_linear:
         return settings
     with_guides = widgets.check("guides and desqueeze of the window", settings.with_guides)
-    widgets.tip_above("Draws the guides of the Guides tab into the files too.")
+    texts.tip_above("Draws the guides of the Guides tab into the files too.")
     return replace(settings, with_guides=with_guides)
 
 
@@ -187,10 +187,10 @@ def _progress(state: ExportState) -> bool:
         imgui.same_line()
         is_stopped = widgets.button("Stop", "Stop")
         if state.pace:
-            widgets.colored_text(state.pace, theme.colors.dim)
+            texts.colored_text(state.pace, theme.colors.dim)
         _by_worker(state)
         return is_stopped
-    widgets.colored_text(state.said, theme.colors.dim if state.code == 0 else theme.colors.bad)
+    texts.colored_text(state.said, theme.colors.dim if state.code == 0 else theme.colors.bad)
     return False
 
 

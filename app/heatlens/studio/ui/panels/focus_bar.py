@@ -14,7 +14,7 @@ from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.coc_line import focused_at
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.lens.lens_commands import nudged
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.panels.depth_scale import TICK_EM, draw_histogram, draw_scale, engraved_m
 from heatlens.studio.ui.probe import Rect
 
@@ -101,7 +101,7 @@ class _Bar:
             int((self._bottom - self._top) / em), 1
         )  # the first free x in each row
         for name, distance_m in sorted(self._marks, key=lambda mark: mark[1]):
-            x, width = self._x_at(distance_m), widgets.text_width(printable(name)) + 0.6 * em
+            x, width = self._x_at(distance_m), texts.text_width(printable(name)) + 0.6 * em
             x = (
                 x - width if x + width > end else x
             )  # the flag of a mark near the right end points left
@@ -178,7 +178,7 @@ class _Bar:
         x, words = self._x_at(lens.focus_distance_m), self._words(lens.focus_distance_m)
         self._line(x, theme.colors.accent, _NEEDLE_EM, 0.4 * em)
         font_px = _FOCUS_PART * em
-        width = _FOCUS_PART * widgets.text_width(words) + 0.8 * em
+        width = _FOCUS_PART * texts.text_width(words) + 0.8 * em
         x0 = min(max(x - width / 2, self._left), self._left + self._width - width)
         y = self._corner.y + 0.12 * em
         plate = x0, y, x0 + width, y + 1.3 * em
@@ -196,7 +196,7 @@ class _Bar:
 
         Return the x of its far end.
         """
-        width, gap = widgets.text_width(words), _GAP_EM * self._em
+        width, gap = texts.text_width(words), _GAP_EM * self._em
         x0 = x + gap if side > 0 else x - gap - width
         if x0 < self._corner.x or x0 + width > self._corner.x + self._size.x:
             return x
@@ -210,7 +210,7 @@ class _Bar:
         words = self._pointed_words(x)
         if words == self._words(self.lens.focus_distance_m):
             return  # the needle already shows it
-        width = widgets.text_width(words)
+        width = texts.text_width(words)
         self._line(x, theme.colors.text_dim)
         x0, gap = x - width / 2, _GAP_EM * em
         if taken[0] - gap < x0 + width and x0 < taken[2] + gap:

@@ -28,7 +28,7 @@ from heatlens.core.model.units import format_distance
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.studio.session.lens.lens_commands import KitCommands, nudged
 from heatlens.studio.session.messages import reported, window_words
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 
 _LIMITS_EM = 20.0  # below this width, four equal columns would cut their text
 _NO_T_STOP = "as the f-stop"
@@ -62,7 +62,7 @@ def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     """Draw the controls of the lens; return the lens as the user left it."""
     with reported(say):  # a change that gives an impossible lens is discarded
         changed = _focus(lens, facts, say)
-        with _tried(LensParameter.F_STOP, facts), widgets.colored(theme.colors.live, _KNOB):
+        with _tried(LensParameter.F_STOP, facts), texts.colored(theme.colors.live, _KNOB):
             changed = _aperture(changed, facts, say)
         with _tried(LensParameter.FOCAL_LENGTH, facts):
             changed = _hardware(changed, facts, say)
@@ -99,14 +99,14 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
 
 def _tried(parameter: LensParameter, facts: LensFacts) -> AbstractContextManager[None]:
     """Draw the block in another colour if the value holds at this frame only, without a key."""
-    return widgets.colored(theme.colors.tried if parameter in facts.tried else None)
+    return texts.colored(theme.colors.tried if parameter in facts.tried else None)
 
 
 def _doubts(facts: LensFacts, about: About) -> None:
     """Draw the doubts about a field under it, with their remedy."""
     for doubt in facts.doubts:
         if doubt.about == about:
-            widgets.colored_text(window_words(doubt.sentence), theme.colors.bad)
+            texts.colored_text(window_words(doubt.sentence), theme.colors.bad)
             probe.note(f"doubt about {about}")
 
 
@@ -127,7 +127,7 @@ def _limits(lens: Lens, unit: str) -> None:
             imgui.text(words)
         imgui.end_table()
     limit_um = 1e3 * lens.coc_limit_mm
-    widgets.tooltip(f"A blur of less than {limit_um:.0f} µm on the sensor counts as sharp.")
+    texts.tooltip(f"A blur of less than {limit_um:.0f} µm on the sensor counts as sharp.")
 
 
 def _aperture(lens: Lens, facts: LensFacts, say: Say) -> Lens:
@@ -171,7 +171,7 @@ def _sources(facts: LensFacts) -> None:
         return
     assumed = any("assumed" in why or "nothing" in why for why in facts.sources.values())
     imgui.text_disabled("began with assumed values" if assumed else "began with the plate's lens")
-    widgets.tooltip("\n".join(words))
+    texts.tooltip("\n".join(words))
 
 
 def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:

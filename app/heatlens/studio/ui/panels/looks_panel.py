@@ -15,7 +15,7 @@ from heatlens.studio.session.desks import PictureDesk
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.pictures.compare_sides import grid_names, is_look_b
 from heatlens.studio.session.pictures.look_commands import pixels_of_still, still_of
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone
 
@@ -122,7 +122,7 @@ def _row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, look: 
     if _still(stills.of(look)):
         desk.looks.go(index)
     probe.note(f"look {look.name}")
-    widgets.tooltip(f"Take this lens again{f' (Ctrl+{index + 1})' if index < 9 else ''}")
+    texts.tooltip(f"Take this lens again{f' (Ctrl+{index + 1})' if index < 9 else ''}")
     if facts.lens == look.lens:
         size = imgui.get_item_rect_size()
         end = ImVec2(corner.x + size.x, corner.y + size.y)
@@ -175,7 +175,7 @@ def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
     pressed = widgets.button(words, name)
     if is_on:
         imgui.pop_style_color(3)
-    widgets.tooltip(tip)
+    texts.tooltip(tip)
     return pressed
 
 

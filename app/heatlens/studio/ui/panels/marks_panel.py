@@ -22,7 +22,7 @@ from heatlens.studio.session.marks.mark_commands import MarkCommands
 from heatlens.studio.session.marks.mark_distances import MarkAt
 from heatlens.studio.session.messages import reported
 from heatlens.studio.session.pictures.picture_view import PictureView
-from heatlens.studio.ui import probe, theme, topmost, widgets
+from heatlens.studio.ui import probe, texts, theme, topmost, widgets
 from heatlens.studio.ui.field_row import field_row
 from heatlens.studio.ui.state import UiState
 
@@ -75,7 +75,7 @@ def _live_rows(desk: TimeDesk) -> None:
     if following.live is None:
         return
     state = "is being measured" if following.is_measuring else "is live"
-    widgets.grey_text(f"The focus follows {printable(following.live.words)}: it {state}.")
+    texts.grey_text(f"The focus follows {printable(following.live.words)}: it {state}.")
     probe.note("focus follows")
     follow = following.live.follow
     for name in options_of(Follow):
@@ -102,7 +102,7 @@ def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
     imgui.text(_distance_text(desk, commands.distances.at(mark), unit))
-    widgets.tooltip(mark.meaning)
+    texts.tooltip(mark.meaning)
     imgui.table_next_column()
     _row_buttons(desk, mark)
 

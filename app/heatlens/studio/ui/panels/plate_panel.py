@@ -18,7 +18,7 @@ from heatlens.media.plate.header.channel_choice import color_layers_among, depth
 from heatlens.media.plate.header.entries import FOR_THE_EYE
 from heatlens.media.plate.plate import CameraHeader, Plate
 from heatlens.studio.session.messages import window_words
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.panels.depth_scale import draw_histogram, draw_scale
 from heatlens.studio.ui.panels.plate_rows import behind_rows, matte_rows
 
@@ -66,7 +66,7 @@ def plate_panel(
     imgui.separator_text("Read as")
     options = _controls(options, facts, say)
     if not is_of_behind:
-        widgets.colored_text(facts.problem, theme.colors.bad)
+        texts.colored_text(facts.problem, theme.colors.bad)
     if widgets.button("Guess again", "Guess again", width=-1):
         options = PlateOptions(
             depth_source=options.depth_source,
@@ -179,7 +179,7 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
     tip = f"What its values mean. Now: {options.depth_convention.facts.meaning}."
     convention = widgets.pick("convention", options.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
-        widgets.colored_text(window_words(plate.depth.question), theme.colors.told)
+        texts.colored_text(window_words(plate.depth.question), theme.colors.told)
         probe.note("question about the convention")
     options = replace(options, depth_channel=channel, depth_convention=convention)
     options = _ends(options, facts.unit, say)
@@ -187,7 +187,7 @@ def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOption
     options = _unit(options, say)
     for doubt in facts.doubts:
         if doubt.about != "lens":
-            widgets.colored_text(window_words(doubt.sentence), theme.colors.bad)
+            texts.colored_text(window_words(doubt.sentence), theme.colors.bad)
             probe.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
     options = replace(options, color_layer=_named("colour layer", options.color_layer, layers))

@@ -14,7 +14,7 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.model.option import Values, options_of
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.plate import BehindReport
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 
 _TIP = (
     "Pictures with depth from the same camera. They show what the lens sees behind silhouettes, "
@@ -31,13 +31,13 @@ def behind_rows(
     `problem` says why `files` cannot be read, or is "". `ask` opens the dialog for another one.
     """
     imgui.separator_text("What lies behind")
-    widgets.tooltip(_TIP)
+    texts.tooltip(_TIP)
     for name, report in reports.items():
         if name not in files:
-            widgets.grey_text(report.sentence)
+            texts.grey_text(report.sentence)
             probe.note(f"behind {name}")
     kept = tuple(text for text in files if not _row(text, reports.get(text)))
-    widgets.colored_text(problem, theme.colors.bad)
+    texts.colored_text(problem, theme.colors.bad)
     probe.note("behind problem")
     if widgets.button("Add a picture behind...", "Add a picture behind", width=-1):
         ask()
@@ -50,7 +50,7 @@ def _row(text: str, report: BehindReport | None) -> bool:
     imgui.same_line()
     imgui.text_wrapped(printable(Path(text).name))
     if report is not None:
-        widgets.grey_text(f"It {report.words}.")
+        texts.grey_text(f"It {report.words}.")
         probe.note(f"behind {text}")
     return is_removed
 

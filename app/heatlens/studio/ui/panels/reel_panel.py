@@ -16,7 +16,7 @@ from heatlens.render.gpu.device import Texture
 from heatlens.studio.session.desks import PictureDesk
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.files.open_reel import CutFocus, OpenReel
-from heatlens.studio.ui import probe, widgets
+from heatlens.studio.ui import probe, texts, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 from heatlens.studio.ui.picture.picture_alone import PictureAlone
 
@@ -128,7 +128,7 @@ def reel_panel(reel: OpenReel, unit: str, stills: ReelStills) -> None:
     if widgets.button("next >", "next shot"):
         reel.step(1)
     imgui.same_line()
-    widgets.grey_text(f"{reel.at + 1} of {len(reel.reel.shots)}, {printable(reel.path.name)}")
+    texts.grey_text(f"{reel.at + 1} of {len(reel.reel.shots)}, {printable(reel.path.name)}")
     if not imgui.begin_table("shots", len(_HEADS), _FLAGS):
         return
     fixed, rest = imgui.TableColumnFlags_.width_fixed, imgui.TableColumnFlags_.width_stretch
@@ -181,7 +181,7 @@ def _name(shot: ReelShot, is_open: bool) -> bool:
     imgui.pop_style_var()
     probe.note(f"shot {shot.name}")
     if shot.notes:
-        widgets.tooltip("\n".join((*shot.marks, *shot.notes)))
+        texts.tooltip("\n".join((*shot.marks, *shot.notes)))
     return bool(clicked)
 
 

@@ -14,7 +14,7 @@ from heatlens.media.live.ring.channel_map import ChannelMap, Ring, channels_of, 
 from heatlens.media.live.ring.sources import Heard, RingInput
 from heatlens.studio.session.live.ring_hand import RingHand
 from heatlens.studio.session.messages import reported
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 
 Say = Callable[[str], None]
 _LETTERS = 8  # shown characters of a sender's number
@@ -56,7 +56,7 @@ def _status(hand: RingHand, receiver: RingInput, heard: Heard) -> None:
         imgui.text_wrapped(f"Listening at {receiver.address}; nothing was heard yet.")
     elif heard.is_silent:
         text = f"Silent for {heard.age_s:.0f} s; the lens keeps the values sent last."
-        widgets.colored_text(text, theme.colors.bad)
+        texts.colored_text(text, theme.colors.bad)
     elif math.isinf(heard.silent_after_s):  # a controller, which sends nothing while unmoved
         imgui.text(f"Turned {heard.age_s:.1f} s ago.")
     else:
@@ -67,7 +67,7 @@ def _status(hand: RingHand, receiver: RingInput, heard: Heard) -> None:
     refused, lost = receiver.refused, receiver.lost
     if refused or lost:
         imgui.text_disabled(f"{refused} datagrams refused, {lost} samples incomplete")
-        widgets.tooltip(f"The last one: {receiver.fault}." if receiver.fault else "")
+        texts.tooltip(f"The last one: {receiver.fault}." if receiver.fault else "")
 
 
 def _maps(hand: RingHand, unit: str, say: Say) -> None:
@@ -95,7 +95,7 @@ def _row(
     widgets.label(ring.words)
     imgui.set_next_item_width(width - widgets.LABEL_EM * imgui.get_font_size())
     names = [unmapped, *dict.fromkeys([*channels, now])]
-    if imgui.begin_combo(f"##entry of {ring.words}", printable(now)):
+    if imgui.begin_combo(f"##channel of {ring.words}", printable(now)):
         for index, name in enumerate(dict.fromkeys(names)):
             value = f"  {channels[name]:.3g}" if name in channels else ""
             if imgui.selectable(f"{printable(name)}{value}##{index}", name == now)[0]:

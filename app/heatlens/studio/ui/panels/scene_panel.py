@@ -11,7 +11,7 @@ from heatlens.media.scene.scene_bounds import object_names
 from heatlens.studio.session.messages import reported
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shot.editing import Editing
-from heatlens.studio.ui import probe, widgets
+from heatlens.studio.ui import probe, texts, widgets
 
 _OWN = "moved by hand"
 _CAMERA_TIP = (
@@ -74,7 +74,7 @@ def _list_height(count: int) -> float:
 def _object(name: str, index: int, is_selected: bool) -> bool:
     """Draw the name of an object, cut to fit; return True if it was clicked."""
     room = imgui.get_content_region_avail().x
-    shown = widgets.fitted(name, room)
+    shown = texts.fitted(name, room)
     clicked, _ = imgui.selectable(f"{shown}##{index}", is_selected)
     if shown != name and imgui.is_item_hovered():
         imgui.set_tooltip(name)
@@ -110,7 +110,7 @@ def _keys(scenes: SceneCommands, editing: Editing) -> None:
         if widgets.button("Delete key", "delete camera key"):
             scenes.delete_key()
     if len(keys) > 1:
-        widgets.grey_text("keys at " + ", ".join(f"{frame:g}" for frame in keys))
+        texts.grey_text("keys at " + ", ".join(f"{frame:g}" for frame in keys))
 
 
 def _size(scenes: SceneCommands, editing: Editing) -> None:

@@ -12,7 +12,7 @@ from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.render.source.stream_source import StreamSource
 from heatlens.studio.session.marks.lessons import Lesson, Lessons
 from heatlens.studio.session.messages import window_words
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 
 _WIDTH_EM, _LEAST_EM = 28.0, 16.0  # usual and least width of the card; without room it is left out
 _MARGIN_EM = 0.8  # margin to the edges of the picture's window
@@ -124,7 +124,7 @@ class StreamNotice:
         imgui.push_style_color(imgui.Col_.child_bg, theme.OVER_PICTURE.shadow)
         flags = imgui.ChildFlags_.auto_resize_y | imgui.ChildFlags_.always_use_window_padding
         imgui.begin_child("stream notice", ImVec2(min(_NOTICE_EM * em, width - em), 0.0), flags)
-        widgets.colored_text(said, theme.OVER_PICTURE.told)
+        texts.colored_text(said, theme.OVER_PICTURE.told)
         if widgets.small_button("Dismiss", "stream notice"):
             self._dismissed = said
         imgui.end_child()
@@ -134,5 +134,5 @@ class StreamNotice:
 def _draw_wrapped(text: str, color: ImVec4, at: ImVec2, width: float) -> None:
     imgui.set_cursor_pos(at)
     imgui.push_text_wrap_pos(at.x + width)
-    widgets.colored_text(text, color)
+    texts.colored_text(text, color)
     imgui.pop_text_wrap_pos()

@@ -14,7 +14,7 @@ from heatlens.media.files.opened_by_ending import picture_of
 from heatlens.render.gpu.device import Device, Sampling, Texture
 from heatlens.studio.session.files.start_choices import Card
 from heatlens.studio.ui import theme
-from heatlens.studio.ui.widgets import fitted
+from heatlens.studio.ui.texts import fitted
 
 _ROUNDING_EM, _PAD_EM, _AIR_EM = 0.25, 0.5, 1.0
 _BAR_EM, _PLUS_EM, _DIGIT_EM = 0.2, 0.45, 1.5

@@ -17,7 +17,7 @@ from heatlens.studio.ui.start.start_card import (
     draw_card,
     lay_out,
 )
-from heatlens.studio.ui.widgets import fitted
+from heatlens.studio.ui.texts import fitted
 
 _K = imgui.Key
 _DIGITS = (

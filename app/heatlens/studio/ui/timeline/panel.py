@@ -18,7 +18,7 @@ from heatlens.studio.session.keys.key_choice import key_of
 from heatlens.studio.session.keys.key_rows import CAMERA
 from heatlens.studio.session.live.pull_recording import RecordingState
 from heatlens.studio.session.time.timeline import Run
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.timeline.curve_editor import curve_editor
 from heatlens.studio.ui.timeline.dope_sheet import dope_sheet
 from heatlens.studio.ui.timeline.recording_row import recording_row
@@ -222,7 +222,7 @@ def _ease(desk: TimeDesk, keys: Sequence[Key], name: str, is_out: bool) -> None:
             imgui.SliderFlags_.always_clamp,
         )  # fmt: skip
         probe.note(name)
-        widgets.tooltip("How far the handle reaches; the segment becomes a Bezier")
+        texts.tooltip("How far the handle reaches; the segment becomes a Bezier")
     if changed:
         desk.keys.ease(new, is_out)
 

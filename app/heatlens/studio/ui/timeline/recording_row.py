@@ -12,7 +12,7 @@ from heatlens.studio.session.live.pull_recording import (
     PullRecording,
     RecordingState,
 )
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme
 from heatlens.studio.ui.timeline.curve_handles import Heights
 from heatlens.studio.ui.timeline.tool_row import Tool, push, tool_row, word
 from heatlens.studio.ui.timeline.view import TimeScale
@@ -39,7 +39,7 @@ def recording_row(recording: PullRecording) -> None:
         state, f"Recording: {len(recording.samples)} frames. Space keeps them, Escape drops them."
     )
     imgui.align_text_to_frame_padding()
-    widgets.colored_text(words, theme.colors.bad)
+    texts.colored_text(words, theme.colors.bad)
     probe.note("recording words")
 
 
@@ -66,7 +66,7 @@ def _tolerance(recording: PullRecording) -> None:
         imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.always_clamp,
     )  # fmt: skip
     probe.note("tolerance")
-    widgets.tooltip(_TOLERANCE_TIP)
+    texts.tooltip(_TOLERANCE_TIP)
     if changed:
         recording.tolerate(tolerance)
 

@@ -6,7 +6,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.render.rendered_frames.frame_store import MEGABYTE
 from heatlens.studio.session.desks import TimeDesk
 from heatlens.studio.session.settings.preferences import MEGABYTES_MOST
-from heatlens.studio.ui import theme, widgets
+from heatlens.studio.ui import texts, theme, widgets
 from heatlens.studio.ui.timeline.view import TimelineView
 
 _POPUP = "Rendered frames"
@@ -45,11 +45,11 @@ def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
         return
     imgui.push_style_color(imgui.Col_.button, theme.NOTHING)
     imgui.push_style_var(imgui.StyleVar_.frame_border_size, 0.0)
-    with widgets.colored(theme.colors.told if is_preview else theme.colors.dim):
+    with texts.colored(theme.colors.told if is_preview else theme.colors.dim):
         pressed = widgets.button(f"{shown}###rendered frames", "rendered frames")
     imgui.pop_style_var()
     imgui.pop_style_color()
-    widgets.tooltip(_TIP)
+    texts.tooltip(_TIP)
     if pressed:
         view.open_frames()
 
@@ -83,7 +83,7 @@ def _facts(desk: TimeDesk) -> None:
     if store.problem:
         lines.append(store.problem)
     for line in lines:
-        widgets.colored_text(line, theme.colors.dim)
+        texts.colored_text(line, theme.colors.dim)
     widgets.spacer()
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import imgui
 
-from heatlens.studio.ui import probe, widgets
+from heatlens.studio.ui import probe, texts, widgets
 
 _MORE = "..."
 
@@ -87,9 +87,9 @@ def word(text: str, rank: int, name: str = "", tip: str = "", is_dim: bool = Tru
         imgui.align_text_to_frame_padding()
         (imgui.text_disabled if is_dim else imgui.text)(text)
         probe.note(name or text)
-        widgets.tooltip(tip)
+        texts.tooltip(tip)
 
-    return Tool(draw, widgets.text_width(text), rank, is_word=True)
+    return Tool(draw, texts.text_width(text), rank, is_word=True)
 
 
 def push(words: str, name: str, rank: int, do: Callable[[], None], tip: str = "") -> Tool:
@@ -99,7 +99,7 @@ def push(words: str, name: str, rank: int, do: Callable[[], None], tip: str = ""
         if widgets.button(words, name, tip):
             do()
 
-    width = widgets.text_width(words) + 2 * imgui.get_style().frame_padding.x
+    width = texts.text_width(words) + 2 * imgui.get_style().frame_padding.x
     return Tool(draw, width, rank)
 
 
@@ -110,4 +110,4 @@ def tick(words: str, of: object, field: str, rank: int, tip: str) -> Tool:
         setattr(of, field, widgets.check(words, bool(getattr(of, field)), tip=tip))
 
     gap = imgui.get_style().item_inner_spacing.x
-    return Tool(draw, imgui.get_frame_height() + gap + widgets.text_width(words), rank)
+    return Tool(draw, imgui.get_frame_height() + gap + texts.text_width(words), rank)

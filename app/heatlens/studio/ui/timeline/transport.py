@@ -12,7 +12,7 @@ from heatlens.core.model.curves.frames import check_frame, check_frames_per_seco
 from heatlens.media.sequence.sequence import MissingPolicy
 from heatlens.studio.session.desks import TimeDesk
 from heatlens.studio.session.time.playback import Ending
-from heatlens.studio.ui import probe, theme, widgets
+from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.timeline.rendered_panel import rendered_label
 from heatlens.studio.ui.timeline.tool_row import Tool, tool_row, word
 from heatlens.studio.ui.timeline.view import TimelineView
@@ -98,10 +98,10 @@ def _buttons(desk: TimeDesk) -> list[Tool]:
 def _icon(name: str, shape: str, tip: str, is_on: bool = False) -> bool:
     side = imgui.get_frame_height()
     corner = imgui.get_cursor_screen_pos()
-    with widgets.colored(theme.colors.armed if is_on else None, imgui.Col_.button):
+    with texts.colored(theme.colors.armed if is_on else None, imgui.Col_.button):
         pressed = imgui.button(f"##{name}", ImVec2(_ICON * side, side))
     probe.note(f"transport {name}")
-    widgets.tooltip(tip)
+    texts.tooltip(tip)
     middle = ImVec2(corner.x + 0.5 * _ICON * side, corner.y + side / 2)
     _draw_shape(shape, middle, 0.26 * side)
     return bool(pressed)
@@ -135,7 +135,7 @@ def _timecode_field(desk: TimeDesk) -> None:
     """Draw the timecode of the frame; typing one sets the timecode of the first frame."""
     shown, parse = desk.timeline.timecode, desk.timeline.start_timecode
     chosen = widgets.text_field("timecode", shown, shown, parse, desk.say, "timecode")
-    widgets.tooltip(_TIMECODE_TIP)
+    texts.tooltip(_TIMECODE_TIP)
     if chosen != shown:
         desk.editing.edit(replace(desk.editing.shot, start_timecode=chosen or None))
 

@@ -1,0 +1,81 @@
+"""Draw words: in colour, cut to a width, and as tooltips."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from imgui_bundle import ImVec2, ImVec4, imgui
+
+from heatlens.core.base.outside_text import printable
+
+
+def tooltip(text: str) -> None:
+    """Show a tooltip while the pointer rests on the last item; none if `text` is empty."""
+    if text and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(printable(text, keep="\n"))
+
+
+def tip_above(text: str) -> None:
+    """Show a tooltip above the last item, where it covers nothing that comes after it."""
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_next_window_pos(imgui.get_item_rect_min(), 0, ImVec2(0.0, 1.0))
+        imgui.set_tooltip(text)
+
+
+def tip_of_barred(why: str) -> None:
+    """Show the reason `why` as a tooltip of the last item, which is disabled."""
+    if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
+        imgui.set_tooltip(printable(why))
+
+
+def colored_text(text: str, color: ImVec4) -> None:
+    """Draw a text in colour, wrapped over several lines; draw nothing if it is empty."""
+    if not text:
+        return
+    with colored(color):
+        imgui.text_wrapped(printable(text, keep="\n"))
+
+
+def grey_text(text: str) -> None:
+    """Draw a text that is of less importance, wrapped over several lines."""
+    colored_text(text, imgui.get_style_color_vec4(imgui.Col_.text_disabled))
+
+
+def text_width(text: str) -> float:
+    """Return the width of a text in screen units."""
+    return float(imgui.calc_text_size(text).x)
+
+
+def fitted(
+    text: str,
+    width: float,
+    keeps_end: bool = False,
+    width_of: Callable[[str], float] = text_width,
+) -> str:
+    """Return the text, shortened with three dots to fit into `width` screen units.
+
+    `keeps_end` cuts off the beginning instead of the end, for folders.
+    """
+
+    def cut(kept: int) -> str:
+        return f"...{text[len(text) - kept :]}" if keeps_end else f"{text[:kept].rstrip()} ..."
+
+    if width_of(text) <= width:
+        return text
+    low, high = 0, len(text)
+    while low < high:  # binary search for the longest part that fits
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if width_of(cut(middle)) <= width else (low, middle - 1)
+    return cut(low) if low else ""
+
+
+@contextmanager
+def colored(color: ImVec4 | None, slot: int = imgui.Col_.text) -> Iterator[None]:
+    """Draw the text of the block, or the style slot `slot`, in a colour; None changes nothing."""
+    if color is None:
+        yield
+        return
+    imgui.push_style_color(slot, color)
+    try:
+        yield
+    finally:
+        imgui.pop_style_color()
