@@ -82,7 +82,7 @@ def own_layer(path: Path) -> str:
 
 
 def calls_print(source: str) -> bool:
-    return any(
+    return "print(" in source and any(
         isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print"
         for node in ast.walk(ast.parse(source))
     )
@@ -168,9 +168,10 @@ NAMED_ON_USE = {
 
 def names_on_use(path: Path) -> list[tuple[str, str]]:
     """Return each module and name that a file gives to `OnUse`."""
+    text = source_of(path)
     return [
         (node.args[0].value, node.args[1].value)
-        for node in ast.walk(ast.parse(source_of(path)))
+        for node in (ast.walk(ast.parse(text)) if "OnUse(" in text else ())
         if isinstance(node, ast.Call)
         and isinstance(node.func, ast.Name)
         and node.func.id == "OnUse"
