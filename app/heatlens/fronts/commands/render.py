@@ -118,8 +118,8 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _render(args: argparse.Namespace) -> None:
-    start = time.perf_counter()
+def _checked_settings(args: argparse.Namespace) -> DefocusSettings:
+    """Return the settings of the blur; refuse what cannot be written or has no effect."""
     take_one_frame(args)
     beside = [*([] if args.depth is None else [args.depth]), *(args.behind or [])]
     check_output(args.output, *files_of_scene(args.plate), *map(Path, beside))
@@ -127,6 +127,12 @@ def _render(args: argparse.Namespace) -> None:
     check_pinhole_options(args, _is_exr(args))
     settings = settings_of(args)
     refuse_unused(args, str(args.plate), settings.method)
+    return settings
+
+
+def _render(args: argparse.Namespace) -> None:
+    start = time.perf_counter()
+    settings = _checked_settings(args)
     wanted = _kept_names(args, settings)
     look = _look(args)
     use_device(args)

@@ -71,10 +71,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "pixel_aspect_ratio": aspect,
         "views": list(views_of(headers)),
         "things": thing_names(path.parent, headers),
-        "parts": [
-            _part_facts(header, {name: pixels.dtype.str for name, pixels in channels.items()})
-            for header, channels in all_parts
-        ],
+        "parts": [_part_facts(header, _kinds(channels)) for header, channels in all_parts],
         "behind": _behind_facts(path, options, bool(behind_layers(all_parts))),
         "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
         "primaries": None if stated is None else _primaries_facts(stated),
@@ -188,6 +185,11 @@ def _primaries_facts(stated: HeaderPrimaries) -> Facts:
         "space": None if stated.known is None else stated.known.name,
         "by_matrix": stated.primaries is not None,
     }
+
+
+def _kinds(channels: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """Return the NumPy type of each channel, such as "<f2"."""
+    return {name: pixels.dtype.str for name, pixels in channels.items()}
 
 
 def _part_facts(header: Header, kinds: Mapping[str, str]) -> Facts:
