@@ -52,7 +52,7 @@ def scene_gui(ctx: Device, window: Gui, monkeypatch) -> Gui:
     monkeypatch.setattr(bands, "_LEAST_PX", SIZE[0] * 64)
     monkeypatch.setattr(bands, "is_software", lambda _: True)  # a GPU draws a small picture at once
     gui = as_opened(window)
-    raster = gui.session.pictures.renderer._source._drawer._raster
+    raster = gui.session.pictures.renderer._source._raster
     raster.bands = bands.Bands(gui.ctx, raster.buffers.triangles_drawn)
     large = replace(gui.session.scenes.framing, width_px=SIZE[0], height_px=SIZE[1])
     gui.session.editing.do(replace(gui.session.facts.shot, framing=large))
