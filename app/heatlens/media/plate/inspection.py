@@ -65,6 +65,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     camera = camera_at_header([header, *headers])
     depth, depth_notes = _depth_facts(path, parts, choice, options, camera)
     aspect, aspect_notes = pixel_aspect_of(path, header)
+    notes = [*color.pop("notes", ()), *aspect_notes, *depth_notes]
     return {
         "path": str(path),
         **_size_facts(window, shown),
@@ -79,13 +80,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "is_blurred": is_blurred(header),
         "color": color,
         "depth": depth,
-        "notes": [
-            *blurred_notes(path, header),
-            *notes_of(header),
-            *color.pop("notes", ()),
-            *aspect_notes,
-            *depth_notes,
-        ],
+        "notes": [*blurred_notes(path, header), *notes_of(header), *notes],
     }
 
 

@@ -28,8 +28,7 @@ _TOO_MANY_SETS = "Materials with more than two sets of texture coordinates use o
 _DIELECTRIC = 0.04  # reflectance of non-metals at normal incidence
 _LEAST = 1e-6
 _LUMA = np.array([0.299, 0.587, 0.114])
-_SIDE_MOST_PX = 2048
-_ROWS_AT_ONCE = 256
+_SIDE_MOST_PX, _ROWS_AT_ONCE = 2048, 256
 
 Pixels = NDArray[np.uint8]
 
