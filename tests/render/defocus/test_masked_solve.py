@@ -176,9 +176,7 @@ def test_a_mask_of_no_tile_touches_nothing(ctx: Device, solver: LineSolver, plat
 
 
 @pytest.mark.parametrize("length", [4096, 16384])  # 8 pixels a run; runs of several tiles
-@pytest.mark.parametrize(
-    ("name", "storage"), [("disc_3", "f4"), ("disc_3", PACKED), ("disc_4", PACKED)]
-)
+@pytest.mark.parametrize(("name", "storage"), [("disc_3", "f4"), ("disc_4", PACKED)])
 def test_long_lines_are_solved_in_their_tiles_only(
     ctx: Device,
     solver: LineSolver,
