@@ -184,13 +184,12 @@ def test_it_waits_for_the_first_worker_and_says_so(shot_file, tmp_path, lost):
     assert len(files_in(tmp_path / "out")) == 6
 
 
-@pytest.mark.parametrize("made", [1, 9])
-def test_a_killed_worker_loses_nothing(capsys, many, tmp_path, lost, made):
+def test_a_killed_worker_loses_nothing(capsys, many, tmp_path, lost):
     """Another one makes what it had begun; whatever was finished stays."""
     exported(capsys, many, tmp_path / "whole" / "n.####.exr")
     out = tmp_path / "out"
     export = lost.export("export", many, "-o", out / "n.####.exr", "--chunk", 3)
-    wait_for(lambda: len(list(out.glob("n.*"))) >= made)
+    wait_for(lambda: len(list(out.glob("n.*"))) > 2)
     lost.kill("worker 0")
     before = {path: path.stat().st_ino for path in out.glob("n.*")}
     lost.work("another")
@@ -238,8 +237,9 @@ def test_a_stopped_export_goes_on_where_it_was(capsys, many, tmp_path, lost, how
     assert files_in(out) == files_in(tmp_path / "whole")
 
 
-@pytest.mark.parametrize("how", [signal.SIGHUP, signal.SIGKILL])
-@pytest.mark.parametrize("output", ["n.####.exr", "m.mov"])
+@pytest.mark.parametrize(
+    ("how", "output"), [(signal.SIGKILL, "n.####.exr"), (signal.SIGHUP, "m.mov")]
+)
 def test_an_export_whose_terminal_is_gone_goes_on_and_is_followed_again(
     capsys, many, tmp_path, lost, how, output
 ):
@@ -304,12 +304,11 @@ def test_a_connection_that_breaks_in_the_middle_of_an_answer_is_told():
         list(maker([]))
 
 
-@pytest.mark.parametrize("made", [1, 7])
-def test_a_scheduler_that_dies_is_told_and_nothing_is_lost(capsys, many, tmp_path, own, made):
+def test_a_scheduler_that_dies_is_told_and_nothing_is_lost(capsys, many, tmp_path, own):
     exported(capsys, many, tmp_path / "whole" / "n.####.exr")
     out = tmp_path / "out"
     export = own.export("export", many, "-o", out / "n.####.exr", "--chunk", 2)
-    wait_for(lambda: len(list(out.glob("n.*"))) >= made)
+    wait_for(lambda: len(list(out.glob("n.*"))) > 2)
     own.kill("scheduler")
     assert export.wait(60) == 2
     assert "The scheduler has gone" in own.said("export").splitlines()[-1]
