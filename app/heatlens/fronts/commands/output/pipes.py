@@ -10,6 +10,7 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.stopping import unfinished
 from heatlens.media.files.opened_by_ending import ending_of
+from heatlens.media.files.picture_formats import FORMATS
 
 DASH = "-"
 
@@ -29,7 +30,8 @@ def file_of_input(path: Path) -> Iterator[Path]:
         data = sys.stdin.buffer.read()
         suffix = ending_of(data)
         if not suffix:
-            fault = "is empty" if not data else "is neither an EXR nor a PNG, JPEG or TIFF"
+            words = ", ".join(it.word for it in FORMATS if it.begins)
+            fault = "is empty" if not data else f"is neither an EXR nor one of these: {words}"
             raise InputError(f"Standard input {fault}.")
         spooled = folder / f"stdin{suffix}"
         spooled.write_bytes(data)
