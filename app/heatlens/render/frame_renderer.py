@@ -155,7 +155,7 @@ class FrameRenderer:
     def looking(
         self, shot: Shot, frame: int, views: int | None = None, is_for_file: bool = False
     ) -> Steps[None]:
-        """Do what `look` does in short steps; only the last one changes the state."""
+        """Read or draw the sharp picture of `frame` in short steps; the last one loads it."""
         seen = self._seen(shot, frame)
         pinhole = yield from self._source.look(seen, frame, views, is_for_file)
         if pinhole is not self._loaded:

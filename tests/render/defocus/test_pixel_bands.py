@@ -1,6 +1,7 @@
 """Passes over every pixel, cut into bands so that a window can answer in between."""
 
 import math
+from pathlib import PurePath
 from types import SimpleNamespace
 
 import numpy as np
@@ -56,7 +57,7 @@ def in_bands(loaded: FrameRenderer, band_px: int, monkeypatch) -> tuple[np.ndarr
     dispatch = ComputeProgram.dispatch
 
     def counted(program: ComputeProgram, *args, **inputs) -> None:
-        name = program.name.partition(".")[0]
+        name = PurePath(program.name).name.partition(".")[0]
         runs[name] = runs.get(name, 0) + 1
         dispatch(program, *args, **inputs)
 

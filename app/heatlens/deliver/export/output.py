@@ -68,7 +68,7 @@ def parse_output(text: str | os.PathLike[str]) -> Output:
 def check_names(output: Output, frames: tuple[int, ...], has_folder: bool = True) -> None:
     """Raise InputError if several frames have the same name, or their folder cannot be made.
 
-    Without `has_folder`, any folder will be made.
+    If `has_folder` is False the folder is not checked, because it will be made when it is needed.
     """
     if len(frames) > 1 and not (output.is_movie or output.form.padding):
         name = Path(output.form.text)

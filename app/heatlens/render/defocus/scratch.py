@@ -118,10 +118,12 @@ class Scratch:
         self._alive.clear()
         self._pool.release()
 
-    # A mistake in the table of lifetimes would be a pass that reads what another has overwritten,
-    # here and there in a picture. So a second owner is an error, and poisoned memory shows a reader
-    # that comes too late. With what is shared, a film picture of 1920x1080 holds 184 bytes a pixel.
+    # With a wrong lifetime in the table, a pass would overwrite data that another still reads, and
+    # the picture would be wrong in places. So a second owner is an error; a pass that reads too
+    # late shows by poisoned memory. With sharing, a film picture of 1920x1080 holds 184 bytes a
+    # pixel.
     def _given(self, name: str, memory: str, held: Held) -> Held:
+        """Record `name` as the owner of `memory`. Raises RuntimeError if another still owns it."""
         owner = self._alive.get(memory, (name, held))[0]
         if owner != name:
             raise RuntimeError(

@@ -80,7 +80,7 @@ class Client:
         try:
             first = await asyncio.wait_for(self._socket.receive(), _HELLO_S)
         except TimeoutError:
-            await self.part("Nothing was hello.")
+            await self.part("Nothing was said.")
             return False
         try:
             hello = parsed(first.data) if first.type is WSMsgType.TEXT else {}

@@ -86,6 +86,7 @@ def paced_progress(
                 show(f"{sentence} ({where})")
                 return
             show("")
-            say(*filter(None, [sentence]))
+            if sentence:
+                say(sentence)
 
         yield tell

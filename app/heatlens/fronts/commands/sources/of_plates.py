@@ -119,10 +119,10 @@ class PlateCommands(SourceCommands):
 
 
 def _first_files(args: argparse.Namespace) -> tuple[Path, ...]:
-    """Return the first of the files; none where the plates are not rendered yet."""
+    """Return the first file in a tuple, or an empty one if no plate is rendered yet."""
     try:
         sequence = find_sequence(args.plate)
-    except InputError:  # which was said when the shot was made
+    except InputError:  # reported already, when the shot was made
         return ()
     return (sequence.path_at(sequence.present[0]),)
 

@@ -208,8 +208,8 @@ def without_volumes(samples: DeepSamples) -> tuple[Fragments, int]:
 
 
 # No lens can tell apart what is closer together than a share of its distance, so slices grow with
-# the distance by a constant factor. As many slices of equal thickness would be too coarse in front,
-# where blur changes fastest.
+# the distance by a constant factor. The same number of equal slices would be too coarse in front,
+# where blur changes fastest. The first slice starts at the sample itself, even before `begin`.
 def _slices(samples: DeepSamples) -> Fragments:
     """Cut each sample into slices whose distances grow by a constant factor."""
     begin = np.maximum(samples.z, _NEAREST * samples.back)

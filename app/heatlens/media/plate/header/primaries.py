@@ -83,6 +83,7 @@ def _by_name(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
 
 
 def _by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
+    """Return the primaries that "chromaticities" gives: known ones, new ones, or text alone."""
     values = np.asarray(attributes.get("chromaticities", ()))
     if values.shape != (8,) or values.dtype.kind not in "if":
         return None

@@ -86,25 +86,26 @@ class _Instance(NamedTuple):
 
 
 def _scene(stage: UsdStage) -> Scene:
+    """Return the scene of a stage: meshes, copies of instancers, cameras, and how they move."""
     materials = UsdMaterials(stage)
     geometry = UsdGeometry(materials)
     instancers = Instancers(stage, geometry)
-    shown = [prim for prim in stage.prims if not is_within_instancer(prim)]
-    visible = [prim for prim in shown if is_shown(prim)]
-    prims, copying = list(filter(has_surface, visible)), list(filter(is_instancer, visible))
-    placed, cameras = [*prims, *copying], list(filter(is_camera, stage.prims))
-    attributes = [*chain.from_iterable(map(changing, copying))]
+    outside_instancers = [prim for prim in stage.prims if not is_within_instancer(prim)]
+    visible = [prim for prim in outside_instancers if is_shown(prim)]
+    prims, instancer_prims = list(filter(has_surface, visible)), list(filter(is_instancer, visible))
+    placed, cameras = [*prims, *instancer_prims], list(filter(is_camera, stage.prims))
+    attributes = [*chain.from_iterable(map(changing, instancer_prims))]
     of_lenses = chain.from_iterable(map(changing_lens, cameras))
     frames = stage.frames_of([*placed, *cameras], [*attributes, *of_lenses])
-    moving = stage.frames_of(placed, attributes)
+    geometry_frames = stage.frames_of(placed, attributes)
     instances = _instances(geometry, prims)
-    copies = [instancers.copies(prim, moving) for prim in copying]
+    copies = [instancers.copies(prim, geometry_frames) for prim in instancer_prims]
     for number, copy in enumerate(copies, start=len(prims)):
         instances += map(_Instance, copy.names, copy.meshes, repeat(number))
     check_instances(stage.path, len(instances))
     motion = _Sampled(
-        moving.first if moving else STILL_FRAME,
-        _sampled(stage, placed, moving),
+        geometry_frames.first if geometry_frames else STILL_FRAME,
+        _sampled(stage, placed, geometry_frames),
         tuple(instance.number for instance in instances),
         _joined([copy.local for copy in copies]),
     )
@@ -118,10 +119,10 @@ def _scene(stage: UsdStage) -> Scene:
         tuple(materials.materials),
         tuple(materials.images),
         read_cameras(stage, cameras, frames),
-        motion=motion if moving else None,
+        motion=motion if geometry_frames else None,
         frames=frames,
         frames_per_second=stage.frames_per_second,
-        notes=_notes(stage, geometry, instancers, shown),
+        notes=_notes(stage, geometry, instancers, outside_instancers),
     )
 
 

@@ -238,9 +238,7 @@ class MarkCommands(Commands, Worker):
             self.change(before, after)
             visible = sum(place.distance_m is not None for place in after.places)
             doubts = f", {len(after.doubted)} of them to be looked at" if after.doubted else ""
-            self._say(
-                f"{after.name} is visible at {visible} of {len(after.places)} frames{doubts}."
-            )
+            self._say(f"{after.name} is seen at {visible} of {len(after.places)} frames{doubts}.")
 
     def poll(self) -> None:
         """Apply finished measurements; call this once a frame."""

@@ -166,9 +166,9 @@ class MarkDistances(Commands, Worker):
         at = self._editing.frame if frame is None else frame
         return self.sharp_m(mark, lens, at, distance_m)
 
-    # The lean is asked whether it is level, and not the lens whether it is tilted or split: a list
-    # of fields forgets the next term. A mark lies on the sharp plane at its own place in the
-    # picture, so its depth alone is not its focus.
+    # A tilted or split lens is not sharp at one distance, so that the focus of a mark depends on
+    # its place in the picture too. The computed lean is tested, and not single fields of the lens
+    # such as its tilt: a field that is added later would be forgotten here.
     def sharp_m(self, mark: Mark, lens: Lens, frame: int, distance_m: float) -> float:
         """Return the focus distance of `lens` with which a mark at this distance is sharp."""
         place = mark.place_at(frame) if isinstance(mark, TrackMark) else mark
