@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from heatlens.core.model.marks.marks import PointMark
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import Quality
-from heatlens.core.model.shot.shot import LensParameter
 from heatlens.media.documents.shot_file import autosave_path, read_shot
 from heatlens.media.plate.header.camera_header import lens_attributes
 from heatlens.studio.session.session import Session

@@ -9,8 +9,9 @@ from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Quality
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.fronts.commands.main import main
 from heatlens.media.documents.shot_file import write_shot
 from heatlens.media.plate.exr.exr_read import read_parts

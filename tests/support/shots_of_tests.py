@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 
 FOCUS = LensParameter.FOCUS_DISTANCE
 

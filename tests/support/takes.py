@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.time.playback import Ending
 from support.evening import FIRST, LAST, begun, settled, write_plates

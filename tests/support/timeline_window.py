@@ -7,8 +7,8 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import EASE_PERCENT
-from heatlens.core.model.shot.shot import LensParameter
 from heatlens.render.gpu.device import Device
 from heatlens.studio.session.keys.key_drag import KeyDrag, KeyStretch
 from heatlens.studio.session.marks.focus_pulls import PULL_FRAMES

@@ -8,8 +8,9 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.focus.live_focus import Follow, bridged
 from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import followed, pull
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 
 SHOT = Shot(Lens(focal_length_mm=50, f_stop=1.4, focus_distance_m=3, sensor_width_mm=36))
 WALKS = st.lists(st.floats(0.8, 30), min_size=2, max_size=40)

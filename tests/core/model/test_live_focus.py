@@ -12,8 +12,9 @@ from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.focus.live_focus import Follow, LiveFocus, MeasuredMark, Pursuit
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import DistanceMark
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import baked, pull
-from heatlens.core.model.shot.shot import LensCurves, LensParameter, Shot
+from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.media.documents.shot_file import read_shot, write_shot
 
 LENS = Lens(focal_length_mm=50, f_stop=1.4, focus_distance_m=3, sensor_width_mm=36)

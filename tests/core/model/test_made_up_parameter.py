@@ -33,7 +33,7 @@ def test_it_is_typed_kept_shown_and_drawn(tmp_path):
         from heatlens.fronts.commands.main import main
         from heatlens.media.documents.shot_file import read_shot
         from heatlens.studio.session.keys.key_rows import shown_rows
-        from heatlens.core.model.shot.shot import LensParameter
+        from heatlens.core.model.shot.lens_parameter import LensParameter
         from heatlens.studio.ui.timeline.curve_axis import AXES
         words = "shot new a.####.exr -o a.heatlens.json --focal-length 50 --sensor-width 36".split()
         words += "--f-stop 2 --focus-distance 3 --key rim@1=0 --key rim@9=0.5 --frames 1-9".split()

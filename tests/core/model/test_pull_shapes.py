@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import (
     PullShape,
     held_focus,
@@ -16,7 +17,7 @@ from heatlens.core.model.shot.pull import (
     reversed_focus,
     shaped_pull,
 )
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 
 SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0))
 FOCUS = LensParameter.FOCUS_DISTANCE

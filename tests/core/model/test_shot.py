@@ -19,9 +19,10 @@ from heatlens.core.model.marks.marks import (
     PointMark,
     distance_at_m,
 )
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import frames_too_close, pull
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings
-from heatlens.core.model.shot.shot import LensCurves, LensParameter, Shot
+from heatlens.core.model.shot.shot import LensCurves, Shot
 
 FIFTY = Lens(50.0, 2.0, 2.24, 36.0)
 FOCUS, F_STOP, FOCAL_LENGTH, SQUEEZE, TILT, SPLIT = LensParameter

@@ -6,8 +6,9 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import DistanceMark
 from heatlens.core.model.shot.history import History, change_words
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 
 SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0))
 

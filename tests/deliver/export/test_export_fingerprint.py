@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import Quality
-from heatlens.core.model.shot.shot import LensParameter
 from heatlens.deliver.export.job import DisplayLook, ExportJob
 from heatlens.deliver.export.options import ExportOptions
 from heatlens.deliver.export.output import parse_output

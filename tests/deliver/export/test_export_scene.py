@@ -12,8 +12,9 @@ from PIL import Image
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import DefocusSettings, Method, Quality
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.export.job import DisplayLook, ExportJob
 from heatlens.deliver.export.output import parse_output
 from heatlens.deliver.export.plan import fingerprint_of, frames_of, planned

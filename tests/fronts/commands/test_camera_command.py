@@ -13,7 +13,8 @@ from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.curves.interpolation import Interpolation, Scale
 from heatlens.core.model.lens.lens import Lens, LensModel
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.timecode import Timecode
 from heatlens.fronts.commands.main import main
 from heatlens.media.camera.camera_file import read_camera, write_camera

@@ -12,9 +12,9 @@ from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.opening_image import OpeningImage
 from heatlens.core.model.option import options_of, type_of, words_of
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings, Method
-from heatlens.core.model.shot.shot import LensParameter
 from heatlens.core.model.view.view import DisplayOptions
 from heatlens.fronts.commands.options.field_options import (
     add_fields,

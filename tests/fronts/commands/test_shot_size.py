@@ -7,7 +7,8 @@ import pytest
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.fronts.commands.main import main
 from heatlens.media.documents.shot_file import read_shot, write_shot
 from support.session_files import write_scene

@@ -18,8 +18,9 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.coc import near_limit_m
 from heatlens.core.model.lens.lens import Lens, MeasuredFrom
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.reel import Reel, ReelShot
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.timecode import Timecode
 from heatlens.core.model.units import parse_distance_m
 from heatlens.deliver.export.sheet_page import Sheet, SheetEntry, data_uri, sheet_html, write_sheet

@@ -7,7 +7,8 @@ import pytest
 
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.camera.blender_write import blender_text
 from heatlens.media.camera.samples import with_renderer_f_stop
 from heatlens.render.source.named import camera_of_shot

@@ -11,7 +11,8 @@ from heatlens.core.base.errors import InputError, LensError
 from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.interpolation import Interpolation, Scale
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.camera.into_shot import linear_keys, with_camera
 from heatlens.render.source.named import camera_of_shot
 from support.cameras import FRAMES, SHOTS, moving_camera

@@ -9,7 +9,8 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.opening_image import OpeningImage
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.fronts.commands.main import main
 from heatlens.media.camera.blender_write import blender_text
 from heatlens.media.camera.camera_file import read_camera, write_camera

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from heatlens.core.model.focus.coc import coc_line
 from heatlens.core.model.lens.lens import Lens, LensModel
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.camera.camera_file import read_camera, write_camera
 from heatlens.media.camera.into_shot import with_camera
 from heatlens.media.camera.nuke_write import nuke_text

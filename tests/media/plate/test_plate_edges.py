@@ -14,8 +14,9 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.lens.breathing import breathing_note
 from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.behind import _convention
 from heatlens.media.plate.coc_line import area_at, depth_at_m, middle_m
 from heatlens.media.plate.deep.deep_plate import flattened_part, read_deep_plate

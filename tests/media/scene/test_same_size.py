@@ -15,7 +15,8 @@ from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import DistanceMark, MatteMark, ObjectMark, PointMark
 from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, looking_at
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.same_size import KeptSize, crop_words
 from heatlens.render.gpu.textures import download
 from support.scenes import NIGHT, lamp, moved, plane, scene_of, sphere

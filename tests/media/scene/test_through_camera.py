@@ -7,7 +7,8 @@ import pytest
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.first_shot import through_camera
 from heatlens.media.scene.scene import SceneCamera
 

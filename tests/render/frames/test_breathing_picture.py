@@ -8,8 +8,9 @@ import pytest
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.lens.breathing import view_ratio
 from heatlens.core.model.lens.lens import Lens
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Quality
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.of_arrays import plate_of_arrays
 from heatlens.media.plate.picture.picture_write import lens_header
 from heatlens.render.frame_renderer import FrameRenderer

@@ -8,8 +8,9 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import Framing
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import DefocusSettings, Method, Quality
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.behind import with_behind
 from heatlens.media.plate.coc_line import focused_at_pixel, lean_in, line_of
 from heatlens.render.defocus.lean_survey import LeanSurvey

@@ -15,10 +15,11 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.framing import Pose
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.pull import pull
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.read import read_plate
 from heatlens.media.sequence.sequence import stamp_of
 from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob, PlateFile

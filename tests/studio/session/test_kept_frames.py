@@ -7,7 +7,7 @@ import pytest
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.view.view import Compare
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.media.plate.read import read_plate

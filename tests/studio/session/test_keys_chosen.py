@@ -9,7 +9,8 @@ from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey
-from heatlens.core.model.shot.shot import FOCUS_SCALES, LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import FOCUS_SCALES, LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys import key_choice
 from heatlens.studio.session.keys.key_choice import KeyId, all_keys, keys_at
 from heatlens.studio.session.keys.key_commands import KeyCommands

@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.lens.lens_commands import KitCommands
 from heatlens.studio.session.shot.editing import Editing
 from support.shared import shared_of

@@ -8,8 +8,9 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import free_letter
 from heatlens.core.model.shot.framing import Framing
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.look import Look
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.view import Against, Compare
 from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.render.preview.level_choice import quickest

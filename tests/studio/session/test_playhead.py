@@ -4,7 +4,7 @@ import pytest
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.time.timeline import FrameStates, Run, Timeline, _range, runs_of
 from support.evening import FIRST, LAST, begun, settled, until
 from support.session_files import room_file

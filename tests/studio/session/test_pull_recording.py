@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from heatlens.core.model.focus.coc import sharp_dioptres
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.live.pull_recording import RecordingState
 from support.evening import FIRST, LAST
 from support.takes import opened_walls, pulled_m, ready

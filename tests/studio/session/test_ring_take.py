@@ -3,7 +3,7 @@
 import pytest
 
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.timecode import Timecode
 from heatlens.media.live.ring.sources import LensSample, RingSources
 from heatlens.studio.session.live.ring_hand import RingHand

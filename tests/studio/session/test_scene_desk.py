@@ -10,7 +10,7 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.core.model.shot.framing import Framing, SceneTiming, WorldAxis
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.studio.session.scenes import following
 from heatlens.studio.session.scenes.clip_choice import ALL_CLIPS

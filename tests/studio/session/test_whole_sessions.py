@@ -11,10 +11,11 @@ from heatlens.core.base.errors import FaultError, InputError
 from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import PointMark
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import Method
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.view import Against, Compare
 from heatlens.media.camera.camera_file import read_camera
 from heatlens.media.color.color_config import load_color_config

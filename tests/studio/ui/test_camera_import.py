@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.camera.camera_file import write_camera
 from heatlens.render.source.named import camera_of_shot
 

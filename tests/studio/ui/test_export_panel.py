@@ -18,8 +18,8 @@ from deliver.farm.test_openjd import openjd
 from heatlens.core.base.paths import data_dir, folder_to_write_in
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
-from heatlens.core.model.shot.shot import LensParameter
 from heatlens.core.model.view.guides import NO_GUIDES, Guides
 from heatlens.core.model.view.view import DisplayOptions
 from heatlens.deliver.export.job import read_job

@@ -6,7 +6,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.base.paths import data_dir
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.marks.lessons import Lesson, Lessons
 from support.gui import Gui, gui_of
 from support.session_files import QUICK, room_file

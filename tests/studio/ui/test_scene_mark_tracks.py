@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.device import Device
 from heatlens.studio.session.marks import mark_measuring

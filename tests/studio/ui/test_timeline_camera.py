@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.framing import CameraTrack, Pose, PoseKey
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.keys.key_choice import KeyId, all_keys, copied, deleted, pasted
 from heatlens.studio.session.keys.key_rows import CAMERA, ROWS
 from support.gltf_files import GltfWriter

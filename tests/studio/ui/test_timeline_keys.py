@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.curves.interpolation import Interpolation
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.keys.key_choice import KeyId
 from support.gui import Gui
 from support.sequences import FIRST, LAST

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import PullShape, shaped_pull
-from heatlens.core.model.shot.shot import LensParameter
 from heatlens.studio.session.keys.key_choice import all_keys
 from heatlens.studio.session.live.pull_recording import RecordingState
 from support.gui import Gui

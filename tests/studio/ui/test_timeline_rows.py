@@ -12,7 +12,7 @@ from imgui_bundle import imgui
 
 from heatlens.core.model.curves.interpolation import Scale
 from heatlens.core.model.lens.lens import THIRD_STOPS
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.ui.timeline.curve_axis import AXES, CurveLine
 from support.gui import Gui
 from support.sequences import LAST

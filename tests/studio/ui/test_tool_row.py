@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.ui.timeline.tool_row import Tool, ranks_kept
 from support.gui import Gui
 from support.timeline_window import film_window, fresh, typed

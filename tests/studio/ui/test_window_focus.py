@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.marks.marks import PointMark
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from support.session_files import BALL, BALL_M, HEIGHT, LENS, POST, POST_M, SKY, WIDTH
 
 K = imgui.Key

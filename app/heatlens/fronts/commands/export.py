@@ -11,7 +11,8 @@ from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.guides import Guides
 from heatlens.deliver.export.job import read_job
 from heatlens.deliver.export.movie_sound import heard

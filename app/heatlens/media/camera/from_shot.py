@@ -11,7 +11,8 @@ from heatlens.core.model.lens.filmback import FILMBACKS
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.framing import Framing
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.camera.placement import Matrix, matrix_of
 from heatlens.media.camera.plate_camera import picture_aspect, placement_of
 from heatlens.media.camera.samples import (

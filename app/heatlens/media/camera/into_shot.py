@@ -7,7 +7,8 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.key_reduction import linear_keys
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.option import Values, type_of
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.camera.samples import (
     PLAIN_OPENING,
     CameraSamples,

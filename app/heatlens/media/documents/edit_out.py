@@ -8,9 +8,10 @@ from typing import Any
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import baked
 from heatlens.core.model.shot.reel import Reel, Retime
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance
 from heatlens.media.documents.edit_file import otio
 from heatlens.media.files.atomic_file import replacing

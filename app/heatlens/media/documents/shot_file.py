@@ -24,10 +24,11 @@ from heatlens.core.model.marks.marks import kind_of_entries
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.grade import Grade
+from heatlens.core.model.shot.lens_parameter import FOCUS_SCALES, LensParameter
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
-from heatlens.core.model.shot.shot import FOCUS_SCALES, LensCurves, LensParameter, Shot
+from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.media.files.atomic_file import write_whole
 from heatlens.media.files.json_record import JsonEntry, plain, read_json, record_to_json
 from heatlens.media.plate.opening_picture import (

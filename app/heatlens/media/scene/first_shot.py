@@ -14,7 +14,8 @@ from heatlens.core.model.curves.key_reduction import linear_keys
 from heatlens.core.model.lens.lens import Lens, LensModel
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.framing import Framing, SceneTiming
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.placing import Placing, placed_first
 from heatlens.media.scene.scene import Scene, SceneCamera
 from heatlens.media.scene.scene_bounds import bounds_m, started_framing, subject_m, track_of

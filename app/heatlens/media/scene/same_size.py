@@ -16,8 +16,9 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, Vector
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import followed, recorded
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance
 from heatlens.core.model.view.orbit import pivot_of
 from heatlens.media.scene.scene import Scene

@@ -15,9 +15,10 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark, ObjectMark
 from heatlens.core.model.shot.framing import Framing, SceneTiming
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.header.header_lens import StartLens
 from heatlens.media.scene.first_shot import FirstShot, first_shot, lens_with
 from heatlens.media.scene.placing import placed

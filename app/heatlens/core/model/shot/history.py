@@ -5,8 +5,9 @@ from dataclasses import dataclass, fields, replace
 
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.option import Option, options_of
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.settings import DefocusSettings
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 
 _STEPS_MAX = 1000
 _FIELDS = {

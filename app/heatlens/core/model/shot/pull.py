@@ -11,7 +11,8 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
 from heatlens.core.model.curves.key_reduction import Samples, moving_part, reduced_keys
 from heatlens.core.model.focus.live_focus import Distances, Follow, LiveFocus, MeasuredMark, Pursuit
-from heatlens.core.model.shot.shot import LensParameter, Shot, live_sharp_dioptres
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot, live_sharp_dioptres
 
 _SNAP_AFTER = 0.7  # share of the frames for which a late snap waits
 _OVERSHOOT, _OVERSHOT_AFTER = 0.08, 0.75  # shares of the way in dioptres, and of the frames

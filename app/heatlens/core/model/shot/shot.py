@@ -20,8 +20,7 @@ from heatlens.core.model.marks.marks import check_marks
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.grade import Grade
-from heatlens.core.model.shot.lens_parameter import FOCUS_SCALES as FOCUS_SCALES
-from heatlens.core.model.shot.lens_parameter import LensParameter as LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.look import Look, check_looks
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings

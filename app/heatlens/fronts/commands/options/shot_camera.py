@@ -5,7 +5,8 @@ from collections.abc import Collection
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance, parse_scene_unit_m
 from heatlens.fronts.commands.options.field_options import attributes_of
 from heatlens.fronts.commands.output.say import say

@@ -14,8 +14,9 @@ from heatlens.core.model.lens.lens import Lens, from_pupil_m, parse_measured_m
 from heatlens.core.model.marks import marks
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import TYPED_MARK, DistanceMark, mark_of
+from heatlens.core.model.shot.lens_parameter import FOCUS_SCALES, LensParameter
 from heatlens.core.model.shot.pull import frames_too_close
-from heatlens.core.model.shot.shot import FOCUS_SCALES, LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance
 from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
 from heatlens.fronts.commands.options.given_options import refuse_unused

@@ -12,10 +12,11 @@ from heatlens.core.model.focus.coc import far_limit_m, near_limit_m
 from heatlens.core.model.lens.lens import Lens, as_measured_m, measured_text
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.framing import Framing
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.pull import frames_too_close
 from heatlens.core.model.shot.settings import DefocusSettings, Method
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance
 from heatlens.fronts.commands.output.say import tell
 from heatlens.media.documents.shot_file import read_shot, shot_to_json

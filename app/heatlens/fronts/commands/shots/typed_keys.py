@@ -6,7 +6,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.option import or_meant
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.units import parse_distance_m
 
 KEYED = {parameter.typed: parameter for parameter in LensParameter}

@@ -11,7 +11,8 @@ from typing import NamedTuple
 from heatlens.core.model.curves.curve import SAME_FRAME, Curve, Key
 from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.shot.framing import PoseKey
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys import key_rows
 from heatlens.studio.session.keys.key_rows import CAMERA, ROWS, Keyed, Row, key_frames
 

@@ -3,7 +3,8 @@
 from collections.abc import Callable
 
 from heatlens.core.model.curves.interpolation import Interpolation
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys import key_choice
 from heatlens.studio.session.keys.key_choice import Chosen, Copied, all_keys
 from heatlens.studio.session.keys.key_rows import CAMERA, Row, RowChoice, key_count

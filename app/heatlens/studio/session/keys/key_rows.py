@@ -8,7 +8,8 @@ from typing import Final
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 
 
 class CameraRow(StrEnum):

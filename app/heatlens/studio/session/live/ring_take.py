@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.timecode import Timecode
 from heatlens.media.live.ring.sources import LensSample
 from heatlens.studio.session.live.ring_hand import RingHand

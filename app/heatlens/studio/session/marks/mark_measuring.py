@@ -17,7 +17,8 @@ from heatlens.core.model.focus.live_focus import Distances
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import MatteMark, ObjectMark, PointMark, distance_at_m
 from heatlens.core.model.marks.track_mark import TrackMark
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.media.frame_cache.cache import FrameCache
 from heatlens.media.plate.mattes.mattes import thing_at
 from heatlens.media.plate.plate import Plate

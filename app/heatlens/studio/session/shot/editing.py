@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from heatlens.core.base.errors import InputError, LensError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.history import History
-from heatlens.core.model.shot.shot import LensCurves, LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.studio.session.messages import Problem, passing, reported
 
 _ONLY_TRIED = "Only a trial at this frame, because auto key (A) is off. K keeps it as a key."

@@ -23,7 +23,7 @@ from heatlens.core.model.lens.lens import (
 )
 from heatlens.core.model.lens.lens_kit import KitLens, LensKit
 from heatlens.core.model.option import options_of
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.units import format_distance
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.studio.session.lens.lens_commands import KitCommands, nudged

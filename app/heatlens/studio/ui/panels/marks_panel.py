@@ -13,8 +13,8 @@ from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
 from heatlens.core.model.marks.track_mark import TrackMark, TrackPlace
 from heatlens.core.model.option import options_of
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.pull import PullShape
-from heatlens.core.model.shot.shot import LensParameter
 from heatlens.core.model.view.view_geometry import Point
 from heatlens.studio.session.desks import TimeDesk
 from heatlens.studio.session.facts import Facts

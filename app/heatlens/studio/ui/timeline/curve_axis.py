@@ -14,7 +14,8 @@ from itertools import pairwise
 from heatlens.core.base.errors import LensError
 from heatlens.core.model.curves.curve import Curve
 from heatlens.core.model.curves.interpolation import Scale
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys.key_choice import Chosen, checked, frames_of
 
 _LABELS_LEAST = 3

@@ -13,7 +13,8 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.marks.marks import DistanceMark
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.desks import TimeDesk
 from heatlens.studio.session.keys.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.studio.session.keys.key_drag import Places, nearest

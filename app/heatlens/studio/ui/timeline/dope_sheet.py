@@ -9,7 +9,8 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.model.curves.curve import SAME_FRAME
 from heatlens.core.model.curves.interpolation import Interpolation
-from heatlens.core.model.shot.shot import LensParameter, Shot
+from heatlens.core.model.shot.lens_parameter import LensParameter
+from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.desks import TimeDesk
 from heatlens.studio.session.keys.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.studio.session.keys.key_drag import KeyDrag, KeyStretch, Move, Places

@@ -12,7 +12,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.curves.interpolation import Interpolation
-from heatlens.core.model.shot.shot import LensParameter
+from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.desks import TimeDesk
 from heatlens.studio.session.keys.key_choice import key_of
 from heatlens.studio.session.keys.key_rows import CAMERA
