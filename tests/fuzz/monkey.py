@@ -146,10 +146,10 @@ class Monkey:
             self.gui.key(K.enter)
 
     def _action(self) -> None:
-        action = self.rng.choice(self.gui.screen.actions)
+        action = self.rng.choice(self.gui.screen.commands)
         if action.name not in _LEFT_OUT:
             self.did[-1] += f" {action.name}"
-            self.gui.screen._door.do(action)
+            self.gui.screen._board.do(action)
             self.gui.frame(2)
 
     def _rest(self) -> None:

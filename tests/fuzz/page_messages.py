@@ -17,6 +17,7 @@ from dataclasses import fields
 from pathlib import Path
 from threading import Event
 from typing import get_type_hints
+from unittest.mock import MagicMock
 
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
@@ -24,10 +25,11 @@ from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.view.view import ViewState
-from heatlens.studio.session.door.door import REQUESTS
+from heatlens.studio.board.board import REMOTE_FIELDS, REQUESTS
+from heatlens.studio.board.commands import named_commands
 from heatlens.studio.session.session import Session
-from heatlens.studio.share.asked import _FIELDS, parsed, shared
 from heatlens.studio.share.headless import HeadlessLoop
+from heatlens.studio.share.page_message import parsed
 from heatlens.studio.share.shared import SharedSession
 
 _EDGES = (0, 1, -1, 0.1, 2000, -2000, 30, 31, 1e-300, 1e300, -1e300, 2**63, -(2**63), 1.5, 64, 0.01)
@@ -39,7 +41,8 @@ _CHANGED = {"lens": Lens, "blur": DefocusSettings, "view": ViewState}
 def messages(count: int, seed: int) -> Iterator[dict[str, object]]:
     """Yield messages as they come out of the parser; most have a sense."""
     chance = random.Random(seed)
-    names = sorted(shared() - _SLOW)
+    remote = {it.name for it in named_commands(MagicMock()) if it.is_remote}
+    names = sorted(remote - _SLOW)
     for _ in range(count):
         kind = chance.random()
         if kind < 0.3:
@@ -68,7 +71,7 @@ def _request(chance: random.Random) -> dict[str, object]:
 def _change(chance: random.Random) -> dict[str, object]:
     of = chance.choice(sorted(_CHANGED))
     every = sorted(get_type_hints(_CHANGED[of]))
-    own = _FIELDS[of] if chance.random() < 0.9 else every
+    own = REMOTE_FIELDS[of] if chance.random() < 0.9 else every
     return {"change": of} | {chance.choice(own): _value(chance) for _ in range(2)}
 
 

@@ -28,7 +28,7 @@ WINGS = {
         *("preview", "rendered_frames", "display"),
     ),
     "deliver": ("export", "farm"),
-    "studio": ("session", "share", "ui"),
+    "studio": ("session", "board", "share", "ui"),
     "fronts": ("doctor", "api", "commands"),
     "lab": ("measure", "commands"),
 }

@@ -9,7 +9,7 @@ from heatlens.media.scene import picture_read, scene
 from heatlens.media.scene.gltf import file as gltf_file
 from heatlens.media.scene.gltf import nodes as gltf_nodes
 from heatlens.studio.share import client, connections, picture, server
-from heatlens.studio.share.asked import MESSAGE_MOST
+from heatlens.studio.share.page_message import MESSAGE_MOST
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "app" / "SECURITY.md").read_text()

@@ -163,7 +163,7 @@ class Gui:
 
     def do(self, name: str) -> None:
         """Run an action by its name."""
-        self.screen._door.do(next(a for a in self.screen.actions if a.name == name))
+        self.screen._board.do(next(a for a in self.screen.commands if a.name == name))
         self.frame(2)
 
     def unfolded(self, header: str, control: str) -> None:

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.model.shot.settings import Quality
-from heatlens.studio.session.door.door import REQUESTS, Door
-from heatlens.studio.session.door.requests import (
+from heatlens.studio.board.board import REQUESTS, Board
+from heatlens.studio.board.requests import (
     Focus,
     FocusAt,
     Go,
@@ -30,7 +30,7 @@ def session(tmp_path):
 
 @pytest.fixture
 def door(session, tmp_path):
-    door = Door(session)
+    door = Board(session)
     door.do(Open(write_plates(tmp_path)))
     settled(session)
     return door

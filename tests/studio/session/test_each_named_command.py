@@ -9,8 +9,9 @@ from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.settings import Bokeh, Method, Quality
 from heatlens.core.model.view.view import Against, Compare
-from heatlens.studio.session.door.door import Door
-from heatlens.studio.session.door.named_commands import Command, named_commands
+from heatlens.studio.board.board import Board
+from heatlens.studio.board.command import Command
+from heatlens.studio.board.commands import named_commands
 from heatlens.studio.session.files import window_door
 from heatlens.studio.session.live import pull_recording
 from support.evening import FIRST, LAST, settled
@@ -137,7 +138,7 @@ def test_undo_names_what_it_undoes_and_is_barred_without(session, commands):
     settled(session)
     undo, redo = commands["Undo"], commands["Redo"]
     assert undo.shown == "Undo" and "nothing to undo" in undo.why_not()
-    Door(session).do(undo)
+    Board(session).do(undo)
     assert session.messages.text == undo.why_not()
     with pytest.raises(InputError, match="nothing to undo"):
         undo.do()
@@ -180,7 +181,7 @@ def test_what_needs_a_scene_is_barred_by_name(session, commands):
 
 def test_a_command_without_a_bar_is_always_there():
     done = []
-    plain = Command("A", "File", lambda: done.append(1))
+    plain = Command("A", lambda: done.append(1))
     plain.do()
     assert done == [1] and plain.why_not() == "" and plain.shown == "A"
 

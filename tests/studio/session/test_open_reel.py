@@ -10,8 +10,8 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.reel_file import write_reel
 from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.render.source import opener
-from heatlens.studio.session.door.door import Door
-from heatlens.studio.session.door.requests import Focus
+from heatlens.studio.board.board import Board
+from heatlens.studio.board.requests import Focus
 from heatlens.studio.session.time.playback import Ending
 from support.evening import FIRST, LAST, begun, settled, turn, until, write_plates
 
@@ -59,7 +59,7 @@ def test_a_reel_opens_its_first_shot_with_the_part_of_the_cut(session):
 
 
 def test_steps_pass_missing_media_and_end_with_a_sentence(session):
-    opened, door = session.files.reel, Door(session)
+    opened, door = session.files.reel, Board(session)
     door.do("Next shot")
     shown(session, "s3.heatlens.json")
     assert opened.at == 2
@@ -73,7 +73,7 @@ def test_steps_pass_missing_media_and_end_with_a_sentence(session):
 
 
 def test_going_on_saves_a_shot_that_has_a_file(session, reel):
-    opened, door = session.files.reel, Door(session)
+    opened, door = session.files.reel, Board(session)
     opened.go(2)
     shown(session, "s3.heatlens.json")
     door.do(Focus(5.0))
@@ -91,7 +91,7 @@ def test_the_focus_of_both_sides_of_a_cut_is_known_before_a_shot_is_opened(sessi
 
 
 def test_without_a_reel_there_is_no_other_shot(walls):
-    commands = {command.name: command for command in Door(walls).commands}
+    commands = {command.name: command for command in Board(walls).commands}
     assert commands["Next shot"].why_not() and not commands["Next shot"].is_on
 
 
@@ -211,7 +211,7 @@ def test_a_shot_opened_by_itself_keeps_its_own_part(session, reel):
 
 def test_a_shot_without_a_file_comes_back_as_it_was_left(cut, tmp_path):
     """With its focus and its keys, and without a question as after a crash."""
-    opened, door = cut.files.reel, Door(cut)
+    opened, door = cut.files.reel, Board(cut)
     door.do(Focus(3.0))
     cut.files.reel.step(1)
     until(cut, lambda: cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr"), "b")
@@ -243,14 +243,14 @@ def test_a_clip_is_shown_with_the_grade_of_the_edit(tmp_path):
         color.apply(session.facts.view, screen, session.facts.shot.grade)
         graded = color.transform.key
         assert session.pictures.look.options().cdl is None
-        Door(session).do("Grade of the shot")
+        Board(session).do("Grade of the shot")
         color.apply(session.facts.view, screen, session.facts.shot.grade)
         assert color.transform.key != graded
         assert session.pictures.look.options().cdl == "none"
         session.files.reel.go(1)
         settled(session)
         assert session.editing.shot.grade is None
-        assert {c.name: c for c in Door(session).commands}["Grade of the shot"].why_not()
+        assert {c.name: c for c in Board(session).commands}["Grade of the shot"].why_not()
     finally:
         session.close()
 

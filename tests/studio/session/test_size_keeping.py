@@ -8,7 +8,7 @@ import pytest
 from heatlens.core.model.marks.marks import DistanceMark, PointMark
 from heatlens.core.model.shot.framing import CameraTrack, PoseKey
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.studio.session.door.named_commands import named_commands
+from heatlens.studio.board.commands import named_commands
 from heatlens.studio.session.scenes.scene_commands import CameraDrag
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences

@@ -3,12 +3,12 @@
 import json
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from heatlens.core.base.errors import InputError
-from heatlens.studio.session.door.door import REQUESTS, Door
-from heatlens.studio.share.asked import check, parsed, shared, turns_lens
+from heatlens.studio.board.board import REQUESTS, Board
+from heatlens.studio.share.page_message import parsed
 from heatlens.studio.share.shared import SharedSession
 from support.evening import begun, settled, write_plates
 
@@ -17,7 +17,7 @@ from support.evening import begun, settled, write_plates
 def door(tmp_path):
     session = begun(tmp_path / "preferences", write_plates(tmp_path))
     settled(session)
-    yield Door(session)
+    yield Board(session)
     session.close()
 
 
@@ -61,27 +61,20 @@ def test_what_is_refused_gets_a_sentence_and_changes_nothing(door, message):
     assert door.state() == before
 
 
-def test_no_request_that_names_a_file_is_shared(door):
-    allowed = [name for name in REQUESTS if _passes({"do": name})]
-    for name in allowed:
+def test_requests_that_name_a_file_are_not_remote(door):
+    remote = [name for name, kind in REQUESTS.items() if kind.is_remote]
+    for name in remote:
         assert not {"path", "name"} & set(REQUESTS[name].__slots__) or name == "TakeLook"
-    assert {"Open", "Save"}.isdisjoint(allowed) and "Focus" in allowed
+    assert {"Open", "Save"}.isdisjoint(remote) and "Focus" in remote
 
 
-def test_who_adds_a_command_says_whether_pages_have_it(door):
+def test_commands_on_files_and_sources_are_not_remote(door):
     """Those that open, write or delete files, or choose between sources, stay in the window."""
     kept = {"Render frames ahead", "Clear rendered frames", "Next shot", "Previous shot"}
     own = {command.name for command in door.commands if command.menu == "File"}
-    assert {command.name for command in door.commands} == shared() | own | kept
-    assert not shared() & (own | kept)
-
-
-def _passes(message):
-    try:
-        check(message)
-    except InputError:
-        return False
-    return True
+    remote = {command.name for command in door.remote_commands}
+    assert {command.name for command in door.commands} == remote | own | kept
+    assert not remote & (own | kept)
 
 
 def test_what_is_allowed_is_done(door):
@@ -107,9 +100,9 @@ def test_two_hands_do_not_turn_at_once(door):
     assert said == ["Ann (1) has the lens."]
 
 
-def test_what_the_view_shows_needs_no_hand():
-    assert turns_lens({"do": "Focus"}, {}) and turns_lens({"do": "Undo"}, {"Undo": "Edit"})
-    assert not turns_lens({"do": "Thirds"}, {"Thirds": "View"})
+def test_commands_of_the_view_need_no_hand(door):
+    assert door.turns_lens({"do": "Focus"}) and door.turns_lens({"do": "Undo"})
+    assert not door.turns_lens({"do": "Thirds"})
 
 
 _VALUES = st.recursive(
@@ -130,10 +123,11 @@ def test_any_text_is_an_object_or_refused(text):
         assert str(error).endswith(".")
 
 
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(_MESSAGES)
-def test_any_object_is_allowed_or_refused_in_a_sentence(message):
+def test_any_object_is_allowed_or_refused_in_a_sentence(door, message):
     try:
-        check(message)
+        door.check_remote(message)
     except InputError as error:
         assert str(error).endswith(".")
 

@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 import heatlens
-from heatlens.studio.session.door.door import REQUESTS
-from heatlens.studio.share.asked import _REQUESTS, shared
-from heatlens.studio.ui.menus import items
+from heatlens.studio.board.board import Board
+from heatlens.studio.share.page_state import PageState
 
 WEB = Path(heatlens.__file__).parent / "studio" / "web"
 FILES = sorted(WEB.iterdir())
@@ -29,25 +28,23 @@ def test_every_file_is_used_and_there():
     assert named | {"index.html"} == {file.name for file in FILES}
 
 
-def commands_of(text: str) -> dict[str, str]:
-    return dict(re.findall(r'"(\S+)": "([^"]+)"', text.split("COMMANDS")[1].split("};")[0]))
+def test_page_has_keys_and_buttons_from_the_table_of_commands(walls):
+    """Its script of keys names no command; its sheet offers those that have a heading."""
+    board = Board(walls)
+    table = PageState(walls, board).now()["table"]
+    assert [name for name, _, _ in table] == [it.name for it in board.remote_commands]
+    keyed = {key: name for name, key, sheet in table if key and sheet is not None}
+    assert len(keyed) > 25 and keyed["Ctrl+Z"] == "Undo" and "Ctrl+1" not in keyed
+    sheets = {sheet for _, _, sheet in table if sheet}
+    assert sheets == {"Focus", "Undo", "Over the picture", "Guides", "Blur and units"}
+    text = (WEB / "keys.js").read_text(encoding="utf-8")
+    assert not [it.name for it in board.commands if f'"{it.name}"' in text]
 
 
-def test_keys_are_those_of_the_window():
-    own = commands_of((WEB / "keys.js").read_text(encoding="utf-8"))
-    menus = {item.shortcut: item.name for item in items() if item.shortcut}
-    assert len(own) > 25
-    assert own.items() <= menus.items()
-
-
-def test_what_the_page_asks_for_is_allowed():
+def test_page_names_only_commands_and_requests_that_it_may_give(walls):
+    board = Board(walls)
     text = "".join(file.read_text(encoding="utf-8") for file in WEB.glob("*.js"))
-    menus = {item.name: item.menu for item in items()}
-    menus |= {f"Matte {name}": "View" for name in ("2.39", "1.85", "16:9", "9:16")}
-    rows = text.split("const ROWS")[1].split("];\n")[0]
-    asked = set(re.findall(r'(?:link\.do|_link\.do)\("([^"]+)"', text))
-    asked |= set(re.findall(r'"([^"]+)"', re.sub(r'\["[^"]+", \[', "", rows))) & menus.keys()
-    assert len(asked) > 25
-    for name in asked:
-        assert name in _REQUESTS or name in shared(), name
-    assert set(_REQUESTS) <= REQUESTS.keys()
+    named = set(re.findall(r'(?:link\.do|_link\.do)\("([^"]+)"', text))
+    assert len(named) > 10
+    for name in named:
+        board.check_remote({"do": name})

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from heatlens.core.model.view.view import Compare
-from heatlens.studio.ui.actions import pressed
+from heatlens.studio.board.user_keys import NAMED_KEYS
 from heatlens.studio.ui.devices import imgui_key
 from heatlens.studio.ui.input_queue import (
     Button,
@@ -18,6 +18,7 @@ from heatlens.studio.ui.input_queue import (
     Release,
     Wheel,
 )
+from heatlens.studio.ui.shortcuts import KEY_NAMES, chord_of, pressed
 
 K = imgui.Key
 CTRL, SHIFT = int(K.mod_ctrl), int(K.mod_shift)
@@ -101,7 +102,7 @@ def test_question_marks_between_two_frames(hand, count):
 def test_a_modifier_that_comes_behind_a_key_is_not_held_with_it(hand):
     """S, then Ctrl, before the next frame: no Ctrl+S."""
     gui = hand.gui
-    name = next(a.name for a in gui.screen.actions if a.shortcut == "Ctrl+S")
+    name = next(a.name for a in gui.screen.commands if a.key == "Ctrl+S")
     for act in (hand.down, hand.up):
         act(K.s)
         act(K.left_ctrl)
@@ -109,7 +110,7 @@ def test_a_modifier_that_comes_behind_a_key_is_not_held_with_it(hand):
     is_seen = False
     while not is_seen:
         is_seen = hand.frame()
-        done += [a.name for a in pressed(gui.screen.actions)]
+        done += [a.name for a in pressed(gui.screen.commands)]
     assert name not in done and not gui.ui.dialogs.is_open
 
 
@@ -125,9 +126,10 @@ def test_a_key_has_the_modifiers_of_its_own_event(hand):
 
 
 def test_every_key_of_a_shortcut_is_known(gui):
-    shortcuts = {action.key for action in gui.screen.actions if action.key is not None}
+    shortcuts = {chord_of(command.key)[0] for command in gui.screen.commands if command.key}
     known = {imgui_key(key) for key in range(glfw.KEY_SPACE, glfw.KEY_LAST + 1)}
     assert shortcuts <= known
+    assert KEY_NAMES.keys() | {"?"} == set(NAMED_KEYS)
     assert {K.enter, K.keypad_enter, K.escape, K.left_alt, K.right_ctrl, K.page_up} <= known
 
 

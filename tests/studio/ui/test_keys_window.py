@@ -4,9 +4,9 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.studio.ui.keys_window import in_columns, sections
-from support.actions import listed_actions
+from support.commands import listed_commands
 
-ALL = listed_actions()
+ALL = listed_commands()
 
 
 def told(has_camera: bool) -> dict[str, tuple[tuple[str, str], ...]]:
@@ -16,7 +16,7 @@ def told(has_camera: bool) -> dict[str, tuple[tuple[str, str], ...]]:
 def test_every_shortcut_is_told_once():
     rows = [row for rows in told(False).values() for row in rows]
     for action in ALL:
-        assert rows.count((action.shortcut, action.name)) == (action.key is not None)
+        assert rows.count((action.key, action.name)) == bool(action.key)
 
 
 def test_the_camera_is_told_of_where_there_is_one():

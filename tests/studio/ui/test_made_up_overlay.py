@@ -11,8 +11,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.view import overlays
 from heatlens.core.model.view.overlays import OVERLAYS, LegendFacts, Overlay, entries
 from heatlens.core.model.view.view import ViewState
-from heatlens.studio.session.door.door import Door
-from heatlens.studio.share.asked import check
+from heatlens.studio.board.board import Board
 from heatlens.studio.share.page_state import PageState
 from heatlens.studio.ui.keys_window import sections
 from heatlens.studio.ui.palette import matches
@@ -69,11 +68,11 @@ def test_panel_menu_palette_and_list_of_keys_offer_it(gui):
     gui.frame(2)
     gui.click(gui.middle("overlay halves"))
     assert gui.session.facts.view.overlay == "halves"
-    it = next(it for it in gui.screen.actions if it.name == MADE_UP.words)
-    assert (it.menu, it.shortcut, it.is_on()) == ("View", "Shift+J", True)
+    it = next(it for it in gui.screen.commands if it.name == MADE_UP.words)
+    assert (it.menu, it.key, it.is_on()) == ("View", "Shift+J", True)
     found = [it for it in gui.screen.settings() if matches(it, "overlay halves")]
     assert matches(it, "halves") and [it.name for it in found] == ["Set overlay halves"]
-    rows = [row for section in sections(gui.screen.actions, False) for row in section.rows]
+    rows = [row for section in sections(gui.screen.commands, False) for row in section.rows]
     assert ("Shift+J", MADE_UP.words) in rows
 
 
@@ -84,12 +83,12 @@ def test_the_legend_has_its_words_beside_its_colours(monkeypatch):
 
 
 def test_pages_and_programs_have_it(gui):
-    session, door = gui.session, Door(gui.session)
-    check({"do": MADE_UP.words})
+    session, door = gui.session, Board(gui.session)
+    door.check_remote({"do": MADE_UP.words})
     door.follow({"do": MADE_UP.words})
     page = PageState(session, door).now()
     assert page["view"]["overlay"] == "halves" and page["commands"][MADE_UP.words] == [True, ""]
-    assert page["overlays"][-1] == [MADE_UP.words, "Shift+J"]
+    assert [MADE_UP.words, "Shift+J", "Over the picture"] in page["table"]
     door.follow({"change": "view", "overlay": "none"})
     assert door.state().view.overlay == "none"
     door.follow({"change": "view", "overlay": "halves"})

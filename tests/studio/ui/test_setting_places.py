@@ -71,7 +71,7 @@ TRIED = (
 
 
 def test_words_that_people_try_find_something(gui):
-    found = [*gui.screen.actions, *gui.screen.settings()]
+    found = [*gui.screen.commands, *gui.screen.settings()]
     for words in TRIED:
         assert [action.name for action in found if matches(action, words)], words
 

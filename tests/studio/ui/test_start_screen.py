@@ -22,7 +22,7 @@ from heatlens.studio.session.shot.start import Start
 from heatlens.studio.ui.start import start_screen
 from heatlens.studio.ui.start.start_card import lay_out
 from heatlens.studio.ui.start.start_screen import hint_of
-from support.actions import listed_actions
+from support.commands import listed_commands
 from support.gui import Gui, gui_of
 from support.session_files import LENS, QUICK, room_file
 
@@ -212,7 +212,7 @@ def test_escape_and_keys_of_the_picture_do_nothing(begun):
 
 def test_every_command_can_be_given(begun):
     gui = begun(size=(640, 400))
-    for action in listed_actions():
+    for action in listed_commands():
         if action.name in ("Quit", "Open the demo"):
             continue
         gui.do(action.name)

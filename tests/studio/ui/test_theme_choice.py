@@ -36,7 +36,7 @@ def test_a_theme_is_chosen_from_the_menu_and_remembered(ctx: Device, tmp_path):
         gui.do("Light theme")
         assert theme.colors is LIGHT and brightness(gui, "quality") > 200 > 80 > dark
         np.testing.assert_array_equal(gui.screenshot()[place], before)  # the picture, its surround
-        assert next(a for a in gui.screen.actions if a.name == "Light theme").is_on()
+        assert next(a for a in gui.screen.commands if a.name == "Light theme").is_on()
         gui.session.remember()
     again = Preferences.load(tmp_path / "config")
     assert again.now.theme is Theme.LIGHT

@@ -1,6 +1,7 @@
 """Everything that can be done, by menu and by key; the palette, the keys, and opening files."""
 
 from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 import pytest
@@ -8,40 +9,41 @@ from imgui_bundle import imgui
 
 from heatlens.core.model.shot.grade import Grade
 from heatlens.render.gpu.textures import download
-from heatlens.studio.session.door.named_commands import named_commands
-from heatlens.studio.ui.actions import CTRL, SHIFT, Action
-from heatlens.studio.ui.menus import MENUS
+from heatlens.studio.board.command import MENUS, Command
+from heatlens.studio.board.commands import named_commands
 from heatlens.studio.ui.palette import matches
-from support.actions import listed_actions
+from heatlens.studio.ui.shortcuts import CTRL, SHIFT, chord_of
+from support.commands import listed_commands
 from support.session_files import BALL, POST, room_file
 
 K = imgui.Key
-ALL = listed_actions()
-KEYED = [action for action in ALL if action.key is not None]
+ALL = listed_commands()
+KEYED = [action for action in ALL if action.key]
 
 
-def ids(action: Action) -> str:
+def ids(action: Command) -> str:
     return action.name
 
 
-def of(gui, action: Action) -> Action:
+def of(gui, action: Command) -> Command:
     """Return the same action, bound to this window."""
-    return next(other for other in gui.screen.actions if other.name == action.name)
+    return next(other for other in gui.screen.commands if other.name == action.name)
 
 
-def chosen(gui, action: Action) -> None:
+def chosen(gui, action: Command) -> None:
     """Choose it in its menu, by hand."""
     gui.click(gui.middle(f"menu {action.menu}"))
     gui.click(gui.middle(f"item {action.name}"))
 
 
-def done(gui, action: Action) -> None:
+def done(gui, action: Command) -> None:
     """Do it once more without a hand, which leaves the picture as it was."""
     gui.do(action.name)
 
 
-def keyed(gui, action: Action) -> None:
-    gui.key(action.key, ctrl=bool(action.mods & CTRL), shift=bool(action.mods & SHIFT))
+def keyed(gui, action: Command) -> None:
+    key, mods = chord_of(action.key)
+    gui.key(key, ctrl=bool(mods & CTRL), shift=bool(mods & SHIFT))
 
 
 def closed(gui) -> None:
@@ -86,8 +88,8 @@ def test_every_action_can_be_done_twice(gui, small_demo, by):
 
 def test_no_two_actions_share_a_name_or_a_key():
     assert len({action.name for action in ALL}) == len(ALL)
-    assert len({(action.key, action.mods) for action in KEYED}) == len(KEYED)
-    assert len({action.shortcut for action in KEYED}) == len(KEYED)
+    assert len({chord_of(action.key) for action in KEYED}) == len(KEYED)
+    assert len({action.key for action in KEYED}) == len(KEYED)
 
 
 @pytest.mark.parametrize(
@@ -98,7 +100,7 @@ def test_no_two_actions_share_a_name_or_a_key():
     ],
 )
 def test_shortcuts_are_written_as_people_read_them(name, shortcut):
-    assert next(action for action in ALL if action.name == name).shortcut == shortcut
+    assert next(action for action in ALL if action.name == name).key == shortcut
 
 
 @pytest.mark.parametrize("action", [a for a in KEYED if a.is_on is not None], ids=ids)
@@ -294,14 +296,14 @@ def test_the_palette_finds_settings_too(gui):
     assert gui.session.facts.shot == before
 
 
-def test_groups_of_the_menus_begin_with_an_action_inside_one(gui):
-    for menu in MENUS:
-        items = [action for action in gui.screen.actions if action.menu == menu]
-        assert items and not items[0].is_first
+def test_menus_hold_each_of_their_groups_once_and_together(gui):
+    for menu, groups in MENUS.items():
+        items = [command.group for command in gui.screen.commands if command.menu == menu]
+        assert list(dict.fromkeys(items)) == [group for group, _ in groupby(items)] == list(groups)
 
 
 def test_every_named_command_stands_in_a_menu(gui):
-    named = {action.name for action in gui.screen.actions}
+    named = {action.name for action in gui.screen.commands}
     commands = named_commands(gui.session)
     assert {command.name for command in commands} <= named
     assert len({command.name for command in commands}) == len(commands)

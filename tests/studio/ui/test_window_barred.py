@@ -28,7 +28,7 @@ def test_of_a_plate_the_palette_says_why_not(gui, name):
 
 @pytest.mark.parametrize("name", OF_SCENES)
 def test_of_a_plate_its_item_in_the_menu_is_dead(gui, name):
-    action = next(action for action in gui.screen.actions if action.name == name)
+    action = next(action for action in gui.screen.commands if action.name == name)
     assert "scene" in action.why_not()
     view = gui.session.facts.view
     gui.click(gui.middle(f"menu {action.menu}"))
@@ -63,7 +63,7 @@ def test_undo_says_what_it_takes_back_and_is_grey_where_there_is_nothing(gui, mo
 
 
 def test_nothing_else_is_barred(gui):
-    barred = {action.name for action in gui.screen.actions if action.why_not()}
+    barred = {action.name for action in gui.screen.commands if action.why_not()}
     nothing_yet = {"Undo", "Redo", "Record a pull"}  # a single frame has nothing to play
     of_reels = {"Next shot", "Previous shot", "Grade of the shot"}
     assert barred - nothing_yet - of_reels == {*OF_SCENES, "Compare with accumulation"}

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_state_machine_as_test
 from imgui_bundle import imgui
 
-from heatlens.studio.ui.actions import CTRL, SHIFT
-from support.actions import listed_actions
+from heatlens.studio.ui.shortcuts import CTRL, SHIFT, chord_of
+from support.commands import listed_commands
 from support.gui import Gui, gui_of
 from support.plates import room
 from support.session_files import HEIGHT, QUICK, WIDTH, write_plate
@@ -18,7 +18,7 @@ K = imgui.Key
 # Dialogs have a test of their own, as they write files.
 BY_HAND = [
     action
-    for action in listed_actions()
+    for action in listed_commands()
     if action.name != "Quit" and action.name != "Copy picture" and not action.name.endswith("...")
 ]
 DRAGGED = ("focus bar", "f-stop", "focal length", "exposure", "gamma")
@@ -50,7 +50,8 @@ class Hand(RuleBasedStateMachine):
 
     @rule(action=st.sampled_from([action for action in BY_HAND if action.key is not None]))
     def presses_a_key(self, action):
-        self.gui.key(action.key, bool(action.mods & CTRL), bool(action.mods & SHIFT))
+        key, mods = chord_of(action.key)
+        self.gui.key(key, bool(mods & CTRL), bool(mods & SHIFT))
 
     @rule(point=PICTURE_POINTS, button=st.integers(0, 2))
     def clicks_at_the_picture(self, point, button):

@@ -60,12 +60,12 @@ def test_both_hands_turn_and_the_last_touch_wins_after_a_rest(gui):
                 lambda: session.facts.lens.focus_distance_m == 1.25, "it", lambda: turn(gui)
             )
             lens = session.facts.lens
-            gui.screen._door.change(replace(lens, focus_distance_m=1.5))
+            gui.screen._board.change(replace(lens, focus_distance_m=1.5))
             assert session.facts.lens.focus_distance_m == 1.25
             assert "Ann (1) has the lens" in session.messages.text
             assert sharing.who() == "Shared: Ann (1)"
             now[0] += REST_S + 0.01
-            gui.screen._door.change(replace(lens, focus_distance_m=1.5))
+            gui.screen._board.change(replace(lens, focus_distance_m=1.5))
             assert session.facts.lens.focus_distance_m == 1.5
             await page.send(do="Focus", distance_m=1.75)
             await until(lambda: page.problems, "the refusal", lambda: turn(gui))

@@ -11,7 +11,7 @@ from aiohttp import WSMsgType, web
 
 from heatlens.core.base.errors import InputError
 from heatlens.studio.share.address import Role
-from heatlens.studio.share.asked import parsed
+from heatlens.studio.share.page_message import parsed
 from heatlens.studio.share.picture import Line, Picture
 from heatlens.studio.share.shared import REST_S, SharedSession
 

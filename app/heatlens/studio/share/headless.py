@@ -9,7 +9,7 @@ from heatlens.core.base.faults import faults_reported
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Texture
 from heatlens.render.preview.shown import Shown
-from heatlens.studio.session.door.door import Door
+from heatlens.studio.board.board import Board
 from heatlens.studio.session.pictures.look_commands import still_of
 from heatlens.studio.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.studio.session.session import Session
@@ -30,7 +30,7 @@ class HeadlessLoop:
         self._session = session
         self._shared = shared
         self._news = news
-        self.door = Door(session)
+        self.board = Board(session)
         pictures, time_desk = session.pictures, session.time
         self._screen = ScreenPictures(pictures.renderer.ctx)
         self._kept = KeptScreen(
@@ -38,7 +38,7 @@ class HeadlessLoop:
         )
         time_desk.pull.screen = self._kept
         time_desk.speed.has_window = True
-        self._tap = Tap(session, self.door, shared)
+        self._tap = Tap(session, self.board, shared)
         pictures.looks.still_now = self._still
         self._drawn_at = 0.0
         self._seen_key: object = None
@@ -69,7 +69,7 @@ class HeadlessLoop:
     def _turn(self) -> None:
         session, scheduler = self._session, self._session.time.scheduler
         self._news.clear()
-        is_touched = self._shared.follow(self.door)
+        is_touched = self._shared.follow(self.board)
         if is_touched:
             session.time.pull.touched()
         is_due = is_touched or session.time.player.is_due or scheduler.seen_key != self._seen_key

@@ -6,14 +6,11 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.focus.coc import hyperfocal_m
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.value_bins import DepthHistogram
-from heatlens.core.model.view import overlays
 from heatlens.core.model.view.guides import NO_GUIDES, Guides, guide_shapes, lines_of
 from heatlens.core.model.view.view_geometry import PictureShape
 from heatlens.media.files.json_record import plain, record_to_json
-from heatlens.studio.session.door.door import Door
-from heatlens.studio.session.door.state import CommandState
+from heatlens.studio.board.board import Board
 from heatlens.studio.session.session import Session
-from heatlens.studio.share.asked import shared
 
 _DIGITS = 3  # decimals of the histogram's heights
 
@@ -21,20 +18,20 @@ _DIGITS = 3  # decimals of the histogram's heights
 class PageState:
     """Collects the state of a session for pages."""
 
-    def __init__(self, session: Session, door: Door) -> None:
+    def __init__(self, session: Session, board: Board) -> None:
         self._session = session
-        self._door = door
+        self._board = board
         self._scale_of: DepthHistogram | None = None
         self._scale: Mapping[str, object] | None = None
 
     def now(self) -> dict[str, object]:
-        """Return the state: that of the door, and what a focus wheel and a timeline need."""
-        state, allowed = self._door.state(), shared()
+        """Return the state: that of the board, and what a focus wheel and a timeline need."""
+        state, remote = self._board.state(), {it.name for it in self._board.remote_commands}
         entries = record_to_json(state)
         entries["commands"] = {
-            command.name: _of_command(command)
+            command.name: [command.is_on, command.barred]  # None: it is no switch; "": it is there
             for command in state.commands
-            if command.name in allowed
+            if command.name in remote
         }
         return entries | self._more()
 
@@ -52,7 +49,7 @@ class PageState:
             "frames_per_second": shot.frames_per_second,
             "timecode": time.timeline.timecode,
             "looks": [_of_look(look) for look in shot.looks],
-            "overlays": [[overlay.words, overlay.key] for overlay in overlays.OVERLAYS],
+            "table": [[it.name, it.key, it.sheet] for it in self._board.remote_commands],
             "guides": _of_guides(facts.view.guides, shape),
             "recording": recording.state.name.lower(),
             "beats_left": recording.beats_left,
@@ -93,8 +90,3 @@ def _of_guides(guides: Guides, shape: PictureShape) -> dict[str, object] | None:
 def _of_histogram(histogram: DepthHistogram) -> dict[str, object]:
     heights = [round(float(height), _DIGITS) for height in histogram.heights]
     return {"heights": heights, "most_dioptres": histogram.most_dioptres}
-
-
-def _of_command(command: CommandState) -> list[object]:
-    """Return whether it is on, None if it is not a switch, and why it is barred, or ""."""
-    return [command.is_on, command.barred]

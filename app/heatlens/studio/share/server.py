@@ -14,7 +14,6 @@ from aiohttp import web
 from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.base.faults import faults_reported
 from heatlens.studio.share.address import Address, Links, Role
-from heatlens.studio.share.asked import MESSAGE_MOST
 from heatlens.studio.share.client import Client
 from heatlens.studio.share.connections import (
     KEPT_S,
@@ -24,6 +23,7 @@ from heatlens.studio.share.connections import (
     Connections,
     giving_way,
 )
+from heatlens.studio.share.page_message import MESSAGE_MOST
 from heatlens.studio.share.shared import SharedSession
 
 HANDS_MOST, LOOKERS_MOST = 4, 16

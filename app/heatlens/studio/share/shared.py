@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 from threading import Lock
 
 from heatlens.core.base.errors import HeatlensError, InputError
-from heatlens.studio.session.door.door import Door
-from heatlens.studio.share.asked import check, turns_lens
+from heatlens.studio.board.board import Board
 from heatlens.studio.share.picture import Picture
 
 _WAITING_MOST = 1000  # messages of all pages that the loop has not followed yet
@@ -104,22 +103,21 @@ class SharedSession:
         """True while messages wait."""
         return bool(self._asked)
 
-    def follow(self, door: Door) -> bool:
+    def follow(self, board: Board) -> bool:
         """Follow the messages that wait; return True if there were any."""
-        menus = {command.name: command.menu for command in door.commands}
         waiting = [self._asked.popleft() for _ in range(min(len(self._asked), _MESSAGES_A_TURN))]
         for it in waiting:
             try:
-                self._follow(door, menus, it)
+                self._follow(board, it)
             except HeatlensError as error:
                 it.reply(str(error))
         return bool(waiting)
 
-    def _follow(self, door: Door, menus: Mapping[str, str], it: _Asked) -> None:
-        check(it.message)
-        if turns_lens(it.message, menus) and not self.hands.take(it.hand):
+    def _follow(self, board: Board, it: _Asked) -> None:
+        board.check_remote(it.message)
+        if board.turns_lens(it.message) and not self.hands.take(it.hand):
             raise InputError(f"{self.hands.holder or 'Another hand'} has the lens.".capitalize())
-        door.follow(it.message)
+        board.follow(it.message)
 
     def publish(self, state: Mapping[str, object], picture: Picture | None) -> None:
         """Replace state and picture for the clients; the announcement wakes the server."""

@@ -12,7 +12,7 @@ import numpy as np
 from heatlens.core.model.boxes import Box
 from heatlens.render.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.render.gpu.device import Device, Framebuffer, Sampling, Texture
-from heatlens.studio.session.door.door import Door
+from heatlens.studio.board.board import Board
 from heatlens.studio.session.session import Session
 from heatlens.studio.share.page_state import PageState
 from heatlens.studio.share.picture import Picture, Pixels, in_display
@@ -101,10 +101,10 @@ _REST_S = 0.25  # a picture that is unchanged for this long is sent without loss
 class Tap:
     """Publishes state and picture of a session; the loop that owns the GPU calls it."""
 
-    def __init__(self, session: Session, door: Door, shared: SharedSession) -> None:
+    def __init__(self, session: Session, board: Board, shared: SharedSession) -> None:
         self._session = session
         self._shared = shared
-        self._page = PageState(session, door)
+        self._page = PageState(session, board)
         self._composed = Composed(session.pictures.renderer.ctx)
         self._key: object = None
         self._changed_at = time.monotonic()

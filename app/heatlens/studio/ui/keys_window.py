@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.studio.board.command import Command
 from heatlens.studio.ui import probe, topmost, widgets
-from heatlens.studio.ui.actions import Action
 
 Rows = tuple[tuple[str, str], ...]  # (keys or gesture, what it does)
 _COLUMNS = 4  # largest number of columns
@@ -50,15 +50,15 @@ class Section:
     rows: Rows
 
 
-def sections(actions: Sequence[Action], has_camera: bool) -> list[Section]:
+def sections(commands: Sequence[Command], has_camera: bool) -> list[Section]:
     """Return the sections: the mouse, then each menu's shortcuts; `has_camera` adds gestures."""
     pan = _PAN_SCENE if has_camera else _PAN_PLATE
     listed = [Section("Mouse", _MOUSE + pan)]
     if has_camera:
         listed.append(Section("Mouse in the scene", _MOUSE_OF_SCENE))
     listed.append(Section("Mouse on the timeline", _MOUSE_OF_TIME))
-    for menu in dict.fromkeys(action.menu for action in actions):
-        keyed = tuple((a.shortcut, a.name) for a in actions if a.menu == menu and a.shortcut)
+    for menu in dict.fromkeys(command.menu for command in commands):
+        keyed = tuple((it.key, it.name) for it in commands if it.menu == menu and it.key)
         if keyed:
             listed.append(Section(menu, keyed))
     return listed
@@ -74,7 +74,7 @@ def in_columns(sections: Sequence[Section], count: int) -> list[list[Section]]:
     return sorted(ordered, key=lambda column: sections.index(column[0]))
 
 
-def keys_window(actions: Sequence[Action], has_camera: bool) -> bool:
+def keys_window(commands: Sequence[Command], has_camera: bool) -> bool:
     """Draw the window in the middle of the screen; return False when the user closed it."""
     screen, edge = imgui.get_main_viewport(), _EDGE_EM * imgui.get_font_size()
     most = ImVec2(max(screen.work_size.x - edge, 1.0), max(screen.work_size.y - edge, 1.0))
@@ -90,7 +90,7 @@ def keys_window(actions: Sequence[Action], has_camera: bool) -> bool:
     low, size = imgui.get_window_pos(), imgui.get_window_size()
     probe.note_at("keys window", (low.x, low.y, low.x + size.x, low.y + size.y))
     room = most.x - 2 * imgui.get_style().window_padding.x
-    _draw_columns(_with_room(sections(actions, has_camera), room))
+    _draw_columns(_with_room(sections(commands, has_camera), room))
     if is_closed := not is_open or topmost.is_escaped() or _is_asked_again():
         imgui.close_current_popup()
     imgui.end_popup()

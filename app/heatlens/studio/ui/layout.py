@@ -7,15 +7,15 @@ from pathlib import Path
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.outside_text import printable
+from heatlens.studio.board.command import MENUS, Command
 from heatlens.studio.session.desks import FileDesk
 from heatlens.studio.session.settings.ui_sizes import scaled_layout
 from heatlens.studio.ui import probe, texts, topmost
-from heatlens.studio.ui.actions import Action
-from heatlens.studio.ui.menus import MENUS
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.timeline.view import TimelineView
 
 PICTURE = "Picture"
+_TITLES = tuple(MENUS)
 PICTURE_ALONE = "Picture alone"
 _PANEL_EM = 24.8  # width of the column of panels, with five tabs side by side
 _COLUMN_MOST, _TIMELINE_MOST = 0.45, 0.54  # largest shares of the window
@@ -26,20 +26,24 @@ _LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and length of its folder's text
 
 
-def menu_bar(files: FileDesk, ui: UiState, actions: Sequence[Action]) -> Action | None:
-    """Draw the menus; return the action that was chosen in this frame."""
+def menu_bar(files: FileDesk, ui: UiState, commands: Sequence[Command]) -> Command | None:
+    """Draw the menus; return the command that was chosen in this frame."""
     picked = None
     if not imgui.begin_main_menu_bar():
         return None
     if ui.menu_to_open:
         imgui.open_popup(ui.menu_to_open)
         ui.menu_to_open = ""
-    for menu in MENUS:
+    for menu in _TITLES:
         if imgui.begin_menu(menu):
             ui.menu_to_open = _beside(menu)
-            for action in (a for a in actions if a.menu == menu):
-                picked = action if _menu_item(action) else picked
-                if action.name == "Open...":
+            group = ""
+            for command in (it for it in commands if it.menu == menu):
+                if group not in ("", command.group):
+                    imgui.separator()
+                group = command.group
+                picked = command if _menu_item(command) else picked
+                if command.name == "Open...":
                     picked = _open_recent(files, ui) or picked
             imgui.end_menu()
         probe.note(f"menu {menu}")
@@ -48,15 +52,13 @@ def menu_bar(files: FileDesk, ui: UiState, actions: Sequence[Action]) -> Action 
     return picked
 
 
-def _menu_item(action: Action) -> bool:
+def _menu_item(command: Command) -> bool:
     """Draw an item of a menu; return True if it was clicked."""
-    if action.is_first:
-        imgui.separator()
-    is_on = bool(action.is_on is not None and action.is_on())
-    why = action.why_not()
-    shown = f"{printable(action.shown)}###{action.name}"
-    clicked, _ = imgui.menu_item(shown, action.shortcut, is_on, not why)
-    probe.note(f"item {action.name}")
+    is_on = bool(command.is_on is not None and command.is_on())
+    why = command.why_not()
+    shown = f"{printable(command.shown)}###{command.name}"
+    clicked, _ = imgui.menu_item(shown, command.key, is_on, not why)
+    probe.note(f"item {command.name}")
     texts.tip_of_barred(why)
     return bool(clicked)
 
@@ -66,11 +68,11 @@ def _beside(menu: str) -> str:
     right, left = imgui.is_key_pressed(_RIGHT), imgui.is_key_pressed(_LEFT)
     if not (right or left) or not topmost.depth_before():
         return ""
-    return MENUS[(MENUS.index(menu) + (1 if right else -1)) % len(MENUS)]
+    return _TITLES[(_TITLES.index(menu) + (1 if right else -1)) % len(_TITLES)]
 
 
-def _open_recent(files: FileDesk, ui: UiState) -> Action | None:
-    """Draw the submenu of recent files that still exist; return an action that opens the chosen."""
+def _open_recent(files: FileDesk, ui: UiState) -> Command | None:
+    """Draw the submenu of recent files that still exist; return a command that opens the chosen."""
     if imgui.is_window_appearing():
         files.recent.look()
     recent, picked = files.recent.found, None
@@ -81,7 +83,7 @@ def _open_recent(files: FileDesk, ui: UiState) -> Action | None:
             ui.menu_to_open = ""  # the arrow key opened this submenu, not the next menu
         for text in recent:
             if _recent_item(Path(text)):
-                picked = Action(text, "File", partial(files.commands.open, text))
+                picked = Command(text, partial(files.commands.open, text))
         imgui.end_menu()
     return picked
 

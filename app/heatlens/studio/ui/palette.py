@@ -1,23 +1,23 @@
-"""Draw the command palette, in which the user finds an action by typing parts of its name."""
+"""Draw the command palette, in which the user finds a command by typing parts of its name."""
 
 from collections.abc import Sequence
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.studio.board.command import Command
 from heatlens.studio.ui import probe, texts, topmost, widgets
-from heatlens.studio.ui.actions import Action
 
 _TITLE = "Find a command"
 
 
-def matches(action: Action, words: str) -> bool:
-    """Return True if every typed word is in the action's name or menu, in any order."""
-    text = f"{action.menu} {action.name}".lower()
+def matches(command: Command, words: str) -> bool:
+    """Return True if every typed word is in name, menu or synonyms, in any order."""
+    text = " ".join((command.menu, command.name, *command.synonyms)).lower()
     return all(word in text for word in words.lower().split())
 
 
 class Palette:
-    """A popup with a text field and the list of actions that match it."""
+    """A popup with a text field and the list of commands that match it."""
 
     def __init__(self) -> None:
         self._wanted = False
@@ -34,8 +34,8 @@ class Palette:
         """Open the palette in the next frame."""
         self._wanted, self._text, self._chosen = True, "", 0
 
-    def draw(self, actions: Sequence[Action]) -> Action | None:
-        """Draw the palette if open; return the action chosen in this frame, which may be barred."""
+    def draw(self, commands: Sequence[Command]) -> Command | None:
+        """Draw the palette if open; return the command that was chosen, which may be barred."""
         if self._wanted:
             imgui.open_popup(_TITLE)
         screen = imgui.get_main_viewport()
@@ -46,19 +46,19 @@ class Palette:
         if not imgui.begin_popup(_TITLE):
             return None
         topmost.answers_keys_itself()
-        action = self._draw_inside(actions)
-        if action is not None or topmost.is_escaped():
+        command = self._draw_inside(commands)
+        if command is not None or topmost.is_escaped():
             imgui.close_current_popup()
         imgui.end_popup()
-        return action
+        return command
 
-    def _draw_inside(self, actions: Sequence[Action]) -> Action | None:
+    def _draw_inside(self, commands: Sequence[Command]) -> Command | None:
         if self._wanted:
             imgui.set_keyboard_focus_here()
             self._wanted = False
         imgui.set_next_item_width(-1)
         changed, self._text = imgui.input_text_with_hint("##words", "what to do", self._text)
-        shown = [action for action in actions if matches(action, self._text)]
+        shown = [command for command in commands if matches(command, self._text)]
         if imgui.is_item_deactivated() and not shown:  # Enter without a match: edit the text again
             imgui.set_keyboard_focus_here(-1)
         before, self._chosen = self._chosen, 0 if changed else self._chosen
@@ -66,9 +66,9 @@ class Palette:
         self._moved = changed or self._chosen != before
         picked = None
         imgui.begin_child("found")
-        for index, action in enumerate(shown):
-            if self._row(action, index == self._chosen, action.why_not()):
-                picked = action
+        for index, command in enumerate(shown):
+            if self._row(command, index == self._chosen, command.why_not()):
+                picked = command
         imgui.end_child()
         if shown and imgui.is_key_pressed(imgui.Key.enter):
             picked = shown[self._chosen]
@@ -81,14 +81,14 @@ class Palette:
             self._chosen -= 1
         self._chosen = min(max(self._chosen, 0), max(count - 1, 0))
 
-    def _row(self, action: Action, is_chosen: bool, why_not: str) -> bool:
+    def _row(self, command: Command, is_chosen: bool, why_not: str) -> bool:
         with widgets.disabled(bool(why_not)):
-            clicked, _ = imgui.selectable(f"{action.name}##{action.menu}", is_chosen)
-        probe.note(f"palette {action.name}")
+            clicked, _ = imgui.selectable(f"{command.name}##{command.menu}", is_chosen)
+        probe.note(f"palette {command.name}")
         texts.tip_of_barred(why_not)
         if is_chosen and self._moved:
             imgui.set_scroll_here_y()
-        aside = f"{action.menu}   {action.shortcut}"
+        aside = f"{command.menu}   {command.key}"
         imgui.same_line(imgui.get_window_width() - imgui.calc_text_size(aside).x - 24)
         imgui.text_disabled(aside)
         return bool(clicked)

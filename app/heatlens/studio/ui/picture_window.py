@@ -11,9 +11,9 @@ from heatlens.core.model.view.view_geometry import geometry
 from heatlens.render.display.picture_pass import PlacedPicture
 from heatlens.render.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.render.gpu.device import Framebuffer, Sampling
+from heatlens.studio.board.board import Board
+from heatlens.studio.board.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
 from heatlens.studio.session.desks import LensDesk, PictureDesk
-from heatlens.studio.session.door.door import Door
-from heatlens.studio.session.door.requests import FocusAt, MarkAt, MoveCamera, NudgeFocus, TakeLook
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.marks.lessons import Lessons
 from heatlens.studio.session.playing.kept_screen import KeptScreen
@@ -45,7 +45,7 @@ class PictureWindow:
     def __init__(
         self,
         facts: Facts,
-        door: Door,
+        board: Board,
         desk: PictureDesk,
         lessons: Lessons,
         ui: UiState,
@@ -53,7 +53,7 @@ class PictureWindow:
         kept: KeptScreen,
         lens: LensDesk,
     ) -> None:
-        self._facts, self._door, self._desk = facts, door, desk
+        self._facts, self._board, self._desk = facts, board, desk
         self._ui = ui
         self._seen = SeenPictures(facts, desk, screen, kept)
         ctx = desk.renderer.ctx
@@ -128,7 +128,7 @@ class PictureWindow:
         if pointed is not None:
             self._draw_place_of(pointed)
         if lens != facts.lens:
-            self._door.change(lens)
+            self._board.change(lens)
 
     def _draw_picture(self, pictures: Pictures | None, below: float) -> None:
         """Draw the picture and everything over it, or the reason why there is none."""
@@ -235,12 +235,12 @@ class PictureWindow:
         draw_legend(legend, self._desk.view.viewport, is_right)
 
     def _apply(self, result: ViewportResult) -> None:
-        door, self.hovered = self._door, result.hovered_px
-        door.change(result.view)
+        board, self.hovered = self._board, result.hovered_px
+        board.change(result.view)
         if result.camera is not None:
-            door.do(MoveCamera(result.camera.kind, result.camera.right, result.camera.down))
+            board.do(MoveCamera(result.camera.kind, result.camera.right, result.camera.down))
         if result.focus_notches:
-            door.do(NudgeFocus(result.focus_notches))
+            board.do(NudgeFocus(result.focus_notches))
         if result.tile is not None:
             self._choose_tile(result.tile)
         if result.focus_px is None:
@@ -250,15 +250,15 @@ class PictureWindow:
         if ruler.is_on:
             (ruler.press if is_clicked else ruler.drag)(result.focus_px)
         elif not (io.key_ctrl and io.key_shift):
-            door.do(FocusAt(*result.focus_px))
+            board.do(FocusAt(*result.focus_px))
         elif is_clicked:
-            door.do(MarkAt(*result.focus_px))
+            board.do(MarkAt(*result.focus_px))
 
     def _choose_tile(self, index: int) -> None:
         """Use the lens of the look that was clicked in the grid, and leave the grid."""
         assert self.pictures is not None
         name = self.pictures.tiles[index].name
         if name:
-            self._door.do(TakeLook(name))
+            self._board.do(TakeLook(name))
         else:
-            self._door.change(replace(self._facts.view, compare=Compare.OFF))
+            self._board.change(replace(self._facts.view, compare=Compare.OFF))

@@ -7,15 +7,14 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.faults import faults_reported
 from heatlens.render.display.screen_pictures import ScreenPictures
-from heatlens.studio.session.door.door import Door
+from heatlens.studio.board.board import Board
+from heatlens.studio.board.command import Command
 from heatlens.studio.session.live.pull_recording import RecordingState
 from heatlens.studio.session.marks.lessons import Lessons
 from heatlens.studio.session.playing.kept_screen import KeptScreen
 from heatlens.studio.session.session import Session
 from heatlens.studio.share.sharing import Sharing
 from heatlens.studio.ui import topmost
-from heatlens.studio.ui.action_list import actions
-from heatlens.studio.ui.actions import Action, in_order, opens, pressed
 from heatlens.studio.ui.docked_panels import DockedPanels
 from heatlens.studio.ui.files.questions import quit_question, shot_question
 from heatlens.studio.ui.keys_window import keys_window
@@ -25,10 +24,12 @@ from heatlens.studio.ui.picture_window import PictureWindow
 from heatlens.studio.ui.seek import forget_after_click
 from heatlens.studio.ui.setting_places import setting_places, settings
 from heatlens.studio.ui.sharing import WindowSharing
+from heatlens.studio.ui.shortcuts import in_order, opens, pressed
 from heatlens.studio.ui.start.start_screen import hears_keys
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.status_bar import StatusBar
 from heatlens.studio.ui.timeline.rendered_panel import rendered_popup
+from heatlens.studio.ui.window_commands import window_commands
 
 _Window = imgui.WindowFlags_
 # Menus whose shortcuts work on the start screen; those of the other menus need a picture.
@@ -46,21 +47,21 @@ class Screen:
     ) -> None:
         """Create the screen; threads call `wake` to have the window drawn again."""
         self._session = session
-        self._door = door = Door(session)
+        self._board = board = Board(session)
         files, time, pictures = session.files, session.time, session.pictures
         say, facts = session.messages.say, session.facts
-        self.sharing = WindowSharing(session, sharing or Sharing(), wake)
+        self.sharing = WindowSharing(session, board, sharing or Sharing(), wake)
         self.ui = UiState(
             session.editing, time, files, session.preferences, say, wake, self.sharing
         )
-        self.actions = actions(door.commands, self.ui)
+        self.commands = board.with_commands_of(window_commands(self.ui))
         self.typed: Sequence[imgui.Key] = ()  # keys that went down in this frame, in their order
         self._pictures = ScreenPictures(pictures.renderer.ctx)
         kept = KeptScreen(time.pull, session.source, session.editing, pictures.view, self._pictures)
         time.pull.screen = kept
         lessons = Lessons(session.editing, time.marks)
         self.picture = PictureWindow(
-            *(facts, door, pictures, lessons, self.ui, self._pictures, kept),
+            *(facts, board, pictures, lessons, self.ui, self._pictures, kept),
             session.lens,
         )
         self.status = StatusBar(facts, pictures, session.messages, self.ui, kept)
@@ -71,7 +72,7 @@ class Screen:
         """Return True if keys typed after this one must wait for its effect."""
         is_covered = topmost.is_any_open() or self._session.files.documents.offer is not None
         is_elsewhere = is_covered or self.ui.is_bare or self._session.files.start_choices.is_wanted
-        return is_elsewhere or opens(self.actions, key, mods)
+        return is_elsewhere or opens(self.commands, key, mods)
 
     def draw(self, is_seen: bool = True) -> None:
         """Draw between ImGui's new_frame and render; an error is shown and drawing goes on.
@@ -101,7 +102,7 @@ class Screen:
         hears = hears_keys()  # asked before a popup can handle Enter and close
         topmost.close_escaped()
         forget_after_click()
-        self._do_actions()
+        self._do_commands()
         is_new_layout = self.ui.wants_layout
         self._frame_window()
         if not self.ui.is_bare:
@@ -126,15 +127,15 @@ class Screen:
             self.ui.scale.is_new = False
             leave_room_for_picture(self.ui.panels)
 
-    def _do_actions(self) -> None:
+    def _do_commands(self) -> None:
         session, ui = self._session, self.ui
         if not topmost.is_any_open() and imgui.is_key_pressed(imgui.Key.escape, False):
             self._escape()
         keyed = self._keyed()
-        chosen = None if ui.is_bare else menu_bar(session.files, ui, self.actions)
-        for action in (*keyed, chosen, self._palette()):
-            if action is not None:
-                self._door.do(action)
+        chosen = None if ui.is_bare else menu_bar(session.files, ui, self.commands)
+        for command in (*keyed, chosen, self._palette()):
+            if command is not None:
+                self._board.do(command)
         self._draw_popups()
 
     def _escape(self) -> None:
@@ -146,22 +147,24 @@ class Screen:
         elif not session.pictures.commands.leave():
             self.ui.leave_bare()
 
-    def _keyed(self) -> list[Action]:
-        """Return the actions whose keys were pressed, in order; none under a popup."""
+    def _keyed(self) -> list[Command]:
+        """Return the commands whose keys were pressed, in order; none under a popup."""
         if topmost.is_any_open() or self._session.files.documents.offer is not None:
             return []
-        keyed = in_order((a for a in pressed(self.actions) if not self._is_asleep(a)), self.typed)
+        keyed = in_order(
+            (it for it in pressed(self.commands) if not self._is_asleep(it)), self.typed
+        )
         view = self.ui.timeline
-        if view.pointed_at and any(action.name == "Fit" for action in keyed):
+        if view.pointed_at and any(command.name == "Fit" for command in keyed):
             view.frame_all()
-            keyed = [action for action in keyed if action.name != "Fit"]
+            keyed = [command for command in keyed if command.name != "Fit"]
         view.pointed_at = False  # the curve editor sets it again when drawn
         return keyed
 
     def _draw_popups(self) -> None:
         session, ui = self._session, self.ui
         if ui.shows_keys:
-            ui.shows_keys = keys_window(self.actions, session.facts.has_camera)
+            ui.shows_keys = keys_window(self.commands, session.facts.has_camera)
         pull_popup(session.time, ui, session.facts.unit)
         rendered_popup(session.time, ui.timeline)
         shot_question(session.files.documents)
@@ -169,23 +172,23 @@ class Screen:
         ui.dialogs.draw()
         self.sharing.draw_popup()
 
-    def _palette(self) -> Action | None:
+    def _palette(self) -> Command | None:
         """Draw the palette, which also lists settings if a picture is open."""
         palette = self.ui.palette
         has_more = palette.is_open and self._session.source.plate is not None
-        return palette.draw((*self.actions, *(self.settings() if has_more else ())))
+        return palette.draw((*self.commands, *(self.settings() if has_more else ())))
 
-    def settings(self) -> tuple[Action, ...]:
-        """Return an action for each setting of the panels, and for each value that it can have."""
+    def settings(self) -> tuple[Command, ...]:
+        """Return a command for each setting of the panels, and for each value that it can have."""
         session, facts = self._session, self._session.facts
         views = session.pictures.color.views(facts.view.display)
         places = setting_places(facts, session.time.timeline, self.ui)
-        return (*places, *settings(self._door, facts, views, self.ui))
+        return (*places, *settings(self._board, facts, views, self.ui))
 
-    def _is_asleep(self, action: Action) -> bool:
-        """Return True if the start screen is shown and may use the action's key itself."""
+    def _is_asleep(self, command: Command) -> bool:
+        """Return True if the start screen is shown and may use the command's key itself."""
         return (
-            self._session.files.start_choices.is_wanted and action.menu not in _START_SCREEN_MENUS
+            self._session.files.start_choices.is_wanted and command.menu not in _START_SCREEN_MENUS
         )
 
     def _frame_window(self) -> None:

@@ -1,4 +1,4 @@
-"""Offer the settings of the panels as actions, so that the palette finds them.
+"""Offer the settings of the panels as commands, so that the palette finds them.
 
 The palette shows a setting in its panel by its label, or chooses one of its values. A test draws
 the panels and checks that the labels here are those that are drawn.
@@ -16,11 +16,11 @@ from heatlens.core.model.shot.settings import Bokeh, Method, Quality, barred_met
 from heatlens.core.model.view.guides import PEAKING_COLORS, SQUEEZES, PeakingOn
 from heatlens.core.model.view.overlays import overlays_by_name
 from heatlens.deliver.export.options import ExportOptions
-from heatlens.studio.session.door.door import Changeable, Door
+from heatlens.studio.board.board import Board, Changeable
+from heatlens.studio.board.command import Command
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.settings.preferences import Theme
 from heatlens.studio.session.time.timeline import Timeline
-from heatlens.studio.ui.actions import Action
 from heatlens.studio.ui.seek import seek
 from heatlens.studio.ui.state import UiState
 
@@ -61,13 +61,13 @@ SETTINGS: dict[str, tuple[str, ...]] = {
 }
 
 
-def setting_places(facts: Facts, timeline: Timeline, ui: UiState) -> tuple[Action, ...]:
-    """Return an action for each setting, which shows the setting in its panel."""
+def setting_places(facts: Facts, timeline: Timeline, ui: UiState) -> tuple[Command, ...]:
+    """Return a command for each setting, which shows the setting in its panel."""
     return tuple(
-        Action(
+        Command(
             words,
-            f"{panel} tab",
             partial(_show, ui, panel, words),
+            menu=f"{panel} tab",
             barred=partial(_why_not, facts, timeline, panel),
         )
         for panel, settings in SETTINGS.items()
@@ -88,16 +88,20 @@ def _show(ui: UiState, panel: str, words: str) -> None:
     seek(panel, words)
 
 
-def settings(door: Door, facts: Facts, views: tuple[str, ...], ui: UiState) -> tuple[Action, ...]:
-    """Return an action for each value that a setting can have; `views` are those of the display."""
+def settings(
+    board: Board, facts: Facts, views: tuple[str, ...], ui: UiState
+) -> tuple[Command, ...]:
+    """Return a command for each value that a setting can have; `views` are those of the display."""
 
     def barred(method: Method) -> str:
         return barred_methods(facts.has_many_views).get(str(method), "")
 
     def choice(
         name: str, now: Callable[[], Changeable], part: str = "", **values: object
-    ) -> Action:
-        return Action(f"Set {name}", _MENU, lambda: door.choose(_changed(now(), part, values)))
+    ) -> Command:
+        return Command(
+            f"Set {name}", lambda: board.choose(_changed(now(), part, values)), menu=_MENU
+        )
 
     lens, blur, view = (lambda: facts.lens), (lambda: facts.shot.defocus), (lambda: facts.view)
     peaked = partial(choice, now=lambda: replace(facts.view, is_peaking=True), part="peaking")
@@ -112,8 +116,8 @@ def settings(door: Door, facts: Facts, views: tuple[str, ...], ui: UiState) -> t
         *(peaked(f"focus peaking {it}", color=it) for it in PEAKING_COLORS),
         *(peaked(f"focus peaking {it}", on=it) for it in PeakingOn),
         *(choice(f"guides desqueeze {n}", view, "guides", desqueeze=it) for n, it in squeezes),
-        *(replace(action, barred=partial(barred, method)) for method, action in methods),
-        *(Action(f"Set theme {it}", _MENU, partial(ui.theme.choose, it)) for it in Theme),
+        *(replace(command, barred=partial(barred, method)) for method, command in methods),
+        *(Command(f"Set theme {it}", partial(ui.theme.choose, it), menu=_MENU) for it in Theme),
     )
 
 

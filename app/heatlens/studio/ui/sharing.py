@@ -6,7 +6,7 @@ from collections.abc import Callable
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import HeatlensError
-from heatlens.studio.session.door.door import Door
+from heatlens.studio.board.board import Board
 from heatlens.studio.session.session import Session
 from heatlens.studio.share.address import Role
 from heatlens.studio.share.shared import WINDOW
@@ -25,12 +25,14 @@ _NEWS_S = 0.5  # longest time until the menu bar tells that a hand rests
 class WindowSharing:
     """The sharing of the window's session, and its place in the interface."""
 
-    def __init__(self, session: Session, sharing: Sharing, wake: Callable[[], None]) -> None:
+    def __init__(
+        self, session: Session, board: Board, sharing: Sharing, wake: Callable[[], None]
+    ) -> None:
         """Prepare it; threads call `wake` when a page has said something."""
         self._session = session
         self.sharing = sharing
-        self._door = Door(session)
-        self._tap = Tap(session, self._door, sharing.shared)
+        self._board = board
+        self._tap = Tap(session, self._board, sharing.shared)
         self._news: deque[str] = deque()  # of the server's thread
         self._is_following, self._opens = False, sharing.is_on
         sharing.shared.wake = wake
@@ -61,7 +63,7 @@ class WindowSharing:
             self._session.messages.say(self._news.popleft())
         self._is_following = True
         try:
-            return self.sharing.shared.follow(self._door)
+            return self.sharing.shared.follow(self._board)
         finally:
             self._is_following = False
 

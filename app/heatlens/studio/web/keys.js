@@ -1,43 +1,11 @@
-// The keys of the window, as far as they make sense here; tests hold them against its menus.
+// The keys of the page: those that heatlens has for its commands, from its table of commands.
 
-export const COMMANDS = {
-  "[": "Focus nearer",
-  "]": "Focus farther",
-  "Shift+[": "Open 1/3 stop",
-  "Shift+]": "Close 1/3 stop",
-  "Ctrl+Z": "Undo",
-  "Ctrl+Shift+Z": "Redo",
-  "Shift+L": "Keep this look",
-  "Backspace": "Back to the lens before",
-  "Q": "Next quality",
-  "B": "Next bokeh",
-  "Space": "Play or stop",
-  "Shift+Space": "Play backwards",
-  "Right": "Next frame",
-  "Left": "Previous frame",
-  "Home": "First frame",
-  "End": "Last frame",
-  "Down": "Next key",
-  "Up": "Previous key",
-  "I": "Set in point",
-  "O": "Set out point",
-  "Shift+I": "Clear in and out",
-  "K": "Set key",
-  "Delete": "Delete keys",
-  "M": "Set mark here",
-  "Shift+R": "Record a pull",
-  "H": "Hold the focus from here",
-  "A": "Auto key",
-  "D": "Depth of field",
-  "Ctrl+Up": "Brighter",
-  "Ctrl+Down": "Darker",
-  "U": "Metres or feet",
-  "Shift+P": "Focus peaking",
-};
+export const COMMANDS = {}; // the name of a command by its key, such as "Ctrl+Z"
 
-/** Give the overlays, [name, key] each, the keys that the window has for them. */
-export function learnKeys(overlays) {
-  for (const [name, key] of overlays) if (key) COMMANDS[key] = name;
+/** Learn the keys of the table of commands, [name, key, sheet] each; sheet null: none here. */
+export function learnKeys(table) {
+  for (const key of Object.keys(COMMANDS)) delete COMMANDS[key];
+  for (const [name, key, sheet] of table) if (key && sheet !== null) COMMANDS[key] = name;
 }
 
 const CODES = {

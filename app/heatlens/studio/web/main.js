@@ -67,9 +67,9 @@ function problem(sentence) {
 function state(changed) {
   const now = link.state;
   if ("shape" in changed || "guides" in changed) picture.describe(now.shape, now.guides);
-  if ("overlays" in changed) {
-    learnKeys(now.overlays);
-    more.offer(now.overlays);
+  if ("table" in changed) {
+    learnKeys(now.table);
+    more.offer(now.table);
   }
   if ("message" in changed && now.message) note(now.message, now.is_problem);
   if ("looks" in changed || "lens" in changed) looks.show(now);

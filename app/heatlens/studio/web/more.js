@@ -1,13 +1,5 @@
 // The sheet with all that is not needed every second: the view, guides, keys, and who is here.
 
-const OVER_PICTURE = "Over the picture";
-const ROWS = [
-  ["Focus", ["Set mark here", "Set key", "Auto key", "Hold the focus from here", "Focus at infinity"]],
-  ["Undo", ["Undo", "Redo"]],
-  [OVER_PICTURE, ["Focus peaking"]],
-  ["Guides", ["Thirds", "Safe areas", "Centre cross", "Matte 2.39", "Matte 1.85", "Matte 16:9", "Matte 9:16"]],
-  ["Blur and units", ["Next quality", "Next bokeh", "Metres or feet"]],
-];
 const FRAMES = [6, 12, 18, 24, 36, 48];
 
 export class More {
@@ -15,11 +7,8 @@ export class More {
     this._link = link;
     this._buttons = new Map();
     this._page = page;
-    for (const [title, names] of ROWS) {
-      const row = this._row(names);
-      if (title === OVER_PICTURE) this._overPicture = row;
-      sheet.append(heading(title), row);
-    }
+    this._ofCommands = document.createElement("div");
+    sheet.append(this._ofCommands);
     this._exposure = this._stepped("Darker", "Brighter", () => link.do("Reset exposure and gamma"));
     this._frames = this._stepped(() => page.setPull(-1), () => page.setPull(1));
     sheet.append(heading("Exposure of the picture"), this._exposure.row);
@@ -29,16 +18,15 @@ export class More {
     sheet.append(heading("This page"), this._ownRow(), this._numbers, this._color);
   }
 
-  /** Offer the overlays, [name, key] each, that heatlens has. */
-  offer(overlays) {
-    const names = overlays.map(([name]) => name);
-    this._fill(this._overPicture, names.filter((name) => !this._buttons.has(name)));
-  }
-
-  _row(names) {
-    const row = Object.assign(document.createElement("div"), { className: "row hand" });
-    this._fill(row, names);
-    return row;
+  /** Offer the commands of the table, [name, key, sheet] each, under the headings of their sheets. */
+  offer(table) {
+    this._buttons.clear();
+    this._ofCommands.replaceChildren();
+    for (const title of new Set(table.map(([, , sheet]) => sheet).filter(Boolean))) {
+      const row = Object.assign(document.createElement("div"), { className: "row hand" });
+      this._fill(row, table.filter(([, , sheet]) => sheet === title).map(([name]) => name));
+      this._ofCommands.append(heading(title), row);
+    }
   }
 
   _fill(row, names) {

@@ -1,13 +1,13 @@
 """Define the requests that a front end makes with values: focus there, open that, show this frame.
 
-Each is a value that can be built in Python or from a JSON object, see `door.py`. Another request is
-another class here.
+Each is a value that can be built in Python or from a JSON object, see `board.py`. Another request
+is another class here.
 """
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.view.view import Compare
@@ -18,7 +18,9 @@ from heatlens.studio.session.session import Session
 
 
 class Request(ABC):
-    """A request to a session."""
+    """A request to a session; pages in a browser may make those that are `is_remote`."""
+
+    is_remote: ClassVar[bool] = True
 
     @abstractmethod
     def run(self, session: Session) -> None:
@@ -29,6 +31,8 @@ class Request(ABC):
 class Open(Request):
     """Open a file, pattern, folder, scene or shot; the open source stays until it has arrived."""
 
+    is_remote: ClassVar[bool] = False
+
     name: str
 
     def run(self, session: Session) -> None:
@@ -38,6 +42,8 @@ class Open(Request):
 @dataclass(frozen=True, slots=True)
 class Save(Request):
     """Save the picture, the shot, or the pull sheet to a file."""
+
+    is_remote: ClassVar[bool] = False
 
     path: str
     what: Literal["save", "save shot", "sheet"] = "save"

@@ -8,7 +8,7 @@ from heatlens.core.model.focus.coc import far_limit_m, near_limit_m
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.view.view import ViewState
-from heatlens.studio.session.door.named_commands import Command
+from heatlens.studio.board.command import Command
 from heatlens.studio.session.session import Session
 
 

@@ -1,4 +1,4 @@
-"""The door of a session: plain values out, commands and requests in.
+"""The board of a session: plain values out, commands and requests in.
 
 A front end needs nothing else. Named commands take no values ("Undo"), requests are values
 (`Focus(2.4)`), and changes are new values for some fields of the lens, the blur or the view. All of
@@ -9,7 +9,7 @@ them can be written as a JSON object as well:
     {"change": "lens", "f_stop": 2.0, "focal_length_mm": 35}
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -20,24 +20,51 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.view.view import ViewState
 from heatlens.media.files.json_record import JsonEntry, record_to_json
-from heatlens.studio.session.door.named_commands import Command, named_commands
-from heatlens.studio.session.door.requests import Request
-from heatlens.studio.session.door.state import State, state_of
+from heatlens.studio.board.command import Command, in_menu_order
+from heatlens.studio.board.commands import named_commands
+from heatlens.studio.board.requests import Request
+from heatlens.studio.board.state import State, state_of
+from heatlens.studio.board.user_keys import problem_of_keys, read_user_keys, with_user_keys
+from heatlens.studio.session.messages import Lasting
 from heatlens.studio.session.session import Session
 
 _MESSAGE = Path("message")  # where a wrong value was found, as errors name it
 REQUESTS: Mapping[str, type[Request]] = {kind.__name__: kind for kind in Request.__subclasses__()}
+# The fields that pages in a browser may change.
+REMOTE_FIELDS: Mapping[str, tuple[str, ...]] = {
+    "lens": ("focal_length_mm", "f_stop", "focus_distance_m"),
+    "blur": ("quality",),
+    "view": ("exposure_stops", "gamma", "depth_of_field", "unit"),
+}
 Changeable = Lens | DefocusSettings | ViewState
 
 
-class Door:
+class Board:
     """Drives a session for a front end; errors are shown as its message."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self.commands = named_commands(session)
+        self._keys, problem = read_user_keys(session.preferences.path)
+        self._own = named_commands(session)
+        self.commands = self._keyed(self._own)
+        if problem:
+            session.messages.say(Lasting(problem))
         self._picture, self._picture_key = 0, object()
         self._named = {command.name: command for command in self.commands}
+
+    def with_commands_of(self, front_end: Iterable[Command]) -> tuple[Command, ...]:
+        """Return all commands in the order of the menus, together with those of a front end.
+
+        Say in the session's message which keys of the user's file mean something else now.
+        """
+        together = (*self._own, *front_end)
+        problem = problem_of_keys(together, self._keys)
+        if problem:
+            self._session.messages.say(Lasting(problem))
+        return self._keyed(together)
+
+    def _keyed(self, commands: Iterable[Command]) -> tuple[Command, ...]:
+        return with_user_keys(in_menu_order(commands), self._keys)
 
     def state(self) -> State:
         """Return the state to show now."""
@@ -74,6 +101,37 @@ class Door:
         self._session.editing.settle()
         self.change(changed)
         self._session.editing.settle()
+
+    @property
+    def remote_commands(self) -> tuple[Command, ...]:
+        """The commands that pages in a browser may give."""
+        return tuple(command for command in self.commands if command.is_remote)
+
+    def check_remote(self, message: Mapping[str, object]) -> None:
+        """Raise InputError for a message of a page that asks for what pages may not do."""
+        if "change" in message:
+            of = message["change"]
+            allowed = REMOTE_FIELDS.get(of, ()) if isinstance(of, str) else ()
+            wrong = [name for name in message if name != "change" and name not in allowed]
+            if wrong:
+                may = ", ".join(allowed) or f"{', '.join(REMOTE_FIELDS)} after 'change'"
+                raise InputError(f"A page cannot change {wrong[0]!r}; it can change {may}.")
+        name = message.get("do")
+        if isinstance(name, str) and not self._is_remote(name):
+            raise InputError(
+                f"A page has no {name!r}: files are opened and written only in the window."
+            )
+
+    def _is_remote(self, name: str) -> bool:
+        named: Command | type[Request] | None = self._named.get(name, REQUESTS.get(name))
+        return named is not None and named.is_remote
+
+    def turns_lens(self, message: Mapping[str, object]) -> bool:
+        """Return True for a message that changes the shot or the playhead."""
+        if "change" in message:
+            return message["change"] != "view"
+        command = self._named.get(str(message.get("do")))
+        return command is None or command.turns_lens
 
     def answer(self, message: object) -> dict[str, object]:
         """Follow a JSON message; return `{"state": ...}`, or `{"problem": sentence}`."""

@@ -1,4 +1,4 @@
-"""Sessions without a window that several files drive."""
+"""Sessions without a window that tests of several folders drive."""
 
 from collections.abc import Iterator
 from pathlib import Path
