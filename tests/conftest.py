@@ -19,13 +19,13 @@ from hypothesis import settings
 
 from heatlens.core.base import faults
 from support import contexts
-from support.command_line import ENVIRONMENT, end_started
+from support.command_line import ENVIRONMENT, kill_started_processes
 
 if TYPE_CHECKING:
     from heatlens.render.frame_renderer import FrameRenderer
     from heatlens.render.gpu.device import Device
     from heatlens.render.scene_gpu.raster import SceneRaster
-    from support.both_ways import BothWays
+    from support.both_ways import RasterAndRays
     from support.gui import Gui
 
 
@@ -84,10 +84,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.fixture(autouse=True)
 def no_fault_is_hidden(request: pytest.FixtureRequest) -> Iterator[None]:
     """Fail a test in which heatlens caught a fault of its own, unless it is about that."""
-    faults._written.clear()
+    faults._reports_by_location.clear()
     yield
-    written, about = dict(faults._written), "expects_faults" in request.fixturenames
-    faults._written.clear()
+    written, about = dict(faults._reports_by_location), "expects_faults" in request.fixturenames
+    faults._reports_by_location.clear()
     assert about or not written, {at: path and path.read_text() for at, path in written.items()}
 
 
@@ -95,7 +95,7 @@ def no_fault_is_hidden(request: pytest.FixtureRequest) -> Iterator[None]:
 def no_process_is_left() -> Iterator[None]:
     """Close what `support.command_line.started` started, also where the test failed."""
     yield
-    end_started()
+    kill_started_processes()
 
 
 @pytest.fixture(autouse=True)
@@ -104,9 +104,9 @@ def no_other_context(request: pytest.FixtureRequest) -> Iterator[None]:
 
     The new one would stay the current one, and what later tests draw would go there.
     """
-    before = len(contexts.made)
+    before = len(contexts.contexts_made)
     yield
-    assert "second_context" in request.fixturenames or contexts.made[before:] == []
+    assert "second_context" in request.fixturenames or contexts.contexts_made[before:] == []
 
 
 @pytest.fixture
@@ -155,11 +155,11 @@ def raster(session_context: "Device") -> Iterator["SceneRaster"]:
 
 
 @pytest.fixture(scope="module")
-def stage(session_context: "Device") -> Iterator["BothWays"]:
+def stage(session_context: "Device") -> Iterator["RasterAndRays"]:
     """Return what draws scenes as a raster and traces them by rays."""
-    from support.both_ways import BothWays
+    from support.both_ways import RasterAndRays
 
-    made = BothWays(session_context)
+    made = RasterAndRays(session_context)
     yield made
     made.release()
 
@@ -192,7 +192,7 @@ def command_context(session_context: "Device") -> Iterator["Device"]:
 
     root = Path(heatlens.__file__).parent
     with pytest.MonkeyPatch.context() as patch:
-        contexts.note_new(patch)
+        contexts.record_new_contexts(patch)
         for path in root.rglob("*.py"):
             text = path.read_text(encoding="utf-8")
             # The search alone backtracks for seconds over files without the name.

@@ -67,10 +67,10 @@ def _bush(rng: np.random.Generator, leaves: int, size_m: Point) -> Mesh:
             _leaf(),
             moved(*map(float, place))
             @ turned_y(float(turn))
-            @ turned_x(float(0.3 * lean))
+            @ turned_x(float(0.3 * focus_offset))
             @ scaled(size, size, size),
         )
-        for place, (turn, lean), size in zip(places, turns, sizes, strict=True)
+        for place, (turn, focus_offset), size in zip(places, turns, sizes, strict=True)
     )
 
 

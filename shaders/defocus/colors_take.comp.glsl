@@ -15,6 +15,6 @@ layout(rgba32f) uniform image2D out_color_img;
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(out_color_img)))) return;
-    vec4 here = imageLoad(out_color_img, at), other = texelFetch(picture_tx, at, 0);
-    imageStore(out_color_img, at, mix(here, other, greaterThan(taken, vec4(0.5))));
+    vec4 color = imageLoad(out_color_img, at), source = texelFetch(picture_tx, at, 0);
+    imageStore(out_color_img, at, mix(color, source, greaterThan(taken, vec4(0.5))));
 }

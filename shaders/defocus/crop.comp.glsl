@@ -1,4 +1,4 @@
-// Crops a picture, and reduces the crop if asked to.
+// Crops a picture, and reduces the crop by the factor `fine`.
 //
 // Input
 //   from_tx   the whole picture

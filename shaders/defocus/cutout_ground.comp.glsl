@@ -1,4 +1,4 @@
-// Puts the sharp ground behind what alone is blurred.
+// Composites a picture that was blurred on its own over its sharp ground.
 //
 // Input
 //   ground_tx   rgb, a alpha, both premultiplied

@@ -1,5 +1,5 @@
-// Finds where surfaces behind the focus end in front of others with another blur, and how far such an edge
-// reaches.
+// Finds the edges of surfaces behind the focus in front of surfaces with another blur, and their
+// reach.
 //
 // Inputs
 //   lib/far_fragments.lib.glsl
@@ -17,39 +17,39 @@ uniform float nearest_px;   // least coc of both surfaces at an edge
 uniform float thin_coc_px;  // a surface that is blurred more is not thin
 layout(rg32f) uniform writeonly image2D out_zone_img;
 
-#define LEAST_STEP_PX 1.8     // surfaces whose blur differs less are right in one layer
-#define LEAST_STEP_PART 0.585 // the same as a share of the disc of a part; the larger limit counts
-#define MARGIN_PX 4.0
-#define WIDE_PX 5
-#define GROWN 1.25  // from a limit to this multiple of it a zone grows from nothing to its reach
+#define LEAST_STEP_PX 1.8     // least difference in blur of an edge; less is right in one layer
+#define LEAST_STEP_PART 0.585 // the same as a share of the disc of a part; the larger limit is used
+#define MARGIN_PX 4.0         // added to the reach of an edge
+#define WIDE_PX 5             // width in pixels from which a surface is wide
+#define FULL_FROM 1.25        // multiple of a limit at which a zone has its whole reach
 
-// How much a value counts that has passed a limit, 0 to 1: 0 at the limit, so that nothing appears all at
-// once while the lens or the focus moves.
-float grown_past(float limit, float value) {
-    return limit > 0.0 ? smoothstep(limit, GROWN * limit, value) : 1.0;
+// Weight of a value that has passed a limit, 0 to 1. It is 0 at the limit: nothing appears suddenly
+// while the lens or the focus moves.
+float weight_past(float limit, float value) {
+    return limit > 0.0 ? smoothstep(limit, FULL_FROM * limit, value) : 1.0;
 }
 
-// How much a difference in blur counts as a step between two surfaces, 0 to 1.
-float step_between(float one, float other, float least_step) {
-    return grown_past(max(least_step, LEAST_STEP_PART * part_scale * max(one, other)), abs(one - other));
+// Weight of a difference in blur as a step between two surfaces, 0 to 1.
+float step_between(float coc, float other, float least_step) {
+    return weight_past(max(least_step, LEAST_STEP_PART * part_scale * max(coc, other)), abs(coc - other));
 }
 
 // 1 if the surface continues for WIDE_PX pixels, 0 if there is a step before.
-float width_along(ivec2 at, ivec2 along, float coc) {
+float width_along(ivec2 at, ivec2 direction, float coc) {
     float wide = 1.0;
     for (int k = 1; k < WIDE_PX; ++k)
-        wide = min(wide, 1.0 - step_between(coc, far_coc_at(at + k * along), LEAST_STEP_PX / 2.0));
+        wide = min(wide, 1.0 - step_between(coc, far_coc_at(at + k * direction), LEAST_STEP_PX / 2.0));
     return wide;
 }
 
 // Reach of the edge between a pixel and the next one: that of wide surfaces, and of thin ones.
-vec2 reach_between(ivec2 at, float coc, ivec2 along) {
-    float other = far_coc_at(at + along), nearest = min(coc, other);
-    float reach = grown_past(nearest_px, nearest) * step_between(coc, other, LEAST_STEP_PX);
+vec2 reach_between(ivec2 at, float coc, ivec2 direction) {
+    float other = far_coc_at(at + direction), nearest = min(coc, other);
+    float reach = weight_past(nearest_px, nearest) * step_between(coc, other, LEAST_STEP_PX);
     if (nearest <= 0.0 || reach <= 0.0) return vec2(-1.0);
     reach *= max(coc, other) / 2.0 + MARGIN_PX;
-    float thin = 1.0 - grown_past(thin_coc_px, nearest);
-    if (thin > 0.0) thin *= 1.0 - min(width_along(at, -along, coc), width_along(at + along, along, other));
+    float thin = 1.0 - weight_past(thin_coc_px, nearest);
+    if (thin > 0.0) thin *= 1.0 - min(width_along(at, -direction, coc), width_along(at + direction, direction, other));
     return reach * vec2(1.0 - thin, thin);
 }
 

@@ -1,6 +1,6 @@
-// Moves every surface behind the focus to where one part of the lens sees it: each is added to the list of
-// the pixel that it moves to. A surface just behind one that covers the same pixel stays hidden from every
-// part, and is left out: together they would look like one surface of their mean colour.
+// Moves every surface behind the focus to its position in the view of one part of the lens, and
+// adds it to the list of that pixel. A surface just behind one that covers the same pixel is hidden
+// from every part, and is left out: together they would look like one surface of their mean color.
 //
 // Inputs
 //   coc_tx    signed coc, pixels
@@ -9,8 +9,8 @@
 //   lib/tile_mask.lib.glsl   the tiles in which the lists are read
 // Outputs
 //   head_buf  last surface of each pixel's list, plus 1; 0 for none. Has one row and one column more than the
-//             picture has: cell (x, y) holds what lies between the pixels x - 1, y - 1 and x, y
-//   link_buf  one for each surface: the one before it plus 1, and its place between the pixels
+//             picture has: cell (x, y) lists the surfaces between the pixels x - 1, y - 1 and x, y
+//   link_buf  for each surface: the previous one of its list plus 1, and its position between the pixels
 
 #include "lib/far_fragments.lib.glsl"
 #include "lib/lens_part.lib.glsl"
@@ -22,39 +22,40 @@ uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 layout(std430) buffer head_block { uint head_buf[]; };
 layout(std430) writeonly buffer link_block { uvec2 link_buf[]; };
 
-#define BEFORE_ALL 1e30
+#define BEFORE_ALL 1e30  // dioptres nearer than every surface
 
-// True if one of the four pixels around a place is in an active tile.
+// True if one of the four pixels around a cell is in an active tile.
 bool is_read(ivec2 cell) {
     ivec2 last = textureSize(coc_tx, 0) - 1, low = max(cell - 1, ivec2(0)), high = min(cell, last);
     return is_active(low) || is_active(high) || is_active(ivec2(low.x, high.y)) || is_active(ivec2(high.x, low.y));
 }
 
-void link(uint number, ivec2 at, float coc) {
+// Adds a surface to the list of the cell that it moves to.
+void link(uint index, ivec2 at, float coc) {
     if (coc <= least_px) return;
-    vec2 place = vec2(at) + coc * lens_part_at(at, textureSize(coc_tx, 0)).xy;
-    ivec2 cell = ivec2(floor(place)) + 1, cells = textureSize(coc_tx, 0) + 1;
+    vec2 view_position = vec2(at) + coc * lens_part_at(at, textureSize(coc_tx, 0)).xy;
+    ivec2 cell = ivec2(floor(view_position)) + 1, cells = textureSize(coc_tx, 0) + 1;
     if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, cells))) return;
     if (!is_read(cell)) return;
-    uint before = atomicExchange(head_buf[cell.y * cells.x + cell.x], number + 1u);
-    link_buf[number] = uvec2(before, packUnorm2x16(fract(place)));
+    uint previous_link = atomicExchange(head_buf[cell.y * cells.x + cell.x], index + 1u);
+    link_buf[index] = uvec2(previous_link, packUnorm2x16(fract(view_position)));
 }
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
     List list = list_at(at);
-    float covering = BEFORE_ALL;  // dioptres of the last surface that covers the pixel
+    float cover_dioptres = BEFORE_ALL;  // dioptres of the last surface that covers the pixel
     if (!list.has_front) {
         float coc = texelFetch(coc_tx, at, 0).r;
-        link(front_number(at), at, coc);
-        covering = dioptres_of(coc);
+        link(front_index(at), at, coc);
+        cover_dioptres = dioptres_of(coc);
     }
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
-        float own = dioptres_of(fragment.coc);
-        if (own * SAME_SURFACE >= covering) continue;
+        float own_dioptres = dioptres_of(fragment.coc);
+        if (own_dioptres * SAME_SURFACE >= cover_dioptres) continue;
         link(i, at, fragment.coc);
-        if (fragment.cover > WHOLE) covering = own;
+        if (fragment.cover > WHOLE) cover_dioptres = own_dioptres;
     }
 }

@@ -2,7 +2,7 @@
 //
 // Inputs
 //   without_tx      rgb of the layers alone
-//   growth          how far the zones have grown from nothing, 0 to 1
+//   growth          share of the picture with the far field, 0 to 1
 // Output
 //   out_color_img   rgb (read and written)
 

@@ -2,8 +2,8 @@
 //
 // Inputs
 //   sum_tx          rgb times the known share, and the known share
-//   zone_tx         see far_zone, one texel for FAR_BLOCK x FAR_BLOCK pixels: r left of the reach of
-//                   wide surfaces, which are replaced, g of that of thin ones, which are not
+//   zone_tx         reach^2 - distance^2, see far_zone, one texel for FAR_BLOCK x FAR_BLOCK pixels: r of wide
+//                   surfaces, which are replaced, g of thin ones, which are not
 // Output
 //   out_color_img   rgb (read and written)
 
@@ -13,29 +13,29 @@ uniform sampler2D sum_tx;
 uniform sampler2D zone_tx;
 layout(rgba32f) uniform image2D out_color_img;
 
-// Share of a block that is in a zone, for what is left there of the square of an edge's reach.
-float share_of(float left_px_2) { return clamp(left_px_2 / FAR_WHOLE_PX_2, 0.0, 1.0); }
+// Share of a block that is in a zone, by reach^2 - distance^2 of the edges around it.
+float share_of(float excess_px_2) { return clamp(excess_px_2 / FAR_WHOLE_PX_2, 0.0, 1.0); }
 
 // Share of the zones under a tent filter three blocks wide.
 float zone_at(ivec2 at) {
-    vec2 place = (vec2(at) + 0.5) / float(FAR_BLOCK) - 0.5;
-    ivec2 low = ivec2(floor(place)) - 1, last = textureSize(zone_tx, 0) - 1;
-    float part = 0.0, whole = 0.0;
+    vec2 position = (vec2(at) + 0.5) / float(FAR_BLOCK) - 0.5;
+    ivec2 low = ivec2(floor(position)) - 1, last = textureSize(zone_tx, 0) - 1;
+    float zone_share = 0.0, weights = 0.0;
     for (int k = 0; k < 16; ++k) {
         ivec2 block = low + ivec2(k & 3, k >> 2);
-        vec2 tent = max(2.0 - abs(vec2(block) - place), 0.0);
+        vec2 tent = max(2.0 - abs(vec2(block) - position), 0.0);
         vec2 zone = texelFetch(zone_tx, clamp(block, ivec2(0), last), 0).rg;
-        part += tent.x * tent.y * share_of(zone.r) * (1.0 - share_of(zone.g));
-        whole += tent.x * tent.y;
+        zone_share += tent.x * tent.y * share_of(zone.r) * (1.0 - share_of(zone.g));
+        weights += tent.x * tent.y;
     }
-    return part / whole;
+    return zone_share / weights;
 }
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(out_color_img)))) return;
     vec4 sum = texelFetch(sum_tx, at, 0), color = imageLoad(out_color_img, at);
-    float known = clamp(sum.a, 0.0, 1.0), part = zone_at(at) * known;
+    float known = clamp(sum.a, 0.0, 1.0), zone_share = zone_at(at) * known;
     vec3 light = max(sum.rgb / max(sum.a, 1e-3), 0.0);
-    if (part > 0.0) imageStore(out_color_img, at, vec4(mix(color.rgb, light, part), color.a));
+    if (zone_share > 0.0) imageStore(out_color_img, at, vec4(mix(color.rgb, light, zone_share), color.a));
 }

@@ -4,7 +4,7 @@
 //   view_tx   rgb times the known share, and the known share
 //   lib/lens_part.lib.glsl
 //   lib/tile_mask.lib.glsl   the tiles that have a view
-//   begins    the sum begins, without a view
+//   begins    the sum is set to 0, and no view is added
 // Outputs
 //   sum_img   the sum (read and written)
 //   head_buf  0

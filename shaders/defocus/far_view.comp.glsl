@@ -1,5 +1,5 @@
-// Draws the view of one part of the lens behind the focus: the surfaces that have moved to each pixel,
-// composited near to far. Those at about the same depth add up to one surface.
+// Draws the view of one part of the lens behind the focus: the surfaces that have moved to each
+// pixel are composited near to far. Surfaces at about the same depth add up to one.
 //
 // Inputs
 //   lib/far_fragments.lib.glsl
@@ -8,7 +8,7 @@
 //   lib/tile_mask.lib.glsl   the tiles in which the view is needed
 // Outputs
 //   out_view_img   rgb, a 1; all 0 where nothing is known
-//   out_coc_img    diameter of the part's own disc, pixels; where nothing is known, as if nothing had moved
+//   out_coc_img    diameter of the part's disc, pixels; where nothing is known, that of the pixel's own surface
 
 #include "lib/far_fragments.lib.glsl"
 #include "lib/lens_part.lib.glsl"
@@ -22,72 +22,75 @@ layout(std430) readonly buffer link_block { uvec2 link_buf[]; };
 layout(rgba32f) uniform writeonly image2D out_view_img;
 layout(r32f) uniform writeonly image2D out_coc_img;
 
-#define HELD_MOST 24         // surfaces kept for a pixel; of more, the nearest
-#define SAME_IF_WHOLE 1.003  // the same, once the surface covers the pixel
+#define SURFACES_MAX 24      // surfaces kept for a pixel; if there are more, the nearest
+#define SAME_IF_WHOLE 1.003  // ratio of dioptres up to which surfaces are one, if the first covers the pixel
 #define GAIN 1.1             // shares of a stretched surface sum to a little less than 1
-#define LEAST_SHARE 1e-4
-#define LEAST_KNOWN 0.02
+#define LEAST_SHARE 1e-4     // smaller shares of a pixel are ignored
+#define LEAST_KNOWN 0.02     // least known share of a pixel with a view
 
-uint numbers[HELD_MOST];
-vec2 held[HELD_MOST];  // coc and share of the pixel
+uint numbers[SURFACES_MAX];
+vec2 surfaces[SURFACES_MAX];  // coc and share of the pixel
 int count;
 
-// Keeps the surfaces near to far; of equal ones the order is that of their numbers, so that the sum does
-// not depend on the order in which they were linked.
-void hold(uint number, float coc, float share) {
-    int place = min(count, HELD_MOST - 1);
-    bool is_later = count < HELD_MOST || coc < held[place].x || coc == held[place].x && number < numbers[place];
+// Inserts a surface into the list of the pixel, near to far. Equal ones are in the order of their
+// numbers, because the sum must not depend on the order in which they were linked.
+void keep_surface(uint number, float coc, float share) {
+    int slot = min(count, SURFACES_MAX - 1);
+    bool is_later = count < SURFACES_MAX || coc < surfaces[slot].x || coc == surfaces[slot].x && number < numbers[slot];
     if (!is_later) return;
-    count = min(count + 1, HELD_MOST);
-    for (; place > 0; --place) {
-        vec2 other = held[place - 1];
-        if (other.x < coc || other.x == coc && numbers[place - 1] < number) break;
-        held[place] = other;
-        numbers[place] = numbers[place - 1];
+    count = min(count + 1, SURFACES_MAX);
+    for (; slot > 0; --slot) {
+        vec2 other = surfaces[slot - 1];
+        if (other.x < coc || other.x == coc && numbers[slot - 1] < number) break;
+        surfaces[slot] = other;
+        numbers[slot] = numbers[slot - 1];
     }
-    held[place] = vec2(coc, share);
-    numbers[place] = number;
+    surfaces[slot] = vec2(coc, share);
+    numbers[slot] = number;
 }
 
-void hold_cell(ivec2 cell, bvec2 is_before) {
+// Inserts all surfaces of a cell, with their shares of the pixel.
+void keep_cell(ivec2 cell, bvec2 is_before) {
     ivec2 cells = textureSize(coc_tx, 0) + 1;
     for (uint link = head_buf[cell.y * cells.x + cell.x]; link != 0u; link = link_buf[link - 1u].x) {
-        vec2 beside = unpackUnorm2x16(link_buf[link - 1u].y);
-        vec2 near = mix(1.0 - beside, beside, vec2(is_before));
-        Fragment fragment = numbered(link - 1u);
-        float share = near.x * near.y * fragment.cover;
-        if (share > LEAST_SHARE) hold(link - 1u, fragment.coc, share);
+        vec2 offset = unpackUnorm2x16(link_buf[link - 1u].y);
+        vec2 weights = mix(1.0 - offset, offset, vec2(is_before));
+        Fragment fragment = surface_number(link - 1u);
+        float share = weights.x * weights.y * fragment.cover;
+        if (share > LEAST_SHARE) keep_surface(link - 1u, fragment.coc, share);
     }
 }
 
 struct View {
-    vec4 seen;    // rgb and the known share
+    vec4 light;    // rgb and the known share
     float coc;    // coc of the most visible surface
-    float most;
+    float largest_share;   // share of that surface
 };
 
+// Composites a surface behind the view so far.
 void put_behind(inout View view, vec4 surface, float coc) {
-    float cover = min(surface.a * GAIN, 1.0) * (1.0 - view.seen.a);
-    view.seen += cover * vec4(surface.rgb / max(surface.a, LEAST_SHARE), 1.0);
-    if (cover > view.most) view.coc = coc;
-    view.most = max(view.most, cover);
+    float cover = min(surface.a * GAIN, 1.0) * (1.0 - view.light.a);
+    view.light += cover * vec4(surface.rgb / max(surface.a, LEAST_SHARE), 1.0);
+    if (cover > view.largest_share) view.coc = coc;
+    view.largest_share = max(view.largest_share, cover);
 }
 
-View seen_from_part() {
+// Composites the surfaces of the pixel near to far.
+View composite_surfaces() {
     View view = View(vec4(0.0), 0.0, 0.0);
     vec4 surface = vec4(0.0);
-    float first = 0.0, dioptres = 0.0;
+    float first_coc = 0.0, dioptres = 0.0;
     for (int k = 0; k < count; ++k) {
-        float own = dioptres_of(held[k].x);
-        float same = surface.a > WHOLE ? SAME_IF_WHOLE : SAME_SURFACE;
-        if (surface.a > 0.0 && own * same < dioptres) {
-            put_behind(view, surface, first);
+        float own_dioptres = dioptres_of(surfaces[k].x);
+        float tolerance = surface.a > WHOLE ? SAME_IF_WHOLE : SAME_SURFACE;
+        if (surface.a > 0.0 && own_dioptres * tolerance < dioptres) {
+            put_behind(view, surface, first_coc);
             surface = vec4(0.0);
         }
-        if (surface.a == 0.0) { first = held[k].x; dioptres = own; }
-        surface += held[k].y * vec4(numbered(numbers[k]).color, 1.0);
+        if (surface.a == 0.0) { first_coc = surfaces[k].x; dioptres = own_dioptres; }
+        surface += surfaces[k].y * vec4(surface_number(numbers[k]).color, 1.0);
     }
-    if (surface.a > 0.0) put_behind(view, surface, first);
+    if (surface.a > 0.0) put_behind(view, surface, first_coc);
     return view;
 }
 
@@ -96,12 +99,12 @@ void main() {
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0))) || !is_active(at)) return;
     count = 0;
     for (int k = 0; k < 4; ++k) {
-        ivec2 past = ivec2(k & 1, k >> 1);
-        hold_cell(at + past, equal(past, ivec2(0)));
+        ivec2 corner = ivec2(k & 1, k >> 1);
+        keep_cell(at + corner, equal(corner, ivec2(0)));
     }
-    View view = seen_from_part();
-    bool is_known = view.seen.a > LEAST_KNOWN;
-    imageStore(out_view_img, at, is_known ? vec4(view.seen.rgb / view.seen.a, 1.0) : vec4(0.0));
+    View view = composite_surfaces();
+    bool is_known = view.light.a > LEAST_KNOWN;
+    imageStore(out_view_img, at, is_known ? vec4(view.light.rgb / view.light.a, 1.0) : vec4(0.0));
     float part_scale = lens_part_at(at, textureSize(coc_tx, 0)).z;
     imageStore(out_coc_img, at, vec4(part_scale * (is_known ? view.coc : max(far_coc_at(at), 0.0))));
 }

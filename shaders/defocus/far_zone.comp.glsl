@@ -16,12 +16,12 @@ layout(rg32f) uniform writeonly image2D out_zone_img;
 void main() {
     ivec2 block = ivec2(gl_GlobalInvocationID.xy), last = textureSize(zone_tx, 0) - 1;
     if (any(greaterThan(block, last))) return;
-    vec2 most = vec2(-1.0);
+    vec2 largest_reach = vec2(-1.0);
     for (int k = -reach_blocks; k <= reach_blocks; ++k) {
         ivec2 other = block + k * along;
         if (any(lessThan(other, ivec2(0))) || any(greaterThan(other, last))) continue;
-        float far = float(k * FAR_BLOCK);
-        most = max(most, texelFetch(zone_tx, other, 0).rg - far * far);
+        float distance_px = float(k * FAR_BLOCK);
+        largest_reach = max(largest_reach, texelFetch(zone_tx, other, 0).rg - distance_px * distance_px);
     }
-    imageStore(out_zone_img, block, vec4(most, 0.0, 0.0));
+    imageStore(out_zone_img, block, vec4(largest_reach, 0.0, 0.0));
 }

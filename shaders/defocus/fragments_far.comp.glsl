@@ -1,5 +1,6 @@
-// Splits each far rim pixel into two fragments: the far colour comes from the far side alone, the near
-// colour from its nearer neighbours; where the pixel's colour lies between them gives the coverage.
+// Splits each far rim pixel into two fragments. The far color comes from the far side alone, the
+// near color from nearer neighbors, and the coverage from the position of the pixel's color between
+// both.
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx, two lists    as fragments_find.comp.glsl leaves them
@@ -10,7 +11,7 @@
 // Output (far rim only)
 //   thin list     the rims that may be those of hair
 
-#include "lib/lean.lib.glsl"
+#include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
@@ -23,26 +24,27 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 
 layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform image2D near_img;
-#define FAR_RIM_WEIGHT 0.1  // weight of a near neighbour that is itself beside something nearer
-#define MOST_COVERAGE 0.5   // depth was sampled at the pixel's centre and missed the near surface
-#define KNOWN_FROM_PX 1.5   // of less blur, what is seen beside it shows as sharply, and is nearer
-#define LEAST_SHARE 0.02    // smaller ones do not count (THIN in lib/layer.lib.glsl)
-#define FAR_SIDE 5          // pixels: across a wire's far rim to the next unmixed pixel
+#define FAR_RIM_WEIGHT 0.1  // weight of a near neighbour that is itself a far rim
+#define MOST_COVERAGE 0.5   // largest coverage: depth is sampled at the pixel's centre and missed the near surface
+#define KNOWN_FROM_PX 1.5   // least coc for the use of lists; with less blur, visible neighbours suffice
+#define LEAST_SHARE 0.02    // least coverage to divide by (THIN in lib/layer.lib.glsl)
+#define FAR_SIDE 5          // side of the searched square in pixels: across a wire's far rim to an unmixed pixel
 
 #ifdef LISTS
-// Compressed colour of the far surface where a nearer pixel hides it; a = its weight.
+// Compressed color of the far surface where a nearer pixel hides it; a = its weight, 0 if it is not
+// listed. The loop is a `do ... while`, which costs less on Mesa's llvmpipe (shaders/README.md).
 vec4 known_behind(ivec2 at, float coc) {
     List list = list_at(at);
-    vec4 found = vec4(0.0);
-    bool is_sought = !list.has_front && list.first < list.end;
+    vec4 weighted_color = vec4(0.0);
+    bool is_searching = !list.has_front && list.first < list.end;
     uint i = list.first;
     do {
         Fragment f = fragment_of(i);
-        bool is_it = is_sought && is_same_surface(coc, f.coc);
-        found += is_it ? vec4(toned(f.color), f.cover) : vec4(0.0);
-        is_sought = is_sought && !is_it;
-    } while (is_sought && ++i < list.end);
-    return found;
+        bool is_match = is_searching && is_same_surface(coc, f.coc);
+        weighted_color += is_match ? vec4(compress_light(f.color), f.cover) : vec4(0.0);
+        is_searching = is_searching && !is_match;
+    } while (is_searching && ++i < list.end);
+    return weighted_color;
 }
 #endif
 
@@ -52,41 +54,44 @@ struct FarSide {
     float weight;    // 0 if nothing was found
 };
 
-void add_found(inout vec4 sum, inout vec3 squares, vec4 found, ivec2 aside) {
-    float distance_2 = float(aside.x * aside.x + aside.y * aside.y);
-    found.a /= distance_2 * distance_2 * distance_2;
-    sum += found.a * vec4(found.rgb, 1.0);
-    squares += found.a * found.rgb * found.rgb;
+// Adds a color, a = its weight, to the sums, with a weight that falls with distance^6.
+void add_sample(inout vec4 sum, inout vec3 squares, vec4 weighted_color, ivec2 pixel_offset) {
+    float distance_2 = float(pixel_offset.x * pixel_offset.x + pixel_offset.y * pixel_offset.y);
+    weighted_color.a /= distance_2 * distance_2 * distance_2;
+    sum += weighted_color.a * vec4(weighted_color.rgb, 1.0);
+    squares += weighted_color.a * weighted_color.rgb * weighted_color.rgb;
 }
 
-ivec2 aside_of(int i) { return ivec2(i % FAR_SIDE, i / FAR_SIDE) - FAR_SIDE / 2; }
+// The offset of pixel i of the searched square from its center.
+ivec2 offset_of(int i) { return ivec2(i % FAR_SIDE, i / FAR_SIDE) - FAR_SIDE / 2; }
 
-// Mean of the whole pixels around on the far surface. Weights fall so steeply that the next ones in the
-// row and column decide: detail of the far side is kept.
+// Mean of the unmixed pixels around on the far surface. Weights fall so steeply that the next ones
+// in the row and column decide: detail of the far side is kept.
 FarSide far_side(ivec2 at, float coc) {
     vec4 sum = vec4(0.0);
     vec3 squares = vec3(0.0);
-    uint nearer = 0u;  // those that may have it in their lists are looked at last, because that takes longer
+    uint nearer = 0u;  // bits of nearer pixels, whose lists may have the surface; they are searched last
     int i = 0;
     do {
-        ivec2 p = inside(at + aside_of(i));
+        ivec2 p = inside(at + offset_of(i));
         float other = coc_at(p);
         if (kind_at(p) == FAR_RIM || is_in_front(coc, other)) continue;
         if (is_in_front(other, coc)) nearer |= 1u << i;
-        else add_found(sum, squares, vec4(toned(color_at(p)), 1.0), aside_of(i));
+        else add_sample(sum, squares, vec4(compress_light(color_at(p)), 1.0), offset_of(i));
     } while (++i < FAR_SIDE * FAR_SIDE);
 #ifdef LISTS
     if (abs(coc) < KNOWN_FROM_PX) nearer = 0u;
     while (nearer != 0u) {
-        ivec2 aside = aside_of(findLSB(nearer));
-        add_found(sum, squares, known_behind(inside(at + aside), coc), aside);
+        ivec2 pixel_offset = offset_of(findLSB(nearer));
+        add_sample(sum, squares, known_behind(inside(at + pixel_offset), coc), pixel_offset);
         nearer &= nearer - 1u;
     }
 #endif
-    float whole = max(sum.a, 1e-9);
-    return FarSide(sum.rgb / whole, variance_of(sum.rgb / whole, squares / whole), sum.a);
+    float weights = max(sum.a, 1e-9);
+    return FarSide(sum.rgb / weights, variance_of(sum.rgb / weights, squares / weights), sum.a);
 }
 
+// Least coc among the neighbors in front of the pixel; its own coc if there are none.
 float nearest_around(ivec2 at, float coc) {
     float nearest = coc;
     for (int k = 0; k < 9; ++k) {
@@ -116,8 +121,8 @@ vec4 near_side(ivec2 at, float coc) {
     return sum / weights;
 }
 
-// Half the share that a box filter over the depth outline sees as nearer: 1/8 beside a straight edge,
-// which is the mean true coverage there.
+// Half the share of nearer neighbors under a box filter: 1/8 beside a straight edge, which is the
+// mean true coverage there.
 float outline_coverage(ivec2 at, float coc) {
     float nearer = 0.0;
     for (int k = 0; k < 9; ++k)
@@ -127,21 +132,21 @@ float outline_coverage(ivec2 at, float coc) {
 
 void split_far(uint word) {
     ivec2 at = pixel_of_word(word);
-    stand_at(at);
+    set_center(at);
     float coc = coc_at(at);
     if (ends_beside(at, coc)) list_append(at);
     vec3 x = color_at(at), far = x;
     FarSide unmixed = far_side(at, coc);
     vec4 near = near_side(at, coc);
-    if (unmixed.weight > 0.0) far = untoned(unmixed.mean);
+    if (unmixed.weight > 0.0) far = expand_light(unmixed.mean);
     float coverage = coverage_of(x, near.rgb, far, unmixed.variance, outline_coverage(at, coc));
     coverage = clamp(coverage, 0.0, MOST_COVERAGE);
     // The residual of the mix is detail of the far side, weighted by how much of it is visible.
-    float seen = 1.0 - coverage;
-    vec3 rest = (x - far - coverage * (near.rgb - far)) / max(seen, 0.2);
-    far = max(far + smoothstep(0.3, 0.7, seen) * rest, 0.0);
-    vec3 own = max(x - seen * far, 0.0) / max(coverage, LEAST_SHARE);
-    near.rgb = mix(own, near.rgb, unmixed_part(near.a));  // in focus, both together are the pixel
+    float visible = 1.0 - coverage;
+    vec3 residual = (x - far - coverage * (near.rgb - far)) / max(visible, 0.2);
+    far = max(far + smoothstep(0.3, 0.7, visible) * residual, 0.0);
+    vec3 own = max(x - visible * far, 0.0) / max(coverage, LEAST_SHARE);
+    near.rgb = mix(own, near.rgb, unmix_share(near.a));  // in focus, both together are the pixel
     imageStore(far_img, at, vec4(min(far, HALF_MAX), coverage));
     imageStore(near_img, at, vec4(min(near.rgb, HALF_MAX), near.a));
 }

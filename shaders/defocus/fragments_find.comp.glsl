@@ -6,7 +6,7 @@
 //   out_kind_img  the kind, see lib/kind.lib.glsl
 //   two lists     far rims in front, near rims in the back
 
-#include "lib/lean.lib.glsl"
+#include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
@@ -19,22 +19,26 @@ uniform int first_row;  // first row of the band (render/defocus/pixel_list.py)
 
 #ifdef LISTS
 layout(rg16f) uniform writeonly image2D out_kind_img;
-uniform bool is_measured;  // the lists tell the coverage of every silhouette
+uniform bool is_measured;  // the lists have the coverage of every silhouette
 
-// Those of the `asked` neighbours whose surfaces all come from the lists; all of them if this pixel's do. This is
-// asked last, because few neighbours are left then.
-uint told_of(ivec2 at, uint asked) {
-    if (is_measured || list_at(at).has_front) return asked;
-    uint told = 0u;
+// Bits of those `neighbours` whose surfaces all come from lists; all of them if this pixel's
+// surfaces do. The loop is a `do ... while`, which costs less on Mesa's llvmpipe
+// (shaders/README.md).
+uint listed_of(ivec2 at, uint neighbours) {
+    if (is_measured || list_at(at).has_front) return neighbours;
+    uint listed = 0u;
     do {
-        int k = findLSB(asked | 1u << 9);
-        told |= uint(list_at(neighbour(at, k)).has_front) << k;
-        asked &= asked - 1u;
-    } while (asked != 0u);
-    return told;
+        int k = findLSB(neighbours | 1u << 9);
+        listed |= uint(list_at(neighbour(at, k)).has_front) << k;
+        neighbours &= neighbours - 1u;
+    } while (neighbours != 0u);
+    return listed;
 }
 
 #define HALF_STEP 0.001  // relative: at least the rounding error of a half float
+
+// Writes the kind of a pixel, and a coc in front of its list that a half float does not round into
+// the list.
 void store(ivec2 at, float kind) {
     List list = list_at(at);
     float coc = list.first < list.end ? fragment_of(list.first).coc : NO_LIST_PX;
@@ -43,14 +47,14 @@ void store(ivec2 at, float kind) {
 }
 #else
 layout(r16f) uniform writeonly image2D out_kind_img;
-uint told_of(ivec2 at, uint asked) { return 0u; }
+uint listed_of(ivec2 at, uint neighbours) { return 0u; }
 void store(ivec2 at, float kind) { imageStore(out_kind_img, at, vec4(kind)); }
 #endif
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(at, textureSize(coc_tx, 0)))) return;
-    stand_at(at);
+    set_center(at);
     float coc = coc_at(at);
     uint nearer = 0u, farther = 0u;  // bits of neighbours
     for (int k = 0; k < 9; ++k) {
@@ -58,8 +62,8 @@ void main() {
         nearer |= uint(is_in_front(other, coc)) << k;
         farther |= uint(is_in_front(coc, other)) << k;
     }
-    uint told = told_of(at, nearer | farther);
-    float kind = (nearer & ~told) != 0u ? FAR_RIM : (farther & ~told) != 0u ? NEAR_RIM : WHOLE;
+    uint listed = listed_of(at, nearer | farther);
+    float kind = (nearer & ~listed) != 0u ? FAR_RIM : (farther & ~listed) != 0u ? NEAR_RIM : WHOLE;
     if (kind != WHOLE) append_word(kind == FAR_RIM, uint(at.y) << 16 | uint(at.x), 1);
     store(at, kind);
 }

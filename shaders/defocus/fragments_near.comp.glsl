@@ -19,28 +19,30 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform image2D near_img;
 
-#define LEAST_COVERAGE 0.5  // depth was sampled at the pixel's centre and hit the near surface
+#define LEAST_COVERAGE 0.5  // least coverage: depth is sampled at the pixel's centre and hit the near surface
 
+// Color of a farther neighbor, without the near surface.
 vec3 far_color(ivec2 at) {
     return kind_at(at) == FAR_RIM ? imageLoad(far_img, at).rgb : color_at(at);
 }
 
-void keep(ivec2 at, vec3 x, float coc) {
+// Writes a pixel as it is, fully covered.
+void store_unsplit(ivec2 at, vec3 x, float coc) {
     imageStore(far_img, at, vec4(min(x, HALF_MAX), 1.0));
     imageStore(near_img, at, vec4(vec3(0.0), coc));
 }
 
 void split_near(uint word) {
     ivec2 at = pixel_of_word(word);
-    stand_at(at);
+    set_center(at);
     float coc = coc_at(at);
-    vec4 found = imageLoad(far_img, at);
-    vec3 x = color_at(at), near = found.rgb + imageLoad(near_img, at).rgb;
-    if (found.a != OWN_FOUND) {
-        if (abs(coc) <= SPLIT_FROM_PX) keep(at, x, coc);  // fragments_thin.comp.glsl splits others
+    vec4 unmixed = imageLoad(far_img, at);
+    vec3 x = color_at(at), near = unmixed.rgb + imageLoad(near_img, at).rgb;
+    if (unmixed.a != OWN_FOUND) {
+        if (abs(coc) <= SPLIT_FROM_PX) store_unsplit(at, x, coc);  // fragments_thin.comp.glsl splits others
         return;
     }
-    vec4 through = vec4(0.0);  // a coc
+    vec4 far = vec4(0.0);  // mean of the farther neighbours: rgb, a = coc
     vec3 squares = vec3(0.0);
     float count = 0.0;
     for (int k = 0; k < 9; ++k) {
@@ -48,25 +50,25 @@ void split_near(uint word) {
         float other = coc_at(p);
         if (!is_in_front(coc, other)) continue;
         vec3 color = far_color(p);
-        through += vec4(color, other);
+        far += vec4(color, other);
         squares += color * color;
         count += 1.0;
     }
-    through /= count;
-    float variance = variance_of(through.rgb, squares / count);
+    far /= count;
+    float variance = variance_of(far.rgb, squares / count);
 #ifdef LISTS
     Fragment behind;
     if (find_behind(at, coc, behind)) {
-        through = vec4(behind.color, behind.coc);
+        far = vec4(behind.color, behind.coc);
         variance = 0.0;
     }
 #endif
-    float coverage = coverage_of(x, near, through.rgb, variance, own_outline(at, coc));
+    float coverage = coverage_of(x, near, far.rgb, variance, own_outline(at, coc));
     coverage = clamp(coverage, LEAST_COVERAGE, 1.0);
-    coverage = 1.0 - unmixed_part(coc) * (1.0 - coverage);
-    vec3 own = max((x - (1.0 - coverage) * through.rgb) / coverage, 0.0);
+    coverage = 1.0 - unmix_share(coc) * (1.0 - coverage);
+    vec3 own = max((x - (1.0 - coverage) * far.rgb) / coverage, 0.0);
     imageStore(far_img, at, vec4(min(own, HALF_MAX), coverage));
-    imageStore(near_img, at, vec4(vec3(0.0), through.a));
+    imageStore(near_img, at, vec4(vec3(0.0), far.a));
 }
 
 void main() { FOR_EACH_IN_BACK(split_near) }

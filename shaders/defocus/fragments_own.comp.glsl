@@ -1,12 +1,12 @@
-// Finds the colour of each near rim pixel without the background, where its surface goes on beside it or
-// what lies behind it is known.
+// Finds the color of each near rim pixel without the background, if its surface continues beside
+// the pixel or the surface behind it is known.
 //
 // Inputs
 //   color_tx, coc_tx, kind_tx, two lists    as fragments_find.comp.glsl leaves them
 //   with LISTS: fragment lists, which may know what lies behind
 // Outputs (near rim only, for the passes up to fragments_near.comp.glsl)
 //   out_far_img   rgb own colour, a OWN_FOUND; 0 if there is none
-//   out_near_img  rgb what a half float leaves of that colour
+//   out_near_img  rgb the rounding error of that color in half floats
 //   thin list     the rims that may be those of hair
 
 #include "lib/two_lists.lib.glsl"
@@ -22,8 +22,9 @@ layout(rgba16f) uniform writeonly image2D out_far_img;
 layout(rgba16f) uniform writeonly image2D out_near_img;
 
 #ifdef LISTS
-// The same for a wire, which has no pixel further in, if the light behind it is known.
-bool unmixed_known(ivec2 at, out vec3 color) {
+// Finds the own color of a pixel if the light behind it is known, as for a wire, which has no
+// unmixed pixel.
+bool unmix_known_behind(ivec2 at, out vec3 color) {
     float coc = coc_at(at), coverage = own_outline(at, coc);
     Fragment behind;
     bool is_known = find_behind(at, coc, behind);
@@ -34,11 +35,11 @@ bool unmixed_known(ivec2 at, out vec3 color) {
 
 void find_own(uint word) {
     ivec2 at = pixel_of_word(word);
-    stand_at(at);
+    set_center(at);
     vec3 own;
-    bool is_found = unmixed_near(at, own);
+    bool is_found = unmix_near(at, own);
 #ifdef LISTS
-    if (!is_found) is_found = unmixed_known(at, own);
+    if (!is_found) is_found = unmix_known_behind(at, own);
 #endif
     if (!is_found && abs(coc_at(at)) > SPLIT_FROM_PX) list_append(at);
     own = min(own, HALF_MAX);

@@ -16,11 +16,11 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 layout(rgba16f) uniform image2D far_img;
 layout(rgba16f) uniform image2D near_img;
 
-#define LEAST_SEEN 0.7           // of a far surface behind hair, to keep its own detail
-#define LEAST_THIN_COVERAGE 0.1  // of hair, where depth was sampled on it
+#define LEAST_SEEN 0.7           // visible share of a far surface behind hair from which it keeps its detail
+#define LEAST_THIN_COVERAGE 0.1  // least coverage of hair in a pixel whose depth was sampled on it
 
 void split_thin(ivec2 at) {
-    stand_at(at);
+    set_center(at);
     vec3 x = color_at(at);
     float coc = coc_at(at), behind = coc;
     bool is_far = kind_at(at) == FAR_RIM;
@@ -28,14 +28,14 @@ void split_thin(ivec2 at) {
     Mixture mixed = thin_mixture(at, behind, !is_far || is_beside_thin(at, coc));
     vec4 far, near;
     if (is_far) {
-        float seen = 1.0 - mixed.coverage;
-        if (seen > LEAST_SEEN) mixed.far = max(x - mixed.coverage * mixed.near, 0.0) / seen;
+        float visible_share = 1.0 - mixed.coverage;
+        if (visible_share > LEAST_SEEN) mixed.far = max(x - mixed.coverage * mixed.near, 0.0) / visible_share;
         far = mix(imageLoad(far_img, at), vec4(min(mixed.far, HALF_MAX), mixed.coverage), mixed.sure);
         near = imageLoad(near_img, at);
         near.rgb = mix(near.rgb, min(mixed.near, HALF_MAX), mixed.sure);
-    } else {  // the far layer guesses what lies behind, and other things keep their pixels
-        float through = 1.0 - max(mixed.coverage, LEAST_THIN_COVERAGE);
-        float coverage = 1.0 - mixed.sure * unmixed_part(coc) * through;
+    } else {  // the surface behind is guessed in the far layer; wide surfaces keep their pixels
+        float transmitted = 1.0 - max(mixed.coverage, LEAST_THIN_COVERAGE);
+        float coverage = 1.0 - mixed.sure * unmix_share(coc) * transmitted;
         vec3 own = max((x - (1.0 - coverage) * mixed.far) / coverage, 0.0);
         far = vec4(min(own, HALF_MAX), coverage);
         near = vec4(vec3(0.0), coverage < 1.0 ? behind : coc);

@@ -18,7 +18,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
 uniform int band_start;   // first row of the picture
-uniform ivec2 disc_rows;  // first and last, from the centre
+uniform ivec2 disc_rows;  // first and last row of the disc in this dispatch, from its centre
 uniform bool is_first;
 uniform bool is_last;
 layout(rgba32f) uniform image2D sum_img;
@@ -51,19 +51,19 @@ void main() {
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x) {
             vec2 offset = -vec2(x, y);  // offset from the centre of the sample's disc to this pixel
-            vec2 place = vec2(at + ivec2(x, y)) + 0.5;
+            vec2 position = vec2(at + ivec2(x, y)) + 0.5;
 #ifdef SHAPED
-            float there = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
-            bool is_own = there < coc + BEHIND_PX;  // the disc is its own, upright behind the focus
-            float seen_radius = is_own ? (there < 0.0 ? -1.0 : 1.0) * abs(radius) : radius;
-            Cover inside = aperture_coverage(offset, seen_radius, DISC_RAMP_PX, place);
+            float sample_coc = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
+            bool is_own = sample_coc < coc + BEHIND_PX;  // the sample's disc is used, upright behind the focus
+            float signed_radius = is_own ? (sample_coc < 0.0 ? -1.0 : 1.0) * abs(radius) : radius;
+            Cover inside = aperture_coverage(offset, signed_radius, DISC_RAMP_PX, position);
 #else
-            Cover inside = aperture_coverage(offset, radius, DISC_RAMP_PX, place);
+            Cover inside = aperture_coverage(offset, radius, DISC_RAMP_PX, position);
             if (most_of(inside) <= 0.0) continue;
-            float there = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
+            float sample_coc = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
 #endif
-            if (there < coc + BEHIND_PX)
-                inside = min(inside, aperture_coverage(offset, 0.5 * there, DISC_RAMP_PX, place));
+            if (sample_coc < coc + BEHIND_PX)
+                inside = min(inside, aperture_coverage(offset, 0.5 * sample_coc, DISC_RAMP_PX, position));
             sum += times(inside, texelFetch(color_tx, at + ivec2(x, y), 0));
             weight += inside;
         }

@@ -1,5 +1,6 @@
-// Writes the guess of what lies behind one cut into the fragment lists: each pixel has one fragment for each
-// cut. Where nothing is hidden by a surface behind the focus, it is before the focus, which no part sees.
+// Writes the guess of the surfaces behind one cut into the fragment lists. Each pixel has one
+// fragment for each cut. Where no surface behind the focus hides anything, the fragment is in front
+// of the focus and unused.
 //
 // Inputs
 //   coc_tx       signed coc, pixels
@@ -16,9 +17,9 @@ uniform int first_row;        // first row of the band (render/defocus/pixel_lis
 uniform sampler2D coc_tx;
 uniform ivec4 coarser_place;  // level 1 of the pyramid
 uniform int cut;              // number of the cut, near to far
-uniform int cuts;
-uniform float cut_px;         // only nearer surfaces hide something ...
-uniform float least_px;       // ... that are behind the focus
+uniform int cuts;             // number of cuts
+uniform float cut_px;         // largest coc of a surface that hides the guess
+uniform float least_px;       // coc above which a surface is behind the focus
 uniform vec2 line;            // signed coc at infinity, and per dioptre, pixels
 layout(std430) writeonly buffer start_block { uint start_buf[]; };
 layout(std430) writeonly buffer fragment_block { uint fragment_buf[]; };
@@ -28,14 +29,14 @@ layout(std430) writeonly buffer fragment_block { uint fragment_buf[]; };
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row), size = textureSize(coc_tx, 0);
     if (any(greaterThanEqual(at, size))) return;
-    uint pixel = uint(at.y * size.x + at.x), number = pixel * uint(cuts) + uint(cut);
+    uint pixel = uint(at.y * size.x + at.x), fragment = pixel * uint(cuts) + uint(cut);
     if (cut == 0) {
-        start_buf[pixel] = 2u * number;
-        start_buf[pixel + 1u] = 2u * (number + uint(cuts));
+        start_buf[pixel] = 2u * fragment;
+        start_buf[pixel + 1u] = 2u * (fragment + uint(cuts));
     }
     float coc = texelFetch(coc_tx, at, 0).r;
     vec4 guess = coarser_at(at, coarser_place);
     bool is_hidden = coc > least_px && coc <= cut_px && is_known(guess);
     uvec3 words = fragment_words(guess.rgb, 1.0, is_hidden ? (guess.a - line.x) / line.y : NEAREST_DIOPTRES);
-    for (uint k = 0u; k < WORDS; ++k) fragment_buf[WORDS * number + k] = words[k];
+    for (uint k = 0u; k < WORDS; ++k) fragment_buf[WORDS * fragment + k] = words[k];
 }

@@ -1,10 +1,11 @@
-// Computes a level of the pyramid of what is farther than a cut: the mean of the known ones of 2 x 2 pixels.
+// Computes a level of the pyramid of the surfaces farther than a cut: the mean of the known ones of
+// 2 x 2 texels.
 //
 // Inputs
-//   color_tx, coc_tx   the picture and its signed coc in pixels, with FIRST; else
-//   lib/guess_levels.lib.glsl   holds the level below
+//   with FIRST: color_tx, coc_tx   the picture and its signed coc in pixels
+//   else: lib/guess_levels.lib.glsl   has the finer level
 // Output
-//   out_levels_img     receives this level
+//   out_levels_img     this level
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -39,9 +40,9 @@ void main() {
     vec4 sum = vec4(0.0);
     float known = 0.0;
     for (int k = 0; k < 4; ++k) {
-        ivec2 from = 2 * at + ivec2(k & 1, k >> 1);
-        if (any(greaterThanEqual(from, finer_size()))) continue;
-        vec4 surface = finer_at(from);
+        ivec2 finer_texel = 2 * at + ivec2(k & 1, k >> 1);
+        if (any(greaterThanEqual(finer_texel, finer_size()))) continue;
+        vec4 surface = finer_at(finer_texel);
         sum += surface;
         known += float(is_known(surface));
     }

@@ -1,5 +1,5 @@
-// Clears a layer's hidden pixels in the masks of visible pixels, and lists those to guess: one by one near
-// visible pixels; deeper inside, one guess for each block of 2 x 2.
+// Clears a layer's hidden pixels in the masks of visible pixels, and lists the pixels to guess: one
+// by one near visible pixels, one guess for each block of 2 x 2 deeper inside.
 //
 // Inputs
 //   layer_tx       a below 0 if hidden (lib/hidden.lib.glsl); tiles that are not active are hidden too
@@ -23,8 +23,9 @@ layout(rgba32f) uniform writeonly image2D out_match_img;
 #endif
 layout(std430) buffer bits_block { uint bits_buf[]; };
 uniform int slices;  // number of slices in which later passes work through the list
-#define DEEP_PX 3  // farther than this from all visible pixels, along rows and columns, the guess is smooth
+#define DEEP_PX 3  // distance from all visible pixels, along rows and columns, from which the guess is smooth
 
+// Marks a pixel as not visible, in the masks of all directions.
 void clear_pixel(ivec2 at) {
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
         int i = position_of(k, at);
@@ -34,16 +35,17 @@ void clear_pixel(ivec2 at) {
     }
 }
 
-void clear_cost(ivec2 block, bool is_asked) {
+// Writes -1 to a block and its neighbors, if `is_needed`.
+void clear_cost(ivec2 block, bool is_needed) {
     int i = 0;
     do {
-        ivec2 beside = block_beside(block, i);
-        if (!is_asked) continue;
-        imageStore(out_cost_img, beside, vec4(-1.0));
+        ivec2 neighbour = neighbor_block(block, i);
+        if (!is_needed) continue;
+        imageStore(out_cost_img, neighbour, vec4(-1.0));
 #ifdef MATCHED
-        imageStore(out_match_img, beside, vec4(-1.0));
+        imageStore(out_match_img, neighbour, vec4(-1.0));
 #endif
-    } while (is_asked && ++i < 9);
+    } while (is_needed && ++i < 9);
 }
 
 bool is_hidden(ivec2 at) {
@@ -60,16 +62,19 @@ uint hidden_in(ivec2 first) {
     return bits;
 }
 
+// True if all pixels around the block up to a distance of DEEP_PX are hidden, along rows and
+// columns.
 bool is_surrounded(ivec2 first) {
     const int far = DEEP_PX + 1;
     return is_hidden(first - ivec2(DEEP_PX, 0)) && is_hidden(first + ivec2(far, 0)) &&
         is_hidden(first - ivec2(0, DEEP_PX)) && is_hidden(first + ivec2(0, far));
 }
 
+// Clears a hidden pixel, and lists it unless its block is listed as a whole.
 void list_block(ivec2 at) {
-    ivec2 first = at & ~1, place = at - first;
-    uint hidden = hidden_in(first), earlier = (1u << (place.x + 2 * place.y)) - 1u;
-    bool is_first = (hidden & earlier) == 0u, is_whole = hidden == 15u && is_surrounded(first);
+    ivec2 first = at & ~1, pixel_in_block = at - first;
+    uint hidden = hidden_in(first), earlier_bits = (1u << (pixel_in_block.x + 2 * pixel_in_block.y)) - 1u;
+    bool is_first = (hidden & earlier_bits) == 0u, is_whole = hidden == 15u && is_surrounded(first);
     clear_pixel(at);
     clear_cost(at >> 1, is_first);
     if (is_first || !is_whole)

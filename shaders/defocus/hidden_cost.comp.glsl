@@ -3,14 +3,14 @@
 //
 // Inputs
 //   layer_tx       rgb times coverage, a coverage, marked if hidden
-//   bits_buf       seen pixels (hidden_blocks.comp.glsl)
+//   bits_buf       visible pixels (hidden_blocks.comp.glsl)
 //   two lists      in front, the first hidden pixel of each block (hidden_blocks.comp.glsl)
 // Output (a pixel a block of 2 x 2; those with hidden pixels only)
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
 // With MATCHED, for fragment lists whose hidden surfaces are lit differently from the visible ones, from
 //   state_tx, listed_tx   of layer_split.comp.glsl, also
 //   out_match_img  rgb logarithm of the ratio of visible to listed brightness on the same surface, just
-//                  beyond its end; a confidence of that, -1 where it was not measured
+//                  beyond its end; a its confidence, -1 where it was not measured
 
 #include "lib/hidden_block.lib.glsl"
 #include "lib/seen_bits.lib.glsl"
@@ -21,25 +21,27 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 uniform sampler2D layer_tx;
 layout(rgba32f) uniform writeonly image2D out_cost_img;
 
-#define TAPS 2            // compare the ends and one pixel behind each
-#define TAP_WEIGHT 0.5    // weight of the pixels behind
+#define TAPS 2            // pixels to compare on each side: the end and one pixel behind it
+#define TAP_WEIGHT 0.5    // weight of the pixels behind the ends
 
-bool seen_at(ivec2 at, out vec4 toned_layer) {
+// Returns whether a pixel is visible, and its compressed color times coverage, a coverage.
+bool read_visible(ivec2 at, out vec4 toned_layer) {
     toned_layer = vec4(0.0);
     if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, layer_size))) return false;
-    if (!is_seen(at, layer_size)) return false;
+    if (!is_visible(at, layer_size)) return false;
     vec4 layer = texelFetch(layer_tx, at, 0);
-    toned_layer = vec4(toned(layer.rgb / max(layer.a, 1e-4)) * layer.a, layer.a);
+    toned_layer = vec4(compress_light(layer.rgb / max(layer.a, 1e-4)) * layer.a, layer.a);
     return true;
 }
 
+// Mean squared difference of the ends along direction k; -1 if nothing could be compared.
 float difference(ivec2 at, int k, ivec2 ends, int taps) {
     float sum = 0.0, weights = 0.0;
     int tap = 0;
     do {
         vec4 a, b;
-        bool both = seen_at(at + (ends.x + tap) * DIRECTION[k], a);
-        both = seen_at(at - (ends.y + tap) * DIRECTION[k], b) && both;
+        bool both = read_visible(at + (ends.x + tap) * DIRECTION[k], a);
+        both = read_visible(at - (ends.y + tap) * DIRECTION[k], b) && both;
         if (!both || tap >= taps) continue;
         float weight = tap == 0 ? 1.0 : TAP_WEIGHT;
         sum += weight * dot(a - b, a - b);

@@ -1,8 +1,9 @@
-// Guesses hidden pixels by interpolating between the two visible ends along each direction. Directions
-// are weighted by how similar the ends are (over a small neighbourhood, so that one pixel does not
-// decide) and how near. An end that will be blurred anyway is averaged over a stretch behind it. Where
-// no direction has similar ends there is no structure to continue, and stripes would be wrong and would
-// flicker during a focus pull: there all ends count equally, averaged further, and the guess is smooth.
+// Guesses hidden pixels by interpolation between the two visible ends along each direction. A
+// direction has more weight the more similar its ends are (over a small neighborhood, because one
+// pixel must not decide) and the nearer they are. An end with a wide blur is averaged over the
+// pixels behind it. Where no direction has similar ends there is no structure to continue: all ends
+// have equal weights and are averaged further, and the guess is smooth. Stripes would be wrong
+// there, and would flicker during a focus pull.
 //
 // Inputs
 //   cost_tx           hidden_cost.comp.glsl, -1 for visible blocks beside hidden ones
@@ -12,7 +13,7 @@
 //   listed_tx         with LISTS: listed fragments (layer_split.comp.glsl), preferred to a guess as deep
 //                     behind a silhouette as the lens can see
 //   match_tx          with MATCHED: the correction of their brightness (hidden_cost.comp.glsl)
-// Read where seen, written where hidden
+// Read where visible, written where hidden
 //   layer_img         rgb times coverage, a coverage, marked if hidden
 //   state_img         r diameter |coc|, g share of content, 0..1
 
@@ -29,16 +30,16 @@ uniform bool has_highlights;  // the layer is in focus, at full size, and may co
 layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
-#define LISTED_FROM 0.5        // share of the visible depth: up to here lists are fully trusted,
-#define LISTED_TO 1.0          // distance, plus one pixel, from which they are not used
-#define ALIKE_VARIANCE 0.04    // variance in compressed colour: ends that differ by 0.2 count much less
-#define LEAST_LIKENESS 1e-4    // if no direction has similar ends the nearest decide
-#define DISTANCE_POWER 2.0
+#define LISTED_FROM 0.5        // distance up to which lists have full weight, as a share of the visible depth
+#define LISTED_TO 1.0          // distance, plus one pixel, from which lists are not used, as the same share
+#define ALIKE_VARIANCE 0.04    // variance in compressed colour: ends that differ by 0.2 have much less weight
+#define LEAST_LIKENESS 1e-4    // added to the similarity: if no direction has similar ends the nearest decide
+#define DISTANCE_POWER 2.0     // weights fall with this power of the distance between the ends
 #define ALIKE_TO 0.4           // similarity of the best direction above which the guess follows structure
 #define DULL_REACH 0.8         // share of the distance to an end that is averaged behind it where the guess is smooth
 #define ONE_END_WEIGHT 0.02    // weight of an end without a partner: it gives colour but no structure
 #define BEHIND_REACH 0.26      // share of an end's diameter that is averaged behind it, with falling weight
-#define BEHIND_MOST 64         // 1, 2, 4 ... 32 pixels behind, each standing for its whole interval
+#define BEHIND_MOST 64         // samples are 1, 2, 4 .. 32 pixels behind an end, each for its whole interval
 
 const float STEP_LENGTH[HIDDEN_DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2.0));
 
@@ -47,22 +48,25 @@ struct Content {
     float diameter;  // multiplied by coverage
 };
 
+// The visible content of a pixel; a highlight is reduced to its surroundings, because it must not
+// spread.
 Content content_at(ivec2 at) {
     vec4 layer = imageLoad(layer_img, at);
     vec3 color = layer.rgb / max(layer.a, 1e-4);
-    if (has_highlights) color *= 1.0 - part_over(color, texelFetch(around_tx, at >> 1, 0).r);  // must not spread
-    return Content(vec4(dimmed(color) * layer.a, layer.a), imageLoad(state_img, at).r * layer.a);
+    if (has_highlights) color *= 1.0 - highlight_share(color, texelFetch(around_tx, at >> 1, 0).r);
+    return Content(vec4(dim(color) * layer.a, layer.a), imageLoad(state_img, at).r * layer.a);
 }
 
-vec4 mean_cost(ivec2 block, bool is_asked) {
+// The cost of each direction, averaged over the blocks around if `is_averaged`.
+vec4 mean_cost(ivec2 block, bool is_averaged) {
     vec4 sum = vec4(0.0), count = vec4(0.0);
     int i = 0;
     do {
-        vec4 cost = texelFetch(cost_tx, block_beside(block, i), 0);
+        vec4 cost = texelFetch(cost_tx, neighbor_block(block, i), 0);
         vec4 counts = step(0.0, cost);
         sum += counts * cost;
         count += counts;
-    } while (is_asked && ++i < 9);
+    } while (is_averaged && ++i < 9);
     return sum / max(count, 1.0);
 }
 
@@ -72,16 +76,16 @@ void add(inout Content sum, inout float weights, float weight, Content c) {
     weights += weight;
 }
 
-// The mean of an end and the visible pixels behind it, over its own blur and at least `dull_px`: a
-// single texel must not fill the whole gap. `onward` points away from the hidden pixel.
-Content end_at(ivec2 end, ivec2 onward, float step_px, float dull_px, ivec2 size) {
+// The mean of an end and the visible pixels behind it, over its own blur and at least `smooth_px`: a
+// single texel must not fill the whole gap. `away_direction` points away from the hidden pixel.
+Content end_at(ivec2 end, ivec2 away_direction, float step_px, float smooth_px, ivec2 size) {
     Content sum = content_at(end);
-    float weights = 1.0, reach = max(max(BEHIND_REACH * sum.diameter, dull_px) / step_px, 1e-3);
+    float weights = 1.0, reach = max(max(BEHIND_REACH * sum.diameter, smooth_px) / step_px, 1e-3);
     int steps = 1;
     do {
-        ivec2 p = end + steps * onward;
-        if (float(steps) >= reach || p != clamp(p, ivec2(0), size - 1) || !is_seen(p, size)) continue;
-        float part = float(steps) / reach, falloff = 1.0 - part * part;
+        ivec2 p = end + steps * away_direction;
+        if (float(steps) >= reach || p != clamp(p, ivec2(0), size - 1) || !is_visible(p, size)) continue;
+        float relative_distance = float(steps) / reach, falloff = 1.0 - relative_distance * relative_distance;
         add(sum, weights, float(steps) * falloff * falloff, content_at(p));
     } while ((steps *= 2) < BEHIND_MOST && float(steps) < reach);
     return Content(sum.layer / weights, sum.diameter / weights);
@@ -98,21 +102,23 @@ uniform sampler2D match_tx;
 vec3 match_at(ivec2 block) {
     vec4 sum = vec4(0.0);
     for (int i = 0; i < 9; ++i) {
-        vec4 matched = texelFetch(match_tx, block_beside(block, i), 0);
+        vec4 matched = texelFetch(match_tx, neighbor_block(block, i), 0);
         sum += max(matched.a, 0.0) * vec4(matched.rgb, 1.0);
     }
     return exp(sum.rgb / max(sum.a, 1e-9));
 }
 #endif
 
+// The similarity of two ends, 0 to 1, by their squared difference.
 float likeness_of(float cost) { return exp(-cost / (2.0 * ALIKE_VARIANCE)); }
 
 struct Guess {
-    float away_px;   // distance to the nearest visible pixel
+    float gap_px;   // distance to the nearest visible pixel
     vec4 layer;      // rgb times coverage, a coverage
     float diameter;
 };
 
+// Distance to the nearest end in pixels.
 float nearest_of(ivec2 ends[HIDDEN_DIRECTIONS]) {
     float nearest = 1e30;
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
@@ -130,34 +136,35 @@ float difference_of(ivec2 ends[HIDDEN_DIRECTIONS], vec4 cost) {
     return 1.0 - smoothstep(0.0, ALIKE_TO, most_alike);
 }
 
+// Interpolates between the ends of all directions.
 void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     ivec2 ends[HIDDEN_DIRECTIONS];
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     bool beyond = is_beyond_reach(ends);
     vec4 cost = mean_cost(at >> 1, !beyond);
     Content sum = Content(vec4(0.0), 0.0);
-    float weights = 0.0, differ = difference_of(ends, cost), by_likeness = 1.0 - differ;
+    float weights = 0.0, unlike = difference_of(ends, cost), by_likeness = 1.0 - unlike;
     int k = 0;
     do {
-        float ahead = float(ends[k].x), back = float(ends[k].y), step_px = STEP_LENGTH[k];
-        bool has_both = min(ahead, back) > 0.0;
+        float ahead_px = float(ends[k].x), back_px = float(ends[k].y), step_px = STEP_LENGTH[k];
+        bool has_both = min(ahead_px, back_px) > 0.0;
         float likeness = has_both ? likeness_of(cost[k]) + LEAST_LIKENESS : ONE_END_WEIGHT;
-        float length_px = (has_both ? 1.0 : 2.0) * (ahead + back) * step_px;
+        float length_px = (has_both ? 1.0 : 2.0) * (ahead_px + back_px) * step_px;
         float weight = pow(likeness, by_likeness) / pow(length_px, DISTANCE_POWER);
-        float to_back = ahead / (ahead + back), dull_px = has_both ? DULL_REACH * differ * step_px : 0.0;
-        Content end_ahead = end_at(at + ends[k].x * DIRECTION[k], DIRECTION[k], step_px, dull_px * ahead, size);
-        Content end_back = end_at(at - ends[k].y * DIRECTION[k], -DIRECTION[k], step_px, dull_px * back, size);
-        if (!beyond && ahead > 0.0) add(sum, weights, has_both ? weight * (1.0 - to_back) : weight, end_ahead);
-        if (!beyond && back > 0.0) add(sum, weights, has_both ? weight * to_back : weight, end_back);
+        float to_back = ahead_px / (ahead_px + back_px), smooth_px = has_both ? DULL_REACH * unlike * step_px : 0.0;
+        Content end_ahead = end_at(at + ends[k].x * DIRECTION[k], DIRECTION[k], step_px, smooth_px * ahead_px, size);
+        Content end_back = end_at(at - ends[k].y * DIRECTION[k], -DIRECTION[k], step_px, smooth_px * back_px, size);
+        if (!beyond && ahead_px > 0.0) add(sum, weights, has_both ? weight * (1.0 - to_back) : weight, end_ahead);
+        if (!beyond && back_px > 0.0) add(sum, weights, has_both ? weight * to_back : weight, end_back);
     } while (!beyond && ++k < HIDDEN_DIRECTIONS);
     guess = Guess(nearest_of(ends), vec4(0.0), 0.0);
-    if (weights == 0.0) {  // nothing of this layer is visible near enough in any direction:
-        guess.away_px = 0.0;  // only the lists are left
+    if (weights == 0.0) {    // no pixel of this layer is visible near enough in any direction
+        guess.gap_px = 0.0;  // lists are used alone
         return;
     }
     float cover = sum.layer.a / weights;
     float per_cover = 1.0 / max(sum.layer.a, 1e-4 * weights);
-    guess = Guess(guess.away_px, vec4(undimmed(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
+    guess = Guess(guess.gap_px, vec4(undim(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
 }
 
 // Mixes the guess with the visible share of the pixel itself.
@@ -171,7 +178,7 @@ void fill_pixel(ivec2 at, Guess guess) {
 #ifdef MATCHED
     own.rgb *= mix(vec3(1.0), match_at(at >> 1), listed.r / max(listed.r + known, 1e-6));
 #endif
-    float beyond = smoothstep(LISTED_FROM * listed.g, LISTED_TO * listed.g + 1.0, guess.away_px);
+    float beyond = smoothstep(LISTED_FROM * listed.g, LISTED_TO * listed.g + 1.0, guess.gap_px);
     known = min(known + listed.r * (1.0 - beyond), 1.0);
 #endif
     vec4 layer = mix(guess.layer, own, known);
@@ -182,6 +189,7 @@ void fill_pixel(ivec2 at, Guess guess) {
     imageStore(state_img, at, vec4(diameter, content, 0.0, 0.0));
 }
 
+// Fills a listed pixel, or all four of a listed block.
 void fill_listed(uint listed) {
     ivec2 hidden = pixel_of_word(listed);
     bool is_block = listed >= MARK_WHOLE;

@@ -4,8 +4,9 @@
 //   lit_buf      pixels with a highlight (highlight_split.comp.glsl)
 // Outputs
 //   pixel list   the blocks with highlights, across and down
-//   tally_buf, row_buf   of blocks without highlights, and of rows of blocks: 0
-//   plan         its sums: 0
+//   tally_buf    0 for blocks without highlights
+//   row_buf      0 for all rows of blocks
+//   plan         0 in all sums
 
 #include "lib/highlights.lib.glsl"
 #include "lib/lit_bits.lib.glsl"
@@ -19,6 +20,7 @@ layout(std430) writeonly buffer tally_block { uint tally_buf[]; };
 layout(std430) writeonly buffer row_block { uint row_buf[]; };
 layout(std430) writeonly buffer plan_block { Plan plan; };
 
+// Clears the sums of a row of blocks; the first row clears those of the plan too.
 void empty_sums(ivec2 block, ivec2 blocks) {
     for (int level = 0; level < HIGHLIGHT_LEVELS; ++level) {
         row_buf[row_of(level, block.y, blocks)] = 0u;

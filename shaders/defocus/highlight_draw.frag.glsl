@@ -1,8 +1,8 @@
-// Draws a highlight's disc where the lens sees it; with LISTS, also past partly transparent fragments.
-// Each pixel of the disc is a point on the lens. The ray from there to the highlight crosses nearer
-// depths at positions that move towards the pixel in proportion to the difference in coc; whatever is
-// at that depth there hides the highlight. Surfaces nearer by less than a margin are ignored here;
-// with LISTS, highlight_split has already accounted for them.
+// Draws a highlight's disc where the lens sees it; with LISTS, also behind partly transparent
+// fragments. Each pixel of the disc is a point on the lens. The ray from there to the highlight
+// crosses nearer depths at positions that move towards the pixel in proportion to the difference in
+// coc; a surface at that depth and position hides the highlight. Surfaces nearer by less than a
+// margin are ignored here; with LISTS, highlight_split has already accounted for them.
 
 #define SOFT_RIM
 #include "lib/aperture.lib.glsl"
@@ -21,7 +21,7 @@ uniform sampler2D kind_tx;
 uniform sampler2D far_tx;
 uniform sampler2D near_tx;
 uniform float nearest_px;  // least signed coc in the picture
-uniform bool has_cutout;   // something stays sharp (cutout_over.comp.glsl), which hides what is not nearer
+uniform bool has_cutout;   // a part stays sharp (cutout_over.comp.glsl), and hides highlights that are not nearer
 uniform sampler2D cutout_tx;
 uniform sampler2D cutout_coc_tx;
 
@@ -32,7 +32,7 @@ out vec4 out_light;
 #define SHARP_PX 1.0
 #define BLURRED_PX 4.0
 
-// A ray is looked at in at most STEPS steps, and in no more than it moves by STEP_PX.
+// A ray is tested in at most STEPS steps, of at least STEP_PX pixels each.
 #define STEPS 16
 #define STEP_PX 0.5
 // A surface nearer by less than MARGIN_PX, or less than MARGIN_PART of the highlight's coc, belongs to
@@ -46,8 +46,8 @@ out vec4 out_light;
 
 // The four pixels around a position, in textureGather order, and their bilinear weights. GPUs round
 // the gather position, so gather at the corner shared by the four texels, to match the weights.
-vec2 meeting_place(vec2 at) { return (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)); }
-vec4 cocs_around(vec2 at) { return textureGather(coc_tx, meeting_place(at)); }
+vec2 gather_position(vec2 at) { return (floor(at - 0.5) + 1.0) / vec2(textureSize(coc_tx, 0)); }
+vec4 cocs_around(vec2 at) { return textureGather(coc_tx, gather_position(at)); }
 float least_around(vec2 at) {
     vec4 cocs = cocs_around(at);
     return min(min(cocs.x, cocs.y), min(cocs.z, cocs.w));
@@ -64,49 +64,55 @@ ivec2 inside(vec2 at) { return clamp(ivec2(floor(at)), ivec2(0), textureSize(kin
 
 // The ray from a point of the lens to a highlight.
 struct Ray {
-    vec2 centre, per_px;  // where the highlight is, and how far off a coc one pixel nearer is met
-    float coc;            // of the highlight
-    float start;          // from this coc on, nearer surfaces hide it
-    float step_px;        // surfaces are looked for at steps of the coc
+    vec2 centre, per_px;  // position of the highlight, and movement of the ray for each pixel of coc
+    float coc;            // coc of the highlight
+    float start;          // largest coc of a surface that hides the highlight
+    float step_px;        // difference in coc between two tests for surfaces
 };
+
+// Position at which the ray crosses the depth of a coc.
 vec2 crossing(Ray ray, float coc) { return ray.centre + ray.per_px * (ray.coc - coc); }
+
+// Difference in coc up to which two surfaces are the same.
 float same_px(Ray ray, float met) { return max(SAME_COC_PX, SAME_COC_PART * (ray.coc - met)); }
 
+// The coc in the middle of a step.
 float level_at(Ray ray, int step) { return ray.start - (float(step) + 0.5) * ray.step_px; }
 
-// Which of the four surrounding pixels hide at the coc `met`.
+// 1 for each of the four surrounding pixels with a surface at the coc `met`.
 vec4 hits_around(Ray ray, vec2 at, float met) {
     return step(abs(cocs_around(at) - met), vec4(same_px(ray, met)));
 }
 
 #ifdef LISTS
-vec4 kinds_around(vec2 at) { return textureGather(kind_tx, meeting_place(at)); }
+vec4 kinds_around(vec2 at) { return textureGather(kind_tx, gather_position(at)); }
 
-// If `is_asked`, shares of the four surrounding pixels that listed surfaces with a coc from `low` to
-// `high` cover. If `in_front`, a pixel whose list does not begin with the visible surface is covered.
-vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_asked) {
+// Returns the shares of the four surrounding pixels that listed surfaces with a coc from `low` to
+// `high` cover; 0 without a search if `is_needed` is false. If `in_front`, a pixel whose list does
+// not begin with the visible surface is covered.
+vec4 covers_around(vec2 at, float low, float high, bool in_front, bool is_needed) {
     ivec2 first = ivec2(floor(at - 0.5)), last = textureSize(coc_tx, 0) - 1;
-    vec4 seen = vec4(1.0);
+    vec4 uncovered = vec4(1.0);
     int pixel = 0;  // in the order of textureGather
     uint passed = 0u;
-    while (is_asked && pixel < 4) {
+    while (is_needed && pixel < 4) {
         List list = list_at(clamp(first + ivec2(pixel == 1 || pixel == 2, pixel < 2), ivec2(0), last));
         uint i = list.first + passed++;
         Fragment fragment = fragment_of(min(i, max(list.end, 1u) - 1u));
-        bool is_told = list.has_front || !in_front;
-        bool is_reached = is_told && i < list.end && fragment.coc <= high;
-        float covered = is_reached && fragment.coc >= low ? fragment.cover : is_told ? 0.0 : 1.0;
-        seen *= 1.0 - covered * vec4(equal(ivec4(0, 1, 2, 3), ivec4(pixel)));
+        bool is_listed_pixel = list.has_front || !in_front;
+        bool is_reached = is_listed_pixel && i < list.end && fragment.coc <= high;
+        float covered = is_reached && fragment.coc >= low ? fragment.cover : is_listed_pixel ? 0.0 : 1.0;
+        uncovered *= 1.0 - covered * vec4(equal(ivec4(0, 1, 2, 3), ivec4(pixel)));
         if (!is_reached || i + 1u == list.end) {
             ++pixel;
             passed = 0u;
         }
     }
-    return 1.0 - seen;
+    return 1.0 - uncovered;
 }
 
-// Share hidden at the steps `listed` by listed surfaces, which a ray may cross where the picture shows
-// another, nearer one; and at the steps `mixed` by pixels that show several surfaces.
+// Share of the highlight that is hidden at the steps `listed` (bits) by listed surfaces, which may
+// be behind a nearer visible one, and at the steps `mixed` by pixels that show several surfaces.
 float hidden_by_lists(Ray ray, uint listed, uint mixed) {
     float hidden = 0.0;
     uint passed = 0u;
@@ -117,13 +123,13 @@ float hidden_by_lists(Ray ray, uint listed, uint mixed) {
         uint i = list.first + passed++;
         float coc = fragment_of(min(i, max(list.end, 1u) - 1u)).coc;
         bool is_reached = is_listed && i < list.end && coc < ray.start && coc <= level + ray.step_px;
-        bool is_asked = is_listed ? is_reached && coc >= level - ray.step_px : mixed != 0u;
+        bool is_needed = is_listed ? is_reached && coc >= level - ray.step_px : mixed != 0u;
         float met = is_listed ? coc : least_around(crossing(ray, level)), same = same_px(ray, met);
         vec2 at = crossing(ray, met);
         float low = is_listed ? met - same : -1e30, high = is_listed ? met + same : ray.start;
-        vec4 covers = covers_around(at, low, high, !is_listed, is_asked);
+        vec4 covers = covers_around(at, low, high, !is_listed, is_needed);
         vec4 hits = is_listed ? vec4(1.0) : hits_around(ray, at, met);
-        if (is_asked) hidden = max(hidden, dot(hits * covers, weights_around(at)));
+        if (is_needed) hidden = max(hidden, dot(hits * covers, weights_around(at)));
         if (!is_reached || i + 1u == list.end) {
             if (is_listed) listed &= listed - 1u;
             else mixed &= mixed - 1u;
@@ -135,8 +141,8 @@ float hidden_by_lists(Ray ray, uint listed, uint mixed) {
 #endif
 
 // Share of the highlight hidden from this point of the lens, 0..1: smooth across an occluder's edge.
-// Steps that meet something are noted and looked at last, because a software rasteriser runs the whole
-// body of a loop as soon as one of its invocations needs part of it.
+// Steps that meet a surface are collected as bits and examined in a second loop, because a software
+// rasterizer runs the whole body of a loop as soon as one of its invocations needs part of it.
 float hidden_part(vec2 at, vec2 centre, float coc) {
     float start = coc - max(MARGIN_PX, MARGIN_PART * abs(coc));
     vec2 per_px = (at - centre) / coc;
@@ -144,19 +150,19 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
     Ray ray = Ray(centre, per_px, coc, start, (start - nearest_px) / float(steps));
     float hidden = 0.0;
     uint shown = 0u, listed = 0u, mixed = 0u;
-    bool is_on = ray.step_px > 0.0;
+    bool is_inside = ray.step_px > 0.0;
     int k = 0;
     do {
         float level = level_at(ray, k);
         vec2 crossed = crossing(ray, level);
-        is_on = is_on && !is_outside(crossed) && level + ray.step_px >= may_meet_px;
+        is_inside = is_inside && !is_outside(crossed) && level + ray.step_px >= may_meet_px;
         float met = least_around(crossed);
-        if (is_on && met < start && abs(met - level) <= ray.step_px) shown |= 1u << k;
+        if (is_inside && met < start && abs(met - level) <= ray.step_px) shown |= 1u << k;
 #ifdef LISTS
         float first = texelFetch(kind_tx, inside(crossed), 0).g;
-        if (is_on && first < min(start, level + ray.step_px)) listed |= 1u << k;
+        if (is_inside && first < min(start, level + ray.step_px)) listed |= 1u << k;
 #endif
-    } while (is_on && ++k < steps);
+    } while (is_inside && ++k < steps);
     do {
         float met = least_around(crossing(ray, level_at(ray, findLSB(shown))));
         vec2 crossed = crossing(ray, met);
@@ -178,16 +184,16 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
 }
 
 // An anti-aliased silhouette in focus lets light through where its near fragment does not cover.
-float seen_at(ivec2 at, float coc) {
+float visible_share_at(ivec2 at, float coc) {
 #ifdef LISTS
     List list = list_at(at);
-    float seen = 1.0;
+    float uncovered = 1.0;
     for (uint i = list.first; i < list.end && list.has_front; ++i) {
         Fragment fragment = fragment_of(i);
         if (fragment.coc > coc - MARGIN_PX) break;
-        seen *= 1.0 - fragment.cover * (1.0 - smoothstep(SHARP_PX, BLURRED_PX, abs(fragment.coc)));
+        uncovered *= 1.0 - fragment.cover * (1.0 - smoothstep(SHARP_PX, BLURRED_PX, abs(fragment.coc)));
     }
-    if (list.has_front) return seen;
+    if (list.has_front) return uncovered;
 #endif
     float kind = texelFetch(kind_tx, at, 0).r;
     vec4 far = texelFetch(far_tx, at, 0);
@@ -196,7 +202,8 @@ float seen_at(ivec2 at, float coc) {
     return mix(1.0 - far.a, 1.0, smoothstep(SHARP_PX, BLURRED_PX, abs(near_coc)));
 }
 
-float kept_at(ivec2 at, float coc) {
+// Share of the pixel that the sharp cutout hides.
+float cutout_cover(ivec2 at, float coc) {
     if (!has_cutout || texelFetch(cutout_coc_tx, at, 0).r > coc) return 0.0;
     return texelFetch(cutout_tx, at, 0).a;
 }
@@ -205,8 +212,8 @@ void main() {
     float coc = place.z, ramp = place.w;
     if (abs(coc) < 1e-3) coc = 1e-3;
     Cover inside = pixel_coverage(gl_FragCoord.xy - place.xy, 0.5 * coc, ramp, place.xy);
-    if (most_of(inside) > 0.0) inside *= 1.0 - kept_at(ivec2(gl_FragCoord.xy), coc);
-    if (most_of(inside) > 0.0) inside *= seen_at(ivec2(gl_FragCoord.xy), coc);
+    if (most_of(inside) > 0.0) inside *= 1.0 - cutout_cover(ivec2(gl_FragCoord.xy), coc);
+    if (most_of(inside) > 0.0) inside *= visible_share_at(ivec2(gl_FragCoord.xy), coc);
     if (most_of(inside) > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, place.xy, coc);
     if (most_of(inside) == 0.0) discard;
     out_light = vec4(inside * light, 0.0);

@@ -15,9 +15,11 @@ uniform sampler2D nearest_tx;  // least signed coc of each tile (tile_layers.com
 uniform float nearest_px;      // of the picture
 uniform vec2 rows;             // first and last to draw
 
-#define TILES_MOST 24  // that are looked at in a row
-#define LOOKUP_PX 2.0  // pixels are met in groups of 2 x 2
+#define TILES_MOST 24  // largest number of tiles to read in a row
+#define LOOKUP_PX 2.0  // added to the reach, because the fragment shader reads groups of 2 x 2 pixels
 
+// Least signed coc of the tiles within `reach` of a position; that of the picture if there are too
+// many.
 float nearest_within(vec2 centre, vec2 reach) {
     ivec2 last_tile = textureSize(nearest_tx, 0) - 1;
     ivec2 first = clamp(ivec2(floor((centre - reach) / float(TILE))), ivec2(0), last_tile);

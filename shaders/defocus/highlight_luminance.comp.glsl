@@ -1,6 +1,7 @@
-// Computes the luminance of the surroundings of highlights: the mean of rgb, clipped so that a highlight does
-// not raise the level it is compared with. At half size, because the surroundings are wide. Bright surfaces
-// are measured separately: where most of the surroundings are bright, nothing is a highlight.
+// Computes the luminance of the surroundings of highlights at half size, because the surroundings
+// are wide. It is the mean of rgb, clipped, because a highlight must not raise the level that it is
+// compared with. Bright surfaces are measured separately: where most of the surroundings are
+// bright, nothing is a highlight.
 //
 // Inputs
 //   color_tx          scene-linear rgb
@@ -26,6 +27,7 @@ layout(rgba32f) uniform writeonly image2D out_luminance_img;
 layout(r32f) uniform writeonly image2D out_coc_img;
 
 #ifdef LISTS
+// The brightest light in the list of a pixel. The loop is a `do ... while`, see shaders/README.md.
 float brightest_behind(ivec2 at) {
     List list = list_at(at);
     float brightest = 0.0;
@@ -51,7 +53,7 @@ void main() {
         sum += clamp(light, 0.0, 1.0);
         sum_behind += min(behind, 1.0);
         brightest = max(brightest, behind);
-        surface += surface_part(max(light, behind));
+        surface += surface_share(max(light, behind));
         diameter = min(diameter, abs(texelFetch(coc_tx, p, 0).r));
     }
     imageStore(out_luminance_img, at, vec4(vec3(sum, sum_behind, surface) / 4.0, brightest));

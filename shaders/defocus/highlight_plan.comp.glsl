@@ -1,5 +1,6 @@
-// Chooses how far highlights are merged, and where each row of blocks writes its own: drawing has a bounded
-// cost, and the list is in the picture's order. One workgroup.
+// Chooses the level at which highlights are merged, which limits the cost of drawing, and the
+// position in the list at which each row of blocks writes its own, in the order of the picture. One
+// workgroup.
 //
 // Input
 //   plan      the sums of highlight_sprites.comp.glsl, COUNT
@@ -32,8 +33,8 @@ void choose_level() {
     level_sh = min(level, HIGHLIGHT_LEVELS - 1);
     plan.draw = uint[4](4u, level < HIGHLIGHT_LEVELS ? plan.sprites[level_sh] : 0u, 0u, 0u);
     plan.level = uint(level);
-    bool whole = level < HIGHLIGHT_LEVELS - 1;  // no block is returned to the diffusion
-    plan.restore_groups = uint[3](whole ? 0u : restore_groups_x, whole ? 0u : restore_groups_y, 1u);
+    bool are_all_drawn = level < HIGHLIGHT_LEVELS - 1;  // true if no block is put back into the diffusion
+    plan.restore_groups = uint[3](are_all_drawn ? 0u : restore_groups_x, are_all_drawn ? 0u : restore_groups_y, 1u);
 }
 
 void main() {
@@ -45,11 +46,11 @@ void main() {
     for (int row = first; row < last; ++row) sprites += row_buf[row_of(level_sh, row, blocks)];
     sprites_sh[worker] = sprites;
     barrier();
-    uint before = 0u;
-    for (int i = 0; i < worker; ++i) before += sprites_sh[i];
+    uint sprites_before = 0u;
+    for (int i = 0; i < worker; ++i) sprites_before += sprites_sh[i];
     for (int row = first; row < last; ++row) {
-        uint here = row_buf[row_of(level_sh, row, blocks)];
-        row_buf[row_of(level_sh, row, blocks)] = before;
-        before += here;
+        uint row_sprites = row_buf[row_of(level_sh, row, blocks)];
+        row_buf[row_of(level_sh, row, blocks)] = sprites_before;
+        sprites_before += row_sprites;
     }
 }

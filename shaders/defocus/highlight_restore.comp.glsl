@@ -1,5 +1,5 @@
-// Puts highlights back where there are too many to draw, in the whole picture or in blocks of bright
-// surfaces; otherwise it has no pixels to process.
+// Puts highlights that are not drawn back into the light to diffuse: in the whole picture if there
+// are too many, or in blocks of bright surfaces. If all are drawn, it runs on no workgroups.
 //
 // Inputs
 //   high_tx, lit_buf  rgb of the removed light, a signed coc (highlight_split.comp.glsl)
@@ -13,7 +13,7 @@
 layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 uniform sampler2D coc_tx;
 
-// True if the pixel's highlight was taken from its list.
+// Restores the list of a pixel; returns true if the pixel's highlight was taken from the list.
 bool restore_list(ivec2 at, float high_coc) {
     List list = list_at(at);
     for (uint i = WORDS * list.first; i < WORDS * list.end; ++i) low_fragment_buf[i] = fragment_buf[i];

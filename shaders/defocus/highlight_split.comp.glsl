@@ -1,6 +1,6 @@
 // Removes pixels much brighter than their diffused surroundings, to be drawn as discs instead
-// (highlight_draw), with the light conserved. Diffusion ripples by a few per cent, and a few per cent of
-// a highlight may be brighter than the wall behind it.
+// (highlight_draw), with the light conserved. The ripple of diffusion is a few per cent, and a few
+// per cent of a highlight may be brighter than the wall behind it.
 //
 // Inputs
 //   color_tx          scene-linear rgb, a kept
@@ -43,10 +43,12 @@ layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 #define WHOLE_COC_PX 0.75
 
 #ifdef LISTS
-uniform bool has_places;  // factor on both diameters where a light's position in its pixel is known
-#define FOUND_PART 0.4    // (highlight_sprites.comp.glsl): discs are accurate from smaller sizes on
+uniform bool has_places;  // the positions of lights in their pixels are known (highlight_sprites.comp.glsl)
+#define KNOWN_POSITION_SCALE 0.4    // factor on both diameters then: discs are accurate from smaller sizes on
+
+// Share of a highlight that is drawn as a disc of this diameter, 0 to 1.
 float drawn_part(float diameter) {
-    float scale = has_places ? FOUND_PART : 1.0;
+    float scale = has_places ? KNOWN_POSITION_SCALE : 1.0;
     return smoothstep(scale * LEAST_COC_PX, scale * WHOLE_COC_PX, diameter);
 }
 #else
@@ -55,7 +57,7 @@ float drawn_part(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX,
 
 // The mixed rim of a highlight carries its neighbour's depth, so take the coc of the brightest pixel
 // around.
-float highlight_coc(ivec2 at, bool is_asked) {
+float highlight_coc(ivec2 at, bool is_searched) {
     ivec2 last = textureSize(color_tx, 0) - 1;
     float most = mean_of(texelFetch(color_tx, at, 0).rgb);
     ivec2 brightest = at;
@@ -65,14 +67,16 @@ float highlight_coc(ivec2 at, bool is_asked) {
         float luminance = mean_of(texelFetch(color_tx, p, 0).rgb);
         if (luminance > most) brightest = p;
         most = max(most, luminance);
-    } while (is_asked && ++k < 9);
+    } while (is_searched && ++k < 9);
     return texelFetch(coc_tx, brightest, 0).r;
 }
 
 #ifdef LISTS
-#define MARGIN_PX 2.0     // difference in coc: light hidden by something this much nearer, and
-#define HIDDEN 0.02       // share of the pixel: the light of a less visible fragment is drawn or lost
-#define MARGIN_PART 0.1   // this share of its own coc, is drawn (as in highlight_draw.frag.glsl)
+// A surface hides a light in highlight_draw.frag.glsl if it is nearer by MARGIN_PX of coc, and by
+// the share MARGIN_PART of the coc of the light.
+#define MARGIN_PX 2.0
+#define MARGIN_PART 0.1
+#define HIDDEN 0.02       // visible share of the pixel below which a fragment's light is drawn or lost
 
 void store_fragment(uint number, vec3 color) {
     uint at = WORDS * number;
@@ -82,37 +86,39 @@ void store_fragment(uint number, vec3 color) {
     low_fragment_buf[at + 2u] = fragment_buf[at + 2u];
 }
 
-// Share of a fragment's light that fragments within the margin in front let through. Drawing ignores
-// them (highlight_draw.frag.glsl): every ray to the lens passes them close to the light itself, so they
-// cover the same share of the disc as of the pixel.
-float past_near_ones(List list, uint number, float margin_coc) {
-    float past = 1.0;
+// Share of a fragment's light that fragments within the margin in front of it let through. Drawing
+// ignores these (highlight_draw.frag.glsl): every ray to the lens passes them close to the light,
+// and so they cover the same share of the disc as of the pixel.
+float transmission_past(List list, uint number, float margin_coc) {
+    float transmitted = 1.0;
     for (uint i = list.first; i < number; ++i) {
         Fragment fragment = fragment_of(i);
-        if (fragment.coc >= margin_coc) past *= 1.0 - fragment.cover;
+        if (fragment.coc >= margin_coc) transmitted *= 1.0 - fragment.cover;
     }
-    return past;
+    return transmitted;
 }
 
+// Takes the brightest drawable light of the list into `high`, and stores the list without its
+// highlights.
 void split_list(ivec2 at, float front_coc, float around, float surface, inout vec4 high) {
     List list = list_at(at);
     if (list.has_front) high.rgb = vec3(0.0);
     bool is_free = mean_of(high.rgb) == 0.0;
     if (texelFetch(luminance_tx, at >> 1, 0).a <= limit_of(around)) list.end = list.first;  // nothing is bright
-    float seen = list.has_front ? 1.0 : 0.0;  // share of the pixel not covered by the fragments so far
+    float uncovered = list.has_front ? 1.0 : 0.0;  // share of the pixel not covered by the fragments so far
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
-        float over = drawn_part(abs(fragment.coc)) * (1.0 - surface) * part_over(fragment.color, around);
+        float over = drawn_part(abs(fragment.coc)) * (1.0 - surface) * highlight_share(fragment.color, around);
         float margin = max(MARGIN_PX, MARGIN_PART * abs(fragment.coc));
         vec3 light = over * fragment.color, drawn = fragment.cover * light;
-        if (over > 0.0) drawn *= past_near_ones(list, i, fragment.coc - margin);
-        bool is_front = list.has_front && i == list.first, is_hidden = seen < HIDDEN;
+        if (over > 0.0) drawn *= transmission_past(list, i, fragment.coc - margin);
+        bool is_front = list.has_front && i == list.first, is_hidden = uncovered < HIDDEN;
         bool is_apart = is_front || fragment.coc - front_coc > margin;
         bool is_drawn = is_free && is_apart && mean_of(drawn) > mean_of(high.rgb);
         if (is_drawn) high = vec4(drawn, fragment.coc);
         if (is_drawn && !is_hidden) is_free = false;
         store_fragment(i, is_drawn || is_hidden ? fragment.color - light : fragment.color);
-        seen *= 1.0 - fragment.cover;
+        uncovered *= 1.0 - fragment.cover;
     }
 }
 #endif
@@ -124,7 +130,7 @@ void main() {
     float coc = texelFetch(coc_tx, at, 0).r;
     vec4 surroundings = texelFetch(surroundings_tx, at >> 1, 0);
     float around = surroundings.r, surface = surface_of(surroundings.b);
-    float over = (1.0 - surface) * part_over(x.rgb, around), lamp_coc = coc;
+    float over = (1.0 - surface) * highlight_share(x.rgb, around), lamp_coc = coc;
     float brightest_coc = highlight_coc(at, over > 0.0);
     if (over > 0.0) {
         lamp_coc = brightest_coc;

@@ -38,19 +38,19 @@ layout(std430) readonly buffer plan_block { Plan plan; };
 layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #endif
 
-// Pixels belong to one highlight whose coc differ by at most SAME_COC_PX, or SAME_COC_PART of the coc.
+// Pixels belong to one highlight if their coc differ by at most SAME_COC_PX, or SAME_COC_PART of
+// the coc.
 #define SAME_COC_PX 0.5
 #define SAME_COC_PART 0.05
 #define RIM_OFFSET 0.3    // 1/2 for a straight rim; less suits the corners of small highlights as well
-// From this coc on, the light's position in its pixel moves the disc, slowly; fully from TOLD_PX on.
-#define TOLD_FROM_PX 0.25
-#define TOLD_PX 2.0
+#define OFFSET_FROM_PX 0.25  // coc from which the light's position in its pixel moves the disc
+#define OFFSET_FULL_PX 2.0        // coc from which it does so in full
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
 
-ivec2 size, corner;
+ivec2 size, corner;  // size of the picture, and first pixel of the block
 float energy[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];
 float coc[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];
-uint taken[2];
+uint merged_bits[2];
 int lit_count;  // pixels of the block that have light
 
 ivec2 pixel(int i) { return corner + ivec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK); }
@@ -59,36 +59,36 @@ vec4 high_at(ivec2 at) {
     return is_lit(at, size) ? texelFetch(high_tx, at, 0) : vec4(0.0);
 }
 float sum_of(vec3 c) { return c.r + c.g + c.b; }
-bool is_taken(int i) { return (taken[i / 32] >> (i % 32) & 1u) == 1u; }
+bool is_merged(int i) { return (merged_bits[i / 32] >> (i % 32) & 1u) == 1u; }
 
 // The mixed rim of a highlight carries the depth of the wall: take the coc of the brightest pixel around.
 float highlight_coc(ivec2 at) {
-    float best = 0.0, result = 0.0;
+    float top = 0.0, result = 0.0;
     for (int k = 0; k < 9; ++k) {
         vec4 high = high_at(at + ivec2(k % 3, k / 3) - 1);
-        if (sum_of(high.rgb) > best) {
-            best = sum_of(high.rgb);
+        if (sum_of(high.rgb) > top) {
+            top = sum_of(high.rgb);
             result = high.a;
         }
     }
     return result;
 }
 
-// Returns the light's position in a pixel at a highlight's rim, in pixels from the centre: towards the
-// brighter pixels, and the further the less of the pixel is covered. The coverage follows from its
-// brightness relative to the brightest pixel around.
+// Returns the light's position in a pixel at a highlight's rim, in pixels from the center. It is
+// offset towards the brighter pixels, more if less of the pixel is covered. The coverage follows
+// from the brightness relative to the brightest pixel around.
 vec2 light_offset(ivec2 at, float coc_px) {
     float own = sum_of(high_at(at).rgb), most = own;
     vec2 towards = vec2(0.0);
     for (int k = 0; k < 9; ++k) {
-        ivec2 aside = ivec2(k % 3, k / 3) - 1;
-        float there = sum_of(high_at(at + aside).rgb);
-        most = max(most, there);
-        towards += there * vec2(aside);
+        ivec2 neighbour_offset = ivec2(k % 3, k / 3) - 1;
+        float neighbour_light = sum_of(high_at(at + neighbour_offset).rgb);
+        most = max(most, neighbour_light);
+        towards += neighbour_light * vec2(neighbour_offset);
     }
     float steepest = max(abs(towards.x), abs(towards.y));
     if (steepest == 0.0) return vec2(0.0);
-    float offset = RIM_OFFSET * (1.0 - own / most) * smoothstep(TOLD_FROM_PX, TOLD_PX, abs(coc_px));
+    float offset = RIM_OFFSET * (1.0 - own / most) * smoothstep(OFFSET_FROM_PX, OFFSET_FULL_PX, abs(coc_px));
     return offset * towards / steepest;
 }
 
@@ -102,15 +102,17 @@ void load_block() {
     }
 }
 
-int brightest(ivec2 from, int side) {
-    int best = -1;
+// The brightest free pixel of a square of the block; -1 if there is none.
+int brightest(ivec2 block_corner, int side) {
+    int top = -1;
     for (int k = 0; k < side * side; ++k) {
-        int i = (from.y + k / side) * HIGHLIGHT_BLOCK + from.x + k % side;
-        if (energy[i] > 0.0 && !is_taken(i) && (best < 0 || energy[i] > energy[best])) best = i;
+        int i = (block_corner.y + k / side) * HIGHLIGHT_BLOCK + block_corner.x + k % side;
+        if (energy[i] > 0.0 && !is_merged(i) && (top < 0 || energy[i] > energy[top])) top = i;
     }
-    return best;
+    return top;
 }
 
+// The sum of the coverage of all pixels by a disc.
 Cover pixels_covered(vec2 centre, float radius, float ramp) {
     vec2 reach = aperture_reach(radius, ramp);
     if (aperture_least_reach(radius, ramp) > NUMERIC_PX) return aperture_light(radius, ramp, centre);
@@ -122,18 +124,18 @@ Cover pixels_covered(vec2 centre, float radius, float ramp) {
     return sum;
 }
 
-// All free highlights of the block around `best` that share its coc, as one disc.
-Sprite merged(ivec2 from, int side, int best) {
-    float limit = max(SAME_COC_PX, SAME_COC_PART * abs(coc[best]));
+// All free highlights of the block around `top` that share its coc, as one disc.
+Sprite merge_around(ivec2 block_corner, int side, int top) {
+    float limit = max(SAME_COC_PX, SAME_COC_PART * abs(coc[top]));
     vec3 light = vec3(0.0);
     vec2 moment = vec2(0.0);
     float weight = 0.0, moment_2 = 0.0;
     for (int k = 0; k < side * side; ++k) {
-        int i = (from.y + k / side) * HIGHLIGHT_BLOCK + from.x + k % side;
-        if (energy[i] <= 0.0 || is_taken(i) || abs(coc[i] - coc[best]) > limit) continue;
-        taken[i / 32] |= 1u << (i % 32);
+        int i = (block_corner.y + k / side) * HIGHLIGHT_BLOCK + block_corner.x + k % side;
+        if (energy[i] <= 0.0 || is_merged(i) || abs(coc[i] - coc[top]) > limit) continue;
+        merged_bits[i / 32] |= 1u << (i % 32);
         vec3 known = has_places ? texelFetch(places_tx, pixel(i), 0).xyz : vec3(0.0);
-        vec2 offset = has_places ? known.xy : light_offset(pixel(i), coc[best]);
+        vec2 offset = has_places ? known.xy : light_offset(pixel(i), coc[top]);
         vec2 place = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + offset;
         light += texelFetch(high_tx, pixel(i), 0).rgb;
         weight += energy[i];
@@ -145,9 +147,9 @@ Sprite merged(ivec2 from, int side, int best) {
     float variance = max(0.5 * (moment_2 / weight - dot(centre, centre)), 0.0);
     float ramp = sqrt(3.0 * (1.0 / 12.0 + variance));
     centre += vec2(corner);
-    float radius = 0.5 * coc[best];
+    float radius = 0.5 * coc[top];
     Cover covered = pixels_covered(centre, radius, ramp);
-    return Sprite(vec4(centre, coc[best], ramp), vec4(light / max(covered, 1e-6), 0.0));
+    return Sprite(vec4(centre, coc[top], ramp), vec4(light / max(covered, 1e-6), 0.0));
 }
 
 // Number of pixels touched by drawing a sprite.
@@ -162,9 +164,9 @@ bool is_surface() { return lit_count > HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / 2; }
 // True if the block is part of a bright surface and its single disc at the last level would be too small
 // for the block: such discs would show as a grid of spots. The light of such a block is diffused
 // instead (highlight_restore.comp.glsl).
-bool is_given_back(int level) {
+bool is_put_back(int level) {
     if (level < HIGHLIGHT_LEVELS - 1 || !is_surface()) return false;
-    taken[0] = taken[1] = 0u;
+    merged_bits[0] = merged_bits[1] = 0u;
     float widest = abs(coc[brightest(ivec2(0), HIGHLIGHT_BLOCK)]);
     return float(HIGHLIGHT_BLOCK) > SURFACE_SHARE * widest;
 }
@@ -173,15 +175,15 @@ bool is_given_back(int level) {
 uint make_sprites(int level, uint offset, out float area) {
     uint count = 0u;
     area = 0.0;
-    if (is_given_back(level)) return 0u;
+    if (is_put_back(level)) return 0u;
     float share = is_surface() ? min(MERGE_SHARE[level], SURFACE_SHARE) : MERGE_SHARE[level];
-    taken[0] = taken[1] = 0u;
+    merged_bits[0] = merged_bits[1] = 0u;
     for (int side = HIGHLIGHT_BLOCK; side >= 1; side /= 2)
         for (int k = 0; k < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / (side * side); ++k) {
-            ivec2 from = side * ivec2(k % (HIGHLIGHT_BLOCK / side), k / (HIGHLIGHT_BLOCK / side));
-            int best = brightest(from, side);
-            if (best < 0 || (side > 1 && float(side) > share * abs(coc[best]))) continue;
-            Sprite sprite = merged(from, side, best);
+            ivec2 block_corner = side * ivec2(k % (HIGHLIGHT_BLOCK / side), k / (HIGHLIGHT_BLOCK / side));
+            int top = brightest(block_corner, side);
+            if (top < 0 || (side > 1 && float(side) > share * abs(coc[top]))) continue;
+            Sprite sprite = merge_around(block_corner, side, top);
             area += area_inside(sprite);
 #ifndef COUNT
             sprite_buf[offset + count] = sprite;
@@ -192,8 +194,9 @@ uint make_sprites(int level, uint offset, out float area) {
 }
 
 #ifdef COUNT
-// Adds to the sums. They are whole numbers, so that the order of the blocks does not matter. Whoever comes
-// first past the area allowed says so, before the sum can overflow.
+// Adds a block to the sums, which are whole numbers: the order of the blocks does not matter. The
+// invocation that exceeds the allowed area marks the level as too large, before the sum can
+// overflow.
 void tally(int level, ivec2 block, ivec2 blocks, uint sprites, float area) {
     tally_buf[tally_of(level, block, blocks)] = sprites;
     if (sprites == 0u) return;

@@ -3,8 +3,8 @@
 // A layer blurred too much to show detail is processed at 1/2, 1/4 or 1/8 size: each pixel is the mean
 // of the visible picture pixels that it stands for.
 //
-// Where almost only nearer layers are visible, this layer is hidden and the rest of it is guessed
-// (hidden_fill); where something farther is visible, it covers nothing.
+// Where almost only nearer layers are visible, this layer is hidden, and is guessed (hidden_fill). Where a farther
+// layer is visible, this one covers nothing.
 //
 // Inputs
 //   color_tx      scene-linear rgb
@@ -18,7 +18,7 @@
 // listed share of the layer, and
 //   out_listed_img r share known from the list, g depth visible behind the silhouette, pixels
 
-#include "lib/lean.lib.glsl"
+#include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
@@ -48,9 +48,10 @@ struct Content {
     vec3 color;
     float diameter;
     float cover;
-    float solid;  // how far it counts as content, 0..1
+    float solid;  // weight as content of the layer, 0..1
 };
 
+// The content of this layer in a pixel with one surface.
 Content whole_of(vec3 x, float coc, float visible) {
     float own = membership(coc);
     return Content(x, abs(coc), coverage(own / visible), solidity(own));
@@ -76,10 +77,10 @@ Content near_rim_of(vec3 x, float coc, vec4 clean, float coc_through, float visi
     return content;
 }
 
-#define SEEN_PART 0.25  // share of the picture pixels: if this many are visible, no guess is needed
+#define VISIBLE_ENOUGH 0.25  // share of visible picture pixels from which no guess is needed
 
 struct Sum {
-    vec4 layer;      // rgb times coverage, a coverage, times how far they are known
+    vec4 layer;      // rgb times coverage, a coverage, times the known share
     float diameter;  // times solidity, times known
     float solid;     // times known
     float known;
@@ -91,8 +92,9 @@ struct Sum {
 };
 
 #ifdef LISTS
-#define SEAM_FROM 0.5  // share of the cut's coc: nearer to a seam than this, surfaces behind it are not used,
-#define SEAM_TO 1.5    // share from which they are used
+// Distances from a seam, as shares of the cut's coc, between which the use of surfaces behind it begins.
+#define SEAM_FROM 0.5
+#define SEAM_TO 1.5
 
 // Steepest step of the coc from a pixel to a neighbour on the same surface, pixels.
 float slope_at(ivec2 at, float coc) {
@@ -104,16 +106,17 @@ float slope_at(ivec2 at, float coc) {
     return slope;
 }
 
-// A surface that crosses the cut continues in this layer, underneath itself. Within its own blur of that
-// seam, extending it by guessing is right, and nothing behind it is visible. 0 there, 1 beyond.
+// Weight of the surfaces behind a pixel, 0 to 1, by its distance from a seam, where its surface crosses the cut. The
+// surface continues in this layer, underneath itself: within its own blur of the seam a guess extends it, and
+// nothing behind it is visible.
 float beyond_seam(ivec2 at, float coc) {
     float reach = max(abs(cut_near_px.x), 1.0), edge = cut_near_px.x - cut_near_px.y;
     float to_seam = (edge - coc) / max(slope_at(at, coc), 1e-4);
     return smoothstep(SEAM_FROM * reach, SEAM_TO * reach, to_seam);
 }
 
-// Adds the share `known` of a pixel, of which the share `seen` is uncovered. What is known but not
-// visible counts as listed: a lens uncovers it only near a silhouette, deeper if the blurs differ more.
+// Adds the share `known` of a pixel, of which the share `seen` is uncovered. The known but hidden rest is added as
+// listed: a lens uncovers it only near a silhouette, deeper if the blurs differ more.
 void add_known(inout Sum sum, Content content, float cover, float known, float seen, float behind_coc) {
     float solid = known * content.solid, listed = known - min(seen, known);
     sum.layer += known * cover * vec4(content.color, 1.0);
@@ -126,17 +129,17 @@ void add_known(inout Sum sum, Content content, float cover, float known, float s
 
 #define OPAQUE 0.9995  // a surface of this coverage or more hides everything behind it
 
-// The remaining share of a fragment that the nearer layer has taken in part: together they cover what
-// the fragment covers. An opaque one is in both layers, and continues underneath itself.
-float part_left(float cover, float in_view) {
+// The remaining coverage of a fragment that is partly in the nearer layer: both layers together cover what the
+// fragment covers. An opaque fragment is in both layers, and continues underneath itself.
+float remaining_cover(float cover, float in_view) {
     if (cover >= OPAQUE) return knowledge(in_view);
-    float taken = coverage(1.0 - in_view);
-    return cover * (1.0 - taken) / (1.0 - cover * taken);
+    float taken_cover = coverage(1.0 - in_view);
+    return cover * (1.0 - taken_cover) / (1.0 - cover * taken_cover);
 }
 
-// Adds the list's share of this layer. `seen` is the share of the pixel not covered by anything nearer;
-// `unknown` that not covered by listed fragments of this layer or farther. In a plate with alpha, the
-// end of a list is empty space: farthest, without light, blurred like the surface beside it.
+// Adds the fragments of a list that are in this layer. `seen` is the share of the pixel that nearer surfaces leave
+// open, `unknown` the share without listed fragments of this layer or farther ones. In a plate with alpha, the
+// end of a list is empty space: farthest, without light, blurred like the last fragment.
 void add_list(inout Sum sum, List list, float front_coc, float seen, float unknown) {
     Fragment fragment;
     for (uint i = list.first; i < list.end && unknown > 0.0; ++i) {
@@ -144,7 +147,7 @@ void add_list(inout Sum sum, List list, float front_coc, float seen, float unkno
         float in_view = visibility(fragment.coc);
         Content content = whole_of(fragment.color, fragment.coc, max(in_view, THIN));
         float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
-        float part = part_left(fragment.cover, in_view), known = unknown * part;
+        float part = remaining_cover(fragment.cover, in_view), known = unknown * part;
         add_known(sum, content, cover, known, seen * part, fragment.coc - front_coc);
         unknown -= known;
         seen *= 1.0 - fragment.cover;
@@ -155,11 +158,12 @@ void add_list(inout Sum sum, List list, float front_coc, float seen, float unkno
 }
 #endif
 
+// Adds a pixel of the picture to a pixel of the layer.
 void add_pixel(inout Sum sum, ivec2 at) {
     float coc = texelFetch(coc_tx, at, 0).r;
 #ifdef LISTS
     List list = list_at(at);
-    stand_at(at);
+    set_center(at);
 #endif
     vec3 x = texelFetch(color_tx, at, 0).rgb;
     float seen = visibility(coc), visible = max(seen, THIN), has_near = 0.0;
@@ -187,6 +191,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
     sum.count += 1.0;
 }
 
+// Writes a pixel of the layer, and lists it if it is hidden.
 void store(ivec2 at, Sum sum) {
 #ifdef LISTS
     if (is_nearest) {  // nothing is guessed: the layer is empty where its fragments end
@@ -202,7 +207,7 @@ void store(ivec2 at, Sum sum) {
     imageStore(out_listed_img, at, vec4(listed, depth_px, 0.0, 0.0));
 #endif
 #ifdef REDUCED
-    known = min(known / SEEN_PART, 1.0);
+    known = min(known / VISIBLE_ENOUGH, 1.0);
 #endif
     bool hidden = known < 1.0;
     if (hidden) list_append(at);

@@ -25,10 +25,12 @@ shared uint count_sh;
 // A list, and how the tiles along its lines lie in the mask.
 struct List {
     int first_word, first_tile;
-    int across, along, count;  // words to the next line of tiles and to the next tile of a line; tiles a line
-    int run;
+    int across, along;  // words to the next line of tiles, and to the next tile of a line
+    int count;          // tiles of a line
+    int run;            // pixels that an invocation solves
 };
 
+// Appends a segment, once for each workgroup that solves lines of its tiles.
 void list_segment(List list, int line, int first, int tiles) {
     int lines = lines_at_once(runs_in(tiles, list.run));
     for (int l = 0; l < TILE; l += lines) {
@@ -38,6 +40,7 @@ void list_segment(List list, int line, int first, int tiles) {
     }
 }
 
+// The active tiles of a line as bits, from the tile `first` on.
 uint active_bits(List list, int line, int first) {
     uint bits = 0u;
     int word = list.first_tile + line * list.across, last = list.count - 1;
@@ -48,16 +51,17 @@ uint active_bits(List list, int line, int first) {
     return bits;
 }
 
+// Appends all segments of a line of tiles.
 void list_line(List list, int line) {
-    int begun = -1;  // first tile of a segment that is not at its end
+    int segment_start = -1;  // first tile of the current segment; -1 for none
     for (int first = 0; first <= list.count; first += WORD_TILES) {
         uint bits = first < list.count ? active_bits(list, line, first) : 0u;
         for (int k = 0; k < WORD_TILES; ++k) {
             bool is_active = (bits >> k & 1u) != 0u;
-            if (is_active && begun < 0) begun = first + k;
-            if (is_active || begun < 0) continue;
-            list_segment(list, line, begun, first + k - begun);
-            begun = -1;
+            if (is_active && segment_start < 0) segment_start = first + k;
+            if (is_active || segment_start < 0) continue;
+            list_segment(list, line, segment_start, first + k - segment_start);
+            segment_start = -1;
         }
     }
 }

@@ -5,7 +5,7 @@
 //   start_buf   twice the length, then twice the start, of each list, plus a bit that stays
 //   total_buf   fragments of earlier bands, then of this one too; more than `capacity` if they do not fit
 // Input
-//   capacity    room for this many fragments; lists beyond it are empty
+//   capacity    number of fragments that fit; lists for which there is no memory left are empty
 //   has_end     also write the word after the last list, unless it holds the length of the next one
 
 #define WORKERS 256
@@ -31,10 +31,10 @@ void main() {
     uint start = total_buf[0];
     for (int i = 0; i < worker; ++i) start += sums_sh[i];
     for (int i = first; i < last; ++i) {
-        uint word = start_buf[i], room = uint(capacity);
+        uint word = start_buf[i], capacity_words = uint(capacity);
         // A truncated list must not be marked as beginning with the visible surface, which would then be lost.
-        bool fits = start + (word >> 1) <= room;
-        start_buf[i] = 2u * min(start, room) + (fits ? word & 1u : 0u);
+        bool fits = start + (word >> 1) <= capacity_words;
+        start_buf[i] = 2u * min(start, capacity_words) + (fits ? word & 1u : 0u);
         start += word >> 1;
     }
     barrier();

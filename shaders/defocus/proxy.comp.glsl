@@ -7,7 +7,7 @@
 //   color_tx, depth_tx            full size
 // Outputs
 //   out_color_img, out_depth_img  proxy size
-//   out_places_img                with PLACES, of highlights: r, g the light's place from the pixel's middle,
+//   out_places_img                with PLACES, of highlights: r, g position of the light from the pixel's middle,
 //                                 b its variance along an axis, in these pixels (highlight_sprites.comp.glsl)
 
 #include "lib/footprint.lib.glsl"
@@ -23,27 +23,29 @@ layout(r32f) uniform writeonly image2D out_depth_img;
 #ifdef PLACES
 layout(rgba16f) uniform writeonly image2D out_places_img;
 
-// Where the light lies in a footprint, and its variance; the square of the light leaves its surroundings out.
-vec4 light_place(Footprint footprint) {
+// Position of the light in a footprint, and its variance. Weights are the square of the light, which excludes its
+// surroundings.
+vec4 light_position(Footprint footprint) {
     vec2 extent = footprint.high - footprint.low, moment = vec2(0.0);
     float sum = 0.0, moment_2 = 0.0;
     for (int y = footprint.first.y; y <= footprint.last.y; ++y)
         for (int x = footprint.first.x; x <= footprint.last.x; ++x) {
             float light = mean_of(texelFetch(color_tx, ivec2(x, y), 0).rgb);
-            float weight = part_in(footprint, ivec2(x, y)) * light * light;
-            vec2 place = (vec2(x, y) + 0.5 - footprint.low) / extent - 0.5;
+            float weight = share_in(footprint, ivec2(x, y)) * light * light;
+            vec2 source = (vec2(x, y) + 0.5 - footprint.low) / extent - 0.5;
             sum += weight;
-            moment += weight * place;
-            moment_2 += weight * dot(place, place);
+            moment += weight * source;
+            moment_2 += weight * dot(source, source);
         }
     vec2 middle = moment / sum;
     return vec4(middle, max(0.5 * (moment_2 / sum - dot(middle, middle)), 0.0), 0.0);
 }
 #endif
 
-#define AROUND_TAPS 3  // the surroundings of a highlight: samples to each side,
+#define AROUND_TAPS 3  // samples of the surroundings of a highlight, to each side
 #define AROUND_STEP 2  // spacing of the samples in pixels of the smaller picture
 
+// Mean colour of a footprint, and its brightest pixel.
 vec4 footprint_mean(Footprint footprint, out ivec2 brightest) {
     vec4 sum = vec4(0.0);
     float most = -1.0;
@@ -78,17 +80,17 @@ float luminance_around(ivec2 at, ivec2 size) {
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_color_img);
     if (any(greaterThanEqual(at, size))) return;
-    ivec2 whole_size = textureSize(color_tx, 0), place = centre_of(at, size, whole_size), brightest = place;
+    ivec2 whole_size = textureSize(color_tx, 0), source = centre_of(at, size, whole_size), brightest = source;
     vec4 mean = footprint_mean(footprint_of(at, size, whole_size), brightest);
     imageStore(out_color_img, at, mean);
     float light = mean_of(texelFetch(color_tx, brightest, 0).rgb);
     float around = light > LEAST_LUMINANCE ? luminance_around(at, size) : 0.0;
     bool is_highlight = light > limit_of(around) && mean_of(mean.rgb) > limit_of(around);
-    if (is_highlight) place = brightest;
+    if (is_highlight) source = brightest;
 #ifdef PLACES
-    vec4 lit = vec4(0.0);
-    for (int look = is_highlight ? 1 : 0; look > 0; --look) lit = light_place(footprint_of(at, size, whole_size));
-    imageStore(out_places_img, at, lit);
+    vec4 position = vec4(0.0);
+    for (int n = is_highlight ? 1 : 0; n > 0; --n) position = light_position(footprint_of(at, size, whole_size));
+    imageStore(out_places_img, at, position);
 #endif
-    imageStore(out_depth_img, at, vec4(texelFetch(depth_tx, place, 0).r * depth_scale));
+    imageStore(out_depth_img, at, vec4(texelFetch(depth_tx, source, 0).r * depth_scale));
 }

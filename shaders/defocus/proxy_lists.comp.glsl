@@ -1,5 +1,5 @@
-// Builds the fragment lists of a smaller picture: each pixel merges the lists of the pixels it stands
-// for and averages their coverage. Fragments at nearly the same distance become one; if too many are
+// Builds the fragment lists of a smaller picture: each pixel merges the lists of the pixels in its footprint
+// and averages their coverage. Fragments at nearly the same distance become one; if too many are
 // left, the range is cut into even steps of dioptres, because blur is linear in dioptres.
 // Compiled twice: COUNT writes the length of each list; WRITE, after peel_starts, the lists themselves.
 //
@@ -40,11 +40,11 @@ layout(std430) writeonly buffer proxy_fragment_block { uint proxy_fragment_buf[]
 #define WHOLE_COVER 0.9995
 #define SIDE_MOST 5        // pixels read along a side of a footprint; larger footprints are sampled evenly
 
-ivec2 whole_size;
+ivec2 whole_size;      // size of the whole picture
 Footprint footprint;
-bool has_fronts_seen;  // the list includes the visible surfaces, not just those behind
+bool includes_fronts;  // the list includes the visible surfaces, not just those behind
 ivec2 stride;          // step from one pixel read to the next
-float sampled_part;    // share of the footprint that was sampled
+float sampled_share;    // share of the footprint that was sampled
 float farthest_front;  // dioptres: pixels that show something farther do not count
 float farthest_group;  // dioptres: range of a list that would be too long; equal if it needs no cuts
 float nearest_group;
@@ -56,16 +56,17 @@ struct Group {
     float behind_cover;
 };
 
-void add(inout Group group, Fragment fragment, float part, inout float left, float low, float high) {
-    if (!has_fronts_seen && fragment.coc > farthest_front) return;  // the same surface as the visible one
+// Adds a fragment with dioptres from above `low` to `high`; `open` is the visible share of its pixel behind it.
+void add(inout Group group, Fragment fragment, float pixel_share, inout float open, float low, float high) {
+    if (!includes_fronts && fragment.coc > farthest_front) return;  // the same surface as the visible one
     if (fragment.coc > low && fragment.coc <= high) {
-        float seen = part * left * fragment.cover, hidden = part * (1.0 - left) * fragment.cover;
+        float seen = pixel_share * open * fragment.cover, hidden = pixel_share * (1.0 - open) * fragment.cover;
         group.seen += seen * vec4(fragment.color, fragment.coc);
         group.cover += seen;
         group.behind += hidden * vec4(fragment.color, fragment.coc);
         group.behind_cover += hidden;
     }
-    left *= 1.0 - fragment.cover;
+    open *= 1.0 - fragment.cover;
 }
 
 // The visible surface of a pixel without a list of its own.
@@ -76,8 +77,9 @@ Fragment front_of(ivec2 pixel) {
     return Fragment(x.rgb / max(cover, LEAST_COVER), cover, 1.0 / texelFetch(depth_tx, pixel, 0).r);
 }
 
+// True if a pixel of the footprint contributes to the list.
 bool is_counted(ivec2 pixel, List list) {
-    if (has_fronts_seen) return true;
+    if (includes_fronts) return true;
     return list.end > list.first && 1.0 / texelFetch(depth_tx, pixel, 0).r >= farthest_front;
 }
 
@@ -89,9 +91,9 @@ Group group_within(float low, float high) {
             ivec2 pixel = ivec2(x, y);
             List list = list_at(pixel);
             if (!is_counted(pixel, list)) continue;
-            float part = part_in(footprint, pixel) / sampled_part, left = 1.0;
-            if (has_fronts_seen && !list.has_front) add(group, front_of(pixel), part, left, low, high);
-            for (uint i = list.first; i < list.end; ++i) add(group, fragment_of(i), part, left, low, high);
+            float pixel_share = share_in(footprint, pixel) / sampled_share, open = 1.0;
+            if (includes_fronts && !list.has_front) add(group, front_of(pixel), pixel_share, open, low, high);
+            for (uint i = list.first; i < list.end; ++i) add(group, fragment_of(i), pixel_share, open, low, high);
         }
     return group;
 }
@@ -105,7 +107,7 @@ float nearest_from(float high) {
             List list = list_at(pixel);
             if (!is_counted(pixel, list)) continue;
             Fragment front = front_of(pixel);
-            bool is_front = has_fronts_seen && !list.has_front && front.cover > LEAST_COVER;
+            bool is_front = includes_fronts && !list.has_front && front.cover > LEAST_COVER;
             if (is_front && front.coc <= high) nearest = max(nearest, front.coc);
             for (uint i = list.first; i < list.end; ++i) {
                 float dioptres = fragment_of(i).coc;
@@ -124,20 +126,21 @@ float end_of_group(float nearest) {
     return number == float(GROUPS_MOST - 1) ? -0.5 : min(nearest_group - (number + 1.0) * cut, nearest);
 }
 
+// Sets the state for a pixel of the smaller picture.
 void begin(ivec2 at) {
     whole_size = textureSize(color_tx, 0);
     footprint = footprint_of(at, size, whole_size);
     stride = (footprint.last - footprint.first + SIDE_MOST) / SIDE_MOST;
-    has_fronts_seen = is_measured;
-    nearest_group = farthest_group = sampled_part = 0.0;
+    includes_fronts = is_measured;
+    nearest_group = farthest_group = sampled_share = 0.0;
     for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
         for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x)
-            has_fronts_seen = has_fronts_seen || list_at(ivec2(x, y)).has_front;
+            includes_fronts = includes_fronts || list_at(ivec2(x, y)).has_front;
     farthest_front = 1.0 / (imageLoad(depth_img, at).r * SAME_GROUP);
     for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
         for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x) {
             ivec2 pixel = ivec2(x, y);
-            if (is_counted(pixel, list_at(pixel))) sampled_part += part_in(footprint, pixel);
+            if (is_counted(pixel, list_at(pixel))) sampled_share += share_in(footprint, pixel);
         }
 }
 
@@ -170,12 +173,12 @@ void main() {
     begin(at);
     uint index = uint(at.y * size.x + at.x), count = 0u;
     // Skip the surface that a flat picture shows, unless the list includes it.
-    float high = has_fronts_seen ? 1e30 : farthest_front, left = 1.0;
-    bool has_front = false, is_first = has_fronts_seen;
+    float high = includes_fronts ? 1e30 : farthest_front, open = 1.0;
+    bool has_front = false, is_first = includes_fronts;
     limit_groups(high);
 #ifndef COUNT
-    uint start = proxy_start_buf[index] >> 1, room = (proxy_start_buf[index + 1u] >> 1) - start;
-    if (room == 0u) return;
+    uint start = proxy_start_buf[index] >> 1, list_capacity = (proxy_start_buf[index + 1u] >> 1) - start;
+    if (list_capacity == 0u) return;
 #endif
     for (int k = 0; k < 2 * GROUPS_MOST; ++k) {
         float nearest = nearest_from(high);
@@ -183,18 +186,18 @@ void main() {
         float low = end_of_group(nearest);
         Group group = group_within(low, high);
         high = low;
-        bool is_seen = group.cover > LEAST_COVER;
-        float cover = is_seen ? min(group.cover / max(left, LEAST_COVER), 1.0) : group.behind_cover;
+        bool is_visible = group.cover > LEAST_COVER;
+        float cover = is_visible ? min(group.cover / max(open, LEAST_COVER), 1.0) : group.behind_cover;
         if (cover >= WHOLE_COVER) cover = 1.0;
         // Hidden surfaces must not fill the rest of the pixel, which belongs to visible ones.
-        if (cover <= LEAST_COVER || !is_seen && left > 0.0) continue;
-        if (is_seen) left = max(left - group.cover, 0.0);
-        if (left < LEAST_COVER) left = 0.0;
+        if (cover <= LEAST_COVER || !is_visible && open > 0.0) continue;
+        if (is_visible) open = max(open - group.cover, 0.0);
+        if (open < LEAST_COVER) open = 0.0;
         bool is_shown = is_first && cover == 1.0;  // the picture itself shows it
         has_front = has_front || is_first && !is_shown;
 #ifndef COUNT
-        vec4 mean = is_seen ? group.seen / group.cover : group.behind / group.behind_cover;
-        if (!is_shown && count < room) write_fragment(start + count, mean.rgb, cover, mean.a);
+        vec4 mean = is_visible ? group.seen / group.cover : group.behind / group.behind_cover;
+        if (!is_shown && count < list_capacity) write_fragment(start + count, mean.rgb, cover, mean.a);
         if (is_first && !is_shown) imageStore(depth_img, at, vec4(1.0 / mean.a));
 #endif
         is_first = false;

@@ -1,6 +1,6 @@
-// Builds the fragment lists of a smaller picture from a plate that has none: a pixel whose footprint holds a
-// near and a far surface lists both, each with its colour, coverage and distance. Without that, a thing
-// narrower than the pixel would be mixed with what is behind it, and both would be blurred alike.
+// Builds the fragment lists of a smaller picture from a plate without lists: a pixel whose footprint contains a
+// near and a far surface lists both, each with its colour, coverage and distance. Otherwise a thing
+// narrower than the pixel would be mixed with the surface behind it, and both would be blurred alike.
 // Compiled twice: COUNT writes the length of each list; the other, after peel_starts, the lists themselves.
 //
 // Inputs
@@ -57,24 +57,24 @@ float border() {
 }
 
 #ifndef COUNT
-// What lies nearer than the border, or beyond it.
+// The mean of all pixels of the footprint nearer than the border, or of those farther away.
 Surface surface(float border, bool is_near) {
     Surface sum = Surface(vec4(0.0), 0.0, 0.0);
     for (int y = footprint.first.y; y <= footprint.last.y; ++y)
         for (int x = footprint.first.x; x <= footprint.last.x; ++x) {
             ivec2 pixel = ivec2(x, y);
-            float dioptres = dioptres_at(pixel), part = part_in(footprint, pixel);
+            float dioptres = dioptres_at(pixel), pixel_share = share_in(footprint, pixel);
             if (dioptres > border != is_near) continue;
-            sum.color += part * texelFetch(color_tx, pixel, 0);
-            sum.dioptres += part * dioptres;
-            sum.share += part;
+            sum.color += pixel_share * texelFetch(color_tx, pixel, 0);
+            sum.dioptres += pixel_share * dioptres;
+            sum.share += pixel_share;
         }
     return sum;
 }
 
-void write_fragment(uint number, Surface surface, float left) {
+void write_fragment(uint number, Surface surface, float open) {
     vec3 color = surface.color.rgb / max(surface.color.a, LEAST_COVER);
-    float cover = clamp(surface.color.a / left, 0.0, 1.0);
+    float cover = clamp(surface.color.a / open, 0.0, 1.0);
     uvec3 words = fragment_words(color, cover, surface.dioptres / surface.share);
     for (uint i = 0u; i < WORDS; ++i) proxy_fragment_buf[WORDS * number + i] = words[i];
 }

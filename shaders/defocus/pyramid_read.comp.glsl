@@ -28,27 +28,30 @@ layout(rgba32f) uniform writeonly image2D out_color_img;
 
 float level_variance(int level) { return (exp2(2.0 * float(level)) - 1.0) / 2.0; }
 
+// A texel of a level, clamped to its edge.
 vec4 texel(int level, ivec2 at) {
     if (level == 0) return texelFetch(color_tx, clamp(at, ivec2(0), textureSize(color_tx, 0) - 1), 0);
-    ivec4 place = places[level - 1];
-    return texelFetch(pyramid_tx, place.xy + clamp(at, ivec2(0), place.zw - 1), 0);
+    ivec4 level_position = places[level - 1];
+    return texelFetch(pyramid_tx, level_position.xy + clamp(at, ivec2(0), level_position.zw - 1), 0);
 }
 
+// A level at a pixel of the picture, interpolated linearly.
 vec4 level_at(int level, vec2 at) {
-    vec2 place = at / exp2(float(level)), part = fract(place);
-    ivec2 low = ivec2(floor(place));
-    vec4 above = mix(texel(level, low), texel(level, low + ivec2(1, 0)), part.x);
-    vec4 below = mix(texel(level, low + ivec2(0, 1)), texel(level, low + 1), part.x);
-    return mix(above, below, part.y);
+    vec2 level_position = at / exp2(float(level)), fraction = fract(level_position);
+    ivec2 low = ivec2(floor(level_position));
+    vec4 above = mix(texel(level, low), texel(level, low + ivec2(1, 0)), fraction.x);
+    vec4 below = mix(texel(level, low + ivec2(0, 1)), texel(level, low + 1), fraction.x);
+    return mix(above, below, fraction.y);
 }
 
+// The picture with a blur of this variance, mixed from two levels.
 vec4 blurred_at(vec2 at, float variance) {
     int level = clamp(int(floor(0.5 * log2(2.0 * variance + 1.0))), 0, levels);
     vec4 low = level_at(level, at);
     if (level == levels) return low;
     float from = level_variance(level), to = level_variance(level + 1);
-    float part = clamp((variance - from) / (to - from), 0.0, 1.0);
-    return part == 0.0 ? low : mix(low, level_at(level + 1, at), part);
+    float fraction = clamp((variance - from) / (to - from), 0.0, 1.0);
+    return fraction == 0.0 ? low : mix(low, level_at(level + 1, at), fraction);
 }
 
 void main() {
@@ -56,19 +59,19 @@ void main() {
     if (any(greaterThanEqual(at, textureSize(color_tx, 0)))) return;
     float coc = min(abs(texelFetch(coc_tx, at, 0).r), 1e9);
     vec2 variances = aperture_variances(0.5 * coc);
-    float least = min(variances.x, variances.y), more = max(variances.x, variances.y) - least;
+    float least = min(variances.x, variances.y), extra_variance = max(variances.x, variances.y) - least;
     vec4 color = vec4(0.0);
-    if (more <= 1e-6 * least) {
+    if (extra_variance <= 1e-6 * least) {
         color = blurred_at(vec2(at), least);
     } else {
-        vec2 tap = (variances.x > variances.y ? vec2(1, 0) : vec2(0, 1)) * sqrt(more / TAPS_VARIANCE);
+        vec2 tap = (variances.x > variances.y ? vec2(1, 0) : vec2(0, 1)) * sqrt(extra_variance / TAPS_VARIANCE);
         float weight = 0.0;
         for (int k = -TAPS; k <= TAPS; ++k) {
             float w = exp(-0.5 * float(k * k) / (TAP_SPREAD * TAP_SPREAD));
-            vec2 there = vec2(at) + float(k) * tap;
-            if (any(lessThan(there, vec2(0.0))) || any(greaterThan(there, vec2(textureSize(color_tx, 0) - 1))))
+            vec2 tap_at = vec2(at) + float(k) * tap;
+            if (any(lessThan(tap_at, vec2(0.0))) || any(greaterThan(tap_at, vec2(textureSize(color_tx, 0) - 1))))
                 continue;
-            color += w * blurred_at(there, least);
+            color += w * blurred_at(tap_at, least);
             weight += w;
         }
         color /= weight;

@@ -15,6 +15,7 @@ uniform vec2 centre;
 uniform float ratio;
 writeonly uniform image2D out_img;
 
+// The cubic's weights of four neighbouring pixels, for a fraction `t` between the middle two.
 vec4 weights(float t) {
     float t2 = t * t, t3 = t2 * t;
     return 0.5 * vec4(-t3 + 2.0 * t2 - t, 3.0 * t3 - 5.0 * t2 + 2.0, -3.0 * t3 + 4.0 * t2 + t, t3 - t2);
@@ -23,9 +24,9 @@ vec4 weights(float t) {
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_img);
     if (any(greaterThanEqual(at, size))) return;
-    vec2 place = centre + (vec2(at) + 0.5 - centre) * ratio - 0.5;
-    ivec2 first = ivec2(floor(place));
-    vec4 across = weights(place.x - float(first.x)), down = weights(place.y - float(first.y));
+    vec2 source_position = centre + (vec2(at) + 0.5 - centre) * ratio - 0.5;
+    ivec2 first = ivec2(floor(source_position));
+    vec4 across = weights(source_position.x - float(first.x)), down = weights(source_position.y - float(first.y));
     vec4 sum = vec4(0.0), low = vec4(0.0), high = vec4(0.0);
     for (int j = 0; j < 4; ++j)
         for (int i = 0; i < 4; ++i) {

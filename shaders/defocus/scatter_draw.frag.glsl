@@ -11,10 +11,10 @@ layout(location = 0) out vec4 out_light;
 layout(location = 1) out float out_cover;
 
 void main() {
-    Cover part = Cover(1.0);
+    Cover disc_share = Cover(1.0);
     if (most_of(share) >= 0.0)
-        part = share * aperture_coverage(gl_FragCoord.xy - centre, radius, DISC_RAMP_PX, centre);
-    if (most_of(part) == 0.0) discard;
-    out_light = times(part, color);
-    out_cover = green_of(part);
+        disc_share = share * aperture_coverage(gl_FragCoord.xy - centre, radius, DISC_RAMP_PX, centre);
+    if (most_of(disc_share) == 0.0) discard;
+    out_light = times(disc_share, color);
+    out_cover = green_of(disc_share);
 }

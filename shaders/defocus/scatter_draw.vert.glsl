@@ -18,8 +18,9 @@ flat out vec4 color;
 #ifdef SHAPED
 #define SUMMED_PX 4.0  // discs up to this radius are summed pixel by pixel
 
-float rounded(float coc) { return coc; }
+float round_coc(float coc) { return coc; }
 
+// The sum of the coverage of all pixels by a disc.
 Cover disc_sum(float coc) {
     vec2 reach = aperture_reach(0.5 * coc, DISC_RAMP_PX);
     if (max(reach.x, reach.y) > SUMMED_PX) return aperture_light(0.5 * coc, DISC_RAMP_PX, centre);
@@ -34,7 +35,7 @@ Cover disc_sum(float coc) {
 // A small disc's coc is rounded to eighths, so that its sum is known exactly. Its sign does not count.
 #define STEPS_A_PX float(SCATTER_STEPS_A_PX)
 
-float rounded(float coc) {
+float round_coc(float coc) {
     coc = abs(coc);
     return int(round(coc * STEPS_A_PX)) < SCATTER_DISC_SUMS ? round(coc * STEPS_A_PX) / STEPS_A_PX : coc;
 }
@@ -51,7 +52,7 @@ void main() {
     ivec2 at = ivec2(int(in_pixel) % size.x, int(in_pixel) / size.x);
     float coc = texelFetch(coc_tx, at, 0).r;
     bool sharp = is_one_pixel(0.5 * coc);
-    coc = rounded(coc);
+    coc = round_coc(coc);
     color = texelFetch(color_tx, at, 0);
     centre = vec2(at) + 0.5;
     radius = 0.5 * coc;

@@ -1,13 +1,13 @@
-// A counting sort of the pixels by depth, an invocation for each row of the picture, so that the order
-// is deterministic. Compiled twice: COUNT tallies each row's bins; otherwise pixels are written to the
-// positions given by the tallies. A bin spans a quarter of its circle of confusion, or 2 px near focus.
+// A counting sort of the pixels by depth. Each invocation sorts a row of the picture, which makes the order
+// deterministic. Compiled twice: COUNT counts the pixels of each bin in each row; otherwise pixels are written to
+// the positions given by these counts. A bin spans a quarter of its circle of confusion, or 2 px near focus.
 //
 // Input
 //   coc_tx       signed diameter in pixels
 // COUNT output
 //   place_buf    pixels of each bin in each row
 // Otherwise
-//   place_buf    where a row's pixels of each bin begin (advanced in a copy of its own)
+//   place_buf    position in pixel_buf at which each row's pixels of each bin begin
 //   pixel_buf    y * width + x, by bin
 
 layout(local_size_x = ROW_GROUP) in;

@@ -1,5 +1,4 @@
-// Sets the masks of lib/hidden.lib.glsl, for several layers: every pixel of a layer's active tiles is
-// visible.
+// Marks every pixel in the active tiles of several layers as visible, in the masks of lib/hidden.lib.glsl.
 //
 // Output
 //   bits_buf   32 pixels a word, along each direction; 0 beyond the picture's edge too
@@ -21,8 +20,8 @@ int run_in_tile(ivec2 at, ivec2 direction) {
     return direction.x < 0 ? min(run, in_tile.x + 1) : run;
 }
 
-// Where a line enters the picture, and where it has left it.
-ivec2 inside(int k, int line, ivec2 size) {
+// The first position of a line inside the picture, and the one after its last.
+ivec2 line_range(int k, int line, ivec2 size) {
     if (k < 2) return ivec2(0, k == 0 ? size.x : size.y);
     ivec2 ends = k == 2 ? ivec2(size.y - line, size.x + size.y - line) : ivec2(line + 1 - size.x, line + 1);
     return clamp(ends, ivec2(0), ivec2(size.y));
@@ -33,7 +32,7 @@ void main() {
     ivec2 size = layer_sizes[layer];
     int per_line = words_per_line(k, size), line = word / per_line, begin = word % per_line * 32;
     if (line >= lines_of(k, size)) return;
-    ivec2 ends = inside(k, line, size);
+    ivec2 ends = line_range(k, line, size);
     int first_tile = layer * tile_words, tiles_across = (size.x + TILE - 1) / TILE;
     uint bits = 0u;
     for (int i = max(begin, ends.x), end = min(begin + 32, ends.y); i < end;) {

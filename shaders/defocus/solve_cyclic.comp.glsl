@@ -38,44 +38,46 @@ void load(int slot, ivec2 at, int i) {
     Source r = source_of(before, here, after, left, right), end = source_of(here, here, here, 0.0, 0.0);
     float ends = float(!has_left) + float(!has_right);
     for (int p = 0; p < POLES; ++p) {
-        Num beyond = ends * repeated_heat(p, here);
+        Num end_heat = ends * repeated_heat(p, here);
         link_buf[index_of(slot, i, p)] =
-            Link(num(specific_heat(here)) + beyond, flow(p, left), flow(p, right));
-        r_buf[index_of(slot, i, p)] = source(r, p) + mul(beyond, source(end, p));
+            Link(num(specific_heat(here)) + end_heat, flow(p, left), flow(p, right));
+        r_buf[index_of(slot, i, p)] = source(r, p) + mul(end_heat, source(end, p));
     }
 }
 
+// Eliminates the neighbours of pixel i at a distance of `reach` into it.
 void reduce(int slot, int i, int p) {
-    int me = index_of(slot, i, p);
-    Link mine = link_buf[me];
-    Value r = r_buf[me];
+    int own = index_of(slot, i, p);
+    Link mine = link_buf[own];
+    Value r = r_buf[own];
     if (i >= reach) {
         int k = index_of(slot, i - reach, p);
-        Link gone = link_buf[k];
-        Num share = mul(gone.right, inverse_sum(gone));
-        mine.ground += mul(gone.ground, share);
-        mine.left = mul(gone.left, share);
+        Link removed = link_buf[k];
+        Num share = mul(removed.right, inverse_sum(removed));
+        mine.ground += mul(removed.ground, share);
+        mine.left = mul(removed.left, share);
         r += mul(share, r_buf[k]);
     }
     if (i + reach < line_length) {
         int k = index_of(slot, i + reach, p);
-        Link gone = link_buf[k];
-        Num share = mul(gone.left, inverse_sum(gone));
-        mine.ground += mul(gone.ground, share);
-        mine.right = mul(gone.right, share);
+        Link removed = link_buf[k];
+        Num share = mul(removed.left, inverse_sum(removed));
+        mine.ground += mul(removed.ground, share);
+        mine.right = mul(removed.right, share);
         r += mul(share, r_buf[k]);
     }
-    link_buf[me] = mine;
-    r_buf[me] = r;
+    link_buf[own] = mine;
+    r_buf[own] = r;
 }
 
+// Computes the solution of pixel i from those of its neighbours at a distance of `reach`.
 void substitute(int slot, int i, int p) {
-    int me = index_of(slot, i, p);
-    Link mine = link_buf[me];
-    Value sum = r_buf[me];
+    int own = index_of(slot, i, p);
+    Link mine = link_buf[own];
+    Value sum = r_buf[own];
     if (i >= reach) sum += mul(mine.left, r_buf[index_of(slot, i - reach, p)]);
     if (i + reach < line_length) sum += mul(mine.right, r_buf[index_of(slot, i + reach, p)]);
-    r_buf[me] = mul(inverse_sum(mine), sum);
+    r_buf[own] = mul(inverse_sum(mine), sum);
 }
 
 void store_answers(int slot, ivec2 at, int i) {

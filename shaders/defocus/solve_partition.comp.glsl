@@ -11,10 +11,10 @@
 //   ------[ S ]--------[ i ]--[ i ]--[ i ]--[ i ]------------[ S ]------
 //            `----------- c: conductance to the current pixel
 //
-// A workgroup solves a segment, tiles of a line that follow each other and that are active, in as many
-// lines as its invocations are enough for (lib/line_segment.lib.glsl); so short segments leave few
-// invocations idle, and columns load coalesced. Around a segment, and beyond the line's end, pixels are
-// connected to nothing, and are neither read nor written. Every invocation reaches every barrier.
+// A workgroup solves a segment, which is a run of active tiles of a line, in as many lines as it has invocations for
+// (lib/line_segment.lib.glsl): short segments leave few invocations idle, and columns load coalesced. Pixels
+// around a segment and beyond the line's end are not connected, and are neither read nor written. Every invocation
+// reaches every barrier.
 //
 // SYSTEM names the network, a lib file that follows the contract in shaders/README.md. To save registers
 // its channels are solved in PARTS, and each pixel is requested in two steps, as the contract says.
@@ -47,29 +47,30 @@ Num inverse_sum_of(int slot) { return inverted(g_sh[slot] + left_sh[slot] + righ
 
 // Eliminates the separators `reach` before and after the one that stays.
 void reduce_onto(int run, int reach) {
-    int me = slot_of(run), i = slot_of(run - reach);
+    int own = slot_of(run), i = slot_of(run - reach);
     Num share = mul(right_sh[i], inverse_sum_of(i));
-    g_sh[me] += mul(g_sh[i], share);
-    r_sh[me] += mul(share, r_sh[i]);
-    left_sh[me] = mul(left_sh[i], share);
+    g_sh[own] += mul(g_sh[i], share);
+    r_sh[own] += mul(share, r_sh[i]);
+    left_sh[own] = mul(left_sh[i], share);
     if (run + reach >= runs) return;
     int k = slot_of(run + reach);
     share = mul(left_sh[k], inverse_sum_of(k));
-    g_sh[me] += mul(g_sh[k], share);
-    r_sh[me] += mul(share, r_sh[k]);
-    right_sh[me] = mul(right_sh[k], share);
+    g_sh[own] += mul(g_sh[k], share);
+    r_sh[own] += mul(share, r_sh[k]);
+    right_sh[own] = mul(right_sh[k], share);
 }
 
+// Computes the solution of a separator from those `reach` before and after it.
 void substitute_between(int run, int reach) {
-    int me = slot_of(run);
-    Value sum = r_sh[me];
-    if (run >= reach) sum += mul(left_sh[me], r_sh[slot_of(run - reach)]);
-    if (run + reach < runs) sum += mul(right_sh[me], r_sh[slot_of(run + reach)]);
-    r_sh[me] = mul(inverse_sum_of(me), sum);
+    int own = slot_of(run);
+    Value sum = r_sh[own];
+    if (run >= reach) sum += mul(left_sh[own], r_sh[slot_of(run - reach)]);
+    if (run + reach < runs) sum += mul(right_sh[own], r_sh[slot_of(run + reach)]);
+    r_sh[own] = mul(inverse_sum_of(own), sum);
 }
 
-// Solves the chain of separators; the solution replaces r_sh. The first invocations do the work, so that
-// whole waves are idle when few separators are left.
+// Solves the chain of separators; the solution replaces r_sh. The first invocations do the work: when few
+// separators are left, whole waves are idle.
 void solve_separators(int worker) {
     int reach = 1;
     for (; 2 * reach <= runs; reach *= 2) {
@@ -96,17 +97,17 @@ struct Run {
     float b[RUN + 1];       // conductances: to the pixel before, between the pixels, to the pixel after
 };
 
-ivec2 place_in(Run r, int i) { return pixel_at(r.line, clamp(i, r.first, r.last)); }
+ivec2 clamped_pixel(Run r, int i) { return pixel_at(r.line, clamp(i, r.first, r.last)); }
 
 void read_links(inout Run r) {
-    Link before = link_at(place_in(r, r.start - 1));
+    Link before = link_at(clamped_pixel(r, r.start - 1));
     for (int j = 0; j < RUN; ++j) {
-        r.link[j] = link_at(place_in(r, r.start + j));
+        r.link[j] = link_at(clamped_pixel(r, r.start + j));
         bool is_joined = j == 0 ? r.first < r.start : j < r.count;
         if (is_joined) r.b[j] = conductance(before, r.link[j]);
         before = r.link[j];
     }
-    if (r.last == r.start + RUN) r.b[RUN] = conductance(before, link_at(place_in(r, r.start + RUN)));
+    if (r.last == r.start + RUN) r.b[RUN] = conductance(before, link_at(clamped_pixel(r, r.start + RUN)));
 }
 
 // The run from `start` on in a segment from pixel `begin` to before `end`.
@@ -122,15 +123,16 @@ Run run_from(int line, int start, int begin, int end) {
     return r;
 }
 
+// True if the run contains the first, or the last, pixel of a line with repeated pixels beyond its ends.
 bool has_begin(Run r) { return IS_REPEATED && r.count > 0 && r.start == 0; }
 bool has_end(Run r) { return IS_REPEATED && r.count > 0 && r.start + r.count == line_length; }
 
 void read_sources(Run r, int part, int pole, inout Value y[RUN]) {
     if (r.count == 0) return;
-    Input before = input_at(place_in(r, r.start - 1), part, pole);
-    Input here = input_at(place_in(r, r.start), part, pole);
+    Input before = input_at(clamped_pixel(r, r.start - 1), part, pole);
+    Input here = input_at(clamped_pixel(r, r.start), part, pole);
     for (int j = 0; j < RUN; ++j) {
-        Input after = input_at(place_in(r, r.start + j + 1), part, pole), next = after;
+        Input after = input_at(clamped_pixel(r, r.start + j + 1), part, pole), next = after;
         if (r.b[j] == 0.0) before = here;
         if (r.b[j + 1] == 0.0) next = here;
         if (j < r.count) y[j] = source(source_of(before, here, next, r.b[j], r.b[j + 1]), part, pole);
@@ -169,7 +171,7 @@ struct Shares {
 
 // Eliminates all but the last pixel of a run, whose right-hand sides are in y, onto its two ends.
 void eliminate_run(Run r, int pole, int run, Ends ends, inout Value y[RUN], out Shares shares) {
-    int me = slot_of(run);
+    int own = slot_of(run);
     Num c = flow(pole, r.b[0]), g = heat_of(r, 0, ends), g_left = ZERO_NUM;
     Value r_left = ZERO_VALUE;
     for (int j = 0; j < RUN - 1; ++j) {
@@ -184,24 +186,25 @@ void eliminate_run(Run r, int pole, int run, Ends ends, inout Value y[RUN], out 
         y[j + 1] += mul(shares.next[j], y[j]);
         y[j] = mul(inverse_sum, y[j]);
     }
-    g_sh[me] = g_left;
-    r_sh[me] = r_left;
-    left_sh[me] = c;
+    g_sh[own] = g_left;
+    r_sh[own] = r_left;
+    left_sh[own] = c;
     barrier();
     Num right = ZERO_NUM;
     if (run + 1 < runs) {
-        int after_me = slot_of(run + 1);
-        g += g_sh[after_me];
-        y[RUN - 1] += r_sh[after_me];
-        right = left_sh[after_me];
+        int next_slot = slot_of(run + 1);
+        g += g_sh[next_slot];
+        y[RUN - 1] += r_sh[next_slot];
+        right = left_sh[next_slot];
     }
     barrier();
-    g_sh[me] = g;
-    r_sh[me] = y[RUN - 1];
-    right_sh[me] = right;
+    g_sh[own] = g;
+    r_sh[own] = y[RUN - 1];
+    right_sh[own] = right;
     barrier();
 }
 
+// Computes the solution of all pixels of a run from those of its two ends.
 void substitute_run(int run, Shares shares, inout Value y[RUN]) {
     Value left_end = run > 0 ? r_sh[slot_of(run - 1)] : ZERO_VALUE;
     y[RUN - 1] = r_sh[slot_of(run)];
@@ -223,6 +226,7 @@ void add_ends(Run r, Ends ends, int part, int pole, inout Value y[RUN]) {
         if (j == r.count - 1) y[j] += last;
 }
 
+// Solves one part of one pole, and adds it to the output.
 void solve_pole(Run r, int run, int part, int pole, inout Output o[RUN]) {
     Value y[RUN];
     Shares shares;

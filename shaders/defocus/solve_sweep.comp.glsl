@@ -1,8 +1,8 @@
 // Solves a line with one invocation: forward elimination, backward substitution, all poles at once.
 // It needs the least arithmetic of all strategies, and suits CPUs, where a few wide cores run a line each.
 //
-// In network form: eliminating a pixel hands the share w_i of its heat capacity and of its source on to
-// the next one. No diagonal is ever formed, so that nothing cancels next to a wide blur:
+// In network form: an eliminated pixel passes the share w_i of its heat capacity and of its source to the next one.
+// No diagonal is ever formed, and so nothing cancels next to a wide blur:
 //   u_i = g_i + w_(i-1) u_(i-1)      s_i = r_i + w_(i-1) s_(i-1)      w_i = b_i / (u_i + b_i)
 //   y_i = s_i / (u_i + b_i) + w_i y_(i+1)
 //
@@ -24,16 +24,16 @@ layout(std430) buffer sweep_heat_block { Num u_buf[]; };
 #define BLOCKS_PER_LINE ((line_length + BLOCK - 1) / BLOCK)
 
 // Loop bodies of the functions below, for each pole or for each pixel of a block.
-#define ELIMINATE_POLE(p) eliminate_pole(front, at.here, source(r, p), b_out, p, gone);
-#define FORGET_POLE(p) front.source[p] = ZERO_VALUE; front.heat[p] = ZERO_NUM;
-#define KEEP_POLE(p) s_buf[kept_at(slot, i, p)] = front.source[p]; u_buf[kept_at(slot, i, p)] = front.heat[p];
-#define TAKE_POLE(p) front.source[p] = s_buf[kept_at(slot, i, p)]; front.heat[p] = u_buf[kept_at(slot, i, p)];
-#define SUBSTITUTE_POLE(p) y[p] = mul(gone.inverse[p], gone.s[p]) + mul(gone.w[p], y[p]); add_pole(o, p, y[p]);
-#define ELIMINATE_AGAIN(j) eliminate(front, at, line, run, first + j, gone[j]);
-#define SUBSTITUTE(j) substitute(gone[j], y, pixel_at(line, first + j), first + j < run.end);
+#define ELIMINATE_POLE(p) eliminate_pole(front, at.here, source(r, p), b_out, p, removed);
+#define CLEAR_FRONT_POLE(p) front.source[p] = ZERO_VALUE; front.heat[p] = ZERO_NUM;
+#define SAVE_POLE(p) s_buf[state_index(slot, i, p)] = front.source[p]; u_buf[state_index(slot, i, p)] = front.heat[p];
+#define LOAD_POLE(p) front.source[p] = s_buf[state_index(slot, i, p)]; front.heat[p] = u_buf[state_index(slot, i, p)];
+#define SUBSTITUTE_POLE(p) y[p] = mul(removed.inverse[p], removed.s[p]) + mul(removed.w[p], y[p]); add_pole(o, p, y[p]);
+#define ELIMINATE_AGAIN(j) eliminate(front, at, line, run, first + j, removed[j]);
+#define SUBSTITUTE(j) substitute(removed[j], y, pixel_at(line, first + j), first + j < run.end);
 #define CLEAR_POLE(p) y[p] = ZERO_VALUE;
 #define REPEAT_FIRST_POLE(p) front.heat[p] = repeated_heat(p, here); front.source[p] = mul(front.heat[p], source(r, p));
-#define REPEAT_LAST_POLE(p) y[p] = repeated(front.heat[p], front.source[p], repeated_heat(p, here), source(r, p));
+#define REPEAT_LAST_POLE(p) y[p] = repeat_end(front.heat[p], front.source[p], repeated_heat(p, here), source(r, p));
 
 // The state carried over from the previous pixels.
 struct Front {
@@ -48,31 +48,33 @@ struct Eliminated {
     Num inverse[POLES], w[POLES];
 };
 
-struct Run {  // range of connected pixels known to a tile
+// The range of connected pixels around a tile.
+struct Run {
     int start, end;
     int joined_end;  // pixels before it have a neighbour after them
 };
 
-bool is_in_work(int line, int tile) {
+// True if a tile of a line is active.
+bool is_active_tile(int line, int tile) {
     if (tile < 0 || tile * TILE >= line_length) return false;
     return is_tile_active(tile * axis + line / TILE * axis.yx);
 }
 
 Run run_of(int line, int tile) {
-    int start = is_in_work(line, tile - 1) ? 0 : tile * TILE;
-    int end = is_in_work(line, tile + 1) ? line_length : min((tile + 1) * TILE, line_length);
+    int start = is_active_tile(line, tile - 1) ? 0 : tile * TILE;
+    int end = is_active_tile(line, tile + 1) ? line_length : min((tile + 1) * TILE, line_length);
     return Run(start, end, IS_REPEATED && end == line_length ? end + TILE : end);
 }
 
-// The first active tile from this one on (or the number of tiles), and the last one up to it (or -1). A
-// CPU that solves lines side by side runs a loop body for all of them, even those with nothing to do;
-// so each line skips inactive tiles here, in a loop that costs next to nothing.
-int next_in_work(int line, int tile, int tiles) {
-    while (tile < tiles && !is_in_work(line, tile)) ++tile;
+// The first active tile from this one on (or the number of tiles), and the last one up to it (or -1). Each line skips
+// its inactive tiles in this cheap loop, because a CPU that solves lines side by side runs a loop body for all of
+// them, also for those with nothing to do.
+int next_active(int line, int tile, int tiles) {
+    while (tile < tiles && !is_active_tile(line, tile)) ++tile;
     return tile;
 }
-int last_in_work(int line, int tile) {
-    while (tile >= 0 && !is_in_work(line, tile)) --tile;
+int last_active(int line, int tile) {
+    while (tile >= 0 && !is_active_tile(line, tile)) --tile;
     return tile;
 }
 
@@ -83,54 +85,54 @@ Input input_in(int line, Run run, int i) {
     return input_at(pixel_at(line, clamp(i, run.start, run.end - 1)));
 }
 
-// A pixel, its predecessor, and the flow between the two.
-struct Place {
+// A pixel, its predecessor, and the conductance between the two.
+struct PixelPair {
     Input before, here;
     float b_in;
 };
 
-Place place_at(int line, Run run, int i) {
-    Place at;
+PixelPair pair_at(int line, Run run, int i) {
+    PixelPair at;
     at.here = input_in(line, run, i);
     at.before = input_in(line, run, i - 1);
     at.b_in = i > run.start ? conductance(at.before, at.here) : 0.0;
     return at;
 }
 
-void eliminate_pole(inout Front front, Input here, Value r, float b_out, int p, inout Eliminated gone) {
+void eliminate_pole(inout Front front, Input here, Value r, float b_out, int p, inout Eliminated removed) {
     Num to_next = flow(p, b_out), u = num(specific_heat(here)) + front.heat[p];
     Value s = r + front.source[p];
     Num inverse = inverted(u + to_next), w = mul(to_next, inverse);
-    gone.s[p] = s;
-    gone.inverse[p] = inverse;
-    gone.w[p] = w;
+    removed.s[p] = s;
+    removed.inverse[p] = inverse;
+    removed.w[p] = w;
     front.source[p] = mul(w, s);
     front.heat[p] = mul(w, u);
 }
 
 // Eliminates pixel i, and goes on to the next.
-void eliminate(inout Front front, inout Place at, int line, Run run, int i, inout Eliminated gone) {
+void eliminate(inout Front front, inout PixelPair at, int line, Run run, int i, inout Eliminated removed) {
     Input after = input_in(line, run, i + 1);
     float b_out = i + 1 < run.joined_end ? conductance(at.here, after) : 0.0;
     Source r = source_of(at.before, at.here, after, at.b_in, b_out);
     EACH_POLE(ELIMINATE_POLE)
-    gone.here = at.here;
-    at = Place(at.here, after, b_out);
+    removed.here = at.here;
+    at = PixelPair(at.here, after, b_out);
 }
 
-int kept_at(int slot, int i, int p) { return (slot * BLOCKS_PER_LINE + i / BLOCK) * POLES + p; }
+int state_index(int slot, int i, int p) { return (slot * BLOCKS_PER_LINE + i / BLOCK) * POLES + p; }
 
-void forget(out Front front) {
-    EACH_POLE(FORGET_POLE)
+void clear_front(out Front front) {
+    EACH_POLE(CLEAR_FRONT_POLE)
 }
 
-// The heat capacities beyond both ends of the line.
+// Adds the heat capacity of the repeated pixels before the line's first pixel.
 void repeat_first(inout Front front, Input here) {
     Source r = source_of(here, here, here, 0.0, 0.0);
     EACH_POLE(REPEAT_FIRST_POLE)
 }
 
-Value repeated(Num heat, Value from_before, Num beyond, Value x) {
+Value repeat_end(Num heat, Value from_before, Num beyond, Value x) {
     Num whole = num(1.0) + beyond;
     return mul(inverted(heat + whole), from_before + mul(whole, x));
 }
@@ -140,60 +142,64 @@ void repeat_last(Front front, Input here, inout Value y[POLES]) {
     EACH_POLE(REPEAT_LAST_POLE)
 }
 
-void keep(Front front, int slot, int i) {
-    EACH_POLE(KEEP_POLE)
+// Stores the state before a block of pixels.
+void save_front(Front front, int slot, int i) {
+    EACH_POLE(SAVE_POLE)
 }
 
-void take(out Front front, int slot, int i) {
-    EACH_POLE(TAKE_POLE)
+// Loads the state before a block of pixels.
+void load_front(out Front front, int slot, int i) {
+    EACH_POLE(LOAD_POLE)
 }
 
-// y becomes the answer right after the last block; where no run reaches the line's end, it is not used.
+// Eliminates all active pixels of a line. y becomes the solution right after the last block; it is used only if a
+// run reaches the line's end. The loops are `do ... while`, see shaders/README.md.
 void eliminate_forward(int line, int slot, int tiles, out Value y[POLES]) {
     Front front;
-    Place at;
-    Eliminated gone;
+    PixelPair at;
+    Eliminated removed;
     EACH_POLE(CLEAR_POLE)
-    int tile = next_in_work(line, 0, tiles);
-    forget(front);
+    int tile = next_active(line, 0, tiles);
+    clear_front(front);
     if (IS_REPEATED && tile == 0) repeat_first(front, input_in(line, run_of(line, 0), 0));
     if (tile < tiles) do {
         int blocks = blocks_of(tile), block = 0;
         Run run = run_of(line, tile);
-        if (run.start > 0) forget(front);
-        if (run.start == tile * TILE) at = place_at(line, run, run.start);
+        if (run.start > 0) clear_front(front);
+        if (run.start == tile * TILE) at = pair_at(line, run, run.start);
         do {
             int first = tile * TILE + block * BLOCK, j = 0;
-            keep(front, slot, first);
-            do eliminate(front, at, line, run, first + j, gone); while (++j < BLOCK);
+            save_front(front, slot, first);
+            do eliminate(front, at, line, run, first + j, removed); while (++j < BLOCK);
         } while (++block < blocks);
-        tile = next_in_work(line, tile + 1, tiles);
+        tile = next_active(line, tile + 1, tiles);
     } while (tile < tiles);
-    for (int n = IS_REPEATED && is_in_work(line, tiles - 1) ? 1 : 0; n > 0; --n) repeat_last(front, at.here, y);
+    for (int n = IS_REPEATED && is_active_tile(line, tiles - 1) ? 1 : 0; n > 0; --n) repeat_last(front, at.here, y);
 }
 
-void substitute(Eliminated gone, inout Value y[POLES], ivec2 at, bool is_inside) {
+void substitute(Eliminated removed, inout Value y[POLES], ivec2 at, bool is_inside) {
     Output o;
     clear_output(o);
     EACH_POLE(SUBSTITUTE_POLE)
-    if (is_inside) store(at, gone.here, o);
+    if (is_inside) store(at, removed.here, o);
 }
 
+// Computes and stores the solution of all active pixels of a line, from the last to the first.
 void substitute_back(int line, int slot, int tiles, inout Value y[POLES]) {
-    int tile = last_in_work(line, tiles - 1);
+    int tile = last_active(line, tiles - 1);
     if (tile >= 0) do {
         Run run = run_of(line, tile);
         int block = blocks_of(tile) - 1;
         do {
             int first = tile * TILE + block * BLOCK;
             Front front;
-            take(front, slot, first);
-            Place at = place_at(line, run, first);
-            Eliminated gone[BLOCK];
+            load_front(front, slot, first);
+            PixelPair at = pair_at(line, run, first);
+            Eliminated removed[BLOCK];
             EACH_PIXEL(ELIMINATE_AGAIN)
             EACH_PIXEL_BACK(SUBSTITUTE)
         } while (--block >= 0);
-        tile = last_in_work(line, tile - 1);
+        tile = last_active(line, tile - 1);
     } while (tile >= 0);
 }
 

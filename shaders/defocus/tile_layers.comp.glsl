@@ -6,7 +6,7 @@
 //   kind_tx, near_tx   fragments of rim pixels
 // Output
 //   content_buf see lib/tile_content.lib.glsl
-//   out_nearest_img   least signed coc in the tile, pixels, of what is seen or known
+//   out_nearest_img   least signed coc in the tile, pixels, of visible and listed surfaces
 
 #include "lib/kind.lib.glsl"
 #include "lib/tile_content.lib.glsl"
@@ -15,7 +15,7 @@
 #include "lib/fragment_list.lib.glsl"
 #endif
 
-// A GPU looks at all rows of a tile at once.
+// A GPU processes all rows of a tile at once.
 #ifndef ROWS_AT_ONCE
 #define ROWS_AT_ONCE 1
 #endif
@@ -25,32 +25,34 @@ uniform sampler2D coc_tx;
 uniform sampler2D kind_tx;
 uniform sampler2D near_tx;
 uniform ivec2 tiles;                    // across, down
-// Signed coc of each cut between two layers, far to near: where only the nearer one is left; from where on it
-// covers in full; where the farther one does so; and where that one is alone.
+// Four signed coc of each cut between two layers, far to near: up to the first there is only the nearer layer, up to
+// the second it covers in full; from the third on the farther layer covers in full, from the fourth on it is alone.
 uniform vec4 cuts_px[LAYERS_MAX - 1];
 layout(std430) writeonly buffer content_block { uint content_buf[]; };
 layout(r32f) uniform writeonly image2D out_nearest_img;
 
 #define OPAQUE 0.9995  // see layer_split.comp.glsl
 
-// What a pixel knows of the layers, as bits.
+// The layers of the surfaces of a pixel, as bits.
 struct Known {
     uint content;
-    uint closed;   // something opaque covers the layer in full
-    uint reached;  // something is known in it or farther
+    uint closed;   // an opaque surface covers the layer in full
+    uint reached;  // a surface is known in the layer or farther
 };
 
 uint all_from(int layer) { return ~0u << layer; }
 
+// Adds a surface of a pixel to its layers.
 void add_surface(inout Known known, float coc, bool is_opaque) {
-    ivec4 cuts = ivec4(0);  // that are farther
+    ivec4 cuts = ivec4(0);  // numbers of cuts that are farther, for each of the four coc
     for (int cut = 0; cut < LAYERS_MAX - 1; ++cut) cuts += ivec4(lessThan(vec4(coc), cuts_px[cut]));
     known.content |= all_from(cuts.x) & ~all_from(cuts.w + 1);
     known.closed |= uint(is_opaque && cuts.y == cuts.z) << cuts.z;
     known.reached |= all_from(cuts.x);
 }
 
-void look_at(ivec2 at, inout uint content, inout float nearest) {
+// Adds the layers of a pixel to those of its tile.
+void add_pixel(ivec2 at, inout uint content, inout float nearest) {
     float coc = texelFetch(coc_tx, at, 0).r, kind = texelFetch(kind_tx, at, 0).r;
     float other = kind == FAR_RIM || kind == NEAR_RIM ? texelFetch(near_tx, at, 0).a : coc;
     nearest = min(nearest, coc);
@@ -59,11 +61,11 @@ void look_at(ivec2 at, inout uint content, inout float nearest) {
     List list = list_at(at);
     is_whole = !list.has_front && !(is_open && list.first < list.end);
 #endif
-    Known known = Known(0u, 0u, 0u), beside = known;
+    Known known = Known(0u, 0u, 0u), other_side = known;
     add_surface(known, coc, is_whole);
-    add_surface(beside, other, is_whole);
-    if (kind == FAR_RIM) known.content |= beside.content;
-    if (kind == NEAR_RIM) known.closed &= beside.closed;  // light shines through, except within the layer
+    add_surface(other_side, other, is_whole);
+    if (kind == FAR_RIM) known.content |= other_side.content;
+    if (kind == NEAR_RIM) known.closed &= other_side.closed;  // light shines through, except within the layer
 #ifdef LISTS
     if (list.first < list.end) do {
         Fragment fragment = fragment_of(list.first);
@@ -79,7 +81,7 @@ shared uint content_sh[TILE_GROUP * TILE_GROUP];
 shared uint nearest_sh[TILE_GROUP * TILE_GROUP];
 
 // Whole numbers in the order of the floats.
-uint in_order(float a) {
+uint to_order(float a) {
     uint bits = floatBitsToUint(a);
     return bits >> 31 == 1u ? ~bits : bits | 0x80000000u;
 }
@@ -94,7 +96,7 @@ void join_rows(inout uint content, inout float nearest) {
     }
     barrier();
     atomicOr(content_sh[tile], content);
-    atomicMin(nearest_sh[tile], in_order(nearest));
+    atomicMin(nearest_sh[tile], to_order(nearest));
     barrier();
     content = content_sh[tile];
     nearest = from_order(nearest_sh[tile]);
@@ -107,7 +109,7 @@ void main() {
     uint content = 0u;
     float nearest = 1e30;
     for (int y = first.y + int(gl_LocalInvocationID.z); y < end.y; y += ROWS_AT_ONCE)
-        for (int x = first.x; x < end.x; ++x) look_at(ivec2(x, y), content, nearest);
+        for (int x = first.x; x < end.x; ++x) add_pixel(ivec2(x, y), content, nearest);
 #if ROWS_AT_ONCE > 1
     join_rows(content, nearest);
 #endif

@@ -13,7 +13,7 @@
 
 layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 
-uniform vec2 layer_px[2 * LAYERS_MAX];  // how far a layer's content spreads by its own blur; its widest |coc|
+uniform vec2 layer_px[2 * LAYERS_MAX];  // reach of a layer's content by its own blur; its widest |coc|
 uniform float wider_scale;          // axis scale of the wider axis
 uniform float margin_px;
 uniform int layer_count;
@@ -26,30 +26,32 @@ layout(std430) writeonly buffer tile_mask_block { uint tile_mask_buf[]; };
 // Picture pixels between the nearest corners of two tiles this many tiles of the picture apart.
 float gap_px(int across, int down) { return length(vec2(max(ivec2(across, down) - 1, 0) * TILE)); }
 
-float away_px(LayerTile tile) {
-    float away = 1e30;
+// Distance from a tile to the nearest tile with content of its layer, pixels; 1e30 for none within reach.
+float content_distance_px(LayerTile tile) {
+    float distance_px = 1e30;
     int first = max(tile.at.y - tile.reach, 0), last = min(tile.at.y + tile.reach, tile.count.y - 1);
     for (int y = first; y <= last; ++y) {
         int across = distance_buf[word_of(tile, ivec2(tile.at.x, y))];
         vec2 gap = vec2(max(ivec2(across, abs(y - tile.at.y)) - 1, 0) * TILE * tile.reduction);
-        if (across < FAR_AWAY) away = min(away, length(gap));
+        if (across < FAR_AWAY) distance_px = min(distance_px, length(gap));
     }
-    return away;
+    return distance_px;
 }
 
 // True if a layer is open within reach of a tile of another layer.
 bool has_hole(LayerTile tile, int layer, float reach_px) {
     ivec2 first = tile.at * tile.reduction, last = min(first + tile.reduction, picture_tiles) - 1;
     int reach = int(reach_px) / TILE + 1, end = min(last.y + reach, picture_tiles.y - 1);
-    float away = 1e30;
+    float distance_px = 1e30;
     int y = max(first.y - reach, 0);
     do {
         int across = min(hole_buf[hole_word(layer, ivec2(first.x, y))], hole_buf[hole_word(layer, ivec2(last.x, y))]);
-        if (across < FAR_AWAY) away = min(away, gap_px(across, max(max(first.y - y, y - last.y), 0)));
+        if (across < FAR_AWAY) distance_px = min(distance_px, gap_px(across, max(max(first.y - y, y - last.y), 0)));
     } while (++y <= end);
-    return away <= reach_px;
+    return distance_px <= reach_px;
 }
 
+// True if a nearer layer is closed within reach of the tile.
 bool is_covered(LayerTile tile, float reach_px) {
     bool is_open = true;
     for (int other = tile.layer + 1; other < layer_count && is_open; ++other)
@@ -57,6 +59,7 @@ bool is_covered(LayerTile tile, float reach_px) {
     return !is_open;
 }
 
+// Appends an active tile to the list of its layer.
 void list_tile(LayerTile tile) {
     int first = tile.layer * list_words;
     uint slot = atomicAdd(tile_list_buf[first + 6], 1u), parts = uint(slices);
@@ -71,7 +74,7 @@ void main() {
     vec2 px = layer_px[tile.layer];
     float uncovered_px = wider_scale * (max(-hider_buf[word_of(tile, tile.at)], 0.0) + px.y) / 2.0;
     float reach_px = max(px.x, uncovered_px) + margin_px;
-    bool is_needed = away_px(tile) <= reach_px && !is_covered(tile, reach_px);
+    bool is_needed = content_distance_px(tile) <= reach_px && !is_covered(tile, reach_px);
     tile_mask_buf[word_of(tile, tile.at)] = is_needed ? 1u : 0u;
     if (is_needed) list_tile(tile);
 }

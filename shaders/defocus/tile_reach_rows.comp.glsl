@@ -1,11 +1,11 @@
-// Measures the distance of each tile of each layer, along its row, to the next one with content, and that of each
-// tile of the picture to the next one in which the layer is open; and empties the lists of tiles.
+// Measures two distances along rows of tiles: from each tile of a layer to the next tile with content, and from each
+// tile of the picture to the next tile in which the layer is open. Also clears the lists of tiles.
 //
 // A tile of a layer processed at 1/2, 1/4 or 1/8 size stands for several tiles of the picture.
 //
 // Inputs
 //   content_buf, nearest_tx   of the picture's tiles (tile_layers.comp.glsl)
-// Outputs (one of each a tile of each layer)
+// Outputs (one for each tile of each layer)
 //   distance_buf   tiles along the row to the next with content; FAR_AWAY: there is none
 //   hole_buf       the same to the next that is open, but for each tile of the picture
 //   hider_buf      least signed coc in the tile, pixels of the picture
@@ -35,15 +35,17 @@ uint word_at(ivec2 at) {
     return at.x < 0 || at.x >= picture_tiles.x ? 0u : content_buf[at.y * picture_tiles.x + at.x];
 }
 
+// Writes the distance to the next tile of the row in which the layer is open.
 void find_hole(LayerTile tile) {
-    int away = FAR_AWAY, step = 0, layer = layer_number[tile.layer];
+    int distance = FAR_AWAY, step = 0, layer = layer_number[tile.layer];
     do {
         uint words = word_at(tile.at - ivec2(step, 0)) | word_at(tile.at + ivec2(step, 0));
-        if (is_layer_open(words, layer)) away = step;
-    } while (++step <= hole_reach && away == FAR_AWAY);
-    hole_buf[hole_word(tile.layer, tile.at)] = away;
+        if (is_layer_open(words, layer)) distance = step;
+    } while (++step <= hole_reach && distance == FAR_AWAY);
+    hole_buf[hole_word(tile.layer, tile.at)] = distance;
 }
 
+// The least signed coc in a tile of a layer.
 float nearest_in(LayerTile tile) {
     float nearest = 1e30;
     ivec2 first = tile.at * tile.reduction, end = min(first + tile.reduction, picture_tiles);
@@ -65,12 +67,12 @@ void main() {
     find_hole(tile);
     if (any(greaterThanEqual(tile.at, tile.count))) return;
     if (tile.at == ivec2(0)) empty_list(tile);
-    int away = FAR_AWAY;
-    for (int step = 0; step <= tile.reach && away == FAR_AWAY; ++step) {
+    int distance = FAR_AWAY;
+    for (int step = 0; step <= tile.reach && distance == FAR_AWAY; ++step) {
         bool before = tile.at.x - step >= 0 && has_content(tile, tile.at - ivec2(step, 0));
         bool after = tile.at.x + step < tile.count.x && has_content(tile, tile.at + ivec2(step, 0));
-        if (before || after) away = step;
+        if (before || after) distance = step;
     }
-    distance_buf[word_of(tile, tile.at)] = away;
+    distance_buf[word_of(tile, tile.at)] = distance;
     hider_buf[word_of(tile, tile.at)] = nearest_in(tile);
 }

@@ -15,5 +15,5 @@ writeonly uniform image2D out_display_img;
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(out_display_img)))) return;
-    imageStore(out_display_img, at, vec4(displayed(texelFetch(picture_tx, at, 0).rgb), 1.0));
+    imageStore(out_display_img, at, vec4(to_display(texelFetch(picture_tx, at, 0).rgb), 1.0));
 }

@@ -22,17 +22,17 @@ vec3 b_pixel(ivec2 at) {
 // Interpolated here, so that pictures of equal size match pixel by pixel whatever the texture's filter.
 vec3 b_at(ivec2 at) {
     vec2 stretch = vec2(textureSize(b_tx, 0)) / vec2(textureSize(a_tx, 0));
-    vec2 place = (vec2(at) + 0.5) * stretch - 0.5;
-    ivec2 corner = ivec2(floor(place));
-    vec2 along = place - floor(place);
-    vec3 upper = mix(b_pixel(corner), b_pixel(corner + ivec2(1, 0)), along.x);
-    vec3 lower = mix(b_pixel(corner + ivec2(0, 1)), b_pixel(corner + 1), along.x);
-    return mix(upper, lower, along.y);
+    vec2 b_position = (vec2(at) + 0.5) * stretch - 0.5;
+    ivec2 corner = ivec2(floor(b_position));
+    vec2 fraction = b_position - floor(b_position);
+    vec3 upper = mix(b_pixel(corner), b_pixel(corner + ivec2(1, 0)), fraction.x);
+    vec3 lower = mix(b_pixel(corner + ivec2(0, 1)), b_pixel(corner + 1), fraction.x);
+    return mix(upper, lower, fraction.y);
 }
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(out_display_img)))) return;
-    vec3 apart = abs(finite(texelFetch(a_tx, at, 0).rgb) - b_at(at));
-    imageStore(out_display_img, at, vec4(displayed(gain * apart), 1.0));
+    vec3 difference = abs(finite(texelFetch(a_tx, at, 0).rgb) - b_at(at));
+    imageStore(out_display_img, at, vec4(to_display(gain * difference), 1.0));
 }

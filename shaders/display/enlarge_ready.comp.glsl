@@ -19,8 +19,8 @@ void main() {
     vec3 mean = vec3(0.0);
     for (int y = -1; y <= 1; ++y)
         for (int x = -1; x <= 1; ++x) {
-            ivec2 from = clamp(at + ivec2(x, y), ivec2(0), size - 1);
-            mean += float((2 - abs(x)) * (2 - abs(y))) * texelFetch(picture_tx, from, 0).rgb / 16.0;
+            ivec2 tap = clamp(at + ivec2(x, y), ivec2(0), size - 1);
+            mean += float((2 - abs(x)) * (2 - abs(y))) * texelFetch(picture_tx, tap, 0).rgb / 16.0;
         }
     vec3 picture = texelFetch(picture_tx, at, 0).rgb;
     imageStore(out_img, at, vec4(picture + SHARPER * (picture - mean), 1.0));

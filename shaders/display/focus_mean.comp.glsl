@@ -1,5 +1,5 @@
-// Reduces the plate to the size of a preview: each pixel is the mean of the plate's pixels in focus under it.
-// At the silhouette of a blurred object the plain mean would hold its colour, which the preview spreads.
+// Reduces the plate to the size of a preview: each pixel is the mean of the plate's pixels in focus under it. The
+// plain mean would include the colour of blurred objects at their silhouettes, which the preview spreads.
 //
 // Inputs
 //   color_tx   the plate, scene-linear, premultiplied
@@ -26,16 +26,17 @@ ivec2 after(ivec2 pixel, Footprint footprint) {
     return is_last ? ivec2(footprint.first.x, pixel.y + 1) : pixel + ivec2(1, 0);
 }
 
-vec4 mean_in_focus(Footprint footprint, bool is_asked) {
+// The mean of the pixels in focus; of the first pixel alone unless `is_needed`, which saves time.
+vec4 mean_in_focus(Footprint footprint, bool is_needed) {
     vec4 sum = vec4(0.0);
     float weight = 0.0;
     ivec2 pixel = footprint.first;
     do {
-        float part = part_in(footprint, pixel) * share_of(width_at(pixel));
-        sum += part * texelFetch(color_tx, pixel, 0);
-        weight += part;
+        float pixel_weight = share_in(footprint, pixel) * share_of(width_at(pixel));
+        sum += pixel_weight * texelFetch(color_tx, pixel, 0);
+        weight += pixel_weight;
         pixel = after(pixel, footprint);
-    } while (is_asked && pixel.y <= footprint.last.y);
+    } while (is_needed && pixel.y <= footprint.last.y);
     return sum / weight;
 }
 

@@ -44,11 +44,12 @@ vec4 zones_color(ivec2 at, float coc) {
 }
 
 // True if a surface crosses the plane between two pixels; false where two surfaces meet.
-float crossing(float here, float beside) {
-    bool is_one_surface = abs(here - beside) < 2.0 * sharp_px;
-    return is_one_surface && here * beside <= 0.0 ? 1.0 : 0.0;
+float crossing(float own, float other) {
+    bool is_one_surface = abs(own - other) < 2.0 * sharp_px;
+    return is_one_surface && own * other <= 0.0 ? 1.0 : 0.0;
 }
 
+// A line where a surface crosses the plane of focus.
 vec4 focus_plane_color(ivec2 at, float coc) {
     float nearness = coc / (0.3 * sharp_px);
     float line = exp(-nearness * nearness);
@@ -57,11 +58,12 @@ vec4 focus_plane_color(ivec2 at, float coc) {
     return vec4(OVERLAY_FOCUS_LINE, 0.9 * line);
 }
 
+// The diameter of the circle of confusion as brightness, and its side of the focus as hue.
 vec4 coc_color(ivec2 at, float coc) {
     float widest = max(max(-range_px.x, range_px.y), 2.0 * sharp_px);
-    float part = log2(1.0 + abs(coc)) / log2(1.0 + widest);
+    float relative_coc = log2(1.0 + abs(coc)) / log2(1.0 + widest);
     vec3 hue = coc < 0.0 ? OVERLAY_COC_NEAR : OVERLAY_COC_FAR;
-    return vec4(abs(coc) <= sharp_px ? OVERLAY_COC_SHARP : mix(vec3(0.06), hue, part), 1.0);
+    return vec4(abs(coc) <= sharp_px ? OVERLAY_COC_SHARP : mix(vec3(0.06), hue, relative_coc), 1.0);
 }
 
 float light_at(ivec2 at) {
@@ -69,6 +71,7 @@ float light_at(ivec2 at) {
     return log2(max(dot(light, vec3(0.2126, 0.7152, 0.0722)), 0.0) + 0.002);
 }
 
+// Strength of an edge in the light, 0 to 1.
 float light_edge(ivec2 at) {
     vec2 light = vec2(light_at(at + ivec2(1, 0)) - light_at(at - ivec2(1, 0)),
                       light_at(at + ivec2(0, 1)) - light_at(at - ivec2(0, 1)));

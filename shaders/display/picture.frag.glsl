@@ -15,8 +15,8 @@ out vec4 out_color;
 
 void main() {
     vec2 at = vec2(gl_FragCoord.x, screen_px.y - gl_FragCoord.y);
-    vec2 place = (at - first_px) / (last_px - first_px);
+    vec2 texture_uv = (at - first_px) / (last_px - first_px);
     ivec2 size = textureSize(picture_tx, 0);
-    ivec2 texel = clamp(ivec2(floor(place * vec2(size))), ivec2(0), size - 1);
-    out_color = is_nearest ? texelFetch(picture_tx, texel, 0) : texture(picture_tx, place);
+    ivec2 texel = clamp(ivec2(floor(texture_uv * vec2(size))), ivec2(0), size - 1);
+    out_color = is_nearest ? texelFetch(picture_tx, texel, 0) : texture(picture_tx, texture_uv);
 }

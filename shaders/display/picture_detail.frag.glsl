@@ -24,19 +24,19 @@ uniform vec2 screen_px;
 
 out vec4 out_color;
 
-// Differences of display values between which the foreground is taken to hide the detail. They give
-// previews the lowest mean FLIP error.
+// Differences of display values from which the foreground begins to hide the detail, and from which it hides all of it.
+// They give previews the lowest mean FLIP error.
 #define BARE 0.06
 #define HIDDEN 0.25
 
 void main() {
     vec2 at = vec2(gl_FragCoord.x, screen_px.y - gl_FragCoord.y);
-    vec2 place = (at - first_px) / (last_px - first_px);
+    vec2 texture_uv = (at - first_px) / (last_px - first_px);
     ivec2 size = textureSize(depth_tx, 0);
-    ivec2 texel = clamp(ivec2(floor(place * vec2(size))), ivec2(0), size - 1);
-    vec3 preview = texture(picture_tx, place).rgb, coarse = texture(coarse_tx, place).rgb;
-    vec3 apart = abs(preview - coarse);
-    float hidden = smoothstep(BARE, HIDDEN, max(apart.r, max(apart.g, apart.b)));
+    ivec2 texel = clamp(ivec2(floor(texture_uv * vec2(size))), ivec2(0), size - 1);
+    vec3 preview = texture(picture_tx, texture_uv).rgb, coarse = texture(coarse_tx, texture_uv).rgb;
+    vec3 difference = abs(preview - coarse);
+    float hidden = smoothstep(BARE, HIDDEN, max(difference.r, max(difference.g, difference.b)));
     float share = (1.0 - hidden) * focus_share(texelFetch(depth_tx, texel, 0).r, texel);
-    out_color = vec4(preview + share * (texture(plate_tx, place).rgb - coarse), 1.0);
+    out_color = vec4(preview + share * (texture(plate_tx, texture_uv).rgb - coarse), 1.0);
 }

@@ -11,8 +11,8 @@
 
 uniform vec2 aperture_axes;  // half axes of the opening: of a disc of radius 1, or of the lens in metres
 
-// Share of a pixel inside the rim, where the rim is `to_rim` pixels farther out: a ramp of half the width
-// `ramp`. With SOFT_RIM it may be a smooth one of the same variance, so that growing discs do not jerk.
+// Share of a pixel inside the rim, at a distance of `to_rim` pixels from it: a linear ramp of half the width `ramp`.
+// With SOFT_RIM the ramp may be smooth, with the same variance, because growing discs would jerk otherwise.
 #ifdef SOFT_RIM
 #define SMOOTH_WIDTH 1.29099445  // sqrt(5/3), of the linear one
 float rim_softness = 0.0;        // 0..1, how smooth it is
@@ -28,7 +28,7 @@ float within_rim(float to_rim, float ramp) { return clamp((to_rim + ramp) / (2.0
 #include "lib/shaped_aperture.lib.glsl"
 #else
 #define Cover float
-#define CENTRE_PX 1e-6  // nearer than this counts as the centre, which has no direction to the rim
+#define CENTRE_PX 1e-6  // distance up to which a point is the centre, which has no direction to the rim
 
 // Share of the pixel at an offset that is covered, 0..1. `ramp` is half the width of the rim in pixels
 // of the picture. The distance to the rim is a first-order estimate: implicit function over gradient.

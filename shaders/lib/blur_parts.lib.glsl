@@ -1,5 +1,5 @@
 // The blur of lib/blur_system.lib.glsl for a strategy whose invocations keep several pixels in
-// registers (solve_partition.comp.glsl). There is no room for every pole of every pixel at once, so the
+// registers (solve_partition.comp.glsl). Registers do not suffice for every pole of every pixel at once: the
 // channels are solved in PARTS, and data that differs by pole is read when that pole is solved.
 //
 // Rows keep the answers of one part as halves until they can mix them. Between rows and columns a texel
@@ -89,7 +89,8 @@ void add_pole(inout Output o, int part, int pole, Value y) {
         if (k == pole) o.z[k] = pack(y);
 }
 
-Packed mixed(Output o, int k) {
+// The image for pole k of the columns: the solutions of all poles of the rows, mixed.
+Packed mix_poles(Output o, int k) {
     Value sum = ZERO_VALUE;
     for (int a = 0; a < POLES; ++a) sum += mul(mix_weights[a * POLES + k], unpack(o.z[a]));
     return pack(sum);
@@ -100,11 +101,11 @@ void write_texel(ivec2 at, int layer, Texel texel) { imageStore(out_poles_img, i
 void store(ivec2 at, Link here, bool is_inside, inout Output o, int part) {
 #if POLES_PER_TEXEL == 2
     for (int k = 0; k + 1 < POLES; k += 2) {
-        uvec4 texel = uvec4(mixed(o, k), mixed(o, k + 1));
+        uvec4 texel = uvec4(mix_poles(o, k), mix_poles(o, k + 1));
         if (is_inside) write_texel(at, layer_of(part, k), texel);
     }
 #if HAS_SINGLE_POLE
-    Packed single = mixed(o, POLES - 1);
+    Packed single = mix_poles(o, POLES - 1);
     if (part == 1 && is_inside) write_texel(at, POLES - 1, uvec4(o.single, single));
     o.single = single;
 #endif
@@ -112,17 +113,17 @@ void store(ivec2 at, Link here, bool is_inside, inout Output o, int part) {
     if (!is_inside) return;
     for (int k = 0; k < POLES; ++k) {
 #if defined HALF_POLES && COMPLEX
-        write_texel(at, k, mixed(o, k));
+        write_texel(at, k, mix_poles(o, k));
 #elif defined HALF_POLES
-        write_texel(at, k, uvec4(mixed(o, k), 0u, 0u));
+        write_texel(at, k, uvec4(mix_poles(o, k), 0u, 0u));
 #elif COMPLEX && PARTS == 1
-        Value z = mixed(o, k);
+        Value z = mix_poles(o, k);
         write_texel(at, 2 * k, z[0]);
         write_texel(at, 2 * k + 1, z[1]);
 #elif COMPLEX
-        write_texel(at, layer_of(part, k), vec4(mixed(o, k)));
+        write_texel(at, layer_of(part, k), vec4(mix_poles(o, k)));
 #else
-        write_texel(at, k, mixed(o, k));
+        write_texel(at, k, mix_poles(o, k));
 #endif
     }
 #endif

@@ -52,7 +52,7 @@ uniform bool is_over;
 // A pixel exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
 void store_color(ivec2 at, vec4 y, bool is_in_focus) {
     if (is_in_focus) y = texelFetch(color_tx, at, 0);
-    if (is_over) y = composited(y, imageLoad(color_img, at).rgb);
+    if (is_over) y = composite_over(y, imageLoad(color_img, at).rgb);
     imageStore(color_img, at, y);
 }
 #endif
@@ -65,6 +65,7 @@ uniform vec2 field_middle_px;
 uniform vec2 field_per_px;     // 1 / distance from the middle to a corner, in pixels across and down
 uniform vec2 field_variances[FIELD_STEPS];  // radially and tangentially, in even steps, relative to the centre
 
+// Variance of the opening along this axis at a pixel, relative to that of a round disc.
 float shape_variance(ivec2 at, float coc) {
     vec2 field = (vec2(at) + 0.5 - field_middle_px) * field_per_px;
     float step = min(length(field), 1.0) * float(FIELD_STEPS - 1);
@@ -72,14 +73,15 @@ float shape_variance(ivec2 at, float coc) {
     vec2 here = mix(field_variances[low], field_variances[low + 1], step - float(low));
     vec2 outwards = field * field / max(dot(field, field), 1e-12);
 #ifdef ROWS
-    float part = outwards.x;
+    float outward_share = outwards.x;
 #else
-    float part = outwards.y;
+    float outward_share = outwards.y;
 #endif
-    return mix(here.y, here.x, part) * (coc < 0.0 ? side_variances.x : side_variances.y);
+    return mix(here.y, here.x, outward_share) * (coc < 0.0 ? side_variances.x : side_variances.y);
 }
 #endif
 
+// Square of the diameter along this axis at a pixel, without the blur of resampling.
 float diameter_2_at(ivec2 at) {
     float coc = texelFetch(coc_tx, at, 0).r;
     float diameter = max(abs(coc), least_px) * axis_scale;
@@ -92,13 +94,13 @@ float diameter_2_at(ivec2 at) {
 
 // Half floats halve the memory traffic between rows and columns. Values are rounded here, because drivers
 // differ (Mesa truncates, which darkens), and limited, because an infinity would spread.
-vec4 rounded_to_half(vec4 v) {
+vec4 round_to_half(vec4 v) {
     v = uintBitsToFloat(floatBitsToUint(v) + 0x1000u & 0xffffe000u);
     return clamp(v, -65504.0, 65504.0);
 }
 
 uvec2 halves_of(vec4 v) {
-    v = rounded_to_half(v);
+    v = round_to_half(v);
     return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw));
 }
 
@@ -106,8 +108,8 @@ vec4 floats_of(uvec2 v) { return vec4(unpackHalf2x16(v.x), unpackHalf2x16(v.y));
 
 Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
 
-// Beyond the frame the pixel at its border is repeated without end: the heat capacity of all these, as the
-// last pixel sees it. It solves Y = b (1 + Y) / (1 + b + Y), because one more repeated pixel changes nothing.
+// The heat capacity, at the last pixel of a line, of all pixels beyond it: the pixel at the border is repeated without
+// end. It solves Y = b (1 + Y) / (1 + b + Y), because one more repeated pixel changes nothing.
 #define IS_REPEATED true
 Num repeated_heat_of(int pole, float d_2) {
     Num b = flow(pole, d_2);

@@ -28,7 +28,7 @@ uvec3 ray_number;  // random state of the ray: alpha thresholds differ from ray 
 #define VERTEX_PARTS 2u
 #endif
 
-#define STACK (BVH_DEPTH_MOST + 2)  // more than a tree has levels
+#define STACK (BVH_DEPTH_MOST + 2)  // size of the stack, more than the levels of a tree
 #define SAME 1e-6  // the relative rounding error of a distance
 
 // The hit of a ray: an instance, -1 for none; a triangle, and the weights of its corners there.
@@ -83,7 +83,7 @@ vec4 tint_at(int triangle, vec3 weights) {
 }
 
 // Slab test of Kay and Kajiya 1986, with the factor of Ize 2013, so that rounding misses no box.
-bool box_met(Node node, vec3 start, vec3 inverse, float nearest, float farthest) {
+bool hits_box(Node node, vec3 start, vec3 inverse, float nearest, float farthest) {
     vec3 a = (node.low - start) * inverse, b = (node.high - start) * inverse;
     vec3 in_at = min(a, b), out_at = max(a, b);
     float entry = max(max(in_at.x, in_at.y), max(in_at.z, nearest));
@@ -91,37 +91,38 @@ bool box_met(Node node, vec3 start, vec3 inverse, float nearest, float farthest)
     return entry <= min(leave, farthest * (1.0 + SAME));
 }
 
-// Returns 1 / along, large instead of infinite, because infinity times 0 is NaN.
+// Returns 1 / along, with large numbers in place of infinity, because infinity times 0 is NaN.
 vec3 inverse_of(vec3 along) {
     vec3 least = mix(vec3(1e-20), vec3(-1e-20), lessThan(along, vec3(0.0)));
     return 1.0 / mix(along, least, lessThan(abs(along), vec3(1e-20)));
 }
 
 // The axes, ordered so that the longest component of `along` comes last.
-vec3 turned(vec3 v, int longest) {
+vec3 reorder_axes(vec3 v, int longest) {
     return longest == 0 ? v.yzx : longest == 1 ? v.zxy : v;
 }
 
+// The shear that turns a ray into its longest axis.
 struct Shear { int longest; vec3 by; };
 
 Shear shear_of(vec3 along) {
     vec3 a = abs(along);
     int longest = a.x > a.y && a.x > a.z ? 0 : a.y > a.z ? 1 : 2;
-    vec3 t = turned(along, longest);
+    vec3 t = reorder_axes(along, longest);
     return Shear(longest, vec3(t.xy, 1.0) / t.z);
 }
 
-vec3 sheared(vec3 corner, vec3 start, Shear shear) {
-    vec3 p = turned(corner - start, shear.longest);
+vec3 shear_corner(vec3 corner, vec3 start, Shear shear) {
+    vec3 p = reorder_axes(corner - start, shear.longest);
     return vec3(p.xy - shear.by.xy * p.z, shear.by.z * p.z);
 }
 
 // Woop, Benthin and Wald 2013: no ray slips through between two triangles that share an edge.
 // Gives the weights of the corners and the distance, which is -1 for a miss.
-vec4 triangle_met(uvec4 corners, vec3 start, Shear shear) {
-    vec3 a = sheared(position_of(corners.x), start, shear);
-    vec3 b = sheared(position_of(corners.y), start, shear);
-    vec3 c = sheared(position_of(corners.z), start, shear);
+vec4 hit_triangle(uvec4 corners, vec3 start, Shear shear) {
+    vec3 a = shear_corner(position_of(corners.x), start, shear);
+    vec3 b = shear_corner(position_of(corners.y), start, shear);
+    vec3 c = shear_corner(position_of(corners.z), start, shear);
     vec3 w = vec3(c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
     float sum = w.x + w.y + w.z;
     bool is_outside = any(lessThan(w, vec3(0.0))) && any(greaterThan(w, vec3(0.0)));
@@ -137,23 +138,24 @@ bool is_before(float distance, int instance, int triangle, Hit hit) {
     return triangles[triangle].w > triangles[hit.triangle].w;
 }
 
-void meet_leaf(Node leaf, int instance, vec3 start, Shear shear, float nearest, inout Hit hit) {
+// Tests the triangles of a leaf, and keeps the nearest hit.
+void intersect_leaf(Node leaf, int instance, vec3 start, Shear shear, float nearest, inout Hit hit) {
 #ifdef HOLES
     uint material = instances[instance].numbers.x;
 #endif
     for (int i = leaf.first; i < leaf.first + leaf.count; ++i) {
-        vec4 met = triangle_met(triangles[i], start, shear);
-        if (met.w < nearest || !is_before(met.w, instance, i, hit)) continue;
+        vec4 candidate = hit_triangle(triangles[i], start, shear);
+        if (candidate.w < nearest || !is_before(candidate.w, instance, i, hit)) continue;
 #ifdef HOLES
         float threshold = random4(uvec4(ray_number, 4096u * uint(instance + 1) + uint(i))).w;
-        if (is_hole(material, uv_at(i, met.xyz), tint_at(i, met.xyz).a, threshold)) continue;
+        if (is_hole(material, uv_at(i, candidate.xyz), tint_at(i, candidate.xyz).a, threshold)) continue;
 #endif
-        hit = Hit(met.w, instance, i, met.xyz);
+        hit = Hit(candidate.w, instance, i, candidate.xyz);
     }
 }
 
 // Traces the ray, in the instance's own axes, through the tree of its mesh.
-void meet_mesh(ivec2 there, vec3 world_start, vec3 world_along, float nearest, inout Hit hit) {
+void intersect_mesh(ivec2 there, vec3 world_start, vec3 world_along, float nearest, inout Hit hit) {
     mat4 to_object = instances[there.x].to_object;
     if (to_object[3][3] == 0.0) return;  // scaled to nothing
     vec3 start = (to_object * vec4(world_start, 1.0)).xyz;
@@ -162,14 +164,14 @@ void meet_mesh(ivec2 there, vec3 world_start, vec3 world_along, float nearest, i
     int stack[STACK], used = 0, at = there.y;
     while (true) {
         Node node = nodes[at];
-        bool is_met = box_met(node, start, inverse, nearest, hit.distance);
+        bool is_met = hits_box(node, start, inverse, nearest, hit.distance);
         if (is_met && node.count < 0) {
             int upper = int(along[-1 - node.count] < 0.0);
             at = node.first + upper;
             stack[used++] = node.first + 1 - upper;
             continue;
         }
-        if (is_met) meet_leaf(node, there.x, start, shear, nearest, hit);
+        if (is_met) intersect_leaf(node, there.x, start, shear, nearest, hit);
         if (used == 0) return;
         at = stack[--used];
     }
@@ -182,14 +184,14 @@ Hit first_hit(int root, vec3 start, vec3 along, float nearest, float farthest) {
     int stack[STACK], used = 0, at = root;
     while (true) {
         Node node = nodes[at];
-        bool is_met = box_met(node, start, inverse, nearest, hit.distance);
+        bool is_met = hits_box(node, start, inverse, nearest, hit.distance);
         if (is_met && node.count < 0) {
             int upper = int(along[-1 - node.count] < 0.0);
             at = node.first + upper;
             stack[used++] = node.first + 1 - upper;
             continue;
         }
-        if (is_met) meet_mesh(placed[node.first], start, along, nearest, hit);
+        if (is_met) intersect_mesh(placed[node.first], start, along, nearest, hit);
         if (used == 0) return hit;
         at = stack[--used];
     }

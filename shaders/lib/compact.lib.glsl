@@ -4,15 +4,15 @@
 //
 //   (1 + kappa d^2 L / (1 - c L))^-1 = (1 + (kappa d^2 - c) L)^-1 (1 - c L)
 //
-// c = 1/12 would be exact to fourth order (Numerov); 0.1 is closer over all frequencies. Towards
-// focus c fades with d^2, so that sharp pixels still exchange nothing, and without a bend on the way,
-// which a slow pull would show.
+// c = 1/12 would be exact to fourth order (Numerov); 0.1 is closer over all frequencies. Towards focus c falls
+// smoothly with d^2: sharp pixels exchange nothing, and a slow focus pull shows no bend.
 
 uniform float compact_c;  // 0 for the plain Laplacian
 
-#define COMPACT_FROM_PX_2 16.0  // d^2 from which c is whole
+#define COMPACT_FROM_PX_2 16.0  // d^2 from which c has its full value
 
+// The constant c for a squared diameter.
 float compact_at(float d_2) {
-    float part = min(d_2 / COMPACT_FROM_PX_2, 1.0);
-    return compact_c * part * (2.0 - part);
+    float relative_size = min(d_2 / COMPACT_FROM_PX_2, 1.0);
+    return compact_c * relative_size * (2.0 - relative_size);
 }

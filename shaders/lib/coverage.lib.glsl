@@ -12,7 +12,7 @@
 uniform int sample_number;  // number of the sample that is drawn; -1 for HALF
 
 // Each bit depends only on the lower bits.
-uint scrambled(uint x, uint seed) {
+uint scramble(uint x, uint seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;
     x ^= x * 0xb82f1e52u;
@@ -25,8 +25,8 @@ float threshold_of(uint material, uint triangle) {
     if (sample_number < 0) return HALF;
     ivec2 place = sample_place();
     uint number = uint(sample_number * samples_across * samples_across + number_of(place));
-    uvec4 seeds = hashed(uvec4(pixel_of(place), material, triangle));
+    uvec4 seeds = hash_counters(uvec4(pixel_of(place), material, triangle));
     // The order of the samples is shuffled too; otherwise two surfaces would cover the same ones.
-    uint turn = bitfieldReverse(scrambled(bitfieldReverse(number), seeds.x));
-    return float(bitfieldReverse(scrambled(turn, seeds.y)) >> 8u) * (1.0 / 16777216.0);
+    uint turn = bitfieldReverse(scramble(bitfieldReverse(number), seeds.x));
+    return float(bitfieldReverse(scramble(turn, seeds.y)) >> 8u) * (1.0 / 16777216.0);
 }

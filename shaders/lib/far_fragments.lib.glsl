@@ -6,14 +6,15 @@
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
 uniform float least_px;     // a surface with a smaller coc is not behind the focus
-uniform uint front_first;   // number of the first pixel of the picture
+uniform uint front_first;   // index of the first pixel of the picture, after all fragments
 
-uint front_number(ivec2 at) { return front_first + uint(at.y * textureSize(coc_tx, 0).x + at.x); }
+uint front_index(ivec2 at) { return front_first + uint(at.y * textureSize(coc_tx, 0).x + at.x); }
 
 // A pixel of the picture as a fragment.
 Fragment front_at(ivec2 at) { return Fragment(texelFetch(color_tx, at, 0).rgb, 1.0, texelFetch(coc_tx, at, 0).r); }
 
-Fragment numbered(uint number) {
+// The surface with this index: a fragment of a list, or a pixel of the picture.
+Fragment surface_number(uint number) {
     if (number < front_first) return fragment_of(number);
     int pixel = int(number - front_first), across = textureSize(coc_tx, 0).x;
     return front_at(ivec2(pixel % across, pixel / across));
@@ -24,7 +25,7 @@ Fragment numbered(uint number) {
 
 float dioptres_of(float coc) { return max((coc - fragment_line.x) / fragment_line.y, 0.0); }
 
-#define LEAST_COVER 0.5
+#define LEAST_COVER 0.5    // coverage above which a fragment is the first surface of a pixel
 
 // Coc of the first surface behind the focus along a pixel's ray; -1 for none.
 float far_coc_at(ivec2 at) {

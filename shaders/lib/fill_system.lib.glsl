@@ -5,8 +5,8 @@
 //
 // Inside the content the diameter diffuses as colour will. At a silhouette within the layer this change
 // is amplified, but only towards the nearer surface's diameter, because the nearer surface's blur is
-// visible on both sides. Without this, a nearer surface that is blurred more would end hard in front of
-// the other, and one that is blurred less would glow into it.
+// visible on both sides. Otherwise a nearer surface with more blur would end hard in front of the other, and one
+// with less blur would glow into it.
 //
 // Rows extend the content; columns extend the result, trusting it less than content. This also reaches
 // pixels diagonally off a corner.
@@ -30,8 +30,8 @@ uniform float axis_scale;
 uniform Num kappa[POLES];
 
 #define FILL_CONDUCTANCE 64.0  // large: the extension is flat over tens of pixels
-#define FILL_LEAK 1e-3         // specific heat of an empty pixel, so that the nearer edge counts more
-#define ROW_TRUST 0.1          // small, so that rows with different results are smoothed together
+#define FILL_LEAK 1e-3         // specific heat of an empty pixel, which gives the nearer edge more weight
+#define ROW_TRUST 0.1          // weight of the rows' result; small, because different rows are to be smoothed
 
 #define RIM_CONDUCTANCE (1.0 / 32.0)  // times diameter^2: diffused over the disc's own width
 #define RIM_GAIN_FAR 2.5    // diffusion reaches the mean of both sides; twice the change reaches the nearer
@@ -84,10 +84,11 @@ Input input_at(ivec2 at) {
     return Input(state, known, mix(ROW_TRUST * rows.r, rows.r / max(rows.g, 1e-8), state.g));
 }
 
-float drawn_nearer(float diameter, float diffused) {
-    float way = diffused - diameter;
-    float step = is_near ? RIM_GAIN_NEAR * max(way - RIM_SLACK_NEAR * diameter, 0.0)
-                         : RIM_GAIN_FAR * min(way, 0.0);
+// The diameter, moved towards that of a nearer surface by its diffused value.
+float move_to_nearer(float diameter, float diffused) {
+    float change = diffused - diameter;
+    float step = is_near ? RIM_GAIN_NEAR * max(change - RIM_SLACK_NEAR * diameter, 0.0)
+                         : RIM_GAIN_FAR * min(change, 0.0);
     return clamp(diameter + step, RIM_LEAST * diameter, diameter / RIM_LEAST);
 }
 #endif
@@ -96,12 +97,13 @@ struct Source {
     vec4 x;
 };
 
-// Returns what flowed to a neighbour inside the content: the extension itself does not diffuse there.
+// The right-hand side of a pixel. It adds what flows to neighbours inside the content, because the extension must not
+// diffuse there.
 Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
-    float given_back = 0.0;
-    if (b_in > 0.0) given_back += rim_conductance(before, here) * (here.state.r - before.state.r);
-    if (b_out > 0.0) given_back += rim_conductance(here, after) * (here.state.r - after.state.r);
-    return Source(vec4(here.known.r + given_back, here.known.g, here.diffused, 0.0));
+    float returned_flow = 0.0;
+    if (b_in > 0.0) returned_flow += rim_conductance(before, here) * (here.state.r - before.state.r);
+    if (b_out > 0.0) returned_flow += rim_conductance(here, after) * (here.state.r - after.state.r);
+    return Source(vec4(here.known.r + returned_flow, here.known.g, here.diffused, 0.0));
 }
 
 Value source(Source s, int pole) { return value(s.x); }
@@ -125,6 +127,6 @@ void store(ivec2 at, Input here, Output o) {
 layout(r32f) uniform writeonly image2D out_coc_img;
 void store(ivec2 at, Input here, Output o) {
     vec2 state = here.state, means = o.y.rb / max(o.y.g, 1e-8);
-    imageStore(out_coc_img, at, vec4(mix(means.r, drawn_nearer(state.r, means.g), state.g)));
+    imageStore(out_coc_img, at, vec4(mix(means.r, move_to_nearer(state.r, means.g), state.g)));
 }
 #endif

@@ -11,13 +11,14 @@ Footprint footprint_of(ivec2 at, ivec2 size, ivec2 whole_size) {
     return Footprint(low, high, ivec2(floor(low)), ivec2(ceil(high)) - 1);
 }
 
+// The pixel of the whole picture at the centre of a pixel of the smaller one.
 ivec2 centre_of(ivec2 at, ivec2 size, ivec2 whole_size) {
     vec2 step = vec2(whole_size) / vec2(size);
     return ivec2(vec2(at) * step + 0.5 * step);
 }
 
 // Share of the footprint that lies in a pixel; the shares sum to 1.
-float part_in(Footprint footprint, ivec2 pixel) {
+float share_in(Footprint footprint, ivec2 pixel) {
     vec2 shared_px = min(footprint.high, vec2(pixel + 1)) - max(footprint.low, vec2(pixel));
     vec2 extent = footprint.high - footprint.low;
     return shared_px.x * shared_px.y / (extent.x * extent.y);

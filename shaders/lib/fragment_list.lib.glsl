@@ -6,12 +6,12 @@
 // fragment_buf  lib/fragment_words.lib.glsl
 
 #include "lib/fragment_words.lib.glsl"
-#include "lib/lean.lib.glsl"
+#include "lib/focus_offset.lib.glsl"
 
 layout(std430) readonly buffer start_block { uint start_buf[]; };
 layout(std430) readonly buffer fragment_block { uint fragment_buf[]; };
-uniform ivec2 lists_origin;   // index of the picture's first pixel, and pixels in a row, where the
-uniform int lists_stride;     // lists cover more than the picture
+uniform ivec2 lists_origin;   // position of the picture's first pixel among the pixels with lists
+uniform int lists_stride;     // pixels with lists in a row
 uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
 uniform bool is_open;         // the space behind a list's last fragment is empty: the plate has alpha
 uniform bool is_alpha;        // the picture is the plate's alpha, which is 1 in every fragment
@@ -27,18 +27,20 @@ struct List {
     bool has_front;
 };
 
-float list_lean = 0.0;  // of the pixel whose list was last asked for
+float list_focus_offset = 0.0;  // focus offset at the pixel of the last call of `list_at`
 
+// The list of a pixel; call this before `fragment_of`.
 List list_at(ivec2 at) {
-    list_lean = lean_at(at);
-    ivec2 place = lists_origin + at;
-    uint pixel = uint(place.y * lists_stride + place.x), start = start_buf[pixel];
+    list_focus_offset = focus_offset_at(at);
+    ivec2 list_position = lists_origin + at;
+    uint pixel = uint(list_position.y * lists_stride + list_position.x), start = start_buf[pixel];
     return List(start >> 1, start_buf[pixel + 1u] >> 1, (start & 1u) == 1u);
 }
 
+// Unpacks a fragment of the pixel's list.
 Fragment fragment_of(uint number) {
     uint at = WORDS * number;
     vec2 red_green = unpackHalf2x16(fragment_buf[at]), blue_cover = unpackHalf2x16(fragment_buf[at + 1u]);
-    float coc = fragment_line.x + fragment_line.y * uintBitsToFloat(fragment_buf[at + 2u]) + list_lean;
+    float coc = fragment_line.x + fragment_line.y * uintBitsToFloat(fragment_buf[at + 2u]) + list_focus_offset;
     return Fragment(is_alpha ? vec3(1.0) : vec3(red_green, blue_cover.x), blue_cover.y, coc);
 }

@@ -9,16 +9,16 @@ bool is_known(vec4 surface) { return surface.a > 0.0; }
 vec4 coarser_at(ivec2 at, ivec4 place) {
     vec2 middle = (vec2(at) + 0.5) / 2.0 - 0.5;
     ivec2 low = ivec2(floor(middle));
-    vec2 past = middle - vec2(low);
+    vec2 fraction = middle - vec2(low);
     vec4 sum = vec4(0.0);
-    float whole = 0.0;
+    float weight_sum = 0.0;
     for (int k = 0; k < 4; ++k) {
-        ivec2 beside = ivec2(k & 1, k >> 1);
-        vec4 surface = texelFetch(levels_tx, place.xy + clamp(low + beside, ivec2(0), place.zw - 1), 0);
-        vec2 near = mix(1.0 - past, past, vec2(beside));
-        float weight = near.x * near.y * float(is_known(surface));
+        ivec2 corner = ivec2(k & 1, k >> 1);
+        vec4 surface = texelFetch(levels_tx, place.xy + clamp(low + corner, ivec2(0), place.zw - 1), 0);
+        vec2 weights = mix(1.0 - fraction, fraction, vec2(corner));
+        float weight = weights.x * weights.y * float(is_known(surface));
         sum += weight * surface;
-        whole += weight;
+        weight_sum += weight;
     }
-    return whole > 0.0 ? sum / whole : vec4(0.0);
+    return weight_sum > 0.0 ? sum / weight_sum : vec4(0.0);
 }

@@ -1,6 +1,6 @@
 // Finds the visible pixels of a layer nearest to a hidden one, along four directions.
 //
-// One bit a pixel tells if it is visible, packed 32 to a word along each direction, so that one read
+// A bit of each pixel is set if it is visible. Bits are packed 32 to a word along each direction: one read
 // skips 32 hidden pixels. The directions and the numbering of their lines:
 //
 //   0 across (1, 0)   line y          position x

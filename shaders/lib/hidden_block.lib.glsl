@@ -1,5 +1,5 @@
-// Blocks of 2 x 2 pixels with hidden ones. The first hidden pixel of each, which computes what its block
-// shares, is in front in lib/two_lists.lib.glsl, others that have a guess of their own are in the back.
+// Blocks of 2 x 2 pixels with hidden pixels. In lib/two_lists.lib.glsl the front has the first hidden pixel of each
+// block, which computes what its block shares; the back has other hidden pixels with a guess of their own.
 
 #include "lib/two_lists.lib.glsl"
 
@@ -8,6 +8,6 @@ uniform ivec2 layer_size;  // in pixels of its own; a smaller layer is in the co
 #define MARK_WHOLE 0x80000000u  // flag of a word: the pixel's guess serves its whole block
 
 // One of the 3 x 3 blocks over which measurements are averaged.
-ivec2 block_beside(ivec2 block, int i) {
+ivec2 neighbor_block(ivec2 block, int i) {
     return clamp(block + ivec2(i % 3, i / 3) - 1, ivec2(0), (layer_size - 1) / 2);
 }

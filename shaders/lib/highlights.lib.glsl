@@ -11,17 +11,17 @@ struct Sprite {
     vec4 light;  // rgb of a pixel wholly inside the disc
 };
 
-#define AREA_PARTS 0x100000u  // in which the area that may be drawn is counted
+#define AREA_PARTS 0x100000u  // the largest area to draw, in the unit in which areas are counted
 
 struct Plan {
     uint draw[4];            // vertices, instances, first vertex, base instance
     uint level;              // HIGHLIGHT_LEVELS: even the last list is too long, nothing is drawn
     uint restore_groups[3];  // workgroups of highlight_restore: none if all is drawn
-    uint sprites[HIGHLIGHT_LEVELS];  // of the whole picture, by level
-    uint area[HIGHLIGHT_LEVELS];     // to draw, in AREA_PARTS of what is allowed
-    uint too_large;                  // bit l: level l has more area than that
+    uint sprites[HIGHLIGHT_LEVELS];  // number of sprites of the whole picture, by level
+    uint area[HIGHLIGHT_LEVELS];     // area to draw, by level; AREA_PARTS is the largest allowed
+    uint too_large;                  // bit l is set if level l has a larger area
 };
 
-// The places of a block and of a row of blocks in their tallies, which are numbers of sprites.
+// The indices of a block and of a row of blocks in their buffers of sprite numbers.
 int tally_of(int level, ivec2 block, ivec2 blocks) { return (level * blocks.y + block.y) * blocks.x + block.x; }
 int row_of(int level, int row, ivec2 blocks) { return level * blocks.y + row; }

@@ -1,10 +1,10 @@
-// The surface behind a near rim, where fragment lists know it. Include lib/rim.lib.glsl first.
+// The surface behind a near rim, from fragment lists. Include lib/rim.lib.glsl first.
 
 #include "lib/fragment_list.lib.glsl"
 
-#define OPAQUE 0.9995  // a surface of this coverage or more is the only one seen past the rim
+#define OPAQUE 0.9995  // coverage from which nothing behind a surface is visible
 
-// False if nothing behind the surface of a pixel is known, or the next thing is partly transparent.
+// Finds the next surface behind a pixel. Returns false if none is known or it is partly transparent.
 bool find_behind(ivec2 at, float coc, out Fragment behind) {
     List list = list_at(at);
     uint i = list.first;

@@ -1,7 +1,7 @@
 // Lines of a picture: rows when axis is (1, 0), columns when it is (0, 1).
 //
-// A dispatch works on `line_count` lines from `first_line` on, each `line_length` pixels long, so
-// that the extra memory for each line stays small, whatever the picture's size.
+// A dispatch works on `line_count` lines from `first_line` on, each `line_length` pixels long. This limits the extra
+// memory, which each line needs.
 
 uniform ivec2 axis;
 uniform int first_line;

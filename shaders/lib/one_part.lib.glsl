@@ -1,5 +1,5 @@
-// Adapts a system of one pole to a strategy that solves in parts (lib/blur_parts.lib.glsl): the whole
-// system is one part, and its source is read once.
+// Adapts a system of one pole to a strategy that solves in parts (lib/blur_parts.lib.glsl): the system has a single
+// part, and its source is read once.
 
 #define Link Input
 

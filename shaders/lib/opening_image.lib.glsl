@@ -39,7 +39,7 @@ float image_light(vec2 p, vec2 half_sides) {
 }
 
 // Share of the light that the barrel lets pass.
-float image_past_barrel(vec2 shift, bool is_behind) {
+float image_transmission(vec2 shift, bool is_behind) {
     if (shift.x < 0.0) shift = -shift;  // the circles swap places
     vec2 at = clamp(shift / aperture_shift_most, vec2(0.0, -1.0), vec2(1.0)) + vec2(0.0, 1.0);
     at *= float(BARREL_STEPS);

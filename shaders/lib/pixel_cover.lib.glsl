@@ -2,21 +2,22 @@
 // pixel: their rim bends within a pixel, and with a straight one they would grow in steps, from one ring of
 // pixels to the next. Include lib/aperture.lib.glsl with SOFT_RIM first.
 
-#define FINE_ACROSS 3           // points across a pixel, each way
-#define FINE_RADIUS_PX 3.0      // up to this radius the points fill the pixel;
-#define COARSE_RADIUS_PX 4.0    // from this one on they are one
+#define FINE_ACROSS 3           // points across and down a pixel
+#define FINE_RADIUS_PX 3.0      // radius up to which the points fill the pixel
+#define COARSE_RADIUS_PX 4.0    // radius from which there is one point
 
+// Share of a pixel at an offset from the disc's centre that the disc covers.
 Cover pixel_coverage(vec2 offset, float radius, float ramp, vec2 place) {
-    float apart = 1.0 - smoothstep(FINE_RADIUS_PX, COARSE_RADIUS_PX, abs(radius));
+    float spacing = 1.0 - smoothstep(FINE_RADIUS_PX, COARSE_RADIUS_PX, abs(radius));
     // The variance of the points and that of their ramp make up that of the pixel's box and of the light.
-    float of_points = apart * apart * (1.0 - 1.0 / float(FINE_ACROSS * FINE_ACROSS)) / 12.0;
-    float narrow = apart > 0.0 ? sqrt(max(ramp * ramp - 3.0 * of_points, 1e-3)) : ramp;
-    rim_softness = apart;
-    int points = apart > 0.0 ? FINE_ACROSS * FINE_ACROSS : 1, i = 0;
+    float points_variance = spacing * spacing * (1.0 - 1.0 / float(FINE_ACROSS * FINE_ACROSS)) / 12.0;
+    float point_ramp = spacing > 0.0 ? sqrt(max(ramp * ramp - 3.0 * points_variance, 1e-3)) : ramp;
+    rim_softness = spacing;
+    int points = spacing > 0.0 ? FINE_ACROSS * FINE_ACROSS : 1, i = 0;
     Cover sum = Cover(0.0);
     do {
-        vec2 aside = (vec2(i % FINE_ACROSS, i / FINE_ACROSS) + 0.5) / float(FINE_ACROSS) - 0.5;
-        sum += aperture_coverage(offset + apart * aside, radius, narrow, place);
+        vec2 point = (vec2(i % FINE_ACROSS, i / FINE_ACROSS) + 0.5) / float(FINE_ACROSS) - 0.5;
+        sum += aperture_coverage(offset + spacing * point, radius, point_ramp, place);
     } while (++i < points);
     return sum / float(points);
 }

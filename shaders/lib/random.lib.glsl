@@ -1,7 +1,7 @@
 // Hashes four counters to four random numbers: pcg4d of Jarzynski and Olano 2020, "Hash Functions for
 // GPU Rendering". Neighbouring counters give independent numbers.
 
-uvec4 hashed(uvec4 v) {
+uvec4 hash_counters(uvec4 v) {
     v = v * 1664525u + 1013904223u;
     v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
     v ^= v >> 16u;
@@ -11,5 +11,5 @@ uvec4 hashed(uvec4 v) {
 
 // Each from 0 to just below 1: the 24 bits that a float holds.
 vec4 random4(uvec4 counts) {
-    return vec4(hashed(counts) >> 8u) * (1.0 / 16777216.0);
+    return vec4(hash_counters(counts) >> 8u) * (1.0 / 16777216.0);
 }

@@ -1,11 +1,12 @@
-// Shared by the passes over rims.
+// Functions and constants of the passes over pixels of silhouettes (rims).
 
 #include "lib/silhouette.lib.glsl"
 
 #define HALF_MAX 65504.0  // fragments are stored in half
-#define OWN_FOUND 2.0     // a near rim's coverage as long as fragments_near.comp.glsl has not written it
+#define OWN_FOUND 2.0     // in place of a near rim's coverage until fragments_near.comp.glsl writes it
 
-#define SPLIT_FROM_PX 2.0   // a near surface in focus keeps its pixels: their mixed colour is already right
+// Coc between which near rims are unmixed gradually. In focus they keep their mixed colour, which is right.
+#define SPLIT_FROM_PX 2.0
 #define SPLIT_FULL_PX 6.0
 
 uniform sampler2D color_tx;
@@ -17,7 +18,7 @@ bool is_unmixed(ivec2 at) { return kind_at(at) == WHOLE || kind_at(at) == LISTED
 
 // A near rim pixel's own colour without the background, taken from its surface one pixel further in.
 // False if there is no such pixel, as on a wire one or two pixels wide.
-bool unmixed_near(ivec2 at, out vec3 color) {
+bool unmix_near(ivec2 at, out vec3 color) {
     float coc = coc_at(at);
     vec4 sum = vec4(0.0);
     for (int k = 0; k < 9; ++k) {
@@ -28,7 +29,7 @@ bool unmixed_near(ivec2 at, out vec3 color) {
     return sum.a > 0.0;
 }
 
-// Share of a near rim pixel that a box filter over the depth outline sees as its own surface, at least a half.
+// Share of a near rim pixel that its own surface covers, by a box filter over the depth outline; at least a half.
 float own_outline(ivec2 at, float coc) {
     float farther = 0.0;
     for (int k = 0; k < 9; ++k)
@@ -36,16 +37,17 @@ float own_outline(ivec2 at, float coc) {
     return 1.0 - farther;
 }
 
-// How far a near surface of this coc is unmixed, 0..1.
-float unmixed_part(float coc) { return smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)); }
+// Weight of the unmixed colour of a near surface with this coc, 0..1.
+float unmix_share(float coc) { return smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)); }
 
-// True if something nearer begins at neighbour `k`, and ends again one or two pixels further on.
+// True if a nearer surface begins at neighbour `k`, and ends again one or two pixels further on.
 bool ends_in(ivec2 at, int k, float coc) {
-    ivec2 onward = ivec2(k % 3, k / 3) - 1;
-    bool ends = !is_in_front(coc_at(at + 2 * onward), coc) || !is_in_front(coc_at(at + 3 * onward), coc);
-    return ends && is_in_front(coc_at(at + onward), coc);
+    ivec2 direction = ivec2(k % 3, k / 3) - 1;
+    bool ends = !is_in_front(coc_at(at + 2 * direction), coc) || !is_in_front(coc_at(at + 3 * direction), coc);
+    return ends && is_in_front(coc_at(at + direction), coc);
 }
 
+// True if a nearer surface beside the pixel is only one or two pixels wide.
 bool ends_beside(ivec2 at, float coc) {
     bool ends = false;
     for (int k = 0; k < 9; ++k) ends = ends || ends_in(at, k, coc);

@@ -5,11 +5,12 @@
 layout(std430) readonly buffer bits_block { uint bits_buf[]; };
 
 // Along direction 0 the words follow the rows.
-bool is_seen(ivec2 at, ivec2 size) {
+bool is_visible(ivec2 at, ivec2 size) {
     uint word = bits_buf[at.y * words_per_line(0, size) + (at.x >> 5)];
     return (word >> (at.x & 31) & 1u) == 1u;
 }
 
+// Steps from position i of a line to the next visible pixel; 0 for none.
 int steps_ahead(int first, int per_line, int i) {
     int word = i >> 5;
     uint bits = bits_buf[first + word] & (~0u << (i & 31));
@@ -20,6 +21,7 @@ int steps_ahead(int first, int per_line, int i) {
     return word * 32 + findLSB(bits) - i;
 }
 
+// Steps from position i of a line back to the previous visible pixel; 0 for none.
 int steps_back(int first, int i) {
     int word = i >> 5;
     uint bits = bits_buf[first + word] & ((2u << (i & 31)) - 1u);
@@ -32,8 +34,8 @@ int steps_back(int first, int i) {
 
 uniform int reach_px;  // hidden pixels farther than this from any visible pixel are never uncovered
 
-// True if even the nearest end is out of reach. Loops for such a pixel then end after one round, which
-// saves a software rasteriser time, unlike a branch.
+// True if even the nearest end is out of reach. Loops for such a pixel end after one round, which, unlike a branch,
+// saves a software rasteriser time.
 bool is_beyond_reach(ivec2 ends[HIDDEN_DIRECTIONS]) {
     int nearest = reach_px + 1;
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
@@ -51,7 +53,7 @@ ivec2 ends_of(int k, ivec2 at, ivec2 size) {
 }
 
 // Visible pixels in a row from one on along direction k, ahead or back: at most 32.
-int seen_in_row(int k, ivec2 at, bool is_ahead, ivec2 size) {
+int visible_in_row(int k, ivec2 at, bool is_ahead, ivec2 size) {
     int per_line = words_per_line(k, size), i = position_of(k, at), word = i >> 5, shift = i & 31;
     int first = first_word(k, size) + line_of(k, at, size) * per_line, next = is_ahead ? word + 1 : word - 1;
     uint bits = bits_buf[first + word], more = next == clamp(next, 0, per_line - 1) ? bits_buf[first + next] : 0u;

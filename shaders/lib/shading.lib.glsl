@@ -17,9 +17,9 @@ uniform vec3 sky_light[3];       // diffuse light for a normal's y: a + b y + c 
 #define MOST_LIGHT 65504.0     // the largest half float
 #define LEAST_ROUGHNESS 0.1    // rays would miss the glint of a smoother surface
 #define GROUND_BAND 0.1        // sky and ground blend over this, sine of an angle
-#define NORMAL_OFFSET 2.0      // texels above the surface at which the shadow map is read, where light grazes
-#define FACING_OFFSET 0.3      // share of it that is left where the surface faces the sun, against rounding
-#define SLOPE_OFFSET 0.7       // share added in proportion to the slope; 1 in all
+#define NORMAL_OFFSET 2.0      // height above the surface, in texels, at which the shadow map is read in grazing light
+#define FACING_OFFSET 0.3      // share of that height where the surface faces the sun, against rounding
+#define SLOPE_OFFSET 0.7       // share added in proportion to the slope; both sum to 1
 #define LEAST_VIEW_COSINE 1e-3 // keeps the visibility term finite at grazing angles
 #define DIELECTRIC_F0 0.04     // reflectance of a refractive index of 1.5, the default of glTF
 #define SCHLICK_POWER 5.0      // Schlick 1994
@@ -30,13 +30,13 @@ uniform vec3 sky_light[3];       // diffuse light for a normal's y: a + b y + c 
 #define LEAST_CONE_WIDTH 1e-4  // cosine: a spot with equal inner and outer angle has a hard edge
 
 // `direction` is unit; `soft` is the spread of its y.
-vec3 spread_sky(vec3 direction, float soft) {
+vec3 blurred_sky(vec3 direction, float soft) {
     float up = max(direction.y, 0.0);
     vec3 above = mix(sky_horizon, sky_zenith, up * (2.0 - up));
     return mix(sky_ground, above, smoothstep(-GROUND_BAND - soft, soft, direction.y));
 }
 
-vec3 sky(vec3 direction) { return spread_sky(direction, 0.0); }
+vec3 sky(vec3 direction) { return blurred_sky(direction, 0.0); }
 
 vec3 sky_diffuse(float y) {
     return max(sky_light[0] + y * (sky_light[1] + y * sky_light[2]), 0.0);
@@ -44,7 +44,7 @@ vec3 sky_diffuse(float y) {
 
 // Blends between the sky's mirror image and its diffuse light.
 vec3 sky_glossy(vec3 direction, float roughness) {
-    vec3 mirrored = spread_sky(direction, roughness);
+    vec3 mirrored = blurred_sky(direction, roughness);
     return mix(mirrored, sky_diffuse(direction.y), roughness * (2.0 - roughness));
 }
 
@@ -60,7 +60,7 @@ float sun_share(vec3 position_m, vec3 normal) {
 // Energy compensation for multiple reflections of GGX with the visibility below, as a factor on the single
 // reflection: Turquin 2019. FIT approximates the energy lost by a white mirror, to within 4 % of the factor:
 // each column is a power of roughness, its rows 1, sqrt(nv) and nv.
-vec3 mirrored_again(vec3 facing, float roughness, float nv) {
+vec3 multiple_reflection_gain(vec3 facing, float roughness, float nv) {
     const mat4x3 FIT = mat4x3(
         1.898, -6.447, 4.905, -7.705, 32.084, -27.384, 9.531, -42.905, 40.383, -3.816, 18.48, -18.336
     );
@@ -72,7 +72,7 @@ vec3 mirrored_again(vec3 facing, float roughness, float nv) {
 
 // Lambert and GGX with the height-correlated visibility of Heitz 2014, times the cosine. `share` of the light
 // is mirrored towards the eye; the rest is scattered.
-vec3 reflected(Surface s, vec3 to_eye, vec3 to_light, vec3 share) {
+vec3 reflect_light(Surface s, vec3 to_eye, vec3 to_light, vec3 share) {
     float nl = dot(s.normal, to_light);
     if (nl <= 0.0) return vec3(0.0);
     float nv = max(dot(s.normal, to_eye), LEAST_VIEW_COSINE);
@@ -84,7 +84,7 @@ vec3 reflected(Surface s, vec3 to_eye, vec3 to_light, vec3 share) {
     vec3 facing = mix(vec3(DIELECTRIC_F0), s.base_color, s.metallic);
     vec3 fresnel = facing + (1.0 - facing) * pow(1.0 - vh, SCHLICK_POWER);
     vec3 diffuse = (1.0 - share) * (1.0 - s.metallic) * s.base_color / PI;
-    vec3 mirrored = fresnel * mirrored_again(facing, s.roughness, nv);
+    vec3 mirrored = fresnel * multiple_reflection_gain(facing, s.roughness, nv);
     return nl * (diffuse + mirrored * (aa / (PI * spread * spread) * visible));
 }
 
@@ -96,35 +96,37 @@ vec3 mirrored_share(vec3 facing, float roughness, float nv) {
     vec4 r = roughness * SLOPE + CONSTANT;
     float fit = min(r.x * r.x, exp2(FALLOFF * nv)) * r.x + r.y;
     vec2 scale = vec2(-GAIN, GAIN) * fit + r.zw;
-    vec3 more = 1.0 + facing * (1.0 / max(scale.x + scale.y, LEAST_ALBEDO) - 1.0);
-    return clamp((facing * scale.x + scale.y) * more, 0.0, 1.0);
+    vec3 energy_gain = 1.0 + facing * (1.0 / max(scale.x + scale.y, LEAST_ALBEDO) - 1.0);
+    return clamp((facing * scale.x + scale.y) * energy_gain, 0.0, 1.0);
 }
 
+// Light of the sky that a surface reflects towards the eye.
 vec3 from_sky(Surface s, vec3 to_eye, vec3 share) {
     vec3 diffuse = (1.0 - share) * (1.0 - s.metallic) * s.base_color * sky_diffuse(s.normal.y);
     return s.open * (diffuse + share * sky_glossy(reflect(-to_eye, s.normal), s.roughness));
 }
 
+// Light of a lamp that a surface reflects towards the eye.
 vec3 from_light(Light light, Surface s, vec3 to_eye, vec3 share) {
-    vec3 way = light.position_inner.xyz - s.position_m;
-    float square = max(dot(way, way), LEAST_LIGHT_DISTANCE_2);
-    vec3 to_light = unit_or(way, s.normal);
+    vec3 to_lamp = light.position_inner.xyz - s.position_m;
+    float square = max(dot(to_lamp, to_lamp), LEAST_LIGHT_DISTANCE_2);
+    vec3 to_light = unit_or(to_lamp, s.normal);
     float inner = light.position_inner.w, outer = light.intensity_outer.w;
     float inside = (-dot(to_light, light.axis.xyz) - outer) / max(inner - outer, LEAST_CONE_WIDTH);
     inside = clamp(inside, 0.0, 1.0);
-    float faded = light.axis.w > SMOOTH_SPOT_FROM ? inside * inside * (3.0 - 2.0 * inside) : pow(inside, 2.0);
-    float cone = light.axis.w > 0.0 ? faded : 1.0;
-    return cone / square * light.intensity_outer.rgb * reflected(s, to_eye, to_light, share);
+    float spot_share = light.axis.w > SMOOTH_SPOT_FROM ? inside * inside * (3.0 - 2.0 * inside) : pow(inside, 2.0);
+    float cone = light.axis.w > 0.0 ? spot_share : 1.0;
+    return cone / square * light.intensity_outer.rgb * reflect_light(s, to_eye, to_light, share);
 }
 
 // Radiance towards the eye; `to_eye` is unit. Never NaN, never more than a half float holds.
-vec3 shaded(Surface s, vec3 to_eye) {
+vec3 shade(Surface s, vec3 to_eye) {
     if (!s.is_lit) return clamp(s.base_color, 0.0, MOST_LIGHT);
     float nv = clamp(dot(s.normal, to_eye), 0.0, 1.0);
     vec3 share = mirrored_share(mix(vec3(DIELECTRIC_F0), s.base_color, s.metallic), s.roughness, nv);
     vec3 light = s.emission + from_sky(s, to_eye, share);
     if (dot(s.normal, to_sun) > 0.0 && max(sun_light.r, max(sun_light.g, sun_light.b)) > 0.0)
-        light += sun_light * sun_share(s.position_m, s.side) * reflected(s, to_eye, to_sun, share);
+        light += sun_light * sun_share(s.position_m, s.side) * reflect_light(s, to_eye, to_sun, share);
     for (uint i = 0u; i < light_count.x; ++i) light += from_light(lights[i], s, to_eye, share);
     return clamp(mix(light, vec3(0.0), isnan(light)), 0.0, MOST_LIGHT);
 }

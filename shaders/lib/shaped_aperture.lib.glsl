@@ -25,8 +25,8 @@ uniform float aperture_axial_px;       // diameter in blue less that in green, i
 #include "lib/opening_image.lib.glsl"
 #endif
 
-#define TINY 1e-12
-#define ANGLES 64          // angles of the quadrature
+#define TINY 1e-12         // avoids a division by 0
+#define ANGLES 64          // angles of the quadrature over the opening
 #define LEAST_RADIUS 1e-3  // a smaller disc is drawn round
 
 // Shift of the circles at the two ends of the barrel, one to each side, as seen from a position.
@@ -35,6 +35,7 @@ vec2 barrel_shift(vec2 place) {
     return shift * min(1.0, aperture_shift_most / max(length(shift), 1e-30));
 }
 
+// Cosine of the angle by which a curved blade is tilted at its corner; 1 for straight blades.
 float straightness(float half_angle) {
     float bent = aperture_curvature * sin(half_angle);
     return sqrt(1.0 - bent * bent);
@@ -43,7 +44,7 @@ float straightness(float half_angle) {
 // Signed distance of a point, negative inside, in radii, and its gradient.
 vec3 past_blades(vec2 p) {
     float from_middle = max(length(p), TINY);
-    vec3 past = vec3(from_middle - 1.0, p / from_middle);
+    vec3 distance = vec3(from_middle - 1.0, p / from_middle);
     if (aperture_blades > 0) {
         float half_angle = PI / float(aperture_blades);
         float sector = floor((atan(p.y, from_middle > TINY ? p.x : 1.0) - aperture_turn) / (2.0 * half_angle));
@@ -55,15 +56,16 @@ vec3 past_blades(vec2 p) {
         float bent = 0.5 * aperture_curvature * (across * across + along * along - sine * sine);
         vec2 gradient = (aperture_curvature * across + straight) * outwards;
         gradient += aperture_curvature * along * vec2(-outwards.y, outwards.x);
-        past = vec3(bent + straight * across, gradient);
+        distance = vec3(bent + straight * across, gradient);
     }
-    return past;
+    return distance;
 }
 
+// Signed distance of a point from the barrel's circle, negative inside, in radii, and its gradient.
 vec3 past_barrel(vec2 p, vec2 shift) {
-    vec2 seen = p + (dot(p, shift) < 0.0 ? -shift : shift);
-    float from_middle = max(length(seen), TINY);
-    return vec3(from_middle - aperture_barrel, seen / from_middle);
+    vec2 shifted = p + (dot(p, shift) < 0.0 ? -shift : shift);
+    float from_middle = max(length(shifted), TINY);
+    return vec3(from_middle - aperture_barrel, shifted / from_middle);
 }
 
 // Brightness at a squared distance from the centre; `rim` is the rim brightness on this side of the focus.
@@ -72,8 +74,10 @@ float profile(float square, float rim) {
     return 1.0 + RIM_MOST * abs(rim) * (float(RIM_POWER + 1) * pow(max(bright, 0.0), float(RIM_POWER)) - 1.0);
 }
 
-float to_rim(vec3 past, vec2 axes) { return -past.x / max(length(past.yz / axes), 1e-6); }
+// Distance of a point from the rim, positive inside, for an opening with these half axes.
+float to_rim(vec3 distance, vec2 axes) { return -distance.x / max(length(distance.yz / axes), 1e-6); }
 
+// Share of light of one colour that a pixel at an offset from the disc's centre gets.
 float cover_of_color(vec2 offset, float radius, float ramp, vec2 place) {
     if (abs(radius) < LEAST_RADIUS) radius = radius < 0.0 ? -LEAST_RADIUS : LEAST_RADIUS;
     vec2 p = offset / (aperture_axes * radius) * vec2(1.0, -1.0);
@@ -97,17 +101,19 @@ float blade_radius(float angle) {
     if (aperture_blades == 0) return 1.0;
     float half_angle = PI / float(aperture_blades), sine = sin(half_angle), cosine = cos(half_angle);
     float straight = straightness(half_angle);
-    float aside = mod(angle - aperture_turn, 2.0 * half_angle) - half_angle;
-    float linear = (straight - aperture_curvature * cosine) * cos(aside);
+    float angle_from_middle = mod(angle - aperture_turn, 2.0 * half_angle) - half_angle;
+    float linear = (straight - aperture_curvature * cosine) * cos(angle_from_middle);
     float constant = straight * cosine - 0.5 * aperture_curvature * (cosine * cosine - sine * sine);
     return 2.0 * constant / (linear + sqrt(linear * linear + 2.0 * aperture_curvature * constant));
 }
 
+// Distance from the centre to the edge of the barrel in a direction.
 float barrel_radius(vec2 direction, vec2 shift) {
     float along = abs(dot(direction, shift));
     return sqrt(along * along + aperture_barrel * aperture_barrel - dot(shift, shift)) - along;
 }
 
+// Light within a distance from the centre, relative to the round lens with an even profile.
 float light_to(float reach, float rim) {
     float square = reach * reach;
     float bright = rim < 0.0 ? 1.0 - pow(max(1.0 - square, 0.0), float(RIM_POWER + 1)) : pow(square, float(RIM_POWER + 1));
@@ -115,25 +121,26 @@ float light_to(float reach, float rim) {
 }
 
 // Share of the light through the diaphragm that also passes the barrel.
-float part_past_barrel(vec2 place, float rim) {
+float barrel_transmission(vec2 place, float rim) {
     vec2 shift = barrel_shift(place);
-    float all = 0.0, passed = 0.0;
+    float all = 0.0, passed_light = 0.0;
     for (int k = 0; k < ANGLES; ++k) {
         float angle = (float(k) + 0.5) * 2.0 * PI / float(ANGLES), reach = blade_radius(angle);
         all += light_to(reach, rim);
-        passed += light_to(min(reach, barrel_radius(vec2(cos(angle), sin(angle)), shift)), rim);
+        passed_light += light_to(min(reach, barrel_radius(vec2(cos(angle), sin(angle)), shift)), rim);
     }
-    return passed / all;
+    return passed_light / all;
 }
 
+// The sum of the coverage over all pixels of a disc of one colour.
 float light_of_color(float radius, float ramp, vec2 place) {
     float light = radius < 0.0 ? aperture_lights.x : aperture_lights.y;
-#ifdef IMAGED  // whose mean over boxes keeps the light
-    if (aperture_barrel > 0.0) light *= image_past_barrel(barrel_shift(place), radius >= 0.0);
+#ifdef IMAGED  // means over boxes of the image keep the light
+    if (aperture_barrel > 0.0) light *= image_transmission(barrel_shift(place), radius >= 0.0);
     return max(radius * radius, LEAST_RADIUS * LEAST_RADIUS) * light * aperture_axes.x * aperture_axes.y;
 #else
     float rim = radius < 0.0 ? -aperture_rim : aperture_rim;
-    if (aperture_barrel > 0.0) light *= part_past_barrel(place, rim);
+    if (aperture_barrel > 0.0) light *= barrel_transmission(place, rim);
     return radius * radius * light * aperture_axes.x * aperture_axes.y + PI * ramp * ramp / 3.0;
 #endif
 }
@@ -180,16 +187,17 @@ bool is_one_pixel(float radius) {
 // front of it. With an image the points themselves are denser where it is brighter.
 float aperture_weight(vec2 p, vec2 place, bool is_behind) {
 #ifdef IMAGED
-    float past = -1.0;
+    float distance = -1.0;
 #else
-    float past = past_blades(p).x;
+    float distance = past_blades(p).x;
 #endif
     if (aperture_barrel > 0.0)
-        past = max(past, past_barrel(p, barrel_shift(place)).x);
-    return past > 0.0 ? 0.0 : profile(min(dot(p, p), 1.0), is_behind ? aperture_rim : -aperture_rim);
+        distance = max(distance, past_barrel(p, barrel_shift(place)).x);
+    return distance > 0.0 ? 0.0 : profile(min(dot(p, p), 1.0), is_behind ? aperture_rim : -aperture_rim);
 }
 
-// Pinhole position of what appears at `px` through a point of the opening; `radius` is that of its disc.
+// Position in a pinhole picture of a point that appears at `px` through a point of the opening; `radius` is that of
+// its disc.
 vec2 pinhole_place(vec2 px, vec2 p, float radius, vec2 axes) { return px - radius * axes * p * vec2(1.0, -1.0); }
 
 vec4 times(Cover cover, vec4 color) { return vec4(cover * color.rgb, cover.g * color.a); }

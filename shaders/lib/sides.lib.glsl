@@ -1,5 +1,5 @@
-// Sums of views or rays through a shaped opening, kept separately for the two sides of the focus: with a
-// rim their weights differ, so that a single sum of weights would depend on the scene.
+// Sums of views or rays through a shaped opening, separately for the two sides of the focus: with a rim their weights
+// differ, and a single sum of weights would depend on the scene.
 //
 // A point in front of the focus gets its share of the whole light of the opening, regardless of other points.
 // Points behind share the rest by their own weights. A uniform picture therefore stays uniform, and a lamp
@@ -47,6 +47,7 @@ void add_light(inout Sides sides, vec4 light, vec2 p, vec2 place, bool is_behind
     }
 }
 
+// The mean of all views or rays.
 vec4 mean_of(Sides sides) {
     vec4 all = max(sides.front_all, 1e-30), behind = sides.behind / max(sides.behind_weight, 1e-30);
     return sides.front / all + (1.0 - sides.front_weight / all) * behind;

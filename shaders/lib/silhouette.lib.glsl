@@ -1,22 +1,23 @@
-// Finds where one surface ends in front of another, from the circle of confusion alone: it is linear
-// in 1/z, so differences and ratios of 1/z are those of coc - infinity_px, once `stand_at` was called.
+// Finds edges of one surface in front of another from the circle of confusion alone. It is linear in 1/z:
+// differences and ratios of 1/z are those of coc - infinity_px. Call `set_center` first.
 
 #include "lib/kind.lib.glsl"
-#include "lib/lean.lib.glsl"
+#include "lib/focus_offset.lib.glsl"
 
 uniform sampler2D coc_tx;
 uniform float at_infinity_px;  // signed coc of a point infinitely far away, in the middle of the picture
 
-float infinity_px;  // the same at a pixel
+float infinity_px;  // signed coc of a point infinitely far away at the pixel of `set_center`
 
-void stand_at(ivec2 at) { infinity_px = at_infinity_px + lean_at(at); }
+// Sets the pixel at which surfaces are compared.
+void set_center(ivec2 at) { infinity_px = at_infinity_px + focus_offset_at(at); }
 
-#define JUMP_PX 3.0        // a smaller step in coc may be a slanted surface
-#define DEPTH_RATIO 0.95   // depths within this ratio are the same surface
-#define PRIOR_WEIGHT 0.01  // colour contrast^2 below which coverage comes from the depth's outline,
-#define PRIOR_GAIN 32.0    // added per variance of the far colours: if they vary, one of them is a guess
+#define JUMP_PX 3.0        // least step in coc between two surfaces; a smaller one may be a slanted surface
+#define DEPTH_RATIO 0.95   // ratio of depths from which two pixels show the same surface
+#define PRIOR_WEIGHT 0.01  // colour contrast^2 below which coverage comes from the outline of the depth
+#define PRIOR_GAIN 32.0    // added to it for each variance of the far colours, which makes them a guess
 
-// Weights of a box-filtered edge as seen from 3 x 3 depth samples; they sum to 1.
+// Weights of 3 x 3 depth samples for the coverage under a box filter; they sum to 1.
 const float OUTLINE_WEIGHT[9] =
     float[](0.0625, 0.125, 0.0625, 0.125, 0.25, 0.125, 0.0625, 0.125, 0.0625);
 
@@ -36,8 +37,8 @@ bool is_same_surface(float coc, float other) {
 
 float variance_of(vec3 mean, vec3 mean_square) { return dot(max(mean_square - mean * mean, 0.0), vec3(1.0)); }
 
-// Least-squares coverage a of `near` in x = a near + (1 - a) far; the prior, where there is little
-// contrast for the variance of the far colours around.
+// Least-squares coverage a of `near` in x = a near + (1 - a) far. With little contrast, relative to the variance of the
+// far colours around, it is the prior.
 float coverage_of(vec3 x, vec3 near, vec3 far, float variance, float prior) {
     vec3 across = near - far;
     float weight = PRIOR_WEIGHT + PRIOR_GAIN * variance;

@@ -15,7 +15,7 @@ uniform sampler2D behind_tx;
 uniform sampler2D last_tx;
 
 #define SAME_GROUP 1.03    // ratio of distances within which surfaces are one
-#define GROUPS_MOST 6      // the last one takes all that are left
+#define GROUPS_MOST 6      // most surfaces of a pixel; the last one gets all remaining samples
 #define LEAST_COVER 0.004  // less than the smallest share that samples can resolve
 #define BEHIND_COUNT (behind_side * behind_side)
 
@@ -45,7 +45,7 @@ struct Group {
     vec3 color;
     float cover;     // share of what nearer surfaces leave open, if visible; else share of the pixel
     float dioptres;
-    bool is_seen;
+    bool is_visible;
 };
 
 // One sample behind; y < 0 where there is none because the sky is visible there.
@@ -69,18 +69,18 @@ float nearest_sample(ivec2 pixel) {
     return nearest;
 }
 
-// Gathers the samples from `low` up to, but excluding, `high` dioptres. `left` counts the front samples
-// not yet hidden and is reduced here. `next` becomes the dioptres of the nearest sample below `low`, -1
-// for none, so that each sample is read once per surface.
-Group group_within(ivec2 pixel, float low, float high, inout int left, out float next) {
-    vec4 seen = vec4(0.0), hidden = vec4(0.0);
-    int seen_count = 0, hidden_count = 0;
+// Gathers the samples from `low` up to, but excluding, `high` dioptres. `open_count` is the number of front samples
+// that are not hidden, reduced here. `next` becomes the dioptres of the nearest sample below `low`, -1 for none:
+// each sample is read only once for each surface.
+Group group_within(ivec2 pixel, float low, float high, inout int open_count, out float next) {
+    vec4 visible = vec4(0.0), hidden = vec4(0.0);
+    int visible_count = 0, hidden_count = 0;
     next = -1.0;
     for (int i = 0; i < front_count; ++i) {
         vec4 x = front_sample(pixel, i);
         bool is_within = x.a >= low && x.a < high;
-        seen += is_within ? x : vec4(0.0);
-        seen_count += int(is_within);
+        visible += is_within ? x : vec4(0.0);
+        visible_count += int(is_within);
         if (x.a < low) next = max(next, x.a);
     }
     for (int i = 0; i < 2 * BEHIND_COUNT; ++i) {
@@ -92,14 +92,14 @@ Group group_within(ivec2 pixel, float low, float high, inout int left, out float
         hidden_count += int(is_within);
         if (x.a < low) next = max(next, x.a);
     }
-    if (seen_count > 0) {
-        float cover = seen_count == left ? 1.0 : float(seen_count) / float(left);
-        left -= seen_count;
-        seen /= float(seen_count);
-        return Group(seen.rgb, cover, seen.a, true);
+    if (visible_count > 0) {
+        float cover = visible_count == open_count ? 1.0 : float(visible_count) / float(open_count);
+        open_count -= visible_count;
+        visible /= float(visible_count);
+        return Group(visible.rgb, cover, visible.a, true);
     }
-    // It is hidden: all its samples are behind something nearer.
-    float behind = 1.0 - float(left) / float(front_count);
+    // The surface is hidden: all its samples are behind nearer surfaces.
+    float behind = 1.0 - float(open_count) / float(front_count);
     float cover = behind * min(float(hidden_count) / float(BEHIND_COUNT), 1.0);
     hidden /= float(max(hidden_count, 1));
     return Group(hidden.rgb, cover, hidden.a, false);

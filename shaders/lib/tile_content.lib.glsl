@@ -1,6 +1,6 @@
-// The word of a tile: bit l if layer l has content there, and bit OPEN_BITS + l if the layer is open: some pixel
-// is known there as far back as the layer or farther, but nothing opaque in it. Where a layer is not open, it
-// covers all that is behind it, once what is hidden of it is guessed. Layers are numbered from the farthest on.
+// The word of a tile: bit l is set if layer l has content there, bit OPEN_BITS + l if the layer is open: some pixel has
+// a known surface in the layer or farther, but no opaque one in it. A layer that is not open covers all that is behind
+// it, once its hidden pixels are guessed. Layers are numbered from the farthest on.
 
 #define OPEN_BITS 16  // at least LAYERS_MAX
 

@@ -6,7 +6,7 @@
 
 uniform ivec4 layer_tiles[2 * LAYERS_MAX];  // tiles across and down; tiles beyond which content has no effect;
                                         // size of a pixel of the layer, in pixels of the picture
-uniform int layer_number[2 * LAYERS_MAX];  // a layer may be there at two sizes
+uniform int layer_number[2 * LAYERS_MAX];  // equal for two sizes of the same layer
 uniform ivec2 picture_tiles;  // across, down
 uniform int tile_words;
 uniform int list_words;  // words of the list of a layer's tiles (lib/tile_list.lib.glsl)

@@ -1,6 +1,6 @@
-// Two lists of pixels in one buffer, one from the front on and one from the end backwards, so that
-// neighbouring invocations of a later pass do the same work (lib/pixel_list.lib.glsl). A word is y << 16 | x,
-// perhaps with flags. The order of words differs from run to run.
+// Two lists of pixels in one buffer, one from the front on and one from the end backwards: neighbouring invocations
+// of a later pass do the same kind of work (lib/pixel_list.lib.glsl). A word is y << 16 | x, perhaps with flags.
+// The order of words differs from run to run.
 
 #include "lib/list_slice.lib.glsl"
 

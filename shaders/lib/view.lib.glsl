@@ -12,7 +12,7 @@ vec3 finite(vec3 light) {
     return mix(clamp(light, -LIGHT_MAX, LIGHT_MAX), vec3(0.0), isnan(light));
 }
 
-vec3 displayed(vec3 light) {
+vec3 to_display(vec3 light) {
     vec3 shown = view_transform(vec4(exposure_scale * finite(light), 1.0)).rgb;
     if (inverse_gamma == 1.0) return shown;
     return sign(shown) * pow(abs(shown), vec3(inverse_gamma));

@@ -17,7 +17,7 @@
 #ifdef SHAPED
 #define LEAST_WEIGHT 1e-6   // weight of a view that the barrel hides: it counts only until another is visible
 #include "lib/aperture.lib.glsl"
-#include "lib/lean.lib.glsl"
+#include "lib/focus_offset.lib.glsl"
 #include "lib/sides.lib.glsl"
 #endif
 
@@ -37,9 +37,9 @@ uniform vec2 lens_at;
 uniform vec4 colors;
 
 void add_view(ivec2 at, inout Sides sides) {
-    float dioptres = focus_dioptres + lean_at(at) - 1.0 / texelFetch(depth_tx, at, 0).r;
-    vec2 place = pinhole_place(vec2(at) + 0.5, lens_at, focal_px * dioptres, aperture_axes);
-    add_light(sides, texelFetch(view_tx, at, 0), lens_at, place, dioptres > 0.0, colors);
+    float dioptres = focus_dioptres + focus_offset_at(at) - 1.0 / texelFetch(depth_tx, at, 0).r;
+    vec2 pinhole_position = pinhole_place(vec2(at) + 0.5, lens_at, focal_px * dioptres, aperture_axes);
+    add_light(sides, texelFetch(view_tx, at, 0), lens_at, pinhole_position, dioptres > 0.0, colors);
 }
 
 vec4 mean_at(ivec2 at) {

@@ -1,5 +1,5 @@
-// Finds the pixels that need no more samples: theirs and their neighbours' samples agree so well
-// that more of them would make no visible difference.
+// Finds the pixels that need no more samples, because their samples and those of their neighbours agree so well
+// that more would make no visible difference.
 //
 // Input
 //   spread_tx     see antialias_mean
@@ -13,18 +13,19 @@ uniform float most;  // largest deviation to accept, as a share of the light
 uniform int reach;   // pixels to look at on each side
 layout(r16f) uniform writeonly image2D out_done_img;
 
-#define STEP 2.0  // in deviations: a larger step between neighbouring pixels is an edge
+#define STEP 2.0  // step between neighbouring pixels, in deviations, from which it is an edge
 
 vec2 spread_at(ivec2 at) {
     return texelFetch(spread_tx, clamp(at, ivec2(0), textureSize(spread_tx, 0) - 1), 0).rg;
 }
 
-// An edge exactly between two pixels shows in the samples of neither.
+// True if the samples of a pixel differ, or if the next pixels differ from it: an edge exactly between two pixels
+// shows in the samples of neither.
 bool is_noisy(ivec2 at) {
-    vec2 here = spread_at(at);
+    vec2 own = spread_at(at);
     float right = spread_at(at + ivec2(1, 0)).r, below = spread_at(at + ivec2(0, 1)).r;
-    float limit = STEP * most * min(here.r, min(right, below));
-    return here.g > most * here.r || max(abs(right - here.r), abs(below - here.r)) > limit;
+    float limit = STEP * most * min(own.r, min(right, below));
+    return own.g > most * own.r || max(abs(right - own.r), abs(below - own.r)) > limit;
 }
 
 void main() {

@@ -26,8 +26,8 @@ void main() {
     for (int y = int(gl_WorkGroupID.x); y < size.y; y += int(gl_NumWorkGroups.x))
         for (int x = worker; x < size.x; x += WORKERS) {
             precise float above = reciprocal(imageLoad(depth_img, ivec2(x, y)).r) - low;
-            precise float place = above * per_step;
-            atomicAdd(counts_sh[clamp(int(place), 0, DEPTH_BINS - 1)], 1u);
+            precise float bin = above * per_step;
+            atomicAdd(counts_sh[clamp(int(bin), 0, DEPTH_BINS - 1)], 1u);
         }
     barrier();
     for (int i = worker; i < DEPTH_BINS; i += WORKERS)

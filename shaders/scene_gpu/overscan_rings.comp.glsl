@@ -1,6 +1,5 @@
-// Finds the nearest and the farthest depth in each ring of pixels around a picture, so that the CPU can
-// tell how much of the overscan blurs into the picture through any lens. The bits of positive floats sort
-// as the floats do.
+// Finds the nearest and the farthest depth in each ring of pixels around a picture. From these the CPU computes how
+// much of the overscan blurs into the picture through any lens. The bits of positive floats sort as the floats do.
 //
 // Inputs
 //   depth_tx    planar metres of picture and overscan, +inf where nothing was hit
@@ -18,9 +17,9 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = textureSize(depth_tx, 0);
     if (any(greaterThanEqual(at, size))) return;
     ivec2 inside = min(at, size - 1 - at);
-    int away = margin_px - min(inside.x, inside.y);
-    if (away <= 0) return;
+    int ring = margin_px - min(inside.x, inside.y);
+    if (ring <= 0) return;
     uint depth = floatBitsToUint(texelFetch(depth_tx, at, 0).r);
-    atomicMin(ring_buf[2 * away - 2], depth);
-    atomicMax(ring_buf[2 * away - 1], depth);
+    atomicMin(ring_buf[2 * ring - 2], depth);
+    atomicMax(ring_buf[2 * ring - 1], depth);
 }

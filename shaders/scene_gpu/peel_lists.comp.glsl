@@ -20,7 +20,7 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform int first_row;
 uniform int end_row;
-uniform vec2 shifts[PEEL_DRAWS];  // relative rounding error of the distances of samples
+uniform vec2 shifts[PEEL_DRAWS];  // shift of each draw, in distances of samples
 uniform sampler2D depth_tx;
 
 #ifdef COUNT
@@ -32,9 +32,9 @@ layout(rgba16f) uniform writeonly image2D out_color_img;
 layout(r32f) uniform writeonly image2D out_depth_img;
 layout(rgba16f) uniform writeonly image2D out_place_img;
 
-// The mean position of the pixel's light and its variance along an axis, weighted by luminance, so that
-// a lamp outweighs its surroundings. Also adds up the light.
-vec4 light_place(ivec2 pixel, out vec3 light_sum) {
+// The mean position of the pixel's light and its variance along an axis, weighted by luminance: a lamp outweighs its
+// surroundings. Also adds up the light.
+vec4 light_position(ivec2 pixel, out vec3 light_sum) {
     light_sum = vec3(0.0);
     if (is_done) return vec4(0.0, 0.0, 1.0 / 12.0, 1.0);
     vec2 sum = vec2(0.0);
@@ -45,9 +45,9 @@ vec4 light_place(ivec2 pixel, out vec3 light_sum) {
         float weight = (light.r + light.g + light.b) / 3.0;
         int number = i / PEEL_DRAWS;
         vec2 at = vec2(number % front_side, number / front_side) + 0.5 + shifts[i % PEEL_DRAWS];
-        vec2 place = at / float(front_side) - 0.5;
-        sum += weight * place;
-        squares += weight * dot(place, place);
+        vec2 sample_position = at / float(front_side) - 0.5;
+        sum += weight * sample_position;
+        squares += weight * dot(sample_position, sample_position);
         weights += weight;
     }
     vec2 mean = sum / weights;
@@ -74,29 +74,29 @@ void main() {
     bool has_front = false, is_first = true;
     float depth_m = texelFetch(depth_tx, at, 0).r;
     begin_pixel(at, depth_m);
-    int left = front_count;
+    int open_count = front_count;
     float limit = 1e30, nearest = nearest_sample(pixel);
 #ifndef COUNT
-    uint start = start_buf[index] >> 1, room = (start_buf[index + 1u] >> 1) - start;
+    uint start = start_buf[index] >> 1, list_capacity = (start_buf[index + 1u] >> 1) - start;
     vec3 light;
-    imageStore(out_place_img, at, light_place(pixel, light));
+    imageStore(out_place_img, at, light_position(pixel, light));
     if (!is_done) imageStore(out_color_img, at, vec4(light / float(front_count), 1.0));
     imageStore(out_depth_img, at, vec4(depth_m));
-    if (room == 0u) return;
+    if (list_capacity == 0u) return;
     has_front = (start_buf[index] & 1u) == 1u;
 #endif
     for (int k = 0; k < GROUPS_MOST && nearest >= 0.0; ++k) {
         float low = k == GROUPS_MOST - 1 ? 0.0 : nearest / SAME_GROUP, next;
-        Group group = group_within(pixel, low, limit, left, next);
+        Group group = group_within(pixel, low, limit, open_count, next);
         limit = low;
         nearest = next;
         if (group.cover < LEAST_COVER) continue;
 #ifdef COUNT
-        if (is_first) has_front = group.is_seen && group.cover < 1.0;
-        if (has_front || !group.is_seen) ++count;
+        if (is_first) has_front = group.is_visible && group.cover < 1.0;
+        if (has_front || !group.is_visible) ++count;
 #else
-        if (!has_front && group.is_seen) continue;
-        if (count < room) write_fragment(start + count, group);
+        if (!has_front && group.is_visible) continue;
+        if (count < list_capacity) write_fragment(start + count, group);
         if (has_front && is_first) imageStore(out_depth_img, at, vec4(1.0 / group.dioptres));
         ++count;
 #endif

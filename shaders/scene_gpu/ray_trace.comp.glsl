@@ -17,7 +17,7 @@
 #include "lib/random.lib.glsl"
 #include "lib/bvh.lib.glsl"
 #include "lib/aperture.lib.glsl"
-#include "lib/lean.lib.glsl"
+#include "lib/focus_offset.lib.glsl"
 #ifdef SHAPED
 #define LEAST_WEIGHT 1e-6   // weight of a ray that the barrel stops: it only counts until another passes
 #include "lib/sides.lib.glsl"
@@ -43,22 +43,24 @@ uniform float axial_dioptres;   // focus of blue minus that of green, and of gre
 layout(rgba32f) uniform image2D sum_img;
 layout(rgba32f) writeonly uniform image2D mean_img;
 
+// The light of the surface at a hit towards the eye.
 vec3 light_at(Hit hit, vec3 to_eye) {
-    Instance there = instances[hit.instance];
+    Instance placed_instance = instances[hit.instance];
     uvec4 c = triangles[hit.triangle];
     vec3 position = mat3(position_of(c.x), position_of(c.y), position_of(c.z)) * hit.weights;
     vec3 normal = mat3(normal_of(c.x), normal_of(c.y), normal_of(c.z)) * hit.weights;
-    vec3 position_m = (there.to_world * vec4(position, 1.0)).xyz;
+    vec3 position_m = (placed_instance.to_world * vec4(position, 1.0)).xyz;
     Uv uv = uv_at(hit.triangle, hit.weights);
     vec3 tint = tint_at(hit.triangle, hit.weights).rgb;
-    normal = normal * mat3(there.to_object);  // by the inverse transpose
-    vec4 tangent = tangent_at(hit.triangle, hit.weights, mat3(there.to_world));
-    uint material = there.numbers.x;
-    return shaded(surface_of(material, position_m, normal, tangent, uv, tint, to_eye), to_eye);
+    normal = normal * mat3(placed_instance.to_object);  // by the inverse transpose
+    vec4 tangent = tangent_at(hit.triangle, hit.weights, mat3(placed_instance.to_world));
+    uint material = placed_instance.numbers.x;
+    return shade(surface_of(material, position_m, normal, tangent, uv, tint, to_eye), to_eye);
 }
 
+// The light of a ray through a pixel and a point of the lens; `dioptres` of the hit, relative to the focus.
 vec3 light_through(vec2 px, vec2 size, vec2 lens_m, float focus, out float dioptres) {
-    focus += lean_at(px);
+    focus += focus_offset_at(px);
     vec2 slope = (px - 0.5 * size) / focal_px * vec2(1.0, -1.0) - lens_m * focus;
     vec3 along = mat3(world_from_camera) * vec3(slope, -1.0);
     vec3 start = (world_from_camera * vec4(lens_m, 0.0, 1.0)).xyz;
@@ -94,9 +96,9 @@ void add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum)
         float focus = focus_dioptres + (colors == 1 ? 0.0 : axial_dioptres * float(k - 1));
         float dioptres;
         vec3 light = light_through(px, size, lens_middle_m + point, focus, dioptres);
-        vec2 place = pinhole_place(px, p, focal_px * dioptres, aperture_axes);
-        vec3 counted = colors == 1 ? vec3(1.0) : COLOR_WEIGHTS[k];
-        add_light(sides, vec4(light, 1.0), p, place, dioptres > 0.0, vec4(counted, 0.0));
+        vec2 pinhole_position = pinhole_place(px, p, focal_px * dioptres, aperture_axes);
+        vec3 color_mask = colors == 1 ? vec3(1.0) : COLOR_WEIGHTS[k];
+        add_light(sides, vec4(light, 1.0), p, pinhole_position, dioptres > 0.0, vec4(color_mask, 0.0));
     }
     sum.a += 1.0;
     write_sides(at, sides);

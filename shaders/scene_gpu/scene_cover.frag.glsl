@@ -1,5 +1,5 @@
-// Writes depth alone, for hidden-surface removal. HOLES allows surfaces with holes. PEEL draws only
-// what is behind the surface of the previous draw, without the back faces of closed meshes.
+// Writes depth alone, for hidden-surface removal. HOLES allows surfaces with holes. PEEL draws only the surfaces
+// behind that of the previous draw, without the back faces of closed meshes.
 //
 // Inputs with PEEL
 //   before_tx   that surface: r metres, +inf for the sky, if `before_is_depth`; else a dioptres
@@ -39,8 +39,8 @@ bool is_back() {
 }
 
 bool is_behind() {
-    vec4 before = texelFetch(before_tx, ivec2(gl_FragCoord.xy), 0);
-    float dioptres = before_is_depth ? 1.0 / before.r : before.a;
+    vec4 previous = texelFetch(before_tx, ivec2(gl_FragCoord.xy), 0);
+    float dioptres = before_is_depth ? 1.0 / previous.r : previous.a;
     return gl_FragCoord.w * (1.0 + SAME_SURFACE) < dioptres;
 }
 #endif

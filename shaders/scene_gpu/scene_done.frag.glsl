@@ -1,4 +1,4 @@
-// Covers the pixels that need no more samples, so that nothing is shaded there.
+// Covers the pixels that need no more samples, to prevent shading there.
 
 #include "lib/samples.lib.glsl"
 

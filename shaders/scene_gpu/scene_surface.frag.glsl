@@ -24,8 +24,8 @@ void main() {
     vec3 to_eye = unit_or(eye_m - position_m, vec3(0.0, 1.0, 0.0));
     Surface surface = surface_of(material, position_m, normal, tangent, uv, tint.rgb, to_eye);
 #ifdef PEEL
-    color = vec4(shaded(surface, to_eye), gl_FragCoord.w);
+    color = vec4(shade(surface, to_eye), gl_FragCoord.w);
 #else
-    color = vec4(shaded(surface, to_eye), 1.0);
+    color = vec4(shade(surface, to_eye), 1.0);
 #endif
 }

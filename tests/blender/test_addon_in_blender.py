@@ -85,12 +85,12 @@ print("FACTS" + json.dumps(facts))
 pytestmark = pytest.mark.skipif(not PYTHON, reason="HEATLENS_BPY_PYTHON names no Python with bpy")
 
 
-def test_a_plate_a_live_picture_and_the_lens_back(tmp_path):
+def test_addon_renders_plate_sends_live_picture_and_reads_lens_back(tmp_path):
     (tmp_path / "probe.py").write_text(PROBE)
     folder = tmp_path / "plates"
     with serving() as server:
         words = [PYTHON, tmp_path / "probe.py", ADDON, folder, server.address[1]]
-        ran = subprocess.run(
+        process = subprocess.run(
             list(map(str, words)),
             env=os.environ | {"HEATLENS": f"{sys.executable} -m heatlens"},
             capture_output=True,
@@ -98,10 +98,10 @@ def test_a_plate_a_live_picture_and_the_lens_back(tmp_path):
             check=False,
             timeout=400,
         )
-        assert ran.returncode == 0, ran.stderr
+        assert process.returncode == 0, process.stderr
         settle(server)
-        live = server.snapshot()
-    facts = json.loads(next(x for x in ran.stdout.splitlines() if x.startswith("FACTS"))[5:])
+        live_plate = server.snapshot()
+    facts = json.loads(next(x for x in process.stdout.splitlines() if x.startswith("FACTS"))[5:])
     assert facts["restored"] == facts["restored_live"] == facts["before"]
 
     plate = read_plate(next(folder.glob("*.0012.exr")))
@@ -113,19 +113,19 @@ def test_a_plate_a_live_picture_and_the_lens_back(tmp_path):
     shot = read_shot(next(folder.glob("*.heatlens.json")))
     assert shot.lens.focal_length_mm == 85 and shot.lens.model is LensModel.RENDERER
 
-    assert live is not None and live.color.shape == (27, 48, 4)
-    assert (live.camera.focal_length_mm, live.camera.focus_distance_m) == (85, 11)
-    np.testing.assert_allclose(np.median(live.depth_m), np.median(plate.depth_m), rtol=1e-3)
+    assert live_plate is not None and live_plate.color.shape == (27, 48, 4)
+    assert (live_plate.camera.focal_length_mm, live_plate.camera.focus_distance_m) == (85, 11)
+    np.testing.assert_allclose(np.median(live_plate.depth_m), np.median(plate.depth_m), rtol=1e-3)
 
     assert facts["lens"] == pytest.approx([85, 1.4, 7.5], rel=1e-6), facts["followed"]
     assert facts["camera"]
     assert facts["live_mode"] == 0o700
-    told = [facts[name] for name in ("blades", "blade_rotation_deg", "squeeze")]
+    aperture_values = [facts[name] for name in ("blades", "blade_rotation_deg", "squeeze")]
     # A corner at 0.25 + pi / 5, where Blender's stands; the nearest one to the top is the third.
     corner_deg = math.degrees(0.25 + math.pi / 5) + 72 - 90
-    assert told == pytest.approx([5, corner_deg, 1.5], abs=1e-4)
+    assert aperture_values == pytest.approx([5, corner_deg, 1.5], abs=1e-4)
     # The shot that came back is round, so the camera is, and has no rim of an earlier shot.
     assert (facts["opening"], facts["own"]) == ([0, 0, 1], [])
     assert "ratio 0.7" in facts["left_out"] and "40 blades" in facts["left_out"]
-    other = read_shot(next(folder.with_name("plates_left_out").glob("*.heatlens.json"))).lens
-    assert (other.blades, other.squeeze) == (0, 1.0)
+    second_lens = read_shot(next(folder.with_name("plates_left_out").glob("*.heatlens.json"))).lens
+    assert (second_lens.blades, second_lens.squeeze) == (0, 1.0)

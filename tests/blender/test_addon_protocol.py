@@ -1,4 +1,4 @@
-"""What the add-on sends, and how it reads a depth buffer, with a stand-in for Blender's module."""
+"""Test the add-on's packets and its depth buffer conversion, with a fake of Blender's module."""
 
 import importlib.util
 import sys
@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.base.paths import data_dir
-from heatlens.media.live.stream.protocol import CreateImage, PacketStream, ReadFile, message_of
+from heatlens.media.live.stream.protocol import CreateImage, PacketStream, ReadFile, parse_message
 from heatlens.media.live.stream.received_plate import LENS_IMAGE
 
 
-def stand_in() -> dict[str, ModuleType]:
-    """Return a stand-in for bpy with what the add-on needs when it is imported."""
+def fake_bpy_modules() -> dict[str, ModuleType]:
+    """Return fake modules `bpy` and `bpy.props` with what the add-on needs to be imported."""
     bpy, props = ModuleType("bpy"), ModuleType("bpy.props")
     kinds = ("Operator", "Panel", "PropertyGroup", "AddonPreferences")
     bpy.types = SimpleNamespace(**{kind: type(kind, (), {}) for kind in kinds})
@@ -31,57 +31,57 @@ def addon():
     spec = importlib.util.spec_from_file_location("heatlens_addon", path)
     module = importlib.util.module_from_spec(spec)
     with pytest.MonkeyPatch.context() as patch:
-        for name, part in stand_in().items():
+        for name, part in fake_bpy_modules().items():
             patch.setitem(sys.modules, name, part)
         spec.loader.exec_module(module)
     return module
 
 
 def messages(data: bytes) -> list:
-    """Return what heatlens understands of the bytes of a connection."""
-    stream, found = PacketStream(), []
+    """Return the messages that heatlens decodes from the bytes of a connection."""
+    stream, received = PacketStream(), []
     while data:
-        count = stream.wanted
+        count = stream.expected_bytes
         packet, data = stream.feed(data[:count]), data[count:]
         if packet is not None:
-            found.append(message_of(packet))
-    assert stream.held == 0
-    return found
+            received.append(parse_message(packet))
+    assert stream.buffered_bytes == 0
+    return received
 
 
-def test_a_picture_arrives_whole(addon, rng):
+def test_addon_picture_packets_decode_to_same_pixels(addon, rng):
     pixels = rng.random((5, 7, 4), np.float32)
-    begun, sent = messages(
+    create_message, update_message = messages(
         addon.created("Blender", 7, 5, "RGBZ") + addon.updated("Blender", pixels, "RGBZ")
     )
-    assert begun == CreateImage("Blender", 7, 5, ("R", "G", "B", "Z"))
-    assert (sent.name, sent.x, sent.y) == ("Blender", 0, 0)
+    assert create_message == CreateImage("Blender", 7, 5, ("R", "G", "B", "Z"))
+    assert (update_message.name, update_message.x, update_message.y) == ("Blender", 0, 0)
     for index, channel in enumerate("RGBZ"):
-        np.testing.assert_array_equal(sent.tiles[channel], pixels[..., index])
+        np.testing.assert_array_equal(update_message.tiles[channel], pixels[..., index])
 
 
-def test_the_lens_arrives_under_its_name(addon):
+def test_addon_lens_packets_decode_to_lens_image(addon):
     sample = {"focal_length_mm": 35, "sensor_width_mm": 24, "f_stop": 2, "focus_distance_m": 4}
-    begun, sent = messages(addon.lens_packets(sample))
-    assert (begun.name, begun.width, begun.height) == (LENS_IMAGE, 1, 1)
-    assert {name: float(tile[0, 0]) for name, tile in sent.tiles.items()} == sample
+    create_message, update_message = messages(addon.lens_packets(sample))
+    assert (create_message.name, create_message.width, create_message.height) == (LENS_IMAGE, 1, 1)
+    assert {name: float(tile[0, 0]) for name, tile in update_message.tiles.items()} == sample
 
 
 @pytest.mark.parametrize("is_first", [True, False])
-def test_a_file_is_asked_for(addon, is_first):
+def test_addon_request_decodes_to_read_file(addon, is_first):
     assert messages(addon.asked("/tmp/a b.exr", is_first)) == [ReadFile("/tmp/a b.exr")]
 
 
 @given(st.floats(0.01, 1.0), st.floats(10.0, 1e4), st.floats(0.0, 0.999))
-def test_depths_of_the_viewport_are_distances(addon, near, far, share):
-    """Through the projection of OpenGL, whose last rows take z to clip space."""
+def test_planar_depth_converts_depth_buffer_to_meters(addon, near, far, share):
+    """The depth buffer values come from the OpenGL projection of known distances."""
     distance = near + share * (far - near)
     a, b = -(far + near) / (far - near), -2 * far * near / (far - near)
     projection = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, a, b], [0, 0, -1, 0]]
     depth = ((a * -distance + b) / distance + 1) / 2
-    found = addon.planar_depth([[depth, 1.0]], projection)
-    assert found[0, 0] == pytest.approx(distance, rel=1e-6 * far / near)
-    assert found[0, 1] == addon.SKY_M
+    depths = addon.planar_depth([[depth, 1.0]], projection)
+    assert depths[0, 0] == pytest.approx(distance, rel=1e-6 * far / near)
+    assert depths[0, 1] == addon.SKY_M
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_depths_of_the_viewport_are_distances(addon, near, far, share):
         ("VERTICAL", (1920, 1080), (24 * 16 / 9, 24.0)),
     ],
 )
-def test_the_sensor_is_the_part_that_the_picture_shows(addon, fit, size, sensor):
+def test_sensor_mm_is_visible_part_of_sensor(addon, fit, size, sensor):
     data = SimpleNamespace(sensor_fit=fit, sensor_width=36.0, sensor_height=24.0)
     across, down = size
     render = SimpleNamespace(

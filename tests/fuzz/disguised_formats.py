@@ -1,4 +1,4 @@
-"""Pictures under the endings of others, PFM, and the manifest beside a plate, for the fuzzers."""
+"""Formats for the fuzzers: pictures with a wrong ending, PFM maps, and Cryptomatte manifests."""
 
 from collections.abc import Iterable
 from contextlib import suppress
@@ -10,7 +10,7 @@ from PIL import Image
 
 from heatlens.core.base.errors import InputError
 from heatlens.media.files.picture_formats import suffixes_read
-from heatlens.media.plate.mattes.mattes import matte_of
+from heatlens.media.plate.mattes.mattes import read_matte
 from heatlens.media.plate.picture.picture_open import open_picture, picture_info
 from heatlens.media.plate.read import read_plate
 from support.mattes import MANIFEST, matte_plate
@@ -25,29 +25,29 @@ _OTHERS = {
 
 
 def _contents() -> dict[str, bytes]:
-    found = dict(_OTHERS)
+    contents = dict(_OTHERS)
     for kind in ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "TGA", "GIF", "PPM"):
         file = BytesIO()
         Image.fromarray(_COLORS).save(file, kind)
-        found[kind.lower()] = file.getvalue()
-    return found
+        contents[kind.lower()] = file.getvalue()
+    return contents
 
 
 def under_other_endings(folder: Path) -> list[Path]:
-    """Write each kind of content under the ending of every picture, its own among them."""
-    made = []
+    """Write each kind of content with every picture file ending, also the right one."""
+    paths = []
     for kind, content in _contents().items():
         for suffix in suffixes_read()[1:]:
             path = folder / f"{kind}{suffix}"
             path.write_bytes(content)
-            made.append(path)
-    return made
+            paths.append(path)
+    return paths
 
 
 def values(path: Path) -> Iterable[np.ndarray]:
-    """Read a picture, and what is known of it before its pixels are decoded.
+    """Read the facts of a picture, then its pixels.
 
-    Whole ones under another ending are refused, so that a sentence is as good as numbers here.
+    Undamaged pictures with a wrong ending are refused, so an `InputError` is accepted here.
     """
     with suppress(InputError):
         picture_info(path)
@@ -57,17 +57,17 @@ def values(path: Path) -> Iterable[np.ndarray]:
 
 def pfm(folder: Path) -> list[Path]:
     """Write grey and coloured maps in both orders of bytes."""
-    made = []
+    paths = []
     for name, values_, order in (("Pf", _COLORS[..., 0], "<"), ("PF", _COLORS, ">")):
         head = f"{name}\n9 6\n{-1.0 if order == '<' else 1.0}\n".encode()
-        path = folder / f"{name}{len(made)}.pfm"
+        path = folder / f"{name}{len(paths)}.pfm"
         path.write_bytes(head + (values_[::-1] / 255).astype(f"{order}f4").tobytes())
-        made.append(path)
-    return made
+        paths.append(path)
+    return paths
 
 
 def finite_values(path: Path) -> Iterable[np.ndarray]:
-    """Read a map; its numbers may be any, so that only its size is given."""
+    """Read a map and return only its shape, as a PFM may hold any numbers."""
     return [np.array(open_picture(path).values.shape, float)]
 
 
@@ -80,4 +80,4 @@ def manifests(folder: Path) -> list[Path]:
 
 def matte_by_manifest(path: Path) -> Iterable[np.ndarray]:
     """Read the matte of a thing that the manifest names."""
-    return [matte_of(read_plate(path.with_name("p.exr")), "cryptomatte:hero")]
+    return [read_matte(read_plate(path.with_name("p.exr")), "cryptomatte:hero")]

@@ -1,4 +1,4 @@
-"""Kill what makes the frames of a farm at random moments, start once more, and count what is wrong.
+"""Kill parts of a render farm at random moments, start them again, and count wrong frames.
 
     python tests/fuzz/farm_kills.py --kills 20 --seed 1
     python tests/fuzz/farm_kills.py --kills 5 --only worker,client
@@ -20,60 +20,61 @@ from pathlib import Path
 
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
-from heatlens.deliver.export.finished import is_whole
+from heatlens.deliver.export.finished import is_complete
 from heatlens.media.documents.shot_file import write_shot
-from support.command_line import started
+from support.command_line import start_heatlens
 from support.dask_cluster import DaskCluster, dask_cluster
-from support.exports import MANY, files_in, shot_of, write_plates
-from support.slurm import Slurm, why_not
+from support.exports import MANY_FRAMES, files_in, shot_of, write_plates
+from support.slurm import Slurm, why_no_slurm
 
 PATIENCE_S = 120.0
 
 
 class Farm:
-    """A shot, what its export leaves when nobody is killed, and the count of what went wrong."""
+    """A shot, the files of its undisturbed export, and counts of faults after kills."""
 
     def __init__(self, folder: Path, seed: int) -> None:
         self.folder, self.rng = folder, random.Random(seed)
         self.shot, self.out = folder / "s.heatlens.json", folder / "out"
-        write_shot(self.shot, shot_of(write_plates(folder / "plates", MANY), MANY))
-        assert self.finished("-o", folder / "whole" / "n.####.exr") == 0
+        write_shot(self.shot, shot_of(write_plates(folder / "plates", MANY_FRAMES), MANY_FRAMES))
+        assert self.run_export("-o", folder / "whole" / "n.####.exr") == 0
         self.whole = files_in(folder / "whole")
         self.counts: Counter[str] = Counter()
-        self._before: dict[Path, int] = {}
+        self._inodes_before: dict[Path, int] = {}
 
-    def finished(self, *words: object) -> int:
-        process = started("export", self.shot, *words)
+    def run_export(self, *words: object) -> int:
+        process = start_heatlens("export", self.shot, *words)
         process.communicate(timeout=PATIENCE_S)
         return process.returncode
 
     def words(self) -> tuple[object, ...]:
         return ("-o", self.out / "n.####.exr", "--chunk", 8)
 
-    def wait(self, ended: Callable[[], bool]) -> None:
-        """Wait for a random number of frames, and a moment more."""
-        count, end = self.rng.randrange(len(MANY) - 4), time.monotonic() + PATIENCE_S
+    def wait_for_random_frames(self, ended: Callable[[], bool]) -> None:
+        """Wait for a random number of frames and up to 0.1 s more, or until `ended` is true."""
+        count, end = self.rng.randrange(len(MANY_FRAMES) - 4), time.monotonic() + PATIENCE_S
         while len(list(self.out.glob("n.*.exr"))) < count and not ended():
             assert time.monotonic() < end, "no frames came"
             time.sleep(0.02)
         time.sleep(self.rng.uniform(0.0, 0.1))
 
-    def after_kill(self) -> None:
-        """Note what is finished, and what is half."""
-        self._before = {path: path.stat().st_ino for path in self.out.glob("n.*.exr")}
-        self.counts["half"] += sum(not is_whole(path) for path in self._before)
-        self.counts["finished before the kill"] += len(self._before)
+    def count_finished_frames(self) -> None:
+        """Count the finished and the truncated frames after a kill, and remember their inodes."""
+        self._inodes_before = {path: path.stat().st_ino for path in self.out.glob("n.*.exr")}
+        self.counts["half"] += sum(not is_complete(path) for path in self._inodes_before)
+        self.counts["finished before the kill"] += len(self._inodes_before)
 
-    def after_start(self) -> None:
-        """Compare with the whole, and forget the frames."""
-        made = files_in(self.out)
-        self.counts["missing"] += len(self.whole.keys() - made.keys())
+    def compare_frames(self) -> None:
+        """Count missing, different and rewritten frames against the whole export; delete them."""
+        out_files = files_in(self.out)
+        self.counts["missing"] += len(self.whole.keys() - out_files.keys())
         self.counts["different"] += sum(
-            made.get(name, data) != data for name, data in self.whole.items()
+            out_files.get(name, data) != data for name, data in self.whole.items()
         )
-        self.counts["left over"] += len([name for name in made if name not in self.whole])
+        self.counts["left over"] += len([name for name in out_files if name not in self.whole])
         self.counts["twice"] += sum(
-            path.exists() and path.stat().st_ino != inode for path, inode in self._before.items()
+            path.exists() and path.stat().st_ino != inode
+            for path, inode in self._inodes_before.items()
         )
         self.counts["kills"] += 1
         print(dict(self.counts), file=sys.stderr, flush=True)
@@ -83,32 +84,32 @@ class Farm:
 def kill_in_cluster(farm: Farm, cluster: DaskCluster, kind: str) -> None:
     """Kill the worker, the client or the scheduler, and start it once more."""
     export = cluster.export("export", farm.shot, *farm.words())
-    farm.wait(lambda: export.poll() is not None)
+    farm.wait_for_random_frames(lambda: export.poll() is not None)
     if export.poll() is not None:
-        farm.after_start()
+        farm.compare_frames()
         farm.counts["kills"] -= 1
         return
     cluster.kill({"client": "export"}.get(kind, kind))
     if kind == "worker":
-        farm.after_kill()
+        farm.count_finished_frames()
         cluster.work("worker")
         assert export.wait(PATIENCE_S) == 0, cluster.said("export")
     elif kind == "scheduler":
         export.wait(PATIENCE_S)
         cluster.ended("worker")
-        farm.after_kill()
+        farm.count_finished_frames()
         cluster.schedule()
         cluster.work("worker")
     if kind != "worker":
         if kind == "client":
             time.sleep(1.0)  # a task that is under way ends
-            farm.after_kill()
+            farm.count_finished_frames()
         cluster.exported(farm.shot, *farm.words())
-    farm.after_start()
+    farm.compare_frames()
 
 
-def drained(slurm: Slurm) -> None:
-    """Wait until no task is left, however loaded the machine is."""
+def wait_until_drained(slurm: Slurm) -> None:
+    """Wait until Slurm has no task left; the limit is long, for loaded machines."""
     end = time.monotonic() + 5 * PATIENCE_S
     while slurm.said("squeue", "-h").strip():
         assert time.monotonic() < end, "the tasks never ended"
@@ -118,21 +119,21 @@ def drained(slurm: Slurm) -> None:
 def kill_in_slurm(farm: Farm, slurm: Slurm, kind: str, script: str) -> None:
     """Kill a task or the node's daemon, and submit the job once more."""
     ids = slurm.submitted(script, farm.folder).stdout.split()
-    farm.wait(lambda: not slurm.said("squeue", "-h").strip())
+    farm.wait_for_random_frames(lambda: not slurm.said("squeue", "-h").strip())
     if kind == "task":
         task = f"{ids[0]}_{farm.rng.randrange(3)}"
         slurm.said("scancel", "--signal=KILL", "--full", task)
     else:
         slurm.kill("slurmd")
         slurm.run("slurmd", "-D", "-N", "here")
-    farm.after_kill()
-    drained(slurm)
+    farm.count_finished_frames()
+    wait_until_drained(slurm)
     assert slurm.submitted(script, farm.folder).returncode == 0
-    drained(slurm)
-    farm.after_start()
+    wait_until_drained(slurm)
+    farm.compare_frames()
 
 
-def tried(farm: Farm, kind: str, kills: int, stack: ExitStack) -> None:
+def kill_repeatedly(farm: Farm, kind: str, kills: int, stack: ExitStack) -> None:
     if kind in ("worker", "client", "scheduler"):
         cluster = stack.enter_context(dask_cluster(farm.folder / f"of {kind}", workers=0))
         cluster.work("worker")
@@ -144,7 +145,7 @@ def tried(farm: Farm, kind: str, kills: int, stack: ExitStack) -> None:
     stack.callback(slurm.stop)
     slurm.start()
     script = farm.folder / "job.sh"
-    process = started(
+    process = start_heatlens(
         "export", farm.shot, *farm.words(), "--submit", "slurm", "--memory", 1, "--cpus", 1
     )
     script.write_text(process.communicate(timeout=PATIENCE_S)[0])
@@ -161,13 +162,13 @@ def main() -> int:
     args = parser.parse_args()
     wrong = 0
     for kind in args.only.split(","):
-        if kind in ("task", "slurmd") and why_not():
-            print(f"{kind}: {why_not()}")
+        if kind in ("task", "slurmd") and why_no_slurm():
+            print(f"{kind}: {why_no_slurm()}")
             continue
         with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
             Path(folder).chmod(0o755)
             farm = Farm(Path(folder), args.seed)
-            tried(farm, kind, args.kills, stack)
+            kill_repeatedly(farm, kind, args.kills, stack)
         names = (
             "kills",
             "finished before the kill",

@@ -21,15 +21,15 @@ _CAPTURE = {"K": [40.0, 0, 0, 0, 40.0, 0, 24, 16, 1], "w": 48, "h": 32, "fps": 3
 
 
 def movies(folder: Path) -> list[Path]:
-    """Write a movie in each codec, where the container allows with sound."""
-    found = []
+    """Write a movie in each codec, with sound if the container allows it."""
+    paths = []
     for number, (codec, (suffix, *_)) in enumerate(CODECS.items()):
         sound = _SOUND if suffix in (".mov", ".mkv") else None
-        found.append(write_movie(folder / f"{number}{suffix}", ramps(**_SMALL), codec, sound=sound))
-    return found
+        paths.append(write_movie(folder / f"{number}{suffix}", ramps(**_SMALL), codec, sound=sound))
+    return paths
 
 
-def shown_and_heard(path: Path) -> Iterable[np.ndarray]:
+def frames_and_sound(path: Path) -> Iterable[np.ndarray]:
     """Read the frames out of order, then the sound."""
     movie = movie_at(path)
     for number in (movie.count - 1, 0):
@@ -40,28 +40,32 @@ def shown_and_heard(path: Path) -> Iterable[np.ndarray]:
 
 def edits(folder: Path) -> list[Path]:
     """Write a cut with a gap, a retime, a dissolve and a marker in each format."""
-    time, made = opentimelineio.opentime, opentimelineio.schema
+    opentime, schema = opentimelineio.opentime, opentimelineio.schema
     rate = 24.0
-    track = made.Track("V1", kind="Video")
+    track = schema.Track("V1", kind="Video")
     for number, start in enumerate((86_400, 86_448)):
-        span = time.TimeRange(time.RationalTime(start, rate), time.RationalTime(24, rate))
-        media = made.ExternalReference(f"plates/s{number}.####.exr", span)
-        clip = made.Clip(f"s{number}", media, span)
-        clip.markers.append(made.Marker("A 2.4m", time.TimeRange(span.start_time, span.duration)))
+        span = opentime.TimeRange(
+            opentime.RationalTime(start, rate), opentime.RationalTime(24, rate)
+        )
+        media = schema.ExternalReference(f"plates/s{number}.####.exr", span)
+        clip = schema.Clip(f"s{number}", media, span)
+        clip.markers.append(
+            schema.Marker("A 2.4m", opentime.TimeRange(span.start_time, span.duration))
+        )
         track.append(clip)
-        gap = time.TimeRange(time.RationalTime(0, rate), time.RationalTime(3, rate))
-        track.append(made.Gap(source_range=gap))
-    track[2].effects.append(made.LinearTimeWarp(time_scalar=2.0))
-    timeline = made.Timeline("cut")
+        gap = opentime.TimeRange(opentime.RationalTime(0, rate), opentime.RationalTime(3, rate))
+        track.append(schema.Gap(source_range=gap))
+    track[2].effects.append(schema.LinearTimeWarp(time_scalar=2.0))
+    timeline = schema.Timeline("cut")
     timeline.tracks.append(track)
-    found = []
+    paths = []
     for suffix, adapter in ((".otio", None), (".edl", "cmx_3600"), (".xml", "fcp_xml")):
         path = folder / f"cut{suffix}"
         opentimelineio.adapters.write_to_file(timeline, str(path), adapter)
-        found.append(path)
+        paths.append(path)
     shots = (ReelShot("a", str(folder / "a.####.exr"), FrameRange(1, 9)), ReelShot("b", "b.glb"))
     write_reel(folder / "cut.heatreel.json", Reel("cut", shots, 24.0, "01:00:00:00", ((1, 2),)))
-    return [*found, folder / "cut.heatreel.json"]
+    return [*paths, folder / "cut.heatreel.json"]
 
 
 def frames_of_edit(path: Path) -> Iterable[np.ndarray]:

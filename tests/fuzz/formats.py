@@ -1,4 +1,4 @@
-"""The formats that are fuzzed: whole files to begin with, and what reading a damaged one must give.
+"""Formats for the fuzzers: how to write undamaged files, and how to read a damaged one.
 
 Each reader raises HeatlensError or returns arrays that must all be finite.
 """
@@ -31,13 +31,13 @@ from heatlens.media.color.color_config import load_color_config
 from heatlens.media.documents import edit_file
 from heatlens.media.documents.shot_file import read_shot, write_shot
 from heatlens.media.files.usd_library import usd_module
-from heatlens.media.live.stream.chosen_image import chosen_image
+from heatlens.media.live.stream.chosen_image import choose_image
 from heatlens.media.live.stream.images import TevImages
 from heatlens.media.live.stream.protocol import (
     PacketStream,
     TevPacketError,
     TevStreamError,
-    message_of,
+    parse_message,
 )
 from heatlens.media.live.stream.received_plate import LENS_IMAGE, lens_header, plate_of_image
 from heatlens.media.plate.header.camera_header import lens_attributes
@@ -53,7 +53,7 @@ from support.exr_files import distances, rgb, tiled_header, write_file, write_pa
 from support.gltf_files import encoded, figure_scene, square_scene
 from support.mesh_files import MTL, OBJ, PIXELS, PLY, STL
 from support.shoot_tables import SHOOT_TABLES
-from support.shots_of_tests import worked_on
+from support.shots_of_tests import with_keys_and_marks
 from support.tev_packets import GOOD
 
 Arrays = Iterable[np.ndarray]
@@ -61,9 +61,9 @@ Arrays = Iterable[np.ndarray]
 
 @dataclass(frozen=True)
 class Format:
-    """Whole files by their names, written into a folder, and how one of them is read.
+    """One fuzzed format: a writer of undamaged files into a folder, and a reader of one file.
 
-    `seal` makes the checksums of a damaged file right again: half the mutants are sealed.
+    `seal` corrects the checksums of a damaged file; it is applied to half of the mutants.
     """
 
     write: Callable[[Path], list[Path]]
@@ -74,17 +74,17 @@ class Format:
 def _exr(folder: Path) -> list[Path]:
     channels = {n: v / 7 for n, v in rgb(12, 16).items()} | {"Z": distances(12, 16)}
     header = lens_attributes(50.0, 2.0, 2.24, 36.0, 24.0)
-    found = []
+    paths = []
     for name in (n for n in dir(OpenEXR) if n.endswith("_COMPRESSION")):
         path, kind = folder / f"{name.split('_')[0].lower()}.exr", getattr(OpenEXR, name)
-        found.append(write_file(path, channels, compression=kind, **header))
-    found.append(write_file(folder / "tiled.exr", channels, **tiled_header(), **header))
+        paths.append(write_file(path, channels, compression=kind, **header))
+    paths.append(write_file(folder / "tiled.exr", channels, **tiled_header(), **header))
     color, depth = ({"name": "rgb"}, rgb(12, 16)), ({"name": "depth"}, {"Z": distances(12, 16)})
-    return [*found, write_parts(folder / "parts.exr", color, depth)]
+    return [*paths, write_parts(folder / "parts.exr", color, depth)]
 
 
 def _deep(folder: Path) -> list[Path]:
-    """Write none to three samples in each pixel, thick ones too, packed in each way."""
+    """Write deep files with 0 to 3 samples per pixel, also thick ones, in each compression."""
     names = (*"RGBAZ", "ZBack")
     channels = {name: np.empty((6, 8), dtype=object) for name in names}
     for y, x in np.ndindex(6, 8):
@@ -92,16 +92,16 @@ def _deep(folder: Path) -> list[Path]:
         for k, name in enumerate(names):
             values = np.linspace(1.0, 2.0 + k, count) if k > 3 else np.full(count, 0.5)
             channels[name][y, x] = values.astype(np.float16 if k < 4 else np.float32)
-    found = []
+    paths = []
     for kind in ("NO", "RLE", "ZIPS"):
         header = {"type": OpenEXR.deepscanline}
         header["compression"] = getattr(OpenEXR, f"{kind}_COMPRESSION")
-        found.append(write_file(folder / f"deep_{kind.lower()}.exr", channels, **header))
+        paths.append(write_file(folder / f"deep_{kind.lower()}.exr", channels, **header))
     tiled = tiled_header() | {"type": OpenEXR.deeptile, "compression": OpenEXR.ZIPS_COMPRESSION}
-    found.append(write_file(folder / "deep_tiled.exr", channels, **tiled))
+    paths.append(write_file(folder / "deep_tiled.exr", channels, **tiled))
     flat = ({"name": "flat", "type": OpenEXR.scanlineimage}, rgb(6, 8))
     deep = ({"name": "deep"} | header, channels)
-    return [*found, write_parts(folder / "deep_parts.exr", flat, deep)]
+    return [*paths, write_parts(folder / "deep_parts.exr", flat, deep)]
 
 
 def _plate(path: Path, read: Callable[[Path], Plate] = read_plate) -> Arrays:
@@ -137,7 +137,7 @@ def _beside(name: str, data: bytes) -> Callable[[Path], list[Path]]:
 
 
 def _materials(folder: Path) -> list[Path]:
-    """Damage what an OBJ names, and read the OBJ."""
+    """Write an OBJ and return its MTL file, which is damaged in its place."""
     return [_beside("a.obj", OBJ.encode())(folder)[0].with_name("a.mtl")]
 
 
@@ -150,15 +150,15 @@ def _gltf(folder: Path) -> list[Path]:
 
 
 def _stage(folder: Path) -> list[Path]:
-    """Write a stage as text, in binary, and as a package."""
+    """Write USD stages as text (.usda), in binary (.usdc) and as a package (.usdz)."""
     text, binary, package = (folder / f"a.{kind}" for kind in ("usda", "usdc", "usdz"))
     text.write_bytes((Path(__file__).parent / "stage.usda").read_bytes())
-    shapes, more = folder / "d.usda", folder / "e.usdc"
+    shapes, binary_shapes = folder / "d.usda", folder / "e.usdc"
     shapes.write_bytes((Path(__file__).parent / "shapes.usda").read_bytes())
-    usd_module("Sdf").Layer.FindOrOpen(str(shapes)).Export(str(more))
+    usd_module("Sdf").Layer.FindOrOpen(str(shapes)).Export(str(binary_shapes))
     usd_module("Sdf").Layer.FindOrOpen(str(text)).Export(str(binary))
     assert usd_module("UsdUtils").CreateNewUsdzPackage(str(binary), str(package))
-    return [text, binary, package, shapes, more]
+    return [text, binary, package, shapes, binary_shapes]
 
 
 def _usd_cameras(folder: Path) -> list[Path]:
@@ -169,7 +169,7 @@ def _usd_cameras(folder: Path) -> list[Path]:
 
 
 def _ply(folder: Path) -> list[Path]:
-    """Damage polygons, strips of triangles, points, and polygons of several sizes."""
+    """Write PLY files of polygons, triangle strips, points, and polygons of mixed sizes."""
     vertices = b"0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n1 1 0 0 0 1\n"
     head = b"ply\nformat ascii 1.0\nelement vertex 4\n" + b"".join(
         f"property float {name}\n".encode() for name in ("x", "y", "z", "nx", "ny", "nz")
@@ -194,20 +194,20 @@ def _camera(suffix: str) -> Callable[[Path], list[Path]]:
 
 
 def _shot(folder: Path) -> list[Path]:
-    write_shot(folder / "s.heatlens.json", worked_on(Shot(Lens(50.0, 2.0, 2.0, 36.0))))
+    write_shot(folder / "s.heatlens.json", with_keys_and_marks(Shot(Lens(50.0, 2.0, 2.0, 36.0))))
     return [folder / "s.heatlens.json"]
 
 
 def _shoot(folder: Path) -> list[Path]:
-    """Write tables as cameras of three makers tell their lens."""
+    """Write the lens tables that cameras of three makers export."""
     for name, text in SHOOT_TABLES.items():
         (folder / f"{name}.csv").write_text(text)
     return [folder / f"{name}.csv" for name in SHOOT_TABLES]
 
 
 def _numbers(values: Iterable[object]) -> Arrays:
-    told = [value for value in values if isinstance(value, float)]
-    return [np.array([value for value in told if value != np.inf])]
+    numbers = [value for value in values if isinstance(value, float)]
+    return [np.array([value for value in numbers if value != np.inf])]
 
 
 def _lens_numbers(path: Path) -> Arrays:
@@ -228,7 +228,7 @@ def _config(path: Path) -> Arrays:
 
 
 def _tev(folder: Path) -> list[Path]:
-    """Write all kinds of packets; the image is closed last, and made once more. A lens follows."""
+    """Write all kinds of tev packets, with a closed and recreated image, and a lens image."""
     create, update, close, *others = GOOD
     names = ["focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m"]
     values = np.array([[[50, 36, 2.8, 4.2]]], np.float32)
@@ -242,21 +242,21 @@ def _tev(folder: Path) -> list[Path]:
 
 
 def _stream(path: Path) -> Arrays:
-    """Read packets as the server reads what a stranger sends, and make a plate of what is there."""
-    images, stream, rest = TevImages(max_values=1 << 16), PacketStream(), path.read_bytes()
+    """Read packets as the tev server does, and make a plate of the received images."""
+    images, stream, remaining = TevImages(max_values=1 << 16), PacketStream(), path.read_bytes()
     problems: list[Exception] = []
-    while rest:
-        wanted = max(stream.wanted, 1)
+    while remaining:
+        byte_count = max(stream.expected_bytes, 1)
         try:
-            packet = stream.feed(rest[:wanted])
+            packet = stream.feed(remaining[:byte_count])
             if packet is not None:
-                images.apply(message_of(packet))
+                images.apply(parse_message(packet))
         except TevPacketError as error:  # the packet is dropped, the connection goes on
             problems.append(error)
         except TevStreamError as error:
             problems.append(error)
             break
-        rest = rest[wanted:]
+        remaining = remaining[byte_count:]
     try:
         yield from _received(images)
     except InputError as error:
@@ -267,14 +267,14 @@ def _stream(path: Path) -> Arrays:
 
 def _received(images: TevImages) -> Arrays:
     names, options = [name for name in images.names if name != LENS_IMAGE], PlateOptions()
-    found = [image for image in map(images.get, names) if image is not None]
+    received_images = [image for image in map(images.get, names) if image is not None]
     lens = lens_header(images.get(LENS_IMAGE))
-    plate = plate_of_image(chosen_image(found, options), options, lens)
+    plate = plate_of_image(choose_image(received_images, options), options, lens)
     return (*_plate_values(plate), *_numbers(vars(plate.camera).values()))
 
 
 def without_slow_guesses() -> None:
-    """Have trimesh told an encoding at once; to guess one takes ten times as long as to read."""
+    """Replace the guess of text encodings in trimesh, which takes ten times as long as reading."""
     encodings = ("latin-1", "utf-8", "shift_jis", "utf_16", None)
     charset_normalizer.detect = lambda data: {
         "encoding": encodings[sum(data) % len(encodings)],
@@ -283,7 +283,7 @@ def without_slow_guesses() -> None:
 
 
 def without_own_processes() -> None:
-    """Have libraries that the program runs apart damaged in this process, which is the fuzzer's."""
+    """Read formats in this process that the program reads in a process of its own."""
     compressed.is_bounded = picture_open.is_bounded = edit_file.is_bounded = lambda: True
 
 
@@ -301,7 +301,7 @@ FORMATS = {
             ("dpx", ".dpx", photo_formats.dpx, None),
         )
     },
-    "movie": Format(footage_formats.movies, footage_formats.shown_and_heard),
+    "movie": Format(footage_formats.movies, footage_formats.frames_and_sound),
     "edit": Format(footage_formats.edits, footage_formats.frames_of_edit),
     "capture": Format(footage_formats.captures, footage_formats.lens_of_capture),
     "depth-inside": Format(photo_formats.with_depth_inside, _plate),
@@ -310,7 +310,7 @@ FORMATS = {
     "manifest": Format(disguised_formats.manifests, disguised_formats.matte_by_manifest),
     "gltf": Format(_gltf, lambda path: _meshes(read_scene(path))),
     "gltf-packed": Format(
-        packed_formats.written,
+        packed_formats.write_parts_alone,
         lambda path: _meshes(read_scene(packed_formats.as_gltf(path))),
     ),
     "obj": Format(_beside("a.obj", OBJ.encode()), lambda path: _meshes(read_scene(path))),
@@ -334,6 +334,8 @@ FORMATS = {
     "shot": Format(_shot, _lens_numbers),
     "ocio": Format(_ocio, _config),
     "tev": Format(_tev, _stream),
-    "osc": Format(osc_packets.datagrams, osc_packets.heard),
-    "opentrackio": Format(ring_packets.packets, ring_packets.heard, ring_packets.with_checksums),
+    "osc": Format(osc_packets.datagrams, osc_packets.received_values),
+    "opentrackio": Format(
+        ring_packets.packets, ring_packets.received_values, ring_packets.with_checksums
+    ),
 }

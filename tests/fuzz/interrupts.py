@@ -1,4 +1,4 @@
-"""Stop signals at random moments of every command: what must be true afterwards, and a long run.
+"""Send stop signals at random moments of every command, and check how the commands end.
 
     python tests/fuzz/interrupts.py --times 200            # of every command, SIGINT and SIGTERM
     python tests/fuzz/interrupts.py --times 50 --only render,study --signals TERM
@@ -75,37 +75,37 @@ _OF_HEATLENS = re.compile(r'File "(?!<frozen)[^"]*heatlens')
 
 @dataclass
 class Outcome:
-    """One process that was sent a signal."""
+    """The outcome of one process that was sent a signal."""
 
     code: int
     seconds: float  # from the signal to its end
     busy_s: float  # that processors worked for it from then on
-    said: str
-    left: list[str]  # files that should not be there
+    output: str
+    leftover_files: list[str]  # files that should not be there
     alive: bool  # something of its process group still ran
     before_python: bool  # the signal came before the first line of heatlens
 
     def faults(self, number: int, limit_s: float) -> list[str]:
-        """Return what is wrong with it, in words."""
+        """Return descriptions of all that is wrong with the outcome."""
         if self.before_python:
             return []
-        found = []
+        fault_texts = []
         if self.code not in (0, 128 + number):
-            found.append(f"exit code {self.code}")
-        if _UNTRUE.search(self.said):
-            found.append("said what is not true")
-        if self.left:
-            found.append(f"left {self.left}")
+            fault_texts.append(f"exit code {self.code}")
+        if _UNTRUE.search(self.output):
+            fault_texts.append("said what is not true")
+        if self.leftover_files:
+            fault_texts.append(f"left {self.leftover_files}")
         if self.alive:
-            found.append("left a process")
+            fault_texts.append("left a process")
         if self.seconds > limit_s:
-            found.append(f"took {self.seconds:.2f} s, {self.busy_s:.2f} s of processor time")
-        return found
+            fault_texts.append(f"took {self.seconds:.2f} s, {self.busy_s:.2f} s of processor time")
+        return fault_texts
 
 
 @dataclass
 class Bench:
-    """Files that the commands need, and a folder to write in."""
+    """The input files of the commands, and a folder for their outputs."""
 
     folder: Path
     shot: Path = field(init=False)
@@ -128,8 +128,8 @@ class Bench:
         large = self.folder / "large.exr"
         if "{large}" in COMMANDS[name] and not large.exists():
             write_large(large)
-        given = {"out": out, "shot": self.shot, "ref": self.reference, "large": large}
-        return [word.format(**given) for word in COMMANDS[name]]
+        values = {"out": out, "shot": self.shot, "ref": self.reference, "large": large}
+        return [word.format(**values) for word in COMMANDS[name]]
 
     def start(self, name: str, out: Path) -> subprocess.Popen[str]:
         """Start command `name`, which writes into `out`."""
@@ -147,8 +147,12 @@ class Bench:
     def _environment(self, temporary: Path) -> dict[str, str]:
         """Return the environment without the user's preferences and windows."""
         folders = {"HEATLENS_CONFIG_DIR": "config", "HEATLENS_CACHE_DIR": "cache"}
-        own = {name: str(self.folder / folder) for name, folder in folders.items()}
-        return own | {"TMPDIR": str(temporary), "DISPLAY": self.display, "WAYLAND_DISPLAY": ""}
+        folder_variables = {name: str(self.folder / folder) for name, folder in folders.items()}
+        return folder_variables | {
+            "TMPDIR": str(temporary),
+            "DISPLAY": self.display,
+            "WAYLAND_DISPLAY": "",
+        }
 
     def duration_s(self, name: str) -> float:
         """Return how long command `name` takes when nobody stops it."""
@@ -159,14 +163,14 @@ class Bench:
             out.mkdir()
             start = time.monotonic()
             process = self.start(name, out)
-            said = process.communicate()
-            assert process.returncode == 0, (name, said)
+            outputs = process.communicate()
+            assert process.returncode == 0, (name, outputs)
             return time.monotonic() - start
 
     def interrupted(
         self, name: str, wait_s: float, number: signal.Signals, to_group: bool
     ) -> Outcome:
-        """Start command `name`, send the signal after `wait_s`, and look at what there is then."""
+        """Start command `name`, send the signal after `wait_s` seconds, and return the outcome."""
         with tempfile.TemporaryDirectory(dir=self.folder) as folder:
             out = Path(folder) / "out"
             out.mkdir()
@@ -178,25 +182,25 @@ class Bench:
             if process.poll() is None:
                 (os.killpg if to_group else os.kill)(process.pid, number)
             try:
-                said = "".join(process.communicate(timeout=PATIENCE_S))
+                output = "".join(process.communicate(timeout=PATIENCE_S))
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, signal.SIGKILL)
-                said = "".join(process.communicate()) + "(had to be killed)"
+                output = "".join(process.communicate()) + "(had to be killed)"
             seconds, busy_s = time.monotonic() - begin, _children_s() - before_s - busy_s
             code = process.returncode
-            early = came_early(code, said)
-            left = sorted(
+            is_early = ended_before_heatlens(code, output)
+            leftover_files = sorted(
                 str(path.relative_to(folder))
                 for path in Path(folder).rglob("*")
                 if path.name not in ("out", "tmp") and not _is_whole(path, out, code)
             )
             alive = _group_lives(process.pid)
-            return Outcome(code, seconds, max(busy_s, 0.0), said, left, alive, early)
+            return Outcome(code, seconds, max(busy_s, 0.0), output, leftover_files, alive, is_early)
 
 
-def came_early(code: int, said: str) -> bool:
-    """Return whether a process that was sent a signal had not yet begun with heatlens."""
-    return (code < 0 or "Traceback" in said) and not _OF_HEATLENS.search(said)
+def ended_before_heatlens(code: int, output: str) -> bool:
+    """Return whether a process ended by a signal before the first line of heatlens ran."""
+    return (code < 0 or "Traceback" in output) and not _OF_HEATLENS.search(output)
 
 
 def write_large(path: Path) -> None:
@@ -208,13 +212,13 @@ def write_large(path: Path) -> None:
 
 
 def _children_s() -> float:
-    """Time of processor time that processes took which have ended and were waited for."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+    """Return the CPU seconds of all child processes that have ended and were waited for."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def _worked_s(process: int) -> float:
-    """Time of processor time that `process` and all that it started have taken until now."""
+    """Return the CPU seconds of `process` and all its descendants until now."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
         children = Path(f"/proc/{process}/task/{process}/children").read_text().split()
@@ -247,14 +251,14 @@ def _group_lives(group: int) -> bool:
 def _runs_in(group: int, stat: Path) -> bool:
     """Return whether a process runs; zombies have ended and wait for their parent."""
     try:
-        state, _parent, found = stat.read_text().rpartition(")")[2].split()[:3]
+        state, _parent, group_field = stat.read_text().rpartition(")")[2].split()[:3]
     except OSError:
         return False
-    return int(found) == group and state not in "ZX"
+    return int(group_field) == group and state not in "ZX"
 
 
 def main() -> int:
-    """Run for long; print a line for each command and every fault."""
+    """Interrupt the chosen commands many times; print a line for each command and fault."""
     args = _arguments()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     rng, faulty = random.Random(args.seed), 0
@@ -267,7 +271,7 @@ def main() -> int:
             bench.display = screen.display
         for name in args.only.split(","):
             numbers = [signal.Signals[f"SIG{word}"] for word in args.signals.split(",")]
-            faulty += _many(bench, name, args.times, rng, numbers, args.limit)
+            faulty += _interrupt_repeatedly(bench, name, args.times, rng, numbers, args.limit)
     return int(faulty > 0)
 
 
@@ -281,7 +285,7 @@ def _arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _many(
+def _interrupt_repeatedly(
     bench: Bench,
     name: str,
     times: int,
@@ -289,7 +293,7 @@ def _many(
     numbers: list[signal.Signals],
     limit_s: float,
 ) -> int:
-    """Send `times` signals to command `name`; returns how many were answered badly."""
+    """Interrupt command `name` `times` times. Return the number of faulty outcomes."""
     bench.duration_s(name)  # the first reads all files from the disk
     whole_s = bench.duration_s(name)
     codes: Counter[str] = Counter()
@@ -304,11 +308,11 @@ def _many(
         faults = outcome.faults(number, limit_s * max(1.0, load))
         if faults:
             faulty += 1
-            told = f"{name}, {number.name} at {wait_s:.3f} s: {'; '.join(faults)}"
-            print(f"  {told}\n{outcome.said}", flush=True)
-    told = ", ".join(f"{code}: {count}" for code, count in sorted(codes.items()))
+            summary = f"{name}, {number.name} at {wait_s:.3f} s: {'; '.join(faults)}"
+            print(f"  {summary}\n{outcome.output}", flush=True)
+    summary = ", ".join(f"{code}: {count}" for code, count in sorted(codes.items()))
     print(
-        f"{name:14} {whole_s:5.1f} s, {times} signals, {told}; "
+        f"{name:14} {whole_s:5.1f} s, {times} signals, {summary}; "
         f"{_spread('answer', [o.seconds for o in outcomes])}; "
         f"{_spread('of processor time', [o.busy_s for o in outcomes])}; "
         f"{faulty} faults; load {os.getloadavg()[0]:.1f}",

@@ -24,20 +24,20 @@ from pathlib import Path
 
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
-from fuzz.interrupts import came_early
+from fuzz.interrupts import ended_before_heatlens
 from heatlens.media.documents.shot_file import write_shot
-from support.command_line import started
+from support.command_line import start_heatlens
 from support.exports import files_in, shot_of, write_plates
 
 FRAMES = tuple(range(1001, 1013))
-SHOWN = ("--view", "sRGB curve")
+VIEW_OPTIONS = ("--view", "sRGB curve")
 # What is written, and the options that this needs.
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "exr": ("n.####.exr", ()),
-    "png": ("n.####.png", SHOWN),
-    "jpg": ("n.####.jpg", SHOWN),
-    "mp4": ("n.mp4", SHOWN),
-    "mov": ("n.mov", SHOWN),
+    "png": ("n.####.png", VIEW_OPTIONS),
+    "jpg": ("n.####.jpg", VIEW_OPTIONS),
+    "mp4": ("n.mp4", VIEW_OPTIONS),
+    "mov": ("n.mov", VIEW_OPTIONS),
 }
 _KILLS_AT_ONE = 4  # of one export, before it may go on to its end
 _PATIENCE_S = 120.0
@@ -45,7 +45,7 @@ _PATIENCE_S = 120.0
 
 @dataclass
 class Exports:
-    """A shot, and for each kind of file what its export leaves when nobody stops it."""
+    """A shot, and the files of its undisturbed export for each kind of file."""
 
     folder: Path
     shot: Path = field(init=False)
@@ -61,30 +61,30 @@ class Exports:
         out = self.folder / f"whole-{kind}"
         out.mkdir()
         begin = time.monotonic()
-        assert self.finished(kind, out) == 0, kind
+        assert self.run_export(kind, out) == 0, kind
         self.took_s[kind] = time.monotonic() - begin
         self.whole[kind] = files_in(out)
 
     def start(self, kind: str, out: Path) -> subprocess.Popen[str]:
-        """Begin to export into the folder `out`, or go on there, in a process group of its own."""
+        """Start or resume an export into the folder `out`, in a process group of its own."""
         name, words = KINDS[kind]
         command = ("export", self.shot, "-o", out / name, "--progress", "json", *words)
-        return started(*command, start_new_session=True)
+        return start_heatlens(*command, start_new_session=True)
 
-    def finished(self, kind: str, out: Path) -> int:
+    def run_export(self, kind: str, out: Path) -> int:
         """Export to the end; returns the exit code."""
         process = self.start(kind, out)
         process.communicate(timeout=10 * _PATIENCE_S)
         return process.returncode
 
     def killed_and_resumed(self, kind: str, kills: int, rng: random.Random) -> "Outcome":
-        """Kill an export `kills` times, then let it end; look at its files after each."""
+        """Kill an export `kills` times, then let it end; check its files after each run."""
         out = Path(tempfile.mkdtemp(prefix=f"{kind}-", dir=self.folder))
         outcome = Outcome()
         for _ in range(kills):
             self._kill_once(kind, out, rng, outcome)
-            outcome.faults += [f"{n} differs" for n in self._wrong(kind, out)]
-        code = self.finished(kind, out)
+            outcome.faults += [f"{n} differs" for n in self._wrong_files(kind, out)]
+        code = self.run_export(kind, out)
         if code != 0:
             outcome.faults.append(f"the export that went on ended with {code}")
         if files_in(out) != self.whole[kind]:
@@ -95,18 +95,18 @@ class Exports:
 
     def _kill_once(self, kind: str, out: Path, rng: random.Random, outcome: "Outcome") -> None:
         process = self.start(kind, out)
-        how = rng.choice((signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT))
+        stop_signal = rng.choice((signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT))
         self._wait(process, kind, rng)
         target = rng.choice(("process", "worker", "group"))
-        _send(process, how, target)
-        _, said = process.communicate(timeout=_PATIENCE_S)
+        _send(process, stop_signal, target)
+        _, errors = process.communicate(timeout=_PATIENCE_S)
         _until_gone(process.pid)
         code = process.returncode
-        outcome.codes[f"{how.name} {code}"] += 1
+        outcome.codes[f"{stop_signal.name} {code}"] += 1
         outcome.kills += code != 0
-        is_told = code in (0, -how, 128 + how) and "Traceback" not in said
-        if not is_told and not came_early(code, said):
-            outcome.faults.append(f"{how.name} to the {target} ended with {code}: {said}")
+        is_expected = code in (0, -stop_signal, 128 + stop_signal) and "Traceback" not in errors
+        if not is_expected and not ended_before_heatlens(code, errors):
+            outcome.faults.append(f"{stop_signal.name} to the {target} ended with {code}: {errors}")
 
     def _wait(self, process: subprocess.Popen[str], kind: str, rng: random.Random) -> None:
         if rng.random() < 0.5:
@@ -117,7 +117,7 @@ class Exports:
             process.stdout.readline()
         time.sleep(rng.choice((0.0, rng.uniform(0.0, 0.05), rng.uniform(0.0, 0.4))))
 
-    def _wrong(self, kind: str, out: Path) -> list[str]:
+    def _wrong_files(self, kind: str, out: Path) -> list[str]:
         """Return names of files that are neither a frame of the whole export nor a part of one."""
         whole = self.whole[kind]
         return [
@@ -129,27 +129,27 @@ class Exports:
 
 @dataclass
 class Outcome:
-    """What one export that was killed several times came to."""
+    """The results of one export that was killed several times."""
 
     kills: int = 0
     codes: Counter[str] = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
 
 
-def _send(process: subprocess.Popen[str], how: signal.Signals, target: str) -> None:
+def _send(process: subprocess.Popen[str], stop_signal: signal.Signals, target: str) -> None:
     """Send a signal to the started process, to its worker, or to both."""
     if process.poll() is not None:
         return
     if target == "group":
-        os.killpg(process.pid, how)
+        os.killpg(process.pid, stop_signal)
     elif target == "process":
-        process.send_signal(how)
+        process.send_signal(stop_signal)
     else:
         children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
         # The one that works ignores what asks it to end: that is answered by the other one.
-        for worker in children if how == signal.SIGKILL else [process.pid]:
+        for worker in children if stop_signal == signal.SIGKILL else [process.pid]:
             try:
-                os.kill(int(worker), how)
+                os.kill(int(worker), stop_signal)
             except ProcessLookupError:
                 continue  # it has ended meanwhile
 
@@ -166,8 +166,8 @@ def _until_gone(group: int) -> None:
     raise TimeoutError(f"process group {group} is still there")
 
 
-def many(exports: Exports, kinds: list[str], kills: int, seed: int) -> Iterator[str]:
-    """Kill at least `kills` times, in turns; yields a line for each fault, at last the counts."""
+def kill_many_times(exports: Exports, kinds: list[str], kills: int, seed: int) -> Iterator[str]:
+    """Kill exports of all kinds by turns, at least `kills` times; yield faults, then counts."""
     rng = random.Random(seed)
     counts: Counter[str] = Counter()
     codes: Counter[str] = Counter()
@@ -199,7 +199,7 @@ def main() -> int:
         exports = Exports(Path(folder))
         for kind in kinds:
             exports.prepare(kind)
-        for line in many(exports, kinds, args.kills, args.seed):
+        for line in kill_many_times(exports, kinds, args.kills, args.seed):
             is_bad |= line.startswith("  ")
             print(line, flush=True)
     return int(is_bad)

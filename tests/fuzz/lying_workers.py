@@ -1,4 +1,4 @@
-"""Workers of a cluster that lie, at random: no export believes them, and nothing of them runs here.
+"""Run exports with cluster workers that lie at random, and check that no export trusts them.
 
     python tests/fuzz/lying_workers.py --exports 20 --seed 7
 
@@ -15,18 +15,18 @@ from pathlib import Path
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
 from heatlens.media.documents.shot_file import write_shot
-from support.command_line import started
+from support.command_line import start_heatlens
 from support.dask_cluster import dask_cluster
 from support.exports import files_in, shot_of, write_plates
 
 PATIENCE_S = 120.0
 
 
-def run(folder: Path, exports: int, seed: int) -> Counter[str]:
-    """Export with a liar beside an honest worker or alone; return how the exports ended."""
+def export_with_liars(folder: Path, exports: int, seed: int) -> Counter[str]:
+    """Export with a lying worker, alone or beside an honest one. Return counts of exit codes."""
     shot, counts = folder / "s.heatlens.json", Counter[str]()
     write_shot(shot, shot_of(write_plates(folder / "plates")))
-    whole = started("export", shot, "-o", folder / "whole" / "n.####.exr")
+    whole = start_heatlens("export", shot, "-o", folder / "whole" / "n.####.exr")
     whole.communicate(timeout=PATIENCE_S)
     assert whole.returncode == 0
     with dask_cluster(folder / "cluster", workers=0) as cluster:
@@ -38,11 +38,13 @@ def run(folder: Path, exports: int, seed: int) -> Counter[str]:
             words = ["--fetch"] if number % 2 else []
             export = cluster.export("export", shot, "-o", out / "n.####.exr", "--chunk", 2, *words)
             code = export.wait(PATIENCE_S)
-            said = cluster.said("export")
-            assert code in (0, 2) and "Traceback" not in said and "\x1b" not in said, said
-            assert code == 2 or files_in(out) == files_in(folder / "whole"), said
-            ran = {it.name for it in folder.glob("ran.*")} - {f"ran.{cluster.process('liar')}"}
-            assert not ran, said  # a worker unpickles its own errors
+            message = cluster.said("export")
+            assert code in (0, 2) and "Traceback" not in message and "\x1b" not in message, message
+            assert code == 2 or files_in(out) == files_in(folder / "whole"), message
+            foreign_runs = {it.name for it in folder.glob("ran.*")} - {
+                f"ran.{cluster.process('liar')}"
+            }
+            assert not foreign_runs, message  # a worker unpickles its own errors
             counts[f"exit code {code}"] += 1
             cluster.stop(but=("scheduler", "export"))
     return counts
@@ -54,7 +56,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=os.getpid())
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        print(f"seed {args.seed}:", dict(run(Path(folder), args.exports, args.seed)))
+        print(f"seed {args.seed}:", dict(export_with_liars(Path(folder), args.exports, args.seed)))
 
 
 if __name__ == "__main__":

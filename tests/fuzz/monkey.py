@@ -1,4 +1,4 @@
-"""A monkey at the whole interface: keys, words, clicks, drags and wheels, without a window.
+"""Play at random with the whole interface: keys, words, clicks, drags and wheels, without a window.
 
     python tests/fuzz/monkey.py --actions 3000 --seed 7
 
@@ -58,62 +58,64 @@ _WORDS = (
     "6'3\"",
 )
 # What leaves the window, writes where the user's files lie, or starts processes of its own.
-_LEFT_OUT = ("Quit", "Copy picture", "Open the demo", "Clear rendered frames")
+_SKIPPED_ACTIONS = ("Quit", "Copy picture", "Open the demo", "Clear rendered frames")
 
 
 class Monkey:
-    """Does one random thing at a time to a window."""
+    """A player that does one random action at a time in a window."""
 
     def __init__(self, gui: Gui, seed: int) -> None:
         self.gui = gui
         self.seed = seed
         self.rng = random.Random(seed)
         self.source = gui.session.given.start.source
-        self.did: list[str] = []
+        self.recent_actions: list[str] = []
 
     def act(self, number: int) -> None:
-        """Do something; what it was is kept in `did`. The same `number` does the same again.
+        """Do a random action and record it. The same `number` repeats the same action.
 
-        Each action has random numbers of its own, because how many of them an action takes depends
-        on what is seen just then.
+        Each action has its own random numbers, because how many of them an action takes depends
+        on the current state of the window.
         """
         self.rng = random.Random(f"{self.seed} {number}")
-        ways = (
+        action_kinds = (
             self._key,
             self._click,
             self._drag,
             self._wheel,
             self._type,
             self._action,
-            self._rest,
+            self._wait,
         )
-        way = self.rng.choices(ways, (6, 5, 4, 3, 2, 3, 1))[0]
-        self.did = [*self.did[-20:], way.__name__]
-        way()
-        self._stay()
+        action_kind = self.rng.choices(action_kinds, (6, 5, 4, 3, 2, 3, 1))[0]
+        self.recent_actions = [*self.recent_actions[-20:], action_kind.__name__]
+        action_kind()
+        self._undo_quit()
 
-    def _stay(self) -> None:
-        """Undo what would end the play: a window that quits, an export, a file to be written."""
+    def _undo_quit(self) -> None:
+        """Undo what would end the play: a quit, an export, a file dialog, another source."""
         gui = self.gui
         gui.ui.is_over = gui.ui.asks_to_quit = False
         if gui.ui.dialogs.is_open and self.rng.random() < 0.5:
             gui.key(K.escape)
         if gui.session.files.exports.run.is_busy:
             gui.session.files.exports.run.cancel()
-        opening, opened = gui.session.source.opener.opening, gui.session.source.opened
-        now = opening or (opened.text if opened is not None else self.source)
-        if now != self.source:  # the demo takes minutes for a picture without a GPU
+        opening, opened_source = gui.session.source.opener.opening, gui.session.source.opened
+        current_source = opening or (
+            opened_source.text if opened_source is not None else self.source
+        )
+        if current_source != self.source:  # the demo takes minutes for a picture without a GPU
             gui.session.files.commands.open(self.source)
 
-    def _place(self) -> tuple[float, float]:
-        """Return a place of the screen, mostly one on a control."""
+    def _random_position(self) -> tuple[float, float]:
+        """Return a random position in the window, mostly on a control."""
         gui, rng = self.gui, self.rng
         width, height = gui.size
         if gui.drawn and rng.random() < 0.8:
             name = rng.choice(sorted(gui.drawn))
             if name not in _BARRED:
                 x0, y0, x1, y1 = gui.rect(name)
-                self.did[-1] += f" {name}"
+                self.recent_actions[-1] += f" {name}"
                 return rng.uniform(x0, x1), rng.uniform(y0, y1)
         return rng.uniform(0, width), rng.uniform(0, height)
 
@@ -122,23 +124,28 @@ class Monkey:
         ctrl, shift = self.rng.random() < 0.25, self.rng.random() < 0.25
         if ctrl and key in (K.q, K.e, K.c):  # leaves, exports, needs a clipboard
             ctrl = False
-        self.did[-1] += f" {key.name} {ctrl} {shift}"
+        self.recent_actions[-1] += f" {key.name} {ctrl} {shift}"
         self.gui.key(key, ctrl, shift)
 
     def _click(self) -> None:
-        place, button = self._place(), self.rng.choice((0, 0, 0, 1, 2))
+        position, button = self._random_position(), self.rng.choice((0, 0, 0, 1, 2))
         if self.rng.random() < 0.1:
             self.gui.hold(K.mod_ctrl)
             self.gui.hold(K.mod_shift)
-        self.gui.click(place, button)
+        self.gui.click(position, button)
         self.gui.hold(K.mod_ctrl, False)
         self.gui.hold(K.mod_shift, False)
 
     def _drag(self) -> None:
-        self.gui.drag(self._place(), self._place(), self.rng.choice((0, 0, 0, 1, 2)), steps=3)
+        self.gui.drag(
+            self._random_position(),
+            self._random_position(),
+            self.rng.choice((0, 0, 0, 1, 2)),
+            steps=3,
+        )
 
     def _wheel(self) -> None:
-        self.gui.wheel(self._place(), self.rng.choice((-3.0, -1.0, 1.0, 3.0)))
+        self.gui.wheel(self._random_position(), self.rng.choice((-3.0, -1.0, 1.0, 3.0)))
 
     def _type(self) -> None:
         self.gui.type(self.rng.choice(_WORDS))
@@ -147,12 +154,12 @@ class Monkey:
 
     def _action(self) -> None:
         action = self.rng.choice(self.gui.screen.commands)
-        if action.name not in _LEFT_OUT:
-            self.did[-1] += f" {action.name}"
+        if action.name not in _SKIPPED_ACTIONS:
+            self.recent_actions[-1] += f" {action.name}"
             self.gui.screen._board.do(action)
             self.gui.frame(2)
 
-    def _rest(self) -> None:
+    def _wait(self) -> None:
         for _ in range(self.rng.randrange(10)):
             self.gui.session.work()
             self.gui.frame()
@@ -161,9 +168,9 @@ class Monkey:
 
 _SIZE = 960, 600
 _BARRED = ("Export", "Write camera", "open in browser", "window close")
-_BETWEEN = 250  # actions between two looks at the memory
+_ACTIONS_PER_SAMPLE = 250  # actions between two measurements of the memory
 _LONG = 1000  # actions from which on a play is repeated, and its memory compared
-_FLAT = 0.05  # growth that is none
+_GROWTH_MOST = 0.05  # growth of memory that is tolerated
 _PLAYS = 8  # after so many all programs are made
 
 
@@ -175,43 +182,47 @@ def rss_mb() -> float:
     return 0.0
 
 
-def held_mb_of(gui: Gui) -> float:
-    """Return the memory of this process without the rendered frames that are kept on purpose."""
-    return rss_mb() - gui.session.time.pull.store.memory.bytes_in_use / 1e6
+def memory_mb_without_frames(gui: Gui) -> float:
+    """Return the memory of this process in MB, without the rendered frames that it keeps."""
+    return rss_mb() - gui.session.time.frames_ahead.store.memory.bytes_in_use / 1e6
 
 
-def play(gui: Gui, actions: int, seed: int, tell=print) -> list[float]:
-    """Let a monkey do so many things; return `held_mb_of` after each 250 of them.
+def play(gui: Gui, actions: int, seed: int, report=print) -> list[float]:
+    """Let a monkey do `actions` actions. Return `memory_mb_without_frames` after each 250.
 
     Raises AssertionError where a fault is said or raised.
     """
-    monkey, said, held_mb = Monkey(gui, seed), [], []
-    faults = gui.session.say_error
+    monkey, faults_said, memory_mb = Monkey(gui, seed), [], []
+    say_original_error = gui.session.say_error
 
     def say_error(error):
         if isinstance(error, FaultError):
-            said.append(error)
-        faults(error)
+            faults_said.append(error)
+        say_original_error(error)
 
     gui.session.say_error = say_error
     gui.session.time.scheduler._say_error = say_error
-    tell(f"seed {seed}, 0 actions: {rss_mb():.0f} MB")
+    report(f"seed {seed}, 0 actions: {rss_mb():.0f} MB")
     for number in range(1, actions + 1):
         try:
             monkey.act(number)
         except Exception as error:
-            raise AssertionError(f"action {number} of seed {seed}: {monkey.did}") from error
-        assert not said, f"action {number} of seed {seed}: {said[0]} after {monkey.did}"
-        if number % _BETWEEN == 0:
-            held_mb.append(held_mb_of(gui))
-            tell(f"{number} actions: {held_mb[-1]:.0f} MB")
-    return held_mb
+            raise AssertionError(
+                f"action {number} of seed {seed}: {monkey.recent_actions}"
+            ) from error
+        assert not faults_said, (
+            f"action {number} of seed {seed}: {faults_said[0]} after {monkey.recent_actions}"
+        )
+        if number % _ACTIONS_PER_SAMPLE == 0:
+            memory_mb.append(memory_mb_without_frames(gui))
+            report(f"{number} actions: {memory_mb[-1]:.0f} MB")
+    return memory_mb
 
 
-def growth(first_mb: list[float], again_mb: list[float]) -> float:
-    """Return by which part the memory at the end of a play is larger when it is played again."""
+def growth(first_mb: list[float], second_mb: list[float]) -> float:
+    """Return the relative growth of the memory at the end from the first to the second play."""
     half = len(first_mb) // 2
-    return median(again_mb[-half:]) / median(first_mb[-half:]) - 1.0
+    return median(second_mb[-half:]) / median(first_mb[-half:]) - 1.0
 
 
 def main() -> None:
@@ -230,20 +241,20 @@ def main() -> None:
             if args.actions < _LONG:
                 play(gui, args.actions, args.seed)
                 return
-            first_mb, again_mb = until_no_program_is_new(gui, args.actions // 3, args.seed)
-    grown = growth(first_mb, again_mb)
+            first_mb, second_mb = play_until_no_new_program(gui, args.actions // 3, args.seed)
+    grown = growth(first_mb, second_mb)
     print(f"growth in the last play: {grown:+.1%}")
-    assert grown <= _FLAT, "memory grows"
+    assert grown <= _GROWTH_MOST, "memory grows"
 
 
-def until_no_program_is_new(gui: Gui, actions: int, seed: int) -> list[list[float]]:
-    """Play the same again until it needs no new program; return the memory of the last two."""
-    held_mb, programs = [play(gui, actions, seed)], 0
-    while programs_alive() > programs or len(held_mb) < 3:
+def play_until_no_new_program(gui: Gui, actions: int, seed: int) -> list[list[float]]:
+    """Repeat a play until it needs no new program. Return the memory in the last two plays."""
+    memory_mb, programs = [play(gui, actions, seed)], 0
+    while programs_alive() > programs or len(memory_mb) < 3:
         programs = programs_alive()
-        held_mb.append(play(gui, actions, seed))
-        assert len(held_mb) <= _PLAYS, f"each of {_PLAYS} plays needed a new program"
-    return held_mb[-2:]
+        memory_mb.append(play(gui, actions, seed))
+        assert len(memory_mb) <= _PLAYS, f"each of {_PLAYS} plays needed a new program"
+    return memory_mb[-2:]
 
 
 def programs_alive() -> int:

@@ -1,4 +1,4 @@
-"""Damage to files, the same for the same seed: bytes, numbers, words and lines of them."""
+"""Damage files in their bytes, numbers, words and lines, reproducibly for each seed."""
 
 import random
 import re
@@ -6,14 +6,14 @@ import struct
 
 _NUMBER = re.compile(rb"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 _MOST_DIGITS = 4300  # of the numbers that Python reads or writes
-_DEEP = 20_000  # more brackets than a parser can follow, in less than a datagram
+_BRACKET_DEPTH = 20_000  # more brackets than a parser can follow, in less than a datagram
 _PADDING = re.compile(rb"#+|%0?\d*d")
 _TYPE = re.compile(rb"(?<=\0)(?:float|string|v2f|v2i|v3f|m44f|rational|timecode|chlist)(?=\0)")
 _EXTREMES = (
     *(b"0", b"-1", b"1", b"2", b"1e-30", b"1e30", b"3.4e38", b"1e308", b"1e999", b"-1e30", b"nan"),
     *(b"inf", b"65535", b"2147483647", b"4294967295", b"9007199254740993", b"", b"1.5", b"null"),
     *(b"[]", b"{}", b'"x"', b"true", b"9" * 40, b"9" * (_MOST_DIGITS + 1)),
-    *(b"[" * _DEEP, b"[" * _DEEP + b"]" * _DEEP, b'{"a":' * 1000),
+    *(b"[" * _BRACKET_DEPTH, b"[" * _BRACKET_DEPTH + b"]" * _BRACKET_DEPTH, b'{"a":' * 1000),
 )
 _WORDS = tuple(
     struct.pack("<i", value)
@@ -28,90 +28,91 @@ def mutated(data: bytes, chance: random.Random) -> bytes:
     return data
 
 
-def _bit(data: bytes, chance: random.Random) -> bytes:
-    at = _place(data, chance)
-    flipped = bytes(value ^ (1 << chance.randrange(8)) for value in data[at : at + 1])
-    return data[:at] + flipped + data[at + 1 :]
+def _flip_bit(data: bytes, chance: random.Random) -> bytes:
+    offset = _random_offset(data, chance)
+    flipped = bytes(value ^ (1 << chance.randrange(8)) for value in data[offset : offset + 1])
+    return data[:offset] + flipped + data[offset + 1 :]
 
 
-def _byte(data: bytes, chance: random.Random) -> bytes:
-    at = _place(data, chance)
-    return data[:at] + bytes([chance.randrange(256)]) + data[at + 1 :]
+def _replace_byte(data: bytes, chance: random.Random) -> bytes:
+    offset = _random_offset(data, chance)
+    return data[:offset] + bytes([chance.randrange(256)]) + data[offset + 1 :]
 
 
-def _word(data: bytes, chance: random.Random) -> bytes:
-    at = _place(data, chance)
-    return data[:at] + chance.choice(_WORDS) + data[at + 4 :]
+def _replace_word(data: bytes, chance: random.Random) -> bytes:
+    offset = _random_offset(data, chance)
+    return data[:offset] + chance.choice(_WORDS) + data[offset + 4 :]
 
 
-def _cut(data: bytes, chance: random.Random) -> bytes:
-    return data[: _place(data, chance)]
+def _truncate(data: bytes, chance: random.Random) -> bytes:
+    return data[: _random_offset(data, chance)]
 
 
-def _gone(data: bytes, chance: random.Random) -> bytes:
-    at = _place(data, chance)
-    return data[:at] + data[at + chance.choice((1, 1, 2, 4, 16, 100)) :]
+def _delete_bytes(data: bytes, chance: random.Random) -> bytes:
+    offset = _random_offset(data, chance)
+    return data[:offset] + data[offset + chance.choice((1, 1, 2, 4, 16, 100)) :]
 
 
-def _twice(data: bytes, chance: random.Random) -> bytes:
-    at, length = _place(data, chance), chance.choice((1, 4, 16, 100, 400))
-    return data[:at] + data[at : at + length] + data[at:]
+def _repeat_bytes(data: bytes, chance: random.Random) -> bytes:
+    offset, length = _random_offset(data, chance), chance.choice((1, 4, 16, 100, 400))
+    return data[:offset] + data[offset : offset + length] + data[offset:]
 
 
-def _number(data: bytes, chance: random.Random) -> bytes:
-    """Replace a number of a text by an extreme one, or by no number at all."""
-    found = list(_NUMBER.finditer(data))
-    if not found:
-        return _word(data, chance)
-    one = chance.choice(found)
-    return data[: one.start()] + chance.choice(_EXTREMES) + data[one.end() :]
+def _replace_number(data: bytes, chance: random.Random) -> bytes:
+    """Replace a number in a text by an extreme number or by other text."""
+    matches = list(_NUMBER.finditer(data))
+    if not matches:
+        return _replace_word(data, chance)
+    match = chance.choice(matches)
+    return data[: match.start()] + chance.choice(_EXTREMES) + data[match.end() :]
 
 
-def _width(data: bytes, chance: random.Random) -> bytes:
-    """Give the number of a frame in a name another width, up to one of billions of digits."""
-    found = list(_PADDING.finditer(data))
-    if not found:
-        return _number(data, chance)
-    one, digits = chance.choice(found), chance.choice((0, 1, 9, 20, 21, 2**31, 4 * 10**9, 10**30))
-    return data[: one.start()] + b"%%%dd" % digits + data[one.end() :]
+def _replace_padding(data: bytes, chance: random.Random) -> bytes:
+    """Replace the padding of a frame number in a file name by one of 0 to billions of digits."""
+    matches = list(_PADDING.finditer(data))
+    if not matches:
+        return _replace_number(data, chance)
+    match = chance.choice(matches)
+    digits = chance.choice((0, 1, 9, 20, 21, 2**31, 4 * 10**9, 10**30))
+    return data[: match.start()] + b"%%%dd" % digits + data[match.end() :]
 
 
-def _type(data: bytes, chance: random.Random) -> bytes:
-    """Give an attribute of an EXR header a type that no program knows, nor UTF-8."""
-    found = list(_TYPE.finditer(data))
-    if not found:
-        return _byte(data, chance)
-    one = chance.choice(found)
-    return data[: one.start()] + chance.randbytes(len(one[0])) + data[one.end() :]
+def _replace_attribute_type(data: bytes, chance: random.Random) -> bytes:
+    """Replace the type of an EXR header attribute by random bytes, which need not be UTF-8."""
+    matches = list(_TYPE.finditer(data))
+    if not matches:
+        return _replace_byte(data, chance)
+    match = chance.choice(matches)
+    return data[: match.start()] + chance.randbytes(len(match[0])) + data[match.end() :]
 
 
-def _line(data: bytes, chance: random.Random) -> bytes:
-    """Remove a line, cut it, or put it in the place of another."""
+def _damage_line(data: bytes, chance: random.Random) -> bytes:
+    """Remove a line, truncate it, or replace it by another line."""
     lines = data.split(b"\n")
-    at, other = chance.randrange(len(lines)), chance.randrange(len(lines))
-    kept = lines[at][: chance.randrange(len(lines[at]) + 1)]
-    lines[at] = chance.choice((b"", kept, lines[other]))
+    index, other_index = chance.randrange(len(lines)), chance.randrange(len(lines))
+    cut_line = lines[index][: chance.randrange(len(lines[index]) + 1)]
+    lines[index] = chance.choice((b"", cut_line, lines[other_index]))
     return b"\n".join(lines)
 
 
-def _place(data: bytes, chance: random.Random) -> int:
-    """Choose a place, often near the beginning, where headers are."""
+def _random_offset(data: bytes, chance: random.Random) -> int:
+    """Return a random offset into `data`, often near the beginning, where headers are."""
     most = max(len(data) - 1, 0)
     return chance.randint(0, min(most, 600) if chance.random() < 0.6 else most)
 
 
 _KINDS = (
-    _bit,
-    _byte,
-    _byte,
-    _word,
-    _word,
-    _cut,
-    _gone,
-    _twice,
-    _number,
-    _number,
-    _line,
-    _width,
-    _type,
+    _flip_bit,
+    _replace_byte,
+    _replace_byte,
+    _replace_word,
+    _replace_word,
+    _truncate,
+    _delete_bytes,
+    _repeat_bytes,
+    _replace_number,
+    _replace_number,
+    _damage_line,
+    _replace_padding,
+    _replace_attribute_type,
 )

@@ -8,7 +8,7 @@ from pythonosc.osc_bundle_builder import IMMEDIATELY, OscBundleBuilder
 from pythonosc.osc_message_builder import OscMessageBuilder
 
 from heatlens.core.base.errors import HeatlensError
-from heatlens.media.live.ring.hearing import Hearing
+from heatlens.media.live.ring.hearing import SampleCollector
 from heatlens.media.live.ring.receiver import OscDecoder
 
 
@@ -25,17 +25,17 @@ def datagrams(folder: Path) -> list[Path]:
         inner.add_content(message)
     outer.add_content(inner.build())
     outer.add_content(messages[0])
-    for number, found in enumerate([*messages, outer.build()]):
-        (folder / f"datagram{number}").write_bytes(found.dgram)
+    for number, packet in enumerate([*messages, outer.build()]):
+        (folder / f"datagram{number}").write_bytes(packet.dgram)
     return sorted(folder.glob("datagram*"))
 
 
-def heard(path: Path) -> Iterable[np.ndarray]:
-    """Take a datagram as the receiver does; it is counted, and its values are finite."""
-    hearing = Hearing(OscDecoder())
-    hearing.take(path.read_bytes(), ("stranger", 1))
-    assert hearing.taken + hearing.refused == 1, "a datagram is not counted"
-    sample = hearing.sources.heard().sample
+def received_values(path: Path) -> Iterable[np.ndarray]:
+    """Take a datagram as the receiver does. Check that it is counted, and return its values."""
+    hearing = SampleCollector(OscDecoder())
+    hearing.accept_datagram(path.read_bytes(), ("stranger", 1))
+    assert hearing.accepted + hearing.refused == 1, "a datagram is not counted"
+    sample = hearing.sources.source_state().sample
     if sample is None:
         raise HeatlensError(str(hearing.fault))
     return [np.array(list(sample.channels.values()))]

@@ -1,4 +1,4 @@
-"""Compressed parts of glTF files: what is damaged is the bytes that libraries in C unpack.
+"""Compressed parts of glTF files for the fuzzers, which damage the bytes that C libraries unpack.
 
 A file is such a part alone, and is read as a part of a glTF file whose JSON is whole; damage to
 whole files seldom gets behind the JSON.
@@ -12,7 +12,7 @@ import meshopt
 import numpy as np
 
 from heatlens.media.scene.gltf.compressed import KTX2_HEAD
-from support.compressed_files import DRACO, RED_KTX2, with_picture
+from support.compressed_files import DRACO, RED_KTX2, square_with_ktx2
 from support.gltf_files import GltfWriter
 
 _SIDE = 6
@@ -32,7 +32,7 @@ _VIEWS = {
 }
 
 
-def written(folder: Path) -> list[Path]:
+def write_parts_alone(folder: Path) -> list[Path]:
     """Write meshes of Draco in its codings, views of meshoptimizer, and pictures."""
     parts = {f"{name}.drc": _draco(name) for name in _CODINGS}
     parts |= {f"{name}.meshopt": _view(name) for name in _VIEWS}
@@ -43,14 +43,18 @@ def written(folder: Path) -> list[Path]:
 
 
 def as_gltf(path: Path) -> Path:
-    """Write a glTF file beside a part that holds it; return its path."""
-    make = {".drc": _with_mesh, ".meshopt": _with_view, ".ktx2": lambda _, data: with_picture(data)}
+    """Write a glTF file that holds the compressed part `path`, beside it. Return its path."""
+    make = {
+        ".drc": _with_mesh,
+        ".meshopt": _with_view,
+        ".ktx2": lambda _, data: square_with_ktx2(data),
+    }
     writer = make[path.suffix](path.stem, path.read_bytes())
     return writer.write(path.with_name("packed.glb"))
 
 
 def _grid() -> tuple[np.ndarray, np.ndarray]:
-    """Return places (V, 3) and triangles (T, 3) of a curved sheet."""
+    """Return positions (V, 3) and triangles (T, 3) of a curved sheet."""
     rows, columns = np.divmod(np.arange(_SIDE * _SIDE), _SIDE)
     places = np.stack([columns, rows, np.sin(columns) + 0.1 * rows * rows], axis=1)
     corner = np.flatnonzero((rows < _SIDE - 1) & (columns < _SIDE - 1))
@@ -74,18 +78,21 @@ def _draco(name: str) -> bytes:
 
 
 def _with_mesh(stem: str, data: bytes) -> GltfWriter:
-    whole = _draco(stem)
+    undamaged = _draco(stem)
     numbers = {
         _KINDS[part["attribute_type"]]: part["unique_id"]
-        for part in DracoPy.decode(whole).attributes
+        for part in DracoPy.decode(undamaged).attributes
     }
     writer, count = GltfWriter(), _SIDE * _SIDE
     attributes = {
         name: writer.add("accessors", componentType=5126, count=count, type=f"VEC{width}")
         for name, width in numbers
     }
-    told = {"bufferView": writer.view(data), "attributes": {n: i for (n, _), i in numbers.items()}}
-    primitive = {"attributes": attributes, "extensions": {DRACO: told}}
+    extension = {
+        "bufferView": writer.view(data),
+        "attributes": {n: i for (n, _), i in numbers.items()},
+    }
+    primitive = {"attributes": attributes, "extensions": {DRACO: extension}}
     writer.node(mesh=writer.add("meshes", primitives=[primitive]))
     return writer
 
@@ -107,22 +114,22 @@ def _view(name: str) -> bytes:
 
 
 def _with_view(stem: str, data: bytes) -> GltfWriter:
-    """Return a sheet of which one view is packed; `turns` are those of its copies."""
+    """Return a glTF sheet with one compressed buffer view; `turns` are instance rotations."""
     places, triangles = _grid()
     writer, count = GltfWriter(), len(places)
     normals = np.tile(np.int8([0, 0, 127]), (count, 1))
     mesh = writer.mesh(places, triangles.reshape(-1), {"NORMAL": normals})
     turns = writer.accessor(np.tile(np.int16([0, 0, 0, 32767]), (count, 1)), normalized=True)
-    spread = {"EXT_mesh_gpu_instancing": {"attributes": {"ROTATION": turns}}}
-    writer.node(mesh=mesh, extensions=spread)
+    instancing = {"EXT_mesh_gpu_instancing": {"attributes": {"ROTATION": turns}}}
+    writer.node(mesh=mesh, extensions=instancing)
     writer.json["accessors"][0]["normalized"] = True
     mode, kind, stride = _VIEWS[stem]
     number = {"normals": 0, "turns": 3}.get(stem, 1 if mode == "ATTRIBUTES" else 2)
-    told = {"buffer": 0, "byteOffset": len(writer.data), "byteLength": len(data), "mode": mode}
-    told |= {"count": count if mode == "ATTRIBUTES" else triangles.size, "byteStride": stride}
+    extension = {"buffer": 0, "byteOffset": len(writer.data), "byteLength": len(data), "mode": mode}
+    extension |= {"count": count if mode == "ATTRIBUTES" else triangles.size, "byteStride": stride}
     record = writer.json["bufferViews"][number]
     record |= {"byteStride": stride} if mode == "ATTRIBUTES" else {}
-    record["extensions"] = {_MESHOPT: told | {"filter": kind}}
+    record["extensions"] = {_MESHOPT: extension | {"filter": kind}}
     writer.data += data + bytes(-len(data) % 4)
     return writer
 

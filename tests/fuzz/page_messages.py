@@ -1,4 +1,4 @@
-"""Messages of pages that a session draws: commands, requests and changes with values at the edges.
+"""Random messages of web pages to a session: commands, requests and changes with extreme values.
 
     python tests/fuzz/page_messages.py --messages 20000 --seed 7
 
@@ -39,7 +39,7 @@ _CHANGED = {"lens": Lens, "blur": DefocusSettings, "view": ViewState}
 
 
 def messages(count: int, seed: int) -> Iterator[dict[str, object]]:
-    """Yield messages as they come out of the parser; most have a sense."""
+    """Yield parsed random messages, most of which make sense."""
     chance = random.Random(seed)
     remote = {it.name for it in named_commands(MagicMock()) if it.is_remote}
     names = sorted(remote - _SLOW)
@@ -49,8 +49,8 @@ def messages(count: int, seed: int) -> Iterator[dict[str, object]]:
             yield {"do": chance.choice(names)}
             continue
         try:
-            drawn = _request(chance) if kind < 0.6 else _change(chance)
-            yield parsed(json.dumps(drawn))
+            random_message = _request(chance) if kind < 0.6 else _change(chance)
+            yield parsed(json.dumps(random_message))
         except InputError:
             continue
 
@@ -64,19 +64,19 @@ def _value(chance: random.Random) -> object:
 
 def _request(chance: random.Random) -> dict[str, object]:
     name = chance.choice(sorted(REQUESTS.keys() - {"Open", "Save"}))
-    own = [it.name for it in fields(REQUESTS[name])]
-    return {"do": name} | {it: _value(chance) for it in own if chance.random() < 0.9}
+    field_names = [it.name for it in fields(REQUESTS[name])]
+    return {"do": name} | {it: _value(chance) for it in field_names if chance.random() < 0.9}
 
 
 def _change(chance: random.Random) -> dict[str, object]:
-    of = chance.choice(sorted(_CHANGED))
-    every = sorted(get_type_hints(_CHANGED[of]))
-    own = REMOTE_FIELDS[of] if chance.random() < 0.9 else every
-    return {"change": of} | {chance.choice(own): _value(chance) for _ in range(2)}
+    record_name = chance.choice(sorted(_CHANGED))
+    all_field_names = sorted(get_type_hints(_CHANGED[record_name]))
+    field_names = REMOTE_FIELDS[record_name] if chance.random() < 0.9 else all_field_names
+    return {"change": record_name} | {chance.choice(field_names): _value(chance) for _ in range(2)}
 
 
-class Played:
-    """A shared session that draws for one page which is never there."""
+class PageSession:
+    """A shared session that draws for one page, which does not exist."""
 
     def __init__(self, session: Session) -> None:
         self.session, self.shared = session, SharedSession()
@@ -84,9 +84,9 @@ class Played:
         self.faults: list[str] = []
         self.refused = 0
         say = session.say_error
-        session.say_error = lambda error: (self._hear(error), say(error))
+        session.say_error = lambda error: (self._record_fault(error), say(error))
 
-    def _hear(self, error: HeatlensError) -> None:
+    def _record_fault(self, error: HeatlensError) -> None:
         if not isinstance(error, InputError):
             self.faults.append(str(error))
 
@@ -95,17 +95,17 @@ class Played:
         if "fault of heatlens" in sentence:
             self.faults.append(sentence)
 
-    def play(self, drawn: Iterator[dict[str, object]], turns: int = 2) -> int:
-        """Follow the messages, and draw after each. Raises AssertionError with the last of them."""
-        last: deque[object] = deque(maxlen=5)
+    def play(self, page_messages: Iterator[dict[str, object]], turns: int = 2) -> int:
+        """Apply the messages and draw after each; a fault raises AssertionError."""
+        last_messages: deque[object] = deque(maxlen=5)
         count = 0
-        for count, message in enumerate(drawn, 1):  # noqa: B007
-            last.append(message)
-            self.shared.clients = self.shared.waiting = 1
-            self.shared.ask("a page", message, self._reply)
+        for count, message in enumerate(page_messages, 1):  # noqa: B007
+            last_messages.append(message)
+            self.shared.client_count = self.shared.ready_clients = 1
+            self.shared.queue_message("a page", message, self._reply)
             for _ in range(turns):
                 self.loop.turn()
-            assert not self.faults, f"{self.faults}, after {list(last)}"
+            assert not self.faults, f"{self.faults}, after {list(last_messages)}"
         return count
 
 
@@ -120,10 +120,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         source = write_plates(Path(folder))
         session = session_of(Path(folder), headless_renderer(), source=source)
-        played = Played(session)
-        count = played.play(messages(args.messages, args.seed))
+        page_session = PageSession(session)
+        count = page_session.play(messages(args.messages, args.seed))
         session.close()
-    print(f"{count} messages, {played.refused} refused in a sentence, 0 faults")
+    print(f"{count} messages, {page_session.refused} refused in a sentence, 0 faults")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Photos and depth maps for the fuzzers: as colour, as depth in a file of its own, and inside."""
+"""Photos and depth maps for the fuzzers: color, depth in its own file, and depth inside a photo."""
 
 import zlib
 from collections.abc import Callable
@@ -30,12 +30,12 @@ _DEPTHS = disparity(metres(*_SIZE), 1.0, 10.0)
 _COLORS = colors(*_SIZE)
 
 
-def _map(kind: type[np.unsignedinteger]) -> np.ndarray:
+def _depth_map(kind: type[np.unsignedinteger]) -> np.ndarray:
     return np.round(_DEPTHS * np.iinfo(kind).max).astype(kind)
 
 
 def png(folder: Path) -> list[Path]:
-    """Colour of 8 and 16 bits, with alpha, a palette and a profile; depth of 8 and 16 bits."""
+    """Write PNGs: color of 8 and 16 bits, alpha, palette, profile; depth of 8 and 16 bits."""
     alpha = np.dstack([_COLORS, _COLORS[..., :1]])
     palette = Image.fromarray(_COLORS).quantize(16)
     palette.save(folder / "palette.png")
@@ -44,57 +44,57 @@ def png(folder: Path) -> list[Path]:
         save(folder / "alpha.png", alpha, icc_profile=display_p3()),
         save_16_bits_of_color(folder / "fine.png", _COLORS.astype(np.uint16) * 257),
         folder / "palette.png",
-        save(folder / "map.png", _map(np.uint16)),
-        save(folder / "map-8.png", _map(np.uint8)),
+        save(folder / "map.png", _depth_map(np.uint16)),
+        save(folder / "map-8.png", _depth_map(np.uint8)),
     ]
 
 
 def with_checksums(data: bytes) -> bytes:
-    """Give a damaged PNG the checksums of its content, so that readers go on past them."""
-    found, at = bytearray(data), 8
-    while at + 12 <= len(found):
-        end = at + 8 + int.from_bytes(found[at : at + 4], "big")
-        if end + 4 > len(found):
+    """Correct the checksums of a damaged PNG, so that readers get past them."""
+    sealed, start = bytearray(data), 8
+    while start + 12 <= len(sealed):
+        end = start + 8 + int.from_bytes(sealed[start : start + 4], "big")
+        if end + 4 > len(sealed):
             break
-        found[end : end + 4] = zlib.crc32(found[at + 4 : end]).to_bytes(4, "big")
-        at = end + 4
-    return bytes(found)
+        sealed[end : end + 4] = zlib.crc32(sealed[start + 4 : end]).to_bytes(4, "big")
+        start = end + 4
+    return bytes(sealed)
 
 
 def jpeg(folder: Path) -> list[Path]:
-    """Return JPEG files: colour in one pass and in several, with a rotation; grey depth."""
+    """Write JPEGs: baseline color, progressive color with a rotation, and gray depth."""
     exif = Image.Exif()
     exif[0x0112] = 6
     return [
         save(folder / "photo.jpg", _COLORS),
         save(folder / "turned.jpg", _COLORS.swapaxes(0, 1).copy(), exif=exif, progressive=True),
-        save(folder / "map.jpg", _map(np.uint8)),
+        save(folder / "map.jpg", _depth_map(np.uint8)),
     ]
 
 
 def tiff(folder: Path) -> list[Path]:
-    """Colour of 8, 16 and 32 bits, packed in several ways; depth of 16 bits and in metres."""
+    """Write TIFFs: color of 8, 16 and 32 bits, compressed too; depth of 16 bits and in metres."""
     return [
         save(folder / "photo.tif", _COLORS),
         save(folder / "lzw.tif", _COLORS, compression="tiff_lzw"),
         save(folder / "zip.tif", _COLORS, compression="tiff_adobe_deflate"),
         save_16_bits_of_color(folder / "fine.tif", _COLORS.astype(np.uint16) * 257),
         save_16_bits_of_color(folder / "light.tif", (_COLORS / 255).astype(np.float32)),
-        save(folder / "map.tif", _map(np.uint16)),
+        save(folder / "map.tif", _depth_map(np.uint16)),
         save(folder / "map-32.tif", metres(*_SIZE).astype(np.float32)),
     ]
 
 
 def dpx(folder: Path) -> list[Path]:
-    """Colour of 8, 10, 12 and 16 bits and of 32, with alpha; grey depth of 10 and 16 bits."""
-    made = []
+    """Write DPX files: color of 8 to 32 bits, also with alpha; gray depth of 10 and 16 bits."""
+    paths = []
     for bits in (8, 10, 12, 16):
-        made.append(save_dpx(folder / f"bits-{bits}.dpx", _COLORS / 255, bits))
+        paths.append(save_dpx(folder / f"bits-{bits}.dpx", _COLORS / 255, bits))
     alpha = np.dstack([_COLORS, _COLORS[..., :1]]) / 255
     depths = _DEPTHS[..., None]
     return [
         save_dpx(folder / "photo.dpx", _COLORS / 255, 10),
-        *made,
+        *paths,
         save_dpx(folder / "light.dpx", _COLORS / 255, 32),
         save_dpx(folder / "alpha.dpx", alpha, 10),
         save_dpx(folder / "map.dpx", depths, 16),
@@ -103,18 +103,18 @@ def dpx(folder: Path) -> list[Path]:
 
 
 def webp(folder: Path) -> list[Path]:
-    """Colour with losses, without and with alpha; grey depth, which WebP holds as colour."""
+    """Write WebPs: lossy and lossless color, color with alpha, and gray depth, stored as color."""
     alpha = np.dstack([_COLORS, _COLORS[..., :1]])
     return [
         save(folder / "photo.webp", _COLORS),
         save(folder / "exact.webp", _COLORS, lossless=True),
         save(folder / "alpha.webp", alpha),
-        save(folder / "map.webp", _map(np.uint8), lossless=True),
+        save(folder / "map.webp", _depth_map(np.uint8), lossless=True),
     ]
 
 
 def with_depth_inside(folder: Path) -> list[Path]:
-    """Return JPEGs that contain their depth: in XMP, or after the picture."""
+    """Write JPEGs that contain their depth, in XMP or after the picture."""
     near_m, far_m = _ENDS.values()
     return [
         jpeg_with_gdepth(folder / "gdepth.jpg", near_m, far_m, _DEPTHS),
@@ -123,7 +123,7 @@ def with_depth_inside(folder: Path) -> list[Path]:
 
 
 def heic(folder: Path) -> list[Path]:
-    """Return colour alone, with a map beside it, and colour with a map inside."""
+    """Write HEIC files: color with a depth map beside it, and color with a depth map inside."""
     pillow_heif.register_heif_opener()
     depths = disparity(metres(64, 64), 1, 10)
     save(folder / "map.png", np.round(depths * 65535).astype("u2"))
@@ -132,7 +132,7 @@ def heic(folder: Path) -> list[Path]:
 
 
 def read_with_map(suffix: str) -> Callable[[Path], Plate]:
-    """Read a damaged picture with a whole map of depth, or the other way round.
+    """Return a reader of a damaged picture with an undamaged depth map, or the other way round.
 
     A picture that carries its depth inside is read alone.
     """

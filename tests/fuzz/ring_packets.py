@@ -14,27 +14,27 @@ import numpy as np
 from mutate import mutated
 
 from heatlens.core.base.errors import HeatlensError
-from heatlens.media.live.ring.hearing import Hearing, OpenTrackIODecoder
+from heatlens.media.live.ring.hearing import OpenTrackIODecoder, SampleCollector
 from heatlens.media.live.ring.opentrackio import (
     HEADER_BYTES,
     IDENTIFIER,
     Encoding,
     RingPacketError,
-    datagrams_of,
     fletcher16,
-    segment_of,
+    parse_segment,
+    split_into_datagrams,
 )
 from heatlens.media.live.ring.sources import LensSample
-from support.opentrackio_samples import COMPLETE, READ_AS, RECOMMENDED, written
+from support.opentrackio_samples import COMPLETE, READ_AS, RECOMMENDED, encoded_sample
 
 _LONG = RECOMMENDED | {"tracker": {"notes": "x" * 3000}}
 _HUGE = 1 << 16_000  # more digits than Python writes; only CBOR can hold it
 _NUMBERED = RECOMMENDED | {"sourceId": _HUGE, "sourceNumber": -_HUGE, "lens": {"fStop": _HUGE}}
-_BEFORE = READ_AS["complete"]  # what was heard before the damaged file
+_EARLIER_SAMPLE = READ_AS["complete"]  # what was heard before the damaged file
 
 
 def packets(folder: Path) -> list[Path]:
-    """Write a small, a complete and a long sample in both encodings, a huge number, and a row."""
+    """Write small, complete and long samples in both encodings, huge numbers, and a stream."""
     files = {
         f"{name}-{encoding.name.lower()}": _datagrams(sample, encoding, 7)
         for name, sample in (("small", RECOMMENDED), ("complete", COMPLETE), ("long", _LONG))
@@ -50,43 +50,43 @@ def packets(folder: Path) -> list[Path]:
     return [folder / name for name in files]
 
 
-def heard(path: Path) -> Iterable[np.ndarray]:
-    """Take the datagrams as the receiver does, and hold each against what is promised of them.
+def received_values(path: Path) -> Iterable[np.ndarray]:
+    """Take the datagrams as the receiver does, and check what the receiver promises of each.
 
-    Every datagram is taken or refused; one that is refused changes nothing; every value that is
+    Every datagram is taken or refused; a refused one changes nothing; every value that is
     taken could be one of a lens.
     """
-    hearing = Hearing(OpenTrackIODecoder())
-    hearing.sources.keep(_BEFORE)
-    datagrams = list(_cut(path.read_bytes()))
+    hearing = SampleCollector(OpenTrackIODecoder())
+    hearing.sources.add_sample(_EARLIER_SAMPLE)
+    datagrams = list(_split_datagrams(path.read_bytes()))
     for number, datagram in enumerate(datagrams):
-        before = (hearing.sources.version, hearing.sources.heard().sample)
-        refused = hearing.refused
-        hearing.take(datagram, ("stranger", 1))
-        assert hearing.taken + hearing.refused == number + 1, "a datagram is not counted"
-        if hearing.refused > refused:
-            now = (hearing.sources.version, hearing.sources.heard().sample)
-            assert now == before, "a datagram that was refused has changed something"
-    told = list(_told(hearing))
+        state_before = (hearing.sources.version, hearing.sources.source_state().sample)
+        refused_before = hearing.refused
+        hearing.accept_datagram(datagram, ("stranger", 1))
+        assert hearing.accepted + hearing.refused == number + 1, "a datagram is not counted"
+        if hearing.refused > refused_before:
+            state_after = (hearing.sources.version, hearing.sources.source_state().sample)
+            assert state_after == state_before, "a datagram that was refused has changed something"
+    values = list(_sample_values(hearing))
     if hearing.refused:
         raise HeatlensError(str(hearing.fault))
-    return told
+    return values
 
 
 def with_checksums(data: bytes) -> bytes:
-    """Give damaged datagrams the length and the checksum of their content."""
-    return b"".join(_sealed(datagram) for datagram in _cut(data))
+    """Correct the length and the checksum of damaged datagrams."""
+    return b"".join(_with_checksum(datagram) for datagram in _split_datagrams(data))
 
 
 def _datagrams(sample: object, encoding: Encoding, sequence: int) -> bytes:
-    return b"".join(datagrams_of(written(sample, encoding), encoding, sequence))
+    return b"".join(split_into_datagrams(encoded_sample(sample, encoding), encoding, sequence))
 
 
-def _cut(data: bytes) -> Iterator[bytes]:
+def _split_datagrams(data: bytes) -> Iterator[bytes]:
     yield from (part for part in re.split(b"(?=%b)" % IDENTIFIER, data) if part)
 
 
-def _sealed(datagram: bytes) -> bytes:
+def _with_checksum(datagram: bytes) -> bytes:
     if len(datagram) < HEADER_BYTES:
         return datagram
     payload = datagram[HEADER_BYTES:][:0x7FFF]
@@ -95,14 +95,14 @@ def _sealed(datagram: bytes) -> bytes:
     return head + struct.pack("!H", fletcher16(head + payload)) + payload
 
 
-def _told(hearing: Hearing) -> Iterator[np.ndarray]:
-    for name in hearing.sources.heard().sources:
-        sample = hearing.sources.heard(name).sample
+def _sample_values(hearing: SampleCollector) -> Iterator[np.ndarray]:
+    for name in hearing.sources.source_state().sources:
+        sample = hearing.sources.source_state(name).sample
         assert isinstance(sample, LensSample)
         offset_mm = sample.pupil_offset_mm or 0.0  # which may lie behind the film plane
         assert abs(offset_mm) <= 2000.0
-        told = astuple(replace(sample, pupil_offset_mm=None))
-        values = [value for value in told if isinstance(value, float)]
+        fields = astuple(replace(sample, pupil_offset_mm=None))
+        values = [value for value in fields if isinstance(value, float)]
         assert all(value >= 0.0 for value in values)
         yield np.array([*values, offset_mm])
 
@@ -115,7 +115,7 @@ def hostile_datagrams(count: int, seed: int) -> Iterator[bytes]:
         noise = chance.randbytes(chance.randrange(200))
         datagram = chance.choice((mutated(good, chance), noise, IDENTIFIER + noise))[:60_000]
         try:
-            segment_of(datagram)
+            parse_segment(datagram)
         except RingPacketError:
             count -= 1
             yield datagram

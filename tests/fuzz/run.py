@@ -1,4 +1,4 @@
-"""Fuzz a reader: damaged files, the same for the same seed, each read in a process that may end.
+"""Fuzz readers with damaged files, reproducible by seed, each read in a process that may crash.
 
     python tests/fuzz/run.py --formats obj exr --minutes 5 --seed 7 --keep found
     python tests/fuzz/run.py --mutants 100000 --first 20000   # mutants 20,000 to 119,999 of each
@@ -47,7 +47,7 @@ _IN_MEMORY = Path("/dev/shm")  # mutants are written there where it exists: no d
 
 @dataclass(frozen=True)
 class Job:
-    """Mutants of one format, numbered from `first` on, until so many or so many seconds are over.
+    """Mutants of one format, numbered from `first` on, limited by a count or by seconds.
 
     Those that are not well answered are written into the folder `keep`.
     """
@@ -79,21 +79,21 @@ class Fuzzer:
         self._worker.communicate()
 
     def counts(self, job: Job) -> Counts:
-        """Return how many mutants came to each end."""
+        """Do a job in the worker. Return how many mutants had each outcome."""
         assert self._worker.stdin is not None and self._worker.stdout is not None
         self._worker.stdin.write(json.dumps(asdict(job)) + "\n")
         self._worker.stdin.flush()
         return collections.Counter(json.loads(self._worker.stdout.readline()))
 
 
-def badly_answered(name: str, counts: Counts) -> dict[str, int]:
-    """Return how many came to an end that no mutant of the format may come to."""
+def bad_outcomes(name: str, counts: Counts) -> dict[str, int]:
+    """Return the counts of outcomes that no mutant of the format may have."""
     good = GOOD_APART if name.startswith(_APART) else GOOD
     return {outcome: count for outcome, count in counts.items() if outcome not in good}
 
 
 class Mutants:
-    """The mutants of one format, and how they are read."""
+    """The mutants of one format and the processes that read them."""
 
     def __init__(self, job: Job, folder: Path) -> None:
         """Write the whole files, which are damaged then, into `folder`."""
@@ -102,36 +102,36 @@ class Mutants:
         self._name, self._seed, self._first = job.name, job.seed, job.first
         self._keep = None if job.keep is None else Path(job.keep)
         self._form = FORMATS[job.name]
-        self._whole = {path: path.read_bytes() for path in sorted(self._written(folder))}
-        self._paths = tuple(self._whole)
-        self._damaged = self._paths[0]
+        self._whole_files = {path: path.read_bytes() for path in sorted(self._write_files(folder))}
+        self._paths = tuple(self._whole_files)
+        self._damaged_path = self._paths[0]
 
-    def _written(self, folder: Path) -> list[Path]:
-        """Write the whole files in a process of its own: libraries that write start threads."""
+    def _write_files(self, folder: Path) -> list[Path]:
+        """Write the undamaged files in a forked process, as writing libraries start threads."""
         names, write = os.pipe()
         writer = os.fork()
         if writer == 0:
-            with _ends_with_the_block():
+            with _exit_after_block():
                 os.write(write, json.dumps([str(p) for p in self._form.write(folder)]).encode())
         os.close(write)
         with open(names, "rb") as file:
-            told = file.read()
+            paths_json = file.read()
         os.waitpid(writer, 0)
-        return [Path(name) for name in json.loads(told)]
+        return [Path(name) for name in json.loads(paths_json)]
 
     def fuzz(self, is_over: Callable[[Counts], bool]) -> Counts:
-        """Read mutants until `is_over` says so of the counts."""
+        """Read mutants until `is_over(counts)` is true. Return the counts of outcomes."""
         counts: Counts = collections.Counter()
         while not is_over(counts):
-            reader, lines = self._forked(self._first + counts.total())
-            ends = _EndsOf(reader, lines)
-            for outcome in ends:
+            reader, lines = self._fork_reader(self._first + counts.total())
+            outcomes = _OutcomesOf(reader, lines)
+            for outcome in outcomes:
                 self._count(counts, outcome)
                 if outcome == "memory" or is_over(counts):  # memory is not given back
                     break
             else:
-                self._count(counts, ends.how)
-            ends.stop()
+                self._count(counts, outcomes.end)
+            outcomes.stop()
         return counts
 
     def _count(self, counts: Counts, outcome: str) -> None:
@@ -140,38 +140,38 @@ class Mutants:
         if self._keep and outcome not in GOOD:
             self._keep.mkdir(parents=True, exist_ok=True)
             path, data = self._mutant(number)
-            kept = f"{self._name}-{self._seed}-{number}-{outcome}{path.suffix}"
-            (self._keep / kept).write_bytes(data)
+            file_name = f"{self._name}-{self._seed}-{number}-{outcome}{path.suffix}"
+            (self._keep / file_name).write_bytes(data)
 
     def _mutant(self, number: int) -> tuple[Path, bytes]:
-        """Return the file that mutant `number` damages, and what it holds then."""
+        """Return the path of the file that mutant `number` damages, and its damaged bytes."""
         from mutate import mutated
 
         chance = random.Random(f"{self._name} {self._seed} {number}")
         path = chance.choice(self._paths)
-        data = mutated(self._whole[path], chance)
+        data = mutated(self._whole_files[path], chance)
         if self._form.seal and chance.random() < 0.5:
             data = self._form.seal(data)
         return path, data
 
-    def _forked(self, number: int) -> tuple[int, int]:
+    def _fork_reader(self, number: int) -> tuple[int, int]:
         """Start a process that reads mutants from `number` on; return its id and a pipe."""
-        for path, data in self._whole.items():  # a process that ended left a damaged one
+        for path, data in self._whole_files.items():  # a process that ended left a damaged one
             path.write_bytes(data)
         lines, write = os.pipe()
         reader = os.fork()
         if reader:
             os.close(write)
             return reader, lines
-        with _ends_with_the_block():
+        with _exit_after_block():
             self._read_for_ever(number, write)
         raise AssertionError("a forked process went on")
 
     def _read_for_ever(self, number: int, write: int) -> None:
-        most = _ADDRESSES_OF_USD if self._name.startswith("usd") else _ADDRESSES_MOST
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+        address_limit = _ADDRESSES_OF_USD if self._name.startswith("usd") else _ADDRESSES_MOST
+        resource.setrlimit(resource.RLIMIT_AS, (address_limit, address_limit))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        for path, data in self._whole.items():  # what is loaded once is no mutant's time
+        for path, data in self._whole_files.items():  # what is loaded once is no mutant's time
             outcome = self._outcome(path, data)
             if outcome != "fine":  # damage to it would go unseen
                 os.write(write, f"{outcome} of whole {path.name}\n".encode())
@@ -181,12 +181,12 @@ class Mutants:
             number += 1
 
     def _outcome(self, path: Path, data: bytes) -> str:
-        """Return how the file at `path` is answered when it holds `data`."""
+        """Return the outcome of reading the file at `path` with the content `data`."""
         from heatlens.core.base.errors import FaultError, HeatlensError
 
-        self._put(path, data)
+        self._write_mutant(path, data)
         try:
-            outcome = "fine" if _are_finite(self._form.read(path)) else "nonfinite"
+            outcome = "fine" if _all_finite(self._form.read(path)) else "nonfinite"
         except MemoryError:
             outcome = "memory"
         except FaultError:
@@ -200,38 +200,38 @@ class Mutants:
             outcome = "memory"
         return outcome
 
-    def _put(self, path: Path, data: bytes) -> None:
+    def _write_mutant(self, path: Path, data: bytes) -> None:
         """Write `data` into the file at `path`; all others are whole."""
-        if self._damaged != path:
-            self._damaged.write_bytes(self._whole[self._damaged])
-        self._damaged = path
+        if self._damaged_path != path:
+            self._damaged_path.write_bytes(self._whole_files[self._damaged_path])
+        self._damaged_path = path
         path.write_bytes(data)
 
 
-class _EndsOf:
-    """What became of each mutant that a process reads, until it ends or sleeps too long."""
+class _OutcomesOf:
+    """An iterator of the outcomes of a reading process, until it ends or sleeps too long."""
 
     def __init__(self, reader: int, lines: int) -> None:
         self._reader, self._lines = reader, lines
         self._has_ended = False
-        self.how = ""  # it ended: crash, slow or hang
+        self.end = ""  # it ended: crash, slow or hang
 
     def __iter__(self) -> Iterator[str]:
-        rest, asleep_s = b"", 0.0
+        partial_line, asleep_s = b"", 0.0
         while asleep_s < _ASLEEP_S:
             if not select.select([self._lines], [], [], _GLANCE_S)[0]:
-                asleep_s += _GLANCE_S if _sleeps(self._reader) else 0.0
+                asleep_s += _GLANCE_S if _is_asleep(self._reader) else 0.0
                 continue
-            asleep_s, read = 0.0, os.read(self._lines, 1 << 16)
-            if not read:
+            asleep_s, received = 0.0, os.read(self._lines, 1 << 16)
+            if not received:
                 self._has_ended = True
                 _, status = os.waitpid(self._reader, 0)
                 is_slow = os.waitstatus_to_exitcode(status) == -signal.SIGPROF
-                self.how = "slow" if is_slow else "crash"
+                self.end = "slow" if is_slow else "crash"
                 return
-            *whole, rest = (rest + read).split(b"\n")
-            yield from (line.decode() for line in whole)
-        self.how = "hang"
+            *full_lines, partial_line = (partial_line + received).split(b"\n")
+            yield from (line.decode() for line in full_lines)
+        self.end = "hang"
 
     def stop(self) -> None:
         """End the process."""
@@ -241,21 +241,21 @@ class _EndsOf:
         os.close(self._lines)
 
 
-def _sleeps(process: int) -> bool:
-    """Return whether no thread of the process works, or would if it were given a processor."""
+def _is_asleep(process: int) -> bool:
+    """Return whether all threads of the process sleep, so that none runs or waits for a CPU."""
     threads = Path(f"/proc/{process}/task").glob("*/stat")
     return all(stat.read_text().rpartition(")")[2].split()[0] == "S" for stat in threads)
 
 
-def _are_finite(arrays) -> bool:
+def _all_finite(arrays) -> bool:
     import numpy as np
 
     return all(np.isfinite(values).all() for values in arrays)
 
 
 @contextmanager
-def _ends_with_the_block() -> Iterator[None]:
-    """End a forked process there, before it does what the one that forked it is to do."""
+def _exit_after_block() -> Iterator[None]:
+    """Exit the forked process after the block, before it runs code of its parent."""
     try:
         yield
     finally:
@@ -263,9 +263,9 @@ def _ends_with_the_block() -> Iterator[None]:
 
 
 @contextmanager
-def _folder() -> Iterator[Path]:
-    place = _IN_MEMORY if os.access(_IN_MEMORY, os.W_OK) else None
-    with tempfile.TemporaryDirectory(prefix="heatlens-fuzz-", dir=place) as folder:
+def _temporary_folder() -> Iterator[Path]:
+    parent_folder = _IN_MEMORY if os.access(_IN_MEMORY, os.W_OK) else None
+    with tempfile.TemporaryDirectory(prefix="heatlens-fuzz-", dir=parent_folder) as folder:
         os.environ["HEATLENS_LOG_DIR"] = folder  # reports of faults are not the user's
         yield Path(folder)
 
@@ -281,19 +281,22 @@ def _work() -> None:
     without_slow_guesses()
     without_own_processes()
     OpenEXR.set_global_thread_count(0)  # a forked process would miss them
-    asked, starter = threading.Event(), os.getppid()
-    signal.signal(signal.SIGTERM, lambda *_: asked.set())
+    stop_requested, parent = threading.Event(), os.getppid()
+    signal.signal(signal.SIGTERM, lambda *_: stop_requested.set())
 
     def is_stopped() -> bool:
-        return asked.is_set() or os.getppid() != starter
+        return stop_requested.is_set() or os.getppid() != parent
 
-    with _folder() as folder:
+    with _temporary_folder() as folder:
         for line in sys.stdin:
-            with tempfile.TemporaryDirectory(dir=folder) as own:
-                print(json.dumps(_done(Job(**json.loads(line)), Path(own), is_stopped)), flush=True)
+            with tempfile.TemporaryDirectory(dir=folder) as job_folder:
+                print(
+                    json.dumps(_do_job(Job(**json.loads(line)), Path(job_folder), is_stopped)),
+                    flush=True,
+                )
 
 
-def _done(job: Job, folder: Path, is_stopped: Callable[[], bool]) -> Counts:
+def _do_job(job: Job, folder: Path, is_stopped: Callable[[], bool]) -> Counts:
     """Do one job in this process."""
     mutants = Mutants(job, folder)
     end = time.monotonic() + job.seconds if job.seconds else None
@@ -321,22 +324,22 @@ def main() -> int:
     with Fuzzer() as fuzzer:
         for name in args.formats or FORMATS:
             job = Job(name, args.seed, seconds, args.mutants, args.first, keep)
-            is_bad |= _told(fuzzer, job)
+            is_bad |= _print_job(fuzzer, job)
     return int(is_bad)
 
 
-def _told(fuzzer: Fuzzer, job: Job) -> bool:
-    """Do one job and print what came of it; returns whether a mutant was not well answered."""
+def _print_job(fuzzer: Fuzzer, job: Job) -> bool:
+    """Do one job and print its counts. Return whether a mutant was not well answered."""
     begin = time.monotonic()
     counts = fuzzer.counts(job)
     rate = counts.total() / (time.monotonic() - begin)
-    said = ", ".join(f"{count:,} {outcome}" for outcome, count in counts.most_common())
+    outcome_counts = ", ".join(f"{count:,} {outcome}" for outcome, count in counts.most_common())
     print(
         f"{job.name}: {counts.total():,} mutants from {job.first:,} of seed {job.seed}, "
-        f"{rate:.0f} a second: {said}",
+        f"{rate:.0f} a second: {outcome_counts}",
         flush=True,
     )
-    return bool(badly_answered(job.name, counts))
+    return bool(bad_outcomes(job.name, counts))
 
 
 def _arguments() -> argparse.Namespace:

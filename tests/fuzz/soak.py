@@ -1,4 +1,4 @@
-"""Render many small frames one after the other: memory and OpenGL objects must stay what they are.
+"""Render many small frames one after the other, and check that memory and OpenGL objects stay.
 
     python tests/fuzz/soak.py --frames 10000                   # of the renderer and of the window
     python tests/fuzz/soak.py --frames 2000 --only window --seed 3
@@ -47,61 +47,61 @@ _METHODS = tuple(method for method in Method if not method.needs_scene)
 
 
 @dataclass(frozen=True)
-class Alive:
-    """What a process holds after so many frames."""
+class ProcessState:
+    """The memory and OpenGL objects of a process after a number of frames."""
 
     frames: int
     memory_bytes: int
     objects: dict[str, int]  # of OpenGL, by kind
 
     def __str__(self) -> str:
-        told = ", ".join(f"{count} {kind.lower()}" for kind, count in self.objects.items())
-        return f"{self.frames:,} frames: {self.memory_bytes / 1e6:.1f} MB resident; {told}"
+        object_counts = ", ".join(f"{count} {kind.lower()}" for kind, count in self.objects.items())
+        return f"{self.frames:,} frames: {self.memory_bytes / 1e6:.1f} MB resident; {object_counts}"
 
 
-def alive(frames: int) -> Alive:
+def process_state(frames: int) -> ProcessState:
     """Count the objects of the present context, and the memory of this process."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return Alive(frames, pages * os.sysconf("SC_PAGE_SIZE"), gl_objects())
+    return ProcessState(frames, pages * os.sysconf("SC_PAGE_SIZE"), gl_objects())
 
 
 def gl_objects() -> dict[str, int]:
-    """Return how many objects of each kind there are, by asking for each name whether it is one."""
+    """Return the number of OpenGL objects of each kind, by testing each name with glIs…."""
     library = ctypes.CDLL("libGL.so.1")
-    found = {}
+    counts = {}
     for kind, kinds in _KINDS.items():
         is_one = getattr(library, f"glIs{kind}")
         is_one.restype = ctypes.c_ubyte
         names = range(1, max(_new_name(library, kinds), _NAMES_LEAST))
-        found[kinds] = sum(is_one(name) for name in names)
-    return found
+        counts[kinds] = sum(is_one(name) for name in names)
+    return counts
 
 
 def _new_name(library: ctypes.CDLL, kinds: str) -> int:
-    """Return the name that the next object gets: some drivers count on and reuse none."""
+    """Return the name that the next object gets; some drivers never reuse names."""
     name = ctypes.c_uint()
     getattr(library, f"glGen{kinds}")(1, ctypes.byref(name))
     getattr(library, f"glDelete{kinds}")(1, ctypes.byref(name))
     return name.value
 
 
-def faults(points: list[Alive]) -> list[str]:
-    """Return what grew after the first quarter, in words."""
-    settled = [one for one in points if one.frames >= points[-1].frames / 4]
-    first, found = settled[0], []
-    for one in settled[1:]:
-        if one.objects != first.objects:
-            found.append(
-                f"after {one.frames:,} frames there are {one.objects}, not {first.objects}"
+def growth_faults(points: list[ProcessState]) -> list[str]:
+    """Return descriptions of what grew after the first quarter of the frames."""
+    settled_states = [state for state in points if state.frames >= points[-1].frames / 4]
+    first, fault_texts = settled_states[0], []
+    for state in settled_states[1:]:
+        if state.objects != first.objects:
+            fault_texts.append(
+                f"after {state.frames:,} frames there are {state.objects}, not {first.objects}"
             )
-    growth = settled[-1].memory_bytes - first.memory_bytes
+    growth = settled_states[-1].memory_bytes - first.memory_bytes
     if growth > GROWTH_MOST_BYTES:
-        found.append(f"memory grew by {growth / 1e6:.1f} MB after {first.frames:,} frames")
-    return found
+        fault_texts.append(f"memory grew by {growth / 1e6:.1f} MB after {first.frames:,} frames")
+    return fault_texts
 
 
-def rendered(frames: int, seed: int) -> Iterator[Alive]:
-    """Render so many frames with one FrameRenderer."""
+def render_frames(frames: int, seed: int) -> Iterator[ProcessState]:
+    """Render `frames` frames with one FrameRenderer; yield its state after each tenth."""
     rng, ctx = random.Random(seed), headless_context()
     renderer = FrameRenderer(ctx)
     plates = [plate_of(*room(*size)) for size in SIZES]
@@ -111,8 +111,8 @@ def rendered(frames: int, seed: int) -> Iterator[Alive]:
         renderer.render(random_shot(rng, number % frames), 0)
         if (number + 1) % max(frames // 10, 1) == 0:
             assert ctx.error == ""
-            renderer.let_go()
-            yield alive(number + 1)
+            renderer.unload()
+            yield process_state(number + 1)
             renderer.load(plates[0])
 
 
@@ -125,8 +125,8 @@ def random_shot(rng: random.Random, number: int) -> Shot:
     return Shot(lens, DefocusSettings(bokeh, quality, layers, proxy, method))
 
 
-def drawn(frames: int, seed: int) -> Iterator[Alive]:
-    """Draw so many frames of the window without a display, its settings changed all the while."""
+def draw_window_frames(frames: int, seed: int) -> Iterator[ProcessState]:
+    """Draw `frames` frames of the window without a display while settings change; yield states."""
     rng, ctx = random.Random(seed), headless_context()
     with tempfile.TemporaryDirectory(prefix="heatlens-soak-") as folder:
         os.environ |= {f"HEATLENS_{name}_DIR": folder for name in ("CONFIG", "CACHE", "LOG")}
@@ -142,10 +142,10 @@ def drawn(frames: int, seed: int) -> Iterator[Alive]:
                 if (number + 1) % max(frames // 10, 1) == 0:
                     editing.edit(first)
                     gui.settled()
-                    yield alive(number + 1)
+                    yield process_state(number + 1)
 
 
-KINDS = {"renderer": rendered, "window": drawn}
+KINDS = {"renderer": render_frames, "window": draw_window_frames}
 
 
 def main() -> int:
@@ -157,13 +157,13 @@ def main() -> int:
     args = parser.parse_args()
     is_bad = False
     for name in args.only.split(","):
-        told: list[Alive] = []
-        for one in KINDS[name](args.frames, args.seed):
-            told.append(one)
-            print(f"{name}: {one}", flush=True)
-        found = faults(told)
-        print(f"{name}: " + ("; ".join(found) or "nothing grew"), flush=True)
-        is_bad |= bool(found)
+        states: list[ProcessState] = []
+        for state in KINDS[name](args.frames, args.seed):
+            states.append(state)
+            print(f"{name}: {state}", flush=True)
+        fault_texts = growth_faults(states)
+        print(f"{name}: " + ("; ".join(fault_texts) or "nothing grew"), flush=True)
+        is_bad |= bool(fault_texts)
     return int(is_bad)
 
 

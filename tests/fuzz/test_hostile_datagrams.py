@@ -1,4 +1,4 @@
-"""Datagrams of strangers at a real port of this machine change nothing and are all counted."""
+"""Test that hostile datagrams sent to a real port change nothing and are all counted."""
 
 import socket
 import time
@@ -11,22 +11,22 @@ from heatlens.media.live.ring.receiver import LensReceiver
 from heatlens.media.live.ring.sender import LensSender
 from heatlens.media.live.ring.sources import LensSample
 
-A = source_id("A")
+SOURCE = source_id("A")
 
 SEED = 20060106
 FEW = 400
-AT_ONCE = 40  # so that a full buffer of the system drops none
+BATCH = 40  # so that a full buffer of the system drops none
 PATIENCE_S = 60.0
 
 
-def until(is_so) -> None:
+def wait_until(is_so) -> None:
     end = time.monotonic() + PATIENCE_S
     while not is_so():
         assert time.monotonic() < end
         time.sleep(0.001)
 
 
-def test_hostile_datagrams_change_nothing_and_are_counted(request):
+def test_lens_receiver_counts_and_ignores_hostile_datagrams(request):
     minutes = request.config.getoption("--fuzz-minutes")
     count = round(100_000 * minutes) if minutes else FEW
     with (
@@ -34,14 +34,18 @@ def test_hostile_datagrams_change_nothing_and_are_counted(request):
         LensSender(receiver.address) as camera,
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger,
     ):
-        camera.send(LensSample(A, focus_distance_m=2.0, f_stop=2.8))
-        until(lambda: receiver.heard().version == 1)
-        before = receiver.heard().sample
+        camera.send(LensSample(SOURCE, focus_distance_m=2.0, f_stop=2.8))
+        wait_until(lambda: receiver.source_state().version == 1)
+        sample_before = receiver.source_state().sample
         for number, datagram in enumerate(hostile_datagrams(count, SEED), 1):
             stranger.sendto(datagram, (receiver.address.host, receiver.address.port))
-            if number % AT_ONCE == 0 or number == count:
-                until(lambda sent=number: receiver.refused == sent)
-        assert receiver.heard().sample == before
-        assert (receiver.heard().version, receiver.taken, receiver.refused) == (1, 1, count)
-        camera.send(LensSample(A, focus_distance_m=3.0))
-        until(lambda: receiver.heard().sample.focus_distance_m == 3.0)
+            if number % BATCH == 0 or number == count:
+                wait_until(lambda sent=number: receiver.refused == sent)
+        assert receiver.source_state().sample == sample_before
+        assert (receiver.source_state().version, receiver.accepted, receiver.refused) == (
+            1,
+            1,
+            count,
+        )
+        camera.send(LensSample(SOURCE, focus_distance_m=3.0))
+        wait_until(lambda: receiver.source_state().sample.focus_distance_m == 3.0)

@@ -1,4 +1,4 @@
-"""The pages for developers name files, classes, functions and links that exist."""
+"""Test that files, classes, functions and links named in the developer pages exist."""
 
 import ast
 import re
@@ -16,17 +16,17 @@ LINK = re.compile(r"\]\(([^)#:]+)\)")
 
 def names_in(path: Path) -> set[str]:
     """Return every name that a module defines, methods with their class: "Lens", "Lens.at"."""
-    found: set[str] = set()
+    names: set[str] = set()
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            found.add(node.name)
+            names.add(node.name)
         if isinstance(node, ast.ClassDef):
             methods = (m for m in node.body if isinstance(m, ast.FunctionDef))
-            found |= {f"{node.name}.{method.name}" for method in methods}
+            names |= {f"{node.name}.{method.name}" for method in methods}
         targets = node.targets if isinstance(node, ast.Assign) else []
         targets += [node.target] if isinstance(node, ast.AnnAssign) else []
-        found |= {target.id for target in targets if isinstance(target, ast.Name)}
-    return found
+        names |= {target.id for target in targets if isinstance(target, ast.Name)}
+    return names
 
 
 def page_id(path: Path) -> str:
@@ -34,14 +34,14 @@ def page_id(path: Path) -> str:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=page_id)
-def test_every_place_that_is_named_is_there(page):
+def test_classes_and_functions_named_in_pages_exist(page):
     for file, name in PLACE.findall(page.read_text(encoding="utf-8")):
         assert (PACKAGE / file).is_file(), f"{page.name} names {file}"
         assert name in names_in(PACKAGE / file), f"{page.name} names {name} in {file}"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=page_id)
-def test_every_file_that_is_named_is_there(page):
+def test_files_named_in_pages_exist(page):
     roots = (PACKAGE, ROOT, page.parent)
     for file in FILE.findall(page.read_text(encoding="utf-8")):
         is_pattern = "NAME" in file
@@ -49,11 +49,11 @@ def test_every_file_that_is_named_is_there(page):
 
 
 @pytest.mark.parametrize("page", [*PAGES, ROOT / "README.md"], ids=page_id)
-def test_links_lead_to_files(page):
+def test_links_in_pages_lead_to_files(page):
     for target in LINK.findall(page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), f"{page.name} links to {target}"
 
 
-def test_there_are_pages_with_places():
+def test_app_readme_names_more_than_60_places():
     text = (ROOT / "app" / "README.md").read_text(encoding="utf-8")
     assert len(PLACE.findall(text)) > 60

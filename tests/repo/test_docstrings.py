@@ -54,20 +54,20 @@ def fragments_in(path: Path) -> Iterator[str]:
                 yield f"{path.relative_to(ROOT)}:{node.lineno}: {docstring.splitlines()[0]}"
 
 
-def test_no_summary_is_a_fragment():
-    found = [
+def test_no_docstring_summary_is_a_fragment():
+    fragments = [
         line for path in PACKAGE.rglob("*.py") if is_finished(path) for line in fragments_in(path)
     ]
-    assert not found, "\n".join(found)
+    assert not fragments, "\n".join(fragments)
 
 
 @pytest.mark.parametrize(
     "docstring", ["Of the playhead.", "(H, W) metres.", "`frame` of it.", "InputError for nothing."]
 )
-def test_fragments_are_found(docstring):
+def test_begins_with_no_verb_detects_fragments(docstring):
     assert begins_with_no_verb(docstring)
 
 
 @pytest.mark.parametrize("docstring", ["Return the frame.", "Delete the mark."])
-def test_sentences_are_not(docstring):
+def test_begins_with_no_verb_accepts_sentences(docstring):
     assert not begins_with_no_verb(docstring)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-_, _, TOLD = (ROOT / "README.md").read_text().partition("\n## Licence\n")
+_, _, README_SECTION = (ROOT / "README.md").read_text().partition("\n## Licence\n")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 USED = [extra for name, extra in PROJECT["optional-dependencies"].items() if name != "test"]
 NEEDED = sorted(
@@ -28,21 +28,23 @@ COPYLEFT = re.compile(r"lib(x264|x265|heif|de265)\b")
 
 
 def licence_of(name: str) -> str:
-    """Return what a package says of its licence: an expression, classifiers, or the text."""
-    found = importlib.metadata.metadata(name)
-    classifiers = [c for c in found.get_all("Classifier") or [] if c.startswith("License")]
-    said = found.get("License-Expression") or " ".join([*classifiers, found.get("License") or ""])
+    """Return the licence of a package: an expression, classifiers, or the licence text."""
+    metadata = importlib.metadata.metadata(name)
+    classifiers = [c for c in metadata.get_all("Classifier") or [] if c.startswith("License")]
+    licence_text = metadata.get("License-Expression") or " ".join(
+        [*classifiers, metadata.get("License") or ""]
+    )
     texts = [f for f in importlib.metadata.files(name) or () if "licen" in str(f).lower()]
-    return said.strip() or " ".join(text.read_text() for text in texts)
+    return licence_text.strip() or " ".join(text.read_text() for text in texts)
 
 
 @pytest.mark.parametrize("name", NEEDED)
-def test_a_package_is_permissive_or_named(name):
+def test_non_permissive_packages_are_named_in_readme(name):
     try:
         licence = licence_of(name)
     except importlib.metadata.PackageNotFoundError:
         pytest.skip(f"{name} is not installed")
-    assert PERMISSIVE.search(licence) or f"`{name}`" in TOLD, licence
+    assert PERMISSIVE.search(licence) or f"`{name}`" in README_SECTION, licence
     files = map(str, importlib.metadata.files(name) or ())
     for library in {match[1] for match in map(COPYLEFT.search, files) if match}:
-        assert f"`{name}`" in TOLD and library in TOLD
+        assert f"`{name}`" in README_SECTION and library in README_SECTION

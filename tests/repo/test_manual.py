@@ -1,4 +1,4 @@
-"""The manual is easy to read: short sentences, and a picture of each panel that it speaks of."""
+"""Test that the manual has short sentences, and a picture of each panel that it mentions."""
 
 import re
 from pathlib import Path
@@ -17,28 +17,30 @@ def sentences(text: str) -> list[str]:
     text = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
     blocks = re.split(r"\n\s*\n|\n(?=- )|\n(?=#)", text)
     prose = [block for block in blocks if not block.lstrip().startswith(("|", "#", "!["))]
-    found = []
+    all_sentences = []
     for block in prose:
         words = re.sub(r"`[^`]*`", "Code", " ".join(block.split()))
-        found += _END.split(re.sub(r"\]\([^)]*\)", "]", words))
-    return [sentence for sentence in found if sentence]
+        all_sentences += _END.split(re.sub(r"\]\([^)]*\)", "]", words))
+    return [sentence for sentence in all_sentences if sentence]
 
 
-def test_sentences_are_found():
+def test_sentences_splits_paragraphs_and_lists():
     text = "# Head\n\n- One `a. b` here. Two\n  lines.\n- Three: four; Five.\n\n| a. B | c |\n"
-    found = sentences(text + "\n```\nNo. No.\n```\n")
-    assert found == ["- One Code here.", "Two lines.", "- Three: four;", "Five."]
+    found_sentences = sentences(text + "\n```\nNo. No.\n```\n")
+    assert found_sentences == ["- One Code here.", "Two lines.", "- Three: four;", "Five."]
 
 
-def test_no_sentence_is_long():
-    found = sentences(MANUAL.read_text(encoding="utf-8"))
-    assert len(found) > 100
-    assert not [sentence for sentence in found if len(sentence.split()) > WORDS_MOST]
+def test_manual_has_no_sentence_above_30_words():
+    all_sentences = sentences(MANUAL.read_text(encoding="utf-8"))
+    assert len(all_sentences) > 100
+    assert not [sentence for sentence in all_sentences if len(sentence.split()) > WORDS_MOST]
 
 
-def test_panels_that_are_spoken_of_have_a_picture():
+def test_panels_mentioned_in_manual_have_a_picture():
     text = MANUAL.read_text(encoding="utf-8")
-    spoken = {name for name in PANELS if re.search(rf"\b{name} (tab|panel)\b", text)}
-    assert len(spoken) > 4
-    missing = {name for name in spoken if f"../assets/manual/{name.lower()}.png)" not in text}
+    mentioned_panels = {name for name in PANELS if re.search(rf"\b{name} (tab|panel)\b", text)}
+    assert len(mentioned_panels) > 4
+    missing = {
+        name for name in mentioned_panels if f"../assets/manual/{name.lower()}.png)" not in text
+    }
     assert not missing

@@ -20,16 +20,16 @@ def run_tests(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
 
 
-def test_every_test_of_the_model_can_be_collected():
+def test_model_tests_can_be_collected_without_gl():
     run = run_tests("--collect-only", "tests/core/model")
     assert run.returncode == 0, run.stdout
 
 
-def test_a_test_of_the_model_runs():
+def test_model_test_runs_without_gl():
     run = run_tests("tests/core/model/test_boxes.py")
     assert run.returncode == 0, run.stdout
 
 
-def test_a_test_that_draws_does_not():
-    """Otherwise the two tests above would prove nothing."""
+def test_drawing_test_fails_without_gl():
+    """This shows that the two tests above really run without the libraries."""
     assert run_tests("tests/render/display/test_display_pass.py").returncode != 0

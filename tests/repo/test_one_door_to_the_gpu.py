@@ -1,4 +1,4 @@
-"""Only gpu/ knows the library that draws; everything else speaks of a device and what it makes."""
+"""Test that only render/gpu/ knows moderngl; everything else uses the device and its objects."""
 
 import ast
 import importlib
@@ -19,8 +19,8 @@ TESTS_OF_GPU = {"support/contexts.py"}
 NOT_LOADED = {"heatlens.__main__"}
 
 
-def names_inside(path: Path) -> bool:
-    """Return whether a file names what lies within, outside of its comments and docstrings."""
+def uses_library_internals(path: Path) -> bool:
+    """Return whether the code of a file, without docstrings, names moderngl or GL internals."""
     text = path.read_text(encoding="utf-8")
     if not _INSIDE.search(text):  # nearly all files, which need not be parsed
         return False
@@ -45,41 +45,47 @@ def imports_library(path: Path) -> bool:
     return False
 
 
-def outside() -> list[Path]:
-    found = [
+def files_outside_gpu() -> list[Path]:
+    files = [
         p
         for p in sorted(PACKAGE.rglob("*.py"))
         if p.relative_to(PACKAGE).parts[:2] != ("render", "gpu")
     ]
-    assert len(found) > 300
-    return found
+    assert len(files) > 300
+    return files
 
 
-def test_nothing_outside_imports_the_library():
-    assert [str(path) for path in outside() if imports_library(path)] == []
+def test_only_gpu_folder_imports_moderngl():
+    assert [str(path) for path in files_outside_gpu() if imports_library(path)] == []
     assert any(imports_library(path) for path in (PACKAGE / "render/gpu").rglob("*.py"))
 
 
-def test_nothing_outside_names_what_lies_within():
-    assert [str(path) for path in outside() if names_inside(path)] == []
+def test_only_gpu_folder_uses_moderngl_internals():
+    assert [str(path) for path in files_outside_gpu() if uses_library_internals(path)] == []
     assert _INSIDE.search("texture.glo") and _INSIDE.search('info["GL_RENDERER"]')
 
 
-def test_only_tests_of_gpu_import_the_library():
-    found = {p.relative_to(TESTS).as_posix() for p in TESTS.rglob("*.py") if imports_library(p)}
-    assert found == TESTS_OF_GPU
+def test_only_context_fixtures_of_tests_import_moderngl():
+    importing_tests = {
+        p.relative_to(TESTS).as_posix() for p in TESTS.rglob("*.py") if imports_library(p)
+    }
+    assert importing_tests == TESTS_OF_GPU
 
 
-def test_no_module_outside_holds_a_thing_of_the_library():
-    held = []
-    for found in pkgutil.walk_packages(heatlens.__path__, "heatlens."):
-        if found.name in NOT_LOADED or found.name.startswith("heatlens.render.gpu"):
+def test_modules_outside_gpu_hold_no_moderngl_objects():
+    library_objects = []
+    for module_info in pkgutil.walk_packages(heatlens.__path__, "heatlens."):
+        if module_info.name in NOT_LOADED or module_info.name.startswith("heatlens.render.gpu"):
             continue
-        module = importlib.import_module(found.name)
-        held += [f"{found.name}.{name}" for name, it in vars(module).items() if _is_of(it)]
-    assert held == []
+        module = importlib.import_module(module_info.name)
+        library_objects += [
+            f"{module_info.name}.{name}"
+            for name, it in vars(module).items()
+            if _is_library_object(it)
+        ]
+    assert library_objects == []
 
 
-def _is_of(thing: object) -> bool:
+def _is_library_object(thing: object) -> bool:
     owner = getattr(thing, "__module__", None)
     return isinstance(owner, str) and owner.partition(".")[0] == LIBRARY

@@ -1,4 +1,4 @@
-"""The wheel holds the code, its shaders, kernels, page and plate, and true metadata."""
+"""Test that the wheel holds the code, shaders, kernels, page and assets, and correct metadata."""
 
 import re
 import subprocess
@@ -13,25 +13,27 @@ import trove_classifiers
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def check_metadata(said: Message) -> None:
+def check_metadata(metadata: Message) -> None:
     """Check the metadata for package indexes: real facts and no address."""
-    assert said["License-Expression"] == "MIT" and "depth of field" in said["Keywords"]
-    assert not said.get_all("Project-URL") and not said["Home-page"]
-    assert said["Author"] == "heatlens developers"
-    classifiers = said.get_all("Classifier") or []
+    assert metadata["License-Expression"] == "MIT" and "depth of field" in metadata["Keywords"]
+    assert not metadata.get_all("Project-URL") and not metadata["Home-page"]
+    assert metadata["Author"] == "heatlens developers"
+    classifiers = metadata.get_all("Classifier") or []
     known = {"Typing :: Typed", "Operating System :: POSIX :: Linux"}
     assert known <= set(classifiers) <= set(trove_classifiers.classifiers)
-    needed = said.get_all("Requires-Dist") or []
-    assert any(line.startswith("platformdirs") for line in needed)
-    extras = {name: packages_of(name, needed) for name in said.get_all("Provides-Extra") or []}
+    requirements = metadata.get_all("Requires-Dist") or []
+    assert any(line.startswith("platformdirs") for line in requirements)
+    extras = {
+        name: packages_of(name, requirements) for name in metadata.get_all("Provides-Extra") or []
+    }
     assert {"matplotlib", "flip-evaluator"} <= extras["study"]
     of_users = (extras[name] for name in extras.keys() - {"all", "fit", "test"})
     assert extras["all"] == set().union(*of_users) and extras["all"] <= extras["test"]
 
 
-def packages_of(extra: str, needed: list[str]) -> set[str]:
+def packages_of(extra: str, requirements: list[str]) -> set[str]:
     """Return the names of the packages that an extra installs."""
-    lines = [line for line in needed if line.endswith(f"extra == '{extra}'")]
+    lines = [line for line in requirements if line.endswith(f"extra == '{extra}'")]
     return {re.split(r"[^\w.-]", line)[0] for line in lines}
 
 
@@ -56,8 +58,8 @@ def test_wheel_runs_from_outside_the_checkout(tmp_path: Path) -> None:
         "page.css",
         "index.html",
     } <= modules
-    (described,) = (tmp_path / "site").glob("heatlens-*.dist-info/METADATA")
-    check_metadata(message_from_string(described.read_text(encoding="utf-8")))
+    (metadata_path,) = (tmp_path / "site").glob("heatlens-*.dist-info/METADATA")
+    check_metadata(message_from_string(metadata_path.read_text(encoding="utf-8")))
     code = (
         "import heatlens.core.base.paths as p;"
         "from heatlens.render.defocus.kernels import named_kernel;"

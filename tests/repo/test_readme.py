@@ -1,4 +1,4 @@
-"""The README's commands are those that run; every example, the manual's too, can be typed."""
+"""Test that the commands and examples of README and manual are valid and run."""
 
 import argparse
 import re
@@ -12,7 +12,7 @@ import pytest
 
 from heatlens import __version__
 from heatlens.fronts.commands.command_parser import build_parser
-from heatlens.fronts.commands.command_table import with_command
+from heatlens.fronts.commands.command_table import put_command_first
 from heatlens.fronts.commands.main import main
 from heatlens.studio.ui import window
 
@@ -20,22 +20,22 @@ ROOT = Path(__file__).resolve().parents[2]
 MANUAL = ROOT / "app" / "MANUAL.md"
 
 
-def blocks() -> list[str]:
+def shell_blocks() -> list[str]:
     """Return each block of shell commands, of the README and then of the manual."""
     text = (ROOT / "README.md").read_text() + MANUAL.read_text()
     return [b.split("```")[0] for b in text.split("```sh\n")[1:]]
 
 
 def code_lines() -> list[str]:
-    return [line for block in blocks() for line in block.splitlines()]
+    return [line for block in shell_blocks() for line in block.splitlines()]
 
 
-def test_ci_runs_the_readmes_test_command() -> None:
+def test_ci_runs_test_command_of_readme() -> None:
     command = next(line for line in code_lines() if ".venv/bin/pytest" in line)
     assert command in (ROOT / ".ci" / "run").read_text().splitlines()
 
 
-def test_what_the_readme_shows_is_there() -> None:
+def test_pictures_of_readme_exist() -> None:
     text = (ROOT / "README.md").read_text()
     for name in (
         "still_life.exr",
@@ -52,7 +52,7 @@ def test_what_the_readme_shows_is_there() -> None:
         assert (ROOT / "assets" / name).stat().st_size > 10_000
 
 
-def test_the_example_in_python_runs(session_context: object) -> None:
+def test_python_example_of_readme_runs(session_context: object) -> None:
     text = (ROOT / "README.md").read_text().split("```python\n")[1].split("```")[0]
     code = text.replace("assets/", f"{ROOT.as_posix()}/assets/")
     depth_m = np.linspace(2.0, 6.0, 12, dtype=np.float32).reshape(3, 4)
@@ -77,47 +77,47 @@ def examples() -> list[str]:
     lines = [line for line in code_lines() if line.startswith("heatlens ")]
     lines += re.findall(r"`(?:\S*/)?(heatlens (?:\w+ )?[^\s`]*[-.][^\s`]*[^`\n]*)`", text)
     for parser in parsers(build_parser()):
-        whole = (parser.epilog or "").replace("\\\n", " ")
-        lines += [line.strip() for line in whole.splitlines() if line.startswith("  heatlens ")]
+        epilog = (parser.epilog or "").replace("\\\n", " ")
+        lines += [line.strip() for line in epilog.splitlines() if line.startswith("  heatlens ")]
     return lines
 
 
-def test_there_are_examples_of_every_command():
+def test_documents_have_examples_of_every_command():
     words = {line.split()[1] for line in examples()}
     assert words >= {"view", "render", "export", "shot", "camera", "info", "compare", "study"}
     assert len(examples()) > 45
 
 
-def test_every_example_can_be_typed():
+def test_every_documented_command_line_parses():
     parser = build_parser()
     for line in examples():
         words = shlex.split(line.partition(" > ")[0], comments=True)[1:]
         try:
-            assert callable(parser.parse_args(with_command(words)).run)
+            assert callable(parser.parse_args(put_command_first(words)).run)
         except SystemExit:
             pytest.fail(line)
 
 
-def runnable() -> list[str]:
-    """Return the commands to run, without those that take minutes, wait, or have a test alone.
+def runnable_commands() -> list[str]:
+    """Return the documented commands, without those that take minutes, wait, or have own tests.
 
     Scenes are drawn at a quarter of their pixels, which is half of the time.
     """
-    left_out = "# minutes", "--listen", "heatlens doctor"
+    skipped_words = "# minutes", "--listen", "heatlens doctor"
     lines = [line for line in code_lines() if line.startswith("heatlens ")]
-    kept = [line for line in lines if not any(words in line for words in left_out)]
-    return [line.replace("--size 320x180", "--size 160x90") for line in kept]
+    kept_lines = [line for line in lines if not any(words in line for words in skipped_words)]
+    return [line.replace("--size 320x180", "--size 160x90") for line in kept_lines]
 
 
-def test_the_commands_run_from_top_to_bottom(tmp_path, monkeypatch, capsys):
-    """In a folder that holds the assets alone; windows are asked for, and not opened."""
+def test_documented_commands_run_in_order(tmp_path, monkeypatch, capsys):
+    """Run them in a folder with only the assets; opening a window is only recorded."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "assets").symlink_to(ROOT / "assets")
-    opened: list[str] = []
-    monkeypatch.setattr(window, "run_window", lambda start: opened.append(start.source))
-    for line in runnable():
+    opened_sources: list[str] = []
+    monkeypatch.setattr(window, "run_window", lambda start: opened_sources.append(start.source))
+    for line in runnable_commands():
         assert main(shlex.split(line, comments=True)[1:]) == 0, (line, capsys.readouterr().err)
-    assert opened == [
+    assert opened_sources == [
         "assets/still_life.exr",
         "demo",
         "pull.heatlens.json",
@@ -127,16 +127,16 @@ def test_the_commands_run_from_top_to_bottom(tmp_path, monkeypatch, capsys):
         assert (tmp_path / name).stat().st_size > 1000
 
 
-def test_the_exit_codes_are_all_told():
+def test_manual_lists_all_exit_codes():
     table = MANUAL.read_text().partition("| exit code |")[2].partition("\n\n")[0]
     codes = [code for row in table.splitlines()[2:] for code in row.split("|")[1].split(",")]
     assert {int(code) for code in codes} == {0, 1, 2, 70, 130, 141, 143}
 
 
-def test_the_citation_is_of_this_version_and_names_the_authors_of_the_package():
+def test_citation_has_current_version_and_authors():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     readme = (ROOT / "README.md").read_text()
     (entry,) = re.findall(r"@software\{heatlens,\n(.*?)\n\}", readme, re.S)
-    told = dict(re.findall(r"(\w+) *= \{+(.*?)\}+,?$", entry, re.M))
-    assert told["version"] == __version__
-    assert [told["author"]] == [author["name"] for author in project["authors"]]
+    citation = dict(re.findall(r"(\w+) *= \{+(.*?)\}+,?$", entry, re.M))
+    assert citation["version"] == __version__
+    assert [citation["author"]] == [author["name"] for author in project["authors"]]

@@ -1,4 +1,4 @@
-"""What stands in the root of the repository, so that nothing is left there by a run."""
+"""Test that the root of the repository holds only known files, and no leftovers of a run."""
 
 import subprocess
 from pathlib import Path
@@ -10,19 +10,21 @@ FILES = {".gitignore", ".pre-commit-config.yaml", "LICENSE", "README.md", "pypro
 FOLDERS = {".ci", "app", "assets", "shaders", "tests"}
 
 
-def tracked() -> list[str]:
-    told = subprocess.run(
+def tracked_files() -> list[str]:
+    process = subprocess.run(
         ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False
     )
-    if told.returncode:
+    if process.returncode:
         pytest.skip("this is no checkout of git")
-    return told.stdout.splitlines()
+    return process.stdout.splitlines()
 
 
-def test_the_root_holds_what_belongs_there():
-    names = {name.partition("/")[0] for name in tracked()}
+def test_root_holds_only_known_files_and_folders():
+    names = {name.partition("/")[0] for name in tracked_files()}
     assert names == FILES | FOLDERS
 
 
 def test_no_log_of_a_run_is_tracked():
-    assert not [name for name in tracked() if name.endswith((".out", ".log", ".part", ".orig"))]
+    assert not [
+        name for name in tracked_files() if name.endswith((".out", ".log", ".part", ".orig"))
+    ]

@@ -1,4 +1,4 @@
-"""The page on security tells the bounds that the program has."""
+"""Test that the page on security states the limits that the program has."""
 
 from pathlib import Path
 
@@ -15,15 +15,15 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "app" / "SECURITY.md").read_text()
 
 
-def test_every_bound_is_told_as_it_is():
-    for told in (
+def test_security_page_states_current_limits():
+    for statement in (
         f"{exr_scan.MAX_SIDE_PX:,} px",
         f"{exr_scan.MAX_CHANNELS:,} channels",
         f"{exr_scan.MAX_BYTES / 1e9:g} GB of pixels",
         f"{exr_scan._TILE_LEAST_PX:,} px",
         f"light beyond {LIGHT_MOST:g}".replace("e+", "e"),
         f"{gltf_file._NUMBERS_MOST // 1_000_000} million numbers",
-        f"{gltf_file._EMPTY_MOST // 1_000_000} million without bytes",
+        f"{gltf_file._EMPTY_NUMBERS_MOST // 1_000_000} million without bytes",
         f"{gltf_file._BUFFERS_MOST / 1e9:g} GB of buffers",
         f"{gltf_nodes._LEVELS_MOST} levels of nodes",
         f"{scene.INSTANCES_MOST:,} objects",
@@ -32,17 +32,17 @@ def test_every_bound_is_told_as_it_is():
         f"for each megabyte of its files, and {limits.GIGABYTES_MOST:g} GB",
         limits.SECONDS,
         limits.GIGABYTES,
-        f"{server.HANDS_MOST} hands and {server.LOOKERS_MOST} lookers",
-        f"{connections.STRANGERS_MOST} connections without a right link",
-        f"link and {connections.GUESTS_MOST} with one",
-        f"idle one ends after {connections.KEPT_S:.0f} seconds",
-        f"of a picture {picture._ENCODED_MOST} sizes are kept",
-        f"{MESSAGE_MOST // 1024} kB and come {client._A_SECOND:.0f} a second",
+        f"{server.MOST_HANDS} hands and {server.MOST_LOOKERS} lookers",
+        f"{connections.MOST_STRANGERS} connections without a right link",
+        f"link and {connections.MOST_GUESTS} with one",
+        f"idle one ends after {connections.KEEP_ALIVE_S:.0f} seconds",
+        f"of a picture {picture._MOST_ENCODED} sizes are kept",
+        f"{MESSAGE_MOST // 1024} kB and come {client._MESSAGES_PER_SECOND:.0f} a second",
         f"nothing for {client._STALLED_S:.0f} seconds",
     ):
-        assert told in PAGE, told
+        assert statement in PAGE, statement
     assert COC_MOST_PX == 1e6 and "beyond a million pixels" in PAGE
 
 
-def test_readme_leads_there():
+def test_readme_links_to_security_page():
     assert "(app/SECURITY.md)" in (ROOT / "README.md").read_text()

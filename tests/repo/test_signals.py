@@ -1,4 +1,4 @@
-"""The tests start programs that obey signals, also under nohup and in the background."""
+"""Test that programs started by tests obey signals, also under nohup and in the background."""
 
 import os
 import signal
@@ -17,7 +17,7 @@ def test_child():
 """
 
 
-def ignored(*signals: signal.Signals):
+def ignore_signals(*signals: signal.Signals):
     def ignore() -> None:
         for number in signals:
             signal.signal(number, signal.SIG_IGN)
@@ -25,18 +25,18 @@ def ignored(*signals: signal.Signals):
     return ignore
 
 
-def test_what_the_tests_start_hears_signals_that_they_ignore(tmp_path):
+def test_child_processes_do_not_inherit_ignored_signals(tmp_path):
     (tmp_path / "test_it.py").write_text(f"CHILD = {CHILD!r}\n{TEST}")
     folder = os.path.dirname(os.path.dirname(__file__))
     root = os.path.dirname(folder)
     line = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c"]
     line += [f"{root}/pyproject.toml", "--rootdir", root, "-p", "conftest", str(tmp_path)]
-    done = subprocess.run(
+    process = subprocess.run(
         line,
-        preexec_fn=ignored(signal.SIGHUP, signal.SIGINT, signal.SIGQUIT),
+        preexec_fn=ignore_signals(signal.SIGHUP, signal.SIGINT, signal.SIGQUIT),
         env=os.environ | {"PYTHONPATH": folder},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert process.returncode == 0, process.stdout + process.stderr

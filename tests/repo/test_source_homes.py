@@ -1,4 +1,4 @@
-"""What kind of source stands before the lens is asked in few places, each listed with its reason.
+"""Test that few modules ask for the kind of a source; each is listed here with its reason.
 
 Everything else asks a source what it can do: see `heatlens.render.source.source.Source`.
 """
@@ -24,15 +24,15 @@ MAY_ASK_FOR_A_SCENE = {
     "fronts.commands.output.picture_progress": "counts the steps of a scene",
     "studio.session.pictures.look_pictures": "looks of a scene have a renderer of their own",
     "studio.session.scenes.following": "another scene ends the following",
-    "studio.session.playing.pull_jobs": "the place of the camera is part of a frame's key",
-    "studio.session.playing.rendered_pull": "the scene is shared with the renderer of frames ahead",
+    "studio.session.playing.ahead_jobs": "the place of the camera is part of a frame's key",
+    "studio.session.playing.frames_ahead": "the scene is shared with the renderer of frames ahead",
 }
 KINDS = {
     *("PlateSource", "SceneSource", "StreamSource"),
     *("OpenedPlates", "OpenedScene", "OpenedStream"),
 }
 # Flags of the kind that once stood in many places.
-GONE = {"is_streaming", "is_scene", "is_plate", "of_scene", "names_scene", "has_scene"}
+REMOVED_FLAGS = {"is_streaming", "is_scene", "is_plate", "of_scene", "names_scene", "has_scene"}
 
 
 def module_of(path: Path) -> str:
@@ -42,10 +42,10 @@ def module_of(path: Path) -> str:
 @cache
 def modules() -> dict[str, ast.AST]:
     """Return the syntax trees of all modules outside source/."""
-    found = {module_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+    paths = {module_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
     return {
         name: ast.parse(path.read_text(encoding="utf-8"))
-        for name, path in found.items()
+        for name, path in paths.items()
         if not name.startswith("render.source.")
     }
 
@@ -81,30 +81,30 @@ def compares_a_scene(node: ast.Compare) -> bool:
 
 
 def names_in(node: ast.AST) -> set[str]:
-    return {found.id for found in ast.walk(node) if isinstance(found, ast.Name)} | {
-        found.attr for found in ast.walk(node) if isinstance(found, ast.Attribute)
+    return {child.id for child in ast.walk(node) if isinstance(child, ast.Name)} | {
+        child.attr for child in ast.walk(node) if isinstance(child, ast.Attribute)
     }
 
 
-def test_the_kind_is_asked_in_listed_places_alone():
+def test_only_listed_modules_ask_for_source_kind():
     assert {name for name, tree in modules().items() if asks_the_kind(tree)} == set(
         MAY_ASK_THE_KIND
     )
 
 
-def test_a_scene_is_asked_for_in_listed_places_alone():
-    found = {name for name, tree in modules().items() if asks_for_a_scene(tree)}
-    assert found == set(MAY_ASK_FOR_A_SCENE)
+def test_only_listed_modules_check_for_scene():
+    asking_modules = {name for name, tree in modules().items() if asks_for_a_scene(tree)}
+    assert asking_modules == set(MAY_ASK_FOR_A_SCENE)
 
 
-def test_no_flag_of_the_kind_has_come_back():
-    found = {name: GONE & names_in(tree) for name, tree in modules().items()}
+def test_removed_kind_flags_are_not_used():
+    flags_of_modules = {name: REMOVED_FLAGS & names_in(tree) for name, tree in modules().items()}
     # Here a name is looked at; heatlens.render.source.kinds asks for all others.
-    del found["media.scene.scene_read"]
-    assert {name: flags for name, flags in found.items() if flags} == {}
+    del flags_of_modules["media.scene.scene_read"]
+    assert {name: flags for name, flags in flags_of_modules.items() if flags} == {}
 
 
-def test_the_checks_see_what_they_look_for():
+def test_source_kind_checks_detect_samples():
     asks = ("isinstance(x, OpenedScene)", "isinstance(x, (int, opened.OpenedPlates))")
     assert all(asks_the_kind(ast.parse(text)) for text in asks)
     by_name = "from heatlens.render.source.kinds import kind_of\nkind_of(text)"
@@ -113,4 +113,4 @@ def test_the_checks_see_what_they_look_for():
     for text in ("self.renderer.scene is None", "a.scene is not b.scene"):
         assert asks_for_a_scene(ast.parse(text))
     assert not asks_for_a_scene(ast.parse("scene is None\nself.scene.frames"))
-    assert GONE & names_in(ast.parse("app.source.is_streaming"))
+    assert REMOVED_FLAGS & names_in(ast.parse("app.source.is_streaming"))

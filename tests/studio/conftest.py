@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 
 from heatlens.studio.session.session import Session
-from support.evening import begun, settled, write_plates
+from support.evening import begin_session, run_until_settled, write_plates
 
 
 @pytest.fixture
 def walls(tmp_path: Path) -> Iterator[Session]:
     """Return a session that shows a sequence of two walls at 2 m and 8 m, frames 1001 to 1024."""
-    session = begun(tmp_path / "preferences", write_plates(tmp_path))
-    settled(session)
+    session = begin_session(tmp_path / "preferences", write_plates(tmp_path))
+    run_until_settled(session)
     yield session
     session.close()

@@ -1,1 +1,1 @@
-"""What the tests share: small files, plates, scenes, windows and oracles."""
+"""Helpers shared by the tests: small files, plates, scenes, windows and reference results."""

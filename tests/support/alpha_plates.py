@@ -1,4 +1,4 @@
-"""Plates with alpha, and the renderer run on them."""
+"""Make plates with alpha, and render them."""
 
 import numpy as np
 
@@ -16,10 +16,10 @@ def coverage(height: int, width: int) -> Image:
     return alpha
 
 
-def through(
+def render_alpha_plate(
     renderer: FrameRenderer, rgba: Image, depth_m: Image, coc_px: float, *settings
 ) -> Image:
-    """Render a plate with alpha; return (H, W, 4)."""
+    """Render a plate with alpha through a lens of blur `coc_px`. Return (H, W, 4)."""
     renderer.load(plate_of(rgba, depth_m, has_alpha=True))
     lens = lens_blurring(coc_px, depth_m.shape[1])
     return renderer.pixels(Shot(lens, DefocusSettings(*settings)))

@@ -1,4 +1,4 @@
-"""Openings of every kind, for tests that hold for all of them."""
+"""A Hypothesis strategy of apertures of every kind, for tests that hold for all of them."""
 
 from hypothesis import strategies as st
 
@@ -6,7 +6,7 @@ from heatlens.core.model.lens.aperture import Aperture
 
 
 def apertures() -> st.SearchStrategy[Aperture]:
-    """Return a strategy of openings that are no ellipses, each with some of their properties."""
+    """Return a strategy of apertures that are not plain ellipses, with random properties."""
     return st.builds(
         Aperture,
         squeeze=st.floats(1.0, 2.0),

@@ -1,4 +1,4 @@
-"""A scene as it is drawn and as it is met by rays, beside each other."""
+"""Render a scene by rasterization and by rays, to compare both."""
 
 import numpy as np
 
@@ -9,13 +9,13 @@ from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.textures import FloatArray, download, new_texture
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.ray_tracer import RayTracer
-from support.scenes import moved
+from support.scenes import placement
 
-VIEW = SceneView(moved(0, 0, -3), (32, 32), 50.0, np.inf, 0.5, 20.0)
+VIEW = SceneView(placement(0, 0, -3), (32, 32), 50.0, np.inf, 0.5, 20.0)
 
 
-class BothWays:
-    """Both ways to see a scene, from 3 m before it."""
+class RasterAndRays:
+    """A rasterizer and a ray tracer of one scene, which is seen from a distance of 3 m."""
 
     def __init__(self, ctx: Device) -> None:
         self.raster = SceneRaster(ctx)
@@ -23,9 +23,9 @@ class BothWays:
         self.out = new_texture(ctx, VIEW.size, 4)
 
     def seen(self, scene: Scene) -> FloatArray:
-        """Return (2, H, W, 3).
+        """Return the colors (2, H, W, 3) of the scene by both renderers.
 
-        The scene as a raster, and by a ray through the middle of each pixel.
+        The first is rasterized; the second has a ray through the middle of each pixel.
         """
         self.raster.load(scene)
         self.raster.place(1)

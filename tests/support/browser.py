@@ -1,4 +1,4 @@
-"""Debian's Chromium, driven as a finger would, and the server whose page it opens."""
+"""Debian's Chromium with simulated touch, and the `heatlens serve` process whose page it opens."""
 
 import base64
 import os
@@ -23,7 +23,7 @@ from support.command_line import ENVIRONMENT
 PATIENCE_S = 60.0
 
 
-class Served:
+class ServeProcess:
     """`heatlens serve` in a process of its own."""
 
     def __init__(self, folder: Path, *words: object, address: str = ":0") -> None:
@@ -41,12 +41,12 @@ class Served:
         self.port = int(re.search(r":(\d+)/", self.hand)[1])
 
     def _link(self) -> str:
-        found = re.search(r"http\S+", self._process.stdout.readline())
-        assert found is not None, self._process.stderr.read()
-        return found[0]
+        match = re.search(r"http\S+", self._process.stdout.readline())
+        assert match is not None, self._process.stderr.read()
+        return match[0]
 
     def stop(self) -> None:
-        """End it as Ctrl-C does."""
+        """End the process by SIGINT, as Ctrl-C does."""
         self._process.send_signal(signal.SIGINT)
         self._process.communicate(timeout=PATIENCE_S)
 
@@ -58,7 +58,7 @@ class Browser:
         self.driver = driver
 
     def size(self, width: int, height: int, ratio: float = 1.0, has_touch: bool = True) -> None:
-        """Show the page as a device of this size does."""
+        """Show the page as on a device of this size."""
         self._send(
             "Emulation.setDeviceMetricsOverride",
             width=width,
@@ -92,7 +92,7 @@ class Browser:
 
     @property
     def focus(self) -> str:
-        """The focus distance as the numbers of the page tell it."""
+        """The focus distance as the page shows it in numbers."""
         return self.run("return document.querySelector('#numbers b')?.textContent || ''")
 
     @property
@@ -120,18 +120,18 @@ class Browser:
         return np.asarray(Image.open(BytesIO(data)).convert("RGB"))
 
     def at_rest(self) -> np.ndarray:
-        """Wait until the whole picture is shown and stands; return its pixels."""
-        seen = [np.zeros(0)]
+        """Wait until the whole picture is shown and no longer changes. Return its pixels."""
+        pictures = [np.zeros(0)]
 
         def stands() -> bool:
             if self.run("return document.getElementById('picture').ariaBusy") != "false":
                 return False
-            seen.append(self.pixels())
+            pictures.append(self.pixels())
             time.sleep(0.7)
-            return seen[-1].std() > 5 and np.array_equal(seen[-1], self.pixels())
+            return pictures[-1].std() > 5 and np.array_equal(pictures[-1], self.pixels())
 
         self.until(stands, "a picture that stands")
-        return seen[-1]
+        return pictures[-1]
 
     def until(self, condition: Callable[[], object], what: str) -> None:
         end = time.monotonic() + PATIENCE_S
@@ -157,8 +157,8 @@ def chromium() -> Iterator[Browser]:
     for word in ("--headless=new", "--disable-gpu", "--force-color-profile=srgb", *root):
         options.add_argument(word)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    made = selenium.Chrome(options=options, service=selenium.ChromeService(driver))
+    driver_session = selenium.Chrome(options=options, service=selenium.ChromeService(driver))
     try:
-        yield Browser(made)
+        yield Browser(driver_session)
     finally:
-        made.quit()
+        driver_session.quit()

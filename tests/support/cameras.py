@@ -1,4 +1,4 @@
-"""Cameras known from their axes, and shots of any keys, for tests of the exchange."""
+"""Cameras with known axes, and strategies of shots with random keys, for tests of camera files."""
 
 from collections.abc import Sequence
 
@@ -27,14 +27,14 @@ def axes(eye: Sequence[float], target: Sequence[float], up: Sequence[float] = (0
 
 
 def world_to_camera(eye: Sequence[float], target: Sequence[float]) -> tuple:
-    """Return the matrix as CameraSamples has it: columns, looking along -z."""
+    """Return the world-to-camera matrix as in CameraSamples: column vectors, looking along -z."""
     right, up, forward = axes(eye, target)
     rows = [[*axis, -np.dot(axis, eye)] for axis in (right, up, -forward)]
     return tuple(tuple(map(float, row)) for row in [*rows, [0, 0, 0, 1]])
 
 
 def exr_attribute(eye: Sequence[float], target: Sequence[float]) -> np.ndarray:
-    """Return `worldToCamera` of the same camera: rows, looking along +z."""
+    """Return the EXR attribute `worldToCamera` of the camera: row vectors, looking along +z."""
     right, up, forward = axes(eye, target)
     matrix = np.eye(4)
     matrix[:3, :3] = np.stack([right, up, forward], axis=1)
@@ -48,7 +48,7 @@ def dolly(frames: FrameRange = FRAMES) -> list[tuple[float, ...]]:
 
 
 def moving_camera(**changes: object) -> CameraSamples:
-    """Focus pull to infinity, zoom and dolly; f-stop and sensor stand still."""
+    """Return a camera with a focus pull to infinity, zoom and dolly; f-stop, sensor are fixed."""
     count = FRAMES.count
     values = {
         "name": "hero cam",
@@ -68,7 +68,11 @@ def moving_camera(**changes: object) -> CameraSamples:
 def _curve(values: st.SearchStrategy[float], scale: Scale) -> st.SearchStrategy[Curve]:
     key = st.tuples(values, st.sampled_from(list(Interpolation)))
     keyed = st.dictionaries(st.integers(FRAMES.first - 3, FRAMES.last + 3), key, max_size=4)
-    return keyed.map(lambda found: Curve(tuple(Key(at, *found[at]) for at in sorted(found)), scale))
+    return keyed.map(
+        lambda keys_by_frame: Curve(
+            tuple(Key(frame, *keys_by_frame[frame]) for frame in sorted(keys_by_frame)), scale
+        )
+    )
 
 
 CURVES = st.builds(

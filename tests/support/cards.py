@@ -1,4 +1,4 @@
-"""Cards before a wall, seen by a pinhole camera that moves: what they hide is known."""
+"""Cards in front of a wall, seen by a moving pinhole camera; the hidden wall is known exactly."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ WALL_M = 10.0
 
 @dataclass(frozen=True)
 class Card:
-    """A rectangle that faces the camera: its distance, its ends in metres, its light."""
+    """A rectangle that faces the camera: distance `z`, extents in metres, and its light."""
 
     z: float
     x: tuple[float, float]
@@ -27,29 +27,31 @@ POST = Card(2.0, (-0.2, 0.2))
 
 
 def wall_light(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the light (..., 3) of the wall, linear in metres, so that means are exact."""
+    """Return the light (..., 3) of the wall, linear in x and y, so that pixel means are exact."""
     return np.stack([0.5 + 0.03 * x, 0.5 + 0.05 * y, 0.4 - 0.02 * x + 0.01 * y], -1)
 
 
-def wall_seen(camera_x: float, size: tuple[int, int] = SIZE) -> np.ndarray:
+def wall_picture(camera_x: float, size: tuple[int, int] = SIZE) -> np.ndarray:
     """Return the picture (H, W, 3) of the wall alone."""
     x, y = _rays(size)
     return wall_light(camera_x + WALL_M * x, WALL_M * y)
 
 
-def seen(camera_x: float, cards: Sequence[Card] = (POST,), frame: int = 0, size=SIZE) -> View:
+def view_of_cards(
+    camera_x: float, cards: Sequence[Card] = (POST,), frame: int = 0, size=SIZE
+) -> View:
     """Return the frame of a camera at (camera_x, 0, 0) that looks along -z."""
     x, y = _rays(size)
-    color, depth = wall_seen(camera_x, size), np.full(size, WALL_M)
+    color, depth = wall_picture(camera_x, size), np.full(size, WALL_M)
     for card in sorted(cards, key=lambda it: -it.z):
-        across, up = camera_x + card.z * x, card.z * y
-        is_hit = (card.x[0] <= across) & (across < card.x[1])
-        is_hit &= (card.y[0] <= up) & (up < card.y[1])
+        world_x, world_y = camera_x + card.z * x, card.z * y
+        is_hit = (card.x[0] <= world_x) & (world_x < card.x[1])
+        is_hit &= (card.y[0] <= world_y) & (world_y < card.y[1])
         color[is_hit], depth[is_hit] = card.light, card.z
     plate = plate_of_arrays(color.astype(np.float32), depth.astype(np.float32))
-    move = np.eye(4)
-    move[0, 3] = -camera_x
-    return View(frame, plate, move, (FOCAL_PX, FOCAL_PX), (size[1] / 2, size[0] / 2))
+    world_to_camera = np.eye(4)
+    world_to_camera[0, 3] = -camera_x
+    return View(frame, plate, world_to_camera, (FOCAL_PX, FOCAL_PX), (size[1] / 2, size[0] / 2))
 
 
 def _rays(size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:

@@ -20,8 +20,8 @@ RED_KTX2 = base64.b64decode(
 )
 
 
-def draco(data=None, has_plain_data=False):
-    """Return a square packed by Draco."""
+def draco_square(data=None, has_plain_data=False):
+    """Return a glTF square compressed by Draco; `data` replaces its compressed bytes."""
     packed = DracoPy.encode(
         SQUARE.astype(float),
         faces=SQUARE_CORNERS.reshape(-1, 3).astype(np.uint32),
@@ -41,32 +41,32 @@ def draco(data=None, has_plain_data=False):
     if not has_plain_data:
         for accessor in writer.json["accessors"]:
             del accessor["bufferView"]
-    told = {"bufferView": writer.view(packed if data is None else data), "attributes": numbers}
-    writer.json["meshes"][mesh]["primitives"][0]["extensions"] = {DRACO: told}
+    extension = {"bufferView": writer.view(packed if data is None else data), "attributes": numbers}
+    writer.json["meshes"][mesh]["primitives"][0]["extensions"] = {DRACO: extension}
     writer.json["extensionsUsed"] = [DRACO]
     writer.node(mesh=mesh)
     return writer
 
 
-def packed(name="EXT_meshopt_compression", **changed):
-    """Return a square whose views are packed by meshoptimizer."""
+def meshopt_square(name="EXT_meshopt_compression", **changes):
+    """Return a glTF square whose buffer views are compressed by meshoptimizer."""
     writer = GltfWriter()
     mesh = writer.mesh()
     writer.more_buffers.append({"byteLength": 1000})
     for view, values, mode in ((0, SQUARE, "ATTRIBUTES"), (1, SQUARE_CORNERS, "TRIANGLES")):
         data = meshopt.encode_gltf_buffer(values, mode)
-        told = {"buffer": 0, "byteOffset": len(writer.data), "byteLength": len(data)}
-        told |= {"mode": mode, "count": len(values), "byteStride": values[0].nbytes}
+        extension = {"buffer": 0, "byteOffset": len(writer.data), "byteLength": len(data)}
+        extension |= {"mode": mode, "count": len(values), "byteStride": values[0].nbytes}
         writer.data += data + bytes(-len(data) % 4)
         record = writer.json["bufferViews"][view]
-        record["extensions"] = {name: told | changed}
+        record["extensions"] = {name: extension | changes}
         record["buffer"] = 1
     writer.node(mesh=mesh)
     return writer
 
 
-def with_picture(data):
-    """Return a square with a picture in KTX 2."""
+def square_with_ktx2(data):
+    """Return a glTF square with a KTX 2 texture of the bytes `data`."""
     writer = GltfWriter()
     image = writer.add("images", bufferView=writer.view(data), mimeType="image/ktx2")
     basis = {"KHR_texture_basisu": {"source": image}}

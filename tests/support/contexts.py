@@ -1,4 +1,4 @@
-"""Which OpenGL contexts were made beside that of the run, and by which test."""
+"""Record which tests create OpenGL contexts beside the one of the test run."""
 
 import os
 from collections.abc import Callable
@@ -6,33 +6,33 @@ from typing import Any
 
 import pytest
 
-made: list[str] = []
+contexts_made: list[str] = []
 
 
-def noted(make: Callable[..., Any]) -> Callable[..., Any]:
-    """Return `make`, which then also notes the test that called it."""
+def record_calls(make: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a wrapper of `make` that also records the test that called it."""
 
     def make_and_note(*args: Any, **settings: Any) -> Any:
-        made.append(os.environ.get("PYTEST_CURRENT_TEST", "between tests"))
+        contexts_made.append(os.environ.get("PYTEST_CURRENT_TEST", "between tests"))
         return make(*args, **settings)
 
     return make_and_note
 
 
-def note_new(patch: pytest.MonkeyPatch) -> None:
-    """Note every context that is made from now on."""
+def record_new_contexts(patch: pytest.MonkeyPatch) -> None:
+    """Record every OpenGL context that is created from now on."""
     import moderngl  # here: tests of the model need no OpenGL
 
-    patch.setattr(moderngl, "create_context", noted(moderngl.create_context))
+    patch.setattr(moderngl, "create_context", record_calls(moderngl.create_context))
 
 
 def list_unheld(device: Any) -> None:
-    """Let the context list what OpenGL holds and Python does not."""
+    """Let the context list OpenGL objects that Python no longer refers to."""
     device.raw.gc_mode = "context_gc"
 
 
 def release_unheld(device: Any) -> None:
-    """Release what was listed."""
+    """Release the listed OpenGL objects."""
     import moderngl
 
     unheld = device.raw.objects

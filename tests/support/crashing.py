@@ -1,12 +1,12 @@
-"""A library that ends the process which uses it, as one in C may with a damaged file."""
+"""A library that aborts the process which uses it, as a C library may with a damaged file."""
 
 from pathlib import Path
 
 
-def crashing(folder: Path, name: str) -> Path:
+def write_crashing_library(folder: Path, name: str) -> Path:
     """Write a library that can be imported and crashes; return the folder to find it in."""
-    found = folder / "libraries"
-    found.mkdir()
+    libraries = folder / "libraries"
+    libraries.mkdir()
     text = "import os\ndef __getattr__(name):\n    if not name.startswith('__'): os.abort()\n"
-    (found / f"{name}.py").write_text(text)
-    return found
+    (libraries / f"{name}.py").write_text(text)
+    return libraries

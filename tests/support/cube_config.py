@@ -19,7 +19,7 @@ colorspaces:
 
 
 def cube_config(folder: Path) -> ColorConfig:
-    """Return views through tables in files: cubes of five entries a side, a curve of nine."""
+    """Write an OCIO config with views through 5x5x5 cubes and a 9-entry curve. Return it loaded."""
     rng = np.random.default_rng(5)
     entries = "\n".join(f"{r:.6f} {g:.6f} {b:.6f}" for r, g, b in rng.uniform(0, 1, (125, 3)))
     (folder / "film.cube").write_text(f"LUT_3D_SIZE 5\n{entries}\n")

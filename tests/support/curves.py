@@ -1,4 +1,4 @@
-"""Curves of any keys, for tests of them."""
+"""Hypothesis strategies of curves with random keys, and helpers to build and sample curves."""
 
 import numpy as np
 from hypothesis import strategies as st
@@ -16,7 +16,7 @@ PARTS = st.floats(0, 1)
 
 @st.composite
 def curves(draw, interpolations=tuple(Interpolation), least=1, scales=tuple(Scale), values=VALUES):
-    frames = draw(FRAMES.filter(lambda found: len(found) >= least))
+    frames = draw(FRAMES.filter(lambda key_frames: len(key_frames) >= least))
     keys = [
         Key(frame, draw(values), draw(st.sampled_from(interpolations)), draw(EASES), draw(EASES))
         for frame in frames
@@ -29,6 +29,6 @@ def curve_of(*frames_and_values, interpolation=SMOOTH, scale=Scale.LINEAR):
     return Curve(tuple(keys), scale)
 
 
-def over(curve: Curve, count: int = 201) -> list[float]:
+def sampled_values(curve: Curve, count: int = 201) -> list[float]:
     first, last = curve.keys[0].frame, curve.keys[-1].frame
     return [curve.value_at(float(frame)) for frame in np.linspace(first, last, count)]

@@ -17,7 +17,7 @@ HEATLENS = (sys.executable, "-P", "-m", "heatlens")
 
 
 class DaskCluster:
-    """The processes; `output` of each goes to a file of the folder."""
+    """A scheduler and its workers as processes; each writes its output to a log in the folder."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -34,13 +34,13 @@ class DaskCluster:
     def work(
         self, name: str = "one", limit: str = "", more: Sequence[str] = (), **environment: str
     ) -> None:
-        """Start a worker; `limit` is a command of the shell before, such as ulimit."""
+        """Start a worker; `limit` is a shell command that runs first, such as ulimit."""
         line = [*HEATLENS, "worker", self.address, *more]
         line = ["bash", "-c", f'{limit}; exec "$@"', "bash", *line] if limit else line
         self._start(name, line, environment)
 
     def lie(self, name: str, how: str, **environment: str) -> None:
-        """Start a worker that does not do what it says, see `support/lying_worker.py`."""
+        """Start a worker that sends false answers of the kind `how`, see `lying_worker.py`."""
         line = [sys.executable, "-P", "-m", "support.lying_worker", self.address, how]
         self._start(name, line, {"PYTHONPATH": str(Path(__file__).parents[1]), **environment})
 
@@ -50,7 +50,7 @@ class DaskCluster:
         return self._start(name, line)
 
     def exported(self, *words: object) -> str:
-        """Export, which must succeed; return what is said."""
+        """Run an export on this cluster, which must succeed. Return its output."""
         process = self.export("export", *words)
         assert process.wait(PATIENCE_S) == 0, self.said("export")
         return self.said("export")
@@ -76,7 +76,7 @@ class DaskCluster:
         return self._running.pop(name).wait(PATIENCE_S)
 
     def kill(self, name: str, how: signal.Signals = signal.SIGKILL) -> None:
-        """Kill a process with what it has started; SIGINT only asks it."""
+        """Kill a process and its children; other signals than SIGKILL go to the process only."""
         process = self._running.pop(name)
         if how == signal.SIGKILL:
             for child in children_of(process.pid):

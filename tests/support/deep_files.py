@@ -22,9 +22,9 @@ def write_deep(
     """Write (height, width) pixels, each a list of samples; `thickness` adds ZBack."""
     columns = {"R": 0, "G": 0, "B": 0, "A": 1, "Z": 2} | ({} if thickness is None else {"ZBack": 2})
     channels = {name: np.empty(size, object) for name in columns}
-    for at, samples in zip(np.ndindex(*size), pixels, strict=True):
+    for index, samples in zip(np.ndindex(*size), pixels, strict=True):
         for name, column in columns.items():
             values = np.array([sample[column] for sample in samples], np.float32)
-            channels[name][at] = values + np.float32((thickness or 0.0) * (name == "ZBack"))
+            channels[name][index] = values + np.float32((thickness or 0.0) * (name == "ZBack"))
     header = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
     return write_file(path, channels, **header, **attributes)

@@ -1,4 +1,4 @@
-"""A whole evening's work on a shot, without a window, a GPU or a screen.
+"""A long work session on a shot, without a window, a GPU or a screen.
 
 `evening` is run in a process in which neither ImGui nor GLFW nor a context of OpenGL can be loaded.
 """
@@ -41,60 +41,60 @@ def write_plates(folder: Path) -> str:
 
 
 def session_of(folder: Path, renderer: Any = None, **start: Any) -> Session:
-    """Return a session that has begun, with its preferences in `folder`."""
+    """Return a started session with its preferences in `folder`."""
     preferences = Preferences.load(folder / "preferences")
     session = Session(renderer or FakeRenderer(), Start(**start), preferences=preferences)
     session.begin()
     return session
 
 
-def begun(preferences: Path, source: str = "") -> Session:
-    """Return the session as it begins."""
+def begin_session(preferences: Path, source: str = "") -> Session:
+    """Return a started session with a fake renderer."""
     renderer: Any = FakeRenderer()
     session = Session(renderer, Start(source), preferences=Preferences.load(preferences))
     session.begin()
     return session
 
 
-def until(session: Session, condition: Callable[[], bool], what: str) -> None:
-    """Make turns of the loop until `condition`; fail after a fixed number of them."""
-    end, said = time.monotonic() + 60.0, ""
+def run_until(session: Session, condition: Callable[[], bool], what: str) -> None:
+    """Run the session's loop until `condition` is true; fail after 60 s."""
+    end, message = time.monotonic() + 60.0, ""
     while not condition():
-        assert time.monotonic() < end, f"{what} never came. {said}"
-        turn(session)
-        said = session.messages.text or said
+        assert time.monotonic() < end, f"{what} never came. {message}"
+        run_loop_once(session)
+        message = session.messages.text or message
         time.sleep(0.001)
 
 
-def turn(session: Session) -> None:
+def run_loop_once(session: Session) -> None:
     """Make one turn of the loop, as the window does."""
     session.poll()
     session.time.scheduler.update()
     if session.time.scheduler.is_working:
         session.work()
-    session.editing.rest(is_held=False)
+    session.editing.settle_if_resting(is_pressed=False)
 
 
-def settled(session: Session) -> None:
-    """Make turns until the whole picture is there, and everything that was changed is kept."""
+def run_until_settled(session: Session) -> None:
+    """Run the loop until the whole picture is rendered and all changes are saved."""
 
     def is_settled() -> bool:
-        is_kept = not (session.wants_frames or session.files.documents._writing)
+        is_kept = not (session.wants_frames or session.files.documents._writes)
         return (
             is_kept and session.source.plate is not None and not session.time.scheduler.is_working
         )
 
-    until(session, is_settled, "rest")
+    run_until(session, is_settled, "rest")
 
 
 def evening(folder: Path) -> None:
     """Open, focus, key a pull, mark, undo, save, export, close, and open again after a crash."""
     preferences, pattern = folder / "preferences", write_plates(folder)
-    session = begun(preferences)
-    assert session.files.start_choices.is_wanted and session.files.start_choices.has_nothing
+    session = begin_session(preferences)
+    assert session.files.start_choices.is_shown and session.files.start_choices.is_nothing_open
     session.files.commands.open(pattern)
-    settled(session)
-    assert not session.files.start_choices.is_wanted
+    run_until_settled(session)
+    assert not session.files.start_choices.is_shown
     assert (
         session.time.timeline.frames is not None
         and session.time.timeline.frames.count == LAST - FIRST + 1
@@ -110,26 +110,26 @@ def evening(folder: Path) -> None:
 
 
 def _focus(session: Session) -> None:
-    """Click on the walls; one step back undoes one click."""
+    """Focus on both walls by clicks, and check undo, redo, f-stop steps and quality."""
     assert session.facts.lens.focus_distance_m == 4.0  # as the header tells
     for pixel, distance_m in ((LEFT, NEAR_M), (RIGHT, FAR_M)):
         session.lens.commands.focus_at(pixel)
         session.editing.settle()
         assert session.facts.lens.focus_distance_m == distance_m
-        settled(session)
+        run_until_settled(session)
         assert (
-            session.pictures.live.shown is not None
-            and session.pictures.live.shown.shot == session.facts.shot
+            session.pictures.live.output is not None
+            and session.pictures.live.output.shot == session.facts.shot
         )
     session.editing.undo()
     assert session.facts.lens.focus_distance_m == NEAR_M
     session.editing.redo()
     session.lens.commands.step_f_stop(-3)
     assert round(session.facts.lens.f_stop, 1) == 2.0
-    before = session.facts.shot.defocus.quality
+    quality_before = session.facts.shot.defocus.quality
     for _ in (None, *Quality):
         session.lens.commands.next_quality()
-    assert session.facts.shot.defocus.quality is before
+    assert session.facts.shot.defocus.quality is quality_before
 
 
 def _key_a_pull(session: Session) -> None:
@@ -138,25 +138,25 @@ def _key_a_pull(session: Session) -> None:
     session.time.marks.set_point(RIGHT)
     near, far = session.facts.shot.marks
     assert isinstance(near, PointMark) and isinstance(far, PointMark)
-    session.time.timeline.go(FIRST + 2)
+    session.time.timeline.go_to(FIRST + 2)
     session.time.marks.pulls.origin, session.time.marks.pulls.target = near.name, far.name
-    session.time.marks.pulls.lengthen(12)
+    session.time.marks.pulls.set_length(12)
     session.time.marks.pulls.make()
-    until(session, lambda: not session.time.marks.distances.is_waited_for, "the pull")
+    run_until(session, lambda: not session.time.marks.distances.has_request, "the pull")
     end = FIRST + 14
     ends = [session.facts.shot.lens_at(frame).focus_distance_m for frame in (FIRST, end, LAST)]
     np.testing.assert_allclose(ends, [NEAR_M, FAR_M, FAR_M])
-    before = session.facts.shot
-    session.time.keys.choose_all()
+    shot_before = session.facts.shot
+    session.time.keys.select_all()
     session.time.keys.move(2)
-    assert session.facts.shot.key_frames == tuple(frame + 2 for frame in before.key_frames)
+    assert session.facts.shot.key_frames == tuple(frame + 2 for frame in shot_before.key_frames)
     session.editing.undo()
-    assert session.facts.shot == before
+    assert session.facts.shot == shot_before
     session.time.timeline.set_in()
     assert session.time.timeline.played.first == FIRST + 2
     session.time.timeline.go_to_key(1)
     assert session.facts.frame == end
-    settled(session)
+    run_until_settled(session)
 
 
 def _save(session: Session, folder: Path) -> Path:
@@ -164,7 +164,7 @@ def _save(session: Session, folder: Path) -> Path:
     assert not session.files.documents.save()  # it has no name yet
     path = folder / session.files.commands.first_name("save shot")
     session.files.documents.save_as(path)
-    settled(session)
+    run_until_settled(session)
     assert read_shot(path) == session.facts.shot
     assert session.files.documents.is_saved and session.files.documents.title == path.name
     return path
@@ -177,35 +177,35 @@ def _export(session: Session, folder: Path) -> None:
         str(folder / "out"), "walls"
     )
     session.files.exports.write_camera()
-    until(session, lambda: not session.files.exports.run.is_busy, "the camera")
-    until(session, lambda: "Done" in session.messages.text, "a word of it")
+    run_until(session, lambda: not session.files.exports.run.is_busy, "the camera")
+    run_until(session, lambda: "Done" in session.messages.text, "a word of it")
     assert (folder / "out" / "walls.usda").stat().st_size > 0
 
 
 def _crash(session: Session, preferences: Path, path: Path) -> None:
-    """Change the shot after it was saved, and end without a word."""
+    """Change the shot after saving, and end the session as a crash would."""
     session.lens.commands.focus(3.0)
     session.editing.settle()
-    settled(session)
+    run_until_settled(session)
     assert autosave_path(path).exists() and not session.files.documents.is_saved
-    session.remember()
-    session.time.pull.close()
+    session.save_preferences()
+    session.time.frames_ahead.close()
     session.source.close()
     session.files.documents.store.close()
-    assert str(path) in Preferences.load(preferences).now.recent
+    assert str(path) in Preferences.load(preferences).values.recent
 
 
 def _recover(preferences: Path, path: Path) -> None:
-    """Open the shot again: what was not saved is offered, and taken."""
+    """Open the shot again, and accept the offered autosave."""
     saved = read_shot(path)
-    session = begun(preferences, str(path))
-    until(session, lambda: session.files.documents.offer is not None, "the offer")
-    session.files.documents.answer(goes_on=True)
-    settled(session)
+    session = begin_session(preferences, str(path))
+    run_until(session, lambda: session.files.documents.offer is not None, "the offer")
+    session.files.documents.answer(recovers=True)
+    run_until_settled(session)
     assert session.files.documents.path == path and session.facts.shot != saved
     assert session.files.documents.title.endswith("*")
     session.files.documents.save()
-    settled(session)
+    run_until_settled(session)
     assert read_shot(path) == session.facts.shot and not autosave_path(path).exists()
     keys = session.facts.shot.curves.of(LensParameter.FOCUS_DISTANCE).keys
     assert [key.value for key in keys] != [
@@ -216,16 +216,16 @@ def _recover(preferences: Path, path: Path) -> None:
 
 def _begin_with_an_unnamed_shot(preferences: Path, pattern: str) -> None:
     """Check that a shot without a file is kept beside its plate, and offered with it."""
-    session = begun(preferences, pattern)
-    settled(session)
+    session = begin_session(preferences, pattern)
+    run_until_settled(session)
     session.time.keys.set_here()
-    settled(session)
-    worked_on, kept = session.facts.shot, autosave_path(unnamed_path(preferences, pattern))
-    assert kept.exists()
+    run_until_settled(session)
+    changed_shot, autosave = session.facts.shot, autosave_path(unnamed_path(preferences, pattern))
+    assert autosave.exists()
     session.close()
-    again = begun(preferences, pattern)
-    until(again, lambda: again.files.documents.offer is not None, "the offer")
-    again.files.documents.answer(goes_on=True)
-    assert again.facts.shot == worked_on
-    settled(again)
-    again.close()
+    second_session = begin_session(preferences, pattern)
+    run_until(second_session, lambda: second_session.files.documents.offer is not None, "the offer")
+    second_session.files.documents.answer(recovers=True)
+    assert second_session.facts.shot == changed_shot
+    run_until_settled(second_session)
+    second_session.close()

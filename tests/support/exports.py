@@ -21,20 +21,20 @@ from support.plates import room
 
 WIDTH, HEIGHT = 32, 18
 FRAMES = (1001, 1002, 1003, 1004, 1005, 1006)
-MANY = tuple(range(1001, 1025))
+MANY_FRAMES = tuple(range(1001, 1025))
 CAMERA = lens_attributes(50.0, 2.0, 2.24, 36.0, 24.0)
 QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT)
 
 
 def write_plate(path: Path, turn: int = 0, size: tuple[int, int] = (WIDTH, HEIGHT), **header: Any):
-    """Write the room, `turn` pixels to the right."""
+    """Write a plate of the room, rolled by `turn` pixels to the right."""
     color, depth = (np.roll(values, turn, axis=1) for values in room(*size))
     named = {n: np.ascontiguousarray(color[..., i], np.float16) for i, n in enumerate("RGB")}
     return write_file(path, named | {"Z": np.ascontiguousarray(depth)}, **(CAMERA | header))
 
 
 def write_plates(folder: Path, frames=FRAMES, **header: Any) -> str:
-    """Write a plate for each frame, no two alike; return their pattern."""
+    """Write a different plate for each frame. Return their pattern."""
     folder.mkdir(exist_ok=True)
     for frame in frames:
         write_plate(folder / f"plate.{frame}.exr", frame, **header)
@@ -42,7 +42,7 @@ def write_plates(folder: Path, frames=FRAMES, **header: Any) -> str:
 
 
 def shot_of(source: str, frames=FRAMES, defocus: DefocusSettings = QUICK) -> Shot:
-    """Focus is pulled all through it, so that no two frames have one lens."""
+    """Return a shot with a focus pull over all frames, so that each frame has another lens."""
     shot = Shot(
         Lens(50.0, 1.4, 1.0, 36.0),
         defocus,
@@ -56,7 +56,7 @@ def shot_of(source: str, frames=FRAMES, defocus: DefocusSettings = QUICK) -> Sho
 
 
 def with_focus(shot: Shot, frame: int, focus_m: float) -> Shot:
-    """Add a key that changes no frame beyond its neighbours, because it is linear."""
+    """Add a linear focus key, which changes only the frames between its neighbor keys."""
     curve = shot.curves.of(LensParameter.FOCUS_DISTANCE)
     key = Key(frame, focus_m, Interpolation.LINEAR)
     return shot.with_curve(LensParameter.FOCUS_DISTANCE, curve.with_key(key))
@@ -69,37 +69,37 @@ def write_shot_file(folder: Path, **changes: Any) -> Path:
     return path
 
 
-def exported(capsys, shot: object, out: object, *words: object) -> str:
-    """Export, which must succeed; what was said on stderr. Stdout names the result alone."""
+def export_shot(capsys, shot: object, out: object, *words: object) -> str:
+    """Run `heatlens export`, which must succeed and print only `out`. Return its stderr."""
     assert main(["export", str(shot), "-o", str(out), *map(str, words)]) == 0
-    said = capsys.readouterr()
-    assert said.out == f"{out}\n"
-    assert all(line.startswith("heatlens: ") for line in said.err.splitlines())
-    return said.err
+    captured = capsys.readouterr()
+    assert captured.out == f"{out}\n"
+    assert all(line.startswith("heatlens: ") for line in captured.err.splitlines())
+    return captured.err
 
 
-def refused(capsys, shot: object, out: object, *words: object) -> str:
-    """Run an export that must fail with code 2, and return its one or two sentences."""
+def refused_export_message(capsys, shot: object, out: object, *words: object) -> str:
+    """Run `heatlens export`, which must fail with code 2. Return the last line of its stderr."""
     assert main(["export", str(shot), "-o", str(out), *map(str, words)]) == 2
-    said = capsys.readouterr()
-    assert said.out == "" and "Traceback" not in said.err
-    return said.err.splitlines()[-1]
+    captured = capsys.readouterr()
+    assert captured.out == "" and "Traceback" not in captured.err
+    return captured.err.splitlines()[-1]
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
-    """Name and content of every file, hidden ones as well."""
+    """Return name and content of every file in a folder, hidden ones as well."""
     if not folder.is_dir():
         return {}
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
 
 
 def names_of(suffix: str, frames=FRAMES) -> list[str]:
-    """Return n.1001.exr and so on."""
+    """Return the file names n.1001.exr and so on, one per frame."""
     return [f"n.{frame}{suffix}" for frame in frames]
 
 
 def exr(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Read header and channels."""
+    """Read the header and the channels of an EXR with one part."""
     ((header, channels),) = read_parts(path)
     return header, channels
 
@@ -112,8 +112,8 @@ def same_frames(a, b) -> bool:
     )
 
 
-def rendered(capsys, shot: Shot, frame: int, path, *words: str):
-    """Return what `heatlens render` makes of the shot's lens at a frame."""
+def render_frame_of_shot(capsys, shot: Shot, frame: int, path, *words: str):
+    """Run `heatlens render` on the plate and lens of a frame of the shot. Return `path`."""
     lens, defocus = shot.lens_at(frame), shot.defocus
     options = {
         "--focal-length": lens.focal_length_mm,
@@ -125,15 +125,17 @@ def rendered(capsys, shot: Shot, frame: int, path, *words: str):
         "--proxy": defocus.proxy,
     }
     plate = shot.source.replace("####", str(frame))
-    said = [f"{name}={value}" for name, value in options.items()]
-    assert main(["render", plate, "-o", str(path), *said, *words]) == 0
+    option_words = [f"{name}={value}" for name, value in options.items()]
+    assert main(["render", plate, "-o", str(path), *option_words, *words]) == 0
     capsys.readouterr()
     return path
 
 
-def written(capsys, shot_file, out, *words: object) -> list[int]:
-    """Export once more; which frames were made anew."""
-    before = {path: path.stat().st_ino for path in out.parent.glob("*")}
-    exported(capsys, shot_file, out, *words)
-    anew = [path for path in out.parent.glob("*") if before.get(path) != path.stat().st_ino]
-    return sorted(int(path.name.split(".")[1]) for path in anew)
+def export_and_list_new_frames(capsys, shot_file, out, *words: object) -> list[int]:
+    """Run an export again. Return the frames whose files were written anew."""
+    inodes_before = {path: path.stat().st_ino for path in out.parent.glob("*")}
+    export_shot(capsys, shot_file, out, *words)
+    new_paths = [
+        path for path in out.parent.glob("*") if inodes_before.get(path) != path.stat().st_ino
+    ]
+    return sorted(int(path.name.split(".")[1]) for path in new_paths)

@@ -1,4 +1,4 @@
-"""Small EXR files for the tests, written with the library alone so that the reader is on trial."""
+"""Small EXR files for the tests, written by the OpenEXR library without code of heatlens."""
 
 from pathlib import Path
 from typing import Any
@@ -40,11 +40,11 @@ def window(x0: int, y0: int, x1: int, y1: int) -> tuple[Any, Any]:
 
 
 def rgb(height: int = 6, width: int = 8, dtype: Any = np.float16) -> Channels:
-    """Return three different ramps, exact in half."""
+    """Return channels R, G and B with three different ramps, exact in half floats."""
     ramp = np.arange(height * width).reshape(height, width)
     return {name: (ramp + 64 * i).astype(dtype) / 4 for i, name in enumerate("RGB")}
 
 
 def distances(height: int = 6, width: int = 8) -> np.ndarray[Any, Any]:
-    """Return metres from 2 on, all different."""
+    """Return depths (H, W) in metres from 2 m on, all different."""
     return 2 + np.arange(height * width, dtype=np.float32).reshape(height, width) / 4

@@ -1,4 +1,4 @@
-"""A second device beside OpenGL: it holds no pictures, and lists what it is asked for."""
+"""A device without OpenGL that holds no pictures and records the calls that it gets."""
 
 from typing import Any
 
@@ -9,16 +9,16 @@ from heatlens.render.gpu import device as d
 BYTES = {"f1": 1, "f2": 2, "f4": 4, "u4": 4}
 
 
-class Calls(list[tuple[str, str]]):
-    """Each call with the file or label that it is about."""
+class RecordedCalls(list[tuple[str, str]]):
+    """A list of calls, each as (kind, shader file or label)."""
 
     def count_of(self, *kinds: str) -> int:
         """Return how many calls are of these kinds."""
         return sum(kind in kinds for kind, _ in self)
 
 
-class Content:
-    """What textures and buffers share: a size in bytes, and zeros for what is in them."""
+class FakeMemory:
+    """Base of the fake textures and buffers: a size in bytes, whose content is zeros."""
 
     is_released, label, sampling, repeats, handle = False, "", d.Sampling.LINEAR, True, 1
     byte_count: int
@@ -36,12 +36,12 @@ class Content:
         self.is_released = True
 
     def nothing(self, *_: Any, **__: Any) -> None:
-        """Take a call without an answer."""
+        """Accept any call and do nothing."""
 
     build_mipmaps = fill_with_nan = clear = copy_to = nothing
 
 
-class FakeTexture(Content, d.Texture):
+class FakeTexture(FakeMemory, d.Texture):
     """A texture of any kind."""
 
     def __init__(self, size: tuple[int, ...], components: int, dtype: str) -> None:
@@ -50,7 +50,7 @@ class FakeTexture(Content, d.Texture):
         self.byte_count = int(np.prod(size)) * components * BYTES[dtype]
 
 
-class FakeBuffer(Content, d.Buffer):
+class FakeBuffer(FakeMemory, d.Buffer):
     """A buffer."""
 
     def __init__(self, size: int) -> None:
@@ -60,22 +60,22 @@ class FakeBuffer(Content, d.Buffer):
         self.size = self.byte_count = self.size if size < 0 else size
 
 
-class FakeFramebuffer(Content, d.Framebuffer):
+class FakeFramebuffer(FakeMemory, d.Framebuffer):
     """A framebuffer."""
 
-    def __init__(self, calls: Calls, colors: Any) -> None:
+    def __init__(self, calls: RecordedCalls, colors: Any) -> None:
         self.color_attachments = tuple(colors)
         self.size = colors[0].size if colors else (1, 1)
         self.byte_count = 16 * self.size[0] * self.size[1]
         self.clear = lambda *_, **__: calls.append(("clear", ""))  # type: ignore[method-assign]
 
-    use = Content.nothing
+    use = FakeMemory.nothing
 
 
 class FakeProgram(d.LinkedCompute, d.LinkedDraw, d.LinkedArray):
     """A program and its vertices in one."""
 
-    def __init__(self, calls: Calls, source: Any) -> None:
+    def __init__(self, calls: RecordedCalls, source: Any) -> None:
         self._calls, self._file = calls, source.files[0]
 
     def bind(self, *inputs: Any) -> None:
@@ -96,22 +96,22 @@ class FakeProgram(d.LinkedCompute, d.LinkedDraw, d.LinkedArray):
         self._calls.append(("draw", self._file))
 
     render_indirect = render
-    release = Content.nothing
+    release = FakeMemory.nothing
 
 
-class FakeDevice(Content, d.Device):
+class FakeDevice(FakeMemory, d.Device):
     """A device that claims to be a GPU."""
 
     name, vendor, version, is_software, error = "a list", "nobody", "1", False, ""
     limits = d.Limits(16384, 1 << 30, 1024)
 
     def __init__(self) -> None:
-        self.calls, self.made_bytes, self.byte_count = Calls(), 0, 0
+        self.calls, self.made_bytes, self.byte_count = RecordedCalls(), 0, 0
 
     def texture(self, size: Any, components: int, data: Any = None, dtype: str = "f1") -> Any:
-        made = FakeTexture(size, components, dtype)
-        self.made_bytes += made.byte_count
-        return made
+        texture = FakeTexture(size, components, dtype)
+        self.made_bytes += texture.byte_count
+        return texture
 
     texture_array = texture3d = texture
 
@@ -121,9 +121,9 @@ class FakeDevice(Content, d.Device):
     depth_buffer = shadow_map
 
     def buffer(self, data: Any = None, reserve: int = 0) -> Any:
-        made = FakeBuffer(reserve if data is None else memoryview(data).nbytes)
-        self.made_bytes += made.size
-        return made
+        buffer = FakeBuffer(reserve if data is None else memoryview(data).nbytes)
+        self.made_bytes += buffer.size
+        return buffer
 
     def framebuffer(self, colors: Any = (), depth: Any = None) -> Any:
         return FakeFramebuffer(self.calls, colors)
@@ -141,4 +141,4 @@ class FakeDevice(Content, d.Device):
         self.calls.append(("state", ""))
 
     screen = timer = None  # type: ignore[assignment]  # no window, and nothing to measure
-    finish = make_current = copy_framebuffer = Content.nothing  # type: ignore[assignment]
+    finish = make_current = copy_framebuffer = FakeMemory.nothing  # type: ignore[assignment]

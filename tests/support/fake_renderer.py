@@ -1,4 +1,4 @@
-"""A renderer without a GPU: it takes plates, and its pictures hold nothing but their size."""
+"""A renderer without a GPU, which accepts plates and returns pictures that have only a size."""
 
 from collections.abc import Iterator
 from types import SimpleNamespace
@@ -7,21 +7,21 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.plate import Plate
 from heatlens.render.defocus.plate_passes import proxy_size
 
-STEPS = 3  # that a picture takes
+STEPS = 3  # steps of rendering one picture
 
 
 class FakeContext:
-    """The part of a device that the session asks for, without OpenGL."""
+    """The few members of a device that the session uses, without OpenGL."""
 
     def __init__(self) -> None:
         self.name, self.is_software = "llvmpipe", True
 
     def finish(self) -> None:
-        """Do nothing, because all is done."""
+        """Do nothing, as there is no GPU to wait for."""
 
 
 class FakeRenderer:
-    """Stands in for FrameRenderer where plates are looked at, and writes down what it was asked."""
+    """A replacement of FrameRenderer that records the rendered shots and frames."""
 
     def __init__(self) -> None:
         self.ctx = FakeContext()
@@ -32,18 +32,18 @@ class FakeRenderer:
 
     @property
     def loaded(self) -> SimpleNamespace:
-        """Return the plate as it would lie on the GPU."""
+        """Return the loaded plate with its bins and the size of its color texture."""
         assert self._loaded is not None
         return self._loaded
 
     def load(self, plate: Plate) -> None:
-        """Take a plate."""
+        """Load a plate."""
         window = plate.data_window
         color = SimpleNamespace(size=(window.width, window.height))
         self._loaded = SimpleNamespace(plate=plate, bins=plate.bins, color=color)
 
     def steps(self, shot: Shot, frame: int, slot: int) -> Iterator[None]:
-        """Render a picture in a few steps; it ends with the texture, as the renderer's do."""
+        """Render a picture in `STEPS` steps; the generator returns the texture at its end."""
         for _ in range(STEPS):
             yield
         self.rendered.append((shot, frame))

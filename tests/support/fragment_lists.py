@@ -1,6 +1,6 @@
-"""Fragment lists of plain arrays."""
+"""Make fragment lists (deep samples) from plain arrays."""
 
-from heatlens.media.plate.fragments import FragmentLists, packed_starts, packed_words
+from heatlens.media.plate.fragments import FragmentLists, pack_starts, pack_words
 
 
 def packed_lists(
@@ -15,4 +15,4 @@ def packed_lists(
     `counts` and `has_front` are (H * W,); `rgba` (N, 4), straight colour and coverage, and
     `depth_m` (N,) hold the fragments of one pixel after those of the pixel before.
     """
-    return FragmentLists(packed_starts(counts, has_front), packed_words(rgba, depth_m), is_measured)
+    return FragmentLists(pack_starts(counts, has_front), pack_words(rgba, depth_m), is_measured)

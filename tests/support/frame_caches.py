@@ -1,4 +1,4 @@
-"""Sequences without files and a reader that can be held, for tests of reading ahead."""
+"""Sequences without files and a reader that can be paused, for tests of reading ahead."""
 
 import threading
 import time
@@ -13,12 +13,12 @@ from heatlens.media.sequence.sequence import Sequence
 from support.plates import plate_of
 
 PATIENCE_S = 60  # before a test gives up; none takes a hundredth of it
-ONE = 20  # bytes of a plate of one pixel
+PLATE_BYTES = 20  # bytes of a plate of one pixel
 FORM = NameForm("a.", 4, ".exr")
 
 
-class News:
-    """An `on_ready` to wait for."""
+class ReadyEvent:
+    """An `on_ready` callback that a test can wait for."""
 
     def __init__(self):
         self._happened = threading.Condition()
@@ -28,7 +28,7 @@ class News:
             self._happened.notify_all()
 
     def wait_until(self, predicate):
-        """Look again at each piece of news, and now and then in case it came in between."""
+        """Wait until `predicate` is true; check it after each call, and every 0.05 s."""
         end = time.monotonic() + PATIENCE_S
         while not predicate():
             assert time.monotonic() < end, "nothing came"
@@ -37,7 +37,7 @@ class News:
 
 
 class Reader:
-    """Makes the plate of a frame from its name, or fails; remembers what it was asked for."""
+    """A reader that makes the plate of a frame from its file name, and records its calls."""
 
     def __init__(self, damaged=(), pixels=lambda frame: 1):
         self.damaged, self.pixels = damaged, pixels
@@ -76,10 +76,10 @@ def frame_of(plate):
     return int(plate.color[0, 0, 0])
 
 
-def names(states, name):
+def frames_in_state(states, name):
     return [frame for frame, state in states.items() if state == name]
 
 
-def at_rest(cache, news):
-    """Wait for the last read: each begins, where there is room, as the one before ends."""
+def wait_until_idle(cache, news):
+    """Wait until no frame is being read; each read starts the next one if there is room."""
     news.wait_until(lambda: "reading" not in cache.states().values())

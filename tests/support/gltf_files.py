@@ -1,4 +1,4 @@
-"""Small glTF files, put together piece by piece: every number in them is the test's own."""
+"""A writer of small glTF files, which a test puts together piece by piece."""
 
 import base64
 import io
@@ -17,7 +17,7 @@ SQUARE_CORNERS = np.array([0, 1, 2, 0, 2, 3], np.uint16)
 
 
 class GltfWriter:
-    """The JSON as a dict to write into, and bytes that grow behind it."""
+    """A glTF file in the making: its JSON as a dict, and the bytes of its buffer."""
 
     def __init__(self):
         self.json = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}]}
@@ -30,14 +30,14 @@ class GltfWriter:
         records.append(record)
         return len(records) - 1
 
-    def view(self, data, **more):
+    def view(self, data, **fields):
         """Add a buffer view of these bytes."""
         self.data += b"\0" * (-len(self.data) % 4)
         start = len(self.data)
         self.data += bytes(data)
-        return self.add("bufferViews", buffer=0, byteOffset=start, byteLength=len(data), **more)
+        return self.add("bufferViews", buffer=0, byteOffset=start, byteLength=len(data), **fields)
 
-    def accessor(self, values, **more):
+    def accessor(self, values, **fields):
         """Add an accessor of an array (count,) or (count, width)."""
         values = np.asarray(values)
         rows = values.reshape(len(values), -1)
@@ -47,19 +47,19 @@ class GltfWriter:
             componentType=_CODES[values.dtype.str[1:]],
             count=len(values),
             type=_KINDS[rows.shape[1]],
-            **more,
+            **fields,
         )
 
     def mesh(self, positions=SQUARE, corners=SQUARE_CORNERS, attributes=(), **primitive):
         """Add a mesh of one primitive; without `corners` it has no indices."""
-        found = {name: self.accessor(values) for name, values in dict(attributes).items()}
-        primitive["attributes"] = {"POSITION": self.accessor(positions), **found}
+        accessors = {name: self.accessor(values) for name, values in dict(attributes).items()}
+        primitive["attributes"] = {"POSITION": self.accessor(positions), **accessors}
         if corners is not None:
             primitive["indices"] = self.accessor(corners)
         return self.add("meshes", primitives=[primitive])
 
     def node(self, is_root=True, **record):
-        """Add a node, of the scene unless it hangs on another."""
+        """Add a node, as a root of the scene unless it is a child of another node."""
         index = self.add("nodes", **record)
         if is_root:
             self.json["scenes"][0]["nodes"].append(index)
@@ -118,7 +118,7 @@ def encoded(pixels, kind="PNG"):
 
 
 def figure_scene():
-    """Return a square on two bones that blends into another shape, in two clips, behind glass."""
+    """Return a glass square with two bones, a morph target and two animations."""
     writer = GltfWriter()
     picture = {"index": writer.picture([[[200, 100, 50, 128]]])}
     shine = {"baseColorTexture": picture, "metallicRoughnessTexture": {**picture, "texCoord": 1}}

@@ -1,4 +1,4 @@
-"""Pictures as they were when somebody looked at them and found them right.
+"""Compare pictures with golden ones, which somebody has checked by eye.
 
     pytest --update-golden tests/render/frames/test_golden.py    # look before you commit
 
@@ -21,7 +21,7 @@ from support.plates import Image
 
 MOST_OFF = 1 / 255  # a step of an 8-bit screen, of the light itself or of 1 where that is less
 MOST_PIXELS = 0.001  # part of them that may be off by more: the rim of a disc, a cut between layers
-AMPLIFIED = 16.0  # times brighter than it is, a difference can be seen
+AMPLIFIED = 16.0  # factor that makes a difference visible
 
 
 def compare_with_golden(
@@ -51,13 +51,13 @@ def write_golden(path: Path, picture: Image) -> None:
 
 
 def read_golden(path: Path) -> Image:
-    """Return (H, W, 3) float32."""
+    """Return the golden picture at `path` as (H, W, 3) float32."""
     ((_, channels),) = read_parts(path)
     return np.stack([channels[name] for name in "RGB"], axis=-1).astype(np.float32)
 
 
 def check_is_golden(picture: Image, path: Path, evidence: Path) -> None:
-    """Fail, with both pictures written to the folder `evidence`, where `picture` is off."""
+    """Fail if `picture` differs from the golden one; write picture and difference to `evidence`."""
     expected, name = read_golden(path), path.stem
     assert picture.shape == expected.shape
     difference = np.abs(picture - expected) / np.maximum(1.0, np.abs(expected))

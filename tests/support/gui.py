@@ -1,4 +1,4 @@
-"""The whole interface without a window: ImGui on an EGL context, mouse and keys injected."""
+"""The whole interface without a window: ImGui on an EGL context, with injected mouse and keys."""
 
 import time
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ Point = tuple[float, float]
 
 
 class Gui:
-    """A Session, its Screen and a hand."""
+    """A Session and its Screen, with methods that simulate mouse and keys."""
 
     def __init__(
         self,
@@ -35,7 +35,7 @@ class Gui:
         scale: float = 1.0,
         frames_folder: Path | None = None,
     ) -> None:
-        """`scale`: pixels of the screen for one unit of the window, as some desktops have it."""
+        """Create the session; `scale` is the number of screen pixels per unit of the window."""
         self.ctx = ctx
         self.size = size
         self.pixels = round(size[0] * scale), round(size[1] * scale)
@@ -65,7 +65,7 @@ class Gui:
         self.drawn = self._listening.__enter__()  # where each control was drawn last
 
     def frame(self, count: int = 1) -> None:
-        """Draw so many frames, with the errors of OpenGL looked for after each."""
+        """Draw `count` frames, and check for OpenGL errors after each."""
         for _ in range(count):
             self.ui.scale.apply()
             imgui.backends.opengl3_new_frame()
@@ -75,7 +75,7 @@ class Gui:
             self._paint(self._corner)
             # As a window does when it swaps: what waits to be drawn takes memory in llvmpipe.
             self.ctx.finish()
-            self.session.drawn()
+            self.session.note_drawn()
 
     def _paint(self, target: Framebuffer) -> None:
         target.use()
@@ -85,22 +85,22 @@ class Gui:
         assert self.ctx.error == ""
 
     def until(self, condition, what: str, seconds: float = 20.0) -> None:
-        """Draw frames until `condition`; the bound on time is generous, no measurement."""
-        end, said = time.monotonic() + seconds, ""
+        """Draw frames until `condition()` is true; fail after `seconds`, a generous limit."""
+        end, message = time.monotonic() + seconds, ""
         while not condition():
-            said = self.session.messages.text or said
-            assert time.monotonic() < end, f"{what} never came. {said}"
+            message = self.session.messages.text or message
+            assert time.monotonic() < end, f"{what} never came. {message}"
             self.frame()
             for _ in range(8):  # the window works on without a frame while nothing is new
                 self.session.work()
             time.sleep(0.001)  # threads have their turn, as they have while a window swaps
 
     def opened(self) -> None:
-        self.until(lambda: self.session.pictures.live.shown is not None, "a picture")
+        self.until(lambda: self.session.pictures.live.output is not None, "a picture")
         self.frame(3)
 
     def settled(self) -> None:
-        """Draw frames until the whole picture is there and on the screen."""
+        """Draw frames until the whole picture is rendered and on the screen."""
         self.until(lambda: not self.session.time.scheduler.is_rendering, "the whole picture", 60.0)
         self.frame(2)
 
@@ -148,13 +148,13 @@ class Gui:
 
     def key(self, key: imgui.Key, ctrl: bool = False, shift: bool = False) -> None:
         """Press and release a key, with modifiers."""
-        for mod, used in ((imgui.Key.mod_ctrl, ctrl), (imgui.Key.mod_shift, shift)):
-            if used:
+        for mod, is_held in ((imgui.Key.mod_ctrl, ctrl), (imgui.Key.mod_shift, shift)):
+            if is_held:
                 self.hold(mod)
         self.hold(key)
         self.hold(key, False)
-        for mod, used in ((imgui.Key.mod_ctrl, ctrl), (imgui.Key.mod_shift, shift)):
-            if used:
+        for mod, is_held in ((imgui.Key.mod_ctrl, ctrl), (imgui.Key.mod_shift, shift)):
+            if is_held:
                 self.hold(mod, False)
 
     def type(self, text: str) -> None:
@@ -175,8 +175,8 @@ class Gui:
             self.frame(2)
 
     def rest(self) -> None:
-        """Let a gesture end, as if time had passed."""
-        self.session.editing.history = self.session.editing.history.at_rest()
+        """End the current gesture of the history, as a pause would."""
+        self.session.editing.history = self.session.editing.history.end_gesture()
         self.frame()
 
     def later(self) -> None:
@@ -186,7 +186,7 @@ class Gui:
         self.io.delta_time = 1 / 60
 
     def begin_again(self) -> None:
-        """Return to the beginning: nothing held or open, the first plate read anew."""
+        """Reset the window: no keys held, no popups open, the first plate read again."""
         session = self.session
         self.io.clear_input_keys()
         for button in range(3):
@@ -201,8 +201,10 @@ class Gui:
         self.ui.has_feed = False
         session.time.timeline.playback.stop()
         session.pictures.references.current = None
-        session.pictures.renderer.stopwatch.on = False
-        session.pictures.view.state = session.pictures.color.with_names(session.given.start.view)
+        session.pictures.renderer.stopwatch.is_on = False
+        session.pictures.view.state = session.pictures.color.limit_to_config(
+            session.given.start.view
+        )
         self.ui.reset_layout()
         self.open(session.given.start.source)
         session.editing.begin(
@@ -219,10 +221,10 @@ class Gui:
     def open(self, source: Path | str, options: PlateOptions | None = None) -> None:
         """Open another plate and wait for its picture."""
         picture, opener = self.session.source.picture, self.session.source.opener
-        before = picture.version
+        version_before = picture.version
         self.session.files.commands.open(str(source), options)
         # A frame that was awaited before counts as a version too, but not as what is opened.
-        self.until(lambda: opener.opening is None and picture.version > before, "the plate")
+        self.until(lambda: opener.opening is None and picture.version > version_before, "the plate")
         self.frame(3)
 
     def screenshot(self) -> np.ndarray:
@@ -257,7 +259,7 @@ def gui_of(
     **start: object,
 ) -> Iterator[Gui]:
     """Yield a Gui with its own ImGui, the first picture on the screen."""
-    before, context = imgui.get_current_context(), imgui.create_context()
+    previous_context, context = imgui.get_current_context(), imgui.create_context()
     imgui.set_current_context(context)
     begin = Start(str(source), **start)  # type: ignore[arg-type]
     gui = Gui(ctx, begin, size, preferences, scale, frames_folder)
@@ -267,5 +269,5 @@ def gui_of(
     finally:
         gui.close()
         imgui.destroy_context(context)
-        if before is not None:
-            imgui.set_current_context(before)
+        if previous_context is not None:
+            imgui.set_current_context(previous_context)

@@ -1,4 +1,4 @@
-"""A point of light on a plate, and the renderer run on it."""
+"""Make plates with a point of light, and render them."""
 
 import numpy as np
 
@@ -17,16 +17,19 @@ DIM, LAMP = 0.25, 300.0  # added to one pixel: too little, and enough, to be dra
 HALF_ROUNDING = 2.0**-11
 
 
-def through(renderer: FrameRenderer, plate: Plate, lens: Lens, *settings: object) -> Image:
+def render_plate_with_lens(
+    renderer: FrameRenderer, plate: Plate, lens: Lens, *settings: object
+) -> Image:
     """Render `plate`; return (H, W, 4). `settings` are in the order of DefocusSettings."""
     renderer.load(plate)
     return renderer.pixels(Shot(lens, DefocusSettings(*settings)))
 
 
 def grey_for(bokeh: Bokeh) -> float:
-    """Light around the point: a sum of exponentials has negative lobes, which black would cut off.
+    """Return the gray around the point of light, as the disc kernel has negative lobes.
 
-    Exact in half. Others do without, as half floats are the finer the nearer to black.
+    Black would cut the lobes off. The gray is exact in half floats. Other kernels use black, near
+    which half floats are finer.
     """
     return 0.0078125 if bokeh is Bokeh.DISC else 0.0
 

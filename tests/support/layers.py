@@ -1,4 +1,4 @@
-"""Cuts between layers, for tests that are not about where these are."""
+"""Cuts between layers at fixed gaps, for tests that are not about finding the cuts."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def ladder_of(
 
 
 def nearer_than(cut: Cut, coc: np.ndarray) -> np.ndarray:
-    """Compute it as lib/layer.lib.glsl does."""
+    """Return the share of each CoC on the near side of a cut, as lib/layer.lib.glsl computes it."""
     t = np.clip((coc - cut.at_px + cut.half_width_px) / (2 * cut.half_width_px), 0, 1)
     return 1 - t * t * (3 - 2 * t)
 

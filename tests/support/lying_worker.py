@@ -1,4 +1,4 @@
-"""A worker of a cluster that lies: `python -m support.lying_worker ADDRESS HOW`.
+"""A cluster worker that sends false answers: `python -m support.lying_worker ADDRESS HOW`.
 
 HOW names a lie of LIES, or is `seed N`: then each task draws its lie, and the bytes of its answer.
 """
@@ -24,8 +24,8 @@ Parts = list[FetchedPart]
 Tell = Callable[[PartDone], None]
 
 
-class Ran:
-    """What runs a command where it is unpickled: it makes a file with the number of the process.
+class RunsCommand:
+    """An object that, when unpickled, runs a command that makes a file named by the process id.
 
     Workers unpickle their own errors.
     """
@@ -34,128 +34,140 @@ class Ran:
         return os.system, (f"touch {os.environ['RAN']}.$PPID",)
 
 
-class RanError(Exception):
+class RunsCommandError(Exception):
     def __reduce__(self):
-        return Ran().__reduce__()
+        return RunsCommand().__reduce__()
 
 
-def _told(task: PartTask, data: bytes | None, tell: Tell) -> Parts:
-    """Tell of all frames of a task as made, with the same bytes for each, or with none written."""
-    return _given(task, [data] * len(parse_frames(task.frames)), tell)
+def _claim_all_frames(task: PartTask, data: bytes | None, report: Tell) -> Parts:
+    """Report all frames of a task as made, with the same bytes for each or without files."""
+    return _send_files(task, [data] * len(parse_frames(task.frames)), report)
 
 
-def _given(task: PartTask, files: Sequence[bytes | None], tell: Tell) -> Parts:
-    """Send these files as those of the frames, or write them where they are awaited."""
-    found: Parts = []
-    paths = {} if task.fetch else {it.frame: it.path for it in honest._planned(task).frames}
+def _send_files(task: PartTask, files: Sequence[bytes | None], report: Tell) -> Parts:
+    """Send `files` as those of the task's frames, or write them to the expected paths."""
+    parts: Parts = []
+    paths = {} if task.fetch else {it.frame: it.path for it in honest._plan_task(task).frames}
     for frame, data in zip(parse_frames(task.frames), files, strict=True):
         size = len(data) if task.fetch and data is not None else None
-        done = PartDone(frame, False, "", (), ("a driver\x1b[2J", "tcp://worker"), "", size)
+        report_of_part = PartDone(
+            frame, False, "", (), ("a driver\x1b[2J", "tcp://worker"), "", size
+        )
         if not task.fetch:
             if data is not None:
                 paths[frame].write_bytes(data)
-            tell(done)
-        found.append((done, data if size is not None else None))
-    return found
+            report(report_of_part)
+        parts.append((report_of_part, data if size is not None else None))
+    return parts
 
 
-def _files(task: PartTask, tell: Tell) -> list[bytes]:
-    return [data or b"" for _, data in _MADE(replace(task, fetch=True), tell)]
+def _rendered_files(task: PartTask, report: Tell) -> list[bytes]:
+    return [data or b"" for _, data in _MADE(replace(task, fetch=True), report)]
 
 
-def _of_another_frame(task: PartTask, tell: Tell) -> Parts:
-    """Give the files of the frames before; the first gets that of the last."""
-    files = _files(replace(task, frames="1001-1006"), tell)
+def _of_another_frame(task: PartTask, report: Tell) -> Parts:
+    """Send for each frame the file of the frame before; the first gets that of the last."""
+    files = _rendered_files(replace(task, frames="1001-1006"), report)
     by_frame = dict(zip(range(1002, 1008), files, strict=True)) | {1001: files[-1]}
-    return _given(task, [by_frame[frame] for frame in parse_frames(task.frames)], tell)
+    return _send_files(task, [by_frame[frame] for frame in parse_frames(task.frames)], report)
 
 
-def _half(task: PartTask, tell: Tell) -> Parts:
-    return _given(task, [data[: len(data) // 2] for data in _files(task, tell)], tell)
+def _truncated_files(task: PartTask, report: Tell) -> Parts:
+    return _send_files(
+        task, [data[: len(data) // 2] for data in _rendered_files(task, report)], report
+    )
 
 
-def _other_frames(task: PartTask, tell: Tell) -> Parts:
-    done = PartDone(7, False, "", ())
-    tell(done)
-    return [(done, None)]
+def _other_frames(task: PartTask, report: Tell) -> Parts:
+    report_of_part = PartDone(7, False, "", ())
+    report(report_of_part)
+    return [(report_of_part, None)]
 
 
-def _warns(task: PartTask, tell: Tell) -> Parts:
+def _send_pickled_warnings(task: PartTask, report: Tell) -> Parts:
     for topic in ("warn", "print"):
-        told = {"message": pickle.dumps(Ran()), "category": pickle.dumps(Ran()), "args": ["x"]}
-        library().get_worker().log_event(topic, told)
-    return _told(task, None, tell)
+        event = {
+            "message": pickle.dumps(RunsCommand()),
+            "category": pickle.dumps(RunsCommand()),
+            "args": ["x"],
+        }
+        library().get_worker().log_event(topic, event)
+    return _claim_all_frames(task, None, report)
 
 
 LIES: dict[str, Callable[[PartTask, Tell], Parts]] = {
-    "nothing written": lambda task, tell: _told(task, None, tell),
-    "garbage": lambda task, tell: _told(task, b"not an exr", tell),
-    "empty": lambda task, tell: _told(task, b"", tell),
-    "huge": lambda task, tell: _told(task, b"x" * 30_000_000, tell),
-    "short": lambda task, tell: _told(task, None, tell)[:0],
+    "nothing written": lambda task, tell: _claim_all_frames(task, None, tell),
+    "garbage": lambda task, tell: _claim_all_frames(task, b"not an exr", tell),
+    "empty": lambda task, tell: _claim_all_frames(task, b"", tell),
+    "huge": lambda task, tell: _claim_all_frames(task, b"x" * 30_000_000, tell),
+    "short": lambda task, tell: _claim_all_frames(task, None, tell)[:0],
     "other frames": _other_frames,
     "another frame": _of_another_frame,
-    "half": _half,
-    "warns": _warns,
+    "half": _truncated_files,
+    "warns": _send_pickled_warnings,
 }
 
 
-def _raised() -> object:
-    raise RanError
+def _raise_pickled_error() -> object:
+    raise RunsCommandError
 
 
 # Lies about the answer itself, which Dask would unpickle where the export was started.
 ANSWERS: dict[str, Callable[[], object]] = {
-    "runs": Ran,
-    "runs in a list": lambda: [Ran()],
-    "fails and runs": _raised,
+    "runs": RunsCommand,
+    "runs in a list": lambda: [RunsCommand()],
+    "fails and runs": _raise_pickled_error,
     "a text": lambda: "done",
     "no answer": lambda: b"\x00\xff",
     "deep": lambda: b"[" * 100_000,
     "a number": lambda: b'{"frames": [{"frame": 1e999}]}\n',
     "a long sentence": lambda: b'{"problem": "\\u001b[2J' + b"x" * 100_000 + b'"}\n',
 }
-_MADE = honest._made
+_MADE = honest._make_frames
 
 
-def _drawn(task: PartTask, tell: Tell, chance: random.Random) -> Parts:
+def _random_lie(task: PartTask, report: Tell, chance: random.Random) -> Parts:
     lies = [*LIES.values(), _MADE]
-    return chance.choice(lies)(task, tell)
+    return chance.choice(lies)(task, report)
 
 
-def _mutated(answer: bytes, chance: random.Random) -> bytes:
+def _change_bytes(answer: bytes, chance: random.Random) -> bytes:
     """Change an answer in a few places."""
     changed = bytearray(answer)
     for _ in range(chance.choice((0, 0, 1, 3))):
-        at = chance.randrange(min(len(changed), 400) or 1)
-        changed[at : at + chance.choice((0, 1, 8))] = chance.randbytes(chance.choice((0, 1, 4)))
+        start = chance.randrange(min(len(changed), 400) or 1)
+        changed[start : start + chance.choice((0, 1, 8))] = chance.randbytes(
+            chance.choice((0, 1, 4))
+        )
     return bytes(changed)
 
 
 def lying_part(task: PartTask) -> object:
     """Answer in place of `made_part`, on the thread of a worker."""
-    how = os.environ["HOW"]
+    lie_kind = os.environ["HOW"]
     worker = library().get_worker()
 
-    def tell(done: PartDone) -> None:
-        worker.log_event(task.topic, {"frame": answers.part_text(done)})
+    def tell(report_of_part: PartDone) -> None:
+        worker.log_event(task.topic, {"frame": answers.event_text(report_of_part)})
 
-    if how in ANSWERS:
-        return ANSWERS[how]()
-    chance = random.Random(f"{how} {task.frames} {time.time_ns()}")
-    if how in LIES:
-        return answers.packed_parts(LIES[how](task, tell))
+    if lie_kind in ANSWERS:
+        return ANSWERS[lie_kind]()
+    chance = random.Random(f"{lie_kind} {task.frames} {time.time_ns()}")
+    if lie_kind in LIES:
+        return answers.pack_frames(LIES[lie_kind](task, tell))
     if chance.random() < 0.2:
         return chance.choice(list(ANSWERS.values()))()
-    return _mutated(answers.packed_parts(_drawn(task, tell, chance)), chance)
+    return _change_bytes(answers.pack_frames(_random_lie(task, tell, chance)), chance)
 
 
 def main() -> None:
     os.environ["HOW"] = " ".join(sys.argv[2:])
-    honest.made_part = lying_part
-    frame_worker.program_of = frame_worker.rendered = lambda *_: ANSWERS[os.environ["HOW"]]()
+    honest.make_part = lying_part
+    frame_worker.answer_program = frame_worker.answer_frame = lambda *_: ANSWERS[
+        os.environ["HOW"]
+    ]()
     with temporary_folder() as folder:
-        asyncio.run(honest._work(sys.argv[1], "127.0.0.1", folder))
+        asyncio.run(honest._run_worker(sys.argv[1], "127.0.0.1", folder))
 
 
 if __name__ == "__main__":

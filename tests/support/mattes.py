@@ -31,7 +31,7 @@ def matte_plate(path: Path, hero_m: float | None, coverage: float = 1.0, **heade
     layers = {f"Crypto00.{leaf}": np.ascontiguousarray(it) for leaf, it in ranks.items()}
     ids = (first[..., 0] == as_float(HERO)).astype("u4") * 7
     color = dict.fromkeys("RGB", np.full((HEIGHT, WIDTH), 0.5, "f4"))
-    told = {"name": "Crypto", "hash": "MurmurHash3_32", "manifest": MANIFEST} | header
-    attributes = {f"cryptomatte/abc1234/{key}": value for key, value in told.items()}
+    metadata = {"name": "Crypto", "hash": "MurmurHash3_32", "manifest": MANIFEST} | header
+    attributes = {f"cryptomatte/abc1234/{key}": value for key, value in metadata.items()}
     others = {"Z": z, "objectId": ids, "mask.A": (ids / 14).astype("f4")}
     return write_file(path, color | layers | others, **attributes)

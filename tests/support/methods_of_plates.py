@@ -1,4 +1,4 @@
-"""Plates through the field's other methods, for tests of them."""
+"""Render plates by the other blur methods (gather, scatter, pyramid, …), for tests of them."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ ANY_LENS = Lens(50.0, 2.0, FOCUS_M, 36.0)
 PIXEL_VARIANCE = 2 / 12
 
 
-def through(
+def render_with_method(
     renderer: FrameRenderer, plate, method: Method, lens: Lens = ANY_LENS, proxy: float = 1.0
 ) -> Image:
     renderer.load(plate)
@@ -28,4 +28,4 @@ def point_blurred(renderer: FrameRenderer, method: Method, coc_px: float, side: 
     color = np.zeros((side, side, 3), np.float32)
     color[side // 2, side // 2] = 1.0
     plate = coc_plate_of(color, np.full((side, side), coc_px, np.float32))
-    return through(renderer, plate, method)
+    return render_with_method(renderer, plate, method)

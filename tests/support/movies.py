@@ -23,8 +23,8 @@ CODECS: dict[str, tuple[str, str, str, dict[str, str]]] = {
 def ramps(count: int, width: int = WIDTH, height: int = HEIGHT) -> list[np.ndarray]:
     """Return grey pictures (H, W, 3) of 16 bits, each brighter than the one before."""
     across = np.linspace(4000, 20000, width)[None, :, None]
-    levels = [across + 40000 * at / max(count, 1) for at in range(count)]
-    return [np.broadcast_to(one, (height, width, 3)).astype(np.uint16) for one in levels]
+    levels = [across + 40000 * index / max(count, 1) for index in range(count)]
+    return [np.broadcast_to(level, (height, width, 3)).astype(np.uint16) for level in levels]
 
 
 def write_movie(
@@ -45,13 +45,13 @@ def write_movie(
 
     `sound` is (N, 2) int16 at 48 kHz.
     """
-    _, usual_encoder, usual, own = CODECS[codec]
-    fmt = pixel_format or usual
+    _, usual_encoder, usual_format, codec_options = CODECS[codec]
+    fmt = pixel_format or usual_format
     tags = {"color_primaries": 1, "color_trc": 1, "colorspace": 1, "color_range": 1} | tags
     container_options = {"write_tmcd": "1"} if path.suffix in (".mov", ".mp4") else {}
     with av.open(str(path), "w", options=container_options) as container:
         stream = container.add_stream(
-            encoder or usual_encoder, rate=rate, options={**own, **(options or {})}
+            encoder or usual_encoder, rate=rate, options={**codec_options, **(options or {})}
         )
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt = fmt
@@ -62,9 +62,9 @@ def write_movie(
         tracks = (
             [] if sound is None else [container.add_stream("pcm_s16le", 48000, layout="stereo")]
         )
-        for at, pixels in enumerate(pictures):
+        for index, pixels in enumerate(pictures):
             frame = _frame(pixels, fmt)
-            frame.pts = at if times is None else times[at]
+            frame.pts = index if times is None else times[index]
             container.mux(stream.encode(frame))
         for track in tracks:
             frame = av.AudioFrame.from_ndarray(sound.reshape(1, -1), "s16", "stereo")
@@ -96,11 +96,11 @@ def write_sound(path: Path) -> Path:
     return path
 
 
-def turned_clockwise(path: Path) -> Path:
-    """Say in a QuickTime file, as phones do, that it is shown turned to the right."""
+def mark_rotated_clockwise(path: Path) -> Path:
+    """Mark a QuickTime file as rotated clockwise, as phones do. Return its path."""
     data = bytearray(path.read_bytes())
-    at = data.index(b"tkhd") + 44
+    start = data.index(b"tkhd") + 44
     matrix = (0, 1 << 16, 0, -(1 << 16), 0, 0, 0, 0, 1 << 30)
-    data[at : at + 36] = b"".join(value.to_bytes(4, "big", signed=True) for value in matrix)
+    data[start : start + 36] = b"".join(value.to_bytes(4, "big", signed=True) for value in matrix)
     path.write_bytes(data)
     return path

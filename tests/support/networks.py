@@ -18,7 +18,7 @@ def write_network(
     reach: int = 0,
     channels: int = 3,
 ) -> Path:
-    """Write a network that gives a weighted sum of the colours, blurred over 2 reach + 1 pixels."""
+    """Write a network of a weighted sum of the colors, averaged over 2 reach + 1 pixels."""
     side = 2 * reach + 1
     kernel = np.zeros((1, channels, side, side), np.float32)
     kernel[0, :, :, :] = np.array(weights, np.float32)[:channels, None, None] / side**2

@@ -1,4 +1,4 @@
-"""Readers for another process that print what they like, before and after they read."""
+"""Readers for another process that print noise before and after they read."""
 
 import ctypes
 import importlib
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Noisy(NamedTuple):
-    """Which reader to call with which argument, and what to print in which way."""
+    """A request: the reader to call with its argument, and the noise to print in some way."""
 
     reader: str  # module:name
     argument: object
@@ -31,17 +31,17 @@ WAYS: dict[str, Callable[[bytes], object]] = {
 }
 
 
-def noisy(asked: Noisy) -> object:
-    """Return what the reader does."""
-    module, _, name = asked.reader.partition(":")
-    WAYS[asked.way](asked.words)
-    answer = getattr(importlib.import_module(module), name)(asked.argument)
-    WAYS[asked.way](asked.words)
+def noisy(request: Noisy) -> object:
+    """Print noise, call the reader, print noise again. Return the reader's result."""
+    module, _, name = request.reader.partition(":")
+    WAYS[request.way](request.words)
+    answer = getattr(importlib.import_module(module), name)(request.argument)
+    WAYS[request.way](request.words)
     return answer
 
 
 class Evil:
-    """Calls a function of another module when it is unpacked."""
+    """An object that makes a folder when it is unpickled."""
 
     def __init__(self, path: str) -> None:
         self.path = path
@@ -51,5 +51,5 @@ class Evil:
 
 
 def evil(path: str) -> Evil:
-    """Return an answer that makes a folder when it is unpacked."""
+    """Return an answer that makes the folder `path` when it is unpickled."""
     return Evil(path)

@@ -1,4 +1,4 @@
-"""Pictures of openings: one that looks different from every side, a heart, and open ones.
+"""Images of apertures: one without any symmetry, a heart, and random ones.
 
 `python -m support.opening_images` in the folder `tests` writes assets/aperture_heart.png anew.
 """
@@ -18,21 +18,21 @@ _FINER = 4  # samples of a pixel, each way
 
 
 def image_of(light: NDArray[np.float32], name: str = "made") -> OpeningImage:
-    """Return an image of light in whole blocks: its side must divide that of the grid."""
+    """Return an aperture image from a small array, whose side must divide IMAGE_SIDE."""
     times = IMAGE_SIDE // len(light)
     cells = np.kron(np.asarray(light, np.float32), np.ones((times, times), np.float32))
     return OpeningImage(name, f"{name} {hash(cells.tobytes())}", cells)
 
 
 def letter() -> OpeningImage:
-    """Return an F: mirrored, turned and upright ones are four pictures."""
+    """Return an aperture image of the letter F, which has no symmetry."""
     dark = "........"
     rows = [dark, "..####..", "..#.....", "..###...", "..#.....", "..#.....", dark, dark]
     return image_of(np.array([[c == "#" for c in row] for row in rows], np.float32), "letter")
 
 
 def opening_images() -> st.SearchStrategy[OpeningImage]:
-    """Return a strategy of pictures that let light through somewhere, some mostly dark."""
+    """Return a strategy of random aperture images that are not black, some mostly dark."""
 
     def made(drawn: tuple[int, int, float]) -> OpeningImage:
         seed, side, dark = drawn
@@ -47,9 +47,9 @@ def opening_images() -> st.SearchStrategy[OpeningImage]:
 
 def heart() -> NDArray[np.uint8]:
     """Return the heart of assets/aperture_heart.png, where (x^2 + y^2 - 1)^3 < x^2 y^3."""
-    at = (np.arange(HEART_SIDE * _FINER) + 0.5) / (HEART_SIDE * _FINER) * 2 - 1
+    coordinates = (np.arange(HEART_SIDE * _FINER) + 0.5) / (HEART_SIDE * _FINER) * 2 - 1
     # Its light is in balance about the axis, and it just touches the circle of the lens.
-    x, y = 1.29 * at[None, :], 0.2935 - 1.29 * at[:, None]
+    x, y = 1.29 * coordinates[None, :], 0.2935 - 1.29 * coordinates[:, None]
     inside = ((x**2 + y**2 - 1) ** 3 < x**2 * y**3).astype(np.float64)
     blocks = inside.reshape(HEART_SIDE, _FINER, HEART_SIDE, _FINER).mean(axis=(1, 3))
     return np.asarray(np.rint(blocks * 255), np.uint8)

@@ -19,7 +19,7 @@ _SOURCE = "urn:uuid:fc9bc480-02bd-4bd0-96c7-bce47197f720"
 
 
 def _axes(*names: str) -> dict[str, float]:
-    return {name: float(place) for place, name in enumerate(names, 1)}
+    return {name: float(index) for index, name in enumerate(names, 1)}
 
 
 def _transform(name: str, **more: Any) -> dict[str, Any]:
@@ -105,6 +105,6 @@ READ_AS = {
 }
 
 
-def written(sample: Any, encoding: Encoding) -> bytes:
-    """Return the text of a sample."""
+def encoded_sample(sample: Any, encoding: Encoding) -> bytes:
+    """Return a sample encoded as JSON or CBOR."""
     return json.dumps(sample).encode() if encoding is Encoding.JSON else cbor2.dumps(sample)

@@ -1,4 +1,4 @@
-"""float64 answers that the GPU is compared with."""
+"""Reference results in float64 for the heat blur, with which the GPU is compared."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ def conductances(diameter: Array) -> Array:
 
 
 def compact_weights(conductance: Array, kernel: Kernel) -> Array:
-    """Return c of the compact Laplacian between neighbours; it fades below 4 px."""
+    """Return the weights c of the compact Laplacian between neighbors; they fade below 4 px."""
     part = np.minimum(conductance / 16.0, 1.0)
     return kernel.compact * part * (2.0 - part)
 
@@ -31,21 +31,21 @@ def laplacian(weights: Array, x: Array) -> Array:
 
 
 def repeated_heat(flow: Complex) -> Complex:
-    """Return the heat capacity of pixels repeated without end, as the pixel before them sees it.
+    """Return the effective heat capacity of a border pixel that is repeated infinitely often.
 
-    `flow` is the conductance between each two; solved by adding pixels until nothing changes.
+    `flow` is the conductance between two such pixels; pixels are added until nothing changes.
     """
     heat = np.zeros_like(flow)
     for _ in range(100_000):
-        before, heat = heat, flow * (1.0 + heat) / (1.0 + flow + heat)
-        if np.all(np.abs(heat - before) <= 1e-13 * np.abs(heat)):
+        previous_heat, heat = heat, flow * (1.0 + heat) / (1.0 + flow + heat)
+        if np.all(np.abs(heat - previous_heat) <= 1e-13 * np.abs(heat)):
             break
     return heat
 
 
 @dataclass(frozen=True)
 class Ends:
-    """What lies beyond the two ends of a line: heat capacities (2,) and values (2, channels)."""
+    """The pixels beyond the two ends of a line: heat capacities (2,) and values (2, channels)."""
 
     heats: Complex
     values: Complex
@@ -57,19 +57,19 @@ def solve_line(flow: Complex, x: Complex, ends: Ends | None = None) -> Complex:
     X (n, channels).
     """
     n = len(x)
-    heat, given = np.ones(n, np.complex128), x.astype(np.complex128)
+    heat, right_side = np.ones(n, np.complex128), x.astype(np.complex128)
     if ends is not None:
-        for i, more, value in zip((0, n - 1), ends.heats, ends.values, strict=True):
-            heat[i] += more
-            given[i] += more * value
+        for i, extra_heat, value in zip((0, n - 1), ends.heats, ends.values, strict=True):
+            heat[i] += extra_heat
+            right_side[i] += extra_heat * value
     if n == 1:
-        return given / heat[:, None]
+        return right_side / heat[:, None]
     flow = np.concatenate([[0.0], flow, [0.0]])
     bands = np.zeros((3, n), np.complex128)
     bands[0, 1:] = -flow[1:n]
     bands[1] = heat + flow[:n] + flow[1 : n + 1]
     bands[2, : n - 1] = -flow[1:n]
-    return solve_banded((1, 1), bands, given)
+    return solve_banded((1, 1), bands, right_side)
 
 
 def blur(
@@ -77,30 +77,30 @@ def blur(
     coc: Array,
     kernel: Kernel,
     scales: tuple[float, float] = (1.0, 1.0),
-    goes_on: bool = True,
+    repeats_border: bool = True,
 ) -> Array:
     """Diffuse x (H, W, C) by |coc| (H, W), rows then columns, in complex128.
 
-    If it `goes_on`, the pixels of the border are repeated beyond it, else there is nothing.
+    If `repeats_border`, the border pixels are repeated beyond it, else there are none.
     """
     across, down = np.abs(coc) * scales[0], np.abs(coc.T) * scales[1]
     for _ in range(kernel.steps):
-        x = _blur_once(x, across, down, kernel, goes_on)
+        x = _blur_once(x, across, down, kernel, repeats_border)
     return x
 
 
-def _blur_once(x: Array, across: Array, down: Array, kernel: Kernel, goes_on: bool) -> Array:
-    rows = [_solve_lines(x, across, kappa, kernel, goes_on) for kappa in kernel.poles]
+def _blur_once(x: Array, across: Array, down: Array, kernel: Kernel, repeats_border: bool) -> Array:
+    rows = [_solve_lines(x, across, kappa, kernel, repeats_border) for kappa in kernel.poles]
     out = np.zeros(x.shape)
     for column_pole, kappa in enumerate(kernel.poles):
         mixed = sum(kernel.mix[a, column_pole] * row for a, row in enumerate(rows))
-        solved = _solve_lines(mixed.swapaxes(0, 1), down, kappa, kernel, goes_on)
+        solved = _solve_lines(mixed.swapaxes(0, 1), down, kappa, kernel, repeats_border)
         out += solved.swapaxes(0, 1).real
     return out
 
 
 def _solve_lines(
-    x: Complex, diameter: Array, kappa: complex, kernel: Kernel, goes_on: bool
+    x: Complex, diameter: Array, kappa: complex, kernel: Kernel, repeats_border: bool
 ) -> Complex:
     """Return (1 + kappa d^2 L)^-1 of each row of x (H, W, C)."""
     if x.shape[1] == 1:  # one pixel, repeated without end: there is nothing to mix it with
@@ -110,7 +110,7 @@ def _solve_lines(
         return kappa * conductance - compact_weights(conductance, kernel)
 
     joined = conductances(diameter)
-    heats = goes_on * repeated_heat(flow(diameter[:, [0, -1]] ** 2))
+    heats = repeats_border * repeated_heat(flow(diameter[:, [0, -1]] ** 2))
     smoothed = [
         line - laplacian(weights, line)
         for line, weights in zip(x, compact_weights(joined, kernel), strict=True)

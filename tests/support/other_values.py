@@ -1,6 +1,6 @@
-"""Values of a dataclass that differ in one field, found from the types of its fields.
+"""Make values of a dataclass that differ in one field, from the types of its fields.
 
-A field that is added later is covered without a word here, unless its type is a new one.
+Fields that are added later are covered automatically, unless their type is a new one.
 """
 
 import math
@@ -27,29 +27,31 @@ def with_other_fields(
     """
     hints = get_type_hints(type(value))
     for field in fields(value):
-        now = getattr(value, field.name)
-        given = (names or {}).get(field.name)
-        wanted = candidates(hints[field.name], now) if given is None else (given,)
-        yield field.name, _first_allowed(value, field.name, now, wanted)
+        current = getattr(value, field.name)
+        known_value = (names or {}).get(field.name)
+        other_candidates = (
+            candidates(hints[field.name], current) if known_value is None else (known_value,)
+        )
+        yield field.name, _first_allowed(value, field.name, current, other_candidates)
 
 
 def with_all_fields_other(
-    value: Value, names: Mapping[str, Any] | None = None, but: Collection[str] = ()
+    value: Value, names: Mapping[str, Any] | None = None, except_fields: Collection[str] = ()
 ) -> Value:
-    """Return `value` with another value in every field `but` some, as far as they go together."""
-    for name, other in with_other_fields(value, names):
-        if name in but:
+    """Return `value` with other values in all fields except some, where the values are allowed."""
+    for name, changed_record in with_other_fields(value, names):
+        if name in except_fields:
             continue
         try:
-            value = replace(value, **{name: getattr(other, name)})
+            value = replace(value, **{name: getattr(changed_record, name)})
         except HeatlensError:  # it does not go together with the other values
             continue
     return value
 
 
-def _first_allowed(value: Value, name: str, now: Any, wanted: Any) -> Value:
-    for candidate in wanted:
-        if candidate == now:
+def _first_allowed(value: Value, name: str, current: Any, other_candidates: Any) -> Value:
+    for candidate in other_candidates:
+        if candidate == current:
             continue
         try:
             return replace(value, **{name: candidate})
@@ -58,52 +60,52 @@ def _first_allowed(value: Value, name: str, now: Any, wanted: Any) -> Value:
     raise AssertionError(f"No other value is known for {type(value).__name__}.{name}.")
 
 
-def candidates(hint: Any, now: Any) -> Iterator[Any]:
-    """Yield values of the type `hint` that may differ from `now`, the mildest change first."""
+def candidates(hint: Any, current: Any) -> Iterator[Any]:
+    """Yield values of the type `hint` that may differ from `current`, the mildest change first."""
     if get_origin(hint) in (Union, types.UnionType):
         for kind in get_args(hint):
             if kind is not types.NoneType:
-                yield from candidates(kind, now)
+                yield from candidates(kind, current)
         if types.NoneType in get_args(hint):
             yield None
     elif get_origin(hint) is Literal:
         yield from get_args(hint)
     elif get_origin(hint) is tuple:
-        yield from _other_tuples(get_args(hint), now)
+        yield from _other_tuples(get_args(hint), current)
     elif hint is OpeningImage:
         yield read_opening_image(heart_path())
     elif is_dataclass(hint):
-        yield from _other_records(hint, now)
+        yield from _other_records(hint, current)
     elif issubclass(hint, Enum):
         yield from hint
     else:
-        yield from _plain(hint, now)
+        yield from _plain(hint, current)
 
 
-def _plain(hint: type, now: Any) -> Iterator[Any]:
+def _plain(hint: type, current: Any) -> Iterator[Any]:
     if hint is bool:
-        yield not now
+        yield not current
     elif hint is int:
-        yield from (now + 1, now - 1, 7) if isinstance(now, int) else (2, 7)
+        yield from (current + 1, current - 1, 7) if isinstance(current, int) else (2, 7)
     elif hint is float:
-        known = isinstance(now, float) and math.isfinite(now) and now != 0
-        yield from (1.25 * now, 0.75 * now) if known else (1.5, 0.5, 60.0)
+        known = isinstance(current, float) and math.isfinite(current) and current != 0
+        yield from (1.25 * current, 0.75 * current) if known else (1.5, 0.5, 60.0)
     elif hint is str:
-        yield f"{now or ''}another"
+        yield f"{current or ''}another"
 
 
-def _other_tuples(kinds: tuple[Any, ...], now: Any) -> Iterator[Any]:
+def _other_tuples(kinds: tuple[Any, ...], current: Any) -> Iterator[Any]:
     if kinds[-1] is not Ellipsis:
-        parts = now if isinstance(now, tuple) else (None,) * len(kinds)
+        parts = current if isinstance(current, tuple) else (None,) * len(kinds)
         yield tuple(next(candidates(k, part)) for k, part in zip(kinds, parts, strict=True))
         return
     yield (next(candidates(kinds[0], None)),)
 
 
-def _other_records(kind: type, now: Any) -> Iterator[Any]:
-    if isinstance(now, kind):
-        for _, other in with_other_fields(now):
-            yield other
+def _other_records(kind: type, current: Any) -> Iterator[Any]:
+    if isinstance(current, kind):
+        for _, changed_record in with_other_fields(current):
+            yield changed_record
         return
     hints, needed = get_type_hints(kind), {}
     for field in fields(kind):

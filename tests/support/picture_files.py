@@ -1,4 +1,4 @@
-"""Pictures for the eye as phones, cameras and networks write them, made for the tests."""
+"""Pictures as phones, cameras and depth networks write them, made for the tests."""
 
 import base64
 import math
@@ -29,7 +29,7 @@ def metres(height=HEIGHT, width=WIDTH):
 
 
 def disparity(distance_m, near_m, far_m):
-    """Convert to 0..1, from far to near."""
+    """Convert distances to disparity 0..1, from `far_m` to `near_m`."""
     return (1 / distance_m - 1 / far_m) / (1 / near_m - 1 / far_m)
 
 
@@ -73,9 +73,9 @@ def display_p3() -> bytes:
     """Return an ICC profile named Display P3; its numbers are those of sRGB and are not read."""
     data = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
     name = "sRGB built-in".encode("utf-16-be")
-    at = data.find(name)
-    assert at > 0
-    data[at : at + len(name)] = "Display P3   ".encode("utf-16-be")
+    start = data.find(name)
+    assert start > 0
+    data[start : start + len(name)] = "Display P3   ".encode("utf-16-be")
     return bytes(data)
 
 
@@ -142,16 +142,18 @@ def heic_with_depth(path: Path, near_m: float, far_m: float, fraction, **options
     boxes = [data.index(kind) - 4 for kind in (b"meta", b"iprp", b"ipco", b"auxC")]
     end = boxes[-1] + int.from_bytes(data[boxes[-1] :][:4], "big")
     for box in boxes:
-        _add(data, box, len(message))
+        _add_to_uint32(data, box, len(message))
     places = data.index(b"iloc") + 4 + 8  # behind its version and sizes: items of 18 bytes
     for item in range(int.from_bytes(data[places - 2 : places], "big")):
-        _add(data, places + 18 * item + 4, len(message))
+        _add_to_uint32(data, places + 18 * item + 4, len(message))
     path.write_bytes(data[:end] + message + data[end:])
     return path
 
 
-def _add(data: bytearray, at: int, count: int) -> None:
-    data[at : at + 4] = (int.from_bytes(data[at : at + 4], "big") + count).to_bytes(4, "big")
+def _add_to_uint32(data: bytearray, offset: int, count: int) -> None:
+    data[offset : offset + 4] = (int.from_bytes(data[offset : offset + 4], "big") + count).to_bytes(
+        4, "big"
+    )
 
 
 def _ends_of_depth(near_m: float, far_m: float) -> bytes:

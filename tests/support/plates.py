@@ -122,13 +122,15 @@ def wires_and_lamps(width: int = 96, height: int = 54) -> tuple[Image, Image]:
 
 
 def moments(picture: Image) -> tuple[float, float, float]:
-    """Sum, and the variance along x and y about the centroid, in pixels^2, of the mean of rgb."""
+    """Return sum, and variances in x and y about the centroid in pixels^2, of the mean of RGB."""
     light = picture[..., :3].mean(axis=2, dtype=np.float64)
     y, x = np.mgrid[: light.shape[0], : light.shape[1]]
     total = light.sum()
     return float(total), _variance(light, x, total), _variance(light, y, total)
 
 
-def _variance(light: npt.NDArray[np.float64], at: npt.NDArray[np.int64], total: float) -> float:
-    centre = (light * at).sum() / total
-    return float((light * (at - centre) ** 2).sum() / total)
+def _variance(
+    light: npt.NDArray[np.float64], coordinates: npt.NDArray[np.int64], total: float
+) -> float:
+    centre = (light * coordinates).sum() / total
+    return float((light * (coordinates - centre) ** 2).sum() / total)

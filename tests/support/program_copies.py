@@ -1,4 +1,4 @@
-"""Copies of the program that a test edits, for what no record can extend: fields, members, GLSL."""
+"""Copies of the program that a test edits, to add fields, enum members or GLSL."""
 
 import os
 import shutil
@@ -19,8 +19,8 @@ assert Path(heatlens.__file__).is_relative_to(folder.parent), heatlens.__file__
 """
 
 
-def copied(top: Path, edits: dict[str, dict[str, str]]) -> Path:
-    """Copy the program into a folder, and return that; `edits` has new text for old, by file."""
+def copy_program(top: Path, edits: dict[str, dict[str, str]]) -> Path:
+    """Copy the program into `top` and apply `edits` (file: {old: new}). Return `top`."""
     shutil.copytree(Path(heatlens.__file__).parent, top / "app/heatlens")
     shutil.copytree(data_dir("shaders"), top / "shaders")
     (top / "assets").symlink_to(data_dir("assets"))
@@ -34,10 +34,10 @@ def copied(top: Path, edits: dict[str, dict[str, str]]) -> Path:
     return top
 
 
-def run_in(copy: Path, program: str) -> subprocess.CompletedProcess[str]:
-    """Run a program with a copy, in a folder of its own, `folder`; it must not fail."""
+def run_in_copy(copy: Path, program: str) -> subprocess.CompletedProcess[str]:
+    """Run the Python text `program` with a copy of heatlens. Return the finished process."""
     paths = str(copy / "app"), str(Path(__file__).parents[1])
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", _BEGIN + textwrap.dedent(program), str(copy / "work")],
         capture_output=True,
         text=True,
@@ -45,5 +45,5 @@ def run_in(copy: Path, program: str) -> subprocess.CompletedProcess[str]:
         cwd=copy / "work",
         env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
     )
-    assert done.returncode == 0, done.stderr
-    return done
+    assert process.returncode == 0, process.stderr
+    return process

@@ -1,4 +1,4 @@
-"""A window without a screen whose lens follows a ring on this machine."""
+"""A window without a screen whose lens follows a lens ring, by packets on this machine."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -15,7 +15,7 @@ _PATIENCE_S = 30.0
 
 
 @contextmanager
-def following(ctx: Device, protocol: Protocol, folder: Path) -> Iterator[Gui]:
+def window_following_ring(ctx: Device, protocol: Protocol, folder: Path) -> Iterator[Gui]:
     """Yield a window that listens on a free port, with a small plate."""
     plate = room_file(folder / "room.exr")
     with (
@@ -25,8 +25,8 @@ def following(ctx: Device, protocol: Protocol, folder: Path) -> Iterator[Gui]:
         yield gui
 
 
-def until(gui: Gui, is_so: Callable[[], bool]) -> None:
-    """Draw frames until `is_so`; the bound on time is generous, no measurement."""
+def draw_until(gui: Gui, is_so: Callable[[], bool]) -> None:
+    """Draw frames until `is_so()` is true; the time limit is generous."""
     end = time.monotonic() + _PATIENCE_S
     while not is_so():
         assert time.monotonic() < end

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from heatlens.core.model.shot.framing import CameraTrack, PoseKey, looking_at
+from heatlens.core.model.shot.framing import CameraTrack, PoseKey, pose_looking_at
 from heatlens.media.scene.scene import (
     Array,
     Daylight,
@@ -30,8 +30,8 @@ def even_sky(light: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Daylight:
     return Daylight(sun=BLACK, zenith=light, horizon=light, ground=light)
 
 
-def moved(x: float = 0.0, y: float = 0.0, z: float = 0.0, scale: float = 1.0) -> Array:
-    """Return (4, 4): scaled, then moved, in metres."""
+def placement(x: float = 0.0, y: float = 0.0, z: float = 0.0, scale: float = 1.0) -> Array:
+    """Return a matrix (4, 4) that scales, then moves by x, y and z metres."""
     matrix = np.diag([scale, scale, scale, 1.0])
     matrix[:3, 3] = x, y, z
     return matrix
@@ -54,8 +54,8 @@ def icosphere(splits: int) -> tuple[Array, Array]:
     """Return unit corners (V, 3) and triangles (T, 3) of an icosahedron with split faces."""
     g = (1 + 5**0.5) / 2
     signs = [(a, b) for a in (-1, 1) for b in (-g, g)]
-    found = [p for a, b in signs for p in ((0, a, b), (a, b, 0), (b, 0, a))]
-    corners = np.array(found, float) / np.hypot(1, g)
+    points = [p for a, b in signs for p in ((0, a, b), (a, b, 0), (b, 0, a))]
+    corners = np.array(points, float) / np.hypot(1, g)
     near = np.linalg.norm(corners[:, None] - corners, axis=-1) < 1.1
     rows = [
         (i, j, k)
@@ -78,11 +78,11 @@ def _outward(row: tuple[int, int, int], corners: Array) -> tuple[int, int, int]:
 
 def _split(corners: Array, triangles: Array) -> tuple[Array, Array]:
     edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=-1).reshape(-1, 2)
-    unique, place = np.unique(edges, axis=0, return_inverse=True)
+    unique, unique_index = np.unique(edges, axis=0, return_inverse=True)
     middles = corners[unique].sum(axis=1)
     middles /= np.linalg.norm(middles, axis=1, keepdims=True)
     a, b, c = triangles.T
-    ab, bc, ca = (len(corners) + place.reshape(-1, 3)).T
+    ab, bc, ca = (len(corners) + unique_index.reshape(-1, 3)).T
     parts = [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
     return np.concatenate([corners, middles]), np.concatenate([np.stack(p, 1) for p in parts])
 
@@ -94,8 +94,8 @@ def plane(half_m: float = 1.0, facing: str = "z", material: int = 0) -> Mesh:
     right = np.eye(3)[0 if axis else 2]
     up = np.cross(normal, right)
     uvs = np.array([(0, 1), (1, 1), (1, 0), (0, 0)], float)
-    at = 2 * uvs - 1
-    corners = half_m * (at[:, :1] * right - at[:, 1:] * up)
+    corners_uv = 2 * uvs - 1
+    corners = half_m * (corners_uv[:, :1] * right - corners_uv[:, 1:] * up)
     return _mesh(corners, np.tile(normal, (4, 1)), uvs, np.array([(0, 1, 2), (0, 2, 3)]), material)
 
 
@@ -125,12 +125,14 @@ def scene_of(
     meshes: Sequence[Mesh],
     places: Sequence[tuple[int, Array]] | None = None,
     materials: Sequence[Material] = (Material(),),
-    **others: object,
+    **fields: object,
 ) -> Scene:
     """Return a scene; `places` are (mesh, to_world), None leaves each mesh where it was made."""
-    chosen = [(i, np.eye(4)) for i in range(len(meshes))] if places is None else places
-    instances = tuple(Instance(f"thing {i}", m, at) for i, (m, at) in enumerate(chosen))
-    return Scene(Path("test"), tuple(meshes), instances, tuple(materials), **others)  # type: ignore[arg-type]
+    placements = [(i, np.eye(4)) for i in range(len(meshes))] if places is None else places
+    instances = tuple(
+        Instance(f"thing {i}", m, to_world) for i, (m, to_world) in enumerate(placements)
+    )
+    return Scene(Path("test"), tuple(meshes), instances, tuple(materials), **fields)  # type: ignore[arg-type]
 
 
 def still_life() -> Scene:
@@ -147,14 +149,14 @@ def still_life() -> Scene:
     meshes = (plane(2.0, "y"), *(sphere(0.4, 4, material) for material in (1, 2)))
     meshes += (box((0.25, 0.4, 0.25), 3), sphere(0.05, 2, 4))
     places = [
-        (0, moved()),
-        (1, moved(-0.5, 0.4, 0.3)),
-        (2, moved(0.5, 0.4, -0.6)),
-        (3, moved(-0.9, 0.4, -1.0)),
-        (4, moved(0.9, 0.15, 0.6)),
-        (4, moved(0.2, 0.05, 0.9)),
+        (0, placement()),
+        (1, placement(-0.5, 0.4, 0.3)),
+        (2, placement(0.5, 0.4, -0.6)),
+        (3, placement(-0.9, 0.4, -1.0)),
+        (4, placement(0.9, 0.15, 0.6)),
+        (4, placement(0.2, 0.05, 0.9)),
     ]
-    pose = looking_at((0.8, 1.2, 3.6), (0.0, 0.35, 0.0))
+    pose = pose_looking_at((0.8, 1.2, 3.6), (0.0, 0.35, 0.0))
     camera = SceneCamera("camera", CameraTrack((PoseKey(1, pose),)), 50.0)
     images = (checks.astype(np.uint8),)
     return scene_of(meshes, places, materials, images=images, cameras=(camera,))

@@ -1,4 +1,4 @@
-"""Small plates and a small scene for tests of sessions and windows, and what is known of them."""
+"""Small plates and a small scene with known values, for tests of sessions and windows."""
 
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,7 @@ def room_file(path: Path, width: int = WIDTH, height: int = HEIGHT, **attributes
 
 
 def scene_shot(path: Path, width_px: int, height_px: int, **changes: Any) -> Path:
-    """Write a shot of the scene, drawn at a size that is soon whole, and the scene beside it."""
+    """Write a shot of the scene at a small size, which renders quickly, and the scene beside it."""
     scene = path.with_name("scene.gltf")
     if not scene.exists():
         write_scene(scene)

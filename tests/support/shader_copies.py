@@ -21,9 +21,9 @@ def reloading_copy(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def edit(path: Path, old: str, new: str) -> None:
-    """Write a file anew, with a time of its own however coarse those of the disk are."""
-    before, text = path.stat().st_mtime_ns, path.read_text()
+def edit_shader_file(path: Path, old: str, new: str) -> None:
+    """Replace `old` by `new` in a file, and set its time 1 s later, as disk times are coarse."""
+    time_before, text = path.stat().st_mtime_ns, path.read_text()
     assert old in text
     path.write_text(text.replace(old, new))
-    os.utime(path, ns=(before + 10**9, before + 10**9))
+    os.utime(path, ns=(time_before + 10**9, time_before + 10**9))

@@ -32,7 +32,7 @@ class ShaderQuestions:
         self._ctx = ctx
         self._answers = answers
         source = assemble(data_dir("shaders"), library, dict(defines))
-        source = source.followed_by(_BLOCKS + main)
+        source = source.append_functions(_BLOCKS + main)
         self._declared = declared_in([source]).of_kind("uniform")
         self._program = ctx.compute_program(source)
 
@@ -43,15 +43,17 @@ class ShaderQuestions:
         textures: Mapping[str, Texture] | None = None,
     ) -> NDArray:
         """Return (n, answers, 4) for questions (n, 4); uniforms without use are left out."""
-        asked = self._ctx.buffer(questions.astype(np.float32).tobytes())
-        answered = self._ctx.buffer(reserve=16 * self._answers * len(questions))
-        blocks = {"question_block": asked, "answer_block": answered}
-        used = {name: value for name, value in uniforms.items() if name in self._declared}
-        self._program.bind(textures, None, blocks, used)
+        question_buffer = self._ctx.buffer(questions.astype(np.float32).tobytes())
+        answer_buffer = self._ctx.buffer(reserve=16 * self._answers * len(questions))
+        blocks = {"question_block": question_buffer, "answer_block": answer_buffer}
+        declared_uniforms = {
+            name: value for name, value in uniforms.items() if name in self._declared
+        }
+        self._program.bind(textures, None, blocks, declared_uniforms)
         self._program.run((-(-len(questions) // _GROUP),))
-        answers = np.frombuffer(answered.read(), np.float32).reshape(-1, self._answers, 4)
-        asked.release()
-        answered.release()
+        answers = np.frombuffer(answer_buffer.read(), np.float32).reshape(-1, self._answers, 4)
+        question_buffer.release()
+        answer_buffer.release()
         return answers.astype(np.float64)
 
     def release(self) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image
 
 from heatlens.studio.share.address import Address, Role, new_links
-from heatlens.studio.share.client import VERSION
+from heatlens.studio.share.client import PROTOCOL_VERSION
 from heatlens.studio.share.headless import HeadlessLoop
 from heatlens.studio.share.server import ShareServer
 from heatlens.studio.share.shared import SharedSession
@@ -20,15 +20,17 @@ from heatlens.studio.share.shared import SharedSession
 PATIENCE_S = 60.0
 
 
-def opened(shared: SharedSession, log: Callable[[str], None] = lambda line: None) -> ShareServer:
-    """Return a server on a free port."""
+def start_server(
+    shared: SharedSession, log: Callable[[str], None] = lambda line: None
+) -> ShareServer:
+    """Start a share server on a free port and return it."""
     server = ShareServer(Address(port=0), new_links(), shared, log)
     server.start()
     return server
 
 
 class Peer:
-    """A client that keeps the newest state and pictures, and what it was told."""
+    """A client that stores the newest state, the pictures and the messages that it receives."""
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self.socket = socket
@@ -42,21 +44,21 @@ class Peer:
 
     async def listen(self) -> None:
         """Read until the connection closes."""
-        async for said in self.socket:
-            if said.type is aiohttp.WSMsgType.TEXT:
-                self._hear(json.loads(said.data))
+        async for message in self.socket:
+            if message.type is aiohttp.WSMsgType.TEXT:
+                self._hear(json.loads(message.data))
             else:
-                head, _, file = said.data.partition(b"\n")
+                head, _, file = message.data.partition(b"\n")
                 self.heads.append(json.loads(head))
                 self.files.append(file)
                 if self.acknowledges:
                     await self.socket.send_json({"got": self.heads[-1]["picture"]})
         self.end = self.socket.close_code
 
-    def _hear(self, said: dict) -> None:
-        self.hello = said if "hello" in said else self.hello
-        self.state |= said.get("state", {})
-        self.problems += [said["problem"]] if "problem" in said else []
+    def _hear(self, message: dict) -> None:
+        self.hello = message if "hello" in message else self.hello
+        self.state |= message.get("state", {})
+        self.problems += [message["problem"]] if "problem" in message else []
 
     @property
     def pixels(self) -> np.ndarray:
@@ -68,23 +70,25 @@ class Peer:
 
 
 @asynccontextmanager
-async def peer(server: ShareServer, role: Role = Role.HAND, **hello: object) -> AsyncIterator[Peer]:
-    """Connect a client, which has said hello."""
+async def connected_peer(
+    server: ShareServer, role: Role = Role.HAND, **hello: object
+) -> AsyncIterator[Peer]:
+    """Connect a client to the server and send its hello message."""
     async with aiohttp.ClientSession() as web:
         async with web.ws_connect(f"{server.link(role)}socket", max_msg_size=0) as socket:
             it = Peer(socket)
             listening = asyncio.create_task(it.listen())
-            await socket.send_json({"hello": VERSION} | hello)
+            await socket.send_json({"hello": PROTOCOL_VERSION} | hello)
             try:
                 yield it
             finally:
                 listening.cancel()
 
 
-async def until(
+async def wait_for_condition(
     condition: Callable[[], object], what: str, turn: Callable[[], None] = lambda: None
 ):
-    """Wait for a condition, with turns of a loop in between."""
+    """Wait until `condition()` is true; call `turn` again and again meanwhile."""
     end = asyncio.get_running_loop().time() + PATIENCE_S
     while not condition():
         assert asyncio.get_running_loop().time() < end, f"{what} never came"
@@ -93,9 +97,9 @@ async def until(
 
 
 def with_session(session, play: Callable[[HeadlessLoop, ShareServer], Awaitable[None]]) -> None:
-    """Share a session, play with it, and end the sharing."""
+    """Share a session, run `play` with its loop and server, and end the sharing."""
     shared = SharedSession()
-    loop, server = HeadlessLoop(session, shared, Event()), opened(shared)
+    loop, server = HeadlessLoop(session, shared, Event()), start_server(shared)
     try:
         asyncio.run(play(loop, server))
     finally:

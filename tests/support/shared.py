@@ -1,4 +1,4 @@
-"""What commands of a session share, for tests of one of them alone."""
+"""The objects that the commands of a session share, for tests of a single command."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shared import Shared
 from heatlens.studio.session.shot.editing import Editing
-from heatlens.studio.session.shot.start import GivenOptions, Start
+from heatlens.studio.session.shot.start import CommandLineOptions, Start
 
 
 def shared_of(
@@ -14,7 +14,7 @@ def shared_of(
     say: Callable[[str], None] = lambda sentence: None,
     source: object = None,
 ) -> Shared:
-    """Return it with an editing, a status bar and a source of a test; nothing else is open."""
-    found = SimpleNamespace(plate=None) if source is None else source
-    given = GivenOptions(Start(""))
-    return Shared(found, editing, Preferences(), given, say, say, lambda: None)
+    """Return a `Shared` with the editing, the message function and the source of a test."""
+    session_source = SimpleNamespace(plate=None) if source is None else source
+    given_options = CommandLineOptions(Start(""))
+    return Shared(session_source, editing, Preferences(), given_options, say, say, lambda: None)

@@ -1,4 +1,4 @@
-"""Tables as cameras on a set tell their lens: the columns are theirs, the values are made up."""
+"""Lens tables as cameras on a set export them: the columns are real, the values are made up."""
 
 ARRI = (
     "Index\tMaster TC\tProject FPS\tLens Squeeze\tLens Model\tLens Distance Unit\t"

@@ -41,14 +41,14 @@ FULL = Shot(
 )
 
 
-def written(shot: Shot, folder: Path) -> Path:
+def write_shot_in(shot: Shot, folder: Path) -> Path:
     path = folder / "s.heatlens.json"
     write_shot(path, shot)
     return path
 
 
 def refusal(path: Path, text: str | bytes) -> str:
-    """Return what is said of a file with this content."""
+    """Write `text` to a shot file that must be refused. Return the error message."""
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(InputError) as error:
         read_shot(path)

@@ -45,25 +45,25 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """
 
 
-def why_not() -> str:
+def why_no_slurm() -> str:
     """Return why no Slurm can be started here; "" if it can."""
-    missing = [name for name in PROGRAMS if _found(name) is None]
+    missing = [name for name in PROGRAMS if _program_path(name) is None]
     if missing:
         return f"Slurm is not installed: {', '.join(missing)} missing"
     return "" if os.geteuid() == 0 else "slurmd runs jobs as root alone"
 
 
-def _found(name: str) -> str | None:
+def _program_path(name: str) -> str | None:
     return shutil.which(name, path=f"{os.environ['PATH']}{os.pathsep}/usr/sbin")
 
 
 def free_ports(count: int) -> list[int]:
     sockets = [socket.socket() for _ in range(count)]
-    for one in sockets:
-        one.bind(("127.0.0.1", 0))
-    ports = [one.getsockname()[1] for one in sockets]
-    for one in sockets:
-        one.close()
+    for port_socket in sockets:
+        port_socket.bind(("127.0.0.1", 0))
+    ports = [port_socket.getsockname()[1] for port_socket in sockets]
+    for port_socket in sockets:
+        port_socket.close()
     return ports
 
 
@@ -77,9 +77,9 @@ class Slurm:
         conf = _CONF.format(folder=folder, ports=free_ports(2), host=socket.gethostname())
         (folder / "slurm.conf").write_text(conf)
         paths = (str(BIN), os.environ["PATH"], "/usr/sbin")
-        told = {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": os.pathsep.join(paths)}
-        told["SBATCH_OUTPUT"] = f"{folder}/slurm-%j.out"
-        self.environment = os.environ | told
+        variables = {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": os.pathsep.join(paths)}
+        variables["SBATCH_OUTPUT"] = f"{folder}/slurm-%j.out"
+        self.environment = os.environ | variables
         self._running: dict[str, subprocess.Popen[bytes]] = {}
 
     def start(self) -> None:
@@ -95,14 +95,14 @@ class Slurm:
         self.begin()
 
     def begin(self) -> None:
-        """Start controller and node with an empty queue, whatever was in it before."""
+        """Start the controller and the node with an empty queue."""
         self.run("slurmctld", "-D", "-c")
         self.run("slurmd", "-D", "-N", "here")
         wait_for(lambda: "idle" in self.said("sinfo", "-h", "-o", "%T"))
 
     def run(self, name: str, *words: str) -> None:
         """Start one of the programs, again if it was killed."""
-        program = _found(name)
+        program = _program_path(name)
         assert program is not None
         with (self.folder / f"{name}.log").open("ab") as log:
             self._running[name] = subprocess.Popen(
@@ -127,10 +127,11 @@ class Slurm:
         return run.stdout
 
     def submitted(self, script: str, folder: Path) -> "subprocess.CompletedProcess[str]":
-        """Run a script as a user would; what its jobs print goes to files of the folder."""
-        told = {"SBATCH_OUTPUT": f"{folder}/slurm-%j.out"}  # where the folder of a job is unknown
+        """Run a submission script as a user would; its jobs print to files in the folder."""
+        # It also holds where the folder of a job is unknown.
+        environment = self.environment | {"SBATCH_OUTPUT": f"{folder}/slurm-%j.out"}
         return subprocess.run(
-            ["sh"], input=script, capture_output=True, text=True, env=self.environment | told,
+            ["sh"], input=script, capture_output=True, text=True, env=environment,
             cwd=folder, check=False, timeout=60,
         )  # fmt: skip
 

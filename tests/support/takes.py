@@ -9,21 +9,24 @@ from typing import Any
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.time.playback import Ending
-from support.evening import FIRST, LAST, begun, settled, write_plates
+from support.evening import FIRST, LAST, begin_session, run_until_settled, write_plates
 
 
 @contextmanager
-def opened_walls(folder: Path) -> Iterator[Session]:
-    """Yield a session with the plates of walls, closed afterwards."""
-    session = begun(folder / "preferences", write_plates(folder))
-    settled(session)
+def session_with_walls(folder: Path) -> Iterator[Session]:
+    """Yield a session with the plates of two walls; close it afterwards."""
+    session = begin_session(folder / "preferences", write_plates(folder))
+    run_until_settled(session)
     yield session
     session.close()
 
 
-def ready(session: Session, *keyed: LensParameter, **lens: Any) -> Session:
-    """Return the session at its first frame: nothing recorded, no keys of `keyed`, this lens."""
-    session.time.recording.keep()
+def reset_recording(session: Session, *keyed: LensParameter, **lens: Any) -> Session:
+    """Reset the session to its first frame, without a recording and without keys of `keyed`.
+
+    `lens` replaces values of the start lens. Return the session.
+    """
+    session.time.recording.finish()
     session.time.recording._chosen_tolerance = None
     session.time.recording.beats = 0
     session.time.timeline.playback.stop()
@@ -37,6 +40,6 @@ def ready(session: Session, *keyed: LensParameter, **lens: Any) -> Session:
     return session
 
 
-def pulled_m(frame: float) -> float:
+def pull_focus_m(frame: float) -> float:
     """Return the focus of a pull that is even in dioptres, from 4 m to 2 m."""
     return 1.0 / (0.25 + 0.25 * (frame - FIRST) / (LAST - FIRST))

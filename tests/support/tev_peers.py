@@ -1,4 +1,4 @@
-"""Both ends of a tev connection for tests: a server that is waited for and packets made by hand."""
+"""Both ends of a tev connection for tests: a server, the real client, and handmade packets."""
 
 import socket
 import struct
@@ -36,7 +36,7 @@ def wait_until(predicate):
 
 
 def settle(server):
-    """Wait until all that was sent on closed connections has been taken.
+    """Wait until the server has processed everything sent on closed connections.
 
     Connections are taken in turn: once a later one is finished, so are they, or being read.
     """
@@ -64,13 +64,13 @@ def send(server, data):
 def packet(operation, *fields):
     """Return a packet: text ends in zero, integers are int32, bytes stay as they are."""
     body = bytes([operation])
-    for one in fields:
-        if isinstance(one, bool):
-            body += bytes([one])
-        elif isinstance(one, int):
-            body += struct.pack("<i", one)
+    for field in fields:
+        if isinstance(field, bool):
+            body += bytes([field])
+        elif isinstance(field, int):
+            body += struct.pack("<i", field)
         else:
-            body += one.encode() + b"\0" if isinstance(one, str) else bytes(one)
+            body += field.encode() + b"\0" if isinstance(field, str) else bytes(field)
     return struct.pack("<I", 4 + len(body)) + body
 
 
@@ -81,7 +81,7 @@ def picture(width=9, height=6, far_m=50.0):
     return values
 
 
-def show(server, name, values, channels=CHANNELS):
+def send_image(server, name, values, channels=CHANNELS):
     """Create and fill an image with the real client, and wait until it is there."""
     with client_of(server) as client:
         client.create_image(name, values.shape[1], values.shape[0], list(channels))

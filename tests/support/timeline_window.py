@@ -22,7 +22,7 @@ K = imgui.Key
 
 
 class Clock:
-    """Stands still unless it is moved."""
+    """A clock that stands still unless a test sets `now_s`."""
 
     def __init__(self) -> None:
         self.now_s = 5.0
@@ -46,27 +46,25 @@ def reset_timeline(gui: Gui) -> None:
     time.playback.stop()
     time.playback.ending, time.playback.is_every_frame = Ending.LOOP, True
     time.missing, time.direction = "hold", 1
-    session.time.keys.choose(frozenset())
-    session.time.keys._copied = ()
-    session.time.keys.rows.choose(LensParameter.FOCUS_DISTANCE)
+    session.time.keys.select(frozenset())
+    session.time.keys._copied_keys = ()
+    session.time.keys.rows.select(LensParameter.FOCUS_DISTANCE)
     session.time.keys.rows.shows_curve = False
     gui.frame(2)  # the timeline becomes as high as before the curve
-    marks.pulls.origin, marks.pulls.target, marks.pulls.ease_percent = (
-        None,
-        "",
-        EASE_PERCENT,
-    )
-    marks.pulls.lengthen(PULL_FRAMES)
-    session.time.scene_tracks._seen_by = None
-    held_by = session.editing, session.time.keys, session.messages.say
-    gui.ui.timeline = TimelineView(KeyDrag(*held_by), KeyStretch(*held_by))
-    session.time.recording.keep()
+    marks.pulls.origin = None
+    marks.pulls.target = ""
+    marks.pulls.ease_percent = EASE_PERCENT
+    marks.pulls.set_length(PULL_FRAMES)
+    session.time.scene_tracks._current_view_key = None
+    drag_arguments = session.editing, session.time.keys, session.messages.say
+    gui.ui.timeline = TimelineView(KeyDrag(*drag_arguments), KeyStretch(*drag_arguments))
+    session.time.recording.finish()
     session.time.recording.beats = 0
     gui.ui.opens_pull = False
 
 
-def fresh(film: Gui) -> Gui:
-    """Return the window as in the beginning, its playback driven by a stopped clock."""
+def reset_window(film: Gui) -> Gui:
+    """Reset the window to its start, with playback driven by a stopped clock. Return it."""
     session = film.session
     reset_timeline(film)
     session.time.timeline.playback._clock = Clock()
@@ -75,7 +73,7 @@ def fresh(film: Gui) -> Gui:
         film.until(lambda: len(session.time.timeline.runs()) == 1, "all frames")
     film.io.clear_input_keys()
     film.io.add_mouse_pos_event(-1e4, -1e4)
-    session.pictures.view.state = session.pictures.color.with_names(session.given.start.view)
+    session.pictures.view.state = session.pictures.color.limit_to_config(session.given.start.view)
     session.messages.clear()
     session.editing.frame = FIRST
     session.editing.begin(
@@ -88,17 +86,17 @@ def fresh(film: Gui) -> Gui:
     return film
 
 
-def frame(gui) -> int:
+def current_frame(gui) -> int:
     return gui.session.editing.frame
 
 
-def at_frame(gui, number: float) -> tuple[float, float]:
+def ruler_position(gui, number: float) -> tuple[float, float]:
     """Return the window position of the middle of a frame's cell on the ruler."""
     x0, y0, x1, y1 = gui.rect("timeline ruler")
     return x0 + (number - FIRST + 0.5) * (x1 - x0) / (LAST - FIRST + 1), (y0 + y1) / 2
 
 
-def typed(gui, name: str, text: str) -> None:
+def type_into(gui, name: str, text: str) -> None:
     gui.frame(30)
     gui.click(gui.middle(name))
     gui.key(K.a, ctrl=True)

@@ -1,4 +1,4 @@
-"""Timelines of OpenTimelineIO with random nestings, rates and steps, and what they show."""
+"""Strategies of OpenTimelineIO timelines with random nesting, rates and steps."""
 
 import opentimelineio as otio
 from hypothesis import strategies as st
@@ -31,13 +31,13 @@ def gaps(draw):
     return schema.Gap(source_range=span(0, draw(st.integers(1, 12)), draw(st.sampled_from(RATES))))
 
 
-def trimmed(draw, item):
-    """Give the item a source range within what it has, or none."""
-    long = item.available_range().duration
-    frames = int(long.value)
+def trim_randomly(draw, item):
+    """Give an item a random source range within its available range, or none. Return the item."""
+    full_duration = item.available_range().duration
+    frames = int(full_duration.value)
     if frames > 2 and draw(st.booleans()):
         first = draw(st.integers(0, frames - 2))
-        item.source_range = span(first, draw(st.integers(1, frames - first)), long.rate)
+        item.source_range = span(first, draw(st.integers(1, frames - first)), full_duration.rate)
     return item
 
 
@@ -45,14 +45,14 @@ def trimmed(draw, item):
 def tracks(draw, items):
     track = schema.Track("t", kind=schema.TrackKind.Video)
     track.extend(draw(st.lists(items, min_size=1, max_size=4)))
-    return trimmed(draw, track)
+    return trim_randomly(draw, track)
 
 
 @st.composite
 def stacks(draw, items):
     stack = schema.Stack("n")
     stack.extend(draw(st.lists(tracks(items) | clips(), min_size=1, max_size=3)))
-    return trimmed(draw, stack)
+    return trim_randomly(draw, stack)
 
 
 nested = st.recursive(clips() | gaps(), stacks, max_leaves=6)
@@ -66,7 +66,7 @@ def timelines(draw):
     return timeline
 
 
-def frame_shown(item, time: RationalTime) -> int | None:
+def expected_frame(item, time: RationalTime) -> int | None:
     """Return the frame that an item shows at one of its times, by OpenTimelineIO; None if none."""
     if not item.trimmed_range().contains(time) or isinstance(item, schema.Gap):
         return None
@@ -74,7 +74,7 @@ def frame_shown(item, time: RationalTime) -> int | None:
         return item.media_reference.frame_for_time(time)
     for child in reversed(item):
         if item.range_of_child(child).contains(time):
-            found = frame_shown(child, item.transformed_time(time, child))
-            if found is not None:
-                return found
+            child_frame = expected_frame(child, item.transformed_time(time, child))
+            if child_frame is not None:
+                return child_frame
     return None

@@ -1,4 +1,4 @@
-"""How much a slow pull jumps."""
+"""Measure how much a slow focus pull jumps or flashes from frame to frame."""
 
 from collections.abc import Sequence
 
@@ -8,14 +8,14 @@ from support.plates import Image
 
 
 def unrest(frames: Sequence[Image]) -> float:
-    """Return how far the least steady frame of a slow pull stands out, 1 for none.
+    """Return the unsteadiness of the worst frame of a slow pull, 1 for a perfectly steady pull.
 
     `frames` are linear (H, W, 3). Each one's display values are compared with the mean of the
     frames before and after it; the result is the largest mean difference over the median one.
     """
-    shown = np.array([_display(frame) for frame in frames])
-    second = np.abs(shown[2:] - 2 * shown[1:-1] + shown[:-2]).mean(axis=(1, 2, 3))
-    return float(second.max() / np.median(second))
+    display = np.array([_display(frame) for frame in frames])
+    mean_differences = np.abs(display[2:] - 2 * display[1:-1] + display[:-2]).mean(axis=(1, 2, 3))
+    return float(mean_differences.max() / np.median(mean_differences))
 
 
 def _display(frame: Image) -> Image:
@@ -24,18 +24,18 @@ def _display(frame: Image) -> Image:
 
 
 def flash(frames: Sequence[Image], side: int = 4) -> float:
-    """Return by how many display code values a block of pixels is off for one frame, at most.
+    """Return the largest one-frame deviation of a block of pixels in display code values.
 
     Blocks of `side` pixels count if their mean differs from that in the frame before and in the
     frame after in the same direction, and then with the smaller difference.
     """
-    shown = np.array([_display(frame) for frame in frames]).mean(axis=-1)
-    count, height, width = shown.shape
-    whole = shown[:, : height - height % side, : width - width % side]
+    display = np.array([_display(frame) for frame in frames]).mean(axis=-1)
+    count, height, width = display.shape
+    cropped = display[:, : height - height % side, : width - width % side]
     cells = (count, height // side, side, width // side, side)
-    before, here, after = (
-        whole.reshape(cells).mean(axis=(2, 4))[i : count - 2 + i] for i in range(3)
+    before, current, after = (
+        cropped.reshape(cells).mean(axis=(2, 4))[i : count - 2 + i] for i in range(3)
     )
-    up = np.minimum(here - before, here - after)
-    down = np.minimum(before - here, after - here)
+    up = np.minimum(current - before, current - after)
+    down = np.minimum(before - current, after - current)
     return 255.0 * float(np.maximum(up, down).max())

@@ -1,4 +1,4 @@
-"""Plates of a patterned card that moves before a patterned wall, drawn pixel by pixel.
+"""Plates of a patterned card that moves in front of a patterned wall, drawn pixel by pixel.
 
 The card is flat and faces the camera, so that its distance and its place are known exactly.
 """
@@ -17,10 +17,10 @@ WALL_M, POST_M, HALF_M = 8.0, 1.5, 0.5
 
 
 def _pattern(x, y, seed):
-    """Smooth stripes in three colours that do not repeat soon."""
+    """Return smooth stripes (..., 4) in three colors, which do not repeat in the picture."""
     waves = np.random.default_rng(seed).normal(0, 9, (3, 6, 3))
-    lit = [sum(np.sin(a * x + b * y + c) for a, b, c in wave) for wave in waves]
-    return np.stack([*(0.4 + 0.05 * it for it in lit), np.ones_like(x)], -1).clip(0.02, 4)
+    channels = [sum(np.sin(a * x + b * y + c) for a, b, c in wave) for wave in waves]
+    return np.stack([*(0.4 + 0.05 * it for it in channels), np.ones_like(x)], -1).clip(0.02, 4)
 
 
 def _pixels():
@@ -53,8 +53,8 @@ class Walk:
     is_plain: bool = False
 
     def at(self, frame):
-        part = (frame - 1) / (self.frames - 1)
-        return np.array(self.start) * (1 - part) + np.array(self.end) * part
+        fraction = (frame - 1) / (self.frames - 1)
+        return np.array(self.start) * (1 - fraction) + np.array(self.end) * fraction
 
     def pixel(self, frame):
         x, y, distance_m = self.at(frame)

@@ -1,4 +1,4 @@
-"""Small EXR files for tests of the window, what is known of them, and how they look in it."""
+"""Helpers that compare pictures in the window with the plates of tests."""
 
 from pathlib import Path
 
@@ -11,35 +11,37 @@ from heatlens.render.gpu.textures import new_texture, upload
 from support.gui import Gui
 
 
-def displayed(gui: Gui, pixels: np.ndarray, stops: float = 0.0, gamma: float = 1.0) -> np.ndarray:
-    """Return (H, W, 3) bytes of linear `pixels` (H, W, 4) through the window's view transform."""
+def display_bytes(
+    gui: Gui, pixels: np.ndarray, stops: float = 0.0, gamma: float = 1.0
+) -> np.ndarray:
+    """Convert linear `pixels` (H, W, 4) by the window's view transform to bytes (H, W, 3)."""
     ctx, size = gui.ctx, pixels.shape[1::-1]
     screen = DisplayPass(ctx)
     screen.set_transform(gui.session.pictures.color.transform)
     picture, out = new_texture(ctx, size, 4), ctx.texture(size, 4)
     upload(picture, pixels)
     screen.run(picture, out, stops, gamma)
-    found = np.frombuffer(out.read(), np.uint8).reshape(*pixels.shape[:2], 4)
-    for made in (screen, picture, out):
-        made.release()
-    return found[..., :3]
+    pixels_out = np.frombuffer(out.read(), np.uint8).reshape(*pixels.shape[:2], 4)
+    for gpu_object in (screen, picture, out):
+        gpu_object.release()
+    return pixels_out[..., :3]
 
 
-def region(gui: Gui, zoom: int = 1) -> np.ndarray:
-    """Return (H, W, 3) bytes of the display window on the screen."""
+def screen_region(gui: Gui, zoom: int = 1) -> np.ndarray:
+    """Return the screen pixels (H, W, 3) of the picture's display window as bytes."""
     x, y = gui.session.pictures.view.geometry.origin
     shape = gui.session.facts.picture_shape
     assert (x, y) == (int(x), int(y))
     height, width = shape.height_px * zoom, shape.width_px * zoom
-    found = gui.screenshot()[int(y) : int(y) + height, int(x) : int(x) + width]
-    assert found.shape == (height, width, 3)
-    return found
+    pixels = gui.screenshot()[int(y) : int(y) + height, int(x) : int(x) + width]
+    assert pixels.shape == (height, width, 3)
+    return pixels
 
 
-def rendered(gui: Gui, own: FrameRenderer) -> np.ndarray:
+def render_shot_from_file(gui: Gui, renderer: FrameRenderer) -> np.ndarray:
     """Render the shot's picture again from the file."""
-    own.load(read_plate(Path(gui.session.facts.shot.source)))
-    return own.pixels(gui.session.facts.shot)
+    renderer.load(read_plate(Path(gui.session.facts.shot.source)))
+    return renderer.pixels(gui.session.facts.shot)
 
 
 def plate_pixels(gui: Gui) -> np.ndarray:

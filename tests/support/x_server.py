@@ -1,4 +1,4 @@
-"""A screen of its own for the real window: Xvfb, and xdotool as the hand."""
+"""A virtual X screen (Xvfb) for tests of the real window, with xdotool for mouse and keys."""
 
 import os
 import shutil
@@ -10,7 +10,7 @@ from pathlib import Path
 
 from PIL import Image, ImageGrab
 
-from support.command_line import ENVIRONMENT, started
+from support.command_line import ENVIRONMENT, start_heatlens
 
 SCREEN = (1700, 1000)
 WAIT_S = 60.0  # a bound for what must come, not a measurement
@@ -19,22 +19,22 @@ STEP_S = 0.25  # between what the hand does: the window takes it in frame by fra
 
 
 class Screen:
-    """An X server that no one else looks at."""
+    """A virtual X server of its own."""
 
     def __init__(self) -> None:
         for program in ("Xvfb", "xdotool"):
             assert shutil.which(program), f"apt-get install {program.lower()}"
-        read, write = os.pipe()
+        read_end, write_end = os.pipe()
         size = "x".join(map(str, SCREEN))
         self._server = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{size}x24", "-noreset"],
-            pass_fds=[write],
+            ["Xvfb", "-displayfd", str(write_end), "-screen", "0", f"{size}x24", "-noreset"],
+            pass_fds=[write_end],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
-        os.close(write)
+        os.close(write_end)
         self.started: list[subprocess.Popen[str]] = []
-        with os.fdopen(read) as pipe:
+        with os.fdopen(read_end) as pipe:
             self.display = f":{pipe.readline().strip()}"
 
     def close(self) -> None:
@@ -49,7 +49,7 @@ class Screen:
         return ImageGrab.grab(xdisplay=self.display)
 
     def hand(self, *words: object) -> str:
-        """Run xdotool; what it says."""
+        """Run xdotool. Return what it prints."""
         command = ["xdotool", *map(str, words)]
         environment = os.environ | {"DISPLAY": self.display}
         run = subprocess.run(command, env=environment, capture_output=True, text=True)
@@ -72,7 +72,7 @@ def _is_awake(process: int) -> bool:
 
 
 class Window:
-    """`heatlens` in a window on `screen`, which is there once its name holds `title`."""
+    """A process of `heatlens` with a window on `screen`; it is open once its name has `title`."""
 
     def __init__(
         self,
@@ -92,7 +92,7 @@ class Window:
         }
         environment.pop("WAYLAND_DISPLAY", None)
         self.environment = environment
-        self.process = started(*words, env=environment)
+        self.process = start_heatlens(*words, env=environment)
         screen.started.append(self.process)
         self.id = ""
         self.until(self._is_shown, "a picture in the window")
@@ -109,7 +109,7 @@ class Window:
             time.sleep(0.05)
 
     def changes(self, *words: object) -> None:
-        """Run xdotool WORDS, which must change what is seen."""
+        """Run xdotool WORDS, which must change the picture of the screen."""
         before = self.screen.picture().tobytes()
         self.screen.hand(*words)
         self.until(lambda: self.screen.picture().tobytes() != before, f"an answer to {words}")
@@ -145,7 +145,7 @@ class Window:
         return self.screen.picture().tobytes()
 
     def rest(self) -> bytes:
-        """Wait until it sleeps and nothing on the screen changes any more; return the pixels.
+        """Wait until the process sleeps and the screen no longer changes. Return the pixels.
 
         A thread that waits for a processor on a busy machine does not count as asleep.
         """
@@ -170,21 +170,21 @@ class Window:
         self.rest()
 
     def processes(self) -> list[int]:
-        """Return the numbers of the process and of all that it has started, and those in turn."""
-        found, last = [self.process.pid], [self.process.pid]
-        while last:
-            last = [child for parent in last for child in _children(parent)]
-            found += last
-        return found
+        """Return the ids of the process and of all its descendants."""
+        all_processes, newest = [self.process.pid], [self.process.pid]
+        while newest:
+            newest = [child for parent in newest for child in _children(parent)]
+            all_processes += newest
+        return all_processes
 
     def title(self) -> str:
         return self.screen.hand("getwindowname", self.id)
 
     def cpu_seconds(self) -> float:
         """Return the processor time of the process and of those that it started, all threads."""
-        own, *children = (f"/proc/{number}" for number in self.processes())
+        main_process, *children = (f"/proc/{number}" for number in self.processes())
         assert children, "the window runs in a process of its own"
-        return sum(map(_cpu_seconds, (own, *children)))
+        return sum(map(_cpu_seconds, (main_process, *children)))
 
     def quit(self) -> None:
         """Press Ctrl+Q until it works: without a window manager, focus may come a moment later."""
@@ -196,5 +196,5 @@ class Window:
 
     def closed(self) -> tuple[int, str]:
         """Wait until the process has ended; return its exit code and output."""
-        _, said = self.process.communicate(timeout=WAIT_S)
-        return self.process.returncode, said
+        _, output = self.process.communicate(timeout=WAIT_S)
+        return self.process.returncode, output

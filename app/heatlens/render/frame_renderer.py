@@ -4,15 +4,15 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.focus.coc import bent_by
-from heatlens.core.model.lens.breathing import as_seen, plate_ratio
+from heatlens.core.model.focus.coc import non_planar_terms
+from heatlens.core.model.lens.breathing import plate_ratio, without_breathing
 from heatlens.core.model.shot.framing import Pose
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import LensCurves, Shot
-from heatlens.media.plate.overscan_need import frame_centre_px, room_of
+from heatlens.media.plate.overscan_need import frame_centre_px, overscan_ratio
 from heatlens.media.plate.plate import Plate
 from heatlens.media.scene.scene import Scene
-from heatlens.render.defocus.lean_survey import LeanSurvey
+from heatlens.render.defocus.focus_offset_survey import FocusOffsetSurvey
 from heatlens.render.defocus.line_solver import LineSolver, usual_solver
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.passes import DefocusPasses
@@ -28,7 +28,7 @@ from heatlens.render.gpu.context import (
 )
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.stopwatch import Stopwatch
-from heatlens.render.gpu.textures import FloatArray, download, uploading
+from heatlens.render.gpu.textures import FloatArray, download, upload_steps
 from heatlens.render.plate_blur import PlateBlur
 from heatlens.render.source.pinhole import Pinhole, SourceOnGpu, pinhole_optics
 from heatlens.render.source.plate_on_gpu import PlateOnGpu
@@ -58,7 +58,7 @@ class FrameRenderer:
         self._source: SourceOnGpu = self._plates  # holds no plate yet
         self._loaded: Pinhole | None = None
         self._is_software = is_software(ctx)
-        self._leans = LeanSurvey(ctx)
+        self._focus_offsets = FocusOffsetSurvey(ctx)
         self._checked_size = (0, 0)
 
     @property
@@ -85,9 +85,9 @@ class FrameRenderer:
     @property
     def methods(self) -> tuple[Method, ...]:
         """Every method that the source allows, in the order of `Method`."""
-        return tuple(it for it in Method if self.has_many_views or not it.needs_scene)
+        return tuple(method for method in Method if self.has_many_views or not method.needs_scene)
 
-    def beside(self) -> "FrameRenderer":
+    def make_sibling(self) -> "FrameRenderer":
         """Return another renderer with the same solver and rounding, and nothing loaded.
 
         The two do not disturb each other's unfinished pictures.
@@ -96,9 +96,9 @@ class FrameRenderer:
 
     def load(self, plate: Plate) -> None:
         """Upload a plate to the GPU; this is needed once for each file, not for each picture."""
-        drained(self.loading(plate))
+        run_all_steps(self.load_steps(plate))
 
-    def loading(self, plate: Plate) -> Steps[None]:
+    def load_steps(self, plate: Plate) -> Steps[None]:
         """Upload a plate to the GPU in short steps.
 
         If the steps are not completed, nothing is loaded.
@@ -107,13 +107,13 @@ class FrameRenderer:
         if self._source is not self._plates:
             self._source.release()
         self._source, self._loaded = self._plates, None
-        self._take((yield from self._plates.loading(plate)))
+        self._set_loaded((yield from self._plates.load_steps(plate)))
 
     def load_scene(self, scene: Scene) -> None:
         """Upload a scene to the GPU; its pictures are drawn on request."""
         from heatlens.render.source.scene_on_gpu import SceneOnGpu  # plates do without
 
-        self._place(SceneOnGpu(self.ctx, scene))
+        self._replace_source(SceneOnGpu(self.ctx, scene))
 
     def load_scene_of(self, other: "FrameRenderer") -> None:
         """Share the scene of another renderer of this context, without a second copy.
@@ -121,18 +121,18 @@ class FrameRenderer:
         After the other has released the scene, this one can only release it too. Raises InputError
         if the other has no scene.
         """
-        self._place(other._source.beside())
+        self._replace_source(other._source.share())
 
     def settle(self) -> None:
-        """Wait for pending commands on a CPU rasteriser, which else runs them all later."""
+        """Wait for pending commands if a CPU rasteriser runs them; it would run them all later."""
         if self._is_software:
             self.ctx.finish()
 
-    def pace(self, share: float) -> None:
-        """Have a source that is drawn be drawn in steps of a share of the usual, 1 at most."""
-        self._source.pace(share)
+    def set_step_size(self, share: float) -> None:
+        """Draw a scene in shorter steps: `share` of the usual length, 1 at most."""
+        self._source.set_step_size(share)
 
-    def let_go(self) -> None:
+    def unload(self) -> None:
         """Release the source and all memory for rendering it, but keep the programs."""
         self._source.release()
         self._source, self._loaded = self._plates, None
@@ -140,26 +140,26 @@ class FrameRenderer:
             pipeline.forget_plate()
             pipeline.scratch.release()
 
-    def look(
+    def load_pinhole(
         self, shot: Shot, frame: int = 0, views: int | None = None, is_for_file: bool = False
     ) -> Pinhole:
-        """Return the pinhole picture of `frame`, which is `loaded` from now on.
+        """Return the pinhole picture of `frame`, and keep it as `loaded`.
 
-        For plates that is the one that is loaded. For a scene, `views` None takes a picture that is
-        there already, of however few views it was made. `is_for_file`: what is behind the picture
-        is told in its own pixels, to be written.
+        A plate has one such picture. For a scene, `views` is the number of views to draw; None
+        accepts a picture that exists already, whatever its number of views. `is_for_file`: the
+        surfaces behind the picture are described in its own pixels, for a file.
         """
-        drained(self.looking(shot, frame, views, is_for_file))
+        run_all_steps(self.load_pinhole_steps(shot, frame, views, is_for_file))
         return self.loaded
 
-    def looking(
+    def load_pinhole_steps(
         self, shot: Shot, frame: int, views: int | None = None, is_for_file: bool = False
     ) -> Steps[None]:
         """Read or draw the sharp picture of `frame` in short steps; the last one loads it."""
-        seen = self._seen(shot, frame)
-        pinhole = yield from self._source.look(seen, frame, views, is_for_file)
+        breathing_shot = self._with_breathing(shot, frame)
+        pinhole = yield from self._source.pinhole_steps(breathing_shot, frame, views, is_for_file)
         if pinhole is not self._loaded:
-            self._take(pinhole)
+            self._set_loaded(pinhole)
 
     def pose_at(self, shot: Shot, frame: float) -> Pose | None:
         """Return the pose of the camera in the scene; None for a plate."""
@@ -170,14 +170,15 @@ class FrameRenderer:
 
         Raises InputError outside the picture, and if no scene is loaded.
         """
-        return self._source.depth_m_at(self._seen(shot, frame), frame, x, y)
+        return self._source.depth_m_at(self._with_breathing(shot, frame), frame, x, y)
 
-    def _place(self, source: SourceOnGpu) -> None:
+    def _replace_source(self, source: SourceOnGpu) -> None:
         """Replace the previous source by one that is ready."""
-        self.let_go()
+        self.unload()
         self._source = source
 
-    def _take(self, pinhole: Pinhole) -> None:
+    def _set_loaded(self, pinhole: Pinhole) -> None:
+        """Keep `pinhole` as the loaded picture, and have all pipelines forget the previous one."""
         for pipeline in self._pipelines.values():
             pipeline.forget_plate()
         self._loaded = pinhole
@@ -189,7 +190,7 @@ class FrameRenderer:
 
         The texture is the renderer's own; the next render overwrites it.
         """
-        return drained(self.steps(shot, frame))
+        return run_all_steps(self.steps(shot, frame))
 
     def steps(self, shot: Shot, frame: int = 0, slot: int = 0) -> Steps[Texture]:
         """Render in short steps that yield the name of a pass, and return the picture.
@@ -198,25 +199,29 @@ class FrameRenderer:
         else may be loaded in between.
         """
         self._check(shot, frame)
-        if self.stopwatch.on:  # it holds the times of the latest picture only
+        if self.stopwatch.is_on:  # it holds the times of the latest picture only
             self.stopwatch.times.clear()
-        return self.stopwatch.timed(self._breathing(shot, frame, self._pipeline(slot)))
+        return self.stopwatch.time_steps(
+            self._render_with_breathing(shot, frame, self._pipeline(slot))
+        )
 
-    def uploading(self, pixels: FloatArray, slot: int) -> Steps[Texture]:
+    def upload_steps(self, pixels: FloatArray, slot: int) -> Steps[Texture]:
         """Take a picture that another machine has rendered into a slot, in short steps."""
         height, width = pixels.shape[:2]
         out = self._pipeline(slot).scratch.texture("out", (width, height), 4)
-        for _ in uploading(out, pixels):
+        for _ in upload_steps(out, pixels):
             yield "upload"
         return out
 
-    def _breathing(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[Texture]:
+    def _render_with_breathing(
+        self, shot: Shot, frame: int, pipeline: DefocusPipeline
+    ) -> Steps[Texture]:
         """Render, and crop or extend a plate to the view of a breathing lens."""
-        picture = yield from self._steps(self._seen(shot, frame), frame, pipeline)
+        picture = yield from self._render_steps(self._with_breathing(shot, frame), frame, pipeline)
         if self.has_many_views:  # it is drawn as the breathing lens sees it
             return picture
         plate = self.loaded.plate
-        ratio = plate_ratio(shot.lens_at(frame), room_of(plate))
+        ratio = plate_ratio(shot.lens_at(frame), overscan_ratio(plate))
         if ratio == 1.0:
             return picture
         out = pipeline.scratch.texture("frame", picture.size, 4)
@@ -225,21 +230,22 @@ class FrameRenderer:
         yield "rescale"
         return out
 
-    def _seen(self, shot: Shot, frame: float) -> Shot:
+    def _with_breathing(self, shot: Shot, frame: float) -> Shot:
         """Return the shot for drawing a scene, with the breathing of the lens at the frame."""
         if not self.has_many_views or shot.lens.breathing == 1.0:
             return shot
-        return replace(shot, lens=as_seen(shot.lens_at(frame)), curves=LensCurves())
+        return replace(shot, lens=without_breathing(shot.lens_at(frame)), curves=LensCurves())
 
-    def _steps(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[Texture]:
-        yield from self.looking(shot, frame)
+    def _render_steps(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[Texture]:
+        """Render a frame through the lens: many views of a scene, or the blur of one picture."""
+        yield from self.load_pinhole_steps(shot, frame)
         if shot.defocus.method.needs_scene:
             size = proxy_size(self.loaded.color.size, shot.defocus.proxy)
             out = pipeline.scratch.texture("out", size, 4)
             yield from self._source.through_lens(shot, frame, size, out)
             return out
         through = pipeline, shot.lens_at(frame), shot.defocus, self._check_fits
-        blur = PlateBlur(self._passes, self._leans, *through)
+        blur = PlateBlur(self._passes, self._focus_offsets, *through)
         return (yield from blur.steps(self.loaded))
 
     def copy(self, picture: Texture, out: Texture) -> None:
@@ -247,6 +253,7 @@ class FrameRenderer:
         self._passes.crop.run(picture, (0, 0), out)
 
     def _pipeline(self, slot: int) -> DefocusPipeline:
+        """Return the pipeline of a slot, which is made when it is first used."""
         if slot not in self._pipelines:
             self._pipelines[slot] = DefocusPipeline(self.ctx, self._passes)
             self._pipelines[slot].on_layer = self._on_layer if slot == 0 else None
@@ -254,27 +261,34 @@ class FrameRenderer:
 
     def optics(self, shot: Shot, frame: int = 0) -> Optics:
         """Return the optics of the shot's lens at `frame` for the source, in full-size pixels."""
-        return pinhole_optics(self._leans, self.loaded, self._seen(shot, frame).lens_at(frame))
+        return pinhole_optics(
+            self._focus_offsets, self.loaded, self._with_breathing(shot, frame).lens_at(frame)
+        )
 
     def _check(self, shot: Shot, frame: int) -> None:
         """Refuse pictures too large for this machine, and methods that the source forbids."""
         size = proxy_size(self._source.size(shot), shot.defocus.proxy)
         self._source.check_method(shot.defocus.method)
-        bent = bent_by(shot.lens_at(frame)) if shot.defocus.method is Method.ACCUMULATION else []
-        if bent:
+        bent_by_names = (
+            non_planar_terms(shot.lens_at(frame))
+            if shot.defocus.method is Method.ACCUMULATION
+            else []
+        )
+        if bent_by_names:
             raise InputError(
                 "The method accumulation draws whole views, each with one plane of focus, and so "
-                f"no {' and no '.join(bent)}: use raytraced."
+                f"no {' and no '.join(bent_by_names)}: use raytraced."
             )
         self._check_fits(size)
 
     def _check_fits(self, size: tuple[int, int]) -> None:
+        """Raise GpuError if this machine cannot blur a picture of `size` (width, height)."""
         if size != self._checked_size:
             check_work_fits(self.ctx, *size)
             check_texture_fits(self.ctx, size, self.solver.between_size(size))
             self._checked_size = size
 
-    def listen(self, on_layer: Callable[[int, int], None] | None) -> None:
+    def set_layer_callback(self, on_layer: Callable[[int, int], None] | None) -> None:
         """Call `on_layer(done, layers)` after each layer; each call waits for the GPU."""
         self._on_layer = self._pipeline(0).on_layer = on_layer
 
@@ -283,10 +297,12 @@ class FrameRenderer:
         return download(self.render(shot, frame))
 
 
-def drained(steps: Steps[Result], tell: Callable[[str], None] = lambda _: None) -> Result:
-    """Run all steps and return their result; `tell` is called with the name of each step."""
+def run_all_steps(
+    steps: Steps[Result], report_step: Callable[[str], None] = lambda _: None
+) -> Result:
+    """Run all steps and return their result; call `report_step` with the name of each step."""
     while True:
         try:
-            tell(next(steps))
+            report_step(next(steps))
         except StopIteration as end:
             return end.value  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""The store that keeps what was used last, against a list that is sorted by use."""
+"""Compare `ByteLru`, which keeps the values used last, with a plain list sorted by use."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,8 +14,8 @@ resizes = sizes.map(lambda limit: ("resize", limit))
 actions = st.lists(st.one_of(gets, puts, puts, resizes, st.just(("clear",))), max_size=40)
 
 
-class Model:
-    """The same rules, said plainly: pairs (key, size), the one used last at the end."""
+class ListStore:
+    """The rules of `ByteLru` on a plain list of pairs (key, size), the one used last at the end."""
 
     def __init__(self, keeps_newest: bool) -> None:
         self.pairs: list[tuple[int, int]] = []
@@ -47,11 +47,11 @@ class Model:
 
 
 @given(actions, st.booleans())
-def test_a_store_keeps_what_a_plain_list_keeps(
+def test_byte_lru_agrees_with_list_model_after_any_steps(
     steps: list[tuple[str, int, int]], keeps_newest: bool
 ) -> None:
     store: ByteLru[int, int] = ByteLru(LIMIT, bytes_of=int, keeps_newest=keeps_newest)
-    model = Model(keeps_newest)
+    model = ListStore(keeps_newest)
     for name, *values in steps:
         assert getattr(store, name)(*values) == getattr(model, name)(*values)
         assert store.bytes_in_use == model.total and store.limit_bytes == model.limit
@@ -62,7 +62,7 @@ def test_a_store_keeps_what_a_plain_list_keeps(
 
 
 @given(st.integers(LIMIT + 1, 3 * LIMIT))
-def test_a_value_beyond_the_limit_drops_nothing_that_fits(size: int) -> None:
+def test_put_of_too_large_value_evicts_nothing(size: int) -> None:
     store: ByteLru[str, int] = ByteLru(LIMIT, bytes_of=int)
     store.put("small", 3)
     store.put("large", size)

@@ -1,4 +1,4 @@
-"""A field of the opening stands in one place: one that is added here arrives everywhere.
+"""Check that a field added to `OpeningFields` reaches files, commands and panels by itself.
 
 Each test runs in a process of its own, in which `OpeningFields` has two more fields before anything
 else is imported: a number, and words, for which files of cameras have no place.
@@ -38,18 +38,18 @@ lens = Lens(50.0, 2.0, 2.0, 36.0, astigmatism=0.25, coating=Coating.GOLD)
 """
 
 
-def run(folder: Path, program: str) -> str:
-    """Run a program that knows the two fields. Return what it has printed."""
+def run_with_two_new_fields(folder: Path, program: str) -> str:
+    """Run `program` in a new process with the two added fields. Return its standard output."""
     text = _BEGIN + textwrap.dedent(program)
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", text, str(folder)], capture_output=True, text=True, check=False
     )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    assert process.returncode == 0, process.stderr
+    return process.stdout
 
 
-def test_the_aperture_of_a_lens_has_it(tmp_path):
-    run(
+def test_new_opening_field_is_in_aperture_and_checked(tmp_path):
+    run_with_two_new_fields(
         tmp_path,
         """
         assert lens.aperture.astigmatism == 0.25 and not lens.aperture.is_plain
@@ -63,8 +63,8 @@ def test_the_aperture_of_a_lens_has_it(tmp_path):
     )
 
 
-def test_a_kit_keeps_it(tmp_path):
-    run(
+def test_new_opening_field_survives_lens_kit_file(tmp_path):
+    run_with_two_new_fields(
         tmp_path,
         """
         from heatlens.media.documents.lens_kits import kit_text, read_kit
@@ -73,13 +73,13 @@ def test_a_kit_keeps_it(tmp_path):
         kit = LensKit("own", "of the test", (KitLens(50.0, 2.0, 0.5),), character)
         (folder / "own.json").write_text(kit_text(kit))
         assert read_kit(folder / "own.json") == kit
-        assert kit.within(Lens(50.0, 2.8, 2.0, 36.0)).astigmatism == 0.25
+        assert kit.limit_lens(Lens(50.0, 2.8, 2.0, 36.0)).astigmatism == 0.25
         """,
     )
 
 
-def test_a_shot_keeps_it(tmp_path):
-    run(
+def test_new_opening_field_survives_shot_file(tmp_path):
+    run_with_two_new_fields(
         tmp_path,
         """
         from heatlens.media.documents.shot_file import read_shot, write_shot
@@ -91,50 +91,51 @@ def test_a_shot_keeps_it(tmp_path):
 
 
 _CAMERA = """
-        from heatlens.media.camera.camera_file import left_out_of, read_camera, write_camera
+        from heatlens.media.camera.camera_file import unsupported_notes, read_camera, write_camera
         from heatlens.render.source.named import camera_of_shot
         from heatlens.media.camera.into_shot import with_camera
         from heatlens.media.camera.usd_read import usd_camera
         from heatlens.core.model.curves.frames import FrameRange
         from heatlens.core.model.shot.shot import Shot
         camera = camera_of_shot(Shot(lens), "cam", FrameRange(1, 3))
-        assert camera.opening["astigmatism"] == (0.25,) * 3 and camera.shaped == ("astigmatism",)
+        assert camera.opening["astigmatism"] == (0.25,) * 3
+        assert camera.shaped_fields == ("astigmatism",)
         lost = [note for note in camera.notes if "coating" in note]
         assert len(lost) == 1 and "lost" in lost[0], camera.notes
 """
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".json", ".usda", ".usd"])
-def test_cameras_carry_a_number_and_tell_of_words(tmp_path, suffix):
+def test_camera_files_keep_numeric_field_and_note_lost_word_field(tmp_path, suffix):
     reader = "usd_camera" if suffix.startswith(".usd") else "read_camera"
-    run(
+    run_with_two_new_fields(
         tmp_path,
         f"""{_CAMERA}
         write_camera(folder / "cam{suffix}", camera)
         # A process of its own, as `read_camera` starts for USD, would not know the fields.
         read = {reader}(str(folder / "cam{suffix}"))
-        assert read.shaped == ("astigmatism",)
+        assert read.shaped_fields == ("astigmatism",)
         assert set(read.opening["astigmatism"]) == {{0.25}}
         assert with_camera(Shot(Lens(35.0, 4.0, 1.0, 24.0)), read).lens.astigmatism == 0.25
         """,
     )
 
 
-def test_other_programs_are_handed_it_or_it_is_told_as_lost(tmp_path):
-    run(
+def test_nuke_and_python_cameras_get_new_field_or_note_it_as_lost(tmp_path):
+    run_with_two_new_fields(
         tmp_path,
         f"""{_CAMERA}
         for name in ("cam.nk", "cam.py"):
             write_camera(folder / name, camera)
             assert "astigmatism" in (folder / name).read_text()
-        (told,) = left_out_of("cam.nk", camera)
-        assert "astigmatism" in told
+        (note,) = unsupported_notes("cam.nk", camera)
+        assert "astigmatism" in note
         """,
     )
 
 
-def test_the_command_line_and_python_take_it(tmp_path):
-    out = run(
+def test_command_line_and_python_api_accept_new_opening_field(tmp_path):
+    out = run_with_two_new_fields(
         tmp_path,
         """
         import numpy as np, heatlens
@@ -158,8 +159,8 @@ def test_the_command_line_and_python_take_it(tmp_path):
     assert "--coating {none,gold}" in out
 
 
-def test_the_panel_and_the_palette_show_it(tmp_path):
-    out = run(
+def test_panel_and_settings_search_show_new_opening_field(tmp_path):
+    out = run_with_two_new_fields(
         tmp_path,
         """
         from imgui_bundle import imgui

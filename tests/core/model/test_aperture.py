@@ -18,19 +18,19 @@ unit = st.floats(0.0, 1.0, exclude_max=True)
 
 
 def even_grid(side: int) -> np.ndarray:
-    """Return the (side^2, 2) middles of the cells of the unit square."""
-    at = (np.arange(side) + 0.5) / side
-    return np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
+    """Return the centers (side^2, 2) of the cells of a grid over the unit square."""
+    centers = (np.arange(side) + 0.5) / side
+    return np.stack(np.meshgrid(centers, centers), axis=-1).reshape(-1, 2)
 
 
 @pytest.mark.parametrize("squeeze", [0.0, 0.99, 2.01, -1.0, math.nan, math.inf])
-def test_an_impossible_squeeze_is_refused(squeeze: float) -> None:
+def test_aperture_rejects_squeeze_outside_1_to_2(squeeze: float) -> None:
     with pytest.raises(LensError, match="squeeze must be between 1 and 2"):
         Aperture(squeeze=squeeze)
 
 
 @given(squeezes)
-def test_the_area_is_that_of_the_points_that_it_covers(squeeze: float) -> None:
+def test_aperture_area_equals_area_of_covered_points(squeeze: float) -> None:
     aperture = Aperture(squeeze=squeeze)
     u, v = (2 * even_grid(256) - 1).T
     share = np.mean(aperture.covers(u, v))
@@ -39,28 +39,30 @@ def test_the_area_is_that_of_the_points_that_it_covers(squeeze: float) -> None:
 
 
 @given(squeezes)
-def test_the_extents_are_those_of_the_points_that_it_covers(squeeze: float) -> None:
+def test_half_extents_bound_the_covered_points(squeeze: float) -> None:
     aperture = Aperture(squeeze=squeeze)
     u, v = (2 * even_grid(512) - 1).T
     inside = aperture.covers(u, v)
-    found = np.abs(u[inside]).max(), np.abs(v[inside]).max()
-    np.testing.assert_allclose(found, aperture.half_extents, atol=2 / 512)
+    measured_extents = np.abs(u[inside]).max(), np.abs(v[inside]).max()
+    np.testing.assert_allclose(measured_extents, aperture.half_extents, atol=2 / 512)
 
 
 @given(squeezes, st.floats(1e-4, 1.0), unit, unit)
-def test_points_lie_in_the_opening(squeeze: float, radius: float, x: float, y: float) -> None:
+def test_aperture_points_are_covered_by_aperture(
+    squeeze: float, radius: float, x: float, y: float
+) -> None:
     aperture = Aperture(squeeze=squeeze)
     ((u, v),) = aperture.points(np.array([[x, y]]), radius) / radius
     assert aperture.covers(0.999999 * u, 0.999999 * v)
 
 
 @given(squeezes, st.floats(0.01, 0.98), st.floats(0.01, 0.98))
-def test_points_keep_areas(squeeze: float, x: float, y: float) -> None:
-    """The determinant of the derivative is the same everywhere: the area of the opening."""
+def test_aperture_points_map_equal_areas_to_equal_areas(squeeze: float, x: float, y: float) -> None:
+    """The Jacobian determinant of the map is constant and equals the area of the aperture."""
     step, aperture = 1e-6, Aperture(squeeze=squeeze)
     corners = np.array([[x, y], [x + step, y], [x, y + step]])
-    at = 2 * corners - 1  # the map has a kink on the two diagonals
-    if np.any(np.abs(np.abs(at[:, 0]) - np.abs(at[:, 1])) < 1e-3):
+    centered = 2 * corners - 1  # the map has a kink on the two diagonals
+    if np.any(np.abs(np.abs(centered[:, 0]) - np.abs(centered[:, 1])) < 1e-3):
         return
     here, across, up = aperture.points(corners)
     determinant = np.linalg.det(np.stack([across - here, up - here])) / step**2
@@ -68,7 +70,7 @@ def test_points_keep_areas(squeeze: float, x: float, y: float) -> None:
 
 
 @given(squeezes)
-def test_even_points_are_even_in_the_opening(squeeze: float) -> None:
+def test_aperture_points_of_even_grid_fill_aperture_evenly(squeeze: float) -> None:
     aperture = Aperture(squeeze=squeeze)
     u, v = aperture.points(even_grid(128)).T / np.array(aperture.half_extents)[:, None]
     assert abs(np.mean(u)) < 1e-3 and abs(np.mean(v)) < 1e-3
@@ -78,7 +80,7 @@ def test_even_points_are_even_in_the_opening(squeeze: float) -> None:
 
 
 @given(squeezes, st.floats(1e-3, 1.0))
-def test_a_pupil_is_its_aperture_in_metres(squeeze: float, radius_m: float) -> None:
+def test_pupil_points_are_aperture_points_times_radius(squeeze: float, radius_m: float) -> None:
     pupil, square = Pupil(Aperture(squeeze=squeeze), radius_m), even_grid(8)
     np.testing.assert_allclose(pupil.half_extents_m, (radius_m / squeeze, radius_m), rtol=1e-12)
     np.testing.assert_allclose(
@@ -86,7 +88,7 @@ def test_a_pupil_is_its_aperture_in_metres(squeeze: float, radius_m: float) -> N
     )
 
 
-def test_a_pinhole_is_one_point() -> None:
+def test_pinhole_has_zero_extent_and_all_points_at_origin() -> None:
     assert not PINHOLE.points_m(even_grid(4)).any()
     assert PINHOLE.half_extents_m == (0.0, 0.0)
 
@@ -100,14 +102,14 @@ def test_a_pinhole_is_one_point() -> None:
         (1.25, 0.5, (0.8, 0.5)),
     ],
 )
-def test_squeeze_narrows_a_disc_and_wide_pixels_lower_it(
+def test_disc_half_extents_follow_squeeze_and_pixel_aspect(
     squeeze: float, aspect: float, extents: tuple[float, float]
 ) -> None:
     assert DiscShape(Aperture(squeeze=squeeze), aspect).half_extents == extents
 
 
 @given(squeezes, aspects, st.floats(20.0, 60.0), st.floats(0.5, 2.0))
-def test_the_light_of_a_disc_is_the_sum_of_its_pixels(
+def test_disc_light_equals_sum_of_pixel_coverage(
     squeeze: float, aspect: float, radius_px: float, ramp_px: float
 ) -> None:
     disc = DiscShape(Aperture(squeeze=squeeze), aspect)
@@ -118,28 +120,28 @@ def test_the_light_of_a_disc_is_the_sum_of_its_pixels(
 
 
 @given(squeezes, aspects, st.floats(2.0, 40.0))
-def test_pixels_well_inside_are_whole_and_those_well_outside_empty(
+def test_disc_coverage_is_1_inside_and_0_outside_of_aperture(
     squeeze: float, aspect: float, radius_px: float
 ) -> None:
-    """Against the definition: a pixel whose point of the lens the aperture covers is lit."""
+    """By definition a pixel is lit if the aperture covers the pixel's point of the lens."""
     disc = DiscShape(Aperture(squeeze=squeeze), aspect)
     across, down = (math.ceil(radius_px * half) + 2 for half in disc.half_extents)
     y, x = np.mgrid[-down : down + 1, -across : across + 1]
     ramp_px = 0.01
     for radius in (radius_px, -radius_px):
         covered = disc.aperture.covers(x / radius, -y / (radius * aspect))
-        shown = disc.coverage(x, y, radius, ramp_px)
-        on_rim = (shown > 0) & (shown < 1)
-        assert np.count_nonzero(on_rim) <= 0.2 * on_rim.size
-        np.testing.assert_array_equal(shown[~on_rim], covered[~on_rim])
+        coverage = disc.coverage(x, y, radius, ramp_px)
+        on_edge = (coverage > 0) & (coverage < 1)
+        assert np.count_nonzero(on_edge) <= 0.2 * on_edge.size
+        np.testing.assert_array_equal(coverage[~on_edge], covered[~on_edge])
 
 
 @given(aspects, st.floats(2.0, 40.0), st.floats(0.2, 3.0))
-def test_the_rim_of_a_round_disc_is_a_straight_ramp(
+def test_coverage_at_edge_of_round_disc_is_linear_ramp(
     aspect: float, radius_px: float, ramp_px: float
 ) -> None:
-    """Along x the distance to the rim is known, and half of a pixel on the rim is covered."""
+    """Along x the distance to the edge is known, and a pixel on the edge is half covered."""
     x = np.linspace(0.5, 2 * radius_px, 64)
     expected = np.clip((radius_px - x + ramp_px) / (2 * ramp_px), 0, 1)
-    shown = DiscShape(Aperture(), aspect).coverage(x, 0.0, radius_px, ramp_px)
-    np.testing.assert_allclose(shown, expected, atol=1e-9)
+    coverage = DiscShape(Aperture(), aspect).coverage(x, 0.0, radius_px, ramp_px)
+    np.testing.assert_allclose(coverage, expected, atol=1e-9)

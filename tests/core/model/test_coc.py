@@ -1,4 +1,4 @@
-"""Thin lens: worked values, the textbook formula in float64, and the limits by their definition."""
+"""Test the thin lens: worked values, the textbook formula, and near, far and hyperfocal limits."""
 
 import math
 from dataclasses import replace
@@ -34,7 +34,7 @@ LENSES = st.builds(
 
 
 def coc_mm(lens: Lens, depth_m: float) -> float:
-    """Return the diameter on the sensor, by a picture of one pixel per millimetre."""
+    """Return the diameter of the disc on the sensor in mm, by a picture of one pixel per mm."""
     one_px_a_mm = replace(lens, sensor_width_mm=1.0, acceptable_coc_mm=lens.coc_limit_mm)
     return float(coc_px(depth_m, coc_line(one_px_a_mm, 1)))
 
@@ -45,20 +45,20 @@ def coc_mm(lens: Lens, depth_m: float) -> float:
     ("depth_m", "diameter_px"),
     [(math.inf, 34.188034), (4.0, 17.094017), (2.0, 0.0), (1.0, -34.188034), (0.5, -102.564103)],
 )
-def test_worked_diameters(depth_m, diameter_px):
+def test_coc_px_matches_values_worked_by_hand(depth_m, diameter_px):
     assert coc_px(depth_m, coc_line(FIFTY, 1920)) == pytest.approx(diameter_px, abs=1e-6)
 
 
 # Focused at infinity: -1250 mm2 / 5000 mm = -0.25 mm at 5 m, which is -13.333333 px.
 @pytest.mark.parametrize(("depth_m", "diameter_px"), [(math.inf, 0.0), (5.0, -13.333333)])
-def test_worked_diameters_with_focus_at_infinity(depth_m, diameter_px):
+def test_coc_px_matches_worked_values_with_focus_at_infinity(depth_m, diameter_px):
     line = coc_line(replace(FIFTY, focus_distance_m=math.inf), 1920)
     assert coc_px(depth_m, line) == pytest.approx(diameter_px, abs=1e-6)
     assert line.at_infinity_px == 0.0
 
 
 @given(LENSES, st.floats(0.01, 1e7), st.integers(1, 16384))
-def test_agrees_with_the_textbook_formula(lens, depth_m, width_px):
+def test_coc_px_agrees_with_textbook_formula(lens, depth_m, width_px):
     assume(math.isfinite(lens.focus_distance_m))
     z, s, f = 1e3 * depth_m, 1e3 * lens.focus_distance_m, lens.focal_length_mm
     image_mm = f if lens.model is LensModel.RENDERER else f * s / (s - f)
@@ -70,23 +70,23 @@ def test_agrees_with_the_textbook_formula(lens, depth_m, width_px):
 
 
 @given(LENSES, st.floats(0.01, 1e7))
-def test_a_renderer_opens_f_over_2n_in_front_of_a_pinhole(lens, depth_m):
-    """Rays through the rim of the lens and the point in focus, at the depth of another point."""
+def test_renderer_lens_model_has_lens_radius_f_over_2n(lens, depth_m):
+    """Compare with the cone of rays from the lens edge through the focus, at another depth."""
     assume(math.isfinite(lens.focus_distance_m))
     lens = replace(lens, model=LensModel.RENDERER)
     radius_m = 1e-3 * lens.focal_length_mm / (2 * lens.f_stop)
     assert lens_diameter_m(lens) == pytest.approx(2 * radius_m, rel=1e-12)
     spread_m = radius_m * (1 - depth_m / lens.focus_distance_m)  # of the cone, around the axis
     focal_px = 1920 * lens.focal_length_mm / lens.sensor_width_mm
-    found = coc_px(depth_m, coc_line(lens, 1920))
-    assert found == pytest.approx(-2 * spread_m / depth_m * focal_px, rel=1e-9, abs=1e-9)
+    diameter_px = coc_px(depth_m, coc_line(lens, 1920))
+    assert diameter_px == pytest.approx(-2 * spread_m / depth_m * focal_px, rel=1e-9, abs=1e-9)
 
 
 # 50 mm at 1.1 m: 1.1 / 1.05; 85 mm at 0.6 m: 0.6 / 0.515.
 @pytest.mark.parametrize(
     ("focal_mm", "focus_m", "ratio"), [(50, 1.1, 22 / 21), (85, 0.6, 120 / 103)]
 )
-def test_a_real_lens_has_larger_discs_than_a_renderer(focal_mm, focus_m, ratio):
+def test_photographic_lens_has_larger_discs_than_renderer_model(focal_mm, focus_m, ratio):
     lens = Lens(focal_mm, 2.0, focus_m, 36.0)
     real = coc_line(lens, 1920)
     renderer = coc_line(replace(lens, model=LensModel.RENDERER), 1920)
@@ -94,7 +94,7 @@ def test_a_real_lens_has_larger_discs_than_a_renderer(focal_mm, focus_m, ratio):
 
 
 @given(LENSES, st.floats(0.01, 1e7))
-def test_negative_in_front_zero_in_focus_positive_behind(lens, depth_m):
+def test_coc_px_is_negative_in_front_zero_in_focus_positive_behind(lens, depth_m):
     line = coc_line(lens, 1920)
     assert coc_px(lens.focus_distance_m, line) == 0.0
     apart = abs(depth_m - lens.focus_distance_m) > 1e-9 * depth_m
@@ -103,14 +103,14 @@ def test_negative_in_front_zero_in_focus_positive_behind(lens, depth_m):
 
 
 @given(LENSES)
-def test_focus_far_away_tends_to_focus_at_infinity(lens):
+def test_coc_line_of_very_far_focus_tends_to_focus_at_infinity(lens):
     near = coc_line(replace(lens, focus_distance_m=1e12), 1920)
     far = coc_line(replace(lens, focus_distance_m=math.inf), 1920)
     assert near.per_dioptre_px == pytest.approx(far.per_dioptre_px, rel=1e-9)
     assert near.at_infinity_px == pytest.approx(0.0, abs=1e-9 * abs(far.per_dioptre_px))
 
 
-def test_arrays_keep_their_shape():
+def test_coc_px_of_array_keeps_its_shape():
     depth_m = np.array([[1.0, 2.0, np.inf], [4.0, 0.5, 1.0]], np.float32)
     diameters = coc_px(depth_m, CocLine(10.0, -20.0))
     np.testing.assert_array_equal(diameters, [[-10, 0, 10], [5, -30, -10]])
@@ -118,7 +118,7 @@ def test_arrays_keep_their_shape():
 
 # With c = 0.025 mm: H = 0.05 + 1.25 / 0.025 = 50.05 m. Focused at 2 m,
 # near = 2 (H - 0.05) / (H + 2 - 0.1) = 100 / 51.95 and far = 100 / (H - 2) = 100 / 48.05.
-def test_worked_limits():
+def test_focus_limits_match_values_worked_by_hand():
     lens = replace(FIFTY, acceptable_coc_mm=0.025)
     assert hyperfocal_m(lens) == pytest.approx(50.05, rel=1e-12)
     assert near_limit_m(lens) == pytest.approx(1.924928, abs=1e-6)
@@ -127,14 +127,14 @@ def test_worked_limits():
 
 
 # Focused at infinity the near limit is A f / c = 50 m: the hyperfocal less the focal length.
-def test_worked_limits_with_focus_at_infinity():
+def test_focus_limits_match_worked_values_with_focus_at_infinity():
     lens = replace(FIFTY, focus_distance_m=math.inf, acceptable_coc_mm=0.025)
     assert near_limit_m(lens) == pytest.approx(50.0, rel=1e-12)
     assert far_limit_m(lens) == depth_of_field_m(lens) == math.inf
 
 
 @given(LENSES)
-def test_the_limits_are_where_the_disc_is_just_acceptable(lens):
+def test_disc_at_near_and_far_limit_is_the_acceptable_one(lens):
     limit_mm = lens.coc_limit_mm
     rounding = 1e-12 * (1 + coc_mm(lens, math.inf))
     assert coc_mm(lens, near_limit_m(lens)) == pytest.approx(-limit_mm, abs=rounding)
@@ -145,22 +145,22 @@ def test_the_limits_are_where_the_disc_is_just_acceptable(lens):
 
 
 @given(LENSES)
-def test_focus_lies_between_the_limits(lens):
+def test_focus_distance_lies_between_near_and_far_limit(lens):
     assert near_limit_m(lens) < lens.focus_distance_m <= far_limit_m(lens)
 
 
 @given(LENSES, st.floats(1e-6, 1e-2))
-def test_infinity_is_sharp_exactly_from_the_hyperfocal_on(lens, margin):
+def test_far_limit_is_infinite_exactly_beyond_hyperfocal_distance(lens, margin):
     at_m = hyperfocal_m(lens)
     assume(at_m * 1e3 > lens.focal_length_mm)
-    beyond = replace(lens, focus_distance_m=at_m * (1 + margin))
-    assert far_limit_m(beyond) == math.inf
+    farther_lens = replace(lens, focus_distance_m=at_m * (1 + margin))
+    assert far_limit_m(farther_lens) == math.inf
     assume(at_m / (1 + margin) * 1e3 > lens.focal_length_mm)
     assert math.isfinite(far_limit_m(replace(lens, focus_distance_m=at_m / (1 + margin))))
 
 
 @given(LENSES)
-def test_t_stop_and_squeeze_leave_the_line_alone(lens):
-    other = replace(lens, t_stop=22.0, squeeze=2.0)
-    assert coc_line(other, 1920) == coc_line(lens, 1920)
-    assert hyperfocal_m(other) == hyperfocal_m(lens)
+def test_t_stop_and_squeeze_do_not_change_coc_line(lens):
+    changed_lens = replace(lens, t_stop=22.0, squeeze=2.0)
+    assert coc_line(changed_lens, 1920) == coc_line(lens, 1920)
+    assert hyperfocal_m(changed_lens) == hyperfocal_m(lens)

@@ -1,4 +1,4 @@
-"""Curves meet their keys and nothing beyond them, on every scale."""
+"""Test that curves meet their keys and stay between them, on every scale."""
 
 import math
 from dataclasses import replace
@@ -12,22 +12,32 @@ from scipy.interpolate import PchipInterpolator
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.interpolation import Scale
-from support.curves import BEZIER, HOLD, LINEAR, PARTS, SMOOTH, UNBENT, curve_of, curves, over
+from support.curves import (
+    BEZIER,
+    HOLD,
+    LINEAR,
+    PARTS,
+    SMOOTH,
+    UNBENT,
+    curve_of,
+    curves,
+    sampled_values,
+)
 
 
 @given(curves())
-def test_keys_are_met_exactly(curve):
+def test_curve_value_at_key_frame_equals_key_value(curve):
     assert all(curve.value_at(key.frame) == key.value for key in curve.keys)
 
 
 @given(curves(), st.floats(0, 1e6))
-def test_the_value_stands_still_before_the_first_key_and_after_the_last(curve, far):
+def test_curve_is_constant_before_first_and_after_last_key(curve, far):
     assert curve.value_at(curve.keys[0].frame - far) == curve.keys[0].value
     assert curve.value_at(curve.keys[-1].frame + far) == curve.keys[-1].value
 
 
 @given(curves(UNBENT), st.floats(800, 1300))
-def test_no_value_lies_beyond_the_keys_on_either_side(curve, frame):
+def test_unbent_curve_stays_between_its_neighboring_keys(curve, frame):
     before = [key for key in curve.keys if key.frame <= frame][-1:] or curve.keys[:1]
     after = [key for key in curve.keys if key.frame > frame][:1] or before
     low, high = sorted((before[0].value, after[0].value))
@@ -35,23 +45,24 @@ def test_no_value_lies_beyond_the_keys_on_either_side(curve, frame):
 
 
 @given(curves((SMOOTH,), least=3))
-def test_values_that_only_grow_make_a_smooth_curve_that_only_grows(curve):
+def test_smooth_curve_through_rising_keys_never_falls(curve):
     rising = [
         replace(key, value=value)
         for key, value in zip(curve.keys, sorted(k.value for k in curve.keys), strict=True)
     ]
-    found = over(replace(curve, keys=tuple(rising)))
+    curve_values = sampled_values(replace(curve, keys=tuple(rising)))
     # In dioptres a rise below the rounding of 1/value can come back as a fall of that size.
-    assert all(b >= a * (1 - 1e-14) for a, b in pairwise(found))
+    assert all(b >= a * (1 - 1e-14) for a, b in pairwise(curve_values))
 
 
 @given(curves((SMOOTH,), least=2), PARTS)
-def test_a_smooth_curve_is_the_monotone_cubic_of_scipy(curve, part):
+def test_smooth_curve_equals_scipy_pchip_interpolator(curve, part):
     frames = [key.frame for key in curve.keys]
-    places = [curve.scale.place_of(key.value) for key in curve.keys]
+    scaled_values = [curve.scale.position_of(key.value) for key in curve.keys]
     # Standing still before and after is what makes the ends flat.
     padded = PchipInterpolator(
-        [frames[0] - 1, *frames, frames[-1] + 1], [places[0], *places, places[-1]]
+        [frames[0] - 1, *frames, frames[-1] + 1],
+        [scaled_values[0], *scaled_values, scaled_values[-1]],
     )
     frame = frames[0] + part * (frames[-1] - frames[0])
     expected = curve.scale.value_at(float(padded(frame)))
@@ -59,7 +70,7 @@ def test_a_smooth_curve_is_the_monotone_cubic_of_scipy(curve, part):
 
 
 @given(curves((HOLD,), least=2), st.integers(0, 5), st.floats(0, 1, exclude_max=True))
-def test_hold_is_piecewise_constant(curve, index, part):
+def test_hold_segment_keeps_value_of_its_first_key(curve, index, part):
     assume(index < len(curve.keys) - 1)
     key, after = curve.keys[index : index + 2]
     frame = key.frame + part * (after.frame - key.frame)
@@ -68,7 +79,7 @@ def test_hold_is_piecewise_constant(curve, index, part):
 
 
 @given(PARTS)
-def test_after_a_hold_a_smooth_value_sets_off_from_rest(part):
+def test_smooth_segment_after_hold_starts_with_zero_slope(part):
     curve = Curve((Key(0, 1.0, HOLD), Key(10, 5.0), Key(20, 9.0)))
     expected = 5 + 4 * (3 * part**2 - 2 * part**3)
     assert curve.value_at(10 + 10 * part) == pytest.approx(expected, rel=1e-9)
@@ -78,13 +89,13 @@ def test_after_a_hold_a_smooth_value_sets_off_from_rest(part):
     ("scale", "middle"),
     [(Scale.LINEAR, 5.0), (Scale.RECIPROCAL, 3.2), (Scale.LOGARITHMIC, 4.0)],
 )
-def test_halfway_is_a_mean_of_the_scales_kind(scale, middle):
+def test_curve_value_halfway_is_mean_on_its_scale(scale, middle):
     for interpolation in (LINEAR, SMOOTH, BEZIER):
         curve = curve_of((0, 2.0), (10, 8.0), interpolation=interpolation, scale=scale)
         assert curve.value_at(5) == pytest.approx(middle, rel=1e-12)
 
 
-def test_focus_at_infinity_is_zero_dioptres():
+def test_reciprocal_curve_reaches_infinity_as_zero_dioptres():
     curve = curve_of((0, 2.0), (10, math.inf), interpolation=LINEAR, scale=Scale.RECIPROCAL)
     assert curve.value_at(5) == pytest.approx(4.0, rel=1e-12)
     assert curve.value_at(9.999) > 1e4
@@ -105,7 +116,7 @@ def test_focus_at_infinity_is_zero_dioptres():
         *((scale, math.nan) for scale in Scale),
     ],
 )
-def test_a_value_without_a_place_on_its_scale_is_refused(scale, value):
+def test_curve_rejects_value_outside_its_scale(scale, value):
     with pytest.raises(InputError, match="cannot have the value"):
         Curve((Key(0, value),), scale)
 
@@ -114,21 +125,21 @@ def test_a_value_without_a_place_on_its_scale_is_refused(scale, value):
     ("frames", "words"),
     [((1, 0), "must be sorted by frame"), ((0, 0), "two keys"), ((0, 1e-5), "two keys at frame 0")],
 )
-def test_keys_follow_each_other(frames, words):
+def test_curve_rejects_unsorted_or_coinciding_keys(frames, words):
     with pytest.raises(InputError, match=words):
         curve_of(*((frame, 1.0) for frame in frames))
 
 
 @pytest.mark.parametrize("frame", [math.nan, math.inf, 1e9])
-def test_a_frame_is_a_number_of_nine_digits(frame):
+def test_key_rejects_frame_of_more_than_nine_digits(frame):
     with pytest.raises(InputError, match="nine digits"):
         Key(frame, 1.0)
 
 
-def test_curves_are_values_that_can_be_kept_in_a_set():
+def test_equal_curves_have_equal_hashes():
     assert len({curve_of((0, 1.0)), curve_of((0, 1.0)), curve_of((0, 2.0))}) == 2
 
 
-def test_a_curve_without_keys_has_no_value():
+def test_value_at_of_empty_curve_raises_value_error():
     with pytest.raises(ValueError, match="without keys"):
         Curve().value_at(0)

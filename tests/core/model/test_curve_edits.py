@@ -1,4 +1,4 @@
-"""Edits of a curve's keys do what they say, and nothing further away."""
+"""Test edits of curve keys, and that they change nothing far away from the key."""
 
 from dataclasses import replace
 
@@ -12,20 +12,20 @@ from support.curves import BEZIER, EASES, HOLD, LINEAR, SMOOTH, VALUES, curve_of
 
 
 @given(curves(), st.integers(-5000, 5000), st.integers(800, 1300))
-def test_moving_all_keys_moves_the_curve(curve, by_frames, frame):
+def test_moving_all_keys_shifts_curve_in_time(curve, by_frames, frame):
     frames = {key.frame for key in curve.keys}
-    assert curve.moved(frames, by_frames).value_at(frame + by_frames) == curve.value_at(frame)
+    assert curve.move_keys(frames, by_frames).value_at(frame + by_frames) == curve.value_at(frame)
 
 
 @given(curves(), st.integers(-5000, 5000))
-def test_keys_move_there_and_back(curve, by_frames):
+def test_moving_keys_forth_and_back_restores_curve(curve, by_frames):
     frames = {key.frame for key in curve.keys}
-    there = curve.moved(frames, by_frames)
-    assert there.moved({key.frame for key in there.keys}, -by_frames) == curve
+    shifted_curve = curve.move_keys(frames, by_frames)
+    assert shifted_curve.move_keys({key.frame for key in shifted_curve.keys}, -by_frames) == curve
 
 
 @given(curves(), st.integers(900, 1200), VALUES)
-def test_a_key_takes_the_place_of_the_one_at_its_frame(curve, frame, value):
+def test_with_value_replaces_key_at_same_frame(curve, frame, value):
     frames = {key.frame for key in curve.keys} | {frame}
     changed = curve.with_value(frame, value)
     assert [key.frame for key in changed.keys] == sorted(frames)
@@ -33,7 +33,7 @@ def test_a_key_takes_the_place_of_the_one_at_its_frame(curve, frame, value):
     assert changed.without_keys({frame}).keys == curve.without_keys({frame}).keys
 
 
-def test_an_edit_moves_nothing_further_than_two_segments_away():
+def test_with_value_changes_at_most_two_segments_on_each_side():
     curve = curve_of(*((10 * i, float(i * i % 7)) for i in range(8)))
     changed = curve.with_value(30, 9.0)
     untouched = [*range(11), *range(50, 71)]
@@ -41,45 +41,45 @@ def test_an_edit_moves_nothing_further_than_two_segments_away():
     assert changed.value_at(15) != curve.value_at(15)
 
 
-def test_a_new_key_goes_on_as_the_one_before_it():
+def test_new_key_takes_interpolation_of_key_before_it():
     curve = Curve((Key(0, 1.0, LINEAR), Key(10, 3.0, HOLD), Key(20, 5.0)))
     assert curve.with_value(5, 2.5).key_at(5) == Key(5, 2.5, LINEAR)
     assert curve.with_value(15, 2.5).key_at(15) == Key(15, 2.5, HOLD)
     assert curve.with_value(-5, 2.5).key_at(-5) == Key(-5, 2.5, SMOOTH)
 
 
-def test_a_key_that_takes_a_value_keeps_its_handles():
+def test_with_value_keeps_handles_of_existing_key():
     key = Key(5, 1.0, BEZIER, Ease(80.0), Ease(10.0))
     assert Curve((key,)).with_value(5, 2.0).keys == (replace(key, value=2.0),)
 
 
-def test_ripple_makes_room_and_cuts_out():
+def test_rippled_shifts_later_keys_and_drops_cut_ones():
     curve = curve_of((0, 1.0), (10, 2.0), (20, 3.0), (30, 4.0))
-    assert [k.frame for k in curve.rippled(20, 5).keys] == [0, 10, 25, 35]
-    shorter = curve.rippled(20, -12)
+    assert [k.frame for k in curve.ripple_keys(20, 5).keys] == [0, 10, 25, 35]
+    shorter = curve.ripple_keys(20, -12)
     assert [(k.frame, k.value) for k in shorter.keys] == [(0, 1.0), (8, 3.0), (18, 4.0)]
 
 
-def test_keys_are_copied_to_another_time():
+def test_pasted_puts_copied_keys_at_new_frame():
     curve = curve_of((0, 1.0), (10, 2.0), (20, 3.0), (30, 4.0))
-    pasted = curve.pasted(curve.copied({10, 20}), 30)
+    pasted = curve.paste_keys(curve.copy_keys({10, 20}), 30)
     assert [(k.frame, k.value) for k in pasted.keys][2:] == [(20, 3.0), (30, 2.0), (40, 3.0)]
-    assert curve.copied({11}) == ()
+    assert curve.copy_keys({11}) == ()
 
 
-def test_moved_keys_replace_those_they_land_on():
+def test_moved_key_replaces_key_at_target_frame():
     curve = curve_of((0, 1.0), (10, 2.0), (20, 3.0))
-    assert [(k.frame, k.value) for k in curve.moved({0}, 10).keys] == [(10, 1.0), (20, 3.0)]
-    assert [(k.frame, k.value) for k in curve.moved({0}, 9.9999).keys] == [
+    assert [(k.frame, k.value) for k in curve.move_keys({0}, 10).keys] == [(10, 1.0), (20, 3.0)]
+    assert [(k.frame, k.value) for k in curve.move_keys({0}, 9.9999).keys] == [
         (9.9999, 1.0),
         (20, 3.0),
     ]
 
 
 @given(VALUES, EASES)
-def test_on_another_scale_a_key_is_passed_as_fast(value, ease):
+def test_on_scale_keeps_speed_at_each_key(value, ease):
     dioptres = Curve((Key(0, value, BEZIER, ease, ease),), Scale.RECIPROCAL)
-    (key,) = dioptres.on_scale(Scale.LINEAR).keys
+    (key,) = dioptres.convert_scale(Scale.LINEAR).keys
     # d(1/v) = -dv / v^2
     speed = pytest.approx(-ease.speed_per_frame * value**2)
     assert (key.ease_in.speed_per_frame, key.ease_out.speed_per_frame) == (speed, speed)

@@ -1,4 +1,4 @@
-"""Discs in a picture: their light and spread, and what shaders are told, on both sides of focus."""
+"""Test discs in a picture: light, spread and shader uniforms, on both sides of focus."""
 
 import math
 
@@ -31,17 +31,17 @@ SHAPES = [
     st.sampled_from([1.0, 2.0]),
     st.floats(-100, 100),
 )
-def test_the_coverage_of_all_pixels_is_the_light(aperture, radius_px, aspect, place):
+def test_sum_of_disc_coverage_equals_disc_light(aperture, radius_px, aspect, offset_px):
     shape = DiscShape(aperture, aspect, PictureField.of((200, 200)))
     y, x = np.mgrid[-50:51, -30:31] + 0.25
-    place_px = (100.0 + place, 100.0)
-    found = shape.coverage(x, y, radius_px, 0.75, place_px).sum()
-    assert found == pytest.approx(shape.light(radius_px, 0.75, place_px), rel=0.03)
+    position_px = (100.0 + offset_px, 100.0)
+    total_coverage = shape.coverage(x, y, radius_px, 0.75, position_px).sum()
+    assert total_coverage == pytest.approx(shape.light(radius_px, 0.75, position_px), rel=0.03)
 
 
 @pytest.mark.parametrize("aperture", SHAPES)
-def test_spreads_are_those_of_its_points(aperture):
-    """The standard deviation of many points of the opening, weighed by the rim."""
+def test_aperture_spreads_match_deviation_of_its_points(aperture):
+    """Compare with the standard deviation of many points of the aperture, weighted by `rim`."""
     square = (np.stack(np.meshgrid(*[np.arange(300)] * 2), -1).reshape(-1, 2) + 0.5) / 300
     points = aperture.points(square) / aperture.half_extents
     for rim, spread in zip((-aperture.rim, aperture.rim), aperture.spreads, strict=True):
@@ -56,7 +56,7 @@ def test_spreads_are_those_of_its_points(aperture):
 
 
 @pytest.mark.parametrize("aperture", [a for a in SHAPES if a.aperture_image is None])
-def test_points_lie_in_the_opening_and_equal_areas_stay_equal(aperture):
+def test_points_of_shaped_aperture_are_covered_and_even(aperture):
     square = (np.stack(np.meshgrid(*[np.arange(200)] * 2), -1).reshape(-1, 2) + 0.5) / 200
     points = aperture.points(square * 0.998 + 0.001, 3.0)
     assert aperture.covers(*(points / 3.0).T).all()
@@ -72,25 +72,25 @@ def test_points_lie_in_the_opening_and_equal_areas_stay_equal(aperture):
     )
 
 
-def test_the_uniforms_of_a_plain_disc_are_its_axes_alone():
+def test_plain_disc_has_only_the_axes_uniform():
     plain = DiscShape(Aperture(squeeze=2.0), 1.5)
     assert plain.is_plain and plain.uniforms == {"aperture_axes": (0.5, 1.5)}
     assert not any(plain.switches.values()) and plain.wider_px == 0.0
 
 
-def test_the_uniforms_of_a_shaped_disc_tell_shape_place_and_colour():
+def test_shaped_disc_uniforms_hold_shape_position_and_color():
     field = PictureField.of((60, 40), 2.0)
     aperture = Aperture(blades=6, cat_eye=0.5, stopped_down=1.2, rim=0.3)
     shape = DiscShape(aperture, 2.0, field, axial_px=-3.0)
-    told = shape.uniforms
-    assert told["aperture_axial_px"] == -3.0 and shape.wider_px == 3.0
-    assert told["aperture_blades"] == 6 and told["aperture_rim"] == 0.3
-    assert told["aperture_lights"] == (aperture.light(-0.3), aperture.light(0.3))
-    assert "aperture_image_scale" not in told
+    uniforms = shape.uniforms
+    assert uniforms["aperture_axial_px"] == -3.0 and shape.wider_px == 3.0
+    assert uniforms["aperture_blades"] == 6 and uniforms["aperture_rim"] == 0.3
+    assert uniforms["aperture_lights"] == (aperture.light(-0.3), aperture.light(0.3))
+    assert "aperture_image_scale" not in uniforms
     half, most = math.hypot(60, 20) / 2, 0.5 / 2 * 1.2
-    assert told["aperture_middle_px"] == (30, 20)
-    assert told["aperture_shift_per_px"] == pytest.approx((most / half, -most / half / 2))
-    assert told["aperture_shift_most"] == most and told["aperture_barrel"] == 1.2
+    assert uniforms["aperture_middle_px"] == (30, 20)
+    assert uniforms["aperture_shift_per_px"] == pytest.approx((most / half, -most / half / 2))
+    assert uniforms["aperture_shift_most"] == most and uniforms["aperture_barrel"] == 1.2
     assert field.uniforms(Aperture())["aperture_barrel"] == 0.0
     assert shape.switches == {"SHAPED": True, "COLORED": True, "IMAGED": False}
     assert DiscShape(axial_px=1.0).switches == shape.switches
@@ -101,7 +101,7 @@ def test_the_uniforms_of_a_shaped_disc_tell_shape_place_and_colour():
     assert diffused["side_variances"] == shape.side_variances
 
 
-def test_a_smaller_or_cropped_picture_has_the_same_discs():
+def test_scaled_or_moved_picture_keeps_disc_shape_at_each_pixel():
     shape = DiscShape(Aperture(cat_eye=0.5), 1.0, PictureField.of((60, 40)), axial_px=4.0)
     half = shape.scaled(0.5)
     assert half.axial_px == 2.0 and half.in_picture == PictureField.of((30, 20))
@@ -112,25 +112,25 @@ def test_a_smaller_or_cropped_picture_has_the_same_discs():
     assert moved.barrel(aperture, (17.0, 9.0)) == field.barrel(aperture, (10.0, 4.0))
 
 
-def test_variances_shrink_towards_the_corner():
+def test_field_variances_shrink_towards_picture_corner():
     steps = field_variances(0.6, 1.1)
     assert len(steps) == 9 and steps[0] == pytest.approx((1.0, 1.0), rel=1e-3)
     along, across = zip(*steps, strict=True)
     assert list(along) == sorted(along, reverse=True) and along[-1] < across[-1]
-    wanted = opening.variances(Barrel((0.6 * 5 / 8, 0.0), 1.1))
-    assert steps[5] == pytest.approx((4 * wanted[0], 4 * wanted[1]))
+    expected = opening.variances(Barrel((0.6 * 5 / 8, 0.0), 1.1))
+    assert steps[5] == pytest.approx((4 * expected[0], 4 * expected[1]))
 
 
-def test_a_pupil_tells_its_size_in_metres():
+def test_pupil_uniforms_and_extents_are_in_meters():
     pupil = Pupil(Aperture(blades=6, squeeze=2.0), 0.01)
     assert pupil.half_extents_m == (0.005, 0.01) and not pupil.is_plain
     assert pupil.switches == {"SHAPED": True, "IMAGED": False}
     assert Pupil(Aperture(aperture_image=letter()), 0.01).switches["IMAGED"]
-    told = pupil.uniforms((60, 40))
-    assert told["aperture_axes"] == (0.005, 0.01)
+    uniforms = pupil.uniforms((60, 40))
+    assert uniforms["aperture_axes"] == (0.005, 0.01)
     shape = shape_uniforms(pupil.aperture)
-    assert {name: told[name] for name in shape} == shape
-    assert told["aperture_middle_px"] == (30, 20)
+    assert {name: uniforms[name] for name in shape} == shape
+    assert uniforms["aperture_middle_px"] == (30, 20)
     assert PINHOLE.uniforms((60, 40)) == {"aperture_axes": (0.0, 0.0)} and PINHOLE.is_plain
     assert not any(PINHOLE.switches.values()) and PINHOLE.radius_m == 0.0
     square = np.random.default_rng(2).random((20, 2))

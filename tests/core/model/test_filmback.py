@@ -1,4 +1,4 @@
-"""Film backs: sizes against the inches of the standards, and names however they are typed."""
+"""Test film backs: sizes against the inches of the standards, and tolerant spelling of names."""
 
 import pytest
 from hypothesis import given
@@ -23,7 +23,7 @@ from heatlens.core.model.lens.filmback import FILMBACKS, Filmback, filmback_name
         ("Micro Four Thirds", 17.3, 13.0),
     ],
 )
-def test_published_sizes(name, width_mm, height_mm):
+def test_filmback_named_returns_published_size(name, width_mm, height_mm):
     back = filmback_named(name)
     assert (back.width_mm, back.height_mm) == (width_mm, height_mm)
 
@@ -41,14 +41,14 @@ def test_published_sizes(name, width_mm, height_mm):
         ("USD", 0.825, 0.602),
     ],
 )
-def test_film_gates_agree_with_their_size_in_inches(name, width_in, height_in):
+def test_film_gate_sizes_agree_with_published_inches(name, width_in, height_in):
     back = filmback_named(name)
     assert back.width_mm == pytest.approx(width_in * 25.4, abs=0.01)
     assert back.height_mm == pytest.approx(height_in * 25.4, abs=0.01)
 
 
 @pytest.mark.parametrize("back", FILMBACKS, ids=lambda back: back.name)
-def test_every_name_is_found_in_any_spelling(back):
+def test_filmback_named_ignores_case_spaces_and_hyphens(back):
     for spelling in (back.name, back.name.upper(), f" {back.name.lower().replace(' ', '-')} "):
         assert filmback_named(spelling) is back
     assert back.width_mm > back.height_mm
@@ -59,20 +59,20 @@ def test_every_name_is_found_in_any_spelling(back):
     ("typed", "suggested"),
     [("Alexa 35", "ARRI Alexa 35"), ("supper 35", "Super 35"), ("blackmagik", "Blackmagic")],
 )
-def test_a_near_miss_lists_near_names(typed, suggested):
+def test_filmback_named_suggests_similar_names(typed, suggested):
     with pytest.raises(InputError, match=suggested) as refusal:
         filmback_named(typed)
     assert repr(typed) in str(refusal.value)
 
 
 @pytest.mark.parametrize("typed", ["", "???", "a daguerreotype"])
-def test_a_far_miss_lists_all_names(typed):
+def test_filmback_named_lists_all_names_for_unknown_name(typed):
     with pytest.raises(InputError, match=r"Super 8.*Nuke.*USD"):
         filmback_named(typed)
 
 
 @given(st.text())
-def test_any_name_is_found_or_refused(name):
+def test_filmback_named_returns_known_back_or_input_error_for_any_text(name):
     try:
         assert filmback_named(name) in FILMBACKS
     except InputError as refusal:
@@ -80,6 +80,6 @@ def test_any_name_is_found_or_refused(name):
 
 
 @pytest.mark.parametrize("width_mm", [0.0, -1.0, float("nan"), float("inf")])
-def test_impossible_sizes_are_refused(width_mm):
+def test_filmback_rejects_impossible_width(width_mm):
     with pytest.raises(InputError, match="width and height"):
         Filmback("mine", width_mm, 24.0, "measured")

@@ -1,4 +1,4 @@
-"""Where a camera stands: turns, keys and what lies between them, and all of it through a file."""
+"""Test camera poses and tracks: orientation, keys, interpolation, and saving in a shot file."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +17,7 @@ from heatlens.core.model.shot.framing import (
     Framing,
     Pose,
     PoseKey,
-    looking_at,
+    pose_looking_at,
     pose_of,
 )
 from heatlens.core.model.shot.shot import Shot
@@ -37,7 +37,7 @@ def tracks(draw, most: int = 5) -> CameraTrack:
 
 
 @given(POSES)
-def test_a_pose_is_a_rigid_move_and_its_matrices_undo_each_other(pose):
+def test_pose_matrix_is_rigid_and_inverse_of_world_to_camera(pose):
     np.testing.assert_allclose(pose.turn @ pose.turn.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(pose.turn) == pytest.approx(1.0)
     product = pose.world_to_camera @ pose.camera_to_world
@@ -45,39 +45,39 @@ def test_a_pose_is_a_rigid_move_and_its_matrices_undo_each_other(pose):
 
 
 @given(POSES, st.floats(0.01, 100))
-def test_a_matrix_becomes_the_pose_that_it_came_from_whatever_its_scale(pose, scale):
+def test_pose_of_scaled_matrix_returns_original_pose(pose, scale):
     matrix = pose.camera_to_world
     matrix[:3, :3] *= scale
     np.testing.assert_allclose(pose_of(matrix).camera_to_world, pose.camera_to_world, atol=1e-9)
 
 
 @given(POSES)
-def test_a_pose_made_again_of_its_own_values_is_the_same_to_the_last_bit(pose):
+def test_pose_rebuilt_from_its_values_is_bit_identical(pose):
     assert Pose(pose.position_m, pose.orientation) == pose
 
 
 @given(PLACES, PLACES)
-def test_what_is_looked_at_lies_straight_ahead_and_the_picture_is_upright(eye, target):
+def test_looking_at_centers_target_and_keeps_picture_upright(eye, target):
     distance = float(np.linalg.norm(np.subtract(target, eye)))
     assume(distance > 1e-3)
-    pose = looking_at(eye, target)
-    seen = pose.world_to_camera @ (*target, 1.0)
-    np.testing.assert_allclose(seen[:3], (0, 0, -distance), atol=1e-9)
+    pose = pose_looking_at(eye, target)
+    in_camera = pose.world_to_camera @ (*target, 1.0)
+    np.testing.assert_allclose(in_camera[:3], (0, 0, -distance), atol=1e-9)
     assert pose.turn[1, 0] == pytest.approx(0.0, abs=1e-9)  # the right is level
     assert pose.turn[1, 1] >= -1e-9  # and the top above
 
 
 @pytest.mark.parametrize("up", [1.0, -1.0])
-def test_straight_up_and_down_are_directions_too(up):
-    pose = looking_at((1.0, 2.0, 3.0), (1.0, 2.0 + up, 3.0))
+def test_looking_at_works_straight_up_and_down(up):
+    pose = pose_looking_at((1.0, 2.0, 3.0), (1.0, 2.0 + up, 3.0))
     np.testing.assert_allclose(-pose.turn[:, 2], (0, up, 0), atol=1e-12)
     np.testing.assert_allclose(pose.turn @ pose.turn.T, np.eye(3), atol=1e-12)
 
 
 @pytest.mark.parametrize(
-    "made",
+    "make_invalid",
     [
-        lambda: looking_at((1.0, 1.0, 1.0), (1.0, 1.0, 1.0)),
+        lambda: pose_looking_at((1.0, 1.0, 1.0), (1.0, 1.0, 1.0)),
         lambda: Pose(orientation=(0.0, 0.0, 0.0, 0.0)),
         lambda: Pose((float("nan"), 0.0, 0.0)),
         lambda: Pose((float("inf"), 0.0, 0.0)),
@@ -91,13 +91,13 @@ def test_straight_up_and_down_are_directions_too(up):
         lambda: ObjectMark("", "thing"),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_sentence(made):
+def test_invalid_pose_track_framing_or_mark_raises_input_error(make_invalid):
     with pytest.raises(InputError, match=r"\.$"):
-        made()
+        make_invalid()
 
 
 @given(tracks())
-def test_a_track_goes_through_its_keys_and_stands_still_outside_them(track):
+def test_camera_track_meets_its_keys_and_is_constant_outside(track):
     first, last = track.keys[0], track.keys[-1]
     assert track.pose_at(first.frame - 10) == first.pose
     assert track.pose_at(last.frame + 10) == last.pose
@@ -107,29 +107,33 @@ def test_a_track_goes_through_its_keys_and_stands_still_outside_them(track):
 
 
 @given(tracks(), st.floats(-50, 300))
-def test_between_keys_it_is_always_a_pose_and_has_no_jump(track, frame):
-    """A step of a thousandth of a frame moves no more than the steepest cubic of such keys does."""
+def test_camera_track_between_keys_is_continuous(track, frame):
+    """In a thousandth of a frame the camera moves less than the steepest cubic of such keys."""
     a, b = track.pose_at(frame), track.pose_at(frame + 1e-3)
     assert np.linalg.norm(np.subtract(a.position_m, b.position_m)) < 2.0
 
 
-def test_halfway_between_two_keys_is_halfway():
-    a, b = looking_at((0, 0, 5), (0, 0, 0)), looking_at((5, 0, 0), (0, 0, 0))
+def test_camera_track_halfway_between_two_keys_is_mean_pose():
+    a, b = pose_looking_at((0, 0, 5), (0, 0, 0)), pose_looking_at((5, 0, 0), (0, 0, 0))
     middle = CameraTrack((PoseKey(0, a), PoseKey(10, b))).pose_at(5)
     np.testing.assert_allclose(middle.position_m, (2.5, 0, 2.5))
     np.testing.assert_allclose(middle.turn[:, 2], (0.5**0.5, 0, 0.5**0.5), atol=1e-12)
 
 
 @given(POSES, POSES)
-def test_a_quaternion_and_its_negative_are_one_key(a, b):
+def test_camera_track_treats_negated_quaternion_as_same_pose(a, b):
     mirrored = Pose(b.position_m, tuple(-value for value in b.orientation))
-    one, other = (CameraTrack((PoseKey(0, a), PoseKey(10, pose))) for pose in (b, mirrored))
+    first_track, mirrored_track = (
+        CameraTrack((PoseKey(0, a), PoseKey(10, pose))) for pose in (b, mirrored)
+    )
     assume(abs(np.dot(a.orientation, b.orientation)) > 1e-6)  # else both ways round are as near
-    np.testing.assert_allclose(one.pose_at(4).turn, other.pose_at(4).turn, atol=1e-9)
+    np.testing.assert_allclose(
+        first_track.pose_at(4).turn, mirrored_track.pose_at(4).turn, atol=1e-9
+    )
 
 
 @given(tracks(), st.integers(-60, 310), POSES)
-def test_a_key_stands_where_it_was_set_and_others_stay(track, frame, pose):
+def test_with_key_sets_one_key_and_keeps_others(track, frame, pose):
     keyed = track.with_key(frame, pose)
     assert keyed.pose_at(frame) == pose or frame in [key.frame for key in keyed.keys[1:-1]]
     np.testing.assert_allclose(keyed.pose_at(frame).position_m, pose.position_m, atol=1e-9)
@@ -140,27 +144,27 @@ def test_a_key_stands_where_it_was_set_and_others_stay(track, frame, pose):
 
 
 @given(tracks(), st.data(), st.integers(-400, 400))
-def test_moved_keys_keep_their_poses_and_replace_what_they_land_on(track, data, by):
+def test_moved_pose_keys_replace_keys_at_target_frames(track, data, by):
     chosen = data.draw(st.sets(st.sampled_from([key.frame for key in track.keys])))
     poses = {key.frame: key.pose for key in track.keys}
-    kept = {frame: pose for frame, pose in poses.items() if frame not in chosen}
-    expected = kept | {frame + by: poses[frame] for frame in chosen}
-    after = {key.frame: key.pose for key in track.moved(chosen, by).keys}
-    assert after == expected and list(after) == sorted(after)
+    unmoved_poses = {frame: pose for frame, pose in poses.items() if frame not in chosen}
+    expected = unmoved_poses | {frame + by: poses[frame] for frame in chosen}
+    moved_poses = {key.frame: key.pose for key in track.move_keys(chosen, by).keys}
+    assert moved_poses == expected and list(moved_poses) == sorted(moved_poses)
 
 
 @given(tracks(), st.integers(-60, 310), st.integers(-100, 100))
-def test_a_ripple_moves_all_later_keys_and_cuts_out_those_it_passes(track, start, by):
+def test_rippled_track_shifts_later_keys_and_drops_cut_ones(track, start, by):
     poses = {key.frame: key.pose for key in track.keys}
     early = {frame: pose for frame, pose in poses.items() if frame < start + min(by, 0)}
     late = {frame + by: pose for frame, pose in poses.items() if frame >= start}
     assume(early or late)
-    assert {key.frame: key.pose for key in track.rippled(start, by).keys} == early | late
+    assert {key.frame: key.pose for key in track.ripple_keys(start, by).keys} == early | late
 
 
 @given(tracks(), st.integers(-60, 310), POSES)
-def test_from_elsewhere_sets_a_key_only_where_the_camera_moves(track, frame, pose):
-    framing = Framing(camera="main", track=track).at(pose, frame)
+def test_framing_at_pose_adds_key_only_if_camera_moves(track, frame, pose):
+    framing = Framing(camera="main", track=track).with_pose(pose, frame)
     assert framing.camera == "main" and framing.track is not None
     expected = track.with_key(frame, pose).keys if track.is_moving else (PoseKey(frame, pose),)
     assert framing.track.keys == expected
@@ -176,14 +180,14 @@ FRAMINGS = st.builds(
 
 
 @given(framing=FRAMINGS)
-def test_a_framing_is_read_as_it_was_written(tmp_path_factory, framing):
+def test_framing_survives_shot_file(tmp_path_factory, framing):
     path = tmp_path_factory.getbasetemp() / "framing.heatlens.json"
     shot = Shot(Lens(35.0, 2.0, 3.0, 36.0), source="demo", framing=framing)
     write_shot(path, shot)
     assert read_shot(path) == shot
 
 
-def test_marks_of_all_kinds_are_read_as_they_were_written(tmp_path):
+def test_marks_of_all_kinds_survive_shot_file(tmp_path):
     marks = (DistanceMark("A", 2.0), PointMark("B", 3.0, 4.5, 5), ObjectMark("C", "the cup"))
     path = tmp_path / "marks.heatlens.json"
     shot = Shot(Lens(35.0, 2.0, 3.0, 36.0), marks=marks)
@@ -191,7 +195,7 @@ def test_marks_of_all_kinds_are_read_as_they_were_written(tmp_path):
     assert read_shot(path) == shot
 
 
-def test_a_demo_stays_a_demo_and_a_scene_moves_with_its_shot(tmp_path):
+def test_read_shot_keeps_demo_source_and_resolves_moved_scene(tmp_path):
     shot = Shot(Lens(35.0, 2.0, 3.0, 36.0), source="demo", framing=Framing())
     path = tmp_path / "a.heatlens.json"
     write_shot(path, shot)
@@ -204,7 +208,7 @@ def test_a_demo_stays_a_demo_and_a_scene_moves_with_its_shot(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("framing", "said"),
+    ("framing", "message"),
     [
         ('{"width_px": 0}', "framing: A picture has"),
         ('{"track": {"keys": []}}', r"framing.track: A camera track needs"),
@@ -225,17 +229,17 @@ def test_a_demo_stays_a_demo_and_a_scene_moves_with_its_shot(tmp_path):
         ('{"hight_px": 3}', "did you mean 'height_px'"),
     ],
 )
-def test_a_damaged_framing_is_told_with_its_place(tmp_path, framing, said):
+def test_read_shot_names_place_of_damaged_framing_entry(tmp_path, framing, message):
     path = tmp_path / "bad.heatlens.json"
     lens = '{"focal_length_mm": 35, "f_stop": 2, "focus_distance_m": 3, "sensor_width_mm": 36}'
     path.write_text(f'{{"heatlens_shot": 1, "lens": {lens}, "framing": {framing}}}')
-    with pytest.raises(InputError, match=said) as found:
+    with pytest.raises(InputError, match=message) as error:
         read_shot(path)
-    assert str(path) in str(found.value)
+    assert str(path) in str(error.value)
 
 
 @given(tracks())
-def test_a_camera_that_stands_has_no_frames_of_keys(track):
+def test_camera_key_frames_are_empty_for_static_camera(track):
     shot = Shot(Lens(50.0, 2.0, 2.0, 36.0), framing=Framing(track=track))
     frames = tuple(key.frame for key in track.keys)
     assert shot.camera_key_frames == (frames if len(frames) > 1 else ())

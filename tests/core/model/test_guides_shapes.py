@@ -1,4 +1,4 @@
-"""The guides over a picture: which aspects are taken, and where the lines and mattes lie."""
+"""Test the guides over a picture: accepted aspects, and positions of lines and mattes."""
 
 import numpy as np
 import pytest
@@ -25,14 +25,14 @@ PICTURE = (10.0, 20.0, 210.0, 120.0)  # twice as wide as high
 @pytest.mark.parametrize(
     ("text", "ratio"), [("2.2", 2.2), (" 2,2 ", 2.2), ("2.2:1", 2.2), ("4:3", 4 / 3), ("3:4", 0.75)]
 )
-def test_a_ratio_is_a_number_or_two(parse, text, ratio):
+def test_parse_ratio_reads_number_or_pair(parse, text, ratio):
     assert parse(text) == pytest.approx(ratio)
 
 
 @pytest.mark.parametrize(
     ("parse", "least", "most"), [(parse_aspect, 0.1, 10.0), (parse_desqueeze, 0.25, 4.0)]
 )
-def test_ratios_end_at_their_bounds(parse, least, most):
+def test_parse_ratio_rejects_text_and_values_out_of_range(parse, least, most):
     assert parse(f"{least}") == least and parse(f"{most}") == most
     for wrong in (f"{least * 0.99}", f"{most * 1.01}", "wide", "", "1:0", "nan", "-2", "1:2:3"):
         with pytest.raises(InputError, match=r"Examples: 2"):
@@ -43,7 +43,7 @@ def test_ratios_end_at_their_bounds(parse, least, most):
     ("field", "least", "most"),
     [("aspect", 0.1, 10.0), ("opacity", 0.0, 1.0), ("desqueeze", 0.25, 4.0)],
 )
-def test_guides_refuse_numbers_beyond_what_the_options_take(field, least, most):
+def test_guides_reject_values_outside_option_ranges(field, least, most):
     for right in (least, most):
         assert getattr(Guides(**{field: right}), field) == right
     for wrong in (least - 0.01, most + 0.01, float("nan")):
@@ -51,7 +51,7 @@ def test_guides_refuse_numbers_beyond_what_the_options_take(field, least, most):
             Guides(**{field: wrong})
 
 
-def test_the_numbers_are_those_of_the_trade():
+def test_standard_mattes_squeezes_and_safe_areas():
     assert MATTES["2.39"] == 2.39 and MATTES["16:9"] == 16 / 9 and MATTES["9:16"] == 9 / 16
     assert MATTES["1:1"] == 1.0 and MATTES["4:3"] == 4 / 3 and MATTES["1.85"] == 1.85
     assert SQUEEZES == {"1.25": 1.25, "1.33": 4 / 3, "1.5": 1.5, "1.65": 1.65, "1.8": 1.8, "2": 2.0}
@@ -62,7 +62,7 @@ def test_the_numbers_are_those_of_the_trade():
 
 
 @given(st.floats(0.1, 10.0), st.floats(1, 500), st.floats(1, 500))
-def test_a_matte_leaves_the_largest_centred_rectangle_of_its_aspect(aspect, width, height):
+def test_matte_shades_cover_all_outside_largest_centered_rect(aspect, width, height):
     x0, y0, x1, y1 = inner = inner_rect((0.0, 0.0, width, height), aspect)
     assert (x1 - x0) / (y1 - y0) == pytest.approx(aspect)
     assert x0 + x1 == pytest.approx(width) and y0 + y1 == pytest.approx(height)
@@ -72,7 +72,7 @@ def test_a_matte_leaves_the_largest_centred_rectangle_of_its_aspect(aspect, widt
     assert covered == pytest.approx(width * height)
 
 
-def test_a_wide_matte_darkens_above_and_below_and_a_tall_one_beside():
+def test_matte_shades_lie_above_and_below_or_left_and_right():
     above, below = guide_shapes(Guides(4.0), PICTURE).shades
     assert above == (10, 20, 210, 45) and below == (10, 95, 210, 120)
     left, right = guide_shapes(Guides(1.0), PICTURE).shades
@@ -80,20 +80,20 @@ def test_a_wide_matte_darkens_above_and_below_and_a_tall_one_beside():
     assert guide_shapes(Guides(1.0), PICTURE).frames == ((60, 20, 160, 120),)
 
 
-def test_without_guides_nothing_is_drawn():
+def test_guide_shapes_are_empty_without_guides():
     shapes = guide_shapes(Guides(), PICTURE)
     assert shapes.shades == shapes.frames == shapes.lines == ()
 
 
-def test_thirds_and_the_cross_lie_in_the_open_part():
+def test_thirds_and_center_cross_lie_inside_matte():
     lines = guide_shapes(Guides(1.0, thirds=True), (0.0, 0.0, 400.0, 300.0)).lines
-    wanted = [(150, 0, 150, 300), (250, 0, 250, 300), (50, 100, 350, 100), (50, 200, 350, 200)]
-    np.testing.assert_allclose(lines, wanted)
+    expected = [(150, 0, 150, 300), (250, 0, 250, 300), (50, 100, 350, 100), (50, 200, 350, 200)]
+    np.testing.assert_allclose(lines, expected)
     across, up = guide_shapes(Guides(centre=True), PICTURE).lines
     assert across == (105, 70, 115, 70) and up == (110, 65, 110, 75)  # 5 % of the height each way
 
 
-def test_safe_areas_are_parts_of_the_open_part():
+def test_safe_area_frames_are_fractions_of_matte_opening():
     matte, action, title = guide_shapes(Guides(1.0, safe_areas=True), PICTURE).frames
     assert matte == (60, 20, 160, 120)
     assert action == pytest.approx((63.5, 23.5, 156.5, 116.5))

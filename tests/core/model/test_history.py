@@ -1,4 +1,4 @@
-"""Undo against a list with a place in it, for any run of gestures."""
+"""Compare undo and redo with a plain list and a position in it, for any sequence of gestures."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -18,76 +18,76 @@ GESTURES = st.lists(
 )
 
 
-def dragged(past: History, shots: list[Shot]) -> History:
+def drag_through(past: History, shots: list[Shot]) -> History:
     for shot in shots:
-        past = past.changed(shot)
+        past = past.with_current(shot)
     return past
 
 
 @given(GESTURES)
-def test_it_is_a_list_of_gestures_with_a_place_in_it(gestures):
-    steps, place = [SHOTS[0]], 0
-    now = History.of(SHOTS[0])
+def test_history_agrees_with_list_model_after_any_gestures(gestures):
+    steps, position = [SHOTS[0]], 0
+    history_now = History.of(SHOTS[0])
     for gesture in gestures:
         if gesture == "undo":
-            now, place = now.undone(), max(place - 1, 0)
+            history_now, position = history_now.undo(), max(position - 1, 0)
         elif gesture == "redo":
-            now, place = now.redone(), min(place + 1, len(steps) - 1)
+            history_now, position = history_now.redo(), min(position + 1, len(steps) - 1)
         else:
-            now = dragged(now, gesture).at_rest()
-            if gesture[-1] != steps[place]:
-                steps, place = [*steps[: place + 1], gesture[-1]], place + 1
-        assert now.now == now.settled == steps[place]
-        assert [*now.past, now.now, *reversed(now.future)] == steps
+            history_now = drag_through(history_now, gesture).end_gesture()
+            if gesture[-1] != steps[position]:
+                steps, position = [*steps[: position + 1], gesture[-1]], position + 1
+        assert history_now.current == history_now.last_step == steps[position]
+        assert [*history_now.past, history_now.current, *reversed(history_now.future)] == steps
 
 
 @given(GESTURES)
-def test_undo_to_the_start_and_redo_to_the_end(gestures):
-    now = History.of(SHOTS[0])
+def test_undo_reaches_first_shot_and_redo_reaches_last(gestures):
+    history_now = History.of(SHOTS[0])
     for gesture in gestures:
-        now = (
-            now.undone()
+        history_now = (
+            history_now.undo()
             if gesture == "undo"
-            else now.redone()
+            else history_now.redo()
             if gesture == "redo"
-            else (dragged(now, gesture).at_rest())
+            else (drag_through(history_now, gesture).end_gesture())
         )
-    while now.future:
-        now = now.redone()
-    last, steps = now.now, len(now.past)
+    while history_now.future:
+        history_now = history_now.redo()
+    last, steps = history_now.current, len(history_now.past)
     for _ in range(steps):
-        now = now.undone()
-    assert now.now == SHOTS[0] and now.undone() == now
+        history_now = history_now.undo()
+    assert history_now.current == SHOTS[0] and history_now.undo() == history_now
     for _ in range(steps):
-        now = now.redone()
-    assert now.now == last and now.redone() == now
+        history_now = history_now.redo()
+    assert history_now.current == last and history_now.redo() == history_now
 
 
-def test_a_drag_is_one_step_and_one_that_comes_back_is_none():
+def test_drag_is_one_undo_step_and_none_if_it_returns():
     start = History.of(SHOTS[0])
-    assert len(dragged(start, SHOTS[1:]).at_rest().past) == 1
-    back = dragged(start, [SHOTS[1], SHOTS[0]]).at_rest()
-    assert (back.past, back.now) == ((), SHOTS[0])
+    assert len(drag_through(start, SHOTS[1:]).end_gesture().past) == 1
+    unchanged = drag_through(start, [SHOTS[1], SHOTS[0]]).end_gesture()
+    assert (unchanged.past, unchanged.current) == ((), SHOTS[0])
 
 
-def test_undo_in_the_middle_of_a_drag_takes_back_the_drag():
-    start = dragged(History.of(SHOTS[0]), [SHOTS[1]]).at_rest()
-    amid = dragged(start, [SHOTS[2], SHOTS[3]])
-    assert amid.undone().now == SHOTS[1]
-    assert amid.undone().redone().now == SHOTS[3]
+def test_undo_during_drag_undoes_the_whole_drag():
+    start = drag_through(History.of(SHOTS[0]), [SHOTS[1]]).end_gesture()
+    during_drag = drag_through(start, [SHOTS[2], SHOTS[3]])
+    assert during_drag.undo().current == SHOTS[1]
+    assert during_drag.undo().redo().current == SHOTS[3]
 
 
-def test_a_change_that_comes_back_leaves_what_can_be_redone():
-    undone = dragged(History.of(SHOTS[0]), [SHOTS[1]]).at_rest().undone()
-    assert dragged(undone, [SHOTS[2], SHOTS[0]]).at_rest().redone().now == SHOTS[1]
+def test_drag_that_returns_keeps_redo_steps():
+    undone = drag_through(History.of(SHOTS[0]), [SHOTS[1]]).end_gesture().undo()
+    assert drag_through(undone, [SHOTS[2], SHOTS[0]]).end_gesture().redo().current == SHOTS[1]
 
 
-def test_the_oldest_steps_are_forgotten(monkeypatch):
+def test_history_drops_oldest_steps_beyond_maximum(monkeypatch):
     monkeypatch.setattr(history, "_STEPS_MAX", 5)
-    now = History.of(SHOTS[0])
+    history_now = History.of(SHOTS[0])
     for i in range(1, 12):
-        now = now.changed(SHOTS[i % 4]).at_rest()
-    assert len(now.past) == 5
+        history_now = history_now.with_current(SHOTS[i % 4]).end_gesture()
+    assert len(history_now.past) == 5
     for _ in range(9):
-        now = now.undone()
-    assert now.now == SHOTS[6 % 4] and len(now.future) == 5
+        history_now = history_now.undo()
+    assert history_now.current == SHOTS[6 % 4] and len(history_now.future) == 5

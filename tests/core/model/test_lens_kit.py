@@ -1,4 +1,4 @@
-"""A kit bounds what a hand does to the lens, and says why."""
+"""Test how a lens kit limits changes of the lens, and the reasons that it gives."""
 
 from dataclasses import replace
 
@@ -19,34 +19,34 @@ LENSES = st.builds(Lens, st.floats(5, 300), st.floats(0.7, 22), st.floats(0.31, 
 
 
 @given(LENSES, LENSES, st.sampled_from((KIT, MIXED)))
-def test_what_a_hand_changes_is_within_the_kit(before, asked, kit):
-    got = kit.followed(before, asked)
-    lens = kit.nearest(got.focal_length_mm)
+def test_followed_limits_changed_values_to_kit(before, requested_lens, kit):
+    kit_lens = kit.limit_change(before, requested_lens)
+    lens = kit.nearest(kit_lens.focal_length_mm)
     names = ("focal_length_mm", "f_stop", "focus_distance_m")
-    changed = [n for n in names if getattr(before, n) != getattr(asked, n)]
+    changed = [n for n in names if getattr(before, n) != getattr(requested_lens, n)]
     if "focal_length_mm" in changed:
-        assert got.focal_length_mm == lens.length_near(got.focal_length_mm)
-        assert got.f_stop >= lens.f_stop and got.focus_distance_m >= lens.close_focus_m
-    assert kit.followed(before, got) == got or "focal_length_mm" not in changed
-    assert (kit.refusal(got) == "") or len(changed) < 3
+        assert kit_lens.focal_length_mm == lens.length_near(kit_lens.focal_length_mm)
+        assert kit_lens.f_stop >= lens.f_stop and kit_lens.focus_distance_m >= lens.close_focus_m
+    assert kit.limit_change(before, kit_lens) == kit_lens or "focal_length_mm" not in changed
+    assert (kit.refusal_message(kit_lens) == "") or len(changed) < 3
 
 
 @given(LENSES, st.sampled_from((KIT, MIXED)))
-def test_a_refusal_is_told_exactly_where_the_lens_is_changed(asked, kit):
-    got = kit.followed(None, asked)
+def test_kit_refusal_is_given_exactly_if_lens_must_change(requested_lens, kit):
+    kit_lens = kit.limit_change(None, requested_lens)
     names = ("focal_length_mm", "f_stop", "focus_distance_m")
-    is_changed = any(getattr(got, n) != getattr(asked, n) for n in names)
-    assert bool(kit.refusal(asked)) == is_changed
-    assert kit.refusal(got) == ""
+    is_changed = any(getattr(kit_lens, n) != getattr(requested_lens, n) for n in names)
+    assert bool(kit.refusal_message(requested_lens)) == is_changed
+    assert kit.refusal_message(kit_lens) == ""
 
 
-def test_the_nearest_lens_is_mounted_with_its_character():
-    mounted = KIT.within(LENS)
+def test_kit_within_mounts_nearest_lens_with_its_character():
+    mounted = KIT.limit_lens(LENS)
     assert mounted == replace(mounted, focal_length_mm=100.0, f_stop=2.5, focus_distance_m=0.9)
     assert (mounted.close_focus_m, mounted.squeeze) == (0.9, 1.5)
 
 
-def test_a_zoom_has_every_length_between_its_ends():
+def test_zoom_of_kit_offers_all_lengths_between_its_ends():
     assert [MIXED.nearest(mm).length_near(mm) for mm in (10, 35, 70, 80, 300)] == [
         *(24.0, 35.0, 70.0),
         *(70.0, 100.0),
@@ -54,14 +54,14 @@ def test_a_zoom_has_every_length_between_its_ends():
     assert ZOOM.name == "24-70 mm"
 
 
-def test_what_was_outside_before_stays_until_it_is_touched():
+def test_followed_keeps_unchanged_values_outside_kit():
     keyed = Lens(50.0, 1.0, 5.0, 36.0)
-    got = KIT.followed(keyed, replace(keyed, focus_distance_m=0.2))
-    assert (got.f_stop, got.focus_distance_m) == (1.0, 0.46)
+    kit_lens = KIT.limit_change(keyed, replace(keyed, focus_distance_m=0.2))
+    assert (kit_lens.f_stop, kit_lens.focus_distance_m) == (1.0, 0.46)
 
 
 @pytest.mark.parametrize(
-    ("asked", "told"),
+    ("requested_lens", "message"),
     [
         (Lens(85.0, 2.8, 2.0, 36.0), "The kit old has no 85 mm, only 50, 100 mm."),
         (Lens(50.0, 1.4, 2.0, 36.0), "The 50 mm of the kit old opens to f/2, not to f/1.4."),
@@ -72,8 +72,8 @@ def test_what_was_outside_before_stays_until_it_is_touched():
         (Lens(100.0, 2.8, 2.0, 36.0), ""),
     ],
 )
-def test_a_refusal_names_the_lens_and_its_limit(asked, told):
-    assert KIT.refusal(asked) == told
+def test_kit_refusal_names_lens_and_its_limit(requested_lens, message):
+    assert KIT.refusal_message(requested_lens) == message
 
 
 @pytest.mark.parametrize(
@@ -87,12 +87,12 @@ def test_a_refusal_names_the_lens_and_its_limit(asked, told):
         ({"breathing": 3.0}, "breathing"),
     ],
 )
-def test_a_lens_that_cannot_be_is_refused(values, words):
+def test_kit_lens_rejects_impossible_values(values, words):
     with pytest.raises(InputError, match=words):
         KitLens(**{"focal_length_mm": 50.0, "f_stop": 2.0, "close_focus_m": 0.5} | values)
 
 
-def test_a_kit_needs_a_name_and_lenses_of_different_lengths():
+def test_lens_kit_rejects_bad_name_and_equal_lengths():
     for name, lenses in (("two words", (FIFTY,)), ("", (FIFTY,)), ("a", ()), ("a", (FIFTY,) * 2)):
         with pytest.raises(InputError):
             LensKit(name, "", lenses)

@@ -1,4 +1,4 @@
-"""A track of values becomes the fewest keys that meet it at every frame."""
+"""Test `linear_keys`: the fewest linear keys that meet a track of values at every frame."""
 
 import math
 
@@ -15,7 +15,7 @@ TRACKS = st.lists(st.sampled_from([1.0, 1.5, 2.0, 3.0, 8.0]), min_size=2, max_si
 
 
 @given(TRACKS, st.sampled_from(list(Scale)))
-def test_the_keys_meet_every_frame(track, scale):
+def test_linear_keys_meet_value_at_every_frame(track, scale):
     frames = tuple(range(11, 11 + len(track)))
     keys = linear_keys(frames, tuple(track), scale)
     if len(set(track)) == 1:
@@ -28,30 +28,30 @@ def test_the_keys_meet_every_frame(track, scale):
 
 
 @pytest.mark.parametrize("scale", Scale)
-def test_a_straight_line_on_the_scale_has_two_keys_and_each_bend_one_more(scale):
-    places = [scale.place_of(value) for value in (2.0, 8.0)]
+def test_linear_keys_use_two_keys_for_line_and_one_per_bend(scale):
+    scaled_ends = [scale.position_of(value) for value in (2.0, 8.0)]
 
     def values(*bends):
-        at = np.interp(range(21), np.linspace(0, 20, len(bends)), bends)
-        return [float(np.float32(scale.value_at(place))) for place in at]
+        scaled_values = np.interp(range(21), np.linspace(0, 20, len(bends)), bends)
+        return [float(np.float32(scale.value_at(place))) for place in scaled_values]
 
     frames = tuple(range(21))
-    assert [key.frame for key in linear_keys(frames, tuple(values(*places)), scale)] == [0, 20]
-    bent = values(*places, *places)  # there and back and there
+    assert [key.frame for key in linear_keys(frames, tuple(values(*scaled_ends)), scale)] == [0, 20]
+    bent = values(*scaled_ends, *scaled_ends)  # there and back and there
     keys = linear_keys(tuple(range(0, 42, 2)), tuple(bent), scale)
     assert len(keys) <= 6 and {0, 40} < {key.frame for key in keys}
 
 
-def test_a_value_that_is_off_by_more_than_float32_has_its_key():
+def test_linear_keys_ignore_errors_below_float32_precision():
     track = [1.0, 2.0, 3.0, 4.0, 5.0]
     frames = (0, 1, 2, 3, 4)
     assert len(linear_keys(frames, tuple(track), Scale.LINEAR)) == 2
-    for off, count in ((1e-8, 2), (1e-5, 4)):
-        moved = (*track[:2], 3.0 * (1 + off), *track[3:])
-        assert len(linear_keys(frames, moved, Scale.LINEAR)) >= count
-        assert (len(linear_keys(frames, moved, Scale.LINEAR)) == 2) is (count == 2)
+    for error, count in ((1e-8, 2), (1e-5, 4)):
+        changed_track = (*track[:2], 3.0 * (1 + error), *track[3:])
+        assert len(linear_keys(frames, changed_track, Scale.LINEAR)) >= count
+        assert (len(linear_keys(frames, changed_track, Scale.LINEAR)) == 2) is (count == 2)
 
 
-def test_infinity_is_a_place_in_dioptres():
+def test_linear_keys_handle_infinity_on_reciprocal_scale():
     keys = linear_keys((1, 2, 3), (2.0, 4.0, math.inf), Scale.RECIPROCAL)
     assert [(key.frame, key.value) for key in keys] == [(1, 2.0), (3, math.inf)]

@@ -1,9 +1,9 @@
-"""A parameter that can be keyed is a member with its facts and its curve: it arrives everywhere.
+"""Check that a lens parameter added in one place reaches commands, shot files and the timeline.
 
 Members of an enumeration cannot be added from outside, so the test edits a copy of the program.
 """
 
-from support.program_copies import copied, run_in
+from support.program_copies import copy_program, run_in_copy
 
 _HOME = "app/heatlens/core/model/shot/lens_parameter.py"
 _RECORD = """    LensParameter.RIM: ParameterFacts(
@@ -26,9 +26,9 @@ EDITS = {
 }
 
 
-def test_it_is_typed_kept_shown_and_drawn(tmp_path):
-    done = run_in(
-        copied(tmp_path, EDITS),
+def test_added_lens_parameter_works_in_commands_files_and_timeline(tmp_path):
+    process = run_in_copy(
+        copy_program(tmp_path, EDITS),
         """
         from heatlens.fronts.commands.main import main
         from heatlens.media.documents.shot_file import read_shot
@@ -42,8 +42,8 @@ def test_it_is_typed_kept_shown_and_drawn(tmp_path):
         assert shot.lens_at(9).rim == 0.5 and shot.lens_at(1).rim == 0.0
         rim = LensParameter.RIM
         assert rim in shown_rows(shot, False) and rim.control == "rim"
-        assert AXES[rim].words(0.5, "m") == "0.5 rims"
+        assert AXES[rim].format_value(0.5, "m") == "0.5 rims"
         assert main(["shot", "show", "a.heatlens.json"]) == 0
         """,
     )
-    assert "0.5 rims" in done.stdout
+    assert "0.5 rims" in process.stdout

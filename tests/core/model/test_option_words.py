@@ -1,4 +1,4 @@
-"""Fields that a person sets: their ranges, their types and how they are written as options."""
+"""Test fields that a user sets: their ranges and types, and their command line options."""
 
 import math
 from dataclasses import dataclass, field
@@ -8,12 +8,12 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.option import (
     Option,
+    changed_options,
     check_range,
     option,
     option_field,
     options_of,
     type_of,
-    words_of,
 )
 
 
@@ -26,10 +26,10 @@ class Record:
     hidden: int = 3
 
 
-def test_an_option_takes_its_flag_label_and_tip_from_its_words():
-    told = options_of(Record)
-    assert list(told) == ["needed", "width", "is_on", "name"]
-    width, is_on = told["width"], told["is_on"]
+def test_options_of_derives_flag_label_and_tip_from_words():
+    options = options_of(Record)
+    assert list(options) == ["needed", "width", "is_on", "name"]
+    width, is_on = options["width"], options["is_on"]
     assert (width.flag, width.label, width.tip) == ("film-width", "Film width", "how wide")
     assert (width.words, width.help, width.unit, width.shown) == (
         *("Film width", "how wide", "mm", "%.2f"),
@@ -37,7 +37,7 @@ def test_an_option_takes_its_flag_label_and_tip_from_its_words():
     assert (is_on.flag, is_on.label) == ("on", "")
 
 
-def test_a_range_includes_its_ends_and_never_nan():
+def test_option_allows_ends_of_range_but_not_nan():
     width = options_of(Record)["width"]
     assert width.allows(1.0) and width.allows(100.0)
     assert not any(map(width.allows, (0.999, 100.001, math.nan, math.inf)))
@@ -45,7 +45,7 @@ def test_a_range_includes_its_ends_and_never_nan():
     assert Option("some", least=1.0).allows(1e9) and not Option("some", most=1.0).allows(1.1)
 
 
-def test_a_value_out_of_range_is_told_with_its_range():
+def test_check_range_names_allowed_range_and_value():
     check_range("width", None, 1.0, 2.0)
     check_range("width", 1.0, 1.0, 2.0)
     check_range("width", 2.0, 1.0, 2.0)
@@ -54,10 +54,14 @@ def test_a_value_out_of_range_is_told_with_its_range():
             check_range("width", wrong, 1.0, 2.0)
 
 
-def test_a_type_is_told_without_none():
+def test_type_of_optional_field_is_type_without_none():
     assert type_of(Record, "name") is str and type_of(Record, "width") is float
 
 
-def test_only_what_is_not_at_its_default_becomes_words():
-    assert words_of(Record(1)) == []
-    assert words_of(Record(1, 24.0, True, "a b", 9)) == ["--film-width=24.0", "--on", "--name=a b"]
+def test_words_of_lists_only_non_default_options():
+    assert changed_options(Record(1)) == []
+    assert changed_options(Record(1, 24.0, True, "a b", 9)) == [
+        "--film-width=24.0",
+        "--on",
+        "--name=a b",
+    ]

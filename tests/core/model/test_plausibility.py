@@ -1,4 +1,4 @@
-"""Units that cannot be: what is said of them, and that nothing is said of what can be."""
+"""Test doubts about implausible units, and that plausible shots raise none."""
 
 import math
 
@@ -7,14 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.model.focus.coc import far_limit_m, near_limit_m
-from heatlens.core.model.focus.plausibility import DepthSpan, doubts, span_doubts
+from heatlens.core.model.focus.plausibility import DepthSpan, find_doubts, span_doubts
 from heatlens.core.model.lens.lens import Lens
 
 ROOM = DepthSpan(0.76, 11.04)
 
 
-def said(lens, span=ROOM):
-    return " ".join(doubt.sentence for doubt in doubts(lens, span))
+def joined_doubts(lens, span=ROOM):
+    return " ".join(doubt.sentence for doubt in find_doubts(lens, span))
 
 
 def lens(focus_m=2.24, focal_mm=50.0, sensor_mm=36.0):
@@ -39,8 +39,8 @@ def lens(focus_m=2.24, focal_mm=50.0, sensor_mm=36.0):
         (lens(sensor_mm=3600.0), ROOM, "--sensor-width is in mm"),
     ],
 )
-def test_a_wrong_unit_is_told_with_the_option_that_mends_it(doubtful, span, cause):
-    assert cause in said(doubtful, span)
+def test_doubts_about_wrong_unit_name_option_that_corrects_it(doubtful, span, cause):
+    assert cause in joined_doubts(doubtful, span)
 
 
 @pytest.mark.parametrize(
@@ -56,48 +56,48 @@ def test_a_wrong_unit_is_told_with_the_option_that_mends_it(doubtful, span, caus
         (lens(0.12), DepthSpan(0.1, 0.15)),  # insects
     ],
 )
-def test_nothing_is_said_of_what_people_shoot(good, span):
-    assert said(good, span) == ""
+def test_doubts_are_empty_for_usual_shots(good, span):
+    assert joined_doubts(good, span) == ""
 
 
 POSITIVE = st.floats(1e-3, 1e5)
 
 
 @given(POSITIVE, POSITIVE, POSITIVE, st.floats(8, 600), st.booleans())
-def test_a_focus_on_a_surface_or_sharpness_somewhere_is_never_doubted(a, b, part, focal_mm, sky):
+def test_focus_between_near_and_far_depth_is_never_doubted(a, b, part, focal_mm, sky):
     near_m, far_m = sorted((a, b))
     focus_m = near_m + (far_m - near_m) * min(part / 1e5, 1.0)
     if focus_m * 1e3 <= focal_mm * 1.01:
         return
     focused = Lens(focal_mm, 2.8, focus_m, 36.0)
-    found = doubts(focused, DepthSpan(near_m, far_m, sky))
-    assert all(doubt.about == "depth" for doubt in found)
-    if found:  # then all of it is sharp, and a room in another unit
+    found_doubts = find_doubts(focused, DepthSpan(near_m, far_m, sky))
+    assert all(doubt.about == "depth" for doubt in found_doubts)
+    if found_doubts:  # then all of it is sharp, and a room in another unit
         assert near_limit_m(focused) <= near_m and far_limit_m(focused) >= far_m
 
 
 @given(POSITIVE, POSITIVE)
-def test_the_doubt_goes_when_its_advice_is_taken(near_m, ratio):
+def test_doubt_about_focus_vanishes_with_suggested_unit(near_m, ratio):
     span = DepthSpan(near_m, near_m * (1 + ratio))
-    for doubt in doubts(lens(), span):
+    for doubt in find_doubts(lens(), span):
         unit_m = {"cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048, "km": 1e3}.get(
             doubt.sentence.partition("--scene-unit ")[2].partition(";")[0].strip(". ")
         )
         if unit_m is not None:
-            assert not [d for d in doubts(lens(), span.in_unit(unit_m)) if d.about == "focus"]
+            assert not [d for d in find_doubts(lens(), span.in_unit(unit_m)) if d.about == "focus"]
 
 
-def test_without_surfaces_there_is_nothing_to_hold_the_focus_against():
-    assert said(lens(), DepthSpan(math.inf, math.inf, has_sky=True)) == ""
-    assert said(lens(), DepthSpan(math.nan, math.nan)) == ""
+def test_doubts_are_empty_without_surfaces():
+    assert joined_doubts(lens(), DepthSpan(math.inf, math.inf, has_sky=True)) == ""
+    assert joined_doubts(lens(), DepthSpan(math.nan, math.nan)) == ""
 
 
-def test_depths_alone_are_doubted_only_where_another_unit_makes_a_room():
+def test_span_doubts_only_if_another_unit_gives_room_size():
     assert "--scene-unit cm" in span_doubts(DepthSpan(76, 1104))[0].sentence
     assert not span_doubts(ROOM) and not span_doubts(DepthSpan(5e5, 9e5))
 
 
 @pytest.mark.parametrize(("f_stop", "is_doubted"), [(0.1, True), (0.49, True), (0.5, False)])
-def test_no_lens_is_faster_than_half(f_stop, is_doubted):
-    found = doubts(Lens(50.0, f_stop, 3.0, 36.0), DepthSpan(1.0, 20.0))
-    assert any("faster than f/0.5" in doubt.sentence for doubt in found) is is_doubted
+def test_doubts_report_f_stop_below_0_5(f_stop, is_doubted):
+    found_doubts = find_doubts(Lens(50.0, f_stop, 3.0, 36.0), DepthSpan(1.0, 20.0))
+    assert any("faster than f/0.5" in doubt.sentence for doubt in found_doubts) is is_doubted

@@ -1,4 +1,4 @@
-"""A shot over time: the lens at every frame, marks, and the focus pull as one gesture."""
+"""Test a shot over time: the lens at every frame, marks, and focus pulls."""
 
 import math
 from dataclasses import replace
@@ -34,15 +34,15 @@ def focus_at(shot: Shot, frame: float) -> float:
     return shot.lens_at(frame).focus_distance_m
 
 
-def test_a_shot_without_keys_is_its_lens_at_every_frame():
+def test_lens_at_of_shot_without_keys_is_its_lens():
     shot = Shot(FIFTY)
     assert shot.lens_at(-5) is shot.lens_at(1001.5) is FIFTY
-    other = replace(FIFTY, f_stop=8.0)
-    assert replace(shot, lens=other).lens_at(1001) is other
+    other_lens = replace(FIFTY, f_stop=8.0)
+    assert replace(shot, lens=other_lens).lens_at(1001) is other_lens
     assert Shot(FIFTY, DefocusSettings(Bokeh.HEAT)).defocus.bokeh is Bokeh.HEAT
 
 
-def test_shots_are_values():
+def test_shots_compare_and_hash_by_value():
     mark = DistanceMark("A", 2.0)
     keyed = [Shot(FIFTY, marks=(mark,)).with_key(1001, FOCUS, 2.0) for _ in range(2)]
     assert keyed[0] == keyed[1] and len(set(keyed)) == 1
@@ -50,14 +50,14 @@ def test_shots_are_values():
 
 
 @pytest.mark.parametrize("parameter", LensParameter)
-def test_a_value_without_keys_holds_at_every_frame(parameter):
+def test_with_lens_value_without_keys_sets_value_for_all_frames(parameter):
     shot = Shot(FIFTY).with_lens_value(1010, parameter, VALUES[parameter])
     assert shot.key_frames == ()
     assert getattr(shot.lens_at(7), parameter) == VALUES[parameter]
 
 
 @pytest.mark.parametrize("parameter", LensParameter)
-def test_a_value_with_keys_gets_a_key(parameter):
+def test_with_lens_value_adds_key_if_parameter_has_keys(parameter):
     before = getattr(FIFTY, parameter)
     shot = Shot(FIFTY).with_key(1001, parameter).with_lens_value(1010, parameter, VALUES[parameter])
     assert shot.key_frames == (1001, 1010)
@@ -67,7 +67,7 @@ def test_a_value_with_keys_gets_a_key(parameter):
     assert low < getattr(shot.lens_at(1005), parameter) < high
 
 
-def test_without_auto_key_only_keys_that_are_there_change():
+def test_with_lens_value_without_auto_key_changes_only_existing_keys():
     shot = Shot(FIFTY).with_key(1001, FOCUS)
     with pytest.raises(InputError, match="at frame 1010"):
         shot.with_lens_value(1010, FOCUS, 3.0, auto_key=False)
@@ -75,7 +75,7 @@ def test_without_auto_key_only_keys_that_are_there_change():
     assert focus_at(changed, 1001) == 3.0 and changed.key_frames == (1001,)
 
 
-def test_a_value_that_no_lens_can_have_is_refused_when_it_is_set():
+def test_with_lens_value_rejects_impossible_lens():
     for shot in (Shot(FIFTY), Shot(FIFTY).with_key(1001, FOCUS)):
         with pytest.raises(LensError, match="beyond the focal length"):
             shot.with_lens_value(1010, FOCUS, 0.03)
@@ -84,28 +84,28 @@ def test_a_value_that_no_lens_can_have_is_refused_when_it_is_set():
         zoomed.with_lens_value(1001, FOCUS, 0.1)
 
 
-def test_keys_that_meet_in_an_impossible_lens_name_the_frame():
+def test_lens_at_names_frame_of_impossible_lens():
     shot = Shot(FIFTY).with_key(0, FOCUS, 0.06).with_key(10, FOCAL_LENGTH, 55.0)
     crossing = shot.with_curve(FOCAL_LENGTH, shot.curves.focal_length_mm.with_value(20, 200.0))
     with pytest.raises(LensError, match=r"^Frame 20: .*focal length of 200 mm"):
         crossing.lens_at(20)
 
 
-def test_f_stops_move_in_stops_and_focus_in_dioptres():
+def test_f_stop_interpolates_in_stops_and_focus_in_dioptres():
     shot = Shot(FIFTY).with_key(0, F_STOP, 2.0).with_key(8, F_STOP, 8.0)
     assert shot.lens_at(4).f_stop == pytest.approx(4.0, rel=1e-12)
     shot = Shot(FIFTY).with_key(0, FOCUS, 2.0).with_key(8, FOCUS, math.inf)
     assert focus_at(shot, 4) == pytest.approx(4.0, rel=1e-12)
 
 
-def test_focus_can_move_in_metres_but_not_to_infinity():
+def test_linear_focus_scale_interpolates_meters_and_rejects_infinity():
     shot = Shot(FIFTY).with_key(0, FOCUS, 2.0).with_key(8, FOCUS, 8.0)
     assert focus_at(shot.with_focus_scale(Scale.LINEAR), 4) == pytest.approx(5.0, rel=1e-12)
     with pytest.raises(InputError, match="use the scale of dioptres for infinity"):
         shot.with_key(8, FOCUS, math.inf).with_focus_scale(Scale.LINEAR)
 
 
-def test_removing_the_last_key_leaves_the_picture_as_it_was():
+def test_removing_last_key_keeps_its_value_as_lens_value():
     shot = Shot(FIFTY).with_key(1001, FOCUS, 5.0).with_key(1010, FOCUS, 7.0)
     assert shot.without_key(1010, FOCUS).key_frames == (1001,)
     bare = shot.without_key(1010, FOCUS).without_key(1001, FOCUS)
@@ -114,20 +114,20 @@ def test_removing_the_last_key_leaves_the_picture_as_it_was():
     assert shot.without_keys(1010, FOCUS) == Shot(replace(FIFTY, focus_distance_m=7.0))
 
 
-def test_only_focus_has_a_choice_of_scale():
+def test_lens_curves_reject_other_scale_except_for_focus():
     assert LensCurves(focus_distance_m=Curve(scale=Scale.LINEAR)).focus_distance_m.keys == ()
     with pytest.raises(InputError, match="Keys of f_stop"):
         LensCurves(f_stop=Curve())
 
 
-def test_the_span_is_the_plates_or_that_of_the_keys():
+def test_shot_span_and_played_range_of_plate_keys_and_in_out():
     keyed = Shot(FIFTY).with_key(1001.5, FOCUS).with_key(1024, F_STOP)
-    assert Shot(FIFTY).span is None and Shot(FIFTY).played is None
+    assert Shot(FIFTY).span is None and Shot(FIFTY).played_frames is None
     assert keyed.span == FrameRange(1001, 1024)
     plate = replace(keyed, frames=FrameRange(990, 1100))
-    assert plate.span == plate.played == FrameRange(990, 1100)
-    assert replace(plate, in_out=FrameRange(1000, 1200)).played == FrameRange(1000, 1100)
-    assert replace(plate, in_out=FrameRange(1, 2)).played == FrameRange(990, 1100)
+    assert plate.span == plate.played_frames == FrameRange(990, 1100)
+    assert replace(plate, in_out=FrameRange(1000, 1200)).played_frames == FrameRange(1000, 1100)
+    assert replace(plate, in_out=FrameRange(1, 2)).played_frames == FrameRange(990, 1100)
 
 
 @pytest.mark.parametrize(
@@ -140,12 +140,12 @@ def test_the_span_is_the_plates_or_that_of_the_keys():
         ({"marks": (DistanceMark("A", 1.0), DistanceMark("A", 2.0))}, "Two marks are called A"),
     ],
 )
-def test_impossible_shots_are_refused(change, words):
+def test_shot_rejects_impossible_values(change, words):
     with pytest.raises(InputError, match=words):
         replace(Shot(FIFTY), **change)
 
 
-def test_frames_are_written_as_first_and_last():
+def test_parse_frame_range_reads_first_and_last_frame():
     frames = parse_frame_range(" 1001-1024 ")
     assert (frames.first, frames.last, frames.count) == (1001, 1024, 24)
     assert list(parse_frame_range("-2-1")) == [-2, -1, 0, 1] and 0 in parse_frame_range("-2-1")
@@ -153,13 +153,13 @@ def test_frames_are_written_as_first_and_last():
 
 
 @pytest.mark.parametrize("text", ["", "a-b", "1024-1001", "1-", "1-2-3", "1-99999999", "1.5-2"])
-def test_what_are_no_frames(text):
+def test_parse_frame_range_rejects_invalid_text(text):
     with pytest.raises(InputError):
         parse_frame_range(text)
 
 
 @given(DISTANCES, DISTANCES, st.integers(-100, 2000), st.integers(1, 200), st.floats(0, 100))
-def test_a_pull_goes_from_here_to_there_and_no_further(near, far, start, frames, ease):
+def test_pull_goes_from_near_to_far_without_overshoot(near, far, start, frames, ease):
     shot = pull(Shot(FIFTY), near, far, start, frames, ease)
     assert focus_at(shot, start) == focus_at(shot, start - 9) == near
     assert focus_at(shot, start + frames) == focus_at(shot, start + frames + 9) == far
@@ -168,14 +168,14 @@ def test_a_pull_goes_from_here_to_there_and_no_further(near, far, start, frames,
     assert all(low * (1 - 1e-9) <= focus <= high * (1 + 1e-9) for focus in path)
 
 
-def test_a_pull_at_the_default_ease_is_the_smoothstep_in_dioptres():
+def test_pull_with_default_ease_is_smoothstep_in_dioptres():
     shot = pull(Shot(FIFTY), 1.0, math.inf, 1001, 24)
     for frame in range(1001, 1025):
         u = (frame - 1001) / 24
         assert 1 / focus_at(shot, frame) == pytest.approx(1 - u * u * (3 - 2 * u), rel=1e-9)
 
 
-def test_a_pull_takes_the_place_of_the_keys_inside_it_alone():
+def test_pull_replaces_only_keys_inside_its_range():
     keyed = Shot(FIFTY)
     for frame in (1000, 1005, 1010, 1030):
         keyed = keyed.with_key(frame, FOCUS, 3.0)
@@ -188,7 +188,7 @@ def test_a_pull_takes_the_place_of_the_keys_inside_it_alone():
     ]
 
 
-def test_pulls_that_follow_each_other_keep_each_their_ease():
+def test_adjacent_pulls_keep_their_own_ease_at_shared_key():
     shot = pull(pull(Shot(FIFTY), 1.0, 2.0, 0, 10, 80.0), 2.0, 4.0, 10, 10, 20.0)
     middle = shot.curves.focus_distance_m.key_at(10)
     assert middle is not None
@@ -196,17 +196,17 @@ def test_pulls_that_follow_each_other_keep_each_their_ease():
 
 
 @pytest.mark.parametrize("frames", [0, -5, math.nan])
-def test_a_pull_takes_time(frames):
+def test_pull_rejects_duration_of_zero_or_less(frames):
     with pytest.raises(InputError, match="must last more than"):
         pull(Shot(FIFTY), 1.0, 2.0, 1001, frames)
 
 
-def test_a_pull_to_where_no_lens_focuses_is_refused():
+def test_pull_rejects_target_within_focal_length():
     with pytest.raises(LensError, match=r"Frame 1011: .*beyond the focal length"):
         pull(Shot(FIFTY), 1.0, 0.01, 1001, 10)
 
 
-def test_frames_nearer_than_the_close_focus_are_found():
+def test_frames_too_close_lists_frames_below_close_focus():
     lens = replace(FIFTY, close_focus_m=0.5)
     shot = Shot(lens, frames=FrameRange(0, 20))
     linear = pull(shot, 1.0, 0.25, 0, 12, 0.0)  # 1 to 4 dioptres, 0.25 a frame: 2 at frame 4
@@ -217,12 +217,12 @@ def test_frames_nearer_than_the_close_focus_are_found():
 
 
 @pytest.mark.parametrize("close_focus_m", [0.0, -1.0, math.nan, math.inf])
-def test_an_impossible_close_focus_is_refused(close_focus_m):
+def test_lens_rejects_impossible_close_focus(close_focus_m):
     with pytest.raises(LensError, match="close focus"):
         replace(FIFTY, close_focus_m=close_focus_m)
 
 
-def test_marks_are_named_as_on_the_tape():
+def test_free_letter_names_marks_a_to_z_and_fills_gaps():
     marks: list[DistanceMark] = []
     for _ in range(30):
         marks.append(DistanceMark(free_letter(mark.name for mark in marks), 1.0))
@@ -231,31 +231,31 @@ def test_marks_are_named_as_on_the_tape():
     assert free_letter(mark.name for mark in marks[:1] + marks[2:]) == "B"
 
 
-def test_a_distance_mark_asks_for_no_depth():
+def test_distance_at_of_distance_mark_reads_no_depth():
     assert distance_at_m(DistanceMark("A", math.inf), 1001, lambda *_: 1 / 0) == math.inf
 
 
 @given(st.integers(1, 9), st.integers(1, 30))
-def test_what_comes_nearer_evenly_in_dioptres_is_measured_where_it_is(smooth_frames, frame):
-    asked = []
+def test_distance_at_of_point_mark_follows_steady_approach_without_lag(smooth_frames, frame):
+    requests = []
 
-    def depth_at(at: int, x: float, y: float) -> float:
-        asked.append((at, x, y))
-        return 1 / (0.1 + 0.02 * at)
+    def depth_at(depth_frame: int, x: float, y: float) -> float:
+        requests.append((depth_frame, x, y))
+        return 1 / (0.1 + 0.02 * depth_frame)
 
     mark = PointMark("A", 12.5, 7.5, smooth_frames)
-    found = distance_at_m(mark, frame, depth_at, FrameRange(1, 30))
-    assert found == pytest.approx(depth_at(frame, 0, 0), rel=1e-12)
-    assert all(1 <= at <= 30 for at, _, _ in asked)
-    assert {place[1:] for place in asked[:-1]} == {(12.5, 7.5)}
+    distance_m = distance_at_m(mark, frame, depth_at, FrameRange(1, 30))
+    assert distance_m == pytest.approx(depth_at(frame, 0, 0), rel=1e-12)
+    assert all(1 <= at <= 30 for at, _, _ in requests)
+    assert {request[1:] for request in requests[:-1]} == {(12.5, 7.5)}
 
 
-def test_noise_is_averaged_in_dioptres_and_a_sky_stays_one():
+def test_distance_at_of_point_mark_averages_noise_in_dioptres():
     def depth_at(frame: int, x: float, y: float) -> float:
         return 2.0 if frame % 2 else math.inf
 
-    found = distance_at_m(PointMark("A", 0, 0, 5), 10, depth_at)
-    assert found == pytest.approx(5.0, rel=1e-12)  # 2 of 5 frames at 0.5 dioptres
+    distance_m = distance_at_m(PointMark("A", 0, 0, 5), 10, depth_at)
+    assert distance_m == pytest.approx(5.0, rel=1e-12)  # 2 of 5 frames at 0.5 dioptres
     assert distance_at_m(PointMark("A", 0, 0), 10, depth_at) == math.inf
 
 
@@ -275,6 +275,6 @@ def test_noise_is_averaged_in_dioptres_and_a_sky_stays_one():
         lambda: MatteMark("A", "cryptomatte:"),
     ],
 )
-def test_impossible_marks_are_refused(make):
+def test_marks_reject_impossible_values(make):
     with pytest.raises(InputError, match="ark"):
         make()

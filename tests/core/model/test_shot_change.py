@@ -1,4 +1,4 @@
-"""Steps of undo have names: what differs between two shots."""
+"""Test the names of undo steps, which say what differs between two shots."""
 
 from dataclasses import fields, replace
 
@@ -13,7 +13,7 @@ from heatlens.core.model.shot.shot import Shot
 SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0))
 
 
-def test_each_kind_of_change_has_words():
+def test_change_words_name_what_differs_between_shots():
     lens = SHOT.lens
     for after, words in (
         (replace(SHOT, lens=replace(lens, focus_distance_m=4.0)), "focus"),
@@ -28,17 +28,17 @@ def test_each_kind_of_change_has_words():
         assert set(change_words(SHOT, after).split(" and ")) == set(words.split(" and "))
 
 
-def test_no_field_of_a_shot_changes_without_a_word():
+def test_change_words_are_not_empty_for_frames_and_rate():
     others = {"in_out": FrameRange(1, 2), "frames": FrameRange(1, 2), "frames_per_second": 30.0}
     for field in fields(Shot):
         if field.name in others:
             assert change_words(SHOT, replace(SHOT, **{field.name: others[field.name]}))
 
 
-def test_undo_and_redo_name_the_step_that_they_take():
+def test_undo_and_redo_words_name_their_step():
     history = History.of(SHOT)
     assert (history.undo_words, history.redo_words) == ("", "")
-    history = history.changed(replace(SHOT, lens=replace(SHOT.lens, f_stop=8.0)))
+    history = history.with_current(replace(SHOT, lens=replace(SHOT.lens, f_stop=8.0)))
     assert history.undo_words == "f-stop"  # a gesture under way counts
-    history = history.undone()
+    history = history.undo()
     assert (history.undo_words, history.redo_words) == ("", "f-stop")

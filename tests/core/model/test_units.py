@@ -1,4 +1,4 @@
-"""Distances in words: values by the definition of the inch, refusals, and round trips."""
+"""Test parsing and formatting of distances: values, refusals, and round trips."""
 
 import math
 
@@ -43,7 +43,7 @@ from heatlens.core.model.units import (
         ("∞", math.inf),
     ],
 )
-def test_understood_distances(text, distance_m):
+def test_parse_distance_reads_metric_and_imperial_text(text, distance_m):
     assert parse_distance_m(text) == pytest.approx(distance_m, rel=1e-12)
 
 
@@ -54,7 +54,7 @@ def test_understood_distances(text, distance_m):
         *("2 2", "3in 6ft", "1..2", "0x10", "1_000", "٣", "12e", "e3", "'"),
     ],
 )
-def test_anything_else_is_refused_by_name(text):
+def test_parse_distance_rejects_other_text_and_quotes_it(text):
     with pytest.raises(InputError) as refusal:
         parse_distance_m(text)
     assert repr(text) in str(refusal.value)
@@ -62,7 +62,7 @@ def test_anything_else_is_refused_by_name(text):
 
 
 @given(st.text())
-def test_any_text_gives_a_distance_or_a_refusal(text):
+def test_parse_distance_of_any_text_returns_value_or_input_error(text):
     try:
         distance_m = parse_distance_m(text)
     except InputError:
@@ -74,12 +74,12 @@ def test_any_text_gives_a_distance_or_a_refusal(text):
     ("text", "unit_m"),
     [("m", 1), ("CM", 0.01), ("mm", 1e-3), ("ft", 0.3048), ("in", 0.0254), ("0.01", 0.01)],
 )
-def test_scene_units(text, unit_m):
+def test_parse_scene_unit_returns_meters_per_unit(text, unit_m):
     assert parse_scene_unit_m(text) == unit_m
 
 
 @pytest.mark.parametrize("text", ["", "0", "-1", "nan", "inf", "1e999", "1e-999", "furlong", "2 m"])
-def test_impossible_scene_units(text):
+def test_parse_scene_unit_rejects_impossible_units(text):
     with pytest.raises(InputError, match="is not a scene unit"):
         parse_scene_unit_m(text)
 
@@ -102,51 +102,51 @@ def test_impossible_scene_units(text):
         (math.nan, "unknown", "unknown"),
     ],
 )
-def test_formatted(distance_m, metres, feet):
+def test_format_distance_in_meters_and_feet(distance_m, metres, feet):
     assert format_distance(distance_m) == metres
     assert format_distance(distance_m, "ft") == feet
 
 
-def test_unknown_display_unit_is_refused():
+def test_format_distance_rejects_unknown_unit():
     with pytest.raises(InputError, match="'furlong'"):
         format_distance(1.0, "furlong")
 
 
 @given(st.floats(1e-6, 0.0999))
-def test_short_distances_are_centimetres_and_come_back_to_three_digits(distance_m):
+def test_short_distances_format_as_cm_and_parse_back_to_three_digits(distance_m):
     text = format_distance(distance_m)
     assert text.endswith(" cm")
     assert parse_distance_m(text) == pytest.approx(distance_m, rel=5.001e-3)
 
 
 @given(st.floats(0.1, 1e6))
-def test_metres_come_back_to_four_digits(distance_m):
+def test_formatted_meters_parse_back_to_four_digits(distance_m):
     assert parse_distance_m(format_distance(distance_m)) == pytest.approx(distance_m, rel=5.001e-4)
 
 
 @given(st.floats(1e-3, 1e6))
-def test_feet_come_back_to_half_a_tenth_of_an_inch(distance_m):
+def test_formatted_feet_parse_back_to_half_a_tenth_of_an_inch(distance_m):
     again_m = parse_distance_m(format_distance(distance_m, "ft"))
     assert again_m == pytest.approx(distance_m, abs=0.0501 * 0.0254)
 
 
 @given(st.integers(1, 300), st.integers(0, 23))
-def test_feet_and_half_inches_are_kept_to_the_letter(feet, half_inches):
+def test_feet_and_half_inches_format_to_same_text(feet, half_inches):
     text = f"{feet}'{half_inches / 2:g}\""
     assert format_distance(parse_distance_m(text), "ft") == text
 
 
 @pytest.mark.parametrize(("text", "metres"), [("3,5", 3.5), ("3,25m", 3.25), ("190,5cm", 1.905)])
-def test_a_decimal_comma_is_a_point(text, metres):
+def test_parse_distance_reads_decimal_comma(text, metres):
     assert parse_distance_m(text) == pytest.approx(metres)
 
 
-def test_a_comma_that_may_stand_for_thousands_is_refused():
+def test_parse_distance_rejects_ambiguous_thousands_comma():
     with pytest.raises(InputError, match="not a distance"):
         parse_distance_m("1,900 mm")
 
 
 @pytest.mark.parametrize("text", ["2", " 2.24 ", "2,24", "1e3", "1E3"])
-def test_a_number_without_a_unit_is_bare(text):
+def test_is_bare_number_is_true_only_without_unit(text):
     assert is_bare_number(text)
     assert not any(is_bare_number(words) for words in (f"{text}m", f"{text} mm", f"{text}'", ""))

@@ -1,4 +1,4 @@
-"""Window and picture coordinates: round trips, worked positions, and what zoom and pan promise."""
+"""Test window and picture coordinates: round trips, worked positions, zoom and pan."""
 
 import math
 from dataclasses import replace
@@ -15,9 +15,9 @@ from heatlens.core.model.view.view_geometry import (
     Viewport,
     fit_zoom,
     geometry,
-    panned,
-    zoomed,
-    zoomed_to,
+    pan_view,
+    zoom_view,
+    zoom_view_to,
 )
 
 SCALES = st.sampled_from([1.0, 1.5, 2.0])
@@ -42,7 +42,7 @@ VIEWS = st.builds(
 POINTS = st.tuples(st.floats(-5000, 12000), st.floats(-5000, 12000))
 
 
-def inside(viewport: Viewport, part: tuple[float, float]) -> tuple[float, float]:
+def window_position(viewport: Viewport, part: tuple[float, float]) -> tuple[float, float]:
     """Return a window position at a part of the viewport's width and height."""
     (x, y), (width, height) = viewport.corner, viewport.size
     return x + part[0] * width, y + part[1] * height
@@ -53,23 +53,26 @@ def screen_px_between(a, b, viewport: Viewport) -> float:
 
 
 @given(VIEWS, VIEWPORTS, SHAPES, POINTS)
-def test_a_picture_point_comes_back_from_the_window(view, viewport, shape, point):
-    there = geometry(view, viewport, shape)
-    back = there.picture_at_window(there.window_at_picture(point))
-    assert back == pytest.approx(point, rel=1e-9, abs=1e-6)
+def test_picture_to_window_and_back_returns_the_point(view, viewport, shape, point):
+    view_geometry = geometry(view, viewport, shape)
+    returned_point = view_geometry.picture_at_window(view_geometry.window_at_picture(point))
+    assert returned_point == pytest.approx(point, rel=1e-9, abs=1e-6)
 
 
 @given(VIEWS, VIEWPORTS, SHAPES, POINTS)
-def test_a_window_position_comes_back_from_the_picture(view, viewport, shape, position):
-    there = geometry(view, viewport, shape)
-    back = there.window_at_picture(there.picture_at_window(position))
-    assert back == pytest.approx(position, rel=1e-9, abs=1e-6)
+def test_window_to_picture_and_back_returns_the_position(view, viewport, shape, position):
+    view_geometry = geometry(view, viewport, shape)
+    returned_position = view_geometry.window_at_picture(view_geometry.picture_at_window(position))
+    assert returned_position == pytest.approx(position, rel=1e-9, abs=1e-6)
 
 
 @given(VIEWS, VIEWPORTS, SHAPES, st.integers(-3000, 9000), st.integers(-3000, 9000))
-def test_the_middle_of_a_pixel_is_in_that_pixel(view, viewport, shape, x, y):
-    there = geometry(view, viewport, shape)
-    assert there.pixel_at_window(there.window_at_picture((x + 0.5, y + 0.5))) == (x, y)
+def test_pixel_at_window_of_pixel_center_is_that_pixel(view, viewport, shape, x, y):
+    view_geometry = geometry(view, viewport, shape)
+    assert view_geometry.pixel_at_window(view_geometry.window_at_picture((x + 0.5, y + 0.5))) == (
+        x,
+        y,
+    )
 
 
 # A 1000 x 600 viewport at (100, 50): its middle is (600, 350).
@@ -85,79 +88,79 @@ def test_the_middle_of_a_pixel_is_in_that_pixel(view, viewport, shape, x, y):
         (PictureShape(200, 100, 2.0), None, 1.0, (200, 100), (1100, 475)),
     ],
 )
-def test_worked_positions(shape, zoom, scale, point, position):
+def test_window_at_picture_matches_worked_positions(shape, zoom, scale, point, position):
     viewport = Viewport((100.0, 50.0), (1000.0, 600.0), scale)
-    there = geometry(ViewState(zoom=zoom), viewport, shape)
-    assert there.window_at_picture(point) == pytest.approx(position)
+    view_geometry = geometry(ViewState(zoom=zoom), viewport, shape)
+    assert view_geometry.window_at_picture(point) == pytest.approx(position)
 
 
 @given(VIEWPORTS, SHAPES, st.tuples(st.floats(-50, 9000), st.floats(-50, 9000)))
-def test_one_to_one_lands_on_whole_screen_pixels(viewport, shape, center):
+def test_zoom_1_aligns_picture_pixels_with_screen_pixels(viewport, shape, center):
     square = replace(shape, pixel_aspect=1.0)
-    there = geometry(ViewState(zoom=1.0, center_px=center), viewport, square)
+    view_geometry = geometry(ViewState(zoom=1.0, center_px=center), viewport, square)
     for point in ((0, 0), (1, 1), (17, 4)):
-        for at in there.window_at_picture(point):
-            on_screen = at * viewport.framebuffer_scale
+        for window_coordinate in view_geometry.window_at_picture(point):
+            on_screen = window_coordinate * viewport.framebuffer_scale
             assert on_screen == pytest.approx(round(on_screen), abs=1e-6)
-    step = there.per_px[0] * viewport.framebuffer_scale, there.per_px[1]
+    step = view_geometry.per_px[0] * viewport.framebuffer_scale, view_geometry.per_px[1]
     assert step == pytest.approx((1.0, 1.0 / viewport.framebuffer_scale))
 
 
 @given(VIEWPORTS, SHAPES)
-def test_fit_shows_all_and_fills_one_side(viewport, shape):
+def test_fit_zoom_shows_whole_picture_and_fills_one_side(viewport, shape):
     zoom = fit_zoom(viewport, shape)
-    there = geometry(ViewState(), viewport, shape)
-    first = there.window_at_picture((0, 0))
-    last = there.window_at_picture((shape.width_px, shape.height_px))
-    near = 1.0 / viewport.framebuffer_scale  # the corner is put on a whole screen pixel
-    room = [viewport.size[i] - (last[i] - first[i]) for i in (0, 1)]
+    view_geometry = geometry(ViewState(), viewport, shape)
+    first = view_geometry.window_at_picture((0, 0))
+    last = view_geometry.window_at_picture((shape.width_px, shape.height_px))
+    tolerance = 1.0 / viewport.framebuffer_scale  # the corner is put on a whole screen pixel
+    margins = [viewport.size[i] - (last[i] - first[i]) for i in (0, 1)]
     if zoom > ZOOM_LEAST:
-        assert min(room) >= -1e-6
+        assert min(margins) >= -1e-6
         for i in (0, 1):
-            assert first[i] >= viewport.corner[i] - near
-            assert last[i] <= viewport.corner[i] + viewport.size[i] + near
+            assert first[i] >= viewport.corner[i] - tolerance
+            assert last[i] <= viewport.corner[i] + viewport.size[i] + tolerance
     if ZOOM_LEAST < zoom < ZOOM_MOST:
-        assert min(room) == pytest.approx(0, abs=1e-6)
+        assert min(margins) == pytest.approx(0, abs=1e-6)
 
 
 @given(VIEWS, VIEWPORTS, SHAPES, st.floats(0.05, 20), st.tuples(st.floats(0, 1), st.floats(0, 1)))
-def test_zoom_keeps_what_is_under_the_pointer(view, viewport, shape, factor, part):
-    """To half a screen pixel, as the picture's corner is put on a whole one."""
-    at = inside(viewport, part)
-    held = geometry(view, viewport, shape).picture_at_window(at)
-    after = zoomed(view, viewport, shape, factor, at)
-    now = geometry(after, viewport, shape).window_at_picture(held)
-    assert screen_px_between(now, at, viewport) <= 0.5 + 1e-4
+def test_zoomed_keeps_picture_point_under_pointer(view, viewport, shape, factor, pointer_part):
+    """The tolerance is half a screen pixel, as the picture's corner is put on a whole one."""
+    pointer = window_position(viewport, pointer_part)
+    picture_point = geometry(view, viewport, shape).picture_at_window(pointer)
+    after = zoom_view(view, viewport, shape, factor, pointer)
+    position_after = geometry(after, viewport, shape).window_at_picture(picture_point)
+    assert screen_px_between(position_after, pointer, viewport) <= 0.5 + 1e-4
 
 
 @given(VIEWS, VIEWPORTS, SHAPES, st.floats(1e-4, 1e4))
-def test_zoom_is_what_was_asked_for_within_its_limits(view, viewport, shape, zoom):
-    after = zoomed_to(view, viewport, shape, zoom, viewport.middle)
+def test_zoomed_to_clamps_zoom_to_its_limits(view, viewport, shape, zoom):
+    after = zoom_view_to(view, viewport, shape, zoom, viewport.middle)
     assert after.zoom == min(max(zoom, ZOOM_LEAST), ZOOM_MOST)
     before = view.zoom or fit_zoom(viewport, shape)
-    twice = zoomed(view, viewport, shape, 2.0, viewport.middle).zoom
+    twice = zoom_view(view, viewport, shape, 2.0, viewport.middle).zoom
     assert twice == min(max(before * 2.0, ZOOM_LEAST), ZOOM_MOST)
 
 
 @given(VIEWS, VIEWPORTS, SHAPES)
-def test_zoom_in_and_out_again_about_one_point_moves_nothing_far(view, viewport, shape):
-    at = inside(viewport, (0.3, 0.8))
-    start = zoomed_to(view, viewport, shape, 1.0, at)
-    held = geometry(start, viewport, shape).picture_at_window(at)
-    again = start
+def test_zooming_in_and_out_at_one_point_keeps_position(view, viewport, shape):
+    pointer = window_position(viewport, (0.3, 0.8))
+    start = zoom_view_to(view, viewport, shape, 1.0, pointer)
+    picture_point = geometry(start, viewport, shape).picture_at_window(pointer)
+    zoomed_view = start
     for factor in (1.25,) * 6 + (0.8,) * 6:
-        again = zoomed(again, viewport, shape, factor, at)
-    assert again.zoom == pytest.approx(1.0)
-    now = geometry(again, viewport, shape).window_at_picture(held)
-    assert screen_px_between(now, at, viewport) <= 12 * 0.5  # half a pixel a step at most
+        zoomed_view = zoom_view(zoomed_view, viewport, shape, factor, pointer)
+    assert zoomed_view.zoom == pytest.approx(1.0)
+    position_after = geometry(zoomed_view, viewport, shape).window_at_picture(picture_point)
+    assert (
+        screen_px_between(position_after, pointer, viewport) <= 12 * 0.5
+    )  # half a pixel a step at most
 
 
 @given(VIEWPORTS, SHAPES, ZOOMS, st.tuples(st.integers(-300, 300), st.integers(-300, 300)))
-def test_pan_moves_the_picture_as_the_hand_until_its_edge_is_in_the_middle(
-    viewport, shape, zoom, by
-):
+def test_panned_follows_pointer_until_edge_is_at_middle(viewport, shape, zoom, by):
     before = ViewState(zoom=zoom)
-    after = panned(before, viewport, shape, by)
+    after = pan_view(before, viewport, shape, by)
     x, y = after.center_px
     assert 0 <= x <= shape.width_px and 0 <= y <= shape.height_px
     a, b = (geometry(v, viewport, shape).window_at_picture((0, 0)) for v in (before, after))
@@ -170,8 +173,8 @@ def test_pan_moves_the_picture_as_the_hand_until_its_edge_is_in_the_middle(
 
 
 @given(VIEWS, VIEWPORTS, SHAPES, st.tuples(st.integers(-9, 9), st.integers(-9, 9)))
-def test_pan_never_jumps_wherever_the_picture_was_zoomed_to(view, viewport, shape, by):
-    after = panned(view, viewport, shape, by)
+def test_panned_never_moves_more_than_pointer(view, viewport, shape, by):
+    after = pan_view(view, viewport, shape, by)
     a, b = (geometry(v, viewport, shape).window_at_picture((0, 0)) for v in (view, after))
     whole = 1.0 / viewport.framebuffer_scale
     for axis in (0, 1):
@@ -179,13 +182,13 @@ def test_pan_never_jumps_wherever_the_picture_was_zoomed_to(view, viewport, shap
 
 
 @given(VIEWPORTS, SHAPES)
-def test_a_fitting_picture_keeps_its_size_when_it_is_panned(viewport, shape):
-    after = panned(ViewState(), viewport, shape, (5, 5))
+def test_panned_from_fit_keeps_fit_zoom(viewport, shape):
+    after = pan_view(ViewState(), viewport, shape, (5, 5))
     assert after.zoom == fit_zoom(viewport, shape)
 
 
-def test_zoom_knows_nothing_that_is_not_finite():
+def test_zoomed_by_extreme_factor_stays_finite():
     viewport, shape = Viewport((0.0, 0.0), (8.0, 8.0)), PictureShape(1, 16384)
     for factor in (1e300, 1e-300):
-        after = zoomed(ViewState(), viewport, shape, factor, (1e6, -1e6))
+        after = zoom_view(ViewState(), viewport, shape, factor, (1e6, -1e6))
         assert all(math.isfinite(value) for value in after.center_px)

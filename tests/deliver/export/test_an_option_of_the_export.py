@@ -1,4 +1,4 @@
-"""An option of the export stands in one place: one that is added here arrives everywhere.
+"""Check that an option added to `ExportOptions` reaches help, jobs, panel and fingerprints.
 
 Each test runs in a process of its own, in which `ExportOptions` has two more options before
 anything else is imported: a tick for EXR, and a choice for pictures.
@@ -43,29 +43,29 @@ folder = Path(sys.argv[1])
 """
 
 
-def run(folder: Path, program: str) -> str:
-    """Run a program that knows the two options. Return what it has printed."""
+def run_with_two_new_options(folder: Path, program: str) -> str:
+    """Run `program` in a new process with the two added options. Return its standard output."""
     text = _BEGIN + textwrap.dedent(program)
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", text, str(folder)], capture_output=True, text=True, check=False
     )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    assert process.returncode == 0, process.stderr
+    return process.stdout
 
 
-def test_help_and_job_have_it(tmp_path):
-    out = run(
+def test_help_and_job_include_new_export_options(tmp_path):
+    out = run_with_two_new_options(
         tmp_path,
         """
         import argparse
-        from heatlens.fronts.commands.export_options import add_export_options, job_of
+        from heatlens.fronts.commands.export_options import add_export_options, make_export_job
         parser = argparse.ArgumentParser()
         parser.add_argument("shot")
         parser.add_argument("-o", "--output")
         add_export_options(parser)
         words = ["demo", "-o", str(folder / "n.####.exr"), "--frames", "1", "--f-stop", "2"]
-        assert not job_of(parser.parse_args(words)).options.with_normals
-        assert job_of(parser.parse_args([*words, "--with-normals"])).options.with_normals
+        assert not make_export_job(parser.parse_args(words)).options.with_normals
+        assert make_export_job(parser.parse_args([*words, "--with-normals"])).options.with_normals
         parser.print_help()
         """,
     )
@@ -73,8 +73,8 @@ def test_help_and_job_have_it(tmp_path):
     assert "--grain {none,fine,coarse}" in out
 
 
-def test_the_job_of_the_window_and_its_panel_have_it(tmp_path):
-    run(
+def test_export_panel_and_its_job_include_new_options(tmp_path):
+    run_with_two_new_options(
         tmp_path,
         """
         import argparse
@@ -120,8 +120,8 @@ def test_the_job_of_the_window_and_its_panel_have_it(tmp_path):
     )
 
 
-def test_another_choice_is_another_picture(tmp_path):
-    run(
+def test_fingerprint_depends_on_new_options_of_its_format(tmp_path):
+    run_with_two_new_options(
         tmp_path,
         """
         from dataclasses import replace
@@ -144,7 +144,7 @@ def test_another_choice_is_another_picture(tmp_path):
     )
 
 
-def test_a_job_comes_back_with_every_field(tmp_path):
+def test_job_file_keeps_every_field(tmp_path):
     options = with_all_fields_other(ExportOptions())
     look, guides = with_all_fields_other(DisplayOptions()), with_all_fields_other(Guides())
     (tmp_path / "job.json").write_text(job_text(options, look, guides))
@@ -152,20 +152,20 @@ def test_a_job_comes_back_with_every_field(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("entry", "told"),
+    ("entry", "message"),
     [
         ({"options": {"compresion": "zip"}}, r"job\.json: options: .*compresion.*compression"),
         ({"options": {"compression": "zap"}}, r"job\.json: options.compression.*zap.*zip"),
         ({"looks": {}}, r"job\.json: .*looks"),
     ],
 )
-def test_a_damaged_job_names_the_place(tmp_path, entry, told):
+def test_read_job_names_place_of_damaged_entry(tmp_path, entry, message):
     (tmp_path / "job.json").write_text(json.dumps({"heatlens_export_job": 1, **entry}))
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message):
         read_job(tmp_path / "job.json")
 
 
-def test_a_job_is_taken_as_if_it_were_typed_and_what_is_typed_goes_first(tmp_path, capsys):
+def test_job_option_fills_options_and_typed_options_win(tmp_path, capsys):
     job = tmp_path / "job.json"
     job.write_text(
         job_text(ExportOptions(frames="2-3", burn_in=True), DisplayOptions(gamma=1.5), Guides(2.39))

@@ -1,4 +1,4 @@
-"""What went through a lens is marked in its file, so that no picture is blurred twice unseen."""
+"""Test the mark of blurred pictures in their files, which warns before a second blur."""
 
 import json
 from pathlib import Path
@@ -10,11 +10,11 @@ from PIL.PngImagePlugin import PngInfo
 
 from heatlens.deliver.export.finished import fingerprint_in
 from heatlens.fronts.commands.main import main
-from heatlens.media.files.marks import BLURRED_ATTRIBUTE, JOB_ATTRIBUTE, marks_in
+from heatlens.media.files.marks import BLURRED_ATTRIBUTE, JOB_ATTRIBUTE, parse_marks
 from heatlens.media.plate.parts.header_read import is_marked_blurred, read_headers
 from support.command_line import render
-from support.exports import exported, write_plate, write_plates, write_shot_file
-from support.exports import refused as export_refused
+from support.exports import export_shot, write_plate, write_plates, write_shot_file
+from support.exports import refused_export_message as export_refused
 from support.exr_files import write_file
 
 LENS = ("--f-stop", "2", "--focus-distance", "2.24")
@@ -29,65 +29,65 @@ def info_of(capsys, *words: object) -> dict:
 
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("command", ["render", "export"])
-def test_every_picture_through_a_lens_is_marked_and_told(capsys, tmp_path, command, ending):
+def test_rendered_picture_is_marked_blurred_and_info_reports_it(capsys, tmp_path, command, ending):
     source = write_plates(tmp_path / "in", (1001,))
     out = tmp_path / "out" / f"n.####{ending}"
     if command == "export":
-        exported(capsys, source, out, *LENS, "--quality", "draft")
-        made = out.with_name(f"n.1001{ending}")
+        export_shot(capsys, source, out, *LENS, "--quality", "draft")
+        output = out.with_name(f"n.1001{ending}")
     else:
-        made = out.with_name(f"n.1001{ending}")
-        render(capsys, source.replace("####", "1001"), made, *LENS, "--quality", "draft")
-    assert is_marked_blurred(made)
-    facts = info_of(capsys, made)
+        output = out.with_name(f"n.1001{ending}")
+        render(capsys, source.replace("####", "1001"), output, *LENS, "--quality", "draft")
+    assert is_marked_blurred(output)
+    facts = info_of(capsys, output)
     assert facts["is_blurred"] and "already blurred" in " ".join(facts["notes"])
     assert not info_of(capsys, source.replace("####", "1001"))["is_blurred"]
 
 
 @pytest.mark.parametrize("name", ["m.mov", "m.mp4"])
-def test_a_movie_through_a_lens_is_marked(capsys, tmp_path, name):
+def test_exported_movie_is_marked_blurred(capsys, tmp_path, name):
     source = write_plates(tmp_path / "in", (1001, 1002))
-    exported(capsys, source, tmp_path / name, *LENS, "--quality", "draft")
+    export_shot(capsys, source, tmp_path / name, *LENS, "--quality", "draft")
     assert is_marked_blurred(tmp_path / name)
     assert fingerprint_in(tmp_path / name)
 
 
-def test_a_pinhole_plate_is_marked_as_one(capsys, tmp_path):
+def test_pinhole_output_is_marked_not_blurred(capsys, tmp_path):
     size = ("--size", "32x18", "--pinhole")
     assert main(["render", str(SCENE), "-o", str(tmp_path / "a.exr"), *size]) == 0
     out = str(tmp_path / "n.####.exr")
     assert main(["export", str(SCENE), "-o", out, "--frames", "1", *size]) == 0
     capsys.readouterr()
-    for made in (tmp_path / "a.exr", *tmp_path.glob("n.*.exr")):
-        assert read_headers(made)[0][BLURRED_ATTRIBUTE] == "no"
-        facts = info_of(capsys, made)
+    for output in (tmp_path / "a.exr", *tmp_path.glob("n.*.exr")):
+        assert read_headers(output)[0][BLURRED_ATTRIBUTE] == "no"
+        facts = info_of(capsys, output)
         assert not facts["is_blurred"] and "blurred" not in " ".join(facts["notes"])
 
 
-def test_a_second_lens_is_told_and_strict_refuses_it(capsys, tmp_path):
+def test_render_of_blurred_plate_warns_and_strict_refuses(capsys, tmp_path):
     write_plate(tmp_path / "p.exr")
     depth = ("--keep-channels", "Z")
     render(capsys, tmp_path / "p.exr", tmp_path / "a.exr", *LENS, *depth, "--quality", "draft")
-    said = render(capsys, tmp_path / "a.exr", tmp_path / "b.exr", *LENS, "--quality", "draft")
-    assert f"{tmp_path / 'a.exr'} is already blurred" in said
+    message = render(capsys, tmp_path / "a.exr", tmp_path / "b.exr", *LENS, "--quality", "draft")
+    assert f"{tmp_path / 'a.exr'} is already blurred" in message
     strict = ["render", str(tmp_path / "a.exr"), "-o", str(tmp_path / "c.exr"), *LENS, "--strict"]
     assert main(strict) == 2
     assert "already blurred" in capsys.readouterr().err
     assert not (tmp_path / "c.exr").exists()
 
 
-def test_a_shot_of_blurred_frames_says_so(capsys, tmp_path):
+def test_export_of_blurred_frames_warns(capsys, tmp_path):
     shot = write_shot_file(tmp_path)
-    exported(capsys, shot, tmp_path / "once" / "n.####.exr", "--with-depth", "--frames", "1001")
-    again = json.loads(shot.read_text())
-    again["source"] = "once/n.####.exr"
-    shot.write_text(json.dumps(again))
+    export_shot(capsys, shot, tmp_path / "once" / "n.####.exr", "--with-depth", "--frames", "1001")
+    shot_json = json.loads(shot.read_text())
+    shot_json["source"] = "once/n.####.exr"
+    shot.write_text(json.dumps(shot_json))
     words = ("--frames", "1001")
-    assert "already blurred" in exported(capsys, shot, tmp_path / "twice.####.exr", *words)
+    assert "already blurred" in export_shot(capsys, shot, tmp_path / "twice.####.exr", *words)
 
 
 @pytest.mark.parametrize("ending", [".exr", ".png", ".jpg"])
-def test_an_export_of_an_older_version_is_told_and_not_refused(capsys, tmp_path, ending):
+def test_info_notes_export_of_older_version_without_refusing(capsys, tmp_path, ending):
     file, mark = tmp_path / f"old{ending}", "0123abcd"
     image = Image.new("RGB", (8, 6))
     if ending == ".exr":
@@ -103,16 +103,16 @@ def test_an_export_of_an_older_version_is_told_and_not_refused(capsys, tmp_path,
     assert not facts["is_blurred"] and "older heatlens" in " ".join(facts["notes"])
 
 
-def test_comments_of_others_hold_no_marks():
-    assert marks_in("made by a=b heatlens:jobs=3 heatlens") == {}
-    assert marks_in(None) == {}
+def test_marks_in_ignores_foreign_comments():
+    assert parse_marks("made by a=b heatlens:jobs=3 heatlens") == {}
+    assert parse_marks(None) == {}
 
 
 # Edits
 
 
 def edit_of(folder: Path) -> Path:
-    """Write an edit of two frames of a clip sh01, which names no file."""
+    """Write an EDL with two frames of the clip sh01 and without file names. Return its path."""
     path = folder / "cut.edl"
     path.write_text(
         "TITLE: cut\nFCM: NON-DROP FRAME\n"
@@ -123,8 +123,8 @@ def edit_of(folder: Path) -> Path:
 
 
 def export_cut(cut: Path, out: Path, *words: object) -> None:
-    more = (*LENS, "--quality", "draft", "--with-depth")
-    assert main(["export", str(cut), "-o", str(out), *map(str, words), *more]) == 0
+    blur_options = (*LENS, "--quality", "draft", "--with-depth")
+    assert main(["export", str(cut), "-o", str(out), *map(str, words), *blur_options]) == 0
 
 
 def write_clip(folder: Path) -> None:
@@ -133,12 +133,12 @@ def write_clip(folder: Path) -> None:
         write_plate(folder / f"sh01.{frame}.exr", frame)
 
 
-def test_an_edit_takes_the_plates_before_its_own_export(capsys, tmp_path):
+def test_edit_prefers_unblurred_plates_to_its_own_export(capsys, tmp_path):
     cut = edit_of(tmp_path)
     write_clip(tmp_path / "plates" / "sh01")
-    own = tmp_path / "aa" / "{shot}" / "{shot}.####.exr"
+    export_pattern = tmp_path / "aa" / "{shot}" / "{shot}.####.exr"
     media = ("--media", tmp_path)
-    export_cut(cut, own, *media)
+    export_cut(cut, export_pattern, *media)
     capsys.readouterr()
     facts = info_of(capsys, cut, *media)
     (shot,) = facts["shots"]
@@ -147,15 +147,15 @@ def test_an_edit_takes_the_plates_before_its_own_export(capsys, tmp_path):
     assert str(tmp_path / "aa" / "sh01" / "sh01.####.exr") in note and "already blurred" in note
 
 
-def test_an_edit_of_blurred_media_is_refused(capsys, tmp_path):
+def test_export_and_reel_refuse_edit_of_blurred_media(capsys, tmp_path):
     cut = edit_of(tmp_path)
     write_clip(tmp_path / "plates" / "sh01")
     out = tmp_path / "out" / "{shot}" / "{shot}.####.exr"
     export_cut(cut, out, "--media", tmp_path / "plates")
     capsys.readouterr()
     only = ("--media", str(tmp_path / "out"))
-    said = export_refused(capsys, cut, tmp_path / "b" / "{shot}.####.exr", *only, *LENS)
-    assert "sh01" in said and "already blurred" in said and not (tmp_path / "b").exists()
+    message = export_refused(capsys, cut, tmp_path / "b" / "{shot}.####.exr", *only, *LENS)
+    assert "sh01" in message and "already blurred" in message and not (tmp_path / "b").exists()
     assert main(["reel", str(cut), "-o", str(tmp_path / "r.heatreel.json"), *only]) == 2
     assert "already blurred" in capsys.readouterr().err
     assert "already blurred" in " ".join(info_of(capsys, cut, *only)["shots"][0]["notes"])

@@ -1,4 +1,4 @@
-"""Guides in the pixels of exported pictures: the same shapes as in the window, and nothing else."""
+"""Test the guides drawn into exported pictures, which have the same shapes as in the window."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ from heatlens.core.model.view.view import DisplayOptions
 from heatlens.deliver.export.job import job_text
 from heatlens.deliver.export.options import ExportOptions
 from heatlens.deliver.export.rendering import with_guides
-from support.exports import HEIGHT, WIDTH, exported, refused, write_plates
+from support.exports import HEIGHT, WIDTH, export_shot, refused_export_message, write_plates
 from support.written_pictures import pixels
 
 
@@ -26,25 +26,25 @@ def grey(height: int = 90, width: int = 160) -> np.ndarray:
     return np.full((height, width, 3), 0.5, np.float32)
 
 
-def test_nothing_is_drawn_where_nothing_is_wished():
+def test_with_guides_returns_same_picture_without_guides():
     picture = grey()
     assert with_guides(picture, NO_GUIDES, 2.0) is picture
 
 
 @given(st.floats(0.2, 5.0), st.floats(0.5, 2.0), st.floats(0.1, 1.0))
-def test_a_matte_darkens_what_lies_outside_its_aspect(aspect, pixel_aspect, opacity):
-    shown = with_guides(grey(), Guides(aspect, opacity), pixel_aspect)
+def test_matte_darkens_pixels_outside_its_aspect_only(aspect, pixel_aspect, opacity):
+    picture = with_guides(grey(), Guides(aspect, opacity), pixel_aspect)
     width, height = 160 * pixel_aspect, 90.0
     x0, y0, x1, y1 = inner_rect((0.0, 0.0, width, height), aspect)
     y, x = (np.mgrid[:90, :160] + 0.5) * np.array([1.0, pixel_aspect])[:, None, None]
-    reach = 2 * max(1.0, pixel_aspect)  # the outline, and rounding
-    inside = (x > x0 + reach) & (x < x1 - reach) & (y > y0 + reach) & (y < y1 - reach)
-    outside = (x < x0 - reach) | (x > x1 + reach) | (y < y0 - reach) | (y > y1 + reach)
-    np.testing.assert_array_equal(shown[inside], 0.5)
-    np.testing.assert_allclose(shown[outside], 0.5 * (1 - opacity), atol=1e-6)
+    margin = 2 * max(1.0, pixel_aspect)  # the outline, and rounding
+    inside = (x > x0 + margin) & (x < x1 - margin) & (y > y0 + margin) & (y < y1 - margin)
+    outside = (x < x0 - margin) | (x > x1 + margin) | (y < y0 - margin) | (y > y1 + margin)
+    np.testing.assert_array_equal(picture[inside], 0.5)
+    np.testing.assert_allclose(picture[outside], 0.5 * (1 - opacity), atol=1e-6)
 
 
-def test_thirds_lie_at_the_thirds_and_the_cross_in_the_middle():
+def test_thirds_and_center_cross_are_drawn_at_their_positions():
     lines = with_guides(grey(), Guides(thirds=True), 1.0) != 0.5
     np.testing.assert_allclose(np.flatnonzero(lines[3, :, 0]), [160 / 3, 320 / 3], atol=1)
     np.testing.assert_allclose(np.flatnonzero(lines[:, 3, 0]), [30, 60], atol=1)
@@ -52,7 +52,7 @@ def test_thirds_lie_at_the_thirds_and_the_cross_in_the_middle():
     assert (rows.mean(), columns.mean()) == (pytest.approx(45, abs=1), pytest.approx(80, abs=1))
 
 
-def test_framing_lines_are_drawn_on_pictures_of_their_shape():
+def test_framing_lines_are_drawn_if_picture_has_their_aspect():
     line = FrameLine("239", (0.25, 0.2, 0.75, 0.8), (0.1, 0.1, 0.9, 0.9))
     guides = Guides(canvases=(Canvas(3200, 1800, (line,)),))
     drawn = with_guides(grey(), guides, 1.0)[..., 0] != 0.5
@@ -63,20 +63,20 @@ def test_framing_lines_are_drawn_on_pictures_of_their_shape():
         with_guides(grey(width=90), guides, 1.0)
 
 
-def test_a_job_of_the_window_has_the_framing_lines(capsys, tmp_path):
+def test_export_job_file_draws_framing_lines(capsys, tmp_path):
     line = FrameLine("239", (0.25, 0.25, 0.75, 0.75))
     guides = Guides(canvases=(Canvas(float(WIDTH), float(HEIGHT), (line,)),))
     job, plates = tmp_path / "job.json", write_plates(tmp_path / "plates")
     lens = ("--f-stop", "2", "--focus-distance", "2", "--frames", "1001")
-    exported(capsys, plates, tmp_path / "a" / "n.####.png", *lens)
+    export_shot(capsys, plates, tmp_path / "a" / "n.####.png", *lens)
     job.write_text(job_text(ExportOptions(), DisplayOptions(), guides))
-    exported(capsys, plates, tmp_path / "b" / "n.####.png", *lens, "--job", job)
-    plain, drawn = (pixels(tmp_path / one / "n.1001.png") for one in "ab")
+    export_shot(capsys, plates, tmp_path / "b" / "n.####.png", *lens, "--job", job)
+    plain, drawn = (pixels(tmp_path / folder / "n.1001.png") for folder in "ab")
     changed = (plain != drawn).any(axis=-1)
     assert changed[HEIGHT // 4, WIDTH // 2] and not changed[HEIGHT // 2, WIDTH // 2]
 
 
-def test_a_desqueeze_makes_the_picture_wider_and_its_pixels_square():
+def test_desqueeze_widens_picture_to_square_pixels():
     ramp = np.broadcast_to(
         np.linspace(0.2, 0.8, 160, dtype=np.float32)[None, :, None], (90, 160, 3)
     )
@@ -90,30 +90,33 @@ def test_a_desqueeze_makes_the_picture_wider_and_its_pixels_square():
     np.testing.assert_array_equal(both, thirds)  # the file's pixel aspect counts no more
 
 
-def test_the_command_line_draws_them_and_makes_the_frame_anew(capsys, tmp_path):
+def test_export_with_guide_options_draws_them_and_renders_anew(capsys, tmp_path):
     source, out = write_plates(tmp_path / "plates", (1001,)), tmp_path / "n.####.png"
     words = ("--quality", "draft", "--view", "sRGB curve")
-    assert "1 frame written" in exported(capsys, source, out, *words)
+    assert "1 frame written" in export_shot(capsys, source, out, *words)
     clean = pixels(tmp_path / "n.1001.png")
     drawn = (*words, "--matte", "2,39", "--thirds", "--desqueeze", "2")
-    assert "1 frame written" in exported(capsys, source, out, *drawn)
-    assert "0 frames written" in exported(capsys, source, out, *drawn)
-    made = pixels(tmp_path / "n.1001.png")
-    assert clean.shape == (HEIGHT, WIDTH, 3) and made.shape == (HEIGHT, 2 * WIDTH, 3)
+    assert "1 frame written" in export_shot(capsys, source, out, *drawn)
+    assert "0 frames written" in export_shot(capsys, source, out, *drawn)
+    with_drawn_guides = pixels(tmp_path / "n.1001.png")
+    assert clean.shape == (HEIGHT, WIDTH, 3) and with_drawn_guides.shape == (HEIGHT, 2 * WIDTH, 3)
     np.testing.assert_allclose(
-        made, 255 * with_guides(np.float32(clean / 255), Guides(2.39, thirds=True, desqueeze=2), 1),
+        with_drawn_guides,
+        255 * with_guides(np.float32(clean / 255), Guides(2.39, thirds=True, desqueeze=2), 1),
         atol=1.5,
-    )  # fmt: skip
+    )
 
 
-def test_what_cannot_be_is_refused_in_a_sentence(capsys, tmp_path):
+def test_export_rejects_impossible_guide_options(capsys, tmp_path):
     source = write_plates(tmp_path / "plates", (1001,))
-    said = refused(capsys, source, tmp_path / "n.####.exr", "--thirds")
-    assert "--thirds" in said and "EXR" in said
-    said = refused(capsys, source, tmp_path / "n.####.png", "--matte", "wide")
-    assert "'wide' is not an aspect" in said
-    said = refused(capsys, source, tmp_path / "n.####.png", "--matte-opacity", "0.5")
-    assert "--matte" in said
+    message = refused_export_message(capsys, source, tmp_path / "n.####.exr", "--thirds")
+    assert "--thirds" in message and "EXR" in message
+    message = refused_export_message(capsys, source, tmp_path / "n.####.png", "--matte", "wide")
+    assert "'wide' is not an aspect" in message
+    message = refused_export_message(
+        capsys, source, tmp_path / "n.####.png", "--matte-opacity", "0.5"
+    )
+    assert "--matte" in message
     for text in ("0", "5", "x", "1:0"):
         with pytest.raises(InputError, match="desqueeze"):
             parse_desqueeze(text)

@@ -1,4 +1,4 @@
-"""All that decides a pixel is in the fingerprint of its frame, and nothing else."""
+"""Test that the fingerprint of a frame depends on all that affects its pixels, and only on that."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +29,7 @@ def fingerprint(job=JOB, frame=1001, lens=LENS, stamp=(5, 6), is_black=False) ->
 
 
 @pytest.mark.parametrize(
-    "other",
+    "changes",
     [
         {"frame": 1002},
         {"stamp": (5, 7)},
@@ -60,8 +60,8 @@ def fingerprint(job=JOB, frame=1001, lens=LENS, stamp=(5, 6), is_black=False) ->
         {"job": replace(PICTURES, output=parse_output("n.####.jpg"))},
     ],
 )
-def test_each_thing_that_decides_a_pixel_is_in_the_fingerprint(other):
-    assert fingerprint(**other) != fingerprint()
+def test_fingerprint_changes_with_everything_that_affects_pixels(changes):
+    assert fingerprint(**changes) != fingerprint()
 
 
 def at_rate(job: ExportJob, rate: float) -> ExportJob:
@@ -70,19 +70,19 @@ def at_rate(job: ExportJob, rate: float) -> ExportJob:
 
 @given(st.floats(1, 100))
 @settings(deadline=None)
-def test_the_rate_counts_where_it_stands_in_the_file(rate):
+def test_fingerprint_includes_frame_rate_for_exr_only(rate):
     assert fingerprint(at_rate(PICTURES, rate)) == fingerprint(PICTURES)
     assert (fingerprint(at_rate(JOB, rate)) == fingerprint()) is (rate == 24.0)
 
 
 @given(st.sampled_from(["hold", "black", "stop"]), st.booleans())
 @settings(deadline=None)
-def test_what_decides_no_pixel_is_not(missing, force):
+def test_fingerprint_ignores_options_that_affect_no_pixel(missing, force):
     shot = replace(JOB.shot, source="/elsewhere/plate.####.exr")
-    other = replace(
+    other_job = replace(
         JOB, shot=shot, frames=(1001,), options=ExportOptions(missing=missing, force=force)
     )
-    assert fingerprint(other) == fingerprint()
+    assert fingerprint(other_job) == fingerprint()
     assert fingerprint(replace(JOB, look=DisplayLook(exposure_stops=2.0))) == fingerprint()
     assert fingerprint(replace(PICTURES, options=ExportOptions(is_float=True))) == fingerprint(
         PICTURES

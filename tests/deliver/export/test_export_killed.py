@@ -1,4 +1,4 @@
-"""An export of any kind that is killed and resumed leaves the files of one that nobody disturbed.
+"""Test that a killed and resumed export of any kind leaves the files of an undisturbed one.
 
 `python tests/fuzz/kills.py --kills 1000` does so for hours.
 """
@@ -11,7 +11,7 @@ from fuzz.kills import KINDS, Exports
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_killed_export_goes_on_to_the_same_bytes(kind, tmp_path):
+def test_killed_and_resumed_export_gives_same_bytes(kind, tmp_path):
     exports = Exports(tmp_path)
     exports.prepare(kind)
     assert exports.whole[kind]

@@ -1,8 +1,8 @@
-"""Exports that cannot be are refused in a sentence, before anything is written."""
+"""Test that impossible exports are refused with a message before anything is written."""
 
 import pytest
 
-from support.exports import files_in, refused
+from support.exports import files_in, refused_export_message
 
 
 @pytest.mark.parametrize(
@@ -33,21 +33,21 @@ from support.exports import files_in, refused
         ("plates/plate.####.exr", (), "an input of"),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_sentence(
+def test_export_rejects_impossible_options_and_writes_nothing(
     capsys, shot_file, tmp_path, name, words, expected
 ):
-    before = files_in(tmp_path), files_in(tmp_path / "plates")
-    assert expected in refused(capsys, shot_file, tmp_path / name, *words)
-    assert (files_in(tmp_path), files_in(tmp_path / "plates")) == before
+    files_before = files_in(tmp_path), files_in(tmp_path / "plates")
+    assert expected in refused_export_message(capsys, shot_file, tmp_path / name, *words)
+    assert (files_in(tmp_path), files_in(tmp_path / "plates")) == files_before
 
 
-def test_a_lens_that_cannot_be_is_told_with_its_frame(capsys, shot_file, out):
+def test_export_rejects_shot_with_impossible_f_stop(capsys, shot_file, out):
     text = shot_file.read_text().replace('"f_stop": 1.4', '"f_stop": -1')
     shot_file.write_text(text)
-    assert "f-stop" in refused(capsys, shot_file, out)
+    assert "f-stop" in refused_export_message(capsys, shot_file, out)
 
 
-def test_a_folder_in_the_place_of_a_frame(capsys, shot_file, out):
+def test_export_refuses_folder_in_place_of_frame(capsys, shot_file, out):
     (out.parent / "n.1002.exr").mkdir(parents=True)
-    said = refused(capsys, shot_file, out)
-    assert "n.1002.exr" in said and "folder" in said
+    message = refused_export_message(capsys, shot_file, out)
+    assert "n.1002.exr" in message and "folder" in message

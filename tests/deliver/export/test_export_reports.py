@@ -1,4 +1,4 @@
-"""What programs and farms are told of an export, line by line."""
+"""Test the machine-readable progress of an export for programs and render farms."""
 
 import json
 import re
@@ -7,13 +7,13 @@ from pathlib import Path
 from heatlens.fronts.commands.main import main
 
 
-def test_programs_get_a_line_for_each_frame(capsys, shot_file, out):
+def test_json_progress_prints_one_event_per_frame(capsys, shot_file, out):
     assert main(["export", str(shot_file), "-o", str(out), "--frames", "1001-1002"]) == 0
     capsys.readouterr()
     words = ["--frames", "1001-1004", "--progress", "json"]
     assert main(["export", str(shot_file), "-o", str(out), *words]) == 0
-    said = capsys.readouterr()
-    begin, *frames, end = (json.loads(line) for line in said.out.splitlines())
+    captured = capsys.readouterr()
+    begin, *frames, end = (json.loads(line) for line in captured.out.splitlines())
     assert begin == {"event": "begin", "output": str(out), "frames": 4}
     assert [(f["frame"], f["state"], f["done"]) for f in frames] == [
         (1001, "finished before", 1),
@@ -24,27 +24,27 @@ def test_programs_get_a_line_for_each_frame(capsys, shot_file, out):
     assert frames[2]["path"] == str(out.parent / "n.1003.exr")
     assert frames[0]["seconds_left"] is None and frames[3]["seconds_left"] == 0
     assert end == {"event": "end", "output": str(out), "written": 2, "finished_before": 2}
-    assert said.err == ""
+    assert captured.err == ""
 
 
 def damage(path: Path) -> None:
-    """Damage pixels of a file that keeps its length, which is seen only when its turn comes."""
+    """Damage pixels of a file but keep its length, so that only reading the frame finds it."""
     whole = path.read_bytes()
     half = len(whole) // 2
     path.write_bytes(whole[:half] + bytes(64) + whole[half + 64 :])
 
 
-def test_a_farm_is_told_in_its_own_words(capsys, shot_file, out, tmp_path):
+def test_openjd_progress_prints_status_progress_and_failure(capsys, shot_file, out, tmp_path):
     damage(tmp_path / "plates" / "plate.1002.exr")
     words = ["export", str(shot_file), "-o", str(out), "--progress", "openjd"]
     assert main(words) == 2
-    said = capsys.readouterr().out.splitlines()
-    assert said[:2] == ["openjd_status: frame 1001, 1 of 6", "openjd_progress: 16.7"]
-    assert re.fullmatch(r"openjd_fail: .*plate\.1002\.exr.*damaged or cut short.*", said[2])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:2] == ["openjd_status: frame 1001, 1 of 6", "openjd_progress: 16.7"]
+    assert re.fullmatch(r"openjd_fail: .*plate\.1002\.exr.*damaged or cut short.*", lines[2])
 
 
-def test_a_program_is_told_why_an_export_failed(capsys, shot_file, out, tmp_path):
-    """Also before the first frame, where no other event was printed."""
+def test_json_progress_ends_with_failure_message(capsys, shot_file, out, tmp_path):
+    """The failure is also printed if it happens before the first frame."""
     words = ["export", str(shot_file), "-o", str(out), "--progress", "json"]
     damage(tmp_path / "plates" / "plate.1002.exr")
     assert main(words) == 2

@@ -1,4 +1,4 @@
-"""`heatlens export --send`: whoever listens hears the lens of each frame that is done."""
+"""Test `heatlens export --send`: receivers get the lens of each finished frame."""
 
 import time
 
@@ -21,44 +21,44 @@ def shot_file(tmp_path):
     return path
 
 
-def test_the_lens_of_each_frame_is_sent(monkeypatch, shot_file, tmp_path):
-    heard = []
-    monkeypatch.setattr(RingSources, "keep", lambda self, sample: heard.append(sample))
+def test_export_sends_lens_of_each_frame(monkeypatch, shot_file, tmp_path):
+    received = []
+    monkeypatch.setattr(RingSources, "add_sample", lambda self, sample: received.append(sample))
     with LensReceiver(parse_ring_address("opentrackio://:0")) as receiver:
         words = ("-o", str(tmp_path / "o.####.exr"), "--send", str(receiver.address))
         for _ in range(2):  # the second time all frames are there already
             assert main(["export", str(shot_file), *words]) == 0
         end = time.monotonic() + 30.0
-        while len(heard) < 2 * len(FRAMES) and time.monotonic() < end:
+        while len(received) < 2 * len(FRAMES) and time.monotonic() < end:
             time.sleep(0.01)
-    first, again = heard[: len(FRAMES)], heard[len(FRAMES) :]
-    focus_m = [sample.focus_distance_m for sample in first]
+    first_samples, second_samples = received[: len(FRAMES)], received[len(FRAMES) :]
+    focus_m = [sample.focus_distance_m for sample in first_samples]
     assert focus_m == sorted(focus_m) and (focus_m[0], focus_m[-1]) == (0.9, 3.0)
-    assert [sample.timecode.frames for sample in first] == [frame % 24 for frame in FRAMES]
-    assert again == first
+    assert [sample.timecode.frames for sample in first_samples] == [frame % 24 for frame in FRAMES]
+    assert second_samples == first_samples
 
 
-def test_the_lens_is_sent_with_the_timecode_of_the_shot(monkeypatch, shot_file, tmp_path):
-    write_shot(shot_file, read_shot(shot_file).started_at("10:00:00:00"))
-    heard = []
-    monkeypatch.setattr(LensSender, "send", lambda self, sample: heard.append(sample))
+def test_export_sends_lens_with_timecode_of_shot(monkeypatch, shot_file, tmp_path):
+    write_shot(shot_file, read_shot(shot_file).with_start_timecode("10:00:00:00"))
+    received = []
+    monkeypatch.setattr(LensSender, "send", lambda self, sample: received.append(sample))
     words = ("-o", str(tmp_path / "o.####.exr"), "--send", "opentrackio")
     assert main(["export", str(shot_file), *words]) == 0
-    told = [str(sample.timecode) for sample in heard]
-    assert told == [f"10:00:00:{number:02}" for number in range(len(FRAMES))]
+    timecodes = [str(sample.timecode) for sample in received]
+    assert timecodes == [f"10:00:00:{number:02}" for number in range(len(FRAMES))]
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (("--send", "osc://:9000"), "a camera can only be sent as OpenTrackIO"),
         (("--send", "opentrackio", "--submit", "openjd"), "--submit renders none"),
     ],
 )
-def test_what_cannot_be_sent_is_refused_before_anything_is_rendered(
-    capsys, shot_file, tmp_path, words, said
+def test_export_refuses_impossible_send_before_rendering(
+    capsys, shot_file, tmp_path, words, message
 ):
     out = tmp_path / "o"
     assert main(["export", str(shot_file), "-o", str(out / "o.####.exr"), *words]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not out.exists()

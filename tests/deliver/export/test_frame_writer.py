@@ -1,4 +1,4 @@
-"""Frames are written while others are rendered: in order, and few in memory."""
+"""Test the writer that writes frames in order while others are rendered, with few in memory."""
 
 import threading
 import time
@@ -10,11 +10,11 @@ from heatlens.core.base.errors import InputError
 from heatlens.deliver.export import frame_files
 from heatlens.deliver.export.run import FrameWriter
 from heatlens.media.documents.shot_file import write_shot
-from support.exports import MANY, exported, shot_of, write_plates
+from support.exports import MANY_FRAMES, export_shot, shot_of, write_plates
 
 
-def test_the_writer_keeps_the_order_and_no_more_than_it_may(rng):
-    lock, waiting, most = threading.Lock(), 0, 0
+def test_frame_writer_keeps_order_and_limits_waiting_frames(rng):
+    lock, waiting, most_waiting = threading.Lock(), 0, 0
 
     def one(number: int):
         def write() -> int:
@@ -26,37 +26,37 @@ def test_the_writer_keeps_the_order_and_no_more_than_it_may(rng):
 
         return write
 
-    found = []
+    written_numbers = []
     with FrameWriter[int]() as writer:
         for number in range(20):
             with lock:
                 waiting += 1
-                most = max(most, waiting)
-            found += writer.put(one(number))
-        found += writer.drain()
-    assert found == list(range(20)) and waiting == 0
-    assert 1 < most <= 4
+                most_waiting = max(most_waiting, waiting)
+            written_numbers += writer.put(one(number))
+        written_numbers += writer.drain()
+    assert written_numbers == list(range(20)) and waiting == 0
+    assert 1 < most_waiting <= 4
 
 
-def test_a_writer_left_by_an_error_drops_what_has_not_begun():
-    begun, go_on, done = threading.Event(), threading.Event(), []
+def test_frame_writer_drops_unstarted_writes_after_error():
+    has_started, may_finish, finished_writes = threading.Event(), threading.Event(), []
 
     def slow() -> int:
-        begun.set()
-        go_on.wait()
-        done.append(0)
+        has_started.set()
+        may_finish.wait()
+        finished_writes.append(0)
         return 0
 
     with pytest.raises(RuntimeError, match="stop"), FrameWriter[int]() as writer:
         list(writer.put(slow))
-        list(writer.put(lambda: done.append(1) or 1))
-        begun.wait()
-        threading.Timer(0.05, go_on.set).start()
+        list(writer.put(lambda: finished_writes.append(1) or 1))
+        has_started.wait()
+        threading.Timer(0.05, may_finish.set).start()
         raise RuntimeError("stop")
-    assert done == [0]
+    assert finished_writes == [0]
 
 
-def test_what_writing_raises_comes_out_of_the_next_step():
+def test_frame_writer_raises_error_of_earlier_write():
     def fail() -> int:
         raise InputError("full")
 
@@ -66,19 +66,22 @@ def test_what_writing_raises_comes_out_of_the_next_step():
             list(writer.drain())
 
 
-def test_frames_are_let_go_of_while_the_export_runs(capsys, tmp_path, monkeypatch):
-    """However long the shot, a handful of rendered frames are in memory."""
+def test_export_keeps_at_most_four_frames_in_memory(capsys, tmp_path, monkeypatch):
+    """Count the rendered pictures in memory during the export of a long shot."""
     alive: list[weakref.ref] = []
-    most = 0
+    most_alive = 0
     write = frame_files.write_picture
 
     def counted(path, pixels, *args, **options):
-        nonlocal most
+        nonlocal most_alive
         alive.append(weakref.ref(pixels))
-        most = max(most, sum(reference() is not None for reference in alive))
+        most_alive = max(most_alive, sum(reference() is not None for reference in alive))
         write(path, pixels, *args, **options)
 
     monkeypatch.setattr(frame_files, "write_picture", counted)
-    write_shot(tmp_path / "s.heatlens.json", shot_of(write_plates(tmp_path / "plates", MANY), MANY))
-    exported(capsys, tmp_path / "s.heatlens.json", tmp_path / "n.####.exr")
-    assert len(alive) == len(MANY) and most <= 4
+    write_shot(
+        tmp_path / "s.heatlens.json",
+        shot_of(write_plates(tmp_path / "plates", MANY_FRAMES), MANY_FRAMES),
+    )
+    export_shot(capsys, tmp_path / "s.heatlens.json", tmp_path / "n.####.exr")
+    assert len(alive) == len(MANY_FRAMES) and most_alive <= 4

@@ -1,4 +1,4 @@
-"""The manual's example for Kitsu runs after an export, with a server that answers like Kitsu."""
+"""Run the manual's Kitsu example after an export, against a server that answers like Kitsu."""
 
 import json
 import re
@@ -15,8 +15,8 @@ from support.exports import write_plates
 MANUAL = Path(__file__).parents[3] / "app" / "MANUAL.md"
 
 
-class Kitsu(BaseHTTPRequestHandler):
-    """Knows one of everything, and keeps the comments."""
+class KitsuHandler(BaseHTTPRequestHandler):
+    """Answer requests like Kitsu with one project, shot and task; store the posted comments."""
 
     comments: list[dict[str, object]] = []  # noqa: RUF012 - of a class that a test makes
 
@@ -42,12 +42,12 @@ class Kitsu(BaseHTTPRequestHandler):
         self.answer({"id": "2"})
 
     def log_message(self, *args: object) -> None:
-        """Say nothing."""
+        """Print no log messages."""
 
 
 @contextmanager
-def kitsu() -> Iterator[tuple[str, list[dict[str, object]]]]:
-    handler = type("OneKitsu", (Kitsu,), {"comments": []})
+def kitsu_server() -> Iterator[tuple[str, list[dict[str, object]]]]:
+    handler = type("OneKitsu", (KitsuHandler,), {"comments": []})
     server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
     thread = Thread(target=server.serve_forever, daemon=True)
     thread.start()
@@ -59,10 +59,10 @@ def kitsu() -> Iterator[tuple[str, list[dict[str, object]]]]:
         thread.join()
 
 
-def test_the_example_tells_kitsu_of_the_frames(tmp_path):
+def test_kitsu_example_of_manual_posts_comment_with_frames(tmp_path):
     (example,) = re.findall(r"```python\n(import json, sys\n.*?)```", MANUAL.read_text(), re.DOTALL)
     source, out = write_plates(tmp_path / "p"), tmp_path / "sh010.####.exr"
-    with kitsu() as (address, comments):
+    with kitsu_server() as (address, comments):
         script = tmp_path / "publish.py"
         script.write_text(example.replace("https://kitsu.example.com/api", address))
         words = ("--f-stop", "2", "--focus-distance", "2", "--quality", "draft", "--frames", "1001")

@@ -1,4 +1,4 @@
-"""The sound of a movie goes with its frames, exact to a sample, or a sentence says why not."""
+"""Test that exported movies keep the sound of their frames to the sample, or warn why not."""
 
 import av
 import numpy as np
@@ -17,7 +17,7 @@ LENS = ("--focal-length", 50, "--sensor-width", 36, "--f-stop", 2, "--focus-dist
 
 
 def noise(seconds: float) -> np.ndarray:
-    """Return sound that is nowhere like itself."""
+    """Return white noise (N, 2), which matches itself at no other lag."""
     random = np.random.default_rng(7)
     return random.integers(-9000, 9000, (round(seconds * HERTZ), 2)).astype(np.int16)
 
@@ -39,33 +39,33 @@ def export(capsys, clip, out, *words):
     )
 
 
-def heard(path) -> np.ndarray | None:
+def decoded_sound(path) -> np.ndarray | None:
     """Return the decoded sound, (N, 2); None without a track."""
     with av.open(str(path)) as container:
         if not container.streams.audio:
             return None
-        turned = av.AudioResampler("s16", "stereo", HERTZ)
-        pieces = [it for frame in container.decode(audio=0) for it in turned.resample(frame)]
+        resampler = av.AudioResampler("s16", "stereo", HERTZ)
+        pieces = [it for frame in container.decode(audio=0) for it in resampler.resample(frame)]
         return np.concatenate([it.to_ndarray().reshape(-1, 2) for it in pieces])
 
 
 @pytest.mark.parametrize(("first", "last"), [(1, COUNT), (4, 9)])
-def test_every_sample_of_the_frames_is_there(capsys, tmp_path, clip, first, last):
+def test_movie_sound_has_exactly_the_samples_of_its_frames(capsys, tmp_path, clip, first, last):
     export(capsys, clip, tmp_path / "a.mov", "--frames", f"{first}-{last}")
-    wanted = SOUND[(first - 1) * PER_FRAME : last * PER_FRAME]
-    np.testing.assert_array_equal(heard(tmp_path / "a.mov"), wanted)
+    expected = SOUND[(first - 1) * PER_FRAME : last * PER_FRAME]
+    np.testing.assert_array_equal(decoded_sound(tmp_path / "a.mov"), expected)
 
 
-def test_aac_is_in_step(capsys, tmp_path, clip):
-    """White noise is like itself only where the lag is nothing."""
+def test_aac_sound_has_no_delay(capsys, tmp_path, clip):
+    """White noise correlates with itself only at lag zero."""
     export(capsys, clip, tmp_path / "a.mp4")
-    found = heard(tmp_path / "a.mp4")[: len(SOUND), 0].astype(float)
-    wanted = SOUND[: len(found), 0].astype(float)
-    across = np.correlate(found[2000:20000], wanted[3000:19000], "valid")
+    decoded = decoded_sound(tmp_path / "a.mp4")[: len(SOUND), 0].astype(float)
+    expected = SOUND[: len(decoded), 0].astype(float)
+    across = np.correlate(decoded[2000:20000], expected[3000:19000], "valid")
     assert np.argmax(across) == 1000
 
 
-def test_a_movie_of_parts_sounds_like_the_whole(capsys, tmp_path, clip):
+def test_movie_from_parts_with_sound_equals_whole_movie(capsys, tmp_path, clip):
     export(capsys, clip, tmp_path / "whole.mov")
     for part in ("1-5", "6-12"):
         export(capsys, clip, tmp_path / "a.mov", "--part", part)
@@ -73,51 +73,51 @@ def test_a_movie_of_parts_sounds_like_the_whole(capsys, tmp_path, clip):
     assert (tmp_path / "a.mov").read_bytes() == (tmp_path / "whole.mov").read_bytes()
 
 
-def test_sound_in_mono_at_another_rate_is_turned(capsys, tmp_path, clip):
+def test_mono_sound_is_resampled_to_stereo_48_khz(capsys, tmp_path, clip):
     source = tmp_path / "b.mov"
-    with av.open(str(clip[0])) as given, av.open(str(source), "w") as made:
-        picture = made.add_stream_from_template(given.streams.video[0])
-        track = made.add_stream("pcm_s16le", 44_100, layout="mono")
-        for packet in given.demux(video=0):
+    with av.open(str(clip[0])) as input_movie, av.open(str(source), "w") as output_movie:
+        picture = output_movie.add_stream_from_template(input_movie.streams.video[0])
+        track = output_movie.add_stream("pcm_s16le", 44_100, layout="mono")
+        for packet in input_movie.demux(video=0):
             if packet.size:
                 packet.stream = picture
-                made.mux(packet)
+                output_movie.mux(packet)
         tone = 9000 * np.sin(2 * np.pi * 440 * np.arange(22_050) / 44_100)
         frame = av.AudioFrame.from_ndarray(tone.astype(np.int16)[None], "s16", "mono")
         frame.sample_rate, frame.pts = 44_100, 0
-        made.mux([*track.encode(frame), *track.encode(None)])
+        output_movie.mux([*track.encode(frame), *track.encode(None)])
     export(capsys, (source, clip[1]), tmp_path / "a.mov")
-    found = heard(tmp_path / "a.mov")
-    assert abs(len(found) - COUNT * PER_FRAME) <= 1
-    wanted = 9000 * np.sin(2 * np.pi * 440 * np.arange(len(found)) / HERTZ)
-    assert np.abs(found[500:-500, 1] / found.max() - wanted[500:-500] / 9000).max() < 0.02
+    sound = decoded_sound(tmp_path / "a.mov")
+    assert abs(len(sound) - COUNT * PER_FRAME) <= 1
+    expected = 9000 * np.sin(2 * np.pi * 440 * np.arange(len(sound)) / HERTZ)
+    assert np.abs(sound[500:-500, 1] / sound.max() - expected[500:-500] / 9000).max() < 0.02
 
 
 @pytest.mark.parametrize(
     ("words", "why"),
     [(("--frames", "1-11x2"), "frames are left out too"), (("--fps", 25), "its frame rate is")],
 )
-def test_what_cannot_go_along_is_said(capsys, tmp_path, clip, words, why):
-    said = export(capsys, clip, tmp_path / "a.mov", *words)
-    assert f"The sound of {clip[0]} is left out" in said and why in said
-    assert heard(tmp_path / "a.mov") is None
+def test_export_warns_why_sound_is_left_out(capsys, tmp_path, clip, words, why):
+    message = export(capsys, clip, tmp_path / "a.mov", *words)
+    assert f"The sound of {clip[0]} is left out" in message and why in message
+    assert decoded_sound(tmp_path / "a.mov") is None
 
 
-def test_a_silent_movie_stays_silent(capsys, tmp_path, clip):
+def test_silent_movie_stays_silent(capsys, tmp_path, clip):
     source = write_movie(tmp_path / "b.mov", ramps(COUNT))
     assert "sound" not in export(capsys, (source, clip[1]), tmp_path / "a.mov")
-    assert heard(tmp_path / "a.mov") is None
+    assert decoded_sound(tmp_path / "a.mov") is None
 
 
-def test_sound_that_ends_early_is_followed_by_silence(capsys, tmp_path, clip):
+def test_short_sound_is_padded_with_silence(capsys, tmp_path, clip):
     source = write_movie(tmp_path / "b.mov", ramps(COUNT), sound=SOUND[: 5 * PER_FRAME])
     export(capsys, (source, clip[1]), tmp_path / "a.mov")
-    found = heard(tmp_path / "a.mov")
-    np.testing.assert_array_equal(found[: 5 * PER_FRAME], SOUND[: 5 * PER_FRAME])
-    assert len(found) == COUNT * PER_FRAME and not found[5 * PER_FRAME :].any()
+    sound = decoded_sound(tmp_path / "a.mov")
+    np.testing.assert_array_equal(sound[: 5 * PER_FRAME], SOUND[: 5 * PER_FRAME])
+    assert len(sound) == COUNT * PER_FRAME and not sound[5 * PER_FRAME :].any()
 
 
-def test_a_cut_has_the_sound_of_its_shots_and_silence_between(capsys, tmp_path, clip):
+def test_movie_of_cut_has_sound_of_shots_and_silent_gaps(capsys, tmp_path, clip):
     source, depth = clip
     shots = (
         ReelShot("b", str(source), FrameRange(7, 9)),
@@ -127,18 +127,18 @@ def test_a_cut_has_the_sound_of_its_shots_and_silence_between(capsys, tmp_path, 
     write_reel(reel, Reel("cut", shots, RATE, None, ((1, 2),)))
     export(capsys, (reel, depth), tmp_path / "a.mov")
     silence = np.zeros((2 * PER_FRAME, 2), np.int16)
-    wanted = [SOUND[6 * PER_FRAME : 9 * PER_FRAME], silence, SOUND[: 2 * PER_FRAME]]
-    np.testing.assert_array_equal(heard(tmp_path / "a.mov"), np.concatenate(wanted))
+    expected = [SOUND[6 * PER_FRAME : 9 * PER_FRAME], silence, SOUND[: 2 * PER_FRAME]]
+    np.testing.assert_array_equal(decoded_sound(tmp_path / "a.mov"), np.concatenate(expected))
 
 
-def test_damaged_sound_is_left_out(capsys, tmp_path, clip):
+def test_export_leaves_out_damaged_sound_with_warning(capsys, tmp_path, clip):
     source = tmp_path / "b.mp4"
     export(capsys, clip, source)
     with av.open(str(source)) as container:
-        places = [(it.pos, it.size) for it in container.demux(audio=0) if it.size]
+        packet_ranges = [(it.pos, it.size) for it in container.demux(audio=0) if it.size]
     data = bytearray(source.read_bytes())
-    for at, size in places[4:]:
-        data[at : at + size] = b"\xff" * size
+    for start, size in packet_ranges[4:]:
+        data[start : start + size] = b"\xff" * size
     source.write_bytes(data)
     assert "because it is damaged" in export(capsys, (source, clip[1]), tmp_path / "a.mov")
-    assert heard(tmp_path / "a.mov") is None
+    assert decoded_sound(tmp_path / "a.mov") is None

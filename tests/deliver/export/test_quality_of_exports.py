@@ -1,4 +1,4 @@
-"""Exports are final where nobody names a quality, and tell what that costs."""
+"""Test that exports without a named quality use final, and report its time per frame."""
 
 import json
 from dataclasses import replace
@@ -21,7 +21,7 @@ HEIGHT, WIDTH, COC_PX = 24, 96, 20.0
 LENS = lens_blurring(COC_PX, WIDTH)
 
 
-def write_part(path, red: np.ndarray, depth_m: np.ndarray):
+def write_row_plate(path, red: np.ndarray, depth_m: np.ndarray):
     """Write a row of red light and its depths as a plate."""
     rows = {"R": red, "G": 0 * red, "B": 0 * red, "Z": depth_m}
     whole = {name: np.broadcast_to(row, (HEIGHT, WIDTH)) for name, row in rows.items()}
@@ -29,14 +29,17 @@ def write_part(path, red: np.ndarray, depth_m: np.ndarray):
 
 
 @pytest.fixture
-def card(tmp_path):
-    """Write two frames of a card little behind the focus, before a striped wall known behind."""
+def card_plates(tmp_path):
+    """Write two frames of a card behind the focus in front of a striped wall, and of the wall.
+
+    Return the patterns of both sequences; the wall is the known background.
+    """
     is_card = np.arange(WIDTH) < WIDTH // 2
     wall = np.where(np.arange(WIDTH) % 16 < 8, 0.1, 0.9)
     for frame in (1, 2):
         red, depth_m = np.where(is_card, 0.4, wall), np.where(is_card, FOCUS_M / 0.85, FAR_M)
-        write_part(tmp_path / f"card.{frame}.exr", red, depth_m)
-        write_part(tmp_path / f"wall.{frame}.exr", wall, np.full(WIDTH, FAR_M))
+        write_row_plate(tmp_path / f"card.{frame}.exr", red, depth_m)
+        write_row_plate(tmp_path / f"wall.{frame}.exr", wall, np.full(WIDTH, FAR_M))
     return tmp_path / "card.#.exr", tmp_path / "wall.#.exr"
 
 
@@ -53,37 +56,44 @@ def exported(out, plate, *words: object) -> np.ndarray:
     return channels["R"]
 
 
-def test_plates_are_final_where_neither_a_quality_nor_parts_are_named():
-    """Other methods have no quality, and scenes gain nothing."""
+def test_blur_of_export_defaults_to_final_for_plates_only():
+    """Other methods have no quality, and scenes gain nothing from final."""
     shot = Shot(Lens(50.0, 2.0, 2.0, 36.0), source="plate.####.exr")
     assert blur_of_export(shot) == DefocusSettings(quality=Quality.FINAL)
-    named = [DefocusSettings(quality=quality) for quality in Quality]
-    for told in (*named, DefocusSettings(parts=7), DefocusSettings(method=Method.GATHER)):
-        assert blur_of_export(replace(shot, defocus=told)) == told
+    blurs_of_qualities = [DefocusSettings(quality=quality) for quality in Quality]
+    for blur in (
+        *blurs_of_qualities,
+        DefocusSettings(parts=7),
+        DefocusSettings(method=Method.GATHER),
+    ):
+        assert blur_of_export(replace(shot, defocus=blur)) == blur
     for scene in ("demo", "scene.glb"):
         assert blur_of_export(replace(shot, source=scene)) == DefocusSettings()
-    assert [told.at_quality for told in (DefocusSettings(), *named)] == [Quality.FILM, *Quality]
+    assert [blur.effective_quality for blur in (DefocusSettings(), *blurs_of_qualities)] == [
+        Quality.FILM,
+        *Quality,
+    ]
 
 
-def test_an_export_that_names_nothing_is_final_and_one_part_is_film(card, tmp_path, capsys):
-    plate, wall = card
+def test_export_defaults_to_final_and_one_part_equals_film(card_plates, tmp_path, capsys):
+    plate, wall = card_plates
     options = {
         "usual": (),
         "final": ("--quality", "final"),
         "film": ("--quality", "film"),
         "one": ("--parts", 1),
     }
-    made = {
+    pictures = {
         name: exported(tmp_path / f"{name}.#.exr", plate, "--behind", wall, *words)
         for name, words in options.items()
     }
-    assert np.array_equal(made["usual"], made["final"])
-    assert np.array_equal(made["one"], made["film"])
-    assert not np.array_equal(made["final"], made["film"])
+    assert np.array_equal(pictures["usual"], pictures["final"])
+    assert np.array_equal(pictures["one"], pictures["film"])
+    assert not np.array_equal(pictures["final"], pictures["film"])
 
 
-def test_the_time_of_final_and_of_film_is_told(card, tmp_path, capsys):
-    plate, wall = card
+def test_export_reports_time_per_frame_of_final_and_film(card_plates, tmp_path, capsys):
+    plate, wall = card_plates
     exported(tmp_path / "known.#.exr", plate, "--behind", wall, "--progress", "json")
     events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     paces = [event["pace"] for event in events if event["event"] == "frame"]
@@ -95,24 +105,24 @@ def test_the_time_of_final_and_of_film_is_told(card, tmp_path, capsys):
     assert "final" not in capsys.readouterr().err
 
 
-def test_the_time_is_told_once_for_several_processes(card, tmp_path, capsys):
-    exported(tmp_path / "out.#.exr", card[1], "--processes", "2")
+def test_export_with_processes_reports_time_once(card_plates, tmp_path, capsys):
+    exported(tmp_path / "out.#.exr", card_plates[1], "--processes", "2")
     assert capsys.readouterr().err.count("quality final") == 1
 
 
-def test_film_takes_what_the_parts_leave():
+def test_pace_words_give_final_time_and_film_time_without_parts():
     assert pace_words(12.4, 9.3) == "quality final: about 12 s a frame, film about 3.1 s"
     for parts_s in (0.0, 0.02):
-        told = pace_words(0.25, parts_s)
-        assert told == "quality final: about 0.25 s a frame, here the same as film"
+        text = pace_words(0.25, parts_s)
+        assert text == "quality final: about 0.25 s a frame, here the same as film"
 
 
-def test_a_quality_of_the_shot_is_kept(tmp_path, capsys):
+def test_export_keeps_quality_of_shot_file(tmp_path, capsys):
     shot_file = write_shot_file(tmp_path, defocus=DefocusSettings(quality=Quality.FILM))
     assert main(["export", str(shot_file), "-o", str(tmp_path / "n.#.exr"), "--frames=1001"]) == 0
     assert "final" not in capsys.readouterr().err
-    told = json.loads(shot_file.read_text())["defocus"]
-    assert told["quality"] == "film"
-    del told["quality"]
-    unnamed = write_shot_file(tmp_path, defocus=DefocusSettings())
-    assert json.loads(unnamed.read_text())["defocus"] == told
+    blur_json = json.loads(shot_file.read_text())["defocus"]
+    assert blur_json["quality"] == "film"
+    del blur_json["quality"]
+    default_shot = write_shot_file(tmp_path, defocus=DefocusSettings())
+    assert json.loads(default_shot.read_text())["defocus"] == blur_json

@@ -1,4 +1,4 @@
-"""Frames that do not go with those before them are told once, or refused before being written."""
+"""Test the check of each frame against earlier ones: a warning once, or a refusal if strict."""
 
 import json
 from dataclasses import replace
@@ -25,50 +25,52 @@ def plate(scale: float = 1.0, **changes: object):
     return plate_of(COLOR, DEPTH_M * np.float32(scale), **changes)
 
 
-def keys(*plates) -> list[list[str]]:
+def remark_keys(*plates) -> list[list[str]]:
     check = SequenceCheck(1.0)
-    return [[remark.key for remark in check.remarks(each)] for each in plates]
+    return [[remark.key for remark in check.check(each)] for each in plates]
 
 
 @given(st.floats(1.1, 19.0), st.booleans())
-def test_depths_may_move_but_not_change_their_unit(factor, is_nearer):
-    moved = 1 / factor if is_nearer else factor
+def test_sequence_check_remarks_jump_of_depth_unit_once(factor, is_nearer):
+    scale = 1 / factor if is_nearer else factor
     word = "near" if is_nearer else "far"
-    jumped = plate(1 / 39.37 if is_nearer else 100.0)
-    assert keys(plate(), plate(moved)) == [[], []]
-    found = keys(plate(), jumped, plate(), jumped)
-    assert [f"depths {word}" in each for each in found] == [False, True, False, True]
+    jumped_plate = plate(1 / 39.37 if is_nearer else 100.0)
+    assert remark_keys(plate(), plate(scale)) == [[], []]
+    keys_per_frame = remark_keys(plate(), jumped_plate, plate(), jumped_plate)
+    assert [f"depths {word}" in each for each in keys_per_frame] == [False, True, False, True]
 
 
-def test_what_moves_slowly_through_any_range_is_no_jump():
-    assert not any(keys(*(plate(1.5**step / 30) for step in range(16))))
+def test_sequence_check_ignores_slow_change_of_depth():
+    assert not any(remark_keys(*(plate(1.5**step / 30) for step in range(16))))
 
 
-def test_another_display_window_is_told_and_another_data_window_is_not():
+def test_sequence_check_remarks_display_window_but_not_data_window():
     wide = replace(plate(), display_window=Box(0, 0, 64, 18))
     cut = replace(plate(), data_window=Box(0, 0, 16, 18))
-    found = keys(plate(), cut, wide, wide, plate())
-    assert [len(each) for each in found] == [0, 0, 1, 1, 0] and "64x18" in found[2][0]
+    keys_per_frame = remark_keys(plate(), cut, wide, wide, plate())
+    assert [len(each) for each in keys_per_frame] == [0, 0, 1, 1, 0] and "64x18" in keys_per_frame[
+        2
+    ][0]
 
 
-def test_notes_are_new_where_no_such_note_was_in_the_first_plate():
+def test_sequence_check_remarks_kinds_of_notes_missing_in_first_plate():
     of_first = plate(notes=("made.exr: 3 of 576 pixels held NaN.",))
-    like_it = plate(notes=("made.exr: 21 of 576 pixels held NaN.",))
-    other = plate(notes=("made.exr: depth channel 'Z' is negative.",))
-    found = keys(of_first, like_it, other, like_it, other)
-    assert found == [[], [], ["depth channel 'Z' is negative."], [], found[2]]
+    similar_note = plate(notes=("made.exr: 21 of 576 pixels held NaN.",))
+    other_note = plate(notes=("made.exr: depth channel 'Z' is negative.",))
+    keys_per_frame = remark_keys(of_first, similar_note, other_note, similar_note, other_note)
+    assert keys_per_frame == [[], [], ["depth channel 'Z' is negative."], [], keys_per_frame[2]]
 
 
-def test_pictures_without_surfaces_or_distances_have_no_depth_to_compare():
+def test_sequence_check_skips_plates_without_depths():
     empty = replace(plate(), pixels=ReadPixels(plate().color, np.full_like(DEPTH_M, np.inf)))
     coc = coc_plate_of(COLOR, np.ones_like(DEPTH_M))
     assert median_dioptres(empty) is median_dioptres(coc) is None
-    assert keys(plate(), empty, coc, plate()) == [[], [], [], []]
+    assert remark_keys(plate(), empty, coc, plate()) == [[], [], [], []]
 
 
 @pytest.fixture
-def mixed(tmp_path):
-    """A shot whose frames 1003 and 1005 are in centimetres."""
+def write_mixed_shot(tmp_path):
+    """Return a writer of a shot file whose frames 1003 and 1005 are in centimetres."""
     pattern = write_plates(tmp_path / "plates", **CAMERA)
     color, depth_m = room(32, 18)
     for frame in (1003, 1005):
@@ -84,20 +86,22 @@ def mixed(tmp_path):
     return write
 
 
-def test_frames_in_another_unit_are_told_once_at_the_end(mixed, tmp_path, capsys):
-    words = ["export", str(mixed(False)), "-o", str(tmp_path / "o" / "n.####.exr")]
+def test_export_warns_once_of_frames_in_other_unit(write_mixed_shot, tmp_path, capsys):
+    words = ["export", str(write_mixed_shot(False)), "-o", str(tmp_path / "o" / "n.####.exr")]
     assert main([*words, "--frames", "1002-1005", "--progress", "json"]) == 0
     end = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert end["event"] == "end" and end["written"] == 4
     assert end["told"].count("Frame 1003, and likewise 1005: The depths are about 100 times") == 1
 
 
-def test_strict_refuses_such_a_frame_also_where_an_export_goes_on(mixed, tmp_path, capsys):
+def test_strict_export_refuses_frame_in_other_unit_also_when_resumed(
+    write_mixed_shot, tmp_path, capsys
+):
     out = tmp_path / "o" / "n.####.exr"
-    words = ["export", str(mixed(True)), "-o", str(out)]
-    for part in ([], [], ["--frames", "1003"]):
-        assert main([*words, *part]) == 2
-        said = capsys.readouterr().err
-        assert "plate.1003.exr: The depths are about 100 times as far" in said
+    words = ["export", str(write_mixed_shot(True)), "-o", str(out)]
+    for frame_options in ([], [], ["--frames", "1003"]):
+        assert main([*words, *frame_options]) == 2
+        message = capsys.readouterr().err
+        assert "plate.1003.exr: The depths are about 100 times as far" in message
         assert sorted(path.name for path in out.parent.iterdir()) == ["n.1001.exr", "n.1002.exr"]
     assert main([*words, "--frames", str(FRAMES[3])]) == 2  # the frame before it is another

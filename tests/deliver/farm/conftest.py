@@ -1,4 +1,4 @@
-"""A shot whose second half is in another unit, and a scheduler that waits for workers."""
+"""Fixtures: a shot whose second half is in another unit, and a scheduler without workers."""
 
 import numpy as np
 import pytest
@@ -13,8 +13,8 @@ from support.plates import room
 @pytest.fixture(scope="module")
 def scheduler(tmp_path_factory):
     """Start a scheduler of Dask without workers, for the tests of a file."""
-    with dask_cluster(tmp_path_factory.mktemp("scheduler"), workers=0) as found:
-        yield found
+    with dask_cluster(tmp_path_factory.mktemp("scheduler"), workers=0) as cluster:
+        yield cluster
 
 
 @pytest.fixture

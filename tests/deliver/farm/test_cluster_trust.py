@@ -1,4 +1,4 @@
-"""Nothing that a cluster sends runs code here, or counts as made before it is seen here."""
+"""Test that messages of a cluster run no code here, and that only files found here count."""
 
 import asyncio
 import os
@@ -12,11 +12,11 @@ from distributed.protocol.serialize import ToPickle
 
 from heatlens.core.base.errors import InputError
 from heatlens.deliver.farm import elsewhere
-from heatlens.deliver.farm.connection import library, met, own_host
+from heatlens.deliver.farm.connection import identify_scheduler_safely, library, own_host
 from heatlens.deliver.farm.data_only import NotDataError, take_only_data
 from heatlens.fronts.commands.main import main
 from support.dask_cluster import DaskCluster, wait_for
-from support.exports import exported, files_in, refused
+from support.exports import export_shot, files_in, refused_export_message
 from support.lying_worker import ANSWERS, LIES
 
 RUNS = """
@@ -34,113 +34,125 @@ async def dask_setup(scheduler):
 
 
 @pytest.fixture
-def liars(scheduler):
-    """A cluster whose workers do not do what they say."""
+def lying_cluster(scheduler):
+    """Yield a cluster whose workers send false answers."""
     yield scheduler
     scheduler.stop(but=("scheduler",))
 
 
-def listening(process: int) -> set[str]:
-    """Return the addresses on which a process and its children listen."""
-    all_of = [psutil.Process(process), *psutil.Process(process).children(recursive=True)]
-    found = [it for of in all_of for it in of.net_connections("tcp")]
-    return {it.laddr.ip for it in found if it.status == psutil.CONN_LISTEN}
+def listening_addresses(process: int) -> set[str]:
+    """Return the IP addresses on which a process and its children listen."""
+    family = [psutil.Process(process), *psutil.Process(process).children(recursive=True)]
+    connections = [it for member in family for it in member.net_connections("tcp")]
+    return {it.laddr.ip for it in connections if it.status == psutil.CONN_LISTEN}
 
 
-def test_a_worker_on_loopback_is_reached_by_no_network(liars, tmp_path):
-    liars.work("here", TMPDIR=str(tmp_path))
-    wait_for(lambda: "works for" in liars.said("here"))
-    assert listening(liars.process("here")) == {"127.0.0.1"}
-    made = list(tmp_path.iterdir())
-    assert made and all(it.stat().st_mode & 0o77 == 0 for it in made), made
+def test_worker_on_loopback_listens_on_loopback_only(lying_cluster, tmp_path):
+    lying_cluster.work("here", TMPDIR=str(tmp_path))
+    wait_for(lambda: "works for" in lying_cluster.said("here"))
+    assert listening_addresses(lying_cluster.process("here")) == {"127.0.0.1"}
+    worker_files = list(tmp_path.iterdir())
+    assert worker_files and all(it.stat().st_mode & 0o77 == 0 for it in worker_files), worker_files
 
 
-def test_the_scheduler_of_the_manual_is_reached_by_no_network(scheduler):
-    assert listening(scheduler.process("scheduler")) == {"127.0.0.1"}
+def test_scheduler_of_manual_listens_on_loopback_only(scheduler):
+    assert listening_addresses(scheduler.process("scheduler")) == {"127.0.0.1"}
 
 
-def test_own_address_is_the_one_that_reaches_the_other():
+def test_own_host_is_address_that_reaches_scheduler():
     assert own_host("tcp://127.0.0.1:8786") == "127.0.0.1"
     assert own_host("tcp://[::1]:8786") == "::1"
 
 
-def test_a_worker_listens_on_no_address_of_others(capsys, scheduler):
+def test_worker_rejects_host_that_is_not_of_this_machine(capsys, scheduler):
     assert main(["worker", scheduler.address, "--host", "192.0.2.7"]) == 2
     assert "no address of this machine" in capsys.readouterr().err
 
 
 @pytest.fixture
-def impatient(monkeypatch):
-    """No file comes late, as it may from a network disk."""
-    monkeypatch.setattr(elsewhere, "_LATE_S", 0.0)
+def no_late_files(monkeypatch):
+    """Set the waiting time for late files of network disks to 0 s."""
+    monkeypatch.setattr(elsewhere, "_LATE_FILES_S", 0.0)
 
 
-def test_a_connection_that_sends_code_is_closed():
-    """Else each such message would leave a socket open."""
+def test_connection_that_sends_pickled_code_is_closed():
+    """Without closing, each such message would leave a socket open."""
     take_only_data(library())
 
     async def talk() -> bool:
-        async def says(other) -> None:
-            await other.write({"x": ToPickle(os.getcwd)})
+        async def says(connection) -> None:
+            await connection.write({"x": ToPickle(os.getcwd)})
 
         async with listen("tcp://127.0.0.1:0", says) as listener:
-            line = await connect(listener.contact_address)
+            connection = await connect(listener.contact_address)
             with pytest.raises(NotDataError, match="getcwd"):
-                await line.read()
-            return bool(line.closed())
+                await connection.read()
+            return bool(connection.closed())
 
     assert asyncio.run(talk())
 
 
-@pytest.mark.parametrize("how", sorted(ANSWERS))
-def test_no_answer_of_a_worker_runs_code_here(capsys, shot_file, tmp_path, liars, how, impatient):
+@pytest.mark.parametrize("answer_kind", sorted(ANSWERS))
+def test_export_runs_no_code_from_answers_of_workers(
+    capsys, shot_file, tmp_path, lying_cluster, answer_kind, no_late_files
+):
     out = tmp_path / "out"
-    liars.lie("liar", how, RAN=str(tmp_path / "ran"))
-    said = refused(capsys, shot_file, out / "n.####.exr", "--cluster", liars.address)
+    lying_cluster.lie("liar", answer_kind, RAN=str(tmp_path / "ran"))
+    message = refused_export_message(
+        capsys, shot_file, out / "n.####.exr", "--cluster", lying_cluster.address
+    )
     assert not (tmp_path / f"ran.{os.getpid()}").exists()
-    assert "\x1b" not in said and len(said.splitlines()[-1]) < 900
+    assert "\x1b" not in message and len(message.splitlines()[-1]) < 900
     assert files_in(out) == {}
 
 
-@pytest.mark.parametrize("how", sorted(LIES))
+@pytest.mark.parametrize("lie_kind", sorted(LIES))
 @pytest.mark.parametrize("fetch", [(), ("--fetch",)])
-def test_only_what_is_here_is_made(capsys, shot_file, tmp_path, liars, how, fetch, impatient):
-    """Whatever the workers report, what follows does not run, and no wrong file counts as made."""
+def test_export_trusts_no_false_reports_of_workers(
+    capsys, shot_file, tmp_path, lying_cluster, lie_kind, fetch, no_late_files
+):
+    """No false report of a worker starts the `--after-export` command or passes a wrong file."""
     out = tmp_path / "out"
-    liars.lie("liar", how, RAN=str(tmp_path / "ran"))
-    words = (out / "n.####.exr", "--cluster", liars.address, *fetch)
-    said = refused(capsys, shot_file, *words, "--after-export", f"touch {tmp_path / 'after'}")
-    last = said.splitlines()[-1]
+    lying_cluster.lie("liar", lie_kind, RAN=str(tmp_path / "ran"))
+    words = (out / "n.####.exr", "--cluster", lying_cluster.address, *fetch)
+    message = refused_export_message(
+        capsys, shot_file, *words, "--after-export", f"touch {tmp_path / 'after'}"
+    )
+    last = message.splitlines()[-1]
     assert "of 6 frames are not in" in last or "is not the finished file" in last, last
     assert ("--fetch" in last) == (not fetch)
     assert not (tmp_path / f"ran.{os.getpid()}").exists()
-    assert not (tmp_path / "after").exists() and "\x1b" not in said
+    assert not (tmp_path / "after").exists() and "\x1b" not in message
     assert not list(tmp_path.glob("**/.heatlens-*"))
     assert not (fetch and files_in(out))
 
 
-def test_honest_workers_with_disks_of_their_own(capsys, shot_file, tmp_path, liars):
-    """They write where this machine sees nothing, and report each frame as written."""
-    own, out = tmp_path / "own", tmp_path / "out"
+def test_frames_on_private_worker_disk_are_missing_unless_fetched(
+    capsys, shot_file, tmp_path, lying_cluster
+):
+    """The workers write to a disk that this machine cannot see, and report frames as written."""
+    worker_folder, out = tmp_path / "own", tmp_path / "out"
     out.mkdir()
-    own.mkdir()
-    mount = f"mount --bind {own} {out}"
-    tried = subprocess.run(["unshare", "-rm", "sh", "-c", mount], check=False, capture_output=True)
-    if tried.returncode:
+    worker_folder.mkdir()
+    mount = f"mount --bind {worker_folder} {out}"
+    mount_attempt = subprocess.run(
+        ["unshare", "-rm", "sh", "-c", mount], check=False, capture_output=True
+    )
+    if mount_attempt.returncode:
         pytest.skip("this system lets nobody have mounts of his own")
-    liars.work("away", limit=f'exec unshare -rm sh -c \'{mount}; exec "$@"\' sh "$@"')
-    export = liars.export("export", shot_file, "-o", out / "n.####.exr")
+    lying_cluster.work("away", limit=f'exec unshare -rm sh -c \'{mount}; exec "$@"\' sh "$@"')
+    export = lying_cluster.export("export", shot_file, "-o", out / "n.####.exr")
     assert export.wait(90) == 2
-    last = liars.said("export").splitlines()[-1]
+    last = lying_cluster.said("export").splitlines()[-1]
     assert "6 of 6 frames are not in" in last and "--fetch brings" in last
-    assert files_in(out) == {} and len(files_in(own)) == 6
-    exported(capsys, shot_file, tmp_path / "whole" / "n.####.exr")
-    liars.exported(shot_file, "-o", out / "n.####.exr", "--fetch")
+    assert files_in(out) == {} and len(files_in(worker_folder)) == 6
+    export_shot(capsys, shot_file, tmp_path / "whole" / "n.####.exr")
+    lying_cluster.exported(shot_file, "-o", out / "n.####.exr", "--fetch")
     assert files_in(out) == files_in(tmp_path / "whole")
 
 
 @pytest.mark.parametrize("handler", ["identity", "versions", "gather", "publish_get"])
-def test_no_message_of_a_scheduler_runs_code_here(shot_file, tmp_path, handler):
+def test_export_runs_no_code_from_messages_of_scheduler(shot_file, tmp_path, handler):
     ran, cluster = tmp_path / "ran", DaskCluster(tmp_path)
     (tmp_path / "runs.py").write_text(RUNS % (ran, handler))
     try:
@@ -154,7 +166,7 @@ def test_no_message_of_a_scheduler_runs_code_here(shot_file, tmp_path, handler):
     assert not ran.exists() and "Traceback" not in cluster.said("export")
 
 
-def test_another_version_of_dask_is_told(scheduler, monkeypatch):
+def test_other_dask_version_of_scheduler_is_reported(scheduler, monkeypatch):
     monkeypatch.setattr(distributed, "__version__", "2025.1.0")
     with pytest.raises(InputError, match=r"has Dask .* but this machine has 2025\.1\.0"):
-        met(scheduler.address)
+        identify_scheduler_safely(scheduler.address)

@@ -1,4 +1,4 @@
-"""The commands that the manual shows for several machines, each block as one types it."""
+"""Run the commands that the manual shows for several machines, block by block."""
 
 import os
 import re
@@ -9,18 +9,18 @@ import distributed
 import pytest
 
 from heatlens.media.documents.shot_file import write_shot
-from support.exports import exported, files_in, shot_of, write_plates
-from support.slurm import BIN, Slurm, free_ports, why_not
+from support.exports import export_shot, files_in, shot_of, write_plates
+from support.slurm import BIN, Slurm, free_ports, why_no_slurm
 
 MANUAL = Path(__file__).parents[3] / "app" / "MANUAL.md"
 SCRIPTS = Path(distributed.__file__).parents[4] / "bin"  # of the packages, where they are elsewhere
 
 
-def blocks() -> dict[str, str]:
-    """Return the blocks by the folder that they write to."""
+def manual_blocks() -> dict[str, str]:
+    """Return the shell blocks of the manual by the folder that they write to."""
     text = MANUAL.read_text().partition("### Beyond one machine")[2].partition("\n### ")[0]
-    found = re.findall(r"```shell\n(.*?)```", text, re.DOTALL)
-    return {re.search(r"-o '?(\w+)/", block)[1]: block for block in found}
+    shell_blocks = re.findall(r"```shell\n(.*?)```", text, re.DOTALL)
+    return {re.search(r"-o '?(\w+)/", block)[1]: block for block in shell_blocks}
 
 
 @pytest.fixture
@@ -30,43 +30,43 @@ def folder(tmp_path) -> Path:
     return tmp_path
 
 
-def run(block: str, folder: Path, environment: dict[str, str]) -> None:
+def run_block(block: str, folder: Path, environment: dict[str, str]) -> None:
     paths = os.pathsep.join([str(BIN), str(SCRIPTS), environment["PATH"]])
-    done = subprocess.run(
+    process = subprocess.run(
         ["bash", "-em"], input=block, text=True, cwd=folder, env=environment | {"PATH": paths},
         capture_output=True, check=False, timeout=120,
     )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert process.returncode == 0, process.stdout + process.stderr
 
 
-def check(capsys, folder: Path, name: str) -> None:
-    """Compare with what one process makes."""
+def check_against_one_process(capsys, folder: Path, name: str) -> None:
+    """Check that the files in `name` equal those that one process exports."""
     kinds = {path.name for path in (folder / name).iterdir()}
     for output in ("pull.mp4", "pull.####.exr"):
         if any(kind.endswith(output[-4:]) for kind in kinds):
-            exported(capsys, folder / "pull.heatlens.json", folder / "whole" / output)
+            export_shot(capsys, folder / "pull.heatlens.json", folder / "whole" / output)
     assert files_in(folder / name) == files_in(folder / "whole")
 
 
 @pytest.mark.parametrize("name", ["processes", "cluster", "farm", "bundle"])
-def test_the_commands_of_the_manual_do_what_it_says(capsys, folder, name):
+def test_farm_commands_of_manual_work_as_shown(capsys, folder, name):
     port = str(free_ports(1)[0])
-    run(blocks()[name].replace("8786", port), folder, dict(os.environ))
-    check(capsys, folder, name)
+    run_block(manual_blocks()[name].replace("8786", port), folder, dict(os.environ))
+    check_against_one_process(capsys, folder, name)
 
 
-@pytest.mark.skipif(bool(why_not()), reason=why_not() or "a Slurm can be started")
-def test_the_commands_for_slurm_do_what_it_says(capsys, folder):
+@pytest.mark.skipif(bool(why_no_slurm()), reason=why_no_slurm() or "a Slurm can be started")
+def test_slurm_commands_of_manual_work_as_shown(capsys, folder):
     (folder / "here").mkdir()
     slurm = Slurm(folder / "here")
     try:
         slurm.start()
-        run(blocks()["slurm"], folder, slurm.environment)
+        run_block(manual_blocks()["slurm"], folder, slurm.environment)
         slurm.drained()
     finally:
         slurm.stop()
-    check(capsys, folder, "slurm")
+    check_against_one_process(capsys, folder, "slurm")
 
 
-def test_every_way_is_shown():
-    assert set(blocks()) == {"processes", "cluster", "slurm", "farm", "bundle"}
+def test_manual_shows_every_kind_of_farm():
+    assert set(manual_blocks()) == {"processes", "cluster", "slurm", "farm", "bundle"}

@@ -1,4 +1,4 @@
-"""Processes that print what they like: their events arrive, and results stay whole."""
+"""Test processes whose libraries print to stdout: events arrive, and results stay intact."""
 
 import json
 import subprocess
@@ -8,7 +8,7 @@ import pytest
 
 from heatlens.deliver.farm.events import event_in
 from support.dask_cluster import HEATLENS
-from support.exports import exported, files_in
+from support.exports import export_shot, files_in
 
 # Python imports this module at its start; each renamed file then prints, as a driver might.
 NOISE = """
@@ -26,8 +26,8 @@ os.replace = os.rename = noisy
 
 
 @pytest.fixture(params=[200, 2**20])
-def noisy(request, tmp_path, monkeypatch) -> int:
-    """Let all processes that are started print this many bytes for each file."""
+def noise_bytes(request, tmp_path, monkeypatch) -> int:
+    """Make all started processes print many bytes for each renamed file. Return the number."""
     (tmp_path / "site").mkdir()
     words = NOISE.replace("AMOUNT", str(request.param))
     (tmp_path / "site" / "sitecustomize.py").write_text(words)
@@ -35,30 +35,30 @@ def noisy(request, tmp_path, monkeypatch) -> int:
     return int(request.param)
 
 
-def test_frames_of_processes_that_print_are_those_of_quiet_ones(capsys, shot_file, tmp_path, noisy):
-    exported(capsys, shot_file, tmp_path / "whole" / "n.####.exr")  # in this process, unchanged
+def test_export_with_printing_processes_gives_same_files(capsys, shot_file, tmp_path, noise_bytes):
+    export_shot(capsys, shot_file, tmp_path / "whole" / "n.####.exr")  # in this process, unchanged
     out = tmp_path / "out" / "n.####.exr"
-    said = exported(capsys, shot_file, out, "--processes", 2)
-    assert "6 frames written" in said
+    message = export_shot(capsys, shot_file, out, "--processes", 2)
+    assert "6 frames written" in message
     assert files_in(tmp_path / "out") == files_in(tmp_path / "whole")
 
 
-def test_a_job_is_measured_through_what_is_printed(shot_file, tmp_path, noisy):
+def test_submit_measures_job_despite_printed_noise(shot_file, tmp_path, noise_bytes):
     words = ("export", shot_file, "-o", tmp_path / "n.####.exr", "--submit", "openjd")
-    done = subprocess.run(
+    process = subprocess.run(
         [*HEATLENS, *map(str, words)], capture_output=True, text=True, timeout=120, check=False
     )
-    assert done.returncode == 0 and "fault" not in done.stderr, done.stderr[-2000:]
+    assert process.returncode == 0 and "fault" not in process.stderr, process.stderr[-2000:]
 
 
-def test_results_are_not_mixed_with_what_a_library_prints(shot_file, tmp_path, noisy):
-    """What C and descriptors print goes to stderr; Python's own prints are nobody's to move."""
+def test_json_progress_is_not_mixed_with_library_output(shot_file, tmp_path, noise_bytes):
+    """Output of C code and of file descriptors goes to stderr; Python's prints stay on stdout."""
     words = ("export", shot_file, "-o", tmp_path / "n.####.exr", "--progress=json")
-    done = subprocess.run([*HEATLENS, *map(str, words)], capture_output=True, timeout=120)
-    assert done.returncode == 0
-    assert b"xxx" not in done.stdout and b"yyy" not in done.stdout
-    assert b"xxx" in done.stderr and b"yyy" in done.stderr
-    events = [event for line in done.stdout.splitlines() if (event := event_in(line))]
+    process = subprocess.run([*HEATLENS, *map(str, words)], capture_output=True, timeout=120)
+    assert process.returncode == 0
+    assert b"xxx" not in process.stdout and b"yyy" not in process.stdout
+    assert b"xxx" in process.stderr and b"yyy" in process.stderr
+    events = [event for line in process.stdout.splitlines() if (event := event_in(line))]
     assert [event["event"] for event in events] == ["begin", *["frame"] * 6, "end"]
     assert 99999 not in [event.get("frame") for event in events]
 
@@ -67,11 +67,11 @@ NO_EVENTS = ("", "x", "1", "null", "[1]", '"end"', "{}", '{"event": 3}', '{"even
 
 
 @pytest.mark.parametrize("line", [*NO_EVENTS, "[" * 9999])
-def test_other_lines_are_no_events(line):
+def test_event_in_returns_none_for_other_lines(line):
     assert event_in(line) is None
     assert event_in(line.encode()) is None
 
 
-def test_events_are_read_as_they_were_printed():
+def test_event_in_reads_printed_event():
     event = {"event": "frame", "frame": 3, "path": str(Path("a"))}
     assert event_in(json.dumps(event)) == event

@@ -1,4 +1,4 @@
-"""`heatlens export --submit openjd`: a template that is valid, and that a farm can run."""
+"""Test `heatlens export --submit openjd`: the template is valid and can be run."""
 
 import os
 import subprocess
@@ -12,13 +12,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.base.errors import InputError
-from heatlens.deliver.farm.job import FRAMES, FarmJob, Measured, Needs, Place, Step, parts_of
-from heatlens.deliver.farm.openjd import _yaml, job_template
+from heatlens.deliver.farm.job import (
+    FRAMES,
+    FarmJob,
+    MeasuredCost,
+    Needs,
+    Place,
+    Step,
+    group_frames,
+)
+from heatlens.deliver.farm.openjd import _yaml_lines, job_template
 from heatlens.fronts.commands.main import main
 from heatlens.media.sequence.names import parse_frames
 from heatlens.version import __version__
 from support.cube_config import cube_config
-from support.exports import exported, files_in, refused, write_shot_file
+from support.exports import export_shot, files_in, refused_export_message, write_shot_file
 from support.exr_files import write_file
 
 BIN = Path(sys.executable).parent  # where the commands of this environment are
@@ -26,18 +34,18 @@ BIN = Path(sys.executable).parent  # where the commands of this environment are
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
-    """Return a shot, in the working folder."""
+    """Write a shot into a temporary folder and make that the current folder."""
     write_shot_file(tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def submitted(capsys, *words: str) -> tuple[str, str]:
-    """Return the template, and what is said beside it; nothing is measured."""
-    more = [] if "--chunk" in words else ["--chunk", "10"]
-    assert main(["export", *words, *more, "--memory", "1", "--submit", "openjd"]) == 0
-    said = capsys.readouterr()
-    return said.out, said.err
+def submit_openjd(capsys, *words: str) -> tuple[str, str]:
+    """Submit an export without measuring it. Return the template and the messages on stderr."""
+    chunk_options = [] if "--chunk" in words else ["--chunk", "10"]
+    assert main(["export", *words, *chunk_options, "--memory", "1", "--submit", "openjd"]) == 0
+    captured = capsys.readouterr()
+    return captured.out, captured.err
 
 
 def openjd(*words: object) -> subprocess.CompletedProcess[str]:
@@ -50,24 +58,24 @@ def arguments(template: str) -> list[str]:
     return yaml.safe_load(template)["steps"][0]["script"]["actions"]["onRun"]["args"]
 
 
-def test_the_template_runs_here_from_end_to_end_and_twice_the_same(capsys, folder):
+def test_openjd_template_runs_and_gives_files_of_export(capsys, folder):
     words = ("s.heatlens.json", "-o", "out/n.####.exr", "--bokeh", "gaussian", "--chunk", "4")
-    template, said = submitted(capsys, *words)
-    assert "6 frames in 2 tasks" in said and not (folder / "out").exists()
+    template, message = submit_openjd(capsys, *words)
+    assert "6 frames in 2 tasks" in message and not (folder / "out").exists()
     (folder / "job.yaml").write_text(template)
     run = openjd("run", "job.yaml")
     assert run.returncode == 0, run.stdout
     assert "Chunks run: 2" in run.stdout or "Tasks run: 2" in run.stdout
     assert "openjd_progress: 100.0" in run.stdout
-    exported(capsys, "s.heatlens.json", "whole/n.####.exr", "--bokeh", "gaussian")
+    export_shot(capsys, "s.heatlens.json", "whole/n.####.exr", "--bokeh", "gaussian")
     assert files_in(folder / "out") == files_in(folder / "whole")
-    assert "6 were finished before" in exported(
+    assert "6 were finished before" in export_shot(
         capsys, "s.heatlens.json", "out/n.####.exr", "--bokeh", "gaussian"
     )
 
 
-def test_a_task_that_fails_says_why(capsys, folder):
-    template, _ = submitted(capsys, "s.heatlens.json", "-o", "out/n.####.exr")
+def test_failing_openjd_task_reports_reason(capsys, folder):
+    template, _ = submit_openjd(capsys, "s.heatlens.json", "-o", "out/n.####.exr")
     (folder / "job.yaml").write_text(template)
     (folder / "plates" / "plate.1002.exr").write_bytes(b"")
     run = openjd("run", "job.yaml")
@@ -76,11 +84,11 @@ def test_a_task_that_fails_says_why(capsys, folder):
     assert not (folder / "out").exists() or not files_in(folder / "out")  # it was seen at once
 
 
-def test_paths_are_parameters_and_options_are_as_they_were_typed(capsys, folder, session_context):
+def test_openjd_template_has_path_parameters_and_typed_options(capsys, folder, session_context):
     config = cube_config(folder).source
     words = ("-o", "out/n.####.png", "--frames", "1001-1006x2", "--exposure=-0.5", "--burn-in")
-    more = ("--quality", "preview", "--ocio", config, "--missing", "hold")
-    template, said = submitted(capsys, "s.heatlens.json", *words, *more)
+    look_options = ("--quality", "preview", "--ocio", config, "--missing", "hold")
+    template, message = submit_openjd(capsys, "s.heatlens.json", *words, *look_options)
     job = yaml.safe_load(template)
     assert job["specificationVersion"] == "jobtemplate-2023-09"
     assert {
@@ -104,28 +112,28 @@ def test_paths_are_parameters_and_options_are_as_they_were_typed(capsys, folder,
         f"--expect={__version__}/{session_context.name}",
         "--progress=openjd",
     }
-    assert said.count("\n") == 1
+    assert message.count("\n") == 1
     (folder / "job.yaml").write_text(template)
     assert openjd("check", "job.yaml").returncode == 0
 
 
-def test_plates_with_a_lens_of_their_own_are_submitted_too(capsys, folder):
+def test_submit_of_plates_keeps_lens_options(capsys, folder):
     words = ("plates/plate.####.exr", "-o", "n.####.exr", "--focus-distance", "6'3\"")
-    template, _ = submitted(capsys, *words, "--f-stop", "2.8")
+    template, _ = submit_openjd(capsys, *words, "--f-stop", "2.8")
     args = arguments(template)
     assert args[:2] == ["export", "{{Param.Plates}}/plate.####.exr"]
     assert "--focus-distance=6'3\"" in args and "--f-stop=2.8" in args
 
 
-def test_what_lies_elsewhere_is_given_when_the_job_is_sent(capsys, folder, tmp_path, monkeypatch):
-    """A template may hold no absolute path, and none above itself."""
+def test_openjd_paths_outside_folder_are_given_at_submission(capsys, folder, tmp_path, monkeypatch):
+    """A template may hold no absolute path and no path above its own folder."""
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
-    template, said = submitted(capsys, str(folder / "s.heatlens.json"), "-o", "n.####.exr")
+    template, message = submit_openjd(capsys, str(folder / "s.heatlens.json"), "-o", "n.####.exr")
     definitions = {p["name"]: p for p in yaml.safe_load(template)["parameterDefinitions"]}
     assert "default" not in definitions["Shot"] and definitions["Out"]["default"] == "."
-    assert f"-p Shot={folder / 's.heatlens.json'}" in said
-    assert f"-p Plates={folder / 'plates'}" in said and "-p Out" not in said
+    assert f"-p Shot={folder / 's.heatlens.json'}" in message
+    assert f"-p Plates={folder / 'plates'}" in message and "-p Out" not in message
     (tmp_path / "here" / "job.yaml").write_text(template)
     values = (f"Shot={folder / 's.heatlens.json'}", f"Plates={folder / 'plates'}")
     given_paths = [word for value in values for word in ("-p", value)]
@@ -145,25 +153,27 @@ def test_what_lies_elsewhere_is_given_when_the_job_is_sent(capsys, folder, tmp_p
         (("-o", "{{n}}.####.png"), "{{"),
     ],
 )
-def test_what_cannot_be_submitted(capsys, folder, words, expected):
-    _, out, *more = words
-    told = ("--memory", "1", *(() if "--chunk" in more else ("--chunk", "2")))
-    assert expected in refused(capsys, "s.heatlens.json", out, *more, *told, "--submit", "openjd")
+def test_submit_rejects_impossible_options(capsys, folder, words, expected):
+    _, out, *options = words
+    submit_options = ("--memory", "1", *(() if "--chunk" in options else ("--chunk", "2")))
+    assert expected in refused_export_message(
+        capsys, "s.heatlens.json", out, *options, *submit_options, "--submit", "openjd"
+    )
 
 
 @given(st.sets(st.integers(-50, 3000), min_size=1, max_size=200), st.integers(1, 250))
-def test_parts_are_all_the_frames_in_order(frames, chunk):
+def test_task_parts_split_frames_into_ordered_chunks(frames, chunk):
     ordered = sorted(frames)
-    texts = parts_of(ordered, chunk)
+    texts = group_frames(ordered, chunk)
     groups = [parse_frames(text) for text in texts]
     assert [frame for group in groups for frame in group] == ordered
     assert all(len(group) == chunk for group in groups[:-1]) and len(groups[-1]) <= chunk
 
 
 @given(st.floats(0.1, 30.0), st.floats(0.001, 1000.0), st.integers(1, 1 << 36))
-def test_a_task_takes_about_a_minute_and_has_memory_to_spare(start_s, frame_s, memory):
-    cost = Measured(start_s, frame_s, memory)
-    (first, *_) = parts_of(range(1, 100_001), None, cost)
+def test_parts_of_measured_job_take_a_minute_with_spare_memory(start_s, frame_s, memory):
+    cost = MeasuredCost(start_s, frame_s, memory)
+    (first, *_) = group_frames(range(1, 100_001), None, cost)
     took_s = start_s + len(parse_frames(first)) * frame_s
     assert took_s <= 60.001 + 2 * frame_s and (took_s > 60 - frame_s or frame_s <= 0.001)
     assert memory * 1.25 <= cost.memory_gib << 30 < memory * 1.25 + (1 << 30)
@@ -173,31 +183,39 @@ def job_of(parts: int, joins: bool = False, name: str = "n") -> FarmJob:
     place = Place("Out", Path("/x/out"), "DIRECTORY", "OUT")
     texts = tuple(map(str, range(1, parts + 1)))
     words = (("export",), ("--output=", place, "/n.exr"), ("--part=", FRAMES))
-    last = Step("Join", words[:-1]) if joins else None
-    return FarmJob(name, (place,), (Step("Export", words, texts),), last, Needs(2, 2, 1), ())
+    join_step = Step("Join", words[:-1]) if joins else None
+    return FarmJob(name, (place,), (Step("Export", words, texts),), join_step, Needs(2, 2, 1), ())
 
 
-def test_more_tasks_than_a_step_has_are_several_steps():
+def test_job_template_splits_more_than_1024_tasks_into_steps():
     """The limit of the schema is 1,024; the last step waits for each."""
     template = job_template(job_of(2500, joins=True), Path("/x"))
-    *made, last = yaml.safe_load(template)["steps"]
-    ranges = [step["parameterSpace"]["taskParameterDefinitions"][0]["range"] for step in made]
+    *export_steps, join_step = yaml.safe_load(template)["steps"]
+    ranges = [
+        step["parameterSpace"]["taskParameterDefinitions"][0]["range"] for step in export_steps
+    ]
     assert [len(texts) for texts in ranges] == [1024, 1024, 452]
     assert [text for texts in ranges for text in texts] == [str(n) for n in range(1, 2501)]
-    assert [it["dependsOn"] for it in last["dependencies"]] == [step["name"] for step in made]
-    assert "parameterSpace" not in last
+    assert [it["dependsOn"] for it in join_step["dependencies"]] == [
+        step["name"] for step in export_steps
+    ]
+    assert "parameterSpace" not in join_step
     with pytest.raises(InputError, match="larger --chunk"):
         job_template(job_of(102_401), Path("/x"))
 
 
-def test_a_task_asks_for_what_it_needs():
+def test_job_template_requests_cpus_memory_and_gpu():
     (step,) = yaml.safe_load(job_template(job_of(1), Path("/x")))["steps"]
-    told = {it["name"]: it["min"] for it in step["hostRequirements"]["amounts"]}
-    assert told == {"amount.worker.vcpu": 2, "amount.worker.memory": 2048, "amount.worker.gpu": 1}
+    amounts = {it["name"]: it["min"] for it in step["hostRequirements"]["amounts"]}
+    assert amounts == {
+        "amount.worker.vcpu": 2,
+        "amount.worker.memory": 2048,
+        "amount.worker.gpu": 1,
+    }
 
 
-def test_ten_thousand_frames_are_one_short_text():
-    parts = parts_of(range(1001, 11_001), 1)
+def test_job_template_of_10_000_frames_is_below_1_mb():
+    parts = group_frames(range(1001, 11_001), 1)
     assert len(parts) == 10_000
     text = job_template(job_of(10_000, joins=True), Path("/x"))
     assert len(text) < 1_000_000
@@ -219,28 +237,32 @@ NAMES = st.from_regex(r"[A-Za-z]{1,8}", fullmatch=True).filter(
         max_leaves=12,
     )
 )
-def test_the_yaml_is_what_was_meant(value):
-    assert yaml.safe_load("\n".join(_yaml(value))) == value
+def test_yaml_writer_output_parses_to_same_value(value):
+    assert yaml.safe_load("\n".join(_yaml_lines(value))) == value
 
 
-def test_a_long_name_is_cut_to_what_the_schema_allows():
+def test_job_template_truncates_name_to_128_characters():
     template = yaml.safe_load(job_template(job_of(1, name="n" * 300), Path("/x")))
     assert len(template["name"]) == 128
 
 
-def test_what_a_task_needs_is_measured_and_leaves_nothing(capsys, folder):
-    before = sorted(folder.iterdir())
+def test_submit_measures_memory_of_task_and_leaves_no_files(capsys, folder):
+    files_before = sorted(folder.iterdir())
     assert main(["export", "s.heatlens.json", "-o", "m.mov", "--submit", "openjd"]) == 0
-    said = capsys.readouterr()
-    export, join = yaml.safe_load(said.out)["steps"]
-    told = {it["name"]: it["min"] for it in export["hostRequirements"]["amounts"]}
-    assert told["amount.worker.memory"] >= 1024 and told["amount.worker.vcpu"] == 2
-    assert "a frame takes" in said.err and join["hostRequirements"] == export["hostRequirements"]
-    assert sorted(folder.iterdir()) == before
+    captured = capsys.readouterr()
+    export, join = yaml.safe_load(captured.out)["steps"]
+    amounts = {it["name"]: it["min"] for it in export["hostRequirements"]["amounts"]}
+    assert amounts["amount.worker.memory"] >= 1024 and amounts["amount.worker.vcpu"] == 2
+    assert (
+        "a frame takes" in captured.err and join["hostRequirements"] == export["hostRequirements"]
+    )
+    assert sorted(folder.iterdir()) == files_before
 
 
-def test_a_first_frame_that_fails_is_told_at_once(capsys, folder):
+def test_submit_reports_failing_first_frame(capsys, folder):
     for path in (folder / "plates").iterdir():
         write_file(path, {name: np.ones((18, 32), np.float16) for name in "RGB"})
-    said = refused(capsys, "s.heatlens.json", "n.####.exr", "--submit", "openjd")
-    assert "first frame" in said and "plate.1001.exr" in said and not (folder / "out").exists()
+    message = refused_export_message(capsys, "s.heatlens.json", "n.####.exr", "--submit", "openjd")
+    assert (
+        "first frame" in message and "plate.1001.exr" in message and not (folder / "out").exists()
+    )

@@ -1,4 +1,4 @@
-"""`export --processes`: several processes on this machine, and the files of one."""
+"""Test `export --processes`: several processes on this machine write the files of one."""
 
 import os
 import signal
@@ -10,67 +10,78 @@ from heatlens.core.base.errors import InputError
 from heatlens.deliver.farm import processes
 from heatlens.media.documents.shot_file import write_shot
 from support.dask_cluster import HEATLENS, children_of, wait_for
-from support.exports import MANY, exported, files_in, refused, shot_of, write_plates
+from support.exports import (
+    MANY_FRAMES,
+    export_shot,
+    files_in,
+    refused_export_message,
+    shot_of,
+    write_plates,
+)
 
 
 @pytest.mark.parametrize("output", ["n.####.exr", "n.####.png", "m.mov"])
-def test_processes_make_what_one_makes(capsys, shot_file, tmp_path, output):
-    exported(capsys, shot_file, tmp_path / "whole" / output)
-    said = exported(capsys, shot_file, tmp_path / "out" / output, "--processes", 2)
-    assert "6 frames written" in said
+def test_export_with_processes_gives_files_of_one_process(capsys, shot_file, tmp_path, output):
+    export_shot(capsys, shot_file, tmp_path / "whole" / output)
+    message = export_shot(capsys, shot_file, tmp_path / "out" / output, "--processes", 2)
+    assert "6 frames written" in message
     assert files_in(tmp_path / "out") == files_in(tmp_path / "whole")
-    again = exported(capsys, shot_file, tmp_path / "out" / output, "--processes", 2)
-    assert "0 frames written, 6 were finished before" in again
+    second_message = export_shot(capsys, shot_file, tmp_path / "out" / output, "--processes", 2)
+    assert "0 frames written, 6 were finished before" in second_message
     assert not list((tmp_path / "out").glob("*.frames"))
 
 
 @pytest.mark.parametrize(
-    ("count", "given", "expected"),
+    ("count", "thread_count", "expected"),
     [(2, None, "4"), (3, None, "2"), (20, None, "1"), (1, None, ""), (2, "7", "7")],
 )
-def test_processes_share_the_processors(monkeypatch, tmp_path, count, given, expected):
-    """The software rasteriser of each would otherwise start a thread for every processor."""
-    heard = tmp_path / "python"
-    heard.write_text('#!/bin/sh\necho "$LP_NUM_THREADS"\n')
-    heard.chmod(0o755)
-    monkeypatch.setattr("sys.executable", str(heard))
+def test_processes_divide_llvmpipe_threads_among_them(
+    monkeypatch, tmp_path, count, thread_count, expected
+):
+    """Otherwise the software rasterizer of each process would start a thread for every CPU."""
+    fake_python = tmp_path / "python"
+    fake_python.write_text('#!/bin/sh\necho "$LP_NUM_THREADS"\n')
+    fake_python.chmod(0o755)
+    monkeypatch.setattr("sys.executable", str(fake_python))
     monkeypatch.setattr("os.cpu_count", lambda: 8)
     monkeypatch.delenv("LP_NUM_THREADS", raising=False)
-    if given is not None:
-        monkeypatch.setenv("LP_NUM_THREADS", given)
-    with processes.started(["export"], count=count) as process:
+    if thread_count is not None:
+        monkeypatch.setenv("LP_NUM_THREADS", thread_count)
+    with processes.start_process(["export"], count=count) as process:
         assert process.communicate()[0] == f"{expected}\n"
 
 
-def test_each_process_is_told_how_many_there_are(capsys, shot_file, tmp_path, monkeypatch):
+def test_export_passes_process_count_to_each_process(capsys, shot_file, tmp_path, monkeypatch):
     def refuse(words, count):
         raise InputError(f"one of {count}")
 
-    monkeypatch.setattr(processes, "started", refuse)
-    assert "one of 3" in refused(capsys, shot_file, tmp_path / "n.####.exr", "--processes", 3)
+    monkeypatch.setattr(processes, "start_process", refuse)
+    assert "one of 3" in refused_export_message(
+        capsys, shot_file, tmp_path / "n.####.exr", "--processes", 3
+    )
 
 
-def test_unusual_frames_are_told_as_by_one_process(capsys, mixed_plates, tmp_path):
-    said = exported(capsys, mixed_plates, tmp_path / "n.####.exr", "--processes", 2)
-    assert said.count("The depths are about 100 times") == 2  # each process tells of its frames
+def test_each_process_warns_of_its_unusual_frames(capsys, mixed_plates, tmp_path):
+    message = export_shot(capsys, mixed_plates, tmp_path / "n.####.exr", "--processes", 2)
+    assert message.count("The depths are about 100 times") == 2  # each process tells of its frames
 
 
-def test_only_the_missing_frames_are_made(capsys, shot_file, tmp_path):
+def test_export_with_processes_renders_only_missing_frames(capsys, shot_file, tmp_path):
     out = tmp_path / "out"
-    exported(capsys, shot_file, out / "n.####.exr", "--frames", "1002-1004")
-    before = {path: path.stat().st_ino for path in out.iterdir()}
-    said = exported(capsys, shot_file, out / "n.####.exr", "--processes", 3)
-    assert "3 frames written, 3 were finished before" in said
-    assert all(path.stat().st_ino == inode for path, inode in before.items())
+    export_shot(capsys, shot_file, out / "n.####.exr", "--frames", "1002-1004")
+    inodes_before = {path: path.stat().st_ino for path in out.iterdir()}
+    message = export_shot(capsys, shot_file, out / "n.####.exr", "--processes", 3)
+    assert "3 frames written, 3 were finished before" in message
+    assert all(path.stat().st_ino == inode for path, inode in inodes_before.items())
 
 
-def test_a_frame_that_fails_ends_the_others_with_its_sentence(capsys, shot_file, tmp_path):
+def test_failing_frame_ends_all_processes_with_its_message(capsys, shot_file, tmp_path):
     plate = tmp_path / "plates" / "plate.1004.exr"
     data = bytearray(plate.read_bytes())
     data[-400:] = bytes(400)
     plate.write_bytes(data)
-    said = refused(capsys, shot_file, tmp_path / "n.####.exr", "--processes", 2)
-    assert "plate.1004.exr" in said and not list(tmp_path.glob(".heatlens-*"))
+    message = refused_export_message(capsys, shot_file, tmp_path / "n.####.exr", "--processes", 2)
+    assert "plate.1004.exr" in message and not list(tmp_path.glob(".heatlens-*"))
 
 
 @pytest.mark.parametrize(
@@ -84,28 +95,28 @@ def test_a_frame_that_fails_ends_the_others_with_its_sentence(capsys, shot_file,
         (("--memory", 2), "--memory needs --submit"),
     ],
 )
-def test_what_cannot_go_together(capsys, shot_file, tmp_path, words, expected):
-    assert expected in refused(capsys, shot_file, tmp_path / "n.####.exr", *words)
+def test_export_rejects_conflicting_process_options(capsys, shot_file, tmp_path, words, expected):
+    assert expected in refused_export_message(capsys, shot_file, tmp_path / "n.####.exr", *words)
 
 
-@pytest.mark.parametrize("who", ["a process", "the export", "the export, asked"])
-def test_whoever_is_killed_one_more_start_makes_all(capsys, tmp_path, who):
+@pytest.mark.parametrize("victim", ["a process", "the export", "the export, asked"])
+def test_export_with_killed_process_can_be_resumed(capsys, tmp_path, victim):
     shot, out = tmp_path / "s.heatlens.json", tmp_path / "out"
-    write_shot(shot, shot_of(write_plates(tmp_path / "plates", MANY), MANY))
-    exported(capsys, shot, tmp_path / "whole" / "n.####.exr")
+    write_shot(shot, shot_of(write_plates(tmp_path / "plates", MANY_FRAMES), MANY_FRAMES))
+    export_shot(capsys, shot, tmp_path / "whole" / "n.####.exr")
     line = [*HEATLENS, "export", str(shot), "-o", str(out / "n.####.exr"), "--processes", "2"]
     with subprocess.Popen(line, stderr=subprocess.PIPE, text=True) as export:
         wait_for(lambda: len(list(out.glob("n.*"))) > 2)
         (worker,) = children_of(export.pid)
         processes = children_of(worker)
-        if who == "a process":
+        if victim == "a process":
             os.kill(processes[0], signal.SIGKILL)
         else:
-            export.send_signal(signal.SIGINT if "asked" in who else signal.SIGKILL)
-        assert export.wait(60) == {"a process": 2, "the export": -9}.get(who, 130)
+            export.send_signal(signal.SIGINT if "asked" in victim else signal.SIGKILL)
+        assert export.wait(60) == {"a process": 2, "the export": -9}.get(victim, 130)
         assert export.stderr is not None
-        said = export.stderr.read()
-    assert "export again" in said or who != "a process"
+        message = export.stderr.read()
+    assert "export again" in message or victim != "a process"
     wait_for(lambda: not any(os.path.exists(f"/proc/{process}") for process in processes))
-    exported(capsys, shot, out / "n.####.exr", "--processes", 2)
+    export_shot(capsys, shot, out / "n.####.exr", "--processes", 2)
     assert files_in(out) == files_in(tmp_path / "whole")

@@ -1,4 +1,4 @@
-"""`--submit` of a reel or an edit: all shots in one job, with what waits for them."""
+"""Test `--submit` of a reel or an edit: one job with all shots and the steps that follow them."""
 
 import json
 import os
@@ -9,7 +9,7 @@ import opentimelineio as otio
 import pytest
 import yaml
 
-from deliver.farm.test_bundle import QUICK, bundled, elsewhere
+from deliver.farm.test_bundle import QUICK, copy_listed_files, write_bundle
 from deliver.farm.test_openjd import openjd
 from deliver.farm.test_slurm import REAL, logs, script_of, slurm  # noqa: F401
 from heatlens.core.model.curves.frames import FrameRange
@@ -18,14 +18,14 @@ from heatlens.fronts.commands.main import main
 from heatlens.media.documents.reel_file import write_reel
 from heatlens.media.documents.shot_file import write_shot
 from support.dask_cluster import dask_cluster
-from support.exports import files_in, refused, shot_of, write_plates
+from support.exports import files_in, refused_export_message, shot_of, write_plates
 
 LENS = ("--f-stop", "1.4", "--focus-distance", "2", "--quality", "draft")
 CUT = (FrameRange(1002, 1003), FrameRange(1004, 1005))
 
 
-def tree(folder: Path) -> dict[str, bytes]:
-    """Name and content of every file below a folder."""
+def files_below(folder: Path) -> dict[str, bytes]:
+    """Return name and content of every file below a folder."""
     paths = sorted(path for path in folder.rglob("*") if path.is_file())
     return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
@@ -50,9 +50,9 @@ def edit_of(folder: Path, source: str) -> Path:
     """Write an edit whose media have absolute paths."""
     track = otio.schema.Track(kind="Video")
     for name, cut in zip(("s1", "s2"), CUT, strict=True):
-        time = [otio.opentime.RationalTime(value, 24) for value in (cut.first, cut.count)]
+        source_range = [otio.opentime.RationalTime(value, 24) for value in (cut.first, cut.count)]
         media = otio.schema.ExternalReference(target_url=source.replace("####", "%04d"))
-        clip = otio.schema.Clip(name, media, otio.opentime.TimeRange(*time))
+        clip = otio.schema.Clip(name, media, otio.opentime.TimeRange(*source_range))
         track.append(clip)
     timeline = otio.schema.Timeline("cut")
     timeline.tracks.append(track)
@@ -66,77 +66,86 @@ def export(shot: Path, out: Path, *words: object) -> None:
 
 def run_here(capsys, folder: Path, *words: object) -> list[dict]:
     """Run the job of an export as a bundle; return its steps."""
-    bundled(capsys, folder / "job", *words)
+    write_bundle(capsys, folder / "job", *words)
     values = f"file://{folder / 'job' / 'parameters.json'}"
     run = openjd("run", folder / "job" / "template.yaml", "-p", values)
     assert run.returncode == 0, run.stdout
     return yaml.safe_load((folder / "job" / "template.yaml").read_text())["steps"]
 
 
-def test_a_movie_of_the_cut_is_the_last_task_of_one_job(capsys, tmp_path, reel):
-    """It waits for the frames of every shot, and is the movie that one machine makes."""
+def test_openjd_job_of_cut_joins_movie_in_last_step(capsys, tmp_path, reel):
+    """The last step waits for the frames of all shots; its movie equals that of one machine."""
     export(reel, tmp_path / "whole" / "cut.mov", *LENS[4:])
     out = tmp_path / "new" / "cut.mov"
-    *made, last = run_here(capsys, tmp_path, reel, "-o", out, *LENS[4:])
-    assert [step["name"] for step in made] == ["Export 001 s1", "Export 002 s2"]
-    assert [it["dependsOn"] for it in last["dependencies"]] == [step["name"] for step in made]
-    assert tree(tmp_path / "new") == tree(tmp_path / "whole")
+    *export_steps, join_step = run_here(capsys, tmp_path, reel, "-o", out, *LENS[4:])
+    assert [step["name"] for step in export_steps] == ["Export 001 s1", "Export 002 s2"]
+    assert [it["dependsOn"] for it in join_step["dependencies"]] == [
+        step["name"] for step in export_steps
+    ]
+    assert files_below(tmp_path / "new") == files_below(tmp_path / "whole")
 
 
-def test_every_shot_then_the_command_and_the_edit(capsys, tmp_path, reel):
-    """The command runs once for each shot, under the name that it has in the reel."""
+def test_openjd_job_of_reel_runs_command_for_each_shot(capsys, tmp_path, reel):
+    """The `--after-export` command runs once for each shot with the shot's name in the reel."""
     words = (*LENS[4:], "--edit-out", tmp_path / "new" / "made.otio")
-    told = tmp_path / "told"
-    command = f"cat >> '{told}'"
+    report_path = tmp_path / "told"
+    command = f"cat >> '{report_path}'"
     out = tmp_path / "new" / "{shot}" / "{shot}.####.exr"
     (tmp_path / "new").mkdir()
     run_here(capsys, tmp_path, reel, "-o", out, *words, "--after-export", command)
-    assert [json.loads(line)["shot"] for line in told.read_text().splitlines()] == ["s1", "s2"]
+    assert [json.loads(line)["shot"] for line in report_path.read_text().splitlines()] == [
+        "s1",
+        "s2",
+    ]
     (tmp_path / "new" / "made.otio").unlink()
     export(reel, tmp_path / "whole" / "{shot}" / "{shot}.####.exr", *LENS[4:])
-    assert tree(tmp_path / "new") == tree(tmp_path / "whole")
+    assert files_below(tmp_path / "new") == files_below(tmp_path / "whole")
 
 
 @pytest.mark.parametrize("kind", ["reel", "edit"])
-def test_another_machine_needs_the_listed_files_alone(capsys, tmp_path, reel, kind):
-    """Folders are elsewhere there; the edit names absolute paths that it has not got."""
+def test_bundle_of_cut_needs_only_listed_files(capsys, tmp_path, reel, kind):
+    """The worker has other folders; the absolute paths in the edit do not exist there."""
     show = tmp_path / "show"
     cut = reel if kind == "reel" else edit_of(show, str(show / "one" / "plate.####.exr"))
     lens = LENS if kind == "edit" else LENS[4:]
     export(cut, tmp_path / "whole" / "cut.mov", *lens)
-    values = bundled(capsys, tmp_path / "job", cut, "-o", tmp_path / "new" / "cut.mov", *lens)
+    values = write_bundle(capsys, tmp_path / "job", cut, "-o", tmp_path / "new" / "cut.mov", *lens)
     (tmp_path / "worker").mkdir()
-    there = elsewhere(tmp_path / "job", values, tmp_path / "worker")
+    worker_paths = copy_listed_files(tmp_path / "job", values, tmp_path / "worker")
     os.rename(show, tmp_path / "gone")
-    given = [word for name, value in there.items() for word in ("-p", f"{name}={value}")]
-    run = openjd("run", tmp_path / "job" / "template.yaml", *given)
+    path_options = [
+        word for name, value in worker_paths.items() for word in ("-p", f"{name}={value}")
+    ]
+    run = openjd("run", tmp_path / "job" / "template.yaml", *path_options)
     assert run.returncode == 0, run.stdout
-    assert tree(Path(there["Out"])) == tree(tmp_path / "whole")
+    assert files_below(Path(worker_paths["Out"])) == files_below(tmp_path / "whole")
 
 
 @REAL
-def test_slurm_makes_the_cut(capsys, tmp_path, reel, slurm):  # noqa: F811
+def test_slurm_job_of_cut_gives_same_movie(capsys, tmp_path, reel, slurm):  # noqa: F811
     export(reel, tmp_path / "whole" / "cut.mov", *LENS[4:])
     capsys.readouterr()
     words = ("-o", tmp_path / "new" / "cut.mov", "--chunk", 1, *LENS[4:])
     run = slurm.submitted(script_of(capsys, reel, *words), tmp_path)
     assert len(run.stdout.split()) == 3, run.stderr
     slurm.drained()
-    assert tree(tmp_path / "new") == tree(tmp_path / "whole"), logs(tmp_path)
+    assert files_below(tmp_path / "new") == files_below(tmp_path / "whole"), logs(tmp_path)
 
 
-def test_too_many_shots_for_a_template_are_told(capsys, tmp_path):
+def test_submit_refuses_reel_with_too_many_shots(capsys, tmp_path):
     source = write_plates(tmp_path / "p")
     shots = tuple(ReelShot(f"s{n}", source, CUT[0]) for n in range(101))
     write_reel(tmp_path / "cut.heatreel.json", Reel("cut", shots))
     words = (*LENS, "--submit", "openjd", *QUICK)
-    said = refused(capsys, tmp_path / "cut.heatreel.json", tmp_path / "{shot}.####.exr", *words)
-    assert "101 shots" in said and "fewer shots" in said
+    message = refused_export_message(
+        capsys, tmp_path / "cut.heatreel.json", tmp_path / "{shot}.####.exr", *words
+    )
+    assert "101 shots" in message and "fewer shots" in message
     assert not files_in(tmp_path).keys() - {"cut.heatreel.json"}
 
 
-def test_a_pull_sheet_is_written_when_all_frames_are_there(capsys, tmp_path, reel):
-    """As the manual shows it: the command that follows is one of heatlens."""
+def test_after_export_command_writes_pull_sheet_after_last_frame(capsys, tmp_path, reel):
+    """As in the manual, the `--after-export` command is `heatlens shot sheet`."""
     shot, page = reel.parent / "shots" / "s2.heatlens.json", tmp_path / "pull.html"
     command = f"ls '{tmp_path}'/new/n.*.exr > '{tmp_path}/seen'; "
     command += f"heatlens shot sheet '{shot}' -o '{page}'"
@@ -148,13 +157,15 @@ def test_a_pull_sheet_is_written_when_all_frames_are_there(capsys, tmp_path, ree
     assert page.read_text().count("<img") == 2 and page.with_suffix(".csv").exists()
 
 
-@pytest.mark.parametrize("where", ["processes", "cluster"])
-def test_others_make_the_frames_of_a_movie_of_the_cut(tmp_path, reel, where):
-    """The movie is that of one process, and nothing is left beside it."""
+@pytest.mark.parametrize("renderer_kind", ["processes", "cluster"])
+def test_processes_and_cluster_render_movie_of_cut(tmp_path, reel, renderer_kind):
+    """The movie equals that of one process, and no other files remain."""
     export(reel, tmp_path / "whole" / "cut.mov", *LENS[4:])
     with (
-        dask_cluster(tmp_path / "cluster", workers=1) if where == "cluster" else nullcontext() as it
+        dask_cluster(tmp_path / "cluster", workers=1)
+        if renderer_kind == "cluster"
+        else nullcontext() as cluster
     ):
-        words = ("--processes", 2) if it is None else ("--cluster", it.address)
+        words = ("--processes", 2) if cluster is None else ("--cluster", cluster.address)
         export(reel, tmp_path / "new" / "cut.mov", *LENS[4:], *words)
-    assert tree(tmp_path / "new") == tree(tmp_path / "whole")
+    assert files_below(tmp_path / "new") == files_below(tmp_path / "whole")

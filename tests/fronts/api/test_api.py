@@ -1,4 +1,4 @@
-"""heatlens from Python: the same pictures as the command line's, from files and from arrays."""
+"""Test the Python interface: files and arrays give the same pictures as the command line."""
 
 import subprocess
 import sys
@@ -24,52 +24,58 @@ def plate(tmp_path):
     return write_file(tmp_path / "p.exr", channels(), **CAMERA)
 
 
-def commanded(tmp_path, *words: object) -> np.ndarray:
-    """Return what `heatlens render` writes."""
+def render_by_command(tmp_path, *words: object) -> np.ndarray:
+    """Return the picture that `heatlens render` writes."""
     out = tmp_path / "out.exr"
     assert main(["render", *map(str, words), "-o", str(out)]) == 0
     return picture(out)[1]
 
 
-def test_a_plate_gives_the_picture_of_the_command(plate, tmp_path):
-    made = heatlens.open(plate).render(**LENS)
-    assert made.dtype == np.float32 and made.shape == (10, 16, 4) and (made[..., 3] == 1).all()
-    np.testing.assert_array_equal(made[..., :3], commanded(tmp_path, plate, *WORDS))
+def test_render_of_plate_equals_render_command(plate, tmp_path):
+    rendered = heatlens.open(plate).render(**LENS)
+    assert (
+        rendered.dtype == np.float32
+        and rendered.shape == (10, 16, 4)
+        and (rendered[..., 3] == 1).all()
+    )
+    np.testing.assert_array_equal(rendered[..., :3], render_by_command(tmp_path, plate, *WORDS))
 
 
-def test_arrays_give_the_picture_of_the_file_with_these_values(plate):
-    read = read_plate(plate)
-    given = {"focal_length_mm": 50.0, "sensor_width_mm": 36.0}
-    made = heatlens.open(read.color[..., :3], read.depth_m).render(**LENS, **given)
-    np.testing.assert_array_equal(made, heatlens.open(plate).render(**LENS))
+def test_render_of_arrays_equals_render_of_file(plate):
+    file_plate = read_plate(plate)
+    camera_values = {"focal_length_mm": 50.0, "sensor_width_mm": 36.0}
+    rendered = heatlens.open(file_plate.color[..., :3], file_plate.depth_m).render(
+        **LENS, **camera_values
+    )
+    np.testing.assert_array_equal(rendered, heatlens.open(plate).render(**LENS))
 
 
-def test_a_scene_gives_the_picture_of_the_command(small_demo, tmp_path):
+def test_render_of_scene_equals_render_command(small_demo, tmp_path):
     words = ("demo", "--float", "--quality", "draft", "--f-stop", "2", "--focus-distance", "3")
     source = heatlens.open("demo")
-    made = source.render(f_stop=2, focus_distance_m=3, quality="draft")
-    np.testing.assert_array_equal(made[..., :3], commanded(tmp_path, *words))
+    rendered = source.render(f_stop=2, focus_distance_m=3, quality="draft")
+    np.testing.assert_array_equal(rendered[..., :3], render_by_command(tmp_path, *words))
     size = (40, 24)
-    many = heatlens.open("demo", size=size).render(method="accumulation", views=4)
-    assert many.shape == (24, 40, 4) and np.isfinite(many).all()
+    accumulated = heatlens.open("demo", size=size).render(method="accumulation", views=4)
+    assert accumulated.shape == (24, 40, 4) and np.isfinite(accumulated).all()
 
 
-def test_a_shot_file_has_its_lens_at_each_frame(shot_file):
+def test_render_of_shot_file_uses_lens_of_frame(shot_file):
     shot = read_shot(shot_file)
     with heatlens.open(shot_file) as source:
         first, last = source.render(frame=1001), source.render(frame=1006)
-        again = source.render(shot.lens_at(1001), frame=1001)
+        first_again = source.render(shot.lens_at(1001), frame=1001)
     assert not np.array_equal(first, last)
-    np.testing.assert_array_equal(first, again)
+    np.testing.assert_array_equal(first, first_again)
 
 
-def test_what_is_sharp_can_be_named_by_a_pixel(plate):
+def test_focus_at_focuses_on_depth_of_pixel(plate):
     source = heatlens.open(plate)
     expected = source.render(f_stop=2, focus_distance_m=float(read_plate(plate).depth_m[5, 8]))
     np.testing.assert_array_equal(source.render(f_stop=2, focus_at=(8, 5)), expected)
 
 
-def test_the_context_is_kept_beside_one_of_the_caller(plate):
+def test_render_keeps_its_context_beside_that_of_caller(plate):
     code = f"""
 import heatlens, moderngl
 from heatlens.fronts.api.engine import ENGINE
@@ -108,28 +114,28 @@ assert ENGINE._renderer is kept
         ),
     ],
 )
-def test_mistakes_are_sentences(plate, call, words):
+def test_wrong_calls_raise_heatlens_error_with_helpful_message(plate, call, words):
     with pytest.raises(HeatlensError, match=words):
         call(plate)
 
 
-def test_another_thread_is_told_where_to_draw(plate):
+def test_render_in_other_thread_raises_error(plate):
     source = heatlens.open(plate)
     source.render(**LENS)
-    said: list[str] = []
+    messages: list[str] = []
 
     def draw() -> None:
         with pytest.raises(HeatlensError) as error:
             source.render(**LENS)
-        said.append(str(error.value))
+        messages.append(str(error.value))
 
     thread = threading.Thread(target=draw)
     thread.start()
     thread.join()
-    assert "in the thread that rendered first" in said[0]
+    assert "in the thread that rendered first" in messages[0]
 
 
-def test_the_import_alone_loads_nothing():
+def test_import_of_heatlens_loads_no_heavy_modules():
     code = """
 import sys
 import heatlens
@@ -143,5 +149,5 @@ assert "moderngl" not in sys.modules
         heatlens.opne  # noqa: B018
 
 
-def test_every_name_is_there():
+def test_all_public_names_can_be_imported():
     assert all(getattr(heatlens, name) is not None for name in heatlens.__all__)

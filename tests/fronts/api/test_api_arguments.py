@@ -1,4 +1,4 @@
-"""The arguments of the Python interface: whatever is given, only sentences come out.
+"""Test the arguments of the Python interface: any wrong value raises a clear `HeatlensError`.
 
 Nothing is drawn here: what is tested comes before the first pixel.
 """
@@ -26,8 +26,8 @@ LENS = {"f_stop": 2.0, "focus_distance_m": 3.0, "focal_length_mm": 50.0}
 COLORS, DEPTH_M = np.ones((6, 8, 3), np.float32), np.full((6, 8), 3.0, np.float32)
 
 
-class Undrawn:
-    """Takes the place of the renderer: the picture is that of the pinhole."""
+class PinholeRenderer:
+    """A renderer that returns the pinhole picture of the plate unchanged."""
 
     def load(self, plate) -> None:
         self.loaded = SimpleNamespace(plate=plate)
@@ -37,10 +37,10 @@ class Undrawn:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def undrawn():
+def pinhole_engine():
     with pytest.MonkeyPatch.context() as patch:
-        drawn = Undrawn()
-        patch.setattr(ENGINE, "renderer", lambda: drawn)
+        renderer = PinholeRenderer()
+        patch.setattr(ENGINE, "renderer", lambda: renderer)
         ENGINE._loaded = None
         yield
         ENGINE._loaded = None
@@ -79,8 +79,8 @@ MANY = settings(
 )
 
 
-def only_sentences(call) -> None:
-    """Call, which must return, or raise a HeatlensError of one line."""
+def check_raises_only_heatlens_error(call) -> None:
+    """Check that `call` returns or raises a `HeatlensError` with a short message."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", heatlens.HeatlensWarning)
         try:
@@ -91,29 +91,29 @@ def only_sentences(call) -> None:
 
 @MANY
 @given(name=st.sampled_from(_NAMES["render"]), value=ODD)
-def test_render_raises_sentences_only(name, value):
+def test_render_with_any_value_raises_only_heatlens_error(name, value):
     source = heatlens.open(COLORS, DEPTH_M)
-    only_sentences(lambda: source.render(**{**LENS, name: value}))
+    check_raises_only_heatlens_error(lambda: source.render(**{**LENS, name: value}))
 
 
 @MANY
 @given(name=st.sampled_from(_NAMES["open"]), value=ODD)
-def test_open_raises_sentences_only(plate, name, value):
-    only_sentences(lambda: heatlens.open(plate, **{name: value}).render(**LENS))
-    only_sentences(
+def test_open_with_any_value_raises_only_heatlens_error(plate, name, value):
+    check_raises_only_heatlens_error(lambda: heatlens.open(plate, **{name: value}).render(**LENS))
+    check_raises_only_heatlens_error(
         lambda: heatlens.open(COLORS, **{"depth_m": DEPTH_M, name: value}).render(**LENS)
     )
 
 
 @MANY
 @given(source=ODD)
-def test_any_source_is_opened_or_refused_in_a_sentence(source, tmp_path, monkeypatch):
+def test_open_of_any_source_raises_only_heatlens_error(source, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     if not (isinstance(source, str) and source == "demo"):  # which takes its time
-        only_sentences(lambda: heatlens.open(source, DEPTH_M))
+        check_raises_only_heatlens_error(lambda: heatlens.open(source, DEPTH_M))
 
 
-def test_every_argument_has_its_name_in_the_hints():
+def test_argument_hints_know_every_argument():
     signature = inspect.signature(heatlens.Source.render).parameters
     assert {n for n in signature if n not in ("self", "more")} <= set(_NAMES["render"])
     signature = inspect.signature(heatlens.open).parameters
@@ -121,7 +121,7 @@ def test_every_argument_has_its_name_in_the_hints():
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("arguments", "words"),
     [
         ({"focus_distance_m": "6ft"}, r"must be a number, got '6ft': write 1\.8288\."),
         ({"f_stop": "2.8"}, r"f_stop must be a number, got '2\.8': write 2\.8\."),
@@ -140,11 +140,11 @@ def test_every_argument_has_its_name_in_the_hints():
         ({"xyzzy": 3}, "there are lens, frame, focal_length_mm"),
     ],
 )
-def test_a_wrong_argument_of_render_is_told_what_would_help(given, words):
+def test_wrong_argument_of_render_raises_error_with_hint(arguments, words):
     source = heatlens.open(COLORS, DEPTH_M)
-    unless = {} if "focus_at" in given else {"focus_distance_m": 3.0}
+    default_focus = {} if "focus_at" in arguments else {"focus_distance_m": 3.0}
     with pytest.raises(HeatlensError, match=words):
-        source.render(**{"f_stop": 2.0, "focal_length_mm": 50.0, **unless, **given})
+        source.render(**{"f_stop": 2.0, "focal_length_mm": 50.0, **default_focus, **arguments})
 
 
 @pytest.mark.parametrize(
@@ -165,13 +165,13 @@ def test_a_wrong_argument_of_render_is_told_what_would_help(given, words):
         (lambda p: heatlens.open("demo", size=(64.5, 36)), r"a size \(width, height\)"),
     ],
 )
-def test_a_wrong_argument_of_open_is_told_what_would_help(plate, call, words):
+def test_wrong_argument_of_open_raises_error_with_hint(plate, call, words):
     with pytest.raises(HeatlensError, match=words):
         call(plate)
 
 
 @pytest.mark.parametrize("name", ["a" * 5000, "b" * 300 + ".exr", "~no one/z.exr", "z\0.exr"])
-def test_files_that_no_system_can_have_are_not_there(plate, name):
+def test_impossible_file_names_raise_heatlens_error(plate, name):
     source = heatlens.open(COLORS, DEPTH_M)
     for call in (
         lambda: heatlens.open(name),
@@ -185,10 +185,10 @@ def test_files_that_no_system_can_have_are_not_there(plate, name):
             call()
 
 
-def test_numbers_of_numpy_are_numbers():
+def test_render_accepts_numpy_numbers():
     source = heatlens.open(COLORS, DEPTH_M)
-    asked = {"f_stop": np.float32(2), "focus_at": np.array([2, 3]), "blades": np.int64(5)}
-    source.render(**asked, focal_length_mm=np.array(50), layers=np.uint8(2))
+    arguments = {"f_stop": np.float32(2), "focus_at": np.array([2, 3]), "blades": np.int64(5)}
+    source.render(**arguments, focal_length_mm=np.array(50), layers=np.uint8(2))
 
 
 @pytest.mark.parametrize(
@@ -206,19 +206,19 @@ def test_numbers_of_numpy_are_numbers():
         ([[[0.5, 0.5, 0.5], [0.5]]], DEPTH_M, "cannot be read as numbers"),
     ],
 )
-def test_arrays_that_would_lose_what_they_mean_are_refused(colors, depth, words):
+def test_open_rejects_arrays_of_unsuitable_type(colors, depth, words):
     with pytest.raises(HeatlensError, match=words):
         heatlens.open(colors, depth)
 
 
-def test_masked_arrays_without_a_masked_value_and_whole_metres_are_taken():
+def test_open_accepts_unmasked_masked_arrays_and_integer_depths():
     source = heatlens.open(np.ma.asarray(COLORS), DEPTH_M.astype(np.uint16))
     assert not isinstance(source.render(**LENS), np.ma.MaskedArray)
 
 
 @pytest.mark.parametrize("shape", [(40000, 40000), (16385, 1), (1, 10**9), (0, 4), (4, 0)])
-def test_sizes_are_refused_before_anything_is_copied(shape):
-    """A copy of the first would take 22 GB."""
+def test_open_rejects_impossible_array_sizes_without_copy(shape):
+    """A copy of the first array would take 22 GB."""
     colors = np.broadcast_to(np.float64(0.5), (*shape, 3))
     depth_m = np.broadcast_to(np.float64(3.0), shape)
     with pytest.raises(

@@ -1,4 +1,4 @@
-"""A source from Python: a named file is that file, and what a source holds can be asked."""
+"""Test sources of the Python interface: single frames, and their size, frames, lens and depth."""
 
 from itertools import pairwise
 
@@ -18,7 +18,7 @@ DEPTHS = {1001: (1.0, 9.0), 1002: (2.0, 5.0), 1004: (0.5, 80.0)}
 
 @pytest.fixture
 def pattern(tmp_path):
-    """Frames of different depths, of which 1003 is missing."""
+    """Write frames of different depths without 1003. Return their pattern."""
     for frame, (near, far) in DEPTHS.items():
         depth = np.full((10, 16), far, np.float32)
         depth[:, 4:8] = near
@@ -26,27 +26,27 @@ def pattern(tmp_path):
     return tmp_path / "p.####.exr"
 
 
-def test_a_named_frame_of_a_sequence_is_that_frame(tmp_path):
+def test_open_of_single_frame_file_renders_that_frame(tmp_path):
     write_plates(tmp_path)
     whole = heatlens.open(tmp_path / "plate.####.exr")
-    seen = []
+    pictures = []
     for frame in FRAMES:
-        alone = heatlens.open(tmp_path / f"plate.{frame}.exr")
-        assert alone.frames == (frame,)
-        seen.append(alone.render(**LENS))
-        np.testing.assert_array_equal(seen[-1], whole.render(frame=frame, **LENS))
-    assert all(not np.array_equal(a, b) for a, b in pairwise(seen))
+        single = heatlens.open(tmp_path / f"plate.{frame}.exr")
+        assert single.frames == (frame,)
+        pictures.append(single.render(**LENS))
+        np.testing.assert_array_equal(pictures[-1], whole.render(frame=frame, **LENS))
+    assert all(not np.array_equal(a, b) for a, b in pairwise(pictures))
 
 
-@pytest.mark.parametrize("left", [0, 400])
-def test_a_named_frame_that_is_damaged_is_an_error(pattern, left):
+@pytest.mark.parametrize("kept_bytes", [0, 400])
+def test_damaged_frame_file_raises_heatlens_error(pattern, kept_bytes):
     path = pattern.with_name("p.1002.exr")
-    path.write_bytes(path.read_bytes()[:left])
+    path.write_bytes(path.read_bytes()[:kept_bytes])
     with pytest.raises(HeatlensError, match=r"p\.1002\.exr"):
         heatlens.open(path).render(**LENS)
 
 
-def test_a_sequence_tells_its_frames(pattern):
+def test_sequence_lists_frames_sizes_and_depth_ranges(pattern):
     source = heatlens.open(pattern)
     assert source.frames == tuple(DEPTHS) and len(source) == 3
     assert [frame.number for frame in source] == list(DEPTHS)
@@ -63,14 +63,14 @@ def test_a_sequence_tells_its_frames(pattern):
         heatlens.open(pattern.with_name("p.1002.exr")).render(frame=1001)
 
 
-def test_a_header_tells_the_lens_that_render_then_takes(pattern):
+def test_source_lens_comes_from_header_and_is_used_by_render(pattern):
     source = heatlens.open(pattern)
     assert source.lens["focal_length_mm"] == pytest.approx(50.0)
-    told = {**source.lens, **LENS}
-    np.testing.assert_array_equal(source.render(**told), source.render(**LENS))
+    lens_values = {**source.lens, **LENS}
+    np.testing.assert_array_equal(source.render(**lens_values), source.render(**LENS))
 
 
-def test_a_shot_tells_its_lens_at_each_frame(shot_file):
+def test_shot_source_gives_lens_of_each_frame(shot_file):
     source = heatlens.open(shot_file)
     assert source.frames == FRAMES
     focus = [frame.lens["focus_distance_m"] for frame in source]
@@ -78,7 +78,7 @@ def test_a_shot_tells_its_lens_at_each_frame(shot_file):
     np.testing.assert_array_equal(source[1003].render(), source.render(frame=1003))
 
 
-def test_arrays_and_single_pictures_are_one_frame(tmp_path):
+def test_arrays_and_single_pictures_have_one_frame(tmp_path):
     path = write_file(tmp_path / "still.exr", channels(), **CAMERA)
     color, depth = np.ones((10, 16, 3), np.float32), np.full((10, 16), 2.0, np.float32)
     for source in (heatlens.open(path), heatlens.open(color, depth)):
@@ -89,7 +89,7 @@ def test_arrays_and_single_pictures_are_one_frame(tmp_path):
     assert heatlens.open(color, depth).depth_range_m == (2.0, 2.0)
 
 
-def test_what_lies_behind_is_told(tmp_path, capsys):
+def test_source_behind_describes_background_plate(tmp_path, capsys):
     near = {"Z": np.full((10, 16), 1.0, np.float32)}
     path = write_file(tmp_path / "front.exr", channels() | near, **CAMERA)
     far = {"Z": np.full((10, 16), 4.0, np.float32)}
@@ -101,14 +101,14 @@ def test_what_lies_behind_is_told(tmp_path, capsys):
     assert "lies behind 100" in capsys.readouterr().out
 
 
-def test_a_scene_tells_what_its_camera_sees(small_demo):
+def test_scene_source_has_size_frames_and_depth_range(small_demo):
     source = heatlens.open("demo", size=(40, 24))
     assert source.size == (40, 24) and source.frames == (1,)
     near, far = source.depth_range_m
     assert 0 < near < source.lens["focus_distance_m"] < far
 
 
-def test_a_scene_tells_its_cameras_and_frames():
+def test_scene_source_lists_cameras_and_frames():
     source = heatlens.open("demo", size=(40, 24))
     assert source.frames == tuple(range(1, 241)) and len(source.cameras) == 1
     assert source[240].lens["focus_distance_m"] != source[1].lens["focus_distance_m"]

@@ -1,4 +1,4 @@
-"""The typed keywords of the Python functions are those of the fields that they set."""
+"""Test that the typed keywords of the Python functions equal the fields that they set."""
 
 from dataclasses import fields
 from enum import StrEnum
@@ -20,20 +20,20 @@ def names(*kinds: type) -> list[str]:
     return [field.name for kind in kinds for field in fields(kind)]
 
 
-def test_they_are_the_fields() -> None:
+def test_typed_keywords_equal_fields_they_set() -> None:
     assert list(RenderOptions.__annotations__) == names(OpeningFields, DefocusSettings)
     assert list(ReadingOptions.__annotations__) == names(PlateOptions)
 
 
-def test_the_functions_are_typed_with_them() -> None:
+def test_api_functions_use_typed_keywords() -> None:
     assert get_type_hints(Source.render)["more"] == Unpack[RenderOptions]
     assert get_type_hints(Frame.render)["given"] == Unpack[FrameOptions]
     assert get_type_hints(open_source)["reading"] == Unpack[ReadingOptions]
 
 
-def test_a_frame_takes_all_that_a_source_takes_but_the_frame() -> None:
-    own = set(get_type_hints(Source.render)) - {"lens", "frame", "more", "return"}
-    assert set(get_type_hints(FrameOptions)) == own | set(get_type_hints(RenderOptions))
+def test_frame_render_takes_all_keywords_but_frame() -> None:
+    source_keywords = set(get_type_hints(Source.render)) - {"lens", "frame", "more", "return"}
+    assert set(get_type_hints(FrameOptions)) == source_keywords | set(get_type_hints(RenderOptions))
 
 
 @pytest.mark.parametrize(
@@ -44,11 +44,11 @@ def test_a_frame_takes_all_that_a_source_takes_but_the_frame() -> None:
         (ReadingOptions, PlateOptions),
     ],
 )
-def test_choices_are_those_that_there_are(options: type, kind: type) -> None:
+def test_literal_hints_list_all_choices(options: type, kind: type) -> None:
     hints = get_type_hints(options)
     for name in names(kind):
-        of_field, told = type_of(kind, name), hints[name]
-        literals = [one for one in get_args(told) if get_origin(one) is Literal]
-        if isinstance(of_field, type) and issubclass(of_field, StrEnum):
-            assert of_field in get_args(told) and len(literals) == 1, name
-            assert sorted(get_args(literals[0])) == sorted(of_field)
+        field_type, hint = type_of(kind, name), hints[name]
+        literals = [argument for argument in get_args(hint) if get_origin(argument) is Literal]
+        if isinstance(field_type, type) and issubclass(field_type, StrEnum):
+            assert field_type in get_args(hint) and len(literals) == 1, name
+            assert sorted(get_args(literals[0])) == sorted(field_type)

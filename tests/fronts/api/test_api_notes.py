@@ -1,4 +1,4 @@
-"""What commands print of a source and its lens, Python is warned of, once, and finds as notes.
+"""Test that messages of commands about a source and its lens are warnings and notes in Python.
 
 Nothing is drawn here: what is tested comes before the first pixel.
 """
@@ -15,7 +15,7 @@ from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.fronts.api.engine import ENGINE
-from heatlens.fronts.api.notes import in_python
+from heatlens.fronts.api.notes import use_python_names
 from heatlens.fronts.commands.main import main
 from heatlens.media.documents.shot_file import write_shot
 from support.command_line import CAMERA, channels
@@ -26,12 +26,12 @@ DOUBT = "The focus at 3 m lies nearer than everything in the picture (120 m to 8
 
 
 @pytest.fixture(scope="module", autouse=True)
-def undrawn():
-    """Put in the place of the renderer what shows the pinhole picture."""
-    drawn = SimpleNamespace(loaded=None, pixels=lambda shot, frame: drawn.loaded.plate.color)
-    drawn.load = lambda plate: setattr(drawn, "loaded", SimpleNamespace(plate=plate))
+def pinhole_engine():
+    """Replace the renderer by one that returns the pinhole picture."""
+    renderer = SimpleNamespace(loaded=None, pixels=lambda shot, frame: renderer.loaded.plate.color)
+    renderer.load = lambda plate: setattr(renderer, "loaded", SimpleNamespace(plate=plate))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ENGINE, "renderer", lambda: drawn)
+        patch.setattr(ENGINE, "renderer", lambda: renderer)
         ENGINE._loaded = None
         yield
         ENGINE._loaded = None
@@ -39,38 +39,43 @@ def undrawn():
 
 @pytest.fixture(scope="module")
 def in_centimetres(tmp_path_factory):
-    """A plate whose depths are 1.2 to 8 m, written in centimetres."""
+    """Return a plate whose depths are 1.2 to 8 m, written in centimetres."""
     depth = np.broadcast_to(np.linspace(120, 800, 16, dtype=np.float32), (10, 16)).copy()
     return write_file(tmp_path_factory.mktemp("notes") / "cm.exr", rgb(10, 16) | {"Z": depth})
 
 
-def warned(call) -> list[str]:
-    with warnings.catch_warnings(record=True) as caught:
+def warnings_of(call) -> list[str]:
+    with warnings.catch_warnings(record=True) as caught_warnings:
         warnings.simplefilter("always")
         call()
-    assert all(one.category is heatlens.HeatlensWarning for one in caught)
-    assert all(one.filename == __file__ for one in caught)  # the line of the caller is named
-    return [str(one.message) for one in caught]
+    assert all(warning.category is heatlens.HeatlensWarning for warning in caught_warnings)
+    assert all(
+        warning.filename == __file__ for warning in caught_warnings
+    )  # the line of the caller is named
+    return [str(warning.message) for warning in caught_warnings]
 
 
-def test_a_doubt_is_warned_of_once_for_a_source_and_is_a_note(in_centimetres):
+def test_doubt_is_warned_once_per_source_and_kept_as_note(in_centimetres):
     source = heatlens.open(in_centimetres)
     assert source.notes == ()
-    said = warned(lambda: source.render(**FAR_LENS))
-    assert [sentence for sentence in said if sentence.startswith(DOUBT)]
-    assert set(said) <= set(source.notes)
+    messages = warnings_of(lambda: source.render(**FAR_LENS))
+    assert [sentence for sentence in messages if sentence.startswith(DOUBT)]
+    assert set(messages) <= set(source.notes)
     assert any(note.startswith("depth: Z taken as distance, planar.") for note in source.notes)
-    assert warned(lambda: source.render(**FAR_LENS)) == []
-    assert warned(lambda: heatlens.open(in_centimetres).render(**FAR_LENS)) == said
+    assert warnings_of(lambda: source.render(**FAR_LENS)) == []
+    assert warnings_of(lambda: heatlens.open(in_centimetres).render(**FAR_LENS)) == messages
 
 
-def test_the_hint_of_a_doubt_mends_it_in_python(in_centimetres):
-    (doubt,) = warned(lambda: heatlens.open(in_centimetres).render(**FAR_LENS))
+def test_doubt_names_python_argument_that_corrects_it(in_centimetres):
+    (doubt,) = warnings_of(lambda: heatlens.open(in_centimetres).render(**FAR_LENS))
     assert "say scene_unit_m=0.01" in doubt
-    assert warned(lambda: heatlens.open(in_centimetres, scene_unit_m=0.01).render(**FAR_LENS)) == []
+    assert (
+        warnings_of(lambda: heatlens.open(in_centimetres, scene_unit_m=0.01).render(**FAR_LENS))
+        == []
+    )
 
 
-def test_a_warning_that_is_made_an_error_comes_each_time(in_centimetres):
+def test_warning_as_error_is_raised_each_time(in_centimetres):
     source = heatlens.open(in_centimetres)
     for _ in range(2):
         with warnings.catch_warnings():
@@ -79,31 +84,33 @@ def test_a_warning_that_is_made_an_error_comes_each_time(in_centimetres):
                 source.render(**FAR_LENS)
 
 
-def test_strict_is_the_strict_of_the_command_line(in_centimetres, tmp_path, capsys):
+def test_strict_raises_same_message_as_command_line(in_centimetres, tmp_path, capsys):
     words = ("--f-stop", "1.4", "--focus-distance", "3", "--focal-length", "50", "--strict")
     assert main(["render", str(in_centimetres), *words, "-o", str(tmp_path / "o.exr")]) == 2
     refusal = capsys.readouterr().err.strip().splitlines()[-1].removeprefix("heatlens: ")
     with pytest.raises(heatlens.HeatlensError) as error:
         heatlens.open(in_centimetres, strict=True).render(**FAR_LENS)
-    assert str(error.value) == in_python(refusal)
+    assert str(error.value) == use_python_names(refusal)
 
 
-def test_strict_is_for_arrays_too():
+def test_strict_applies_to_arrays():
     arrays = np.ones((4, 4, 3)), np.full((4, 4), 120.0)
-    assert DOUBT.partition("(")[0] in warned(lambda: heatlens.open(*arrays).render(**FAR_LENS))[0]
+    assert (
+        DOUBT.partition("(")[0] in warnings_of(lambda: heatlens.open(*arrays).render(**FAR_LENS))[0]
+    )
     with pytest.raises(heatlens.HeatlensError, match="focus at 3"):
         heatlens.open(*arrays, strict=True).render(**FAR_LENS)
 
 
-def test_a_shot_is_doubted_only_if_its_lens_is_so_at_every_key(in_centimetres, tmp_path):
-    """A pull may begin in front of everything, as for the command line."""
+def test_shot_is_doubted_only_if_doubtful_at_every_key(in_centimetres, tmp_path):
+    """A pull may begin in front of everything without a warning, as on the command line."""
     lens = heatlens.Lens(50, 1.4, 0.5, 36)
     pull = LensCurves(focus_distance_m=Curve((Key(1, 0.5), Key(9, 4.0))))
     strict = PlateOptions(strict=True, scene_unit_m=0.01)
     shot = Shot(lens, source=str(in_centimetres), curves=pull, plate_options=strict)
     path = tmp_path / "s.heatlens.json"
     write_shot(path, shot)
-    assert warned(lambda: heatlens.open(path).render(frame=1)) == []
+    assert warnings_of(lambda: heatlens.open(path).render(frame=1)) == []
     with pytest.raises(heatlens.HeatlensError, match="lies nearer than everything"):
         heatlens.open(path).render(frame=1, focus_distance_m=0.5)
     write_shot(path, replace(shot, curves=LensCurves()))
@@ -111,18 +118,18 @@ def test_a_shot_is_doubted_only_if_its_lens_is_so_at_every_key(in_centimetres, t
         heatlens.open(path).render()
 
 
-def test_repairs_are_warned_of(tmp_path):
+def test_repaired_pixels_raise_warning(tmp_path):
     broken = channels()
     broken["R"][3, 3] = np.nan
     path = write_file(tmp_path / "nan.exr", broken, **CAMERA)
-    (said,) = warned(heatlens.open(path).render)
-    assert "1 of 160 pixels had NaN" in said
+    (message,) = warnings_of(heatlens.open(path).render)
+    assert "1 of 160 pixels had NaN" in message
 
 
-def test_lens_values_without_effect_are_named():
+def test_lens_values_without_effect_on_coc_plate_are_warned():
     source = heatlens.open(np.ones((4, 4, 3)), coc_px=np.ones((4, 4)))
-    (said,) = warned(lambda: source.render(f_stop=2, blades=5))
-    assert "f_stop" in said and "blades" not in said
+    (message,) = warnings_of(lambda: source.render(f_stop=2, blades=5))
+    assert "f_stop" in message and "blades" not in message
 
 
 @pytest.mark.parametrize(
@@ -138,5 +145,5 @@ def test_lens_values_without_effect_are_named():
         ("--missing hold", "--missing hold"),
     ],
 )
-def test_options_are_named_as_arguments(sentence, expected):
-    assert in_python(sentence) == expected
+def test_in_python_replaces_options_by_arguments(sentence, expected):
+    assert use_python_names(sentence) == expected

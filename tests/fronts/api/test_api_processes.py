@@ -25,22 +25,22 @@ with multiprocessing.get_context("fork").Pool(2) as pool:
 """
 
 
-def said_after_fork(before):
+def output_after_fork(before):
     words = [sys.executable, "-c", _FORKED, before]
-    ended = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
-    assert ended.returncode == 0, ended.stderr
-    return ended.stdout
+    process = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
+    assert process.returncode == 0, process.stderr
+    return process.stdout
 
 
-def test_a_fork_after_a_picture_is_an_error_and_before_it_none():
-    """OpenGL hangs for ever in a child whose parent has drawn."""
-    assert said_after_fork("drawn").count("spawn") == 2
-    assert said_after_fork("nothing").count("(6, 8, 4)") == 2
+def test_render_in_forked_process_fails_only_if_parent_has_rendered():
+    """OpenGL would hang in a forked child whose parent has rendered, so an error is raised."""
+    assert output_after_fork("drawn").count("spawn") == 2
+    assert output_after_fork("nothing").count("(6, 8, 4)") == 2
 
 
-def test_help_begins_with_a_line_that_can_be_read():
+def test_help_of_public_functions_begins_with_short_line():
     for name in heatlens.__all__:
-        found = getattr(heatlens, name)
-        if inspect.isfunction(found):
-            line = pydoc.plain(pydoc.render_doc(found)).splitlines()[2]
+        public_object = getattr(heatlens, name)
+        if inspect.isfunction(public_object):
+            line = pydoc.plain(pydoc.render_doc(public_object)).splitlines()[2]
             assert len(line) < 400, (name, line)

@@ -1,4 +1,4 @@
-"""`--never-blur` and `--only-blur`: the same in a picture, a shot, its export and Python."""
+"""Test `--never-blur` and `--only-blur` in pictures, shots, exports and Python."""
 
 import numpy as np
 import pytest
@@ -36,33 +36,35 @@ def run(*words):
     assert main([str(word) for word in words]) == 0
 
 
-def test_a_picture_a_shot_and_python_keep_the_same_thing_sharp(plate, tmp_path):
+def test_never_blur_is_same_in_render_shot_export_and_python(plate, tmp_path):
     run("render", plate, "-o", tmp_path / "r.exr", *LENS, *NEVER)
     run("render", plate, "-o", tmp_path / "all.exr", *LENS, *NEAREST)
-    sharp, seen = pixels(tmp_path / "r.exr"), pixels(plate)
-    np.testing.assert_array_equal(sharp[CARD], seen[CARD].astype(np.float16))
-    assert np.abs(pixels(tmp_path / "all.exr")[CARD] - seen[CARD]).max() > 0.02
+    sharp, plate_pixels = pixels(tmp_path / "r.exr"), pixels(plate)
+    np.testing.assert_array_equal(sharp[CARD], plate_pixels[CARD].astype(np.float16))
+    assert np.abs(pixels(tmp_path / "all.exr")[CARD] - plate_pixels[CARD]).max() > 0.02
     shot = tmp_path / "s.heatlens.json"
     run("shot", "new", plate, "-o", shot, *LENS, *NEVER)
     assert read_shot(shot).plate_options.never_blur == "objectId:7"
     run("export", shot, "-o", tmp_path / "e.####.exr")
     np.testing.assert_array_equal(pixels(tmp_path / "e.1001.exr"), sharp)
     with heatlens.open(plate, never_blur="objectId:7", flat_depth="nearest:objectId:7") as source:
-        made = source.render(focus_distance_m=0.9, f_stop=1.4, bokeh="heat")
-    np.testing.assert_array_equal(np.float16(made[..., :3]), sharp)
+        rendered = source.render(focus_distance_m=0.9, f_stop=1.4, bokeh="heat")
+    np.testing.assert_array_equal(np.float16(rendered[..., :3]), sharp)
 
 
-def test_an_export_with_another_thing_makes_its_frames_again(plate, tmp_path, capsys):
-    shot, made = tmp_path / "s.heatlens.json", []
+def test_export_renders_again_after_change_of_cutout_options(plate, tmp_path, capsys):
+    shot, pictures = tmp_path / "s.heatlens.json", []
     for words in (NEVER, ("--only-blur", "objectId:7"), ()):
         run("shot", "new", plate, "-o", shot, "--overwrite", *LENS, *words)
         run("export", shot, "-o", tmp_path / "e.####.exr")
-        written = (tmp_path / "e.1001.exr").stat().st_mtime_ns
+        write_time = (tmp_path / "e.1001.exr").stat().st_mtime_ns
         run("export", shot, "-o", tmp_path / "e.####.exr")
-        assert (tmp_path / "e.1001.exr").stat().st_mtime_ns == written
+        assert (tmp_path / "e.1001.exr").stat().st_mtime_ns == write_time
         if words:
             capsys.readouterr()
             run("shot", "show", shot)
             assert words[0][2:].replace("-", " ") in capsys.readouterr().out
-        made.append(pixels(tmp_path / "e.1001.exr"))
-    assert min(np.abs(made[0] - made[1]).max(), np.abs(made[2] - made[1]).max()) > 0.02
+        pictures.append(pixels(tmp_path / "e.1001.exr"))
+    assert (
+        min(np.abs(pictures[0] - pictures[1]).max(), np.abs(pictures[2] - pictures[1]).max()) > 0.02
+    )

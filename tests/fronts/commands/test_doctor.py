@@ -1,4 +1,4 @@
-"""`heatlens doctor`: what is well is said to be well, and what is not is found."""
+"""Test `heatlens doctor`: it reports no fault on a good machine and finds each kind of fault."""
 
 import json
 import re
@@ -14,8 +14,8 @@ from heatlens.core.model.boxes import Box
 from heatlens.fronts.commands import doctor as command
 from heatlens.fronts.commands.main import main
 from heatlens.fronts.doctor import gpu_check, machine_check, picture_check
-from heatlens.fronts.doctor.finding import Finding, made_sure
-from heatlens.fronts.doctor.gpu_check import KERNELS, TOLERANCE, Gpu, blurred_float64
+from heatlens.fronts.doctor.finding import Finding, run_check
+from heatlens.fronts.doctor.gpu_check import KERNELS, TOLERANCE, Gpu, blur_in_float64
 from heatlens.media.plate.exr.exr_write import write_exr
 from heatlens.render.defocus.kernels import named_kernel
 from support import oracle
@@ -30,23 +30,25 @@ def states(findings) -> list[str]:
     return [finding.state for finding in findings]
 
 
-def test_everything_is_said_and_nothing_is_at_fault(capsys, session_context):
+def test_doctor_reports_all_checks_and_finds_no_fault(capsys, session_context):
     assert main(["doctor"]) == 0
-    said = capsys.readouterr()
-    first, *longer = said.err.splitlines()
+    captured = capsys.readouterr()
+    first, *further_lines = captured.err.splitlines()
     assert re.fullmatch(r"heatlens: this takes about \d+ (s|min); Ctrl-C ends it", first)
-    again = r"heatlens: this takes longer here, about \d+ (s|min) in all"  # on a busy machine
-    assert all(re.fullmatch(again, line) for line in longer)
-    lines = said.out.splitlines()
+    longer_pattern = (
+        r"heatlens: this takes longer here, about \d+ (s|min) in all"  # on a busy machine
+    )
+    assert all(re.fullmatch(longer_pattern, line) for line in further_lines)
+    lines = captured.out.splitlines()
     assert lines[-1].endswith("no fault found")
-    found = [line.split(":")[0].split(maxsplit=1) for line in lines[:-1]]
-    assert {name for _, name in found} == set(command._checks())
+    prefixes = [line.split(":")[0].split(maxsplit=1) for line in lines[:-1]]
+    assert {name for _, name in prefixes} == set(command._checks())
     assert ["ok", "second", "start"] in [line.split(":")[0].split() for line in lines]
     assert session_context.name in "".join(lines)
 
 
-def test_a_busy_machine_is_told_more_time(monkeypatch):
-    """Other work takes its share of the processors."""
+def test_doctor_estimates_more_time_on_busy_machine(monkeypatch):
+    """The estimate grows with the load of the machine."""
     monkeypatch.setattr(command.os, "sched_getaffinity", lambda _: {0, 1})
     planned = {}
     for load in (0.0, 5.0):
@@ -55,20 +57,20 @@ def test_a_busy_machine_is_told_more_time(monkeypatch):
     assert planned[5.0] == pytest.approx(3 * planned[0.0])
 
 
-def test_the_float64_of_the_doctor_is_that_of_the_tests(rng):
+def test_float64_blur_of_doctor_equals_oracle_of_tests(rng):
     color, coc = rng.random((13, 17, 3)), 30 * rng.random((13, 17)) ** 2
     for name in KERNELS:
         kernel = named_kernel(name)
         expected = oracle.blur(color, coc, kernel)
-        np.testing.assert_allclose(blurred_float64(color, coc, kernel), expected, atol=1e-12)
+        np.testing.assert_allclose(blur_in_float64(color, coc, kernel), expected, atol=1e-12)
 
 
-def test_a_solver_that_is_wrong_is_found(ctx, monkeypatch):
+def test_doctor_finds_wrong_solver(ctx, monkeypatch):
     monkeypatch.setattr(gpu_check, "worst_error", lambda *_: 2 * TOLERANCE)
     assert states(Gpu(lambda: ctx).solvers()) == ["fault"] * 3
 
 
-def test_a_shader_that_the_driver_refuses_is_named(ctx, monkeypatch):
+def test_doctor_names_shader_that_does_not_compile(ctx, monkeypatch):
     builds = [("defocus/coc.comp.glsl", {}), ("defocus/coc.comp.glsl", {"main": "++"})]
     monkeypatch.setattr(gpu_check, "pass_builds", lambda: builds)
     monkeypatch.setattr(gpu_check, "solver_builds", list)
@@ -77,10 +79,10 @@ def test_a_shader_that_the_driver_refuses_is_named(ctx, monkeypatch):
     assert "defocus/coc.comp.glsl" in words.said and summary.said == "1 of 2 builds"
 
 
-def test_another_picture_than_the_stored_one_is_found(ctx, monkeypatch):
-    picture = picture_check.rendered(ctx)
+def test_doctor_finds_picture_that_differs_from_stored_one(ctx, monkeypatch):
+    picture = picture_check.render_still_life(ctx)
     picture[:10] += 0.1
-    monkeypatch.setattr(picture_check, "rendered", lambda _: picture)
+    monkeypatch.setattr(picture_check, "render_still_life", lambda _: picture)
     (finding,) = picture_check.still_life(ctx)
     assert finding.state == "fault" and finding.details["share_off"] == pytest.approx(10 / 90)
     picture[:] = np.nan
@@ -88,9 +90,9 @@ def test_another_picture_than_the_stored_one_is_found(ctx, monkeypatch):
     assert finding.details["share_off"] == 1.0
 
 
-def test_the_stored_picture_is_that_of_the_program(ctx, request):
+def test_stored_picture_of_doctor_is_up_to_date(ctx, request):
     """`--update-golden` stores what the program draws now."""
-    picture = picture_check.rendered(ctx)
+    picture = picture_check.render_still_life(ctx)
     if request.config.getoption("--update-golden"):
         window = Box(0, 0, picture.shape[1], picture.shape[0])
         channels = {name: picture[..., i] for i, name in enumerate("RGB")}
@@ -98,7 +100,7 @@ def test_the_stored_picture_is_that_of_the_program(ctx, request):
     assert states(picture_check.still_life(ctx)) == ["ok"]
 
 
-def test_a_driver_that_keeps_no_shaders_is_a_note(monkeypatch):
+def test_doctor_notes_driver_without_shader_cache(monkeypatch):
     start = subprocess.run
     quick = ["--method", "heat", "--proxy", "0.1"]  # few shaders, because each start builds all
     monkeypatch.setattr(
@@ -109,35 +111,35 @@ def test_a_driver_that_keeps_no_shaders_is_a_note(monkeypatch):
     assert finding.state == "note" and "no shader cache" in finding.said
 
 
-def test_a_start_that_fails_is_a_fault_in_one_sentence(monkeypatch, tmp_path):
+def test_doctor_reports_failed_second_start_as_fault(monkeypatch, tmp_path):
     monkeypatch.setattr(machine_check, "data_dir", lambda _: tmp_path)
-    (finding,) = made_sure("second start", machine_check.second_start)
+    (finding,) = run_check("second start", machine_check.second_start)
     assert finding.state == "fault" and "still_life.exr is not there" in finding.said
 
 
-def test_every_part_that_is_told_is_in_the_plan(ctx, monkeypatch):
+def test_reported_gpu_parts_equal_planned_steps(ctx, monkeypatch):
     builds = [("defocus/coc.comp.glsl", {})]
     monkeypatch.setattr(gpu_check, "pass_builds", lambda: builds)
     monkeypatch.setattr(gpu_check, "solver_builds", lambda: builds)
-    told = []
-    gpu = Gpu(lambda: ctx, told.append)
+    reported_parts = []
+    gpu = Gpu(lambda: ctx, reported_parts.append)
     list(gpu.shaders()), list(gpu.solvers())
     planned = [step.sentence for step in command._steps()]
-    assert told == [words for words in planned if words[:7] in ("shader ", "solver ")]
-    assert [words for words in planned if words not in told] == list(command._checks())
+    assert reported_parts == [words for words in planned if words[:7] in ("shader ", "solver ")]
+    assert [words for words in planned if words not in reported_parts] == list(command._checks())
 
 
-def test_a_missing_package_is_a_note_or_a_fault(monkeypatch):
+def test_doctor_reports_missing_package_as_note_or_fault(monkeypatch):
     monkeypatch.setitem(sys.modules, "av", None)
     monkeypatch.setitem(sys.modules, "fileseq", None)
-    found = list(machine_check.packages())
-    assert [(f.state, f.said.split()[0].rstrip(":")) for f in found[:-1]] == [
+    findings = list(machine_check.packages())
+    assert [(f.state, f.said.split()[0].rstrip(":")) for f in findings[:-1]] == [
         ("fault", "fileseq"),
         ("note", "av"),
     ]
 
 
-def test_without_opengl_the_other_checks_go_on(capsys, monkeypatch):
+def test_doctor_without_opengl_runs_other_checks(capsys, monkeypatch):
     def none_here():
         raise GpuError("No OpenGL 4.3 (none).")
 
@@ -150,39 +152,39 @@ def test_without_opengl_the_other_checks_go_on(capsys, monkeypatch):
     assert by_name["packages"] == by_name["fonts"] == "ok"
 
 
-def test_a_check_that_breaks_is_a_finding():
+def test_exception_in_doctor_check_becomes_fault():
     def breaks():
         yield Finding("x", "ok", "so far")
         raise ZeroDivisionError("by zero")
 
-    first, second = made_sure("x", breaks)
+    first, second = run_check("x", breaks)
     assert (first.state, second.state) == ("ok", "fault")
     assert second.said == "ZeroDivisionError: by zero"
 
 
-def test_a_window_is_tried_while_a_context_without_one_is_current(ctx, monkeypatch):
+def test_display_check_works_while_other_context_is_current(ctx, monkeypatch):
     screen = Screen()
     monkeypatch.setenv("DISPLAY", screen.display)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     try:
-        (finding,) = made_sure("display", machine_check.display)
+        (finding,) = run_check("display", machine_check.display)
     finally:
         screen.close()
     assert finding.state == "ok", finding.said
     assert ctx.name in finding.details["renderer"]
 
 
-def test_a_display_that_is_not_there_is_a_fault_in_one_sentence(monkeypatch):
+def test_display_check_reports_missing_display_as_fault(monkeypatch):
     monkeypatch.setenv("DISPLAY", ":987")
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    (finding,) = made_sure("display", machine_check.display)
+    (finding,) = run_check("display", machine_check.display)
     assert finding.state == "fault" and ":987" in finding.said
     assert "Traceback" not in finding.said
 
 
 @pytest.fixture(scope="module")
 def second_driver(tmp_path_factory) -> dict[str, str]:
-    """The environment of OpenGL on Vulkan on the processor: other compilers, no cleared memory."""
+    """Return the environment for OpenGL on Vulkan on the CPU: other compilers, uncleared memory."""
     icds = list(Path("/usr/share/vulkan/icd.d").glob("lvp_icd*.json"))
     assert icds, "apt-get install mesa-vulkan-drivers"
     return ENVIRONMENT | {
@@ -193,7 +195,7 @@ def second_driver(tmp_path_factory) -> dict[str, str]:
     }
 
 
-def test_a_second_driver_is_well(second_driver):
+def test_doctor_finds_no_fault_on_second_driver(second_driver):
     program = (
         "from heatlens.fronts.commands.main import main;"
         "from heatlens.fronts.doctor import machine_check;"
@@ -208,7 +210,7 @@ def test_a_second_driver_is_well(second_driver):
     assert run.returncode == 0, report
 
 
-def test_goldens_and_laws_hold_on_a_second_driver(second_driver):
+def test_golden_and_law_tests_pass_on_second_driver(second_driver):
     files = [TESTS / name for name in (GOLDENS, HIGHLIGHTS, "render/frames/test_laws.py")]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, files)]
     run = subprocess.run(
@@ -217,8 +219,8 @@ def test_goldens_and_laws_hold_on_a_second_driver(second_driver):
     assert run.returncode == 0, run.stdout[-4000:]
 
 
-def test_what_nobody_wrote_is_not_read():
-    """Every new texture and buffer begins as NaN, and the pictures are what they were."""
+def test_golden_tests_pass_with_nan_filled_new_textures():
+    """Every new texture and buffer is filled with NaN, and the pictures must not change."""
     files = [TESTS / GOLDENS, TESTS / HIGHLIGHTS]
     run = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, files)],

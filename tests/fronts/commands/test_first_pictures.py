@@ -1,4 +1,4 @@
-"""`heatlens` alone on a machine without a display ends in pictures, and says how to go on."""
+"""Test `heatlens` without a display: it writes pictures and suggests further commands."""
 
 import shlex
 import shutil
@@ -11,7 +11,7 @@ from PIL import Image
 from heatlens.core.base.errors import NoWindowError
 from heatlens.fronts.commands import first_pictures
 from heatlens.fronts.commands.command_parser import build_parser
-from heatlens.fronts.commands.command_table import with_command
+from heatlens.fronts.commands.command_table import put_command_first
 from heatlens.fronts.commands.main import main
 from support.command_line import ENVIRONMENT
 
@@ -25,13 +25,13 @@ raise SystemExit(main.main([]))
 """
 
 
-def test_without_a_display_there_are_pictures(tmp_path):
+def test_heatlens_without_display_writes_first_pictures(tmp_path):
     command = [sys.executable, "-c", SMALL]
     run = subprocess.run(command, env=NO_DISPLAY, cwd=tmp_path, capture_output=True, text=True)
-    out, said = run.stdout, run.stderr
-    assert run.returncode == 0, said
-    assert said.startswith("heatlens: No window can be opened") and "DISPLAY" in said
-    assert said.count("\n") == 1
+    out, messages = run.stdout, run.stderr
+    assert run.returncode == 0, messages
+    assert messages.startswith("heatlens: No window can be opened") and "DISPLAY" in messages
+    assert messages.count("\n") == 1
     with Image.open(tmp_path / "heatlens_still_life.png") as picture:
         assert picture.size == (640, 360) and np.asarray(picture).std() > 20
     with Image.open(tmp_path / "heatlens_pull.webp") as pull:
@@ -44,39 +44,41 @@ def test_without_a_display_there_are_pictures(tmp_path):
         assert str(tmp_path / name) in out
 
 
-def test_the_commands_to_go_on_with_can_be_typed(capsys, monkeypatch, tmp_path, small_demo):
+def test_first_pictures_suggest_valid_commands(capsys, monkeypatch, tmp_path, small_demo):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", [str(tmp_path / "own env" / "bin" / "heatlens")])
     monkeypatch.setenv("PATH", "/nowhere")
-    monkeypatch.setattr(first_pictures, "_shown_frames", lambda _: [Image.new("RGB", (4, 4))] * 3)
+    monkeypatch.setattr(first_pictures, "_render_frames", lambda _: [Image.new("RGB", (4, 4))] * 3)
     assert first_pictures.make_first_pictures(NoWindowError("No window: none. Help.")) == 0
-    said = capsys.readouterr()
-    assert said.err.startswith("heatlens: ") and "No window: none" in said.err
-    lines = [line for line in said.out.splitlines() if line.startswith("  'own env/bin/heatlens' ")]
+    captured = capsys.readouterr()
+    assert captured.err.startswith("heatlens: ") and "No window: none" in captured.err
+    lines = [
+        line for line in captured.out.splitlines() if line.startswith("  'own env/bin/heatlens' ")
+    ]
     assert len(lines) >= 3
     for line in lines[:-1]:
-        words = with_command(shlex.split(line)[1:])
+        words = put_command_first(shlex.split(line)[1:])
         assert callable(build_parser().parse_args(words).run)
 
 
-def test_the_program_is_named_as_it_was_started(monkeypatch, tmp_path):
-    """By its name alone only where that starts the same program."""
+def test_program_name_is_shortest_command_that_starts_it(monkeypatch, tmp_path):
+    """The bare name is returned only if it starts the same program."""
     program = tmp_path / ".venv" / "bin" / "heatlens"
     program.parent.mkdir(parents=True)
     shutil.copy(sys.executable, program)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", [".venv/bin/heatlens"])
     monkeypatch.setenv("PATH", "/nowhere")
-    assert first_pictures.started_as() == ".venv/bin/heatlens"
+    assert first_pictures.start_command() == ".venv/bin/heatlens"
     monkeypatch.setattr(sys, "argv", [str(program)])
-    assert first_pictures.started_as() == ".venv/bin/heatlens"
+    assert first_pictures.start_command() == ".venv/bin/heatlens"
     monkeypatch.setenv("PATH", str(program.parent))
-    assert first_pictures.started_as() == "heatlens"
+    assert first_pictures.start_command() == "heatlens"
     monkeypatch.setattr(sys, "argv", [str(tmp_path / "package" / "__main__.py")])
-    assert first_pictures.started_as().endswith(" -m heatlens")
+    assert first_pictures.start_command().endswith(" -m heatlens")
 
 
-def test_with_something_to_open_it_stays_an_error(capsys, monkeypatch):
+def test_heatlens_with_source_but_no_display_fails(capsys, monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     assert main(["--demo"]) == 2

@@ -1,4 +1,4 @@
-"""`--focus-at` and `--focus-distance`: what people type, and what becomes of it."""
+"""Test `--focus-at` and `--focus-distance` with all kinds of typed values."""
 
 import math
 
@@ -18,7 +18,7 @@ from support.command_line import (
     depths,
     folder_of,
     picture,
-    refused,
+    refused_render_message,
     render,
 )
 from support.exr_files import window, write_file
@@ -29,41 +29,43 @@ def plate(tmp_path):
     return write_file(tmp_path / "plate.exr", channels(), **CAMERA)
 
 
-def focus_said(said: str) -> str:
-    """Return `2.24 m` of "... focus 2.24 m (--focus-at 3,3)"."""
-    return said.rpartition(", focus ")[2].partition(" (")[0]
+def focus_in_message(message: str) -> str:
+    """Return the focus of a message, as `2.24 m` of "... focus 2.24 m (--focus-at 3,3)"."""
+    return message.rpartition(", focus ")[2].partition(" (")[0]
 
 
-def test_focus_at_is_the_depth_seen_there(capsys, plate, tmp_path):
-    said = render(capsys, plate, tmp_path / "out.exr", "--focus-at", "7,5")
-    assert focus_said(said) == "8 m" and "(--focus-at 7,5)" in said
+def test_focus_at_focuses_on_depth_of_pixel(capsys, plate, tmp_path):
+    message = render(capsys, plate, tmp_path / "out.exr", "--focus-at", "7,5")
+    assert focus_in_message(message) == "8 m" and "(--focus-at 7,5)" in message
 
 
-def test_focus_at_the_sky_is_infinity(capsys, tmp_path):
+def test_focus_at_on_sky_focuses_at_infinity(capsys, tmp_path):
     sky = channels() | {"Z": np.where(np.arange(HEIGHT)[:, None] < 6, np.inf, depths())}
     plate = write_file(tmp_path / "p.exr", sky, **CAMERA)
-    assert focus_said(render(capsys, plate, tmp_path / "o.exr", "--focus-at", "3,1")) == "inf"
+    assert focus_in_message(render(capsys, plate, tmp_path / "o.exr", "--focus-at", "3,1")) == "inf"
 
 
-def test_focus_at_counts_from_the_display_windows_corner(capsys, tmp_path):
+def test_focus_at_counts_pixels_from_display_window(capsys, tmp_path):
     """Display x = 7 is x = 17 of the file, the data window's pixel 5, where the depth is 6 m."""
     windows = {"dataWindow": window(12, 20, 28, 30), "displayWindow": window(10, 20, 40, 40)}
     plate = write_file(tmp_path / "p.exr", channels(), **windows, **CAMERA)
-    assert focus_said(render(capsys, plate, tmp_path / "o.exr", "--focus-at", "7,5")) == "6 m"
-    said = refused(capsys, plate, tmp_path / "no.exr", "--focus-at", "1,5")
-    assert "2,0 to 17,9" in said
+    assert focus_in_message(render(capsys, plate, tmp_path / "o.exr", "--focus-at", "7,5")) == "6 m"
+    message = refused_render_message(capsys, plate, tmp_path / "no.exr", "--focus-at", "1,5")
+    assert "2,0 to 17,9" in message
 
 
 @pytest.mark.parametrize("pixel", ["16,3", "3,10", "=-1,3", "=3,-1", "99999999999999999999,3"])
-def test_a_pixel_outside_the_picture_is_refused(capsys, plate, tmp_path, pixel):
+def test_focus_at_rejects_pixel_outside_picture(capsys, plate, tmp_path, pixel):
     words = [f"--focus-at{pixel}"] if pixel.startswith("=") else ["--focus-at", pixel]
-    said = refused(capsys, plate, tmp_path / "out.exr", *words)
-    assert "outside the picture" in said and "0,0 to 15,9" in said
+    message = refused_render_message(capsys, plate, tmp_path / "out.exr", *words)
+    assert "outside the picture" in message and "0,0 to 15,9" in message
 
 
 @pytest.mark.parametrize("pixel", ["", "3", "3,", ",3", "3,4,5", "3;4", "3.5,4", "x,y", "nan,1"])
-def test_what_is_no_pixel_is_refused(capsys, plate, tmp_path, pixel):
-    assert "X,Y" in refused(capsys, plate, tmp_path / "out.exr", f"--focus-at={pixel}")
+def test_focus_at_rejects_text_that_is_no_pixel(capsys, plate, tmp_path, pixel):
+    assert "X,Y" in refused_render_message(
+        capsys, plate, tmp_path / "out.exr", f"--focus-at={pixel}"
+    )
 
 
 @pytest.mark.parametrize(
@@ -78,7 +80,7 @@ def test_what_is_no_pixel_is_refused(capsys, plate, tmp_path, pixel):
         ("inf", math.inf),
     ],
 )
-def test_distances_in_words(capsys, plate, tmp_path, distance, metres):
+def test_focus_distance_reads_units(capsys, plate, tmp_path, distance, metres):
     render(capsys, plate, tmp_path / "out.exr", "--focus-distance", distance)
     camera = camera_at_header([picture(tmp_path / "out.exr")[0]])
     assert camera.focus_distance_m == pytest.approx(metres, rel=1e-6)
@@ -96,8 +98,8 @@ def open_plate(tmp_path_factory):
     return write_file(tmp_path_factory.mktemp("open") / "plate.exr", channels(), **CAMERA)
 
 
-def answered(option: str, plate) -> int:
-    """Return the exit code; check that there is a result only if it is 0."""
+def exit_code_of_render(option: str, plate) -> int:
+    """Render with an option. Return the exit code; check that only code 0 leaves a picture."""
     out = plate.with_name("out.exr")
     code = main(["render", str(plate), "-o", str(out), "--quality=draft", option])
     assert set(folder_of(out)) == {"plate.exr"} | ({"out.exr"} if code == 0 else set())
@@ -107,18 +109,20 @@ def answered(option: str, plate) -> int:
 
 @settings(max_examples=50, deadline=None)
 @given(pixel=PIXELS)
-def test_every_pixel_of_the_picture_and_no_other_is_a_focus(open_plate, pixel):
+def test_focus_at_accepts_exactly_the_pixels_of_the_picture(open_plate, pixel):
     inside = {f"{x},{y}" for x in range(WIDTH) for y in range(HEIGHT)}
-    assert answered(f"--focus-at={pixel}", open_plate) == (0 if pixel in inside else 2)
+    assert exit_code_of_render(f"--focus-at={pixel}", open_plate) == (0 if pixel in inside else 2)
 
 
 @settings(max_examples=50, deadline=None)
 @given(metres=st.floats(0.0, 1e9))
-def test_every_distance_beyond_the_focal_length_is_a_focus(open_plate, metres):
-    assert answered(f"--focus-distance={metres!r}", open_plate) == (0 if 1e3 * metres > 50 else 2)
+def test_focus_distance_accepts_exactly_distances_beyond_focal_length(open_plate, metres):
+    assert exit_code_of_render(f"--focus-distance={metres!r}", open_plate) == (
+        0 if 1e3 * metres > 50 else 2
+    )
 
 
 @settings(max_examples=80, deadline=None)
 @given(option=st.sampled_from(["--focus-at", "--focus-distance"]), words=WORDS | DISTANCES)
-def test_any_words_are_a_picture_or_a_sentence(open_plate, option, words):
-    assert answered(f"{option}={words}", open_plate) in (0, 2)
+def test_focus_options_with_any_text_give_picture_or_refusal(open_plate, option, words):
+    assert exit_code_of_render(f"{option}={words}", open_plate) in (0, 2)

@@ -1,4 +1,4 @@
-"""`heatlens shot new --follow`: a focus that follows a thing of plates or an object of a scene."""
+"""Test `heatlens shot new --follow`: focus keys that follow a matte, surface or scene object."""
 
 import pytest
 
@@ -25,39 +25,41 @@ def plates(tmp_path_factory):
     return folder / "walk.####.exr"
 
 
-def made(capsys, tmp_path, *words):
+def new_shot(capsys, tmp_path, *words):
     out = tmp_path / "s.heatlens.json"
-    said = stderr_of_run(capsys, 0, "shot", "new", *words, "-o", out)
-    return read_shot(out), said
+    message = stderr_of_run(capsys, 0, "shot", "new", *words, "-o", out)
+    return read_shot(out), message
 
 
-def test_follow_makes_the_mark_and_the_focus(plates, tmp_path, capsys):
-    shot, said = made(capsys, tmp_path, plates, *LENS, "--follow", "A=cryptomatte:hero")
+def test_follow_adds_mark_and_focus_keys(plates, tmp_path, capsys):
+    shot, message = new_shot(capsys, tmp_path, plates, *LENS, "--follow", "A=cryptomatte:hero")
     assert shot.marks == (MatteMark("A", "cryptomatte:hero"),)
     for frame, distance_m in {**WALK_M, 3: 3.9375}.items():
         lens = shot.lens_at(frame)
         assert abs(1 / lens.focus_distance_m - 1 / distance_m) <= 0.51 * sharp_dioptres(lens)
-    assert "hidden" in said and "frame" in said and "3" in said
+    assert "hidden" in message and "frame" in message and "3" in message
 
 
-def test_follow_names_a_mark_that_is_made_beside_it(plates, tmp_path, capsys):
+def test_follow_accepts_name_of_mark_option(plates, tmp_path, capsys):
     marks = ("--mark", "A=objectId:7", "--mark", "B=2m")
-    shot, _ = made(capsys, tmp_path, plates, *LENS, *marks, "--follow", "A")
+    shot, _ = new_shot(capsys, tmp_path, plates, *LENS, *marks, "--follow", "A")
     new = ("--overwrite", plates, *LENS)
-    other, _ = made(capsys, tmp_path, *new, "--follow", "A=cryptomatte:hero")
-    assert shot.curves == other.curves
-    still, _ = made(capsys, tmp_path, *new, *marks, "--follow", "B")
-    assert still.lens_at(1).focus_distance_m == still.lens_at(4).focus_distance_m == 2
+    matte_shot, _ = new_shot(capsys, tmp_path, *new, "--follow", "A=cryptomatte:hero")
+    assert shot.curves == matte_shot.curves
+    distance_shot, _ = new_shot(capsys, tmp_path, *new, *marks, "--follow", "B")
+    assert (
+        distance_shot.lens_at(1).focus_distance_m == distance_shot.lens_at(4).focus_distance_m == 2
+    )
 
 
-def test_the_nearest_part_of_a_thing_is_followed(plates, tmp_path, capsys):
-    shot, _ = made(capsys, tmp_path, plates, *LENS, "--follow", "A=nearest:cryptomatte:hero")
+def test_follow_nearest_part_of_matte(plates, tmp_path, capsys):
+    shot, _ = new_shot(capsys, tmp_path, plates, *LENS, "--follow", "A=nearest:cryptomatte:hero")
     assert shot.marks == (MatteMark("A", "cryptomatte:hero", MattePart.NEAREST),)
 
 
-def test_an_object_of_a_scene_is_followed(tmp_path, capsys):
+def test_follow_object_of_scene(tmp_path, capsys):
     scene = write_scene(tmp_path / "scene.glb")
-    shot, _ = made(capsys, tmp_path, scene, "--f-stop", "1.4", "--follow", "A=object:near")
+    shot, _ = new_shot(capsys, tmp_path, scene, "--f-stop", "1.4", "--follow", "A=object:near")
     assert shot.marks == (ObjectMark("A", "near"),)
     for frame, distance_m in {1: 3.0, 13: 4.0, 25: 5.0}.items():
         lens = shot.lens_at(frame)
@@ -65,7 +67,7 @@ def test_an_object_of_a_scene_is_followed(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "expected"),
     [
         (("--follow", "A"), "no such mark"),
         (("--follow", "A=cryptomatte:nobody"), "nobody"),
@@ -80,38 +82,38 @@ def test_an_object_of_a_scene_is_followed(tmp_path, capsys):
         (("--follow", "A=2m", "--follow-ignores", "0.9"), "0.5"),
     ],
 )
-def test_what_cannot_be_followed_is_refused(plates, tmp_path, capsys, words, told):
+def test_follow_rejects_impossible_marks_and_options(plates, tmp_path, capsys, words, expected):
     out = tmp_path / "s.heatlens.json"
-    said = stderr_of_run(capsys, 2, "shot", "new", plates, *LENS, *words, "-o", out)
-    assert told in said and not out.exists()
+    message = stderr_of_run(capsys, 2, "shot", "new", plates, *LENS, *words, "-o", out)
+    assert expected in message and not out.exists()
 
 
 @pytest.fixture(scope="module")
-def walk(tmp_path_factory):
+def tracked_walk(tmp_path_factory):
     folder, walk = tmp_path_factory.mktemp("tracked"), Walk(post=(160.0, 190.0))
     for frame in range(1, walk.frames + 1):
         walk.write(folder / f"card.{frame:04d}.exr", frame)
     return walk, folder / "card.####.exr"
 
 
-def test_a_tracked_surface_is_followed_and_kept_in_the_shot(walk, tmp_path, capsys):
-    card, plates = walk
+def test_follow_tracked_surface_stores_places_in_shot(tracked_walk, tmp_path, capsys):
+    card, plates = tracked_walk
     x, y = card.pixel(1)
     words = (plates, *LENS, "--follow", f"A=track:{x:.0f},{y:.0f}@1")
-    shot, said = made(capsys, tmp_path, *words)
+    shot, message = new_shot(capsys, tmp_path, *words)
     (mark,) = shot.marks
     assert mark.clicks == (Click(1, round(x), round(y)),)
-    assert len(mark.places) == card.frames and "hidden" in said
+    assert len(mark.places) == card.frames and "hidden" in message
     for frame in range(1, card.frames + 1):
         lens = shot.lens_at(frame)
-        off = abs(1 / lens.focus_distance_m - 1 / card.at(frame)[2])
-        assert off <= 0.51 * sharp_dioptres(lens), frame
+        error_dioptres = abs(1 / lens.focus_distance_m - 1 / card.at(frame)[2])
+        assert error_dioptres <= 0.51 * sharp_dioptres(lens), frame
     assert main(["shot", "show", str(tmp_path / "s.heatlens.json")]) == 0
     assert "surface at pixel" in capsys.readouterr().out
 
 
-def test_a_focus_that_is_not_measured_yet_is_told_without_a_value(tmp_path, capsys):
+def test_follow_message_names_mark_instead_of_focus_distance(tmp_path, capsys):
     words = (write_plates(tmp_path / "in"), "--frames", "1001-1001", "--f-stop", "1.4")
-    _, said = made(capsys, tmp_path, *words, "--follow", "A@16,9")
-    assert "focus 1 m" not in said and "focus on a mark (--follow)" in said
-    assert "over 1 frame with 1 key." in said
+    _, message = new_shot(capsys, tmp_path, *words, "--follow", "A@16,9")
+    assert "focus 1 m" not in message and "focus on a mark (--follow)" in message
+    assert "over 1 frame with 1 key." in message

@@ -1,4 +1,4 @@
-"""`heatlens info` as it is called: what it prints, and its exit code."""
+"""Test `heatlens info`: the printed text and the exit code."""
 
 import argparse
 import json
@@ -29,7 +29,7 @@ def lines_of(text):
     return {line[:16].strip(): line[16:] for line in text.splitlines()}
 
 
-def test_text_of_a_plate_with_a_camera(tmp_path, capsys):
+def test_info_describes_plate_with_camera(tmp_path, capsys):
     depth = distances()
     depth[0, 0] = 1e10
     path = write_file(
@@ -56,7 +56,7 @@ def test_text_of_a_plate_with_a_camera(tmp_path, capsys):
     assert lines["counts"] == "1 px infinite, 0 px repaired"
 
 
-def test_header_values_that_no_lens_has_are_named(tmp_path, capsys):
+def test_info_names_impossible_lens_values_of_header(tmp_path, capsys):
     path = write_file(tmp_path / "p.exr", rgb() | {"Z": distances()}, aperture=0.0)
     lines = lines_of(run_info(capsys, path))
     assert lines["f-stop"].startswith("none") and "aperture is 0" in lines["f-stop"]
@@ -64,19 +64,19 @@ def test_header_values_that_no_lens_has_are_named(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("header", "said"),
+    ("header", "expected"),
     [
         ({}, "photographic (the header names no CG renderer)"),
         ({"cycles.ViewLayer.samples": "64"}, "renderer (header, written by Blender)"),
         ({"heatlens:lensModel": "renderer"}, "renderer (header, heatlens:lensModel)"),
     ],
 )
-def test_the_lens_model_is_said_with_what_decides_it(tmp_path, capsys, header, said):
+def test_info_gives_lens_model_and_its_reason(tmp_path, capsys, header, expected):
     path = write_file(tmp_path / "a.exr", rgb() | {"Z": distances()}, **header)
-    assert lines_of(run_info(capsys, path))["lens model"] == said
+    assert lines_of(run_info(capsys, path))["lens model"] == expected
 
 
-def test_json_says_the_same_for_programs(tmp_path, capsys):
+def test_info_json_holds_facts_of_plate(tmp_path, capsys):
     channels = rgb(dtype=np.float32) | {"Z": np.full((6, 8), np.inf, np.float32)}
     channels["R"][0, 0] = np.nan
     path = write_file(tmp_path / "shot.exr", channels)
@@ -89,17 +89,17 @@ def test_json_says_the_same_for_programs(tmp_path, capsys):
     assert len(facts["notes"]) == 2
 
 
-def test_no_depth_is_no_failure(tmp_path, capsys):
+def test_info_of_plate_without_depth_succeeds(tmp_path, capsys):
     text = run_info(capsys, write_file(tmp_path / "a.exr", rgb()))
     assert "none: " in lines_of(text)["depth"] and "--depth-channel" in text
 
 
-def test_no_colour_is_no_failure(tmp_path, capsys):
+def test_info_of_plate_without_color_succeeds(tmp_path, capsys):
     lines = lines_of(run_info(capsys, write_file(tmp_path / "a.exr", {"Z": distances()})))
     assert "no colour" in lines["colour"] and lines["range"] == "2 to 13.75 m"
 
 
-def test_ambiguous_depth_says_what_to_do_and_the_option_settles_it(tmp_path, capsys):
+def test_info_suggests_options_for_ambiguous_depth(tmp_path, capsys):
     path = write_file(tmp_path / "a.exr", rgb() | {"Z": distances() / 20})
     assert "--depth-convention normalized" in lines_of(run_info(capsys, path))["depth"]
     words = ("--depth-convention", "normalized", "--near", "2", "--far", "12")
@@ -108,14 +108,14 @@ def test_ambiguous_depth_says_what_to_do_and_the_option_settles_it(tmp_path, cap
     assert lines_of(run_info(capsys, path, *words))["range"] == "0.001 to 0.006875 m"
 
 
-def test_circle_of_confusion_is_shown_in_pixels(tmp_path, capsys):
+def test_info_shows_coc_range_in_pixels(tmp_path, capsys):
     coc = np.linspace(-4, 6, 48, dtype=np.float32).reshape(6, 8)
     path = write_file(tmp_path / "a.exr", rgb() | {"coc": coc})
     lines = lines_of(run_info(capsys, path, "--depth-convention", "coc"))
     assert lines["range"] == "-4 to 6 px, signed diameter"
 
 
-def test_parts_and_radial_options(tmp_path, capsys):
+def test_info_lists_parts_and_converts_radial_depth(tmp_path, capsys):
     path = write_parts(
         tmp_path / "a.exr",
         ({"name": "rgba"}, rgb()),
@@ -130,19 +130,19 @@ def test_parts_and_radial_options(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("words", [("--scene-unit", "parsec"), ("--scene-unit", "-1")])
-def test_bad_units_are_refused(tmp_path, capsys, words):
+def test_info_rejects_bad_scene_units(tmp_path, capsys, words):
     path = write_file(tmp_path / "a.exr", rgb())
     with pytest.raises(HeatlensError):
         run_info(capsys, path, *words)
 
 
 @pytest.mark.parametrize("number", ["inf", "nan", "near"])
-def test_bad_ends_are_refused_by_the_parser(capsys, number):
+def test_info_rejects_bad_near_values(capsys, number):
     with pytest.raises(SystemExit):
         run_info(capsys, "a.exr", "--near", number)
     assert "--near" in capsys.readouterr().err
 
 
-def test_a_shot_file_is_told_by_its_name(tmp_path, capsys):
-    said = stderr_of_run(capsys, 2, "info", tmp_path / "pull.heatlens.json")
-    assert "pull.heatlens.json is a shot file: `heatlens shot show " in said
+def test_info_of_shot_file_refers_to_shot_show(tmp_path, capsys):
+    message = stderr_of_run(capsys, 2, "info", tmp_path / "pull.heatlens.json")
+    assert "pull.heatlens.json is a shot file: `heatlens shot show " in message

@@ -14,7 +14,7 @@ from support.gltf_files import GltfWriter
 
 @pytest.fixture
 def scene(tmp_path):
-    """Return two squares and a camera; nothing moves."""
+    """Write a static scene of two squares and a camera. Return its path."""
     writer = GltfWriter()
     mesh = writer.mesh()
     writer.node(name="near", mesh=mesh, translation=[-1.0, 0.0, 0.0])
@@ -25,11 +25,11 @@ def scene(tmp_path):
     return writer.write(tmp_path / "scene.glb")
 
 
-def info(capsys, *words: object) -> str:
+def run_info(capsys, *words: object) -> str:
     assert main(["info", *map(str, words)]) == 0
-    found = capsys.readouterr()
-    assert found.err == ""
-    return found.out
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    return captured.out
 
 
 def refused(capsys, *words: object) -> str:
@@ -37,20 +37,20 @@ def refused(capsys, *words: object) -> str:
     return capsys.readouterr().err
 
 
-def test_what_is_in_a_file(capsys, scene):
-    facts = json.loads(info(capsys, scene, "--json"))
+def test_info_lists_objects_triangles_and_cameras_of_scene(capsys, scene):
+    facts = json.loads(run_info(capsys, scene, "--json"))
     opened = first_shot(str(scene)).scene
     assert facts["objects"] == ["near", "far"]
     assert facts["triangles"] == opened.triangle_count == 4
     assert [camera["name"] for camera in facts["cameras"]] == ["main"]
     assert facts["frames"] is None and facts["path"] == str(scene)
     assert facts["size_m"][2] == pytest.approx(4.0)
-    text = info(capsys, scene)
+    text = run_info(capsys, scene)
     assert "nothing moves" in text and "2: near, far" in text and "main, focal length" in text
 
 
-def test_the_demo_says_its_frames(capsys):
-    facts = json.loads(info(capsys, "demo", "--json"))
+def test_info_of_demo_gives_frames_and_camera(capsys):
+    facts = json.loads(run_info(capsys, "demo", "--json"))
     assert facts["frames"] == {"first": 1, "last": 240} and facts["frames_per_second"] == 24
     assert facts["cameras"][0] == {
         "name": "dolly",
@@ -59,20 +59,20 @@ def test_the_demo_says_its_frames(capsys):
         "sensor_width_assumed": False,
         "moves": True,
     }
-    text = info(capsys, "demo")
+    text = run_info(capsys, "demo")
     assert "1 to 240, 24 per second" in text and "lamps" in text and "more" in text
 
 
-def test_a_scene_has_no_depth_to_be_read(capsys, scene):
+def test_info_of_scene_rejects_depth_options(capsys, scene):
     assert "--depth-convention" in refused(capsys, "info", scene, "--depth-convention", "auto")
     assert "--focal-length" in refused(capsys, "info", scene, "--focal-length", "50")
 
 
-def test_the_camera_of_a_scene_is_that_of_its_first_shot(capsys, scene, tmp_path):
+def test_camera_of_scene_has_lens_and_pose_of_first_shot(capsys, scene, tmp_path):
     out = tmp_path / "c.csv"
     assert main(["camera", str(scene), "-o", str(out)]) == 0
-    said = capsys.readouterr().err
-    assert "camera main of the scene" in said and "assumed: the scene has none" in said
+    message = capsys.readouterr().err
+    assert "camera main of the scene" in message and "assumed: the scene has none" in message
     row = next(csv.DictReader(line for line in out.read_text().splitlines() if line[0] != "#"))
     opened = first_shot(str(scene))
     assert float(row["focal_length_mm"]) == pytest.approx(opened.shot.lens.focal_length_mm)
@@ -81,7 +81,7 @@ def test_the_camera_of_a_scene_is_that_of_its_first_shot(capsys, scene, tmp_path
     assert np.allclose(pose.position_m, (0.0, 0.5, 3.0), atol=1e-6)
 
 
-def test_the_demos_camera_moves_and_pulls_focus(tmp_path):
+def test_camera_of_demo_has_changing_focus(tmp_path):
     out = tmp_path / "c.json"
     assert main(["camera", "demo", "-o", str(out), "--frames", "70-90"]) == 0
     samples = json.loads(out.read_text())["samples"]
@@ -90,7 +90,7 @@ def test_the_demos_camera_moves_and_pulls_focus(tmp_path):
 
 
 @pytest.mark.parametrize("words", [("--scene-unit", "cm"), ("--up-axis", "y")])
-def test_a_scene_knows_its_world(capsys, scene, tmp_path, words):
-    said = refused(capsys, "camera", scene, "-o", tmp_path / "c.nk", *words)
-    assert "in metres and y up" in said and f"leave {words[0]} out" in said
+def test_camera_of_scene_rejects_unit_and_up_axis(capsys, scene, tmp_path, words):
+    message = refused(capsys, "camera", scene, "-o", tmp_path / "c.nk", *words)
+    assert "in metres and y up" in message and f"leave {words[0]} out" in message
     assert not (tmp_path / "c.nk").exists()

@@ -1,4 +1,4 @@
-"""`heatlens info` of shots: frames, gaps, sizes, the depth over all of it, and what is wrong."""
+"""Test `heatlens info` of sequences: frames, gaps, sizes, depth range, and faults."""
 
 import json
 
@@ -28,7 +28,7 @@ def facts_of(capsys, *words, code=0):
 
 
 @pytest.mark.parametrize("name", ["s.####.exr", "s.%04d.exr", ""])
-def test_a_pattern_and_a_folder(capsys, shot, name):
+def test_info_of_pattern_or_folder_summarizes_sequence(capsys, shot, name):
     facts = facts_of(capsys, shot / name, code=1)
     assert (facts["frames"], facts["missing"]) == ("1001-1002,1005", "1003-1004")
     assert facts["sizes"] == {"8 x 6": "1001-1002,1005"}
@@ -36,25 +36,25 @@ def test_a_pattern_and_a_folder(capsys, shot, name):
     assert (facts["far_m"], facts["far_frame"]) == (9.0, 1005)
 
 
-def test_listed_files_are_a_shot_and_others_stand_alone(capsys, shot):
-    other = write_file(shot / "still.exr", rgb() | {"Z": np.full((6, 8), 3.0, "f4")})
-    facts = facts_of(capsys, shot / "s.1001.exr", shot / "s.1005.exr", other, code=1)
-    assert [f["path"] for f in facts] == [str(shot / "s.####.exr"), str(other)]
+def test_info_groups_listed_files_into_sequence_and_stills(capsys, shot):
+    still = write_file(shot / "still.exr", rgb() | {"Z": np.full((6, 8), 3.0, "f4")})
+    facts = facts_of(capsys, shot / "s.1001.exr", shot / "s.1005.exr", still, code=1)
+    assert [f["path"] for f in facts] == [str(shot / "s.####.exr"), str(still)]
     assert facts[0]["missing"] == "1002-1004" and facts[1]["depth"]["near_m"] == 3.0
     assert facts_of(capsys, shot / "s.1001.exr")["width_px"] == 8  # one alone is looked at whole
 
 
-def test_frames_that_differ_or_are_damaged_are_named(capsys, shot):
+def test_info_names_frames_of_other_size_and_damaged_frames(capsys, shot):
     frame_file(shot, 1003, height=8)
     (shot / "s.1004.exr").write_bytes(b"no picture")
     assert main(["info", str(shot / "s.####.exr")]) == 1
-    said = capsys.readouterr().out
-    assert "8 x 6 (frames 1001-1002,1005)" in said and "8 x 8 (frame 1003)" in said
-    assert "frame 1004" in said and "is not an OpenEXR file" in said
-    assert "1.5 m (frame 1002) to 9 m (frame 1005)" in said
+    text = capsys.readouterr().out
+    assert "8 x 6 (frames 1001-1002,1005)" in text and "8 x 8 (frame 1003)" in text
+    assert "frame 1004" in text and "is not an OpenEXR file" in text
+    assert "1.5 m (frame 1002) to 9 m (frame 1005)" in text
 
 
-def test_what_several_frames_say_is_said_once(capsys, shot):
+def test_info_gives_note_of_several_frames_once(capsys, shot):
     depth = np.full((6, 8), 3.0, "f4")
     for frame in (1001, 1002, 1005):
         write_file(shot / f"s.{frame}.exr", rgb() | {"Z": depth})
@@ -65,16 +65,18 @@ def test_what_several_frames_say_is_said_once(capsys, shot):
     )
 
 
-def test_what_depth_files_say_is_said_once(capsys, shot):
+def test_info_gives_note_of_depth_files_once(capsys, shot):
     for frame in (1001, 1002, 1005):
         write_file(shot / f"d.{frame}.exr", {"R": np.full((3, 4), 3.0, "f4")})
     words = (shot / "s.####.exr", "--depth", shot / "d.####.exr")
-    (found,) = (it for it in facts_of(capsys, *words, code=1)["notes"].items() if "4 x 3" in it[0])
-    assert found[0].startswith("d.####.exr is 4 x 3 pixels") and found[1] == "1001-1002,1005"
+    (note,) = (
+        item for item in facts_of(capsys, *words, code=1)["notes"].items() if "4 x 3" in item[0]
+    )
+    assert note[0].startswith("d.####.exr is 4 x 3 pixels") and note[1] == "1001-1002,1005"
 
 
-def test_the_exit_code_is_that_of_a_check_before_a_farm(capsys, tmp_path):
-    """Frames that are missing or cannot be rendered are found; one plate is told as it is."""
+def test_info_exits_with_1_for_missing_or_unusable_frames(capsys, tmp_path):
+    """A sequence with missing or unusable frames gives code 1; a single plate gives code 0."""
     for frame in (1, 2, 3):
         frame_file(tmp_path, frame)
     pattern = str(tmp_path / "s.#.exr")
@@ -89,5 +91,5 @@ def test_the_exit_code_is_that_of_a_check_before_a_farm(capsys, tmp_path):
     capsys.readouterr()
 
 
-def test_a_pattern_without_files(capsys, tmp_path):
+def test_info_of_pattern_without_files_fails(capsys, tmp_path):
     assert "No file is called" in stderr_of_run(capsys, 2, "info", tmp_path / "none.####.exr")

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: answered at once, nothing left behind, nothing said that is not true."""
+"""Test Ctrl-C and SIGTERM: commands end promptly, leave no files and report truthfully."""
 
 import os
 import random
@@ -20,11 +20,11 @@ PATIENT_S = 20.0  # no test of how fast, only of whether: `python tests/fuzz/int
 
 
 @pytest.fixture(autouse=True)
-def hung_up_by_the_terminal():
-    """Processes inherit that SIGHUP is ignored, and these tests too may run under nohup."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+def default_sighup():
+    """Restore the default SIGHUP handler, as these tests may run under nohup, which ignores it."""
+    handler_before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield
-    signal.signal(signal.SIGHUP, before)
+    signal.signal(signal.SIGHUP, handler_before)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def bench(tmp_path_factory) -> Bench:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("name", ["render", "export", "export-movie", "accumulation", "compare"])
-def test_a_command_that_is_stopped_ends_in_order(bench, name, number):
+def test_interrupted_command_ends_cleanly(bench, name, number):
     assert name in COMMANDS
     rng = random.Random(name)
     for to_group in (False, True):
@@ -42,36 +42,40 @@ def test_a_command_that_is_stopped_ends_in_order(bench, name, number):
         assert not outcome.faults(number, PATIENT_S), outcome
 
 
-def test_files_that_nobody_finishes_are_removed_and_others_stay(tmp_path):
+def test_remove_left_deletes_only_unfinished_files(tmp_path):
     record = stopping.begin_record()
     try:
-        half, folder, made = tmp_path / "half", tmp_path / "report", tmp_path / "made"
-        done, kept = tmp_path / "done", tmp_path / "kept"
-        for path in (made, kept):
-            stopping.folder_made(path)
+        partial_file = tmp_path / "half"
+        folder = tmp_path / "report"
+        empty_folder = tmp_path / "made"
+        finished_file, full_folder = tmp_path / "done", tmp_path / "kept"
+        for path in (empty_folder, full_folder):
+            stopping.record_new_folder(path)
             path.mkdir()
         folder.mkdir()
-        (kept / "n.exr").write_bytes(b"whole")
+        (full_folder / "n.exr").write_bytes(b"whole")
         (folder / "page.html").write_text("half")
-        half.write_bytes(b"ha")
-        blocks = [stopping.unfinished(path) for path in (half, folder)]
+        partial_file.write_bytes(b"ha")
+        blocks = [stopping.mark_unfinished(path) for path in (partial_file, folder)]
         for block in blocks:  # entered, and never left
             block.__enter__()
-        with stopping.unfinished(done):
-            done.write_bytes(b"whole")
-        left = stopping.read_record(record)
-        stopping.remove_left(left)
+        with stopping.mark_unfinished(finished_file):
+            finished_file.write_bytes(b"whole")
+        leftovers = stopping.read_record(record)
+        stopping.remove_leftovers(leftovers)
     finally:
         os.close(record)
-        stopping._record = None
-    assert blocks and left.unfinished == (half, folder) and not left.hears
+        stopping._record_descriptor = None
+    assert (
+        blocks and leftovers.unfinished == (partial_file, folder) and not leftovers.handles_signals
+    )
     assert sorted(os.listdir(tmp_path)) == ["done", "kept"]
 
 
-def test_a_crash_of_a_library_is_said_in_a_sentence():
+def test_crash_in_library_is_reported_in_one_line():
     code = (
         "import os, signal, sys, heatlens.fronts.commands.launch as launch\n"
-        "launch._work = lambda: os.kill(os.getpid(), signal.SIGSEGV) or 0\n"
+        "launch._run_command = lambda: os.kill(os.getpid(), signal.SIGSEGV) or 0\n"
         "sys.exit(launch.main())"
     )
     run = subprocess.run(
@@ -81,8 +85,8 @@ def test_a_crash_of_a_library_is_said_in_a_sentence():
     assert "SIGSEGV" in run.stderr and len(run.stderr.splitlines()) == 1
 
 
-def test_a_stop_is_said_once_though_the_work_ends_too_slowly():
-    """On a busy machine: it has said so, and is killed before it has ended."""
+def test_stop_message_is_printed_once_if_work_must_be_killed():
+    """On a busy machine the work prints the message, and is killed before it has ended."""
     code = (
         "import os, signal, sys, time\n"
         "import heatlens.fronts.commands.launch as launch\n"
@@ -91,11 +95,11 @@ def test_a_stop_is_said_once_though_the_work_ends_too_slowly():
         "launch._PATIENCE_S = 0.3\n"
         "def work():\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "    with stopping.hearing():\n"
-        "        main.with_command = lambda *_: (print('here', flush=True), time.sleep(60))\n"
+        "    with stopping.handle_own_signals():\n"
+        "        main.put_command_first = lambda *_: (print('here', flush=True), time.sleep(60))\n"
         "        main.main([])\n"
         "    time.sleep(60)\n"
-        "launch._work = work\n"
+        "launch._run_command = work\n"
         "sys.exit(launch.main())"
     )
     process = subprocess.Popen(
@@ -107,50 +111,50 @@ def test_a_stop_is_said_once_though_the_work_ends_too_slowly():
     )
     assert process.stdout is not None and process.stdout.readline() == "here\n"
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
-    assert (process.returncode, said) == (130, "heatlens: stopped\n")
+    _, message = process.communicate(timeout=60)
+    assert (process.returncode, message) == (130, "heatlens: stopped\n")
 
 
-def test_what_is_started_in_the_background_ignores_ctrl_c(bench, tmp_path):
-    """Shells start it so; the signal is for what is in front."""
+def test_background_command_ignores_sigint(bench, tmp_path):
+    """Shells start background commands with SIGINT ignored; the signal is for the foreground."""
     out = tmp_path / "out"
     out.mkdir()
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    handler_before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         process = bench.start("render", out)
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, handler_before)
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     process.communicate()
     assert process.returncode == 0 and (out / "o.exr").is_file()
 
 
-ENDS = [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+EXIT_CODES = [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 
 
-@pytest.mark.parametrize(("number", "code"), ENDS)
-def test_an_idle_window_is_closed_by_a_signal(tmp_path: Path, number, code):
-    """SIGHUP comes where the terminal is closed from which the window was started."""
+@pytest.mark.parametrize(("number", "code"), EXIT_CODES)
+def test_signal_closes_idle_window_and_saves_preferences(tmp_path: Path, number, code):
+    """SIGHUP is sent if the terminal is closed from which the window was started."""
     screen = Screen()
     try:
         window = Window(screen, tmp_path, "--demo" if code == 130 else STILL)
         time.sleep(2.0)
         window.process.send_signal(number)
-        said = window.process.communicate(timeout=60)
+        outputs = window.process.communicate(timeout=60)
     finally:
         screen.close()
-    assert (window.process.returncode, *said) == (code, "", "heatlens: stopped\n")
+    assert (window.process.returncode, *outputs) == (code, "", "heatlens: stopped\n")
     assert (tmp_path / "config" / "preferences.json").is_file()
     assert not list((tmp_path / "run").iterdir())  # the window's port is not published any more
 
 
 @pytest.mark.parametrize("ignored", ["", "signal.signal(signal.SIGHUP, signal.SIG_IGN); "])
-def test_a_window_that_was_started_to_outlive_its_terminal_does_so(ignored):
+def test_stop_signals_respect_ignored_sighup(ignored):
     code = (
         f"import os, signal; {ignored}from heatlens.core.base.stopping import StopSignals\n"
         "with StopSignals(lambda: None) as stops: os.kill(os.getpid(), signal.SIGHUP)\n"
         "print(stops.number)"
     )
-    said = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True)
-    assert said.stdout.decode().strip() == ("None" if ignored else str(int(signal.SIGHUP)))
+    process = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True)
+    assert process.stdout.decode().strip() == ("None" if ignored else str(int(signal.SIGHUP)))

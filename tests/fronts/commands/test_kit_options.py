@@ -1,4 +1,4 @@
-"""--lens-kit and `heatlens kits`."""
+"""Test the option `--lens-kit` and the command `heatlens kits`."""
 
 import pytest
 from PIL import Image
@@ -13,7 +13,7 @@ SHOT = ("shot", "new", "nothing.####.exr", "--sensor-width", "36", "--focus-dist
 
 
 @pytest.fixture
-def made(tmp_path, capsys):
+def make_shot(tmp_path, capsys):
     def make(*options: str):
         path = tmp_path / "s.heatlens.json"
         code = main([*SHOT, "-o", str(path), "--overwrite", *options])
@@ -22,20 +22,20 @@ def made(tmp_path, capsys):
     return make
 
 
-def test_a_lens_of_a_kit_has_its_length_and_its_limits(made):
-    shot, _ = made("--lens-kit", "anamorphic-2x:50", "--f-stop", "2.8")
+def test_lens_kit_option_sets_focal_length_and_limits(make_shot):
+    shot, _ = make_shot("--lens-kit", "anamorphic-2x:50", "--f-stop", "2.8")
     assert shot.kit.name == "anamorphic-2x"
     assert (shot.lens.focal_length_mm, shot.lens.f_stop) == (50.0, 2.8)
     assert (shot.lens.squeeze, shot.lens.close_focus_m) == (2.0, 0.75)
 
 
-def test_an_option_overrules_the_character_of_the_kit(made):
-    shot, _ = made("--lens-kit", "anamorphic-2x:50", "--f-stop", "2.8", "--squeeze", "1.8")
+def test_squeeze_option_overrides_character_of_kit(make_shot):
+    shot, _ = make_shot("--lens-kit", "anamorphic-2x:50", "--f-stop", "2.8", "--squeeze", "1.8")
     assert shot.lens.squeeze == 1.8
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "expected"),
     [
         (("anamorphic-2x:50", "--f-stop", "1.4"), "opens to f/1.8, not to f/1.4"),
         (("anamorphic-2x:51", "--f-stop", "2"), "has no 51 mm"),
@@ -44,36 +44,36 @@ def test_an_option_overrules_the_character_of_the_kit(made):
         (("anamorphic", "--f-stop", "2"), "There is no lens kit"),
     ],
 )
-def test_what_the_kit_has_not_is_refused(made, options, told):
-    code, said = made("--lens-kit", *options)
+def test_lens_kit_option_rejects_values_outside_kit(make_shot, options, expected):
+    code, message = make_shot("--lens-kit", *options)
     assert code == 2
-    assert told in said
+    assert expected in message
 
 
-def test_breathing_is_that_of_the_lens_or_as_it_is_told(made):
-    shot, _ = made("--lens-kit", "vintage-primes:75", "--f-stop", "2.8")
+def test_breathe_option_uses_breathing_of_kit_or_given_ratio(make_shot):
+    shot, _ = make_shot("--lens-kit", "vintage-primes:75", "--f-stop", "2.8")
     assert shot.lens.breathing == 1.0
-    shot, said = made("--lens-kit", "vintage-primes:75", "--f-stop", "2.8", "--breathe")
-    assert shot.lens.breathing == 0.91 and "breathes" in said
-    told = ("--focal-length", "50", "--f-stop", "2.8", "--breathing", "0.9")
-    shot, _ = made(*told)
+    shot, message = make_shot("--lens-kit", "vintage-primes:75", "--f-stop", "2.8", "--breathe")
+    assert shot.lens.breathing == 0.91 and "breathes" in message
+    options = ("--focal-length", "50", "--f-stop", "2.8", "--breathing", "0.9")
+    shot, _ = make_shot(*options)
     assert shot.lens.breathing == 0.9
-    assert made(*told[:4], "--breathe")[0] == 2
-    assert made(*told[:4], "--breathing", "3")[0] == 2
+    assert make_shot(*options[:4], "--breathe")[0] == 2
+    assert make_shot(*options[:4], "--breathing", "3")[0] == 2
 
 
-def test_a_focus_that_is_too_near_is_refused(made):
-    code, said = made(
+def test_lens_kit_option_rejects_focus_nearer_than_close_focus(make_shot):
+    code, message = make_shot(
         *("--lens-kit", "modern-primes:135", "--f-stop", "2", "--focus-distance", "1"),
     )
     assert code == 2
-    assert "1.3 m, not from 1" in said
+    assert "1.3 m, not from 1" in message
 
 
-def test_kits_are_listed_and_written_to_be_changed(capsys, tmp_path):
+def test_kits_command_lists_prints_and_checks_kits(capsys, tmp_path):
     assert main(["kits"]) == 0
-    listed = capsys.readouterr().out
-    assert "24-70 mm  opens to f/2.7 (T2.9), focuses from 0.8 m" in listed
+    text = capsys.readouterr().out
+    assert "24-70 mm  opens to f/2.7 (T2.9), focuses from 0.8 m" in text
     assert main(["kits", "macro", "--json"]) == 0
     path = tmp_path / "mine.json"
     path.write_text(capsys.readouterr().out)
@@ -82,12 +82,12 @@ def test_kits_are_listed_and_written_to_be_changed(capsys, tmp_path):
     assert main(["kits", "nothing"]) == 2
 
 
-def test_a_kit_with_an_image_is_listed_with_its_file(tmp_path, capsys):
+def test_kits_check_names_aperture_image_of_kit(tmp_path, capsys):
     Image.new("L", (8, 8), 255).save(tmp_path / "star.png")
     lens = KitLens(50.0, 2.0, 0.5)
     image = read_opening_image(str(tmp_path / "star.png"))
     kit = LensKit("own", "stars", (lens,), LensCharacter(rim=0.25, aperture_image=image))
     (tmp_path / "own.json").write_text(kit_text(kit))
     assert main(["kits", "--check", str(tmp_path / "own.json")]) == 0
-    told = capsys.readouterr().out
-    assert "rim 0.25" in told and "star.png" in told
+    text = capsys.readouterr().out
+    assert "rim 0.25" in text and "star.png" in text

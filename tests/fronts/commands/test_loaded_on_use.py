@@ -1,4 +1,4 @@
-"""Commands load only what their source needs: loading is most of the time of a small picture."""
+"""Test that commands load only the modules of their source; loading dominates small renders."""
 
 import subprocess
 import sys
@@ -24,7 +24,7 @@ READERS = (
 )
 
 
-def loaded(*words: object) -> set[str]:
+def modules_loaded_by(*words: object) -> set[str]:
     """Return the modules that a process has loaded when its command has ended."""
     command = [sys.executable, "-c", RUN, *map(str, words)]
     run = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True)
@@ -37,22 +37,22 @@ def plate(tmp_path):
     return write_file(tmp_path / "plate.exr", rgb() | {"Z": distances()})
 
 
-def test_a_picture_of_a_plate_loads_no_reader_of_scenes(plate, tmp_path):
+def test_render_of_plate_loads_no_scene_readers(plate, tmp_path):
     lens = "--f-stop 2 --focus-distance 3 --focal-length 50 --sensor-width 36".split()
-    modules = loaded("-q", "render", plate, "-o", tmp_path / "out.exr", *lens)
+    modules = modules_loaded_by("-q", "render", plate, "-o", tmp_path / "out.exr", *lens)
     assert "heatlens.render.defocus.pipeline" in modules
     assert not {name for name in modules if name.startswith(READERS)}
     assert "importlib.metadata" not in modules  # reports of faults alone tell versions
 
 
-def test_facts_of_a_plate_load_no_reader_of_scenes(plate):
-    modules = loaded("info", plate)
+def test_info_of_plate_loads_no_scene_readers(plate):
+    modules = modules_loaded_by("info", plate)
     assert not {name for name in modules if name.startswith(READERS)}
 
 
-def test_a_scene_loads_the_reader_of_its_kind_alone(tmp_path):
+def test_info_of_obj_loads_only_mesh_reader(tmp_path):
     mesh = tmp_path / "one.obj"
     mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    modules = loaded("info", mesh)
+    modules = modules_loaded_by("info", mesh)
     assert "heatlens.media.scene.mesh_read" in modules
     assert not {name for name in modules if name.startswith(("heatlens.media.scene.usd", "pxr"))}

@@ -1,4 +1,4 @@
-"""A padding that would fill the memory is refused in a sentence, wherever a pattern is read."""
+"""Test that a frame padding of too many digits, which would fill the memory, is refused."""
 
 import json
 
@@ -7,7 +7,7 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.fronts.commands.main import main
 from heatlens.media.documents.shot_file import read_shot
-from heatlens.media.sequence.names import NameForm, form_of, parse_pattern
+from heatlens.media.sequence.names import NameForm, parse_frame_name, parse_pattern
 from support.command_line import CAMERA, channels
 from support.exports import write_shot_file
 from support.exr_files import write_file
@@ -17,17 +17,17 @@ LENS = ("--f-stop", "2", "--focus-distance", "3")
 
 
 @pytest.mark.parametrize("name", ["p.%4000000000d.exr", "p.$F4000000000.exr", LONG])
-def test_a_pattern_of_too_many_digits_is_refused(name):
+def test_parse_pattern_rejects_more_than_20_digits(name):
     with pytest.raises(InputError, match="write at most 20"):
         parse_pattern(name)
 
 
-def test_twenty_digits_are_a_frame_number_and_more_are_a_name():
+def test_form_of_reads_up_to_20_digits_as_frame_number():
     assert parse_pattern("p.%20d.exr") == (NameForm("p.", 20, ".exr"), None)
-    assert form_of(f"p.{'1' * 20}.exr") == (NameForm("p.", 20, ".exr"), int("1" * 20))
+    assert parse_frame_name(f"p.{'1' * 20}.exr") == (NameForm("p.", 20, ".exr"), int("1" * 20))
     for digits in (21, 200, 5000):
         name = f"p.{'1' * digits}.exr"
-        assert form_of(name) == (NameForm(name, 0, ""), None)
+        assert parse_frame_name(name) == (NameForm(name, 0, ""), None)
 
 
 @pytest.mark.parametrize(
@@ -43,21 +43,21 @@ def test_twenty_digits_are_a_frame_number_and_more_are_a_name():
         ("shot", "new", LONG, "-o", "n.heatlens.json"),
     ],
 )
-def test_commands_refuse_it(capsys, tmp_path, monkeypatch, words):
+def test_commands_reject_too_long_padding(capsys, tmp_path, monkeypatch, words):
     monkeypatch.chdir(tmp_path)
     write_file(tmp_path / "p.1.exr", channels(), **CAMERA)
     assert main(list(words)) == 2
-    said = capsys.readouterr().err
-    assert "21 digits: write at most 20" in said and "Traceback" not in said
+    message = capsys.readouterr().err
+    assert "21 digits: write at most 20" in message and "Traceback" not in message
 
 
-@pytest.mark.parametrize("place", ["source", "depth_source", "behind"])
-def test_shot_files_refuse_it(capsys, tmp_path, place):
+@pytest.mark.parametrize("field", ["source", "depth_source", "behind"])
+def test_shot_files_with_too_long_padding_are_rejected(capsys, tmp_path, field):
     path = write_shot_file(tmp_path)
-    told = json.loads(path.read_text())
+    shot_json = json.loads(path.read_text())
     read_shot(path)
-    at = told if place == "source" else told["plate"]
-    at[place] = [LONG] if place == "behind" else LONG
-    path.write_text(json.dumps(told))
+    entry = shot_json if field == "source" else shot_json["plate"]
+    entry[field] = [LONG] if field == "behind" else LONG
+    path.write_text(json.dumps(shot_json))
     assert main(["export", str(path), "-o", str(tmp_path / "o.####.exr")]) == 2
     assert "21 digits: write at most 20" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""One plate looks the same in the window, and as `render` and `export` write it for the eye."""
+"""Test the look of pictures written by `render` and `export`, which equals that of the window."""
 
 import sys
 
@@ -9,7 +9,7 @@ from PIL import Image
 from heatlens.fronts.commands.main import main
 from heatlens.media.color.color_config import load_color_config
 from heatlens.media.color.view_transform import srgb_transform, view_transform
-from support.command_line import CAMERA, channels, picture, refused, render
+from support.command_line import CAMERA, channels, picture, refused_render_message, render
 from support.cube_config import cube_config
 from support.exr_files import write_file
 
@@ -24,7 +24,9 @@ def codes(path) -> np.ndarray:
         return np.asarray(image.convert("RGB")).astype(float)
 
 
-def shown(transform, light: np.ndarray, exposure: float = 0.0, gamma: float = 1.0) -> np.ndarray:
+def display_codes(
+    transform, light: np.ndarray, exposure: float = 0.0, gamma: float = 1.0
+) -> np.ndarray:
     return 255 * np.clip(transform.apply_cpu(light, exposure, gamma), 0, 1)
 
 
@@ -33,42 +35,42 @@ def light_of(capsys, plate, tmp_path) -> np.ndarray:
     return picture(tmp_path / "light.exr")[1]
 
 
-def test_a_rendered_picture_is_the_first_view_of_the_config_and_says_so(capsys, plate, tmp_path):
-    said = render(capsys, plate, tmp_path / "o.png")
+def test_render_png_uses_default_view_of_config(capsys, plate, tmp_path):
+    message = render(capsys, plate, tmp_path / "o.png")
     config = load_color_config(None)
-    assert f"seen through {config.default_view} on {config.default_display}" in said
+    assert f"seen through {config.default_view} on {config.default_display}" in message
     names = (config.default_display, config.default_view, config.default_input_space)
-    expected = shown(view_transform(config, *names), light_of(capsys, plate, tmp_path))
+    expected = display_codes(view_transform(config, *names), light_of(capsys, plate, tmp_path))
     assert np.abs(codes(tmp_path / "o.png") - expected).max() <= 0.51
 
 
 @pytest.mark.parametrize(
     "look", [(), ("--view", "Raw"), ("--view", "sRGB curve"), ("--exposure=-1", "--gamma=1.5")]
 )
-def test_render_and_export_make_one_picture(capsys, plate, tmp_path, look):
+def test_render_and_export_apply_same_look(capsys, plate, tmp_path, look):
     assert main(["render", str(plate), "-o", str(tmp_path / "a.png"), *look]) == 0
     assert main(["export", str(plate), "-o", str(tmp_path / "b.png"), *look]) == 0
-    said = [line for line in capsys.readouterr().err.splitlines() if "seen through" in line]
-    assert len(said) == 2 and said[0] == said[1]
+    look_lines = [line for line in capsys.readouterr().err.splitlines() if "seen through" in line]
+    assert len(look_lines) == 2 and look_lines[0] == look_lines[1]
     assert np.abs(codes(tmp_path / "a.png") - codes(tmp_path / "b.png")).max() <= 1
 
 
-def test_a_config_exposure_and_gamma_of_ones_own(capsys, plate, tmp_path):
+def test_render_applies_own_config_exposure_and_gamma(capsys, plate, tmp_path):
     words = ("--ocio", cube_config(tmp_path).source, "--exposure", "1", "--gamma", "2")
     render(capsys, plate, tmp_path / "o.png", *words)
     config = load_color_config(words[1])
     names = (config.default_display, config.default_view, config.default_input_space)
     light = light_of(capsys, plate, tmp_path)
-    expected = shown(view_transform(config, *names), light, 1.0, 2.0)
+    expected = display_codes(view_transform(config, *names), light, 1.0, 2.0)
     assert np.abs(codes(tmp_path / "o.png") - expected).max() <= 0.51
 
 
-def test_without_opencolorio_the_colours_are_not_other_ones(capsys, plate, tmp_path, monkeypatch):
-    """It belongs to the base install; where it is broken, that is said and no picture is made."""
+def test_render_without_opencolorio_refuses_config_views(capsys, plate, tmp_path, monkeypatch):
+    """OpenColorIO belongs to the base install; if it is broken, rendering fails with a message."""
     monkeypatch.setitem(sys.modules, "PyOpenColorIO", None)
-    assert "pip install opencolorio" in refused(capsys, plate, tmp_path / "p.png")
+    assert "pip install opencolorio" in refused_render_message(capsys, plate, tmp_path / "p.png")
     render(capsys, plate, tmp_path / "o.png", "--view", "sRGB curve")
-    expected = shown(srgb_transform(), light_of(capsys, plate, tmp_path))
+    expected = display_codes(srgb_transform(), light_of(capsys, plate, tmp_path))
     assert np.abs(codes(tmp_path / "o.png") - expected).max() <= 0.51
 
 
@@ -81,11 +83,11 @@ def test_without_opencolorio_the_colours_are_not_other_ones(capsys, plate, tmp_p
         (("--gamma", "0"), "gamma must be within"),
     ],
 )
-def test_a_look_that_cannot_be_is_refused(capsys, plate, tmp_path, words, expected):
-    assert expected in refused(capsys, plate, tmp_path / "o.png", *words)
+def test_render_rejects_impossible_look_options(capsys, plate, tmp_path, words, expected):
+    assert expected in refused_render_message(capsys, plate, tmp_path / "o.png", *words)
 
 
 @pytest.mark.parametrize("words", [("--view", "Raw"), ("--exposure", "1"), ("--gamma", "2")])
-def test_an_exr_stays_scene_linear(capsys, plate, tmp_path, words):
-    said = refused(capsys, plate, tmp_path / "o.exr", *words)
-    assert words[0] in said and "scene-linear" in said
+def test_render_exr_rejects_look_options(capsys, plate, tmp_path, words):
+    message = refused_render_message(capsys, plate, tmp_path / "o.exr", *words)
+    assert words[0] in message and "scene-linear" in message

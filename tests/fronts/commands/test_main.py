@@ -1,4 +1,4 @@
-"""The command `heatlens` as a process: exit codes, and not one traceback."""
+"""Test the command `heatlens` as a process: exit codes and messages without tracebacks."""
 
 import errno
 import os
@@ -14,7 +14,7 @@ from heatlens.core.base.errors import GpuError, InputError
 from heatlens.fronts.commands import info
 from heatlens.fronts.commands.command_table import COMMANDS
 from heatlens.fronts.commands.main import main
-from support.command_line import ENVIRONMENT, started
+from support.command_line import ENVIRONMENT, start_heatlens
 from support.exr_files import distances, rgb, write_file
 
 PACKAGE = Path(heatlens.__file__).parent
@@ -26,15 +26,15 @@ def plate(tmp_path):
     return write_file(tmp_path / "plate.exr", rgb() | {"Z": distances()})
 
 
-def refused(capsys, *words: object) -> str:
-    """Return what is said on stderr of a wrong command line: short, code 2, nothing on stdout."""
-    with pytest.raises(SystemExit) as stopped:
+def message_of_refusal(capsys, *words: object) -> str:
+    """Run a wrong command line, which exits with 2. Return its short message on stderr."""
+    with pytest.raises(SystemExit) as exit_error:
         main([str(word) for word in words])
-    said = capsys.readouterr()
-    assert stopped.value.code == 2
-    assert said.out == "" and said.err.startswith("heatlens: ")
-    assert len(said.err.splitlines()) <= 2
-    return said.err
+    captured = capsys.readouterr()
+    assert exit_error.value.code == 2
+    assert captured.out == "" and captured.err.startswith("heatlens: ")
+    assert len(captured.err.splitlines()) <= 2
+    return captured.err
 
 
 @pytest.mark.parametrize(
@@ -56,22 +56,24 @@ def refused(capsys, *words: object) -> str:
         (["compare", "a.exr"], "TRUTH"),
     ],
 )
-def test_a_wrong_command_line_is_answered_in_two_lines(capsys, words, expected):
-    assert expected in refused(capsys, *words)
+def test_wrong_command_line_is_refused_in_at_most_two_lines(capsys, words, expected):
+    assert expected in message_of_refusal(capsys, *words)
 
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if c != "shot"])  # it has two of its own
-def test_a_wrong_option_points_to_the_help_of_its_command(capsys, command):
-    assert f"`heatlens {command} --help` explains." in refused(capsys, command, "--no-such-thing")
+def test_unknown_option_refers_to_help_of_command(capsys, command):
+    assert f"`heatlens {command} --help` explains." in message_of_refusal(
+        capsys, command, "--no-such-thing"
+    )
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_explains_itself(capsys, command):
-    with pytest.raises(SystemExit) as stopped:
+def test_every_command_has_help(capsys, command):
+    with pytest.raises(SystemExit) as exit_error:
         main([command, "--help"])
-    said = capsys.readouterr()
-    assert stopped.value.code == 0 and said.err == ""
-    assert said.out.startswith(f"usage: heatlens {command}")
+    captured = capsys.readouterr()
+    assert exit_error.value.code == 0 and captured.err == ""
+    assert captured.out.startswith(f"usage: heatlens {command}")
 
 
 @pytest.mark.parametrize(
@@ -79,7 +81,7 @@ def test_every_command_explains_itself(capsys, command):
     [("render",), ("export",), ("view",), ("study",), ("bench",), ("shot", "new")],
     ids=" ".join,
 )
-def test_the_usage_of_many_options_leaves_room_for_the_sentence(capsys, words):
+def test_usage_of_many_options_is_shortened(capsys, words):
     with pytest.raises(SystemExit):
         main([*words, "--help"])
     usage, empty, sentence = capsys.readouterr().out.splitlines()[:3]
@@ -87,35 +89,35 @@ def test_the_usage_of_many_options_leaves_room_for_the_sentence(capsys, words):
     assert not empty and sentence[0].isupper()
 
 
-def test_the_usage_names_what_is_needed(capsys):
+def test_usage_names_required_arguments(capsys):
     with pytest.raises(SystemExit):
         main(["render", "--help"])
     usage = "usage: heatlens render [options] -o OUTPUT plate"
     assert capsys.readouterr().out.splitlines()[0] == usage
 
 
-def test_the_help_names_every_command(capsys):
+def test_main_help_lists_every_command(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
     text = " ".join(capsys.readouterr().out.split())
     assert all(f" {name} {command.help} " in text for name, command in COMMANDS.items())
 
 
-def test_every_module_of_a_command_is_in_the_table():
+def test_every_command_module_is_in_command_table():
     wings = {name: command.wing for name, command in COMMANDS.items()}
     files = [path for wing in ("fronts", "lab") for path in PACKAGE.glob(f"{wing}/commands/*.py")]
     commands = [path for path in files if "\nDESCRIPTION = " in path.read_text("utf-8")]
     assert {path.stem: path.parts[-3] for path in commands} == wings
 
 
-def test_the_version(capsys):
-    with pytest.raises(SystemExit) as stopped:
+def test_version_option_prints_version(capsys):
+    with pytest.raises(SystemExit) as exit_error:
         main(["--version"])
-    assert stopped.value.code == 0
+    assert exit_error.value.code == 0
     assert capsys.readouterr().out == f"heatlens {__version__}\n"
 
 
-def test_ctrl_c_while_a_command_is_loaded(monkeypatch, capsys):
+def test_ctrl_c_while_loading_command_exits_with_130(monkeypatch, capsys):
     def interrupted(name):
         raise KeyboardInterrupt
 
@@ -131,16 +133,16 @@ def test_ctrl_c_while_a_command_is_loaded(monkeypatch, capsys):
         ("info", ["moderngl", "heatlens.lab.measure.study"]),
     ],
 )
-def test_what_is_not_asked_for_is_not_loaded(word, unloaded):
-    """Else nothing could be said of Ctrl-C, and the version took half a second."""
+def test_help_and_version_load_no_heavy_modules(word, unloaded):
+    """Without this, Ctrl-C could not be handled and `--version` took half a second."""
     code = (
         "import sys\nfrom heatlens.fronts.commands.main import main\n"
         "assert 'numpy' not in sys.modules\n"
         f"try:\n    main([{word!r}, '--help'])\nexcept SystemExit:\n    pass\n"
         f"assert not set({unloaded!r}) & set(sys.modules)"
     )
-    done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True)
-    assert done.returncode == 0, done.stderr.decode()
+    process = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True)
+    assert process.returncode == 0, process.stderr.decode()
 
 
 @pytest.mark.parametrize(
@@ -152,36 +154,36 @@ def test_what_is_not_asked_for_is_not_loaded(word, unloaded):
         (KeyboardInterrupt(), 130, "heatlens: stopped"),
     ],
 )
-def test_errors_become_exit_codes(monkeypatch, capsys, error, code, words):
+def test_exceptions_become_exit_codes_and_one_line(monkeypatch, capsys, error, code, words):
     def fail(args):
         raise error
 
     monkeypatch.setattr(info, "run", fail)
     assert main(["info", "plate.exr"]) == code
-    said = capsys.readouterr()
-    assert said.out == "" and words in said.err
-    assert len(said.err.splitlines()) == 1
+    captured = capsys.readouterr()
+    assert captured.out == "" and words in captured.err
+    assert len(captured.err.splitlines()) == 1
 
 
-def test_python_m_heatlens_is_the_command(plate):
-    process = started("info", plate)
+def test_python_m_heatlens_runs_command(plate):
+    process = start_heatlens("info", plate)
     out, err = process.communicate()
     assert process.returncode == 0 and err == ""
     assert "8 x 6 px" in out
 
 
-def test_a_missing_file_is_code_2_of_the_process(tmp_path):
-    process = started("info", tmp_path / "none.exr")
+def test_missing_file_exits_with_2(tmp_path):
+    process = start_heatlens("info", tmp_path / "none.exr")
     out, err = process.communicate()
     assert process.returncode == 2 and out == ""
     assert len(err.splitlines()) == 1 and "none.exr" in err
 
 
-def test_nobody_reads_on(plate):
-    """`heatlens info plate.exr | head -0`: the pipe is closed before anything is written."""
+def test_closed_output_pipe_exits_with_141_silently(plate):
+    """As in `heatlens info plate.exr | head -0`, the pipe is closed before anything is written."""
     reading, writing = os.pipe()
     os.close(reading)
-    process = started("info", plate, stdout=writing)
+    process = start_heatlens("info", plate, stdout=writing)
     os.close(writing)
     _, err = process.communicate()
     assert err == ""
@@ -189,9 +191,9 @@ def test_nobody_reads_on(plate):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_a_full_disk_under_stdout_is_said(plate):
+def test_full_disk_under_stdout_is_reported(plate):
     with open("/dev/full", "w") as full:
-        process = started("info", plate, stdout=full)
+        process = start_heatlens("info", plate, stdout=full)
         _, err = process.communicate()
     assert process.returncode == 2
     assert err.splitlines() == [f"heatlens: standard output: {os.strerror(errno.ENOSPC)}"]

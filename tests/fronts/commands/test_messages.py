@@ -1,4 +1,4 @@
-"""The golden list of messages: what the command line says, word for word, in one place.
+"""Compare refusals of the command line, word for word, with a golden list of messages.
 
     pytest --update-golden tests/fronts/commands/test_messages.py    # read before you commit
 
@@ -82,7 +82,7 @@ SITUATIONS = [
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Return the working folder of all situations, with good files and damaged ones."""
+    """Return the current folder of all situations, with good and damaged files."""
     monkeypatch.chdir(tmp_path)
     path = write_file(tmp_path / "plate.exr", channels(), **CAMERA)
     write_file(tmp_path / "bare.exr", channels())
@@ -97,32 +97,34 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def said_in(capsys, folder: Path, situation: str) -> str:
-    """Return stderr of a command line that is refused, on one line and without the folder."""
+def message_of(capsys, folder: Path, situation: str) -> str:
+    """Return the stderr of a refused command line, joined to one line and without the folder."""
     capsys.readouterr()
     try:
         code = main(shlex.split(situation))
-    except SystemExit as stopped:
-        code = stopped.code
-    said = capsys.readouterr()
-    assert code == 2 and not said.out
-    words = " ".join(said.err.split()).replace(f"{folder}/", "")
+    except SystemExit as exit_error:
+        code = exit_error.code
+    captured = capsys.readouterr()
+    assert code == 2 and not captured.out
+    words = " ".join(captured.err.split()).replace(f"{folder}/", "")
     return re.sub(r"(?<=your own kits into )\S+", "FOLDER", words)
 
 
 @pytest.mark.parametrize("situation", SITUATIONS)
-def test_a_mistake_is_answered_as_in_the_golden_list(capsys, folder, situation, request):
-    said = said_in(capsys, folder, situation)
+def test_refusal_message_equals_golden_one(capsys, folder, situation, request):
+    message = message_of(capsys, folder, situation)
     golden = json.loads(GOLDEN.read_text(encoding="utf-8")) if GOLDEN.exists() else {}
     if request.config.getoption("--update-golden"):
-        golden[situation] = said
+        golden[situation] = message
         in_order = {words: golden[words] for words in SITUATIONS if words in golden}
         GOLDEN.parent.mkdir(exist_ok=True)
         GOLDEN.write_text(json.dumps(in_order, indent=1, ensure_ascii=False) + "\n", "utf-8")
-    assert said == golden[situation]
+    assert message == golden[situation]
 
 
-def test_the_golden_list_has_no_other_sentence():
+def test_golden_messages_match_situations():
     golden = json.loads(GOLDEN.read_text(encoding="utf-8"))
     assert list(golden) == SITUATIONS
-    assert all(said.startswith("heatlens: ") and len(said) < 700 for said in golden.values())
+    assert all(
+        message.startswith("heatlens: ") and len(message) < 700 for message in golden.values()
+    )

@@ -1,18 +1,18 @@
-"""A file that is not there is told of in one way; many frames, where one is wanted, in another."""
+"""Test messages about missing files, and about sequences where one frame is needed."""
 
 import pytest
 
-from heatlens.core.base.paths import unreadable
+from heatlens.core.base.paths import unreadable_error
 from heatlens.fronts.commands.main import main
 from support.command_line import CAMERA, channels
 from support.exr_files import write_file
 
 
-def refused(capsys, *words: object) -> str:
+def message_of_refusal(capsys, *words: object) -> str:
     assert main([str(word) for word in words]) == 2
-    said = capsys.readouterr()
-    assert said.out == "" and len(said.err.splitlines()) == 1
-    return said.err
+    captured = capsys.readouterr()
+    assert captured.out == "" and len(captured.err.splitlines()) == 1
+    return captured.err
 
 
 @pytest.mark.parametrize(
@@ -32,29 +32,33 @@ def refused(capsys, *words: object) -> str:
         (("view", "gone.glb"), "gone.glb"),
     ],
 )
-def test_a_missing_file_is_said_in_one_way(capsys, tmp_path, monkeypatch, words, name):
+def test_commands_report_missing_file_with_same_message(capsys, tmp_path, monkeypatch, words, name):
     monkeypatch.chdir(tmp_path)
-    assert refused(capsys, *words) == f"heatlens: {name} is not there.\n"
+    assert message_of_refusal(capsys, *words) == f"heatlens: {name} is not there.\n"
 
 
-def test_a_folder_and_what_may_not_be_read(tmp_path):
-    assert str(unreadable(tmp_path)).startswith(f"{tmp_path} is a folder")
+def test_unreadable_explains_folder_and_denied_file(tmp_path):
+    assert str(unreadable_error(tmp_path)).startswith(f"{tmp_path} is a folder")
     (tmp_path / "a").touch()
     denied = PermissionError(13, "Permission denied")
-    assert str(unreadable(tmp_path / "a", denied)).endswith("a cannot be read: Permission denied.")
+    assert str(unreadable_error(tmp_path / "a", denied)).endswith(
+        "a cannot be read: Permission denied."
+    )
 
 
 @pytest.mark.parametrize("command", ["render", "study"])
 @pytest.mark.parametrize("name", ["seq.####.exr", "seq.%04d.exr", "."])
-def test_a_sequence_where_one_frame_is_wanted(capsys, tmp_path, monkeypatch, command, name):
+def test_render_and_study_reject_sequence_in_place_of_frame(
+    capsys, tmp_path, monkeypatch, command, name
+):
     monkeypatch.chdir(tmp_path)
     for frame in (1, 2):
         write_file(tmp_path / f"seq.{frame:04}.exr", channels(), **CAMERA)
-    said = refused(capsys, command, name, "-o", tmp_path / "o.exr")
-    assert "use `heatlens export` to render the frames" in said and "name one frame" in said
-    assert ("is a folder" if name == "." else "is a sequence") in said
+    message = message_of_refusal(capsys, command, name, "-o", tmp_path / "o.exr")
+    assert "use `heatlens export` to render the frames" in message and "name one frame" in message
+    assert ("is a folder" if name == "." else "is a sequence") in message
 
 
-def test_one_of_its_frames_is_no_sequence(capsys, tmp_path):
+def test_info_accepts_single_frame_of_sequence(capsys, tmp_path):
     plate = write_file(tmp_path / "seq.0001.exr", channels(), **CAMERA)
     assert main(["info", str(plate)]) == 0

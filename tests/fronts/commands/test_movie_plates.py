@@ -1,4 +1,4 @@
-"""Movies on the command line: one frame, a range, a shot, and what a farm is given of them."""
+"""Test movies as plates on the command line: single frames, ranges, shots and exports."""
 
 from pathlib import Path
 
@@ -7,8 +7,8 @@ import pytest
 
 from heatlens.deliver.export.job import ExportJob
 from heatlens.deliver.export.output import parse_output
-from heatlens.deliver.export.plan import planned
-from heatlens.deliver.farm.inputs import files_beside
+from heatlens.deliver.export.plan import plan_export
+from heatlens.deliver.farm.inputs import input_files
 from heatlens.fronts.commands.main import main
 from heatlens.media.documents.shot_file import read_shot
 from heatlens.media.plate.exr.exr_read import read_parts
@@ -26,7 +26,7 @@ LENS = ("--focal-length", 50, "--sensor-width", 36, "--f-stop", 2, "--focus-dist
 
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory) -> tuple[Path, Path]:
-    """Return a movie, and one with its depth."""
+    """Write a color movie and a depth movie. Return their paths."""
     folder = tmp_path_factory.mktemp("clip")
     colors = write_movie(folder / "clip.mov", ramps(COUNT), timecode="10:00:00:00", rate=25)
     depths = write_movie(folder / "z.mkv", ramps(COUNT), "FFV1", pixel_format="gray16le")
@@ -47,7 +47,7 @@ def export(capsys, source: object, depth: Path, out: object, *words: object) -> 
     return run(capsys, "export", source, "-o", out, *beside, *BLUR, *words)
 
 
-def test_a_frame_that_is_rendered_is_that_of_the_export(tmp_path, clip, capsys):
+def test_render_and_export_of_movie_frame_are_equal(tmp_path, clip, capsys):
     colors, depths = clip
     export(capsys, colors, depths, tmp_path / "all.####.exr", "--frames", "2-4")
     assert sorted(path.name for path in tmp_path.iterdir()) == [
@@ -65,7 +65,7 @@ def test_a_frame_that_is_rendered_is_that_of_the_export(tmp_path, clip, capsys):
     assert str(timecode_of(header)) == "10:00:00:02"
 
 
-def test_frames_are_counted_from_the_first_frame_that_is_given(tmp_path, clip, capsys):
+def test_first_frame_option_numbers_frames_of_movie(tmp_path, clip, capsys):
     colors, depths = clip
     export(capsys, colors, depths, tmp_path / "a.####.exr", "--frames", 3)
     first = ("--first-frame", 1001, "--frames", 1003)
@@ -73,22 +73,24 @@ def test_frames_are_counted_from_the_first_frame_that_is_given(tmp_path, clip, c
     assert np.array_equal(pixels(tmp_path / "a.0003.exr"), pixels(tmp_path / "b.1003.exr"))
 
 
-def test_an_export_goes_on_and_notices_another_count(tmp_path, clip, capsys):
+def test_export_of_movie_resumes_and_notices_other_first_frame(tmp_path, clip, capsys):
     colors, depths = clip
     out = tmp_path / "a.####.exr"
-    for part in ("1-2", "1-6"):
-        said = export(capsys, colors, depths, out, "--frames", part)
-    assert "4 frames written, 2 were finished before" in said
+    for frame_range in ("1-2", "1-6"):
+        message = export(capsys, colors, depths, out, "--frames", frame_range)
+    assert "4 frames written, 2 were finished before" in message
     whole = tmp_path / "b.####.exr"
     export(capsys, colors, depths, whole)
     for frame in range(1, COUNT + 1):
-        mine, other = (Path(str(it).replace("####", f"{frame:04}")) for it in (out, whole))
-        assert np.array_equal(pixels(mine), pixels(other))
-    said = export(capsys, f"{colors}@2", depths, out, "--frames", "3")  # frame 3 is another one
-    assert "1 frame written" in said
+        resumed_path, whole_path = (
+            Path(str(pattern).replace("####", f"{frame:04}")) for pattern in (out, whole)
+        )
+        assert np.array_equal(pixels(resumed_path), pixels(whole_path))
+    message = export(capsys, f"{colors}@2", depths, out, "--frames", "3")  # frame 3 is another one
+    assert "1 frame written" in message
 
 
-def test_a_shot_has_frames_and_rate_of_its_movie(tmp_path, clip, capsys):
+def test_shot_new_takes_frames_and_rate_of_movie(tmp_path, clip, capsys):
     colors, depths = clip
     shot_path = tmp_path / "s.heatlens.json"
     run(capsys, "shot", "new", colors, "-o", shot_path, "--depth", depths, *DEPTH, *LENS)
@@ -96,24 +98,24 @@ def test_a_shot_has_frames_and_rate_of_its_movie(tmp_path, clip, capsys):
     assert shot.frames is not None and (shot.frames.first, shot.frames.last) == (1, COUNT)
     assert shot.frames_per_second == 25.0 and Path(shot.source or "").samefile(colors)
     job = ExportJob(shot, (1, 2, 3), parse_output(tmp_path / "f.####.exr"))
-    assert set(files_beside(planned(job))) == {colors, depths}
+    assert set(input_files(plan_export(job))) == {colors, depths}
 
 
-def test_an_export_never_replaces_the_movie_that_it_reads(clip, capsys):
+def test_export_refuses_to_overwrite_input_movie(clip, capsys):
     colors, depths = clip
-    before = colors.read_bytes()
+    bytes_before = colors.read_bytes()
     beside = ("--depth", depths, *DEPTH, *LENS, *BLUR)
-    said = stderr_of_run(capsys, 2, "export", colors, "-o", colors, *beside, "--overwrite")
-    assert "is an input of this export" in said and colors.read_bytes() == before
+    message = stderr_of_run(capsys, 2, "export", colors, "-o", colors, *beside, "--overwrite")
+    assert "is an input of this export" in message and colors.read_bytes() == bytes_before
 
 
-def test_a_frame_that_the_movie_does_not_have_is_one_sentence(tmp_path, clip, capsys):
+def test_render_rejects_frame_outside_movie(tmp_path, clip, capsys):
     words = ("render", clip[0], "--frame", 99, "-o", tmp_path / "o.exr", *LENS)
-    said = stderr_of_run(capsys, 2, *words)
-    assert said.endswith("has no frame 99: there are 1-6.")
+    message = stderr_of_run(capsys, 2, *words)
+    assert message.endswith("has no frame 99: there are 1-6.")
 
 
-def test_a_frame_of_a_numbered_sequence_can_be_rendered(tmp_path, capsys):
+def test_render_with_frame_option_renders_frame_of_sequence(tmp_path, capsys):
     pattern = write_plates(tmp_path / "plates", (1001, 1002))
     out, named = tmp_path / "o.exr", tmp_path / "n.exr"
     lens = ("--f-stop", 2, "--focus-distance", 1)
@@ -123,7 +125,7 @@ def test_a_frame_of_a_numbered_sequence_can_be_rendered(tmp_path, capsys):
     assert np.array_equal(pixels(out), pixels(named))
 
 
-def test_info_tells_what_a_movie_holds(clip, capsys):
+def test_info_of_movie_gives_frames_rate_codec_and_timecode(clip, capsys):
     assert main(["info", str(clip[0])]) == 0
-    told = capsys.readouterr().out
-    assert "6 frames at 25 a second, Apple ProRes" in told and "timecode 10:00:00:00" in told
+    text = capsys.readouterr().out
+    assert "6 frames at 25 a second, Apple ProRes" in text and "timecode 10:00:00:00" in text

@@ -1,4 +1,4 @@
-"""Names beyond the terminal's letters: files open, and what cannot be printed is escaped."""
+"""Test file names outside the locale: files open, and unprintable characters are escaped."""
 
 import os
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import heatlens
-from support.command_line import ENVIRONMENT, started
+from support.command_line import ENVIRONMENT, start_heatlens
 from support.exr_files import distances, rgb, write_file
 
 NAME = "a b ü日"
@@ -21,19 +21,19 @@ LENS = ("--f-stop", "2", "--focus-distance", "3", "--focal-length", "50", "--sen
     ],
     ids=["terminal", "files"],
 )
-def test_a_name_beyond_the_locale_is_read_written_and_printed(tmp_path, locale):
+def test_render_handles_file_names_outside_locale(tmp_path, locale):
     plate = write_file(tmp_path / f"{NAME}.exr", rgb() | {"Z": distances()})
     environment = ENVIRONMENT | locale
     for suffix in (".exr", ".png"):
         out = tmp_path / f"{NAME} out{suffix}"
-        process = started("render", plate, "-o", out, *LENS, env=environment)
-        told, said = process.communicate(timeout=120)
-        assert process.returncode == 0, said
+        process = start_heatlens("render", plate, "-o", out, *LENS, env=environment)
+        output, errors = process.communicate(timeout=120)
+        assert process.returncode == 0, errors
         assert out.stat().st_size > 0
-        assert told.endswith(f"a b \\xfc\\u65e5 out{suffix}\n")
+        assert output.endswith(f"a b \\xfc\\u65e5 out{suffix}\n")
 
 
-def test_a_name_that_is_no_utf8_is_read(tmp_path):
+def test_open_reads_file_name_that_is_not_utf8(tmp_path):
     path = tmp_path / os.fsdecode(b"caf\xe9.exr")
     plate = write_file(tmp_path / "plain.exr", rgb() | {"Z": distances()})
     plate.rename(path)

@@ -1,4 +1,4 @@
-"""An output that cannot be written is told before a command begins, by every command alike."""
+"""Test that every command refuses an unwritable output before it begins."""
 
 import argparse
 import os
@@ -11,8 +11,8 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.fronts.commands.command_parser import build_parser
 from heatlens.fronts.commands.main import main
-from heatlens.fronts.commands.options.before_running import OUTPUTS
-from heatlens.media.files.atomic_file import check_place
+from heatlens.fronts.commands.options.before_running import OUTPUT_OPTIONS
+from heatlens.media.files.atomic_file import check_output_path
 
 NOWHERE = Path("/proc/heatlens")  # nobody can make a file there, root neither
 _WRITES = re.compile(
@@ -41,64 +41,64 @@ ENDINGS = {"export": "n.####.exr", "render": "n.exr", "bench": "n.svg", "compare
 def options_of(parser: argparse.ArgumentParser, name: str) -> Iterator[tuple[str, argparse.Action]]:
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
-            for own, inner in action.choices.items():
-                yield from options_of(inner, f"{name} {own}".strip())
+            for command_word, inner in action.choices.items():
+                yield from options_of(inner, f"{name} {command_word}".strip())
         elif action.option_strings:
             yield name, action
 
 
-def test_every_option_that_names_an_output_is_looked_at():
+def test_every_output_option_is_in_list_of_outputs():
     wrong = {
         f"{command} {action.option_strings[0]}"
         for command, action in options_of(build_parser(), "")
         if (action.dest in ("output",) or _WRITES.search(action.help or ""))
         and action.nargs != 0
-        and action.dest not in (*OUTPUTS, *_OTHERS)
+        and action.dest not in (*OUTPUT_OPTIONS, *_OTHERS)
     }
     assert not wrong
 
 
-def test_the_commands_below_are_all_that_have_an_output():
-    found = {
+def test_commands_of_this_file_cover_all_output_options():
+    parser_outputs = {
         (command, action.dest)
         for command, action in options_of(build_parser(), "")
-        if action.dest in OUTPUTS and action.metavar != "N"
+        if action.dest in OUTPUT_OPTIONS and action.metavar != "N"
     }
-    tried = {
+    tested_outputs = {
         (" ".join(words.split()[: 2 if words.startswith("shot") else 1]), name)
         for words, names in COMMANDS.items()
         for name in names
     }
-    assert found == tried
+    assert parser_outputs == tested_outputs
 
 
 @pytest.mark.skipif(not NOWHERE.parent.is_dir(), reason="this system has no /proc")
 @pytest.mark.parametrize(
     ("words", "name"), [(words, name) for words, names in COMMANDS.items() for name in names]
 )
-def test_no_command_begins_without_a_place_to_write(capsys, monkeypatch, tmp_path, words, name):
+def test_commands_reject_unwritable_output_before_work(capsys, monkeypatch, tmp_path, words, name):
     monkeypatch.chdir(tmp_path)
     command = words.split()[0]
-    where = NOWHERE / ENDINGS.get(command, "n.heatlens.json")
-    needed = (
+    output_path = NOWHERE / ENDINGS.get(command, "n.heatlens.json")
+    required_options = (
         [] if name == "output" or " -o " in words or command not in ("render",) else ["-o", "o.exr"]
     )
     option = "--" + name.replace("_", "-")
-    assert main([*words.split(), *needed, f"{option}={where}"]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f"heatlens: {where}: no file can be made in /proc")
-    assert len(said.splitlines()) == 1 and os.listdir(tmp_path) == []
+    assert main([*words.split(), *required_options, f"{option}={output_path}"]) == 2
+    message = capsys.readouterr().err
+    assert message.startswith(f"heatlens: {output_path}: no file can be made in /proc")
+    assert len(message.splitlines()) == 1 and os.listdir(tmp_path) == []
 
 
 @pytest.mark.parametrize("missing", ["o.exr", "a/o.exr", "a/b/c/o.exr"])
-def test_a_place_that_can_be_written_is_left_as_it_was(tmp_path, missing):
-    check_place(tmp_path / missing)
+def test_check_place_of_writable_path_leaves_no_files(tmp_path, missing):
+    check_output_path(tmp_path / missing)
     assert os.listdir(tmp_path) == []
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_folder_without_rights_is_told(tmp_path):
+def test_check_place_rejects_folder_without_write_permission(tmp_path):
     barred = tmp_path / "barred"
     barred.mkdir(mode=0o500)
     with pytest.raises(InputError, match="is not writable"):
-        check_place(barred / "a" / "o.exr")
+        check_output_path(barred / "a" / "o.exr")

@@ -1,4 +1,4 @@
-"""A scene as a plate in a file: with overscan, and with what lies behind it."""
+"""Test pinhole plates of scenes: overscan, and deep files with hidden surfaces."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -26,12 +26,12 @@ LENS = ("--f-stop=2", "--focus-distance=3")
 def plates(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("plates")
     options = {"plain": (), "wide": ("--overscan=5",), "deep": ("--overscan=5", "--deep")}
-    for name, given in options.items():
-        assert main([*SCENE, *LENS, *given, "-o", str(folder / f"{name}.exr")]) == 0
+    for name, pinhole_options in options.items():
+        assert main([*SCENE, *LENS, *pinhole_options, "-o", str(folder / f"{name}.exr")]) == 0
     return {name: folder / f"{name}.exr" for name in options}
 
 
-def test_overscan_lies_around_the_frame(plates):
+def test_overscan_option_adds_pixels_around_frame(plates):
     plain, wide = read_plate(plates["plain"]), read_plate(plates["wide"])
     assert wide.display_window == plain.data_window == Box(0, 0, 64, 40)
     assert wide.data_window == Box(-5, -5, 69, 45)
@@ -39,26 +39,26 @@ def test_overscan_lies_around_the_frame(plates):
     assert np.array_equal(wide.depth_m[5:45, 5:69], plain.depth_m)
 
 
-def test_a_deep_file_flattens_to_the_picture_and_tells_what_is_behind(plates):
+def test_deep_file_flattens_to_picture_and_has_hidden_samples(plates):
     wide, deep = read_plate(plates["wide"]), read_plate(plates["deep"])
     assert deep.data_window == wide.data_window
     assert deep.fragments is not None and deep.fragments.count > 64 * 40
-    apart = np.abs(deep.color - wide.color)[..., :3] / (wide.color[..., :3] + 0.05)
-    assert np.quantile(apart, 0.9) < 0.01  # lamps in front of each other are the rest
-    assert apart.mean() < 0.02
+    relative_difference = np.abs(deep.color - wide.color)[..., :3] / (wide.color[..., :3] + 0.05)
+    assert np.quantile(relative_difference, 0.9) < 0.01  # lamps in front of each other are the rest
+    assert relative_difference.mean() < 0.02
 
 
-def test_a_small_deep_plate_says_that_the_scene_is_blurred_finer(tmp_path, capsys):
+def test_small_deep_plate_suggests_larger_size(tmp_path, capsys):
     words = [word for word in SCENE if word != "--quiet"]
     out = ("-o", str(tmp_path / "deep.exr"))
     assert main([*words, *LENS, "--deep", *out]) == 0
-    assert "at 2 times its size" in (said := capsys.readouterr().err)
-    assert "--size 128x80 and" in said
+    assert "at 2 times its size" in (message := capsys.readouterr().err)
+    assert "--size 128x80 and" in message
     assert main([*words, *LENS, "--pinhole", *out]) == 0
     assert "its size" not in capsys.readouterr().err
 
 
-def test_auto_is_what_the_lens_needs(tmp_path):
+def test_overscan_auto_depends_on_lens(tmp_path):
     def margin(*lens: str) -> int:
         path = tmp_path / "auto.exr"
         assert main([*SCENE, *lens, "--overscan=auto", "-o", str(path)]) == 0
@@ -69,7 +69,7 @@ def test_auto_is_what_the_lens_needs(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (("--overscan=4",), "Give --pinhole too"),
         (("--deep",), "Give --pinhole too"),
@@ -80,18 +80,18 @@ def test_auto_is_what_the_lens_needs(tmp_path):
         (("--pinhole", "--deep", "-o", "out.png"), "not an EXR"),
     ],
 )
-def test_what_cannot_be_is_said(capsys, tmp_path, monkeypatch, options, said):
+def test_render_rejects_impossible_pinhole_options(capsys, tmp_path, monkeypatch, options, message):
     monkeypatch.chdir(tmp_path)
     try:
         code = main(["render", "demo", "-o", "out.exr", *options])
     except SystemExit as refused:  # argparse's own sentence
         code = int(str(refused.code))
     assert code == 2
-    assert said in capsys.readouterr().err.replace("\n", " ")
+    assert message in capsys.readouterr().err.replace("\n", " ")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_plate_comes_back_from_a_deep_file_as_it_was(renderer: FrameRenderer, tmp_path):
+def test_deep_file_written_and_read_gives_same_plate(renderer: FrameRenderer, tmp_path):
     rng = np.random.default_rng(2)
     color = rng.uniform(0.1, 1.0, (12, 16, 3)).astype(np.float32)
     plate = plate_of(color, np.full((12, 16), 1.0, np.float32))
@@ -101,22 +101,22 @@ def test_a_plate_comes_back_from_a_deep_file_as_it_was(renderer: FrameRenderer, 
     lists = packed_lists(
         counts, np.zeros(12 * 16, bool), rgba.astype(np.float32), np.full(counts.sum(), 3.0, "f4")
     )
-    told = replace(plate, fragments=lists)
-    write_deep(tmp_path / "deep.exr", told, {}, half=False)
-    back = read_plate(tmp_path / "deep.exr")
-    assert np.array_equal(back.color, told.color)
-    assert np.array_equal(back.depth_m, told.depth_m)
-    assert back.fragments is not None
-    assert np.array_equal(back.fragments.starts, lists.starts)
-    assert np.allclose(back.fragments.color, lists.color, rtol=2e-3)
+    deep_plate = replace(plate, fragments=lists)
+    write_deep(tmp_path / "deep.exr", deep_plate, {}, half=False)
+    read_back = read_plate(tmp_path / "deep.exr")
+    assert np.array_equal(read_back.color, deep_plate.color)
+    assert np.array_equal(read_back.depth_m, deep_plate.depth_m)
+    assert read_back.fragments is not None
+    assert np.array_equal(read_back.fragments.starts, lists.starts)
+    assert np.allclose(read_back.fragments.color, lists.color, rtol=2e-3)
     shot = Shot(Lens(50.0, 1.0, 3.0, 36.0), DefocusSettings(quality=Quality.DRAFT))
-    renderer.load(told)
-    wanted = renderer.pixels(shot)
-    renderer.load(back)
-    assert np.allclose(renderer.pixels(shot), wanted, atol=2e-3)
+    renderer.load(deep_plate)
+    expected = renderer.pixels(shot)
+    renderer.load(read_back)
+    assert np.allclose(renderer.pixels(shot), expected, atol=2e-3)
 
 
-def test_samples_begin_with_what_is_shown_unless_the_list_does():
+def test_deep_samples_begin_with_visible_surface():
     plate = plate_of(np.full((1, 2, 3), 0.5, np.float32), np.full((1, 2), 2.0, np.float32))
     rgba = np.array([[1, 1, 1, 0.25], [0, 0, 0, 1], [0.2, 0.2, 0.2, 1]], np.float32)
     lists = packed_lists(
@@ -128,19 +128,19 @@ def test_samples_begin_with_what_is_shown_unless_the_list_does():
     assert np.allclose(samples, expected, atol=1e-3)
 
 
-def test_what_takes_too_much_memory_is_refused_with_what_fits():
+def test_check_deep_fits_rejects_size_beyond_memory():
     with pytest.raises(InputError, match=r"8000x4000.*fits"):
         check_deep_fits("deep.exr", 8000, 4000)
 
 
 @pytest.mark.parametrize("f_stop", [1.4, 2.0, 2.8, 5.6])
-def test_a_lens_needs_the_same_overscan_with_and_without_what_is_behind(tmp_path, f_stop):
-    """It is drawn at twice the size where nothing behind is written, which rounded otherwise."""
+def test_overscan_auto_is_same_with_and_without_deep(tmp_path, f_stop):
+    """A plate that is not deep is drawn at twice the size, whose rounding must not matter."""
     words = [word for word in SCENE if not word.startswith("--size")]
     words += ["--size=96x54", f"--f-stop={f_stop}", "--focus-distance=5.6", "--overscan=auto"]
     windows = []
-    for more in ((), ("--deep",)):
-        path = tmp_path / f"{len(more)}.exr"
-        assert main([*words, *more, "-o", str(path)]) == 0
+    for deep_options in ((), ("--deep",)):
+        path = tmp_path / f"{len(deep_options)}.exr"
+        assert main([*words, *deep_options, "-o", str(path)]) == 0
         windows.append(read_plate(path).data_window)
     assert windows[0] == windows[1]

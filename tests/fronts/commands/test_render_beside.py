@@ -1,4 +1,4 @@
-"""Two renderers in one context: what one has half done, the other leaves as it is."""
+"""Test two renderers in one OpenGL context, whose alternating steps must not disturb each other."""
 
 from dataclasses import replace
 
@@ -19,8 +19,8 @@ SHOT = Shot(lens_blurring(8.0, 96), DefocusSettings(quality=Quality.DRAFT))
 
 @pytest.fixture
 def renderers(ctx):
-    own = FrameRenderer(ctx)
-    return own, own.beside()
+    first_renderer = FrameRenderer(ctx)
+    return first_renderer, first_renderer.make_sibling()
 
 
 def _plates():
@@ -28,97 +28,97 @@ def _plates():
     return plate_of(color, depth), plate_of(np.ascontiguousarray(color[::-1]), depth)
 
 
-def _in_turns(*turns):
-    """Return the pictures of several steps, one step of each after the other."""
-    found = [None] * len(turns)
-    while any(picture is None for picture in found):
-        for at, steps in enumerate(turns):
-            if found[at] is None:
+def _alternate_steps(*step_generators):
+    """Run several renderings by turns, one step of each. Return their pictures as flat arrays."""
+    pictures = [None] * len(step_generators)
+    while any(picture is None for picture in pictures):
+        for index, steps in enumerate(step_generators):
+            if pictures[index] is None:
                 try:
                     next(steps)
                 except StopIteration as end:
-                    found[at] = np.frombuffer(end.value.read(), np.float32)
-    return found
+                    pictures[index] = np.frombuffer(end.value.read(), np.float32)
+    return pictures
 
 
-def test_pictures_that_come_about_in_turns_are_those_made_alone(renderers):
-    own, other = renderers
-    one, two = _plates()
-    own.load(one)
-    expected = own.pixels(SHOT)
-    other.load(two)
-    expected_other = other.pixels(SHOT)
+def test_alternating_steps_of_two_renderers_give_same_pictures(renderers):
+    first_renderer, second_renderer = renderers
+    first_plate, second_plate = _plates()
+    first_renderer.load(first_plate)
+    expected = first_renderer.pixels(SHOT)
+    second_renderer.load(second_plate)
+    expected_other = second_renderer.pixels(SHOT)
     assert not np.array_equal(expected, expected_other)
-    found = _in_turns(own.steps(SHOT), other.steps(SHOT))
-    np.testing.assert_array_equal(found[0], expected.ravel())
-    np.testing.assert_array_equal(found[1], expected_other.ravel())
+    pictures = _alternate_steps(first_renderer.steps(SHOT), second_renderer.steps(SHOT))
+    np.testing.assert_array_equal(pictures[0], expected.ravel())
+    np.testing.assert_array_equal(pictures[1], expected_other.ravel())
 
 
-def test_a_plate_taken_band_by_band_is_the_plate(renderers, monkeypatch):
+def test_plate_loaded_in_bands_renders_same_picture(renderers, monkeypatch):
     monkeypatch.setattr("heatlens.render.gpu.textures._BAND_BYTES", 1000)
-    own, other = renderers
-    one, _ = _plates()
-    own.load(one)
-    assert len(list(other.loading(one))) > 50
-    np.testing.assert_array_equal(other.pixels(SHOT), own.pixels(SHOT))
+    first_renderer, second_renderer = renderers
+    plate, _ = _plates()
+    first_renderer.load(plate)
+    assert len(list(second_renderer.load_steps(plate))) > 50
+    np.testing.assert_array_equal(second_renderer.pixels(SHOT), first_renderer.pixels(SHOT))
 
 
-def test_a_plate_that_is_half_taken_is_not_there(renderers):
-    _, other = renderers
-    one, two = _plates()
-    other.load(one)
-    steps = other.loading(two)
+def test_renderer_with_half_loaded_plate_refuses_to_render(renderers):
+    _, renderer = renderers
+    first_plate, second_plate = _plates()
+    renderer.load(first_plate)
+    steps = renderer.load_steps(second_plate)
     next(steps)
     steps.close()
     with pytest.raises(InputError):
-        other.render(SHOT)
-    other.load(one)
-    assert other.loaded.plate is one
+        renderer.render(SHOT)
+    renderer.load(first_plate)
+    assert renderer.loaded.plate is first_plate
 
 
-def test_what_was_let_go_can_be_loaded_again(renderers):
-    _, other = renderers
-    one, _ = _plates()
-    other.load(one)
-    before = other.pixels(SHOT)
-    other.let_go()
+def test_released_plate_can_be_loaded_again(renderers):
+    _, renderer = renderers
+    plate, _ = _plates()
+    renderer.load(plate)
+    pixels_before = renderer.pixels(SHOT)
+    renderer.unload()
     with pytest.raises(InputError):
-        other.render(SHOT)
-    other.load(one)
-    np.testing.assert_array_equal(other.pixels(SHOT), before)
+        renderer.render(SHOT)
+    renderer.load(plate)
+    np.testing.assert_array_equal(renderer.pixels(SHOT), pixels_before)
 
 
 def _moving_scene():
-    """Return two spheres and a box that wander over the table."""
+    """Return a scene of two spheres and a box that move over the table."""
     scene = still_life()
-    there = np.stack([instance.to_world for instance in scene.instances])
+    matrices = np.stack([instance.to_world for instance in scene.instances])
 
     def motion(frame):
-        now = there.copy()
-        now[1:, 0, 3] += 0.02 * frame
-        return now
+        moved_matrices = matrices.copy()
+        moved_matrices[1:, 0, 3] += 0.02 * frame
+        return moved_matrices
 
     return replace(scene, motion=motion)
 
 
 @pytest.mark.parametrize("method", [Method.DIFFUSION, Method.ACCUMULATION, Method.RAYTRACED])
-def test_a_moving_scene_is_drawn_at_two_frames_in_turns(renderers, method):
-    own, other = renderers
+def test_two_renderers_share_moving_scene_at_different_frames(renderers, method):
+    first_renderer, second_renderer = renderers
     defocus = DefocusSettings(quality=Quality.DRAFT, method=method, views=5)
     shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), defocus, framing=Framing(48, 27, "camera"))
-    own.load_scene(_moving_scene())
-    expected = [own.pixels(shot, frame).ravel() for frame in (2, 20)]
+    first_renderer.load_scene(_moving_scene())
+    expected = [first_renderer.pixels(shot, frame).ravel() for frame in (2, 20)]
     assert not np.array_equal(*expected)
-    other.load_scene_of(own)
-    found = _in_turns(own.steps(shot, 2), other.steps(shot, 20))
-    for one, alone in zip(found, expected, strict=True):
-        np.testing.assert_array_equal(one, alone)
-    other.let_go()
-    np.testing.assert_array_equal(own.pixels(shot, 2).ravel(), expected[0])
+    second_renderer.load_scene_of(first_renderer)
+    pictures = _alternate_steps(first_renderer.steps(shot, 2), second_renderer.steps(shot, 20))
+    for picture, single_picture in zip(pictures, expected, strict=True):
+        np.testing.assert_array_equal(picture, single_picture)
+    second_renderer.unload()
+    np.testing.assert_array_equal(first_renderer.pixels(shot, 2).ravel(), expected[0])
 
 
-def test_a_plate_is_no_scene_to_share(renderers):
-    own, other = renderers
-    own.load(_plates()[0])
+def test_load_scene_of_rejects_renderer_with_plate(renderers):
+    first_renderer, second_renderer = renderers
+    first_renderer.load(_plates()[0])
     with pytest.raises(InputError):
-        other.load_scene_of(own)
+        second_renderer.load_scene_of(first_renderer)

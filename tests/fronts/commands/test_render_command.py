@@ -1,4 +1,4 @@
-"""`heatlens render` as a user meets it: what is written, and what is said of the lens."""
+"""Test `heatlens render`: the written files, and the messages about the lens."""
 
 import numpy as np
 import pytest
@@ -8,14 +8,14 @@ from heatlens.media.camera.plate_camera import read_plate_camera
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.header.camera_header import CameraHeader, camera_at_header
 from support.command_line import (
-    BEFORE,
     CAMERA,
     HEIGHT,
+    OLD_CONTENT,
     WIDTH,
     channels,
     folder_of,
     picture,
-    refused,
+    refused_render_message,
     render,
 )
 from support.exr_files import rgb, window, write_file
@@ -29,7 +29,7 @@ def plate(tmp_path):
 # What is written
 
 
-def test_an_exr_has_the_plates_windows_the_lens_and_half_colours(capsys, tmp_path):
+def test_render_exr_keeps_windows_and_writes_lens_and_half_colors(capsys, tmp_path):
     windows = {"dataWindow": window(-3, 2, 13, 12), "displayWindow": window(0, 0, 12, 14)}
     plate = write_file(tmp_path / "p.exr", channels(), pixelAspectRatio=2.0, **windows, **CAMERA)
     render(capsys, plate, tmp_path / "out.exr", "--f-stop", "1.4")
@@ -43,32 +43,32 @@ def test_an_exr_has_the_plates_windows_the_lens_and_half_colours(capsys, tmp_pat
     assert np.ptp(pixels[1:, :, 0]) > 0
 
 
-def test_float_keeps_all_the_digits(capsys, plate, tmp_path):
+def test_float_option_writes_float32(capsys, plate, tmp_path):
     render(capsys, plate, tmp_path / "out.exr", "--float")
     assert read_parts(tmp_path / "out.exr")[0][1]["G"].dtype == np.float32
 
 
-def test_metadata_of_the_plate_is_carried(capsys, tmp_path):
+def test_render_copies_metadata_of_plate(capsys, tmp_path):
     plate = write_file(tmp_path / "p.exr", channels(), owner="second unit", tStop=2.3, **CAMERA)
     render(capsys, plate, tmp_path / "out.exr")
     header, _ = picture(tmp_path / "out.exr")
     assert header["owner"] == "second unit" and header["tStop"] == pytest.approx(2.3)
 
 
-def test_a_png_is_a_picture_to_look_at(capsys, plate, tmp_path):
+def test_render_png_at_half_size(capsys, plate, tmp_path):
     render(capsys, plate, tmp_path / "out.png", "--proxy", "0.5")
     with Image.open(tmp_path / "out.png") as image:
         assert (image.format, image.mode, image.size) == ("PNG", "RGB", (WIDTH // 2, HEIGHT // 2))
 
 
 @pytest.mark.parametrize("name", ["OUT.EXR", "out.PNG", "out.final.exr", "Ä ö.exr"])
-def test_names_of_the_output(capsys, plate, tmp_path, name):
+def test_render_chooses_format_by_file_ending(capsys, plate, tmp_path, name):
     render(capsys, plate, tmp_path / name)
     magic = (tmp_path / name).read_bytes()[:4]
     assert magic == (b"\x89PNG" if name.lower().endswith("png") else b"\x76\x2f\x31\x01")
 
 
-def test_a_proxy_is_smaller_in_both_windows(capsys, tmp_path):
+def test_proxy_option_scales_both_windows(capsys, tmp_path):
     windows = {"dataWindow": window(-4, 2, 12, 12), "displayWindow": window(0, 0, 20, 14)}
     plate = write_file(tmp_path / "p.exr", channels(), **windows, **CAMERA)
     render(capsys, plate, tmp_path / "out.exr", "--proxy", "0.5")
@@ -78,9 +78,9 @@ def test_a_proxy_is_smaller_in_both_windows(capsys, tmp_path):
     np.testing.assert_array_equal(header["displayWindow"], window(0, 0, 10, 7))
 
 
-def test_the_same_command_writes_the_same_pixels_over_what_stood_there(capsys, plate, tmp_path):
+def test_render_overwrites_file_with_reproducible_pixels(capsys, plate, tmp_path):
     out = tmp_path / "out.exr"
-    out.write_bytes(BEFORE)
+    out.write_bytes(OLD_CONTENT)
     render(capsys, plate, out, "--float")
     first = picture(out)[1]
     render(capsys, plate, out, "--float")
@@ -88,37 +88,37 @@ def test_the_same_command_writes_the_same_pixels_over_what_stood_there(capsys, p
     assert set(folder_of(out)) == {"plate.exr", "out.exr"}
 
 
-def test_what_is_in_focus_everywhere_is_the_plate(capsys, tmp_path):
-    """Half colours in, the same half colours out."""
+def test_render_of_plate_in_focus_returns_its_pixels(capsys, tmp_path):
+    """The half-float colors of the plate come out unchanged."""
     given_channels = rgb(HEIGHT, WIDTH) | {"Z": np.full((HEIGHT, WIDTH), 2.24, np.float32)}
     plate = write_file(tmp_path / "p.exr", given_channels, **CAMERA)
     render(capsys, plate, tmp_path / "out.exr", "--focus-at", "3,3")
-    _, found = read_parts(tmp_path / "out.exr")[0]
+    _, out_channels = read_parts(tmp_path / "out.exr")[0]
     for name in "RGB":
-        assert np.array_equal(found[name], given_channels[name])
+        assert np.array_equal(out_channels[name], given_channels[name])
 
 
 # The lens: given, from the header, and into the header
 
 
-def test_the_lens_is_the_headers_where_nothing_is_given(capsys, plate, tmp_path):
-    said = render(capsys, plate, tmp_path / "out.exr")
-    assert "focal length 50" in said
-    assert "sensor width 36" in said
-    assert "f/2 (header, aperture)" in said
-    assert "focus 2.24 m (header, focus)" in said
+def test_render_takes_lens_from_header(capsys, plate, tmp_path):
+    message = render(capsys, plate, tmp_path / "out.exr")
+    assert "focal length 50" in message
+    assert "sensor width 36" in message
+    assert "f/2 (header, aperture)" in message
+    assert "focus 2.24 m (header, focus)" in message
 
 
-def test_what_is_given_wins_over_the_header_and_says_so(capsys, plate, tmp_path):
+def test_lens_options_override_header(capsys, plate, tmp_path):
     lens = ["--focal-length", "85", "--sensor-width", "24.9", "--f-stop", "1.4"]
-    said = render(capsys, plate, tmp_path / "out.exr", *lens, "--focus-distance", "190cm")
-    assert "focal length 85 mm (--focal-length)" in said
-    assert "sensor width 24.9 mm (--sensor-width)" in said
-    assert "f/1.4 (--f-stop)" in said
-    assert "focus 1.9 m (--focus-distance)" in said
+    message = render(capsys, plate, tmp_path / "out.exr", *lens, "--focus-distance", "190cm")
+    assert "focal length 85 mm (--focal-length)" in message
+    assert "sensor width 24.9 mm (--sensor-width)" in message
+    assert "f/1.4 (--f-stop)" in message
+    assert "focus 1.9 m (--focus-distance)" in message
 
 
-def test_a_full_frame_is_assumed_aloud(capsys, tmp_path):
+def test_render_reports_assumed_full_frame_sensor(capsys, tmp_path):
     plate = write_file(tmp_path / "p.exr", channels())
     lens = ["--focal-length", "50", "--f-stop", "2", "--focus-distance", "3"]
     assert "assumed full frame; change it with --sensor-width" in render(
@@ -126,9 +126,9 @@ def test_a_full_frame_is_assumed_aloud(capsys, tmp_path):
     )
 
 
-def test_a_film_back_by_name(capsys, plate, tmp_path):
-    said = render(capsys, plate, tmp_path / "out.exr", "--filmback", "usd")
-    assert "sensor width 20.955" in said
+def test_filmback_option_sets_sensor_width(capsys, plate, tmp_path):
+    message = render(capsys, plate, tmp_path / "out.exr", "--filmback", "usd")
+    assert "sensor width 20.955" in message
 
 
 @pytest.mark.parametrize(
@@ -139,15 +139,15 @@ def test_a_film_back_by_name(capsys, plate, tmp_path):
         ("focus", ("no focus distance", "--focus-distance or --focus-at")),
     ],
 )
-def test_what_nobody_tells_is_asked_for(capsys, tmp_path, attribute, words):
+def test_render_asks_for_missing_lens_value(capsys, tmp_path, attribute, words):
     camera = {name: value for name, value in CAMERA.items() if name != attribute}
     plate = write_file(tmp_path / "p.exr", channels(), **camera)
-    said = refused(capsys, plate, tmp_path / "out.exr")
-    assert "p.exr" in said and all(word in said for word in words)
+    message = refused_render_message(capsys, plate, tmp_path / "out.exr")
+    assert "p.exr" in message and all(word in message for word in words)
 
 
 @pytest.mark.parametrize("focus", ["1.85", "inf"])
-def test_the_header_of_the_result_tells_the_lens(capsys, plate, tmp_path, focus):
+def test_render_writes_lens_into_header(capsys, plate, tmp_path, focus):
     lens = ["--focal-length", "85", "--sensor-width", "24.9", "--f-stop", "1.4"]
     render(capsys, plate, tmp_path / "out.exr", *lens, "--focus-distance", focus)
     camera = camera_at_header([picture(tmp_path / "out.exr")[0]])
@@ -159,48 +159,52 @@ def test_the_header_of_the_result_tells_the_lens(capsys, plate, tmp_path, focus)
     assert camera.sensor_height_mm == pytest.approx(24.9 * height / width, rel=1e-6)
 
 
-def test_the_lens_of_the_result_gives_the_result_again(capsys, plate, tmp_path):
+def test_lens_of_written_header_reproduces_picture(capsys, plate, tmp_path):
     """A plate with the header of the first result needs no option to give the same pixels."""
     render(capsys, plate, tmp_path / "1.exr", "--f-stop", "1.3", "--focus-at", "5,4", "--float")
     header, first = picture(tmp_path / "1.exr")
     names = (*CAMERA, "pinholeFocalLength")
-    again = write_file(tmp_path / "p.exr", channels(), **{name: header[name] for name in names})
-    render(capsys, again, tmp_path / "2.exr", "--float")
+    plate_with_lens = write_file(
+        tmp_path / "p.exr", channels(), **{name: header[name] for name in names}
+    )
+    render(capsys, plate_with_lens, tmp_path / "2.exr", "--float")
     # The header holds float32: f/1.3 comes back 4e-8 off.
     np.testing.assert_allclose(picture(tmp_path / "2.exr")[1], first, rtol=1e-3)
 
 
-def test_the_height_of_the_sensor_is_that_of_the_picture(capsys, plate, tmp_path):
-    """The header gives 24 mm, which the picture does not show all of; so do camera files."""
+def test_written_sensor_height_follows_picture_aspect(capsys, plate, tmp_path):
+    """The header gives 24 mm, but the picture shows less of it; camera files do the same."""
     render(capsys, plate, tmp_path / "out.exr")
     camera = camera_at_header([picture(tmp_path / "out.exr")[0]])
     assert (camera.sensor_width_mm, camera.sensor_height_mm) == (36.0, 36.0 * HEIGHT / WIDTH)
-    found = read_plate_camera(str(tmp_path / "out.exr"))
-    assert found.sensor_height_mm == (camera.sensor_height_mm,)
+    plate_camera = read_plate_camera(str(tmp_path / "out.exr"))
+    assert plate_camera.sensor_height_mm == (camera.sensor_height_mm,)
 
 
-def test_a_plate_of_coc_needs_no_lens_and_its_result_tells_none(capsys, tmp_path):
+def test_render_of_coc_plate_uses_and_writes_no_lens(capsys, tmp_path):
     coc = np.full((HEIGHT, WIDTH), 4.0, np.float32)
     plate = write_file(tmp_path / "p.exr", rgb(HEIGHT, WIDTH) | {"coc": coc})
     words = ("--depth-convention", "coc")
-    said = render(capsys, plate, tmp_path / "out.exr", *words, "--f-stop", "2")
-    assert "of confusion, --f-stop" in said
+    message = render(capsys, plate, tmp_path / "out.exr", *words, "--f-stop", "2")
+    assert "of confusion, --f-stop" in message
     assert camera_at_header([picture(tmp_path / "out.exr")[0]]) == CameraHeader()
-    said = refused(capsys, plate, tmp_path / "no.exr", *words, "--focus-at", "1,1")
-    assert "no distances" in said
+    message = refused_render_message(
+        capsys, plate, tmp_path / "no.exr", *words, "--focus-at", "1,1"
+    )
+    assert "no distances" in message
 
 
-def test_a_film_back_counts_for_radial_depth_too(capsys, plate, tmp_path):
-    """A film back by name and its width in millimetres are one and the same lens."""
+def test_filmback_option_applies_to_radial_depth(capsys, plate, tmp_path):
+    """A film back by name and its width in millimetres give the same lens."""
     words = ("--float", "--depth-kind", "radial")
     render(capsys, plate, tmp_path / "1.exr", *words, "--filmback", "USD")
     render(capsys, plate, tmp_path / "2.exr", *words, "--sensor-width", "20.955")
     assert np.array_equal(picture(tmp_path / "1.exr")[1], picture(tmp_path / "2.exr")[1])
 
 
-def test_a_squeezed_picture_is_told_and_an_exr_keeps_its_aspect(tmp_path, capsys):
+def test_render_png_of_squeezed_plate_suggests_desqueeze(tmp_path, capsys):
     plate = write_file(tmp_path / "wide.exr", channels(), pixelAspectRatio=2.0, **CAMERA)
     words = ("--f-stop", "2", "--focus-distance", "3")
-    said = render(capsys, plate, tmp_path / "o.png", *words)
-    assert "2 times as wide as high" in said and "--desqueeze 2" in said
+    message = render(capsys, plate, tmp_path / "o.png", *words)
+    assert "2 times as wide as high" in message and "--desqueeze 2" in message
     assert "squeezed" not in render(capsys, plate, tmp_path / "o.exr", *words)

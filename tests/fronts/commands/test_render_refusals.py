@@ -1,4 +1,4 @@
-"""`heatlens render` where something is wrong: a sentence, an exit code, and no wrong picture."""
+"""Test refusals of `heatlens render`: a message, an exit code, and no wrong picture."""
 
 import os
 import signal
@@ -10,17 +10,17 @@ import pytest
 from heatlens.fronts.commands.main import main
 from heatlens.render.frame_renderer import FrameRenderer
 from support.command_line import (
-    BEFORE,
     CAMERA,
     HEIGHT,
+    OLD_CONTENT,
     WIDTH,
     channels,
     depths,
     folder_of,
     picture,
-    refused,
+    refused_render_message,
     render,
-    started,
+    start_heatlens,
 )
 from support.exr_files import rgb, write_file
 
@@ -60,12 +60,12 @@ def plate(tmp_path):
         (("--depth-convention", "normalized"), "--near"),
     ],
 )
-def test_a_lens_or_an_option_that_cannot_be(capsys, plate, tmp_path, words, expected):
-    (tmp_path / "out.exr").write_bytes(BEFORE)
-    assert expected in refused(capsys, plate, tmp_path / "out.exr", *words)
+def test_render_rejects_impossible_options(capsys, plate, tmp_path, words, expected):
+    (tmp_path / "out.exr").write_bytes(OLD_CONTENT)
+    assert expected in refused_render_message(capsys, plate, tmp_path / "out.exr", *words)
 
 
-def damaged(path, cut: int):
+def truncate_file(path, cut: int):
     path.write_bytes(path.read_bytes()[:cut])
     return path
 
@@ -75,8 +75,8 @@ PLATES = {
     "a folder": lambda path: path.mkdir() or path,
     "empty": lambda path: (path.write_bytes(b"") and path) or path,
     "text": lambda path: path.write_text("not a picture") and path,
-    "cut in the header": lambda path: damaged(write_file(path, channels(), **CAMERA), 100),
-    "cut in the pixels": lambda path: damaged(write_file(path, channels(), **CAMERA), -30),
+    "cut in the header": lambda path: truncate_file(write_file(path, channels(), **CAMERA), 100),
+    "cut in the pixels": lambda path: truncate_file(write_file(path, channels(), **CAMERA), -30),
     "without depth": lambda path: write_file(path, rgb(HEIGHT, WIDTH), **CAMERA),
     "without colour": lambda path: write_file(path, {"Z": depths()}, **CAMERA),
     "colour mostly NaN": lambda path: write_file(
@@ -89,13 +89,13 @@ PLATES = {
 
 
 @pytest.mark.parametrize("kind", PLATES)
-def test_a_plate_that_is_none(capsys, tmp_path, kind):
+def test_render_rejects_unusable_plate(capsys, tmp_path, kind):
     plate = PLATES[kind](tmp_path / "shot.exr")
-    (tmp_path / "out.exr").write_bytes(BEFORE)
-    assert "shot.exr" in refused(capsys, plate, tmp_path / "out.exr")
+    (tmp_path / "out.exr").write_bytes(OLD_CONTENT)
+    assert "shot.exr" in refused_render_message(capsys, plate, tmp_path / "out.exr")
 
 
-def test_outputs_that_cannot_be(capsys, plate, tmp_path):
+def test_render_rejects_impossible_outputs(capsys, plate, tmp_path):
     (tmp_path / "folder.exr").mkdir()
     for name, words in [
         ("out.bmp", ".exr, .png"),
@@ -104,78 +104,80 @@ def test_outputs_that_cannot_be(capsys, plate, tmp_path):
         ("plate.exr/out.exr", "no folder"),
         ("folder.exr", "is a folder"),
     ]:
-        assert words in refused(capsys, plate, tmp_path / name)
+        assert words in refused_render_message(capsys, plate, tmp_path / name)
     assert not list((tmp_path / "folder.exr").iterdir())
 
 
-def test_the_plate_is_never_written_over(capsys, plate, tmp_path, monkeypatch):
+def test_render_never_overwrites_its_plate(capsys, plate, tmp_path, monkeypatch):
     (tmp_path / "link.exr").symlink_to(plate)
     os.link(plate, tmp_path / "hard.exr")
     monkeypatch.chdir(tmp_path)
     for name in ("plate.exr", "link.exr", "hard.exr"):
-        assert "the plate itself" in refused(capsys, plate, tmp_path / name)
-    assert "the plate itself" in refused(capsys, "./plate.exr", tmp_path / "plate.exr")
+        assert "the plate itself" in refused_render_message(capsys, plate, tmp_path / name)
+    assert "the plate itself" in refused_render_message(
+        capsys, "./plate.exr", tmp_path / "plate.exr"
+    )
 
 
-# What is mended
+# Repairs
 
 
 @pytest.mark.parametrize("fault", [np.nan, np.inf, -np.inf])
-def test_a_few_faulty_pixels_are_mended_aloud_and_never_spread(capsys, tmp_path, fault):
+def test_faulty_pixels_are_repaired_with_message(capsys, tmp_path, fault):
     grey = {name: np.full((HEIGHT, WIDTH), 0.5, np.float16) for name in "RGB"}
     plain = write_file(tmp_path / "plain.exr", grey | {"Z": depths()}, **CAMERA)
     grey["G"][5, 5] = grey["R"][2, 9] = grey["B"][0, 0] = fault
     faulty = write_file(tmp_path / "faulty.exr", grey | {"Z": depths()}, **CAMERA)
     render(capsys, plain, tmp_path / "1.exr")
-    said = render(capsys, faulty, tmp_path / "2.exr")
-    assert f"3 of {WIDTH * HEIGHT} pixels had NaN" in said
+    message = render(capsys, faulty, tmp_path / "2.exr")
+    assert f"3 of {WIDTH * HEIGHT} pixels had NaN" in message
     assert np.array_equal(picture(tmp_path / "1.exr")[1], picture(tmp_path / "2.exr")[1])
 
 
-def test_a_few_faulty_depths_are_mended_aloud(capsys, tmp_path):
+def test_faulty_depths_are_repaired_with_message(capsys, tmp_path):
     depth = depths()
     depth[4, 4] = np.nan
     plate = write_file(tmp_path / "p.exr", channels() | {"Z": depth}, **CAMERA)
-    said = render(capsys, plate, tmp_path / "out.exr")
-    assert f"no usable value in 1 of {WIDTH * HEIGHT} pixels" in said
+    message = render(capsys, plate, tmp_path / "out.exr")
+    assert f"no usable value in 1 of {WIDTH * HEIGHT} pixels" in message
     assert np.isfinite(picture(tmp_path / "out.exr")[1]).all()
 
 
-# What is stopped
+# Interrupts
 
 
-def test_ctrl_c_while_rendering_leaves_what_stood_there(capsys, plate, tmp_path, monkeypatch):
+def test_ctrl_c_while_rendering_keeps_existing_file(capsys, plate, tmp_path, monkeypatch):
     def stopped(*_):
         raise KeyboardInterrupt
 
-    (tmp_path / "out.exr").write_bytes(BEFORE)
-    before = folder_of(plate)
+    (tmp_path / "out.exr").write_bytes(OLD_CONTENT)
+    files_before = folder_of(plate)
     for owner, name in ((FrameRenderer, "steps"), (os, "replace")):
         with monkeypatch.context() as patch:
             patch.setattr(owner, name, stopped)
             assert main(["render", str(plate), "-o", str(tmp_path / "out.exr")]) == 130
         assert capsys.readouterr().err.endswith("heatlens: stopped\n")
-        assert folder_of(plate) == before
+        assert folder_of(plate) == files_before
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent in another way there")
-def test_ctrl_c_from_the_keyboard(tmp_path):
-    """The lens is said before the rendering, which takes long enough to be stopped."""
+def test_sigint_stops_render_process_without_output(tmp_path):
+    """The lens is printed before the rendering, which takes long enough to be stopped."""
     size = (1080, 1920)
     large = {name: np.full(size, 0.5, np.float16) for name in "RGB"}
     depth = np.linspace(1, 20, size[0] * size[1], dtype=np.float32).reshape(size)
     plate = write_file(tmp_path / "large.exr", large | {"Z": depth}, **CAMERA)
-    process = started("render", plate, "-o", tmp_path / "out.exr")
-    depth_said, lens_said = process.stderr.readline(), process.stderr.readline()
+    process = start_heatlens("render", plate, "-o", tmp_path / "out.exr")
+    depth_message, lens_message = process.stderr.readline(), process.stderr.readline()
     process.send_signal(signal.SIGINT)
     out, err = process.communicate()
-    assert depth_said.startswith("heatlens: depth: Z taken as distance, planar. ")
-    assert lens_said.startswith("heatlens: lens: ")
+    assert depth_message.startswith("heatlens: depth: Z taken as distance, planar. ")
+    assert lens_message.startswith("heatlens: lens: ")
     assert (process.returncode, out, err) == (130, "", "heatlens: stopped\n")
     assert set(folder_of(plate)) == {"large.exr"}
 
 
-def test_too_little_memory_is_one_sentence(capsys, plate, tmp_path, monkeypatch):
+def test_memory_error_is_reported_in_one_line(capsys, plate, tmp_path, monkeypatch):
     def too_little(*_):
         raise MemoryError
 
@@ -185,6 +187,6 @@ def test_too_little_memory_is_one_sentence(capsys, plate, tmp_path, monkeypatch)
     assert set(folder_of(plate)) == {"plate.exr"}
 
 
-def test_stats_say_where_the_time_goes(capsys, plate, tmp_path):
-    said = render(capsys, plate, tmp_path / "out.exr", "--stats")
-    assert "read " in said and "solver " in said and "blur" in said
+def test_stats_option_reports_times(capsys, plate, tmp_path):
+    message = render(capsys, plate, tmp_path / "out.exr", "--stats")
+    assert "read " in message and "solver " in message and "blur" in message

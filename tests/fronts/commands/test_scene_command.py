@@ -1,4 +1,4 @@
-"""`heatlens render` of a 3D scene as a user meets it."""
+"""Test `heatlens render` of 3D scenes."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.read import read_plate
 from heatlens.media.scene.scene_read import read_scene
-from support.command_line import BEFORE, picture, refused, render
+from support.command_line import OLD_CONTENT, picture, refused_render_message, render
 from support.gltf_files import GltfWriter
 from support.session_files import room_file
 
@@ -22,7 +22,7 @@ WIDE = ("--f-stop", 0.5, "--focus-distance", 3, "--focal-length", 40)  # exact i
 
 
 def write_scene(path: Path) -> Path:
-    """Return a square at 3 m and another behind it, between them a camera's axis; two cameras."""
+    """Write a scene of a square at 3 m, another behind it, and two cameras. Return its path."""
     writer = GltfWriter()
     mesh = writer.mesh()
     writer.node(name="near", mesh=mesh, translation=[-1.0, 0.0, 0.0])
@@ -43,8 +43,8 @@ def shot_of(scene: Path, lens: Lens, **settings: object) -> Shot:
     return Shot(lens, DefocusSettings(**settings), framing=Framing(*SIZE, "main"))
 
 
-def headless(renderer, scene: Path, out: Path, **settings: object) -> np.ndarray:
-    """Return what the renderer makes with the lens that `out` tells of."""
+def render_headless(renderer, scene: Path, out: Path, **settings: object) -> np.ndarray:
+    """Render `scene` with the lens in the header of `out`. Return the colors (H, W, 3)."""
     camera = read_scene(scene).cameras[0]
     header, _ = picture(out)
     f_stop = float(header["aperture"])
@@ -55,68 +55,72 @@ def headless(renderer, scene: Path, out: Path, **settings: object) -> np.ndarray
 
 
 @pytest.mark.parametrize("method", [str(m) for m in Method if m.needs_scene])
-def test_the_truth_is_what_the_renderer_makes(capsys, scene, renderer, tmp_path, method):
+def test_render_of_scene_by_reference_method_equals_renderer(
+    capsys, scene, renderer, tmp_path, method
+):
     out, options = tmp_path / "out.exr", ("--size", "48x27", "--method", method, "--views", 16)
-    said = render(capsys, scene, out, *options, *LENS, "--float")
-    assert "f/2" in said
-    expected = headless(renderer, scene, out, method=Method(method), views=16)
+    message = render(capsys, scene, out, *options, *LENS, "--float")
+    assert "f/2" in message
+    expected = render_headless(renderer, scene, out, method=Method(method), views=16)
     np.testing.assert_array_equal(picture(out)[1], expected)
     assert np.ptp(expected) > 0.1
 
 
-def test_a_pinhole_picture_through_the_lens_is_nearly_the_live_picture(capsys, scene, tmp_path):
-    """The scene also knows what lies outside the frame and behind what is seen."""
-    pinhole, again, live = (tmp_path / f"{name}.exr" for name in ("pinhole", "again", "live"))
+def test_blurred_pinhole_plate_is_close_to_scene_render(capsys, scene, tmp_path):
+    """They differ a little, as the scene also has surfaces outside the frame and hidden ones."""
+    pinhole, from_pinhole, live = (
+        tmp_path / f"{name}.exr" for name in ("pinhole", "again", "live")
+    )
     render(capsys, scene, pinhole, "--size", "48x27", "--pinhole", *WIDE)
     plate = read_plate(pinhole)
     assert (plate.data_window.width, plate.data_window.height) == SIZE
     depth = plate.depth_m
     assert depth is not None and np.isinf(depth).any() and np.isfinite(depth).any()
-    render(capsys, pinhole, again, *WIDE, "--float")
+    render(capsys, pinhole, from_pinhole, *WIDE, "--float")
     render(capsys, scene, live, "--size", "48x27", *WIDE, "--float")
-    difference = np.abs(picture(again)[1] - picture(live)[1])
+    difference = np.abs(picture(from_pinhole)[1] - picture(live)[1])
     assert difference.mean() < 0.002 and difference.max() < 0.05
 
 
-def test_a_camera_that_is_not_there_is_told_with_those_that_are(capsys, scene, tmp_path):
+def test_render_rejects_unknown_scene_camera_and_lists_others(capsys, scene, tmp_path):
     words = ("--size", "8x8", "--scene-camera", "sied", *LENS)
-    said = refused(capsys, scene, tmp_path / "o.exr", *words)
-    assert "scene.glb" in said and "sied" in said and "side" in said and "main" in said
+    message = refused_render_message(capsys, scene, tmp_path / "o.exr", *words)
+    assert "scene.glb" in message and "sied" in message and "side" in message and "main" in message
 
 
-def test_another_camera_sees_another_picture_with_its_own_angle(capsys, scene, tmp_path):
-    seen = []
+def test_scene_camera_option_changes_picture_and_focal_length(capsys, scene, tmp_path):
+    pictures = []
     for name in ("main", "side"):
         out = tmp_path / f"{name}.exr"
         render(capsys, scene, out, "--size", "48x27", "--scene-camera", name, "--pinhole", *LENS)
-        seen.append(picture(out))
-    assert np.abs(seen[0][1] - seen[1][1]).max() > 0.05
-    focal = [header["pinholeFocalLength"] for header, _ in seen]
+        pictures.append(picture(out))
+    assert np.abs(pictures[0][1] - pictures[1][1]).max() > 0.05
+    focal = [header["pinholeFocalLength"] for header, _ in pictures]
     assert focal[1] > focal[0]
 
 
 @pytest.mark.parametrize("words", [("--size", "8x8"), ("--scene-camera", "main"), ("--frame", 3)])
-def test_a_plate_is_not_asked_how_it_is_looked_at(capsys, tmp_path, words):
+def test_render_of_plate_rejects_scene_options(capsys, tmp_path, words):
     plate = room_file(tmp_path / "room.exr")
-    said = refused(capsys, plate, tmp_path / "o.exr", *words)
-    assert "room.exr" in said and str(words[0]) in said
+    message = refused_render_message(capsys, plate, tmp_path / "o.exr", *words)
+    assert "room.exr" in message and str(words[0]) in message
 
 
-def test_a_plate_is_pinhole_already(capsys, tmp_path):
-    assert "--pinhole" in refused(
+def test_render_of_plate_rejects_pinhole(capsys, tmp_path):
+    assert "--pinhole" in refused_render_message(
         capsys, room_file(tmp_path / "room.exr"), tmp_path / "o.exr", "--pinhole"
     )
 
 
 @pytest.mark.parametrize("method", [str(m) for m in Method if m.needs_scene])
-def test_a_plate_has_no_other_points_of_view(capsys, tmp_path, method):
+def test_render_of_plate_rejects_scene_methods(capsys, tmp_path, method):
     plate = room_file(tmp_path / "room.exr")
-    said = refused(capsys, plate, tmp_path / "o.exr", "--method", method, *LENS)
-    assert "room.exr" in said and "scene" in said
+    message = refused_render_message(capsys, plate, tmp_path / "o.exr", "--method", method, *LENS)
+    assert "room.exr" in message and "scene" in message
 
 
 @pytest.mark.parametrize("size", ["96", "0x9", "9x0", "axb", "99999x99999", "-1x5"])
-def test_a_size_that_is_none_is_refused(capsys, scene, tmp_path, size):
+def test_render_rejects_impossible_size(capsys, scene, tmp_path, size):
     from heatlens.fronts.commands.main import main
 
     try:
@@ -128,28 +132,28 @@ def test_a_size_that_is_none_is_refused(capsys, scene, tmp_path, size):
 
 
 @pytest.mark.parametrize("content", [None, b"", b"glTF", b"\0" * 100, "half"])
-def test_a_scene_that_cannot_be_read_is_told_by_name(capsys, tmp_path, content):
+def test_render_names_unreadable_scene(capsys, tmp_path, content):
     path = tmp_path / "bad.glb"
     if content == "half":
         write_scene(path)
         content = path.read_bytes()[:-40]
     if content is not None:
         path.write_bytes(content)
-    (tmp_path / "o.exr").write_bytes(BEFORE)
-    assert "bad.glb" in refused(capsys, path, tmp_path / "o.exr", "--size", "8x8")
+    (tmp_path / "o.exr").write_bytes(OLD_CONTENT)
+    assert "bad.glb" in refused_render_message(capsys, path, tmp_path / "o.exr", "--size", "8x8")
 
 
-def test_the_program_brings_a_scene(capsys, tmp_path, monkeypatch):
+def test_render_of_demo_scene_writes_depth(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     out = tmp_path / "demo.exr"
-    said = render(capsys, "demo", out, "--size", "64x36", "--frame", 120, "--pinhole")
-    ((header, found),) = read_parts(out)
-    assert "Z" in found and found["Z"].shape == (36, 64)
-    assert np.isfinite(found["Z"]).any() and "lens:" in said
+    message = render(capsys, "demo", out, "--size", "64x36", "--frame", 120, "--pinhole")
+    ((header, out_channels),) = read_parts(out)
+    assert "Z" in out_channels and out_channels["Z"].shape == (36, 64)
+    assert np.isfinite(out_channels["Z"]).any() and "lens:" in message
     assert header["aperture"] > 0
 
 
-def test_a_file_of_that_name_goes_before_it(capsys, tmp_path, monkeypatch):
+def test_file_named_demo_takes_precedence_over_demo_scene(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "demo").write_bytes(b"no picture")
-    assert "demo" in refused(capsys, "demo", tmp_path / "o.exr")
+    assert "demo" in refused_render_message(capsys, "demo", tmp_path / "o.exr")

@@ -1,4 +1,4 @@
-"""`heatlens shot` as it is called: the file it writes, what it prints, and its exit code."""
+"""Test `heatlens shot`: the written file, the printed text and the exit code."""
 
 import json
 import math
@@ -29,30 +29,30 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def made(capsys, *words: str, plate: str = "plate.####.exr") -> tuple[Shot, str]:
-    """Return the shot in the file that was written, and what was said on stderr."""
+def new_shot(capsys, *words: str, plate: str = "plate.####.exr") -> tuple[Shot, str]:
+    """Run `heatlens shot new`. Return the written shot and the messages on stderr."""
     assert main(["shot", "new", plate, "-o", "s.heatlens.json", *words]) == 0
-    said = capsys.readouterr()
-    assert said.out == "s.heatlens.json\n"
-    assert all(line.startswith("heatlens: ") for line in said.err.splitlines())
-    return read_shot("s.heatlens.json"), said.err
+    captured = capsys.readouterr()
+    assert captured.out == "s.heatlens.json\n"
+    assert all(line.startswith("heatlens: ") for line in captured.err.splitlines())
+    return read_shot("s.heatlens.json"), captured.err
 
 
-def refused(capsys, folder, *words: str) -> str:
-    """Return what is said on stderr: code 2, and the folder as it was."""
-    before = folder_of(folder / "s.heatlens.json")
+def run_refused(capsys, folder, *words: str) -> str:
+    """Run a command that fails with code 2 and changes no file. Return its message on stderr."""
+    files_before = folder_of(folder / "s.heatlens.json")
     assert main(["shot", *words]) == 2
-    said = capsys.readouterr()
-    assert said.out == "" and len(said.err.splitlines()) <= 2
-    assert folder_of(folder / "s.heatlens.json") == before
-    return said.err
+    captured = capsys.readouterr()
+    assert captured.out == "" and len(captured.err.splitlines()) <= 2
+    assert folder_of(folder / "s.heatlens.json") == files_before
+    return captured.err
 
 
-def shown(capsys, *words: str) -> str:
+def run_shot_show(capsys, *words: str) -> str:
     assert main(["shot", "show", "s.heatlens.json", *words]) == 0
-    said = capsys.readouterr()
-    assert said.err == ""
-    return said.out
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    return captured.out
 
 
 def write_frames(folder, *frames: int) -> None:
@@ -60,22 +60,22 @@ def write_frames(folder, *frames: int) -> None:
         write_file(folder / f"plate.{frame}.exr", channels(), **CAMERA)
 
 
-def test_a_pull_is_set_before_there_are_frames(capsys, folder):
-    shot, said = made(capsys, *LENS, *PULL)
+def test_shot_new_sets_focus_pull_without_plates(capsys, folder):
+    shot, message = new_shot(capsys, *LENS, *PULL)
     assert shot.lens == Lens(50.0, 1.3, 0.94, 36.0)
     assert shot.source == str(folder / "plate.####.exr")
     assert shot.curves.focus_distance_m.keys == (Key(1001, 0.94), Key(1024, 3.83))
     assert shot.span == FrameRange(1001, 1024)
-    assert "the plate has no files yet" in said
+    assert "the plate has no files yet" in message
     for frame in range(1001, 1025):
         u = (frame - 1001) / 23
         dioptres = 1 / 0.94 + (1 / 3.83 - 1 / 0.94) * u * u * (3 - 2 * u)
-        found = shot.lens_at(frame)
-        assert found.focus_distance_m == pytest.approx(1 / dioptres, rel=1e-12)
-        assert (found.f_stop, found.focal_length_mm) == (1.3, 50.0)
+        lens = shot.lens_at(frame)
+        assert lens.focus_distance_m == pytest.approx(1 / dioptres, rel=1e-12)
+        assert (lens.f_stop, lens.focal_length_mm) == (1.3, 50.0)
 
 
-def test_every_option_is_kept(capsys):
+def test_shot_new_stores_every_option(capsys):
     words = (
         *("--focal-length", "50", "--filmback", "Super 35", "--f-stop", "2", "--squeeze", "1.8"),
         *("--key", "focus@1001=6'3\":linear", "--key", "focus@1024.5=inf:hold"),
@@ -85,7 +85,7 @@ def test_every_option_is_kept(capsys):
         *("--close-focus", "45cm", "--bokeh", "heat", "--quality", "draft", "--layers", "3"),
         *("--proxy", "0.5", "--depth-convention", "inverse", "--scene-unit", "cm"),
     )
-    shot, said = made(capsys, *words)
+    shot, message = new_shot(capsys, *words)
     linear, hold = Interpolation.LINEAR, Interpolation.HOLD
     keys = shot.curves.focus_distance_m.keys
     near = pytest.approx(1.905)
@@ -109,53 +109,53 @@ def test_every_option_is_kept(capsys):
         "inverse",
         0.01,
     )
-    assert re.findall(r"(--[a-z-]+) is not used", said) == [
+    assert re.findall(r"(--[a-z-]+) is not used", message) == [
         "--f-stop",
         "--focal-length",
         "--squeeze",
     ]
 
 
-def test_frames_and_lens_are_the_plates(capsys, folder):
+def test_shot_new_takes_frames_and_lens_from_plates(capsys, folder):
     write_frames(folder, 1001, 1002, 1004)
-    shot, said = made(capsys, "--focus-distance", "inf")
+    shot, message = new_shot(capsys, "--focus-distance", "inf")
     assert shot.lens == Lens(50.0, 2.0, math.inf, 36.0)
     assert shot.frames == FrameRange(1001, 1004)
     assert shot.source == str(folder / "plate.####.exr")
-    assert "focal length 50" in said
-    assert "focus inf (--focus-distance)" in said
-    whole, _ = made(capsys, "--focus-at", "3,5", "--overwrite", plate="plate.1002.exr")
-    assert (whole.frames, whole.source) == (shot.frames, shot.source)
-    assert whole.lens.focus_distance_m == 4.0  # column x is x + 1 metres away
+    assert "focal length 50" in message
+    assert "focus inf (--focus-distance)" in message
+    shot_of_frame, _ = new_shot(capsys, "--focus-at", "3,5", "--overwrite", plate="plate.1002.exr")
+    assert (shot_of_frame.frames, shot_of_frame.source) == (shot.frames, shot.source)
+    assert shot_of_frame.lens.focus_distance_m == 4.0  # column x is x + 1 metres away
 
 
-def test_keys_stand_in_for_what_the_header_does_not_tell(capsys, folder):
+def test_keys_replace_lens_values_missing_in_header(capsys, folder):
     write_file(folder / "still.exr", channels())
     words = ("--key", "f-stop@1=4", "--key", "focal-length@1=35", *PULL)
-    shot, said = made(capsys, *words, plate="still.exr")
+    shot, message = new_shot(capsys, *words, plate="still.exr")
     assert shot.lens == Lens(35.0, 4.0, 0.94, 36.0)
     assert shot.frames is None and shot.span == FrameRange(1, 1024)
-    assert "assumed full frame" in said
+    assert "assumed full frame" in message
 
 
-def test_focus_in_metres_is_halfway_in_metres(capsys):
+def test_distance_interpolation_is_linear_in_meters(capsys):
     words = ("--key", "focus@0=2:linear", "--key", "focus@10=8")
-    shot, _ = made(capsys, *LENS, *words, "--focus-interpolation", "distance")
+    shot, _ = new_shot(capsys, *LENS, *words, "--focus-interpolation", "distance")
     assert shot.curves.focus_distance_m.scale is Scale.LINEAR
     assert shot.lens_at(5).focus_distance_m == pytest.approx(5.0)
 
 
-def test_frames_nearer_than_the_close_focus_are_said(capsys):
-    _, said = made(capsys, *LENS, *PULL, "--close-focus", "1m")
-    assert "1 m at frames 1001-1004" in said
-    assert "1 m; nearer at frames 1001-1004" in shown(capsys)
+def test_shot_new_warns_of_frames_below_close_focus(capsys):
+    _, message = new_shot(capsys, *LENS, *PULL, "--close-focus", "1m")
+    assert "1 m at frames 1001-1004" in message
+    assert "1 m; nearer at frames 1001-1004" in run_shot_show(capsys)
 
 
-def test_a_shot_that_is_there_is_only_replaced_when_asked(capsys, folder):
-    made(capsys, *LENS, *PULL)
+def test_shot_new_replaces_existing_shot_only_with_overwrite(capsys, folder):
+    new_shot(capsys, *LENS, *PULL)
     words = ("new", "plate.####.exr", "-o", "s.heatlens.json", *LENS, "--focus-distance", "2")
-    assert "Replace it with --overwrite" in refused(capsys, folder, *words)
-    assert made(capsys, *words[4:], "--overwrite")[0].lens.focus_distance_m == 2.0
+    assert "Replace it with --overwrite" in run_refused(capsys, folder, *words)
+    assert new_shot(capsys, *words[4:], "--overwrite")[0].lens.focus_distance_m == 2.0
 
 
 @pytest.mark.parametrize(
@@ -190,14 +190,14 @@ def test_a_shot_that_is_there_is_only_replaced_when_asked(capsys, folder):
         ),
     ],
 )
-def test_mistakes_are_answered_in_a_sentence(capsys, folder, words, sentence):
-    said = refused(capsys, folder, "new", "plate.####.exr", "-o", "s.heatlens.json", *words)
-    assert sentence in said
+def test_shot_new_rejects_wrong_options(capsys, folder, words, sentence):
+    message = run_refused(capsys, folder, "new", "plate.####.exr", "-o", "s.heatlens.json", *words)
+    assert sentence in message
 
 
-def test_the_table_has_the_lens_of_every_frame(capsys):
-    shot, _ = made(capsys, *LENS, *PULL, "--mark", "A=0.94", "--mark", "B@3,4")
-    text = shown(capsys)
+def test_shot_show_prints_table_of_lens_at_every_frame(capsys):
+    shot, _ = new_shot(capsys, *LENS, *PULL, "--mark", "A=0.94", "--mark", "B@3,4")
+    text = run_shot_show(capsys)
     rows = [line.split() for line in text.splitlines()]
     frames = [row for row in rows if row and re.fullmatch(r"1\d{3}", row[0])]
     assert [int(row[0]) for row in frames] == list(range(1001, 1025))
@@ -211,15 +211,17 @@ def test_the_table_has_the_lens_of_every_frame(capsys):
     assert len({len(line) for line in table}) == 1  # aligned
 
 
-def test_feet_are_shown_where_they_are_asked_for(capsys):
-    made(capsys, *LENS, "--focus-distance", "6'3\"", "--mark", "A=10ft")
-    text = shown(capsys, "--unit", "ft")
+def test_shot_show_unit_ft_prints_feet(capsys):
+    new_shot(capsys, *LENS, "--focus-distance", "6'3\"", "--mark", "A=10ft")
+    text = run_shot_show(capsys, "--unit", "ft")
     assert "6'3\"" in text and "10'0\"" in text and " any" in text
 
 
-def test_json_holds_what_the_file_holds_and_the_lens_of_every_frame(capsys, folder):
-    shot, _ = made(capsys, *LENS, "--key", "focus@1=2", "--key", "focus@3=inf", "--mark", "A=inf")
-    facts = json.loads(shown(capsys, "--json"))
+def test_shot_show_json_holds_file_and_lens_of_every_frame(capsys, folder):
+    shot, _ = new_shot(
+        capsys, *LENS, "--key", "focus@1=2", "--key", "focus@3=inf", "--mark", "A=inf"
+    )
+    facts = json.loads(run_shot_show(capsys, "--json"))
     file = json.loads((folder / "s.heatlens.json").read_text())
     assert {name: facts[name] for name in file} == file
     focuses = [entry["focus_distance_m"] for entry in facts["lens_at"]]
@@ -227,37 +229,37 @@ def test_json_holds_what_the_file_holds_and_the_lens_of_every_frame(capsys, fold
     assert facts["lens_at"][2]["far_limit_m"] == "inf"
 
 
-def test_a_name_that_is_no_unicode_can_be_shown(capsys, folder):
+def test_shot_show_escapes_undecodable_file_name(capsys, folder):
     write_shot("s.heatlens.json", Shot(Lens(50, 1.3, 2, 36), source="pl\udce4te.####.exr"))
-    assert "pl\\udce4te.####.exr" in shown(capsys)
+    assert "pl\\udce4te.####.exr" in run_shot_show(capsys)
 
 
-def test_a_damaged_file_is_answered_in_a_sentence(capsys, folder):
-    made(capsys, *LENS, *PULL)
+def test_shot_show_reports_damaged_or_missing_file(capsys, folder):
+    new_shot(capsys, *LENS, *PULL)
     path = folder / "s.heatlens.json"
     path.write_text(path.read_text().replace('"value": 3.83', '"valeu": 3.83'))
-    said = refused(capsys, folder, "show", "s.heatlens.json")
-    assert "s.heatlens.json: keys.focus_distance_m[1]: unknown entry 'valeu'" in said
-    assert "is not there" in refused(capsys, folder, "show", "none.heatlens.json")
+    message = run_refused(capsys, folder, "show", "s.heatlens.json")
+    assert "s.heatlens.json: keys.focus_distance_m[1]: unknown entry 'valeu'" in message
+    assert "is not there" in run_refused(capsys, folder, "show", "none.heatlens.json")
 
 
-def test_a_lens_that_cannot_be_is_doubted_though_no_header_was_needed(capsys, folder):
-    """As `render` does, by the depths of the first plate; all keys must be doubtful."""
+def test_shot_new_doubts_lens_by_depths_of_first_plate(capsys, folder):
+    """The doubt comes from the depths of the first plate, if all keys are doubtful."""
     write_frames(folder, 1001, 1002)
-    whole = ("--focal-length", "50", "--sensor-width", "36", "--f-stop", "2")
-    _, said = made(capsys, *whole, "--focus-distance", "2240", "--overwrite")
-    assert "farther than every surface" in said and "--focus-distance 2240mm" in said
-    _, said = made(
-        capsys, *whole, "--key", "focus@1001=3", "--key", "focus@1002=2240", "--overwrite"
+    lens_options = ("--focal-length", "50", "--sensor-width", "36", "--f-stop", "2")
+    _, message = new_shot(capsys, *lens_options, "--focus-distance", "2240", "--overwrite")
+    assert "farther than every surface" in message and "--focus-distance 2240mm" in message
+    _, message = new_shot(
+        capsys, *lens_options, "--key", "focus@1001=3", "--key", "focus@1002=2240", "--overwrite"
     )
-    assert "farther" not in said
+    assert "farther" not in message
     words = ("--focus-distance", "2240", "--strict", "--overwrite")
-    assert "farther than every surface" in refused(
-        capsys, folder, "new", "plate.####.exr", "-o", "s.heatlens.json", *whole, *words
+    assert "farther than every surface" in run_refused(
+        capsys, folder, "new", "plate.####.exr", "-o", "s.heatlens.json", *lens_options, *words
     )
 
 
-def test_the_lens_of_a_header_is_doubted_once(capsys, folder):
+def test_shot_new_prints_doubt_about_lens_once(capsys, folder):
     write_frames(folder, 1001)
-    _, said = made(capsys, "--focus-distance", "2240")
-    assert said.count("farther than every surface") == 1
+    _, message = new_shot(capsys, "--focus-distance", "2240")
+    assert message.count("farther than every surface") == 1

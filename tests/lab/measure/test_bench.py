@@ -1,4 +1,4 @@
-"""`heatlens bench`: its tables are complete, its numbers add up; how fast it was is not tested."""
+"""Test `heatlens bench`: complete tables and consistent numbers, but not the speed itself."""
 
 import json
 import math
@@ -23,7 +23,7 @@ from heatlens.lab.measure.bench.measure import (
 from heatlens.lab.measure.bench.report import BenchReport, report_text
 from heatlens.lab.measure.bench.synthetic_plate import (
     LENS,
-    lens_reaching,
+    lens_with_largest_coc,
     scene_coc_px,
     scene_plate,
     uniform_coc_plate,
@@ -45,12 +45,12 @@ LAYERED_PASSES = PASS_NAMES - {"limits"}  # those are for a frame of one layer
 pytestmark = pytest.mark.usefixtures("ctx")
 
 
-def bench(capsys, *words: str) -> str:
+def run_bench(capsys, *words: str) -> str:
     """Return stdout of a bench that must succeed; progress goes to stderr."""
     assert main(["bench", "--size", "64x48", "--runs", "2", *words]) == 0
-    said = capsys.readouterr()
-    assert all(line.startswith("heatlens: ") for line in said.err.splitlines())
-    return said.out
+    captured = capsys.readouterr()
+    assert all(line.startswith("heatlens: ") for line in captured.err.splitlines())
+    return captured.out
 
 
 # Layered pictures are limited as they are composited, by the blur where no layer is smaller than
@@ -72,8 +72,8 @@ def numbers_in(value: object) -> Iterator[float]:
 # The command
 
 
-def test_json_holds_every_pass_in_finite_numbers(capsys):
-    report = json.loads(bench(capsys, "--json", "--bare", "--proxy", "0.5"))
+def test_bench_json_holds_every_pass_with_finite_numbers(capsys):
+    report = json.loads(run_bench(capsys, "--json", "--bare", "--proxy", "0.5"))
     assert {row["name"] for row in report["frame"]["passes"]} == PASS_NAMES - NOT_HERE
     assert all(math.isfinite(number) and number >= 0 for number in numbers_in(report))
     assert (report["frame"]["width"], report["frame"]["height"]) == SIZE
@@ -85,16 +85,16 @@ def test_json_holds_every_pass_in_finite_numbers(capsys):
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_the_solver_asked_for_is_the_one_that_works(capsys, solver):
+def test_bench_uses_requested_solver(capsys, solver):
     words = ("--solver", solver, "--bokeh", "heat", "--layers", "1", "--json")
-    report = json.loads(bench(capsys, *words))
+    report = json.loads(run_bench(capsys, *words))
     assert report["frame"]["solver"] == solver
     assert [row["name"] for row in report["frame"]["passes"]] == ["coc", "blur", "limits"]
     assert report["frame"]["layer_count"] == 1
 
 
-def test_text_has_a_line_for_each_pass_and_says_how_it_was_timed(capsys):
-    text = bench(capsys)
+def test_bench_text_has_line_per_pass_and_timing_method(capsys):
+    text = run_bench(capsys)
     for name in PASS_NAMES - NOT_HERE:
         assert re.search(rf"^{name} +[\d.]+ +\d+ ", text, re.MULTILINE), name
     assert "glFinish" in text or "timer queries" in text
@@ -102,13 +102,13 @@ def test_text_has_a_line_for_each_pass_and_says_how_it_was_timed(capsys):
     assert re.search(r"^peak memory \d+ MB$", text, re.M)
 
 
-def test_sweeps_start_at_one_and_leave_out_what_does_not_fit(capsys, monkeypatch, ctx):
+def test_bench_sweeps_have_ratios_and_skip_too_large_sizes(capsys, monkeypatch, ctx):
     too_wide = ctx.limits.texture_side_px + 1
     monkeypatch.setattr(measure, "SWEEP_COC_PX", (2.0, 9.0))
     monkeypatch.setattr(measure, "SWEEP_SIZES", ((32, 24), (64, 48), (too_wide, 1)))
     assert main(["bench", "--size", "64x48", "--runs", "1", "--sweep-coc", "--json"]) == 0
-    said = capsys.readouterr()
-    report = json.loads(said.out)
+    captured = capsys.readouterr()
+    report = json.loads(captured.out)
     assert [row["coc_px"] for row in report["coc_sweep"]] == [2.0, 9.0]
     for name in ("one_layer_ratio", "layered_ratio", "scene_ratio"):
         assert report["coc_sweep"][0][name] == 1.0
@@ -117,20 +117,20 @@ def test_sweeps_start_at_one_and_leave_out_what_does_not_fit(capsys, monkeypatch
             report["coc_sweep"][1][ms] / report["coc_sweep"][0][ms]
         )
     assert [(row["width"], row["height"]) for row in report["size_sweep"]] == [(32, 24), (64, 48)]
-    assert f"left out: The plate is {too_wide}x1" in said.err
+    assert f"left out: The plate is {too_wide}x1" in captured.err
 
 
-def test_sweeps_are_printed(capsys, monkeypatch):
+def test_bench_text_prints_sweeps(capsys, monkeypatch):
     monkeypatch.setattr(measure, "SWEEP_COC_PX", (2.0,))
     monkeypatch.setattr(measure, "SWEEP_SIZES", ((32, 24),))
-    text = bench(capsys, "--sweep-coc", "--bare", "--quality", "draft")
+    text = run_bench(capsys, "--sweep-coc", "--bare", "--quality", "draft")
     assert re.search(r"^ +2 +[\d.]+ +1\.00 +[\d.]+ +1\.00 +\d +[\d.]+ +1\.00 +\d$", text, re.M)
     assert re.search(r"^32x24 +[\d.]+ +1\.00 +[\d.]+ +1\.00 +\d$", text, re.M)
     assert re.search(r"^heat, one layer: frame .* ratio [\d.]+$", text, re.M)
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["--solver", "magic"], "'magic'"),
         (["--size", "big"], "'big' is not a size"),
@@ -138,30 +138,30 @@ def test_sweeps_are_printed(capsys, monkeypatch):
         (["--runs", "many"], "'many'"),
     ],
 )
-def test_options_that_cannot_be_are_refused(capsys, words, said):
-    with pytest.raises(SystemExit) as stopped:
+def test_bench_parser_rejects_wrong_options(capsys, words, message):
+    with pytest.raises(SystemExit) as exit_error:
         main(["bench", *words])
-    assert stopped.value.code == 2
-    assert said in capsys.readouterr().err
+    assert exit_error.value.code == 2
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [(["--runs", "0"], "--runs"), (["--size", "999999x1"], "999999x1"), (["--layers", "9"], "9")],
 )
-def test_values_that_cannot_be_are_refused(capsys, words, said):
+def test_bench_rejects_values_out_of_range(capsys, words, message):
     assert main(["bench", *words]) == 2
     error = capsys.readouterr().err
-    assert said in error and len(error.splitlines()) == 1
+    assert message in error and len(error.splitlines()) == 1
 
 
-# What is measured
+# Measurements
 
 
-def test_passes_run_once_a_layer(ctx):
+def test_frame_seconds_counts_passes_per_layer(ctx):
     frames = BenchFrames(ctx, "sweep")
     settings = DefocusSettings()
-    frame = frames.frame(scene_plate(SIZE), lens_reaching(30.0, SIZE), settings)
+    frame = frames.frame(scene_plate(SIZE), lens_with_largest_coc(30.0, SIZE), settings)
     seconds = frame_seconds(frames.stopwatch, 2, frame.render)
     passes = seconds.passes
     assert frame.layer_count > 3
@@ -171,51 +171,51 @@ def test_passes_run_once_a_layer(ctx):
     assert min(seconds.whole, seconds.timed) > 0 and all(
         entry.seconds > 0 for entry in passes.values()
     )
-    assert not frames.stopwatch.on
+    assert not frames.stopwatch.is_on
 
 
-def test_works_are_taken_in_turn_after_a_warm_up(ctx):
+def test_median_seconds_alternates_works_after_warm_up(ctx):
     calls: list[str] = []
     seconds = median_seconds(ctx, 2, lambda: calls.append("a"), lambda: calls.append("b"))
     assert calls == ["a", "b"] * 3
     assert len(seconds) == 2 and min(seconds) > 0
 
 
-def test_a_copy_has_a_rate(ctx):
+def test_copy_rate_is_positive_and_finite(ctx):
     assert 0 < copy_bytes_per_second(ctx, SIZE) < math.inf
 
 
 @pytest.mark.parametrize("size", [(64, 48), (1, 9), (7, 1)])
-def test_bare_sweeps_solve_what_the_frame_solves(ctx, size):
+def test_bare_sweeps_equal_oracle_and_frame(ctx, size):
     plate, coc = scene_plate(size), scene_coc_px(size)
     bare = BareSweeps(ctx, plate.color, coc)
     bare.run()
-    found = download(bare.out)
+    bare_result = download(bare.out)
     bare.release()
     color, coc_px = plate.color.astype(np.float64), coc.astype(np.float64)
-    ended = oracle.blur(
-        color, coc_px, HEAT, goes_on=False
+    expected_bare = oracle.blur(
+        color, coc_px, HEAT, repeats_border=False
     )  # bare: nothing is done beyond the border
-    np.testing.assert_allclose(found, ended, rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(bare_result, expected_bare, rtol=1e-4, atol=1e-5)
     exact = oracle.blur(color, coc_px, HEAT)
     frame = BenchFrames(ctx, "sweep").frame(plate, LENS, DefocusSettings(Bokeh.HEAT, layers=1))
     np.testing.assert_allclose(download(frame.render()), exact, rtol=2e-3, atol=2e-3)
 
 
-def test_conductances_are_of_the_narrower_and_end_with_the_line():
+def test_conductances_use_smaller_coc_and_end_with_zero():
     coc = np.array([[2.0, -4.0, 1.0]], np.float32)
-    np.testing.assert_allclose(conductances(coc, along=1), [[4 / 32, 1 / 32, 0.0]])
-    np.testing.assert_allclose(conductances(coc.T, along=0), [[4 / 32], [1 / 32], [0.0]])
+    np.testing.assert_allclose(conductances(coc, axis=1), [[4 / 32, 1 / 32, 0.0]])
+    np.testing.assert_allclose(conductances(coc.T, axis=0), [[4 / 32], [1 / 32], [0.0]])
 
 
-def test_bare_sweeps_beyond_a_storage_block_are_refused():
+def test_bare_sweeps_reject_size_beyond_storage_block():
     small = SimpleNamespace(limits=Limits(1 << 14, 1 << 20, 1024))
     pixels = np.ones((300, 300), np.float32)
     with pytest.raises(GpuError, match="smaller --size"):
         BareSweeps(small, pixels, pixels)  # type: ignore[arg-type]
 
 
-def test_size_rows_compare_the_time_of_a_pixel():
+def test_size_rows_give_time_per_pixel_relative_to_first():
     first, second = size_rows([((10, 10), 1.0, 5.0, 2), ((20, 20), 6.0, 20.0, 3)])
     assert (first.one_layer_per_pixel_ratio, first.layered_per_pixel_ratio) == (1.0, 1.0)
     assert second.one_layer_per_pixel_ratio == pytest.approx(1.5)
@@ -225,10 +225,10 @@ def test_size_rows_compare_the_time_of_a_pixel():
 # The plates
 
 
-def test_the_scene_is_the_same_every_time_and_has_layers_on_both_sides(ctx):
-    plate, again = scene_plate((1920, 1080)), scene_plate((1920, 1080))
-    np.testing.assert_array_equal(plate.color, again.color)
-    np.testing.assert_array_equal(plate.depth_m, again.depth_m)
+def test_scene_plate_is_reproducible_and_has_several_layers(ctx):
+    plate, second_plate = scene_plate((1920, 1080)), scene_plate((1920, 1080))
+    np.testing.assert_array_equal(plate.color, second_plate.color)
+    np.testing.assert_array_equal(plate.depth_m, second_plate.depth_m)
     assert plate.color.min() >= 0.0 and plate.color.max() > 10.0
     assert np.isinf(plate.depth_m).any() and plate.depth_m.min() == 1.0
     frame = BenchFrames(ctx, "sweep").frame(plate, LENS, DefocusSettings())
@@ -236,24 +236,24 @@ def test_the_scene_is_the_same_every_time_and_has_layers_on_both_sides(ctx):
 
 
 @pytest.mark.parametrize("size", [(1, 1), (3, 2), SIZE])
-def test_scenes_of_any_size_are_whole(size):
+def test_scene_plate_of_any_size_is_finite(size):
     plate = scene_plate(size)
     assert plate.color.shape == (size[1], size[0], 4)
     assert np.isfinite(plate.color).all() and (plate.depth_m > 0).all()
 
 
 @pytest.mark.parametrize("coc_px", [2.0, 200.0])
-def test_a_lens_is_opened_until_the_scene_reaches_a_coc(coc_px):
-    lens = lens_reaching(coc_px, SIZE)
+def test_lens_reaching_gives_requested_largest_coc(coc_px):
+    lens = lens_with_largest_coc(coc_px, SIZE)
     assert np.abs(scene_coc_px(SIZE, lens)).max() == pytest.approx(coc_px, rel=1e-6)
 
 
-def test_a_uniform_plate_has_one_coc():
+def test_uniform_coc_plate_has_one_coc():
     plate = uniform_coc_plate(SIZE, 7.0)
     assert plate.depth_m is None and set(plate.coc_px.ravel()) == {7.0}
 
 
-def test_text_of_a_gpu_names_its_clock(ctx):
+def test_report_text_for_gpu_names_timer_queries(ctx):
     frames = BenchFrames(ctx, "sweep")
     frame = measure.measure_frame(frames, SIZE, DefocusSettings(), 1, lambda sentence: None)
     on_gpu = BenchReport(replace(frame, is_software=False), None, None, None, 100.0)

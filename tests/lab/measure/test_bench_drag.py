@@ -1,4 +1,4 @@
-"""`heatlens bench --drag`: every level of the window's ladder, its time and its FLIP."""
+"""Test `heatlens bench --drag`, which measures time and FLIP of each quality level of a drag."""
 
 import json
 import math
@@ -11,11 +11,11 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
 from heatlens.fronts.commands.main import main
-from heatlens.lab.measure.bench.drag import DragView, flip_missing, measure_drag
+from heatlens.lab.measure.bench.drag import DragView, measure_drag, missing_flip_reason
 from heatlens.lab.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.lab.measure.bench.timing import BenchFrames
-from heatlens.media.plate.picture.display import srgb_encoded
-from heatlens.render.preview.level_choice import cheaper
+from heatlens.media.plate.picture.display import encode_srgb
+from heatlens.render.preview.level_choice import cheaper_levels
 from support.command_line import stderr_of_run
 from support.session_files import room_file
 
@@ -30,18 +30,18 @@ def frames(ctx) -> BenchFrames:
 
 def report_of(capsys, *words: object) -> dict:
     assert main([*WORDS, "--json", *map(str, words)]) == 0
-    said = capsys.readouterr()
-    assert all(line.startswith("heatlens: ") for line in said.err.splitlines())
-    return json.loads(said.out)
+    captured = capsys.readouterr()
+    assert all(line.startswith("heatlens: ") for line in captured.err.splitlines())
+    return json.loads(captured.out)
 
 
-def test_there_is_a_row_for_each_level_and_no_table_of_passes(capsys):
+def test_bench_drag_json_has_row_per_level(capsys):
     report = report_of(capsys, "--size", "64x48")
     drag = report["drag"]
-    levels = cheaper(DefocusSettings())
+    levels = cheaper_levels(DefocusSettings())
     assert report["frame"] is None
     assert len(drag["rows"]) == len(levels)
-    assert [row["quality"] for row in drag["rows"]] == [str(it.at_quality) for it in levels]
+    assert [row["quality"] for row in drag["rows"]] == [str(it.effective_quality) for it in levels]
     assert [row["width"] for row in drag["rows"]] == sorted(
         (row["width"] for row in drag["rows"]), reverse=True
     )
@@ -51,67 +51,71 @@ def test_there_is_a_row_for_each_level_and_no_table_of_passes(capsys):
     assert all(0.0 <= row["flip"] <= 1.0 for row in drag["rows"][1:])
 
 
-def test_the_table_is_for_reading(capsys):
+def test_bench_drag_text_table_is_aligned(capsys):
     assert main([*WORDS, "--size", "64x48", "--quality", "draft"]) == 0
     text = capsys.readouterr().out
     assert "drag: synthetic, 64x48" in text
     lines = [line for line in text.splitlines() if line.startswith(("at rest", *"1234567"))]
-    assert len(lines) == len(cheaper(DefocusSettings(quality=Quality.DRAFT)))
+    assert len(lines) == len(cheaper_levels(DefocusSettings(quality=Quality.DRAFT)))
     assert len({len(line) for line in lines}) == 1
 
 
-def test_a_plate_is_dragged_as_large_as_it_is_or_smaller(capsys, tmp_path):
+def test_bench_drag_uses_size_of_plate_or_smaller_one(capsys, tmp_path):
     plate = room_file(tmp_path / "room.exr")
-    whole = report_of(capsys, "--plate", plate)["drag"]
-    assert (whole["width"], whole["height"], whole["source"]) == (96, 64, str(plate))
-    half = report_of(capsys, "--plate", plate, "--size", "48x32", "--f-stop", "2")["drag"]
-    assert (half["width"], half["height"]) == (48, 32)
-    assert half["rows"][0]["width"] == 48 and half["rows"][-1]["width"] < 48
+    full_report = report_of(capsys, "--plate", plate)["drag"]
+    assert (full_report["width"], full_report["height"], full_report["source"]) == (
+        96,
+        64,
+        str(plate),
+    )
+    half_report = report_of(capsys, "--plate", plate, "--size", "48x32", "--f-stop", "2")["drag"]
+    assert (half_report["width"], half_report["height"]) == (48, 32)
+    assert half_report["rows"][0]["width"] == 48 and half_report["rows"][-1]["width"] < 48
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (("--f-stop", "2"), "--f-stop"),
         (("--depth-channel", "Z"), "--depth-channel"),
         (("--plate", "nowhere.exr"), "nowhere.exr is not there"),
     ],
 )
-def test_what_would_change_nothing_or_is_not_there_is_refused(capsys, words, said):
-    assert said in stderr_of_run(capsys, 2, *WORDS, *words)
+def test_bench_drag_rejects_useless_options_and_missing_plate(capsys, words, message):
+    assert message in stderr_of_run(capsys, 2, *WORDS, *words)
 
 
-def test_a_plate_without_drag_or_larger_than_it_is_is_refused(capsys, tmp_path):
+def test_bench_rejects_plate_without_drag_and_larger_size(capsys, tmp_path):
     plate = room_file(tmp_path / "room.exr")
     assert "--drag" in stderr_of_run(capsys, 2, "bench", "--plate", plate)
-    said = stderr_of_run(capsys, 2, *WORDS, "--plate", plate, "--size", "960x640")
-    assert "room.exr" in said and "96x64" in said
+    message = stderr_of_run(capsys, 2, *WORDS, "--plate", plate, "--size", "960x640")
+    assert "room.exr" in message and "96x64" in message
 
 
-def test_at_rest_it_is_the_picture_in_the_plain_curve(frames):
+def test_drag_view_at_rest_is_srgb_encoded_picture(frames):
     frame = frames.frame(scene_plate(SIZE), LENS, DefocusSettings(Bokeh.HEAT, layers=1))
     view = DragView(frame.renderer, SIZE)
-    shown = view.at_rest(frame.render())
-    expected = np.clip(srgb_encoded(frame.renderer.pixels(frame.shot)[..., :3]), 0.0, 1.0)
-    np.testing.assert_allclose(shown, expected, atol=1.01 / 255)
+    display = view.draw_at_rest(frame.render())
+    expected = np.clip(encode_srgb(frame.renderer.pixels(frame.shot)[..., :3]), 0.0, 1.0)
+    np.testing.assert_allclose(display, expected, atol=1.01 / 255)
     view.release()
 
 
-def test_where_all_is_in_focus_a_level_shows_the_plate_itself(frames):
-    """Nothing is blurred through a pinhole: what a small picture lacks is the plate's detail."""
+def test_drag_view_moving_in_focus_is_close_to_rest(frames):
+    """A pinhole blurs nothing, so a smaller picture must still show the plate's detail."""
     lens = replace(LENS, f_stop=1e5)
     frame = frames.frame(scene_plate(SIZE), lens, DefocusSettings())
     view = DragView(frame.renderer, SIZE)
-    rest = view.at_rest(frame.render())
-    level = cheaper(DefocusSettings())[2]
+    rest_picture = view.draw_at_rest(frame.render())
+    level = cheaper_levels(DefocusSettings())[2]
     shot = Shot(lens, level)
-    moving = view.moving(frame.renderer.render(shot), shot, 1.0)
+    moving_picture = view.draw_moving(frame.renderer.render(shot), shot, 1.0)
     assert level.proxy < 1.0
-    assert float(np.abs(moving - rest).mean()) < 0.01
+    assert float(np.abs(moving_picture - rest_picture).mean()) < 0.01
     view.release()
 
 
-def test_finer_levels_come_nearer_to_the_rest(frames):
+def test_finer_drag_levels_have_smaller_flip(frames):
     report = measure_drag(
         frames, scene_plate((320, 180)), LENS, DefocusSettings(), 1, lambda _: None
     )
@@ -120,13 +124,16 @@ def test_finer_levels_come_nearer_to_the_rest(frames):
     assert not math.isnan(sum(flips))
 
 
-def test_without_the_package_times_are_measured_and_it_is_said(frames, monkeypatch):
+def test_bench_drag_without_flip_measures_times_with_message(frames, monkeypatch):
     def missing(*_args: object, **_options: object) -> None:
         raise InputError("FLIP needs pip install 'heatlens[compare]'")
 
     monkeypatch.setattr("heatlens.lab.measure.bench.drag.flip_evaluation", missing)
-    said: list[str] = []
+    messages: list[str] = []
     settings = DefocusSettings(quality=Quality.DRAFT)
-    report = measure_drag(frames, scene_plate(SIZE), LENS, settings, 1, said.append)
-    assert "heatlens[compare]" in said[0] and said[0] == flip_missing() == report.flip_missing
+    report = measure_drag(frames, scene_plate(SIZE), LENS, settings, 1, messages.append)
+    assert (
+        "heatlens[compare]" in messages[0]
+        and messages[0] == missing_flip_reason() == report.flip_missing
+    )
     assert all(row.flip is None and row.ms > 0.0 for row in report.rows)

@@ -1,4 +1,4 @@
-"""`heatlens bench --issues`: what a frame asks of a GPU is counted, and stays what it is."""
+"""Test `heatlens bench --issues`, which counts the dispatches, draws and barriers of a frame."""
 
 import json
 from collections import Counter
@@ -24,44 +24,46 @@ ISSUES, ISSUES_A_LAYER = 19, 8
 DRAWN = 1  # issues without a barrier: highlights are drawn
 
 
-def counted(ctx: Device, size: tuple[int, int], settings: DefocusSettings = FILM):
+def count_issues(ctx: Device, size: tuple[int, int], settings: DefocusSettings = FILM):
     return measure_issues(ctx, size, settings, 1, lambda _: None)
 
 
-def test_a_larger_picture_asks_for_no_more(ctx):
-    reports = [counted(ctx, (16 * scale, 9 * scale)) for scale in (20, 80, 120, 160)]
+def test_issue_count_does_not_grow_with_picture_size(ctx):
+    reports = [count_issues(ctx, (16 * scale, 9 * scale)) for scale in (20, 80, 120, 160)]
     for report in reports:
-        more = report.issues - ISSUES - ISSUES_A_LAYER * report.layer_count
-        assert 0 <= more < ISSUES_A_LAYER + report.layer_count
+        extra_issues = report.issues - ISSUES - ISSUES_A_LAYER * report.layer_count
+        assert 0 <= extra_issues < ISSUES_A_LAYER + report.layer_count
         assert report.barriers == report.issues - DRAWN
     assert len({report.layer_count for report in reports}) > 1
     assert reports[-2].issues == 60  # at 1920x1080
 
 
-def test_every_dispatch_has_a_barrier(ctx):
+def test_every_dispatch_is_counted_with_a_barrier(ctx):
     for method in (Method.GATHER, Method.DIFFUSION):
-        report = counted(ctx, (160, 90), DefocusSettings(method=method))
+        report = count_issues(ctx, (160, 90), DefocusSettings(method=method))
         assert report.barriers == report.dispatches + report.indirect_dispatches > 0
-        drawn = report.draws + report.clears
-        assert report.issues == report.barriers + drawn
+        barrier_free_issues = report.draws + report.clears
+        assert report.issues == report.barriers + barrier_free_issues
 
 
-def test_the_shape_of_the_lens_is_looked_at_once_and_not_by_each_pass(ctx, monkeypatch):
-    """A GPU waits for Python, and a value that checks itself takes longer than a uniform."""
-    made: list[int] = []
+def test_frame_creates_at_most_one_aperture(ctx, monkeypatch):
+    """A GPU waits for Python, and creating a checked dataclass takes longer than a uniform."""
+    created_apertures: list[int] = []
     frames = BenchFrames(ctx, SolverName.SWEEP)
     frame = frames.frame(scene_plate((160, 90)), LENS, FILM)
     frame.render()
-    checked = Aperture.__post_init__
-    monkeypatch.setattr(Aperture, "__post_init__", lambda it: (made.append(1), checked(it)))
+    original_check = Aperture.__post_init__
+    monkeypatch.setattr(
+        Aperture, "__post_init__", lambda it: (created_apertures.append(1), original_check(it))
+    )
     frame.render()
-    assert len(made) <= 1
+    assert len(created_apertures) <= 1
 
 
-def test_nothing_is_drawn_and_the_context_is_left_as_it_was(ctx):
+def test_counting_device_draws_nothing_and_keeps_context(ctx):
     target = ctx.simple_framebuffer((4, 4))
     target.clear(0.25, 0.5, 0.75, 1.0)
-    before = target.read()
+    pixels_before = target.read()
     renderer = ctx.name
     counts: Counter[str] = Counter()
     counting = counting_device(ctx, counts)
@@ -69,11 +71,11 @@ def test_nothing_is_drawn_and_the_context_is_left_as_it_was(ctx):
     assert counts == {"clear": 1}
     assert ctx.name == renderer != counting.name
     assert not counting.is_software
-    np.testing.assert_array_equal(target.read(), before)
+    np.testing.assert_array_equal(target.read(), pixels_before)
 
 
 @pytest.mark.parametrize("bytes_per_pixel, python_ms", [(500.0, 1.0), (1.0, 1e4)])
-def test_the_longer_one_of_python_and_the_gpu_is_predicted(bytes_per_pixel, python_ms):
+def test_predicted_time_is_maximum_of_python_and_gpu(bytes_per_pixel, python_ms):
     counts = Counter({"dispatch": 10})
     report = issues._report(counts, 3, bytes_per_pixel, python_ms, (1000, 1000))
     for card in issues.CARDS:
@@ -84,13 +86,13 @@ def test_the_longer_one_of_python_and_the_gpu_is_predicted(bytes_per_pixel, pyth
 @pytest.mark.parametrize(
     "option", ["--bare", "--sweep-coc", "--methods", "--methods demo", "--solver=sweep"]
 )
-def test_options_of_other_measurements_are_refused(capsys, option):
+def test_bench_issues_rejects_other_measurements(capsys, option):
     assert main(["bench", "--issues", *option.split()]) == 2
-    named = "--issues" if "demo" in option else option.partition("=")[0]
-    assert f"leave {named} out" in capsys.readouterr().err
+    refused_option = "--issues" if "demo" in option else option.partition("=")[0]
+    assert f"leave {refused_option} out" in capsys.readouterr().err
 
 
-def test_the_command_prints_counts_or_json(capsys):
+def test_bench_issues_prints_text_or_json(capsys):
     words = ["bench", "--issues", "--size", "160x90", "--runs", "1"]
     assert main(words) == 0
     assert "predicted at most, not measured" in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""The plot of `heatlens bench --methods`: whole or not there, every line named."""
+"""Test the plot of `heatlens bench --methods`: complete files, and legends for every line."""
 
 import sys
 from dataclasses import replace
@@ -46,7 +46,7 @@ ERRORS = ErrorReport(
 
 @pytest.mark.parametrize("suffix", ["png", "svg"])
 @pytest.mark.parametrize("errors", [None, ERRORS])
-def test_a_plot_is_a_picture_of_that_kind(tmp_path, suffix, errors):
+def test_write_plot_writes_png_or_svg(tmp_path, suffix, errors):
     path = tmp_path / f"methods.{suffix}"
     write_plot(path, TIMES, errors, "made")
     if suffix == "png":
@@ -61,19 +61,21 @@ def legend_of(axes) -> list[str]:
     return [text.get_text() for text in axes.get_legend().get_texts()]
 
 
-def figure_drawn(tmp_path, monkeypatch, times, errors):
+def plotted_figure(tmp_path, monkeypatch, times, errors):
     """Return the figure that `write_plot` wrote."""
     figures: list = []
-    made = plot_panels._whole_figure
+    original_figure = plot_panels._three_panel_figure
     monkeypatch.setattr(
-        plot_panels, "_whole_figure", lambda *a: figures.append(made(*a)) or figures[-1]
+        plot_panels,
+        "_three_panel_figure",
+        lambda *a: figures.append(original_figure(*a)) or figures[-1],
     )
     write_plot(tmp_path / "a.png", times, errors, "made")
     return figures[0]
 
 
-def test_each_panel_names_its_lines_in_the_order_in_which_they_lie(tmp_path, monkeypatch):
-    figure = figure_drawn(tmp_path, monkeypatch, TIMES, ERRORS)
+def test_plot_legends_follow_order_of_lines(tmp_path, monkeypatch):
+    figure = plotted_figure(tmp_path, monkeypatch, TIMES, ERRORS)
     time, error, trade = figure.axes
     assert all(axes.get_yscale() == axes.get_xscale() == "log" for axes in figure.axes)
     assert legend_of(time) == [
@@ -83,8 +85,8 @@ def test_each_panel_names_its_lines_in_the_order_in_which_they_lie(tmp_path, mon
     assert legend_of(trade) == ["diffusion", "gather"]
 
 
-def test_no_legend_covers_its_panel_or_leaves_the_figure(tmp_path, monkeypatch):
-    figure = figure_drawn(tmp_path, monkeypatch, TIMES, ERRORS)
+def test_plot_legends_lie_between_panel_and_figure_edge(tmp_path, monkeypatch):
+    figure = plotted_figure(tmp_path, monkeypatch, TIMES, ERRORS)
     figure.draw_without_rendering()  # at the resolution that its text is measured with
     for axes in figure.axes:
         legend = axes.get_legend().get_window_extent()
@@ -92,28 +94,28 @@ def test_no_legend_covers_its_panel_or_leaves_the_figure(tmp_path, monkeypatch):
         assert figure.bbox.x0 <= legend.x0 and legend.x1 <= figure.bbox.x1
 
 
-def test_the_third_panel_is_of_much_blur_and_says_who_has_only_less():
+def test_trade_panel_uses_20_px_row_and_marks_methods_without_it():
     assert trade_row(ERRORS).coc_px == 20.0
-    without = ErrorRow(20.0, 0.002, {"diffusion": cell(4.0, 0.03), "gather": None})
-    errors = replace(ERRORS, rows=(ERRORS.rows[0], without))
+    row_without_gather = ErrorRow(20.0, 0.002, {"diffusion": cell(4.0, 0.03), "gather": None})
+    errors = replace(ERRORS, rows=(ERRORS.rows[0], row_without_gather))
     figure = new_figure(6, 4)
     trade_panel(figure.subplots(), errors)
     assert legend_of(figure.axes[0]) == ["diffusion", "gather, at 2 px"]
 
 
-@pytest.mark.parametrize("done", [(), ("diffusion",)])
-def test_who_was_never_done_is_in_no_panel(tmp_path, monkeypatch, done):
-    times = {name: 1.0 if name in done else None for name in ("diffusion", "gather")}
-    cells = {name: cell(1.0, 0.1) if name in done else None for name in times}
+@pytest.mark.parametrize("measured_names", [(), ("diffusion",)])
+def test_plot_omits_methods_without_measurement(tmp_path, monkeypatch, measured_names):
+    times = {name: 1.0 if name in measured_names else None for name in ("diffusion", "gather")}
+    cells = {name: cell(1.0, 0.1) if name in measured_names else None for name in times}
     rows = (MethodRow(2.0, times), MethodRow(20.0, times))
     errors = replace(ERRORS, rows=(ErrorRow(2.0, 0.0, cells), ErrorRow(20.0, 0.0, cells)))
-    figure = figure_drawn(tmp_path, monkeypatch, replace(TIMES, rows=rows), errors)
+    figure = plotted_figure(tmp_path, monkeypatch, replace(TIMES, rows=rows), errors)
     names = [name for axes in figure.axes for name in legend_of(axes)]
     assert "gather" not in names
-    assert names.count("diffusion") == 3 * len(done)
+    assert names.count("diffusion") == 3 * len(measured_names)
 
 
-def test_the_dotted_line_is_four_times_as_much_for_twice_the_blur():
+def test_dotted_line_of_time_panel_grows_with_square_of_blur():
     figure = new_figure(6, 4)
     axes = figure.subplots()
     time_panel(axes, TIMES)
@@ -123,7 +125,7 @@ def test_the_dotted_line_is_four_times_as_much_for_twice_the_blur():
     assert y1 == pytest.approx(200.0)  # beside gather, which grows most
 
 
-def test_what_is_interrupted_while_it_is_written_leaves_the_old_plot(tmp_path, monkeypatch):
+def test_interrupted_write_plot_keeps_old_file(tmp_path, monkeypatch):
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
 
@@ -139,40 +141,40 @@ def test_what_is_interrupted_while_it_is_written_leaves_the_old_plot(tmp_path, m
     assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]
 
 
-def test_what_cannot_be_written_is_said(tmp_path):
+def test_write_plot_rejects_missing_folder(tmp_path):
     with pytest.raises(InputError, match="folder"):
         write_plot(tmp_path / "none" / "a.png", TIMES, None, "made")
 
 
 @pytest.mark.usefixtures("ctx")
-def test_the_command_draws_what_it_measured(capsys, tmp_path, monkeypatch):
+def test_bench_plot_option_writes_png(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(methods, "METHOD_COC_PX", (9.0,))
     path = tmp_path / "methods.png"
     words = ("bench", "--size", "64x48", "--runs", "1", "--views", "4", "--methods")
     truth = ("--truth-size", "48x27", "--truth-views", "70")
     assert main([*words, *truth, "--plot", str(path)]) == 0
-    said = capsys.readouterr()
-    assert f"heatlens: drawn to {path}" in said.err
-    assert "methods at 64x48" in said.out and "errors at 48x27" in said.out
+    captured = capsys.readouterr()
+    assert f"heatlens: drawn to {path}" in captured.err
+    assert "methods at 64x48" in captured.out and "errors at 48x27" in captured.out
     with PillowImage.open(path) as image:
         assert image.format == "PNG"
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["--plot", "a.png"], "--methods"),
         (["--methods", "--plot", "a.jpg"], ".png or .svg"),
         (["--methods", "--plot", "nowhere/a.png"], "no folder nowhere"),
     ],
 )
-def test_a_plot_that_cannot_be_is_refused_before_anything_is_measured(capsys, words, said):
+def test_bench_rejects_impossible_plot_before_measuring(capsys, words, message):
     assert main(["bench", *words]) == 2
     error = capsys.readouterr().err
-    assert said in error and len(error.splitlines()) == 1
+    assert message in error and len(error.splitlines()) == 1
 
 
-def test_a_missing_matplotlib_is_said_with_what_to_install(capsys, monkeypatch, tmp_path):
+def test_bench_plot_without_matplotlib_names_pip_install(capsys, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert main(["bench", "--methods", "--plot", str(tmp_path / "a.png")]) == 2
     assert "pip install 'heatlens[plot]'" in capsys.readouterr().err

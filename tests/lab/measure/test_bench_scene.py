@@ -1,4 +1,4 @@
-"""`heatlens bench --methods SCENE`: the row of README's table, frame by frame as study has it."""
+"""Test `heatlens bench --methods SCENE`, which makes the table of the README frame by frame."""
 
 import json
 from pathlib import Path
@@ -32,48 +32,50 @@ def light_of(path: Path) -> np.ndarray:
 
 @pytest.fixture
 def boards(tmp_path: Path) -> str:
-    """Return the file of a scene of two boards, one half behind the other."""
+    """Write a scene of two boards, one half hidden by the other. Return its path."""
     path = tmp_path / "boards.obj"
     path.write_text(BOARDS)
     return str(path)
 
 
-def refused(capsys, *words: str) -> str:
+def message_of_refusal(capsys, *words: str) -> str:
     assert main([*map(str, words)]) == 2
-    said = capsys.readouterr()
-    assert said.out == "" and "Traceback" not in said.err
-    return said.err.splitlines()[-1]
+    captured = capsys.readouterr()
+    assert captured.out == "" and "Traceback" not in captured.err
+    return captured.err.splitlines()[-1]
 
 
-def test_the_table_is_laid_out_as_the_readme_has_it(capsys, boards):
+def test_bench_scene_table_has_layout_of_readme(capsys, boards):
     assert main([*QUICK, boards, *LENS]) == 0
     rows = capsys.readouterr().out.splitlines()
     readme = README.read_text().splitlines()
-    at = readme.index(rows[0])
-    assert readme[at + 1] == rows[1] and len(rows) == 5
-    for row, printed in zip(rows[2:], readme[at + 2 :], strict=False):
-        assert row.split("|")[1] == printed.split("|")[1] and row.count("|") == rows[0].count("|")
+    start = readme.index(rows[0])
+    assert readme[start + 1] == rows[1] and len(rows) == 5
+    for row, readme_row in zip(rows[2:], readme[start + 2 :], strict=False):
+        assert row.split("|")[1] == readme_row.split("|")[1] and row.count("|") == rows[0].count(
+            "|"
+        )
 
 
-def test_json_has_the_mean_of_every_frame(capsys):
+def test_bench_scene_json_has_frames_and_their_mean(capsys):
     assert main([*QUICK, "demo", "--frames", "60,150", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["frames"] == [60, 150] and (told["width"], told["height"]) == (32, 18)
-    assert set(told["flip"]["the scene"]) > set(told["flip"]["one flat plate"]) >= {"diffusion"}
-    for kind, row in told["flip"].items():
+    report = json.loads(capsys.readouterr().out)
+    assert report["frames"] == [60, 150] and (report["width"], report["height"]) == (32, 18)
+    assert set(report["flip"]["the scene"]) > set(report["flip"]["one flat plate"]) >= {"diffusion"}
+    for kind, row in report["flip"].items():
         for name, values in row.items():
             assert len(values) == 2 and min(values) > 0
-            assert told["mean"][kind][name] == pytest.approx(fmean(values))
-    mean = told["mean"]["the scene"]
+            assert report["mean"][kind][name] == pytest.approx(fmean(values))
+    mean = report["mean"]["the scene"]
     assert mean["accumulation 66"] < mean["accumulation 23"]  # of 70 views
 
 
-def test_each_value_is_that_of_a_study_of_the_frame(capsys, tmp_path, boards):
-    asked = ("bench", "--methods", boards, *SMALL, *LENS, "--truth-views", "264")
-    assert main([*asked, "--json"]) == 0
+def test_bench_scene_flip_equals_flip_of_study(capsys, tmp_path, boards):
+    words = ("bench", "--methods", boards, *SMALL, *LENS, "--truth-views", "264")
+    assert main([*words, "--json"]) == 0
     flip = json.loads(capsys.readouterr().out)["flip"]["the scene"]
-    asked = ("study", boards, *SMALL, *LENS, "--views", "264", "--runs", "1")
-    assert main([*asked, "--methods", "gather,diffusion", "-o", str(tmp_path / "r")]) == 0
+    words = ("study", boards, *SMALL, *LENS, "--views", "264", "--runs", "1")
+    assert main([*words, "--methods", "gather,diffusion", "-o", str(tmp_path / "r")]) == 0
     for row in json.loads((tmp_path / "r" / "study.json").read_text())["methods"]:
         assert flip[row["method"]][0] == pytest.approx(row["flip"], abs=1e-4)
 
@@ -81,15 +83,19 @@ def test_each_value_is_that_of_a_study_of_the_frame(capsys, tmp_path, boards):
 @pytest.mark.parametrize(
     ("kind", "size"), [("one flat plate", (64, 36)), ("a plate twice as large, halved", (128, 72))]
 )
-def test_a_plate_is_what_render_makes_of_the_written_plate(capsys, tmp_path, boards, kind, size):
+def test_bench_scene_plate_flip_equals_render_of_written_plate(
+    capsys, tmp_path, boards, kind, size
+):
     """A user who writes the plate, blurs it and compares it finds the figure of the table."""
     lens = ("--focal-length", "50", "--sensor-width", "36", *LENS)
-    asked = ("bench", "--methods", boards, "--size", "64x36", "--quality", "draft", *lens)
-    assert main([*asked, "--truth-views", "70", "--json"]) == 0
+    words = ("bench", "--methods", boards, "--size", "64x36", "--quality", "draft", *lens)
+    assert main([*words, "--truth-views", "70", "--json"]) == 0
     flip = json.loads(capsys.readouterr().out)["flip"][kind]["diffusion"][0]
     plate, blurred, truth = (tmp_path / f"{name}.exr" for name in ("plate", "blurred", "truth"))
-    whole = ("--size", "x".join(map(str, size)))
-    assert main(["render", boards, "--pinhole", "-o", str(plate), *whole, *lens, "--float"]) == 0
+    size_option = ("--size", "x".join(map(str, size)))
+    assert (
+        main(["render", boards, "--pinhole", "-o", str(plate), *size_option, *lens, "--float"]) == 0
+    )
     draft = ("--quality", "draft", "--float")
     assert main(["render", str(plate), "-o", str(blurred), *lens, *draft]) == 0
     views = ("--method", "accumulation", "--views", "70", "--size", "64x36", "--float")
@@ -99,19 +105,19 @@ def test_a_plate_is_what_render_makes_of_the_written_plate(capsys, tmp_path, boa
     assert score(picture, light_of(truth)).flip == pytest.approx(flip, abs=1e-3)
 
 
-def test_a_shot_brings_its_lens_and_frames_are_spread_over_it(capsys, tmp_path):
+def test_bench_scene_of_shot_uses_its_lens_and_frames(capsys, tmp_path):
     shot = str(tmp_path / "s.heatlens.json")
     assert main(["shot", "new", "demo", "-o", shot, "--frames", "60-61", "--f-stop", "8"]) == 0
     capsys.readouterr()
     assert main([*QUICK, shot, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["frames"] == [60, 61]
-    assert "cannot be given" in refused(capsys, *QUICK, shot, "--f-stop", "2")
+    assert "cannot be given" in message_of_refusal(capsys, *QUICK, shot, "--f-stop", "2")
 
 
-def test_what_means_nothing_is_refused_in_words(capsys):
-    assert "--methods" in refused(capsys, "bench", "demo")
-    assert "needs a scene" in refused(capsys, "bench", "--methods", "--frames", "1-3")
-    assert "is a plate" in refused(capsys, *QUICK, "plate.exr")
-    assert "leave --bare out" in refused(capsys, *QUICK, "demo", "--bare")
-    assert "999" in refused(capsys, *QUICK, "demo", "--frames", "999")
-    assert "--truth-views" in refused(capsys, *QUICK[:-1], "66", "demo")
+def test_bench_scene_rejects_meaningless_options(capsys):
+    assert "--methods" in message_of_refusal(capsys, "bench", "demo")
+    assert "needs a scene" in message_of_refusal(capsys, "bench", "--methods", "--frames", "1-3")
+    assert "is a plate" in message_of_refusal(capsys, *QUICK, "plate.exr")
+    assert "leave --bare out" in message_of_refusal(capsys, *QUICK, "demo", "--bare")
+    assert "999" in message_of_refusal(capsys, *QUICK, "demo", "--frames", "999")
+    assert "--truth-views" in message_of_refusal(capsys, *QUICK[:-1], "66", "demo")

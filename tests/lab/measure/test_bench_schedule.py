@@ -1,4 +1,4 @@
-"""How long a bench will take: the estimate follows what was measured, and progress is told."""
+"""Test the duration estimate of a bench, which follows the measured times, and its progress."""
 
 import io
 import os
@@ -17,7 +17,7 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.fronts.commands.main import main
 from heatlens.fronts.commands.output import progress_line
 from heatlens.fronts.commands.output.progress_line import paced_progress
-from heatlens.lab.measure.bench.schedule import Asked, planned
+from heatlens.lab.measure.bench.schedule import RequestedBench, plan_steps
 from heatlens.lab.measure.bench.timing import LIMIT_S
 
 PLAN = st.lists(st.floats(0.01, 100.0), min_size=1, max_size=20)
@@ -32,21 +32,21 @@ class Clock:
 
 
 def steps_of(seconds: list[float]) -> list[Step]:
-    return [Step(f"part {number}", it) for number, it in enumerate(seconds)]
+    return [Step(f"part {number}", step_seconds) for number, step_seconds in enumerate(seconds)]
 
 
 @given(PLAN, st.floats(0.05, 20.0))
-def test_a_machine_so_many_times_as_slow_is_found_out(seconds, slower):
-    """Every part takes `slower` times what was planned: the estimate comes to that, and to 0."""
+def test_pace_estimate_converges_to_speed_of_machine(seconds, slower):
+    """Every part takes `slower` times the planned time; the estimate converges to the truth."""
     clock = Clock()
     pace = Pace(steps_of(seconds), clock)
     assert pace.left_s == pytest.approx(sum(seconds)) and pace.number == 0
     errors = []
-    for number, it in enumerate(seconds):
+    for number, step_seconds in enumerate(seconds):
         assert pace.begin(f"part {number}") and pace.number == number + 1
         true_s = slower * sum(seconds[number:])
         errors.append(abs(pace.left_s - true_s) / true_s)
-        clock.now_s += slower * it
+        clock.now_s += slower * step_seconds
         assert pace.left_s >= 0.0
     # Nothing but the first guess weighs against what was measured, and that ever less.
     assert all(b <= a + 1e-9 for a, b in pairwise(errors))
@@ -55,11 +55,11 @@ def test_a_machine_so_many_times_as_slow_is_found_out(seconds, slower):
 
 
 @given(st.floats(0.05, 20.0), st.floats(0.01, 100.0))
-def test_how_slow_one_kind_is_says_nothing_of_another(slower, other_s):
+def test_pace_estimates_kinds_of_steps_separately(slower, other_s):
     clock = Clock()
-    of_one = [Step(f"part {number}", 1.0, "shaders") for number in range(40)]
-    pace = Pace([*of_one, Step("other", other_s, "pictures")], clock)
-    for step in of_one:
+    shader_steps = [Step(f"part {number}", 1.0, "shaders") for number in range(40)]
+    pace = Pace([*shader_steps, Step("other", other_s, "pictures")], clock)
+    for step in shader_steps:
         pace.begin(step.sentence)
         clock.now_s += slower
     pace.begin("other")
@@ -67,7 +67,7 @@ def test_how_slow_one_kind_is_says_nothing_of_another(slower, other_s):
     assert pace.whole_s == pytest.approx(40 * slower + other_s)
 
 
-def test_parts_that_are_left_out_and_sentences_that_are_no_part():
+def test_pace_skips_omitted_parts_and_ignores_other_messages():
     clock = Clock()
     pace = Pace(steps_of([10.0, 10.0, 10.0]), clock)
     pace.begin("part 0")
@@ -79,29 +79,29 @@ def test_parts_that_are_left_out_and_sentences_that_are_no_part():
 
 
 @pytest.mark.parametrize("part", ["frame", "bare", "sweeps", "methods", "levels"])
-def test_every_part_that_is_asked_for_takes_time(part):
-    nothing = Asked((640, 360), DefocusSettings(), 3, frame=False)
-    assert planned(nothing, 1e-6) == ()
+def test_planned_steps_of_each_part_take_time(part):
+    nothing = RequestedBench((640, 360), DefocusSettings(), 3, frame=False)
+    assert plan_steps(nothing, 1e-6) == ()
     words = {"levels": ("level 1", "level 2")} if part == "levels" else {part: True}
-    asked = Asked((640, 360), DefocusSettings(), 3, **{"frame": False, **words})
-    found = planned(asked, 1e-6)
-    assert found and all(step.seconds > 0.0 for step in found)
-    slower = planned(asked, 2e-6)
-    assert [step.sentence for step in slower] == [step.sentence for step in found]
-    assert all(b.seconds >= a.seconds for a, b in zip(found, slower, strict=True))
+    request = RequestedBench((640, 360), DefocusSettings(), 3, **{"frame": False, **words})
+    steps = plan_steps(request, 1e-6)
+    assert steps and all(step.seconds > 0.0 for step in steps)
+    slower_steps = plan_steps(request, 2e-6)
+    assert [step.sentence for step in slower_steps] == [step.sentence for step in steps]
+    assert all(b.seconds >= a.seconds for a, b in zip(steps, slower_steps, strict=True))
 
 
-def test_a_cell_of_methods_takes_no_longer_than_it_may():
-    asked = Asked((640, 360), DefocusSettings(), 3, frame=False, methods=True)
-    assert max(step.seconds for step in planned(asked, 10.0)) == LIMIT_S
+def test_planned_method_cells_are_capped_at_time_limit():
+    request = RequestedBench((640, 360), DefocusSettings(), 3, frame=False, methods=True)
+    assert max(step.seconds for step in plan_steps(request, 10.0)) == LIMIT_S
 
 
 WORDS = ("--size", "64x48", "--runs", "1", "--quality", "draft")
 ALL = ("--bare", "--sweep-coc", "--methods", "--truth-views", "80", "--truth-size", "48x32")
 
 
-def test_what_is_planned_is_what_is_said(capsys, monkeypatch):
-    """With everything asked for, each part is told as a part, and the last one is the last."""
+def test_bench_progress_counts_every_planned_part(capsys, monkeypatch):
+    """With all options, the numbers of the printed parts run from 1 to their count."""
     bench = "heatlens.lab.measure.bench"
     for name in ("measure", "schedule"):
         monkeypatch.setattr(f"{bench}.{name}.SWEEP_COC_PX", (2.0, 9.0))
@@ -110,47 +110,47 @@ def test_what_is_planned_is_what_is_said(capsys, monkeypatch):
         monkeypatch.setattr(f"{bench}.{name}.METHOD_COC_PX", (5.0,))
     monkeypatch.setattr(progress_line, "shows_progress", lambda _: True)
     assert main(["bench", *WORDS, *ALL, "--json"]) == 0
-    told = [line for line in re.split(r"\r|\n", capsys.readouterr().err) if " of " in line]
-    numbers = [line.partition(" (")[2].split(" of ") for line in told if " left)" in line]
+    lines = [line for line in re.split(r"\r|\n", capsys.readouterr().err) if " of " in line]
+    numbers = [line.partition(" (")[2].split(" of ") for line in lines if " left)" in line]
     counts = {int(rest.split(",")[0]) for _, rest in numbers}
     assert len(counts) == 1 and [int(n) for n, _ in numbers] == list(range(1, counts.pop() + 1))
 
 
-def test_without_a_terminal_what_stays_is_told_alone(capsys):
+def test_paced_progress_without_terminal_prints_only_lasting_lines(capsys):
     clock = Clock()
-    with paced_progress(steps_of([60.0, 60.0]), clock) as tell:
-        tell("part 0")
+    with paced_progress(steps_of([60.0, 60.0]), clock) as report:
+        report("part 0")
         clock.now_s += 120.0
-        tell("left out: something")
-        tell("part 1")  # the first estimate still has a weight
-    said = capsys.readouterr()
-    assert said.out == "" and said.err.splitlines() == [
+        report("left out: something")
+        report("part 1")  # the first estimate still has a weight
+    captured = capsys.readouterr()
+    assert captured.out == "" and captured.err.splitlines() == [
         "heatlens: this takes about 2 min; Ctrl-C ends it",
         "heatlens: left out: something",
         "heatlens: this takes longer here, about 4 min in all",
     ]
 
 
-def test_on_a_terminal_one_line_is_rewritten_and_wiped(monkeypatch):
-    ours, theirs = pty.openpty()
-    with os.fdopen(theirs, "w") as terminal:
+def test_paced_progress_on_terminal_rewrites_and_clears_line(monkeypatch):
+    own_end, process_end = pty.openpty()
+    with os.fdopen(process_end, "w") as terminal:
         monkeypatch.setattr(sys, "stderr", terminal)
-        with paced_progress(steps_of([1.0, 1.0]), Clock()) as tell:
-            tell("part 0")
-            tell("part 1")
+        with paced_progress(steps_of([1.0, 1.0]), Clock()) as report:
+            report("part 0")
+            report("part 1")
         monkeypatch.setattr(sys, "stderr", io.StringIO())
-    os.set_blocking(ours, False)
-    said = ""
+    os.set_blocking(own_end, False)
+    terminal_text = ""
     with suppress(OSError):  # where all is read, there is nobody on the other side any more
-        while part := os.read(ours, 10_000):
-            said += part.decode()
-    os.close(ours)
-    assert said.count("\n") == 1  # how long it takes, and nothing else, stays
-    assert "heatlens: part 0 (1 of 2" in said and said.endswith("\r\x1b[K")
+        while part := os.read(own_end, 10_000):
+            terminal_text += part.decode()
+    os.close(own_end)
+    assert terminal_text.count("\n") == 1  # how long it takes, and nothing else, stays
+    assert "heatlens: part 0 (1 of 2" in terminal_text and terminal_text.endswith("\r\x1b[K")
 
 
-def test_it_says_at_once_that_it_finds_out(capsys, monkeypatch):
-    """Before anything is rendered that could take long."""
+def test_bench_first_reports_that_it_estimates_duration(capsys, monkeypatch):
+    """The message comes before any rendering that could take long."""
     monkeypatch.setattr(
         "heatlens.lab.commands.bench.probe_seconds_per_px",
         lambda *_: (_ for _ in ()).throw(KeyboardInterrupt),

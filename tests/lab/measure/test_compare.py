@@ -1,4 +1,4 @@
-"""`heatlens compare` from the outside: what is printed where, and the exit codes."""
+"""Test the command `heatlens compare`: its output and its exit codes."""
 
 import argparse
 import json
@@ -17,7 +17,7 @@ from heatlens.media.plate.exr.exr_write import write_exr
 HALF = 0.21404114
 
 
-def run(*argv: object) -> int:
+def run_compare(*argv: object) -> int:
     parser = argparse.ArgumentParser()
     add_command(parser.add_subparsers(), "compare", "", compare)
     args = parser.parse_args(["compare", *map(str, argv)])
@@ -26,7 +26,7 @@ def run(*argv: object) -> int:
 
 @pytest.fixture
 def exr(tmp_path):
-    """Return a function that writes a flat grey picture and returns its path."""
+    """Return a function that writes a flat gray picture and returns its path."""
 
     def write(name, value, data=Box(0, 0, 16, 12), display=Box(0, 0, 16, 12)):  # noqa: B008
         grey = np.full(data.shape, value, np.float32)
@@ -36,8 +36,8 @@ def exr(tmp_path):
     return write
 
 
-def test_the_scores_are_aligned_on_stdout(exr, capsys):
-    assert run(exr("a.exr", 0.0), exr("b.exr", 1.0)) == 0
+def test_compare_prints_aligned_scores(exr, capsys):
+    assert run_compare(exr("a.exr", 0.0), exr("b.exr", 1.0)) == 0
     out, err = capsys.readouterr()
     lines = out.splitlines()
     names = ["PSNR", "SSIM", "FLIP", "HDR-FLIP", "relMSE", "nonfinite"]
@@ -47,8 +47,8 @@ def test_the_scores_are_aligned_on_stdout(exr, capsys):
     assert err == ""
 
 
-def test_json_holds_every_score(exr, capsys):
-    assert run(exr("a.exr", HALF), exr("b.exr", 1.0), "--json") == 0
+def test_compare_json_holds_every_score(exr, capsys):
+    assert run_compare(exr("a.exr", HALF), exr("b.exr", 1.0), "--json") == 0
     scores = json.loads(capsys.readouterr().out)
     assert list(scores) == ["psnr_db", "ssim", "flip", "flip_hdr", "relmse", "nonfinite"]
     assert scores["psnr_db"] == pytest.approx(6.0206, abs=1e-4)
@@ -66,8 +66,8 @@ def test_json_holds_every_score(exr, capsys):
         (["--min-psnr", 7, "--min-ssim", 0.8, "--max-flip", 0], 1, ["PSNR", "FLIP"]),
     ],
 )
-def test_limits_decide_the_exit_code(exr, capsys, limits, code, missed):
-    assert run(exr("a.exr", HALF), exr("b.exr", 1.0), *limits) == code
+def test_compare_limits_decide_exit_code(exr, capsys, limits, code, missed):
+    assert run_compare(exr("a.exr", HALF), exr("b.exr", 1.0), *limits) == code
     out, err = capsys.readouterr()
     assert "PSNR" in out
     assert len(err.splitlines()) == len(missed)
@@ -76,64 +76,64 @@ def test_limits_decide_the_exit_code(exr, capsys, limits, code, missed):
 
 @pytest.mark.parametrize("text", ["nan", "inf", "much"])
 @pytest.mark.parametrize("option", ["--min-psnr", "--min-ssim", "--max-flip", "--gain"])
-def test_limits_are_finite_numbers(exr, capsys, option, text):
-    with pytest.raises(SystemExit) as leaving:
-        run(exr("a.exr", 0.0), exr("b.exr", 0.0), option, text)
-    assert leaving.value.code == 2
+def test_compare_rejects_limits_that_are_no_finite_numbers(exr, capsys, option, text):
+    with pytest.raises(SystemExit) as exit_error:
+        run_compare(exr("a.exr", 0.0), exr("b.exr", 0.0), option, text)
+    assert exit_error.value.code == 2
     assert f"'{text}' is not a" in capsys.readouterr().err
 
 
-def test_gain_is_above_zero(exr, capsys):
+def test_compare_rejects_gain_of_zero(exr, capsys):
     with pytest.raises(SystemExit):
-        run(exr("a.exr", 0.0), exr("b.exr", 0.0), "--gain", 0)
+        run_compare(exr("a.exr", 0.0), exr("b.exr", 0.0), "--gain", 0)
     assert "'0' is not a number above 0" in capsys.readouterr().err
 
 
-def test_different_sizes_are_refused_with_both(exr):
-    other = exr("b.exr", 0.0, Box(0, 0, 20, 10), Box(0, 0, 20, 10))
+def test_compare_rejects_different_sizes_and_names_both(exr):
+    other_size = exr("b.exr", 0.0, Box(0, 0, 20, 10), Box(0, 0, 20, 10))
     with pytest.raises(InputError, match=r"a\.exr is 16 x 12 pixels.*b\.exr is 20 x 10"):
-        run(exr("a.exr", 0.0), other)
+        run_compare(exr("a.exr", 0.0), other_size)
 
 
-def test_a_crop_is_compared_where_both_have_pixels(exr, capsys):
+def test_compare_uses_common_pixels_of_crop(exr, capsys):
     crop = exr("b.exr", 1.0, Box(4, 2, 20, 11))
-    assert run(exr("a.exr", 1.0), crop, "--min-psnr", 99) == 0
+    assert run_compare(exr("a.exr", 1.0), crop, "--min-psnr", 99) == 0
     assert "12 x 9 pixels at (4, 2)" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["absent.exr", "broken.exr"])
-def test_files_that_cannot_be_read(exr, tmp_path, name):
+def test_compare_names_unreadable_file(exr, tmp_path, name):
     (tmp_path / "broken.exr").write_bytes(b"\x76\x2f\x31\x01 and no more")
     for pair in ((tmp_path / name, exr("a.exr", 0.0)), (exr("a.exr", 0.0), tmp_path / name)):
         with pytest.raises(HeatlensError, match=name):
-            run(*pair)
+            run_compare(*pair)
 
 
-def test_broken_pixels_are_counted_and_those_of_the_truth_said_aloud(exr, capsys):
-    assert run(exr("a.exr", np.nan), exr("b.exr", np.inf)) == 0
+def test_compare_counts_nonfinite_pixels_and_warns_of_truth(exr, capsys):
+    assert run_compare(exr("a.exr", np.nan), exr("b.exr", np.inf)) == 0
     out, err = capsys.readouterr()
     assert out.splitlines()[-1].split() == ["nonfinite", "192"]
     assert "192 pixels of the truth" in err
 
 
 @pytest.mark.parametrize(
-    ("options", "shown"), [([], 255), (["--gain", 1], 128), (["--gain", 0.5], 64)]
+    ("options", "expected_code"), [([], 255), (["--gain", 1], 128), (["--gain", 0.5], 64)]
 )
-def test_the_difference_picture(exr, tmp_path, options, shown):
+def test_compare_difference_option_writes_amplified_error(exr, tmp_path, options, expected_code):
     path = tmp_path / "difference.png"
-    assert run(exr("a.exr", HALF), exr("b.exr", 0.0), "--difference", path, *options) == 0
+    assert run_compare(exr("a.exr", HALF), exr("b.exr", 0.0), "--difference", path, *options) == 0
     pixels = np.asarray(Image.open(path))
     assert pixels.shape == (12, 48, 3)
-    assert [pixels[5, x, 0] for x in (8, 24, 40)] == [128, 0, shown]
+    assert [pixels[5, x, 0] for x in (8, 24, 40)] == [128, 0, expected_code]
 
 
-def test_the_difference_as_flip_sees_it(exr, tmp_path):
+def test_compare_show_flip_writes_flip_map(exr, tmp_path):
     path = tmp_path / "difference.png"
     same = exr("a.exr", HALF), exr("b.exr", HALF)
-    assert run(*same, "--difference", path, "--show", "flip") == 0
+    assert run_compare(*same, "--difference", path, "--show", "flip") == 0
     assert tuple(np.asarray(Image.open(path))[5, 40]) == (0, 0, 4)
 
 
-def test_another_format_is_refused_before_any_work(exr, tmp_path):
+def test_compare_rejects_difference_that_is_no_png(exr, tmp_path):
     with pytest.raises(InputError, match=r"written as \.png"):
-        run(tmp_path / "absent.exr", tmp_path / "absent.exr", "--difference", "a.exr")
+        run_compare(tmp_path / "absent.exr", tmp_path / "absent.exr", "--difference", "a.exr")

@@ -1,4 +1,4 @@
-"""The pull sheet: a row for each key, its timecode, mark and limits, as a page and as a table."""
+"""Test the pull sheet: rows of focus keys with timecode, mark and limits, as page and table."""
 
 import base64
 import csv
@@ -47,12 +47,12 @@ def shot() -> Shot:
 def rows_of(shot):
     frames = sheet_frames(shot, FRAMES)
     return [
-        sheet_row(shot, frame, FRAMES.first, MARKS, shot.timecode_at(int(frame)), after)
-        for frame, after in zip_longest(frames, frames[1:])
+        sheet_row(shot, frame, FRAMES.first, MARKS, shot.timecode_at(int(frame)), next_frame)
+        for frame, next_frame in zip_longest(frames, frames[1:])
     ]
 
 
-def test_there_is_a_row_for_each_key_and_both_ends(shot):
+def test_sheet_has_row_for_each_key_and_both_ends(shot):
     rows = rows_of(replace(shot, start_timecode="10:00:00:00"))
     assert [row.frame for row in rows] == ["1001", "1013", "1037", "1048"]
     assert [row.mark for row in rows] == ["Anna", "Anna", "door <3", ""]
@@ -63,18 +63,18 @@ def test_there_is_a_row_for_each_key_and_both_ends(shot):
     )
 
 
-def test_the_limits_are_told_in_feet_too_and_from_where_they_are_measured(shot):
-    film = replace(shot, lens=replace(shot.lens, measured_from=MeasuredFrom.FILM))
-    for row in rows_of(film):
+def test_sheet_rows_give_limits_in_feet_and_measured_origin(shot):
+    film_shot = replace(shot, lens=replace(shot.lens, measured_from=MeasuredFrom.FILM))
+    for row in rows_of(film_shot):
         for metres, feet in ((row.near, row.near_feet), (row.far, row.far_feet)):
             assert parse_distance_m(feet) == pytest.approx(parse_distance_m(metres), abs=0.01)
-    sheet = Sheet("rack", film, [SheetEntry(row) for row in rows_of(film)])
+    sheet = Sheet("rack", film_shot, [SheetEntry(row) for row in rows_of(film_shot)])
     page = sheet_html("rack", [sheet])
     assert f"distances: from the {MeasuredFrom.FILM.words}" in page
-    assert rows_of(film)[0].near_feet in html.unescape(page)
+    assert rows_of(film_shot)[0].near_feet in html.unescape(page)
 
 
-def test_a_row_tells_how_long_it_is_to_the_next_and_whether_the_focus_is_held(shot):
+def test_sheet_row_gives_frames_to_next_key_and_hold(shot):
     assert [row.to_next for row in rows_of(shot)] == [
         "hold 12 frames",
         "24 frames",
@@ -83,54 +83,56 @@ def test_a_row_tells_how_long_it_is_to_the_next_and_whether_the_focus_is_held(sh
     ]
     there_and_back = shot.with_key(1025, FOCUS, 2.0)
     assert [row.to_next for row in rows_of(there_and_back)][1:3] == ["hold 12 frames", "12 frames"]
-    far = sheet_row(shot, 1_234_567.0, 1, (), None, 1_234_568.0)
-    assert (far.frame, far.to_next) == ("1234567", "hold 1 frame")
+    far_row = sheet_row(shot, 1_234_567.0, 1, (), None, 1_234_568.0)
+    assert (far_row.frame, far_row.to_next) == ("1234567", "hold 1 frame")
 
 
-def test_the_page_lists_every_mark_and_the_lengths_of_a_zoom(shot):
+def test_sheet_page_lists_marks_and_zoom_range(shot):
     ball = PointMark("ball", 1.0, 1.0)
-    marked = replace(shot, marks=(DistanceMark("Anna", 2.0), ball, PointMark("gone", 9.0, 9.0)))
-    seen = [[("Anna", 2.0), ("ball", 3.0)], [("Anna", 2.0), ("ball", 1.5)]]
-    rows = mark_rows(marked, seen)
+    marked_shot = replace(
+        shot, marks=(DistanceMark("Anna", 2.0), ball, PointMark("gone", 9.0, 9.0))
+    )
+    distances_per_frame = [[("Anna", 2.0), ("ball", 3.0)], [("Anna", 2.0), ("ball", 1.5)]]
+    rows = mark_rows(marked_shot, distances_per_frame)
     assert [(row.name, row.distance) for row in rows] == [("Anna", "2 m"), ("ball", "1.5 m to 3 m")]
-    zoom = marked.with_key(1020, LensParameter.FOCAL_LENGTH, 24.0)
+    zoom = marked_shot.with_key(1020, LensParameter.FOCAL_LENGTH, 24.0)
     zoom = zoom.with_key(1040, LensParameter.FOCAL_LENGTH, 80.0)
-    entries = [SheetEntry(row, marks=tuple(seen[0])) for row in rows_of(zoom)]
+    entries = [SheetEntry(row, marks=tuple(distances_per_frame[0])) for row in rows_of(zoom)]
     page = sheet_html("rack", [Sheet("rack", zoom, entries)])
     assert "24 mm to 80 mm" in page and "all marks" in page
-    plain = Sheet("rack", shot, [SheetEntry(row) for row in rows_of(shot)])
-    assert "all marks" not in sheet_html("rack", [plain])
+    plain_sheet = Sheet("rack", shot, [SheetEntry(row) for row in rows_of(shot)])
+    assert "all marks" not in sheet_html("rack", [plain_sheet])
 
 
-def test_the_shots_start_wins_over_the_header_and_one_that_does_not_fit_is_none(shot):
-    told = Timecode(1, 0, 0, 12)
+def test_timecode_at_prefers_start_of_shot_to_header(shot):
+    header_timecode = Timecode(1, 0, 0, 12)
     assert shot.timecode_at(1013) is None
-    assert shot.timecode_at(1013, told) == told
+    assert shot.timecode_at(1013, header_timecode) == header_timecode
     assert shot.timecode_at(1013, Timecode(1, 0, 0, 29)) is None
-    started = replace(shot, start_timecode="09:59:59:23")
-    assert str(started.timecode_at(1002, told)) == "10:00:00:00"
+    started_shot = replace(shot, start_timecode="09:59:59:23")
+    assert str(started_shot.timecode_at(1002, header_timecode)) == "10:00:00:00"
     with pytest.raises(InputError, match="not a timecode"):
         replace(shot, start_timecode="25:00:00:00")
 
 
-def test_the_start_is_kept_in_the_shot_file(shot, tmp_path):
+def test_start_timecode_survives_shot_file(shot, tmp_path):
     for start in (None, "10:00:00;00"):
-        kept = replace(shot, start_timecode=start)
-        write_shot(tmp_path / "s.heatlens.json", kept)
-        assert read_shot(tmp_path / "s.heatlens.json") == kept
+        saved_shot = replace(shot, start_timecode=start)
+        write_shot(tmp_path / "s.heatlens.json", saved_shot)
+        assert read_shot(tmp_path / "s.heatlens.json") == saved_shot
 
 
-def test_a_still_has_one_row(shot):
+def test_sheet_frames_of_still_are_one_frame(shot):
     assert sheet_frames(replace(shot, curves=type(shot.curves)()), FrameRange(1, 1)) == [1.0]
 
 
-def test_the_page_escapes_names_and_the_table_holds_the_same(shot, tmp_path):
+def test_sheet_page_escapes_names_and_csv_has_same_rows(shot, tmp_path):
     rows = rows_of(shot)
     sheet = Sheet("rack & <roll>", shot, [SheetEntry(row) for row in rows])
     page = sheet_html(sheet.title, [sheet])
     assert "rack &amp; &lt;roll&gt;" in page and "door &lt;3" in page and "<3" not in page
-    read = list(csv.DictReader(io.StringIO(sheet_csv(rows))))
-    assert [entry["focus"] for entry in read] == [row.focus for row in rows]
+    csv_rows = list(csv.DictReader(io.StringIO(sheet_csv(rows))))
+    assert [entry["focus"] for entry in csv_rows] == [row.focus for row in rows]
     table = write_sheet(tmp_path / "rack.html", "rack", [sheet])
     assert table == tmp_path / "rack.csv" and table.read_text() == sheet_csv(rows)
 
@@ -139,12 +141,12 @@ def picture_in(uri: str) -> Image.Image:
     return Image.open(io.BytesIO(base64.b64decode(uri.partition(",")[2])))
 
 
-def test_a_picture_is_small_and_keeps_its_shape():
+def test_data_uri_scales_picture_to_480_pixels():
     picture = picture_in(data_uri(np.full((540, 960, 3), 0.5, np.float32)))
     assert picture.size == (480, 270) and picture.getpixel((0, 0)) == (128, 128, 128)
 
 
-def test_the_command_writes_pictures_marks_and_timecode(tmp_path, capsys):
+def test_shot_sheet_writes_pictures_marks_and_timecode(tmp_path, capsys):
     pattern = sequence_files(tmp_path, 1001, 1004)
     shot = Shot(
         Lens(50.0, 2.0, 3.0, 36.0),
@@ -163,12 +165,12 @@ def test_the_command_writes_pictures_marks_and_timecode(tmp_path, capsys):
     rows = list(csv.DictReader(io.StringIO((tmp_path / "pull.csv").read_text())))
     assert [row["timecode"] for row in rows] == ["10:00:00:00", "10:00:00:01", "10:00:00:03"]
     assert rows[1]["mark"] == "Anna" and rows[0]["mark"] == "Anna"
-    said = capsys.readouterr()
-    assert said.out.split() == [words[-1], str(tmp_path / "pull.csv")]
-    assert said.err == ""  # progress is for terminals
+    captured = capsys.readouterr()
+    assert captured.out.split() == [words[-1], str(tmp_path / "pull.csv")]
+    assert captured.err == ""  # progress is for terminals
 
 
-def test_a_reel_is_a_sheet_of_its_shot_files_also_as_pdf(tmp_path, capsys):
+def test_shot_sheet_of_reel_writes_pdf_with_page_per_shot(tmp_path, capsys):
     pattern, shots = sequence_files(tmp_path, 1001, 1004), []
     for name, near_m in (("first", 2.0), ("second", 5.0)):
         shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), source=pattern, frames=FrameRange(1001, 1004))
@@ -179,7 +181,7 @@ def test_a_reel_is_a_sheet_of_its_shot_files_also_as_pdf(tmp_path, capsys):
     write_reel(reel, Reel("cut", (*shots, ReelShot("plain", pattern))))
     pages = tmp_path / "pulls.pdf"
     assert main(["shot", "sheet", str(reel), "-o", str(pages)]) == 0
-    assert "plain: " in (said := capsys.readouterr().err) and "has no pull" in said
+    assert "plain: " in (message := capsys.readouterr().err) and "has no pull" in message
     rows = list(csv.DictReader(io.StringIO((tmp_path / "pulls.csv").read_text())))
     assert [(row["shot"], row["frame"], row["focus"]) for row in rows] == [
         *(("first", "1002", "2 m"), ("first", "1004", "6 m")),
@@ -193,15 +195,15 @@ def test_a_reel_is_a_sheet_of_its_shot_files_also_as_pdf(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["-o", "pull.doc"], "must end in .html or .pdf"),
         (["-o", "pull.html", "--start-timecode", "ten"], "not a timecode"),
     ],
 )
-def test_what_cannot_be_written_is_refused_in_a_sentence(shot, tmp_path, capsys, words, said):
+def test_shot_sheet_rejects_wrong_format_and_timecode(shot, tmp_path, capsys, words, message):
     path = tmp_path / "s.heatlens.json"
     write_shot(path, shot)
     words = [str(tmp_path / word) if word.startswith("pull") else word for word in words]
     assert main(["shot", "sheet", str(path), *words]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err

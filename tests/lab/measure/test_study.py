@@ -1,4 +1,4 @@
-"""`heatlens study`: the page is whole, its numbers are those of `compare`, folders are safe."""
+"""Test `heatlens study`: a complete page, the numbers of `compare`, and safe folders."""
 
 import json
 import sys
@@ -14,7 +14,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.fronts.commands.main import main
 from heatlens.lab.measure.study import folder as folders
 from heatlens.media.plate.exr.exr_write import write_exr
-from support.command_line import CAMERA, started
+from support.command_line import CAMERA, start_heatlens
 from support.exr_files import write_file
 from support.plates import room
 
@@ -25,7 +25,7 @@ VOID = {"meta", "img", "br"}
 
 
 class Page(HTMLParser):
-    """Counts on every tag being closed in order; keeps texts, ids and what is linked."""
+    """A parser that checks that tags are closed in order, and collects texts, ids and links."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()
@@ -36,13 +36,13 @@ class Page(HTMLParser):
         assert self.open == []
 
     def handle_starttag(self, tag, attrs):
-        given = dict(attrs)
-        assert tag != "script" and not any(name.startswith("on") for name in given)
-        self.sources += [given["src"]] if "src" in given else []
-        self.links |= {given["href"]} if "href" in given else set()
-        if "id" in given:
-            assert given["id"] not in self.ids
-            self.ids.add(given["id"])
+        attributes = dict(attrs)
+        assert tag != "script" and not any(name.startswith("on") for name in attributes)
+        self.sources += [attributes["src"]] if "src" in attributes else []
+        self.links |= {attributes["href"]} if "href" in attributes else set()
+        if "id" in attributes:
+            assert attributes["id"] not in self.ids
+            self.ids.add(attributes["id"])
         if tag not in VOID:
             self.open.append(tag)
 
@@ -58,30 +58,30 @@ pytestmark = pytest.mark.usefixtures("ctx")
 
 @pytest.fixture(scope="module")
 def plate(tmp_path_factory) -> Path:
-    """Return the room, with the lens in its header."""
+    """Return a plate of the room with the lens in its header."""
     color, depth = room(WIDTH, HEIGHT)
     channels = {name: color[..., i] for i, name in enumerate("RGB")} | {"Z": depth}
     return write_file(tmp_path_factory.mktemp("study") / "room.exr", channels, **CAMERA)
 
 
-def study(plate, out, *words: object) -> dict:
+def run_study(plate, out, *words: object) -> dict:
     assert main(["study", str(plate), "-o", str(out), *QUICK, *map(str, words)]) == 0
     return json.loads((out / "study.json").read_text())
 
 
-def refused(capsys, *words: object) -> str:
+def message_of_refusal(capsys, *words: object) -> str:
     assert main(["study", *map(str, words)]) == 2
-    said = capsys.readouterr()
-    assert said.out == "" and len(said.err.splitlines()) == 1
-    return said.err
+    captured = capsys.readouterr()
+    assert captured.out == "" and len(captured.err.splitlines()) == 1
+    return captured.err
 
 
 # The page
 
 
-def test_every_method_is_seen_whole_and_measured(capsys, plate, tmp_path):
+def test_study_page_shows_and_measures_every_method(capsys, plate, tmp_path):
     out = tmp_path / "report"
-    numbers = study(plate, out)
+    numbers = run_study(plate, out)
     assert capsys.readouterr().out == f"{out / 'index.html'}\n"
     assert {row["method"] for row in numbers["methods"]} == PLATE_METHODS
     page = Page(out / "index.html")
@@ -92,31 +92,31 @@ def test_every_method_is_seen_whole_and_measured(capsys, plate, tmp_path):
     assert numbers["renderer"] in page.text
 
 
-def test_the_page_asks_for_nothing_but_what_lies_beside_it(plate, tmp_path):
+def test_study_page_links_only_to_files_beside_it(plate, tmp_path):
     out = tmp_path / "report"
-    numbers = study(plate, out)
+    numbers = run_study(plate, out)
     page = Page(out / "index.html")
-    beside = {p.name for p in out.iterdir()}
-    assert set(map(unquote, page.sources)) <= beside == set(numbers["files"])
-    inside = {link[1:] for link in page.links if link.startswith("#")}
-    assert inside == page.ids
-    assert page.links - {f"#{name}" for name in inside} == {"study.json"}
+    file_names = {p.name for p in out.iterdir()}
+    assert set(map(unquote, page.sources)) <= file_names == set(numbers["files"])
+    internal_links = {link[1:] for link in page.links if link.startswith("#")}
+    assert internal_links == page.ids
+    assert page.links - {f"#{name}" for name in internal_links} == {"study.json"}
     assert "://" not in (out / "index.html").read_text() and "url(" not in page.text
 
 
-def test_the_pictures_have_the_frames_size_and_the_crops_their_own(plate, tmp_path):
+def test_study_pictures_have_frame_size_and_crops_their_size(plate, tmp_path):
     out = tmp_path / "report"
-    sides = {box[2] for box in study(plate, out, "--methods", "heat,gather")["crops"]}
+    sides = {box[2] for box in run_study(plate, out, "--methods", "heat,gather")["crops"]}
     assert len(sides) == 1
     for path in out.glob("*.png"):
         with Image.open(path) as image:
             assert image.size == ((*sides, *sides) if "crop" in path.name else (WIDTH, HEIGHT))
 
 
-def test_names_cannot_break_the_page(plate, tmp_path):
+def test_study_page_escapes_file_names(plate, tmp_path):
     odd = tmp_path / '<b id="x">&amp;.exr'
     odd.write_bytes(plate.read_bytes())
-    study(odd, tmp_path / "report", "--methods", "heat")
+    run_study(odd, tmp_path / "report", "--methods", "heat")
     page = Page(tmp_path / "report" / "index.html")
     assert odd.name in page.text and "x" not in page.ids
 
@@ -124,11 +124,11 @@ def test_names_cannot_break_the_page(plate, tmp_path):
 # The numbers
 
 
-def test_the_method_that_made_the_truth_is_the_nearest_to_it(capsys, plate, tmp_path):
+def test_study_ranks_method_of_truth_first(capsys, plate, tmp_path):
     truth, out = tmp_path / "truth.exr", tmp_path / "report"
-    made = ["render", plate, "-o", truth, "--method", "gather", "--float"]
-    assert main([*map(str, made)]) == 0
-    rows = study(plate, out, "--truth", truth)["methods"]
+    render_words = ["render", plate, "-o", truth, "--method", "gather", "--float"]
+    assert main([*map(str, render_words)]) == 0
+    rows = run_study(plate, out, "--truth", truth)["methods"]
     assert rows[0]["method"] == "gather" and rows[0]["flip"] == 0 and rows[0]["psnr_db"] == 99
     flips = [row["flip"] for row in rows]
     assert flips == sorted(flips) and flips[1] > 0
@@ -138,14 +138,14 @@ def test_the_method_that_made_the_truth_is_the_nearest_to_it(capsys, plate, tmp_
     assert "truth: truth.exr" in capsys.readouterr().err
 
 
-def test_the_scores_are_those_of_compare(capsys, plate, tmp_path):
-    """Of a truth that holds a part of the frame alone, as well."""
+def test_study_scores_equal_scores_of_compare(capsys, plate, tmp_path):
+    """The scores also agree for a truth that holds only a part of the frame."""
     part = Box(5, 3, 40, 25)
     grey = np.full(part.shape, 0.3, np.float32)
     display = Box(0, 0, WIDTH, HEIGHT)
     write_exr(tmp_path / "t.exr", dict.fromkeys("RGB", grey), part, display, half=False)
     words = ("--truth", tmp_path / "t.exr", "--methods", "pyramid")
-    numbers = study(plate, tmp_path / "report", *words)
+    numbers = run_study(plate, tmp_path / "report", *words)
     picture = tmp_path / "p.exr"
     assert main(["render", str(plate), "-o", str(picture), "--method", "pyramid", "--float"]) == 0
     capsys.readouterr()
@@ -155,8 +155,8 @@ def test_the_scores_are_those_of_compare(capsys, plate, tmp_path):
     assert numbers["size"] == [part.width, part.height]
 
 
-def test_without_a_truth_it_is_said_that_there_is_none(capsys, plate, tmp_path):
-    numbers = study(plate, tmp_path / "report", "--quality", "film")
+def test_study_without_truth_says_so(capsys, plate, tmp_path):
+    numbers = run_study(plate, tmp_path / "report", "--quality", "film")
     assert "no truth was given" in capsys.readouterr().err
     page = Page(tmp_path / "report" / "index.html").text
     assert "There is no truth here" in page and "Nearest to diffusion, film: diffusion" not in page
@@ -164,26 +164,26 @@ def test_without_a_truth_it_is_said_that_there_is_none(capsys, plate, tmp_path):
     assert numbers["methods"][0]["method"] == "diffusion" and numbers["methods"][0]["flip"] == 0
 
 
-# What is refused, before the minutes
+# Refusals before the long work
 
 
-def test_what_a_plate_cannot_have(capsys, plate, tmp_path):
+def test_study_of_plate_rejects_scene_methods(capsys, plate, tmp_path):
     words = (plate, "-o", tmp_path / "report", "--methods", "heat,raytraced")
-    assert "raytraced needs a 3D scene" in refused_after_the_lens(capsys, *words)
+    assert "raytraced needs a 3D scene" in last_line_of_refusal(capsys, *words)
     assert not (tmp_path / "report").exists()
 
 
-def refused_after_the_lens(capsys, *words: object) -> str:
+def last_line_of_refusal(capsys, *words: object) -> str:
     assert main(["study", *map(str, words)]) == 2
     return capsys.readouterr().err.splitlines()[-1]
 
 
-def test_a_truth_of_another_size(capsys, plate, tmp_path):
+def test_study_rejects_truth_of_other_size(capsys, plate, tmp_path):
     window = Box(0, 0, 12, 12)
     grey = np.ones((12, 12), np.float32)
     write_exr(tmp_path / "t.exr", dict.fromkeys("RGB", grey), window, window, half=False)
     words = (plate, "-o", tmp_path / "report", "--truth", tmp_path / "t.exr")
-    assert "one pixel grid" in refused_after_the_lens(capsys, *words)
+    assert "one pixel grid" in last_line_of_refusal(capsys, *words)
     assert [p.name for p in tmp_path.iterdir()] == ["t.exr"]
 
 
@@ -191,42 +191,40 @@ def test_a_truth_of_another_size(capsys, plate, tmp_path):
     ("option", "value", "words"),
     [("--methods", "heat,blur", "'blur'"), ("--runs", "0", "'0'"), ("--gain", "nan", "'nan'")],
 )
-def test_options_that_mean_nothing(capsys, plate, option, value, words):
-    with pytest.raises(SystemExit) as stopped:
+def test_study_rejects_wrong_options(capsys, plate, option, value, words):
+    with pytest.raises(SystemExit) as exit_error:
         main(["study", str(plate), "-o", "report", option, value])
-    assert stopped.value.code == 2 and words in capsys.readouterr().err
+    assert exit_error.value.code == 2 and words in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("package", ["matplotlib", "flip_evaluator"])
-def test_a_missing_package_is_told_with_the_extra_that_brings_it(
-    capsys, plate, tmp_path, monkeypatch, package
-):
+def test_study_without_package_names_pip_install(capsys, plate, tmp_path, monkeypatch, package):
     monkeypatch.setitem(sys.modules, package, None)
-    said = refused(capsys, plate, "-o", tmp_path / "report")
-    assert "pip install 'heatlens[study]'" in said and package in said
+    message = message_of_refusal(capsys, plate, "-o", tmp_path / "report")
+    assert "pip install 'heatlens[study]'" in message and package in message
     assert not (tmp_path / "report").exists()
 
 
-def test_a_folder_of_somebody_else(capsys, plate, tmp_path):
+def test_study_refuses_foreign_folder(capsys, plate, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
-    assert "notes.txt" in refused(capsys, plate, "-o", tmp_path)
-    assert "is a file" in refused(capsys, plate, "-o", tmp_path / "notes.txt")
-    assert "there is no folder" in refused(capsys, plate, "-o", tmp_path / "a" / "b")
+    assert "notes.txt" in message_of_refusal(capsys, plate, "-o", tmp_path)
+    assert "is a file" in message_of_refusal(capsys, plate, "-o", tmp_path / "notes.txt")
+    assert "there is no folder" in message_of_refusal(capsys, plate, "-o", tmp_path / "a" / "b")
     assert [p.name for p in tmp_path.iterdir()] == ["notes.txt"]
 
 
-def test_a_report_is_replaced_whole(plate, tmp_path):
+def test_study_replaces_old_report_completely(plate, tmp_path):
     out = tmp_path / "report"
-    study(plate, out)
-    study(plate, out, "--methods", "heat")
+    run_study(plate, out)
+    run_study(plate, out, "--methods", "heat")
     assert not (out / "gather.png").exists() and (out / "heat.png").exists()
     assert [p.name for p in tmp_path.iterdir()] == ["report"]
 
 
-def test_stopped_in_the_middle_it_leaves_what_was_there(capsys, plate, tmp_path, monkeypatch):
+def test_interrupted_study_keeps_old_report(capsys, plate, tmp_path, monkeypatch):
     out = tmp_path / "report"
-    study(plate, out, "--methods", "heat")
-    before = {p.name: p.read_bytes() for p in out.iterdir()}
+    run_study(plate, out, "--methods", "heat")
+    files_before = {p.name: p.read_bytes() for p in out.iterdir()}
 
     def stopped(*_):
         raise KeyboardInterrupt
@@ -234,11 +232,11 @@ def test_stopped_in_the_middle_it_leaves_what_was_there(capsys, plate, tmp_path,
     monkeypatch.setattr("heatlens.lab.measure.study.folder.write_numbers", stopped)
     assert main(["study", str(plate), "-o", str(out), *QUICK, "--methods", "gather"]) == 130
     assert [p.name for p in tmp_path.iterdir()] == ["report"]
-    assert {p.name: p.read_bytes() for p in out.iterdir()} == before
-    assert folders.checked_target(out) == out.resolve()
+    assert {p.name: p.read_bytes() for p in out.iterdir()} == files_before
+    assert folders.check_target(out) == out.resolve()
 
 
-def test_the_help_has_examples():
-    process = started("study", "--help")
-    said, _ = process.communicate(timeout=60)
-    assert process.returncode == 0 and "examples:" in said and "--truth" in said
+def test_study_help_has_examples():
+    process = start_heatlens("study", "--help")
+    help_text, _ = process.communicate(timeout=60)
+    assert process.returncode == 0 and "examples:" in help_text and "--truth" in help_text

@@ -1,4 +1,4 @@
-"""The parts of a study: folders, crops, the chart, and the order in which scenes are looked at."""
+"""Test the parts of a study: report folders, crops, measurement of scenes, and the chart."""
 
 import json
 from dataclasses import dataclass, field
@@ -27,14 +27,14 @@ LENS = Lens(50.0, 2.0, 2.0, 36.0)
 # The folder
 
 
-def report_at(path, *names: str) -> None:
+def write_report(path, *names: str) -> None:
     with report_folder(path) as folder:
         for name in names:
             (folder / name).write_text(name)
         write_numbers(folder, {}, list(names))
 
 
-def test_nothing_is_there_until_all_is(tmp_path):
+def test_report_folder_appears_only_when_complete(tmp_path):
     with report_folder(tmp_path / "r") as folder:
         (folder / "a").write_text("a")
         assert not (tmp_path / "r").exists() and folder.parent == tmp_path
@@ -42,22 +42,22 @@ def test_nothing_is_there_until_all_is(tmp_path):
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_an_empty_folder_may_be_taken(tmp_path):
+def test_report_may_replace_empty_folder(tmp_path):
     (tmp_path / "r").mkdir()
-    report_at(tmp_path / "r", "a.png")
+    write_report(tmp_path / "r", "a.png")
     assert sorted(p.name for p in (tmp_path / "r").iterdir()) == ["a.png", "study.json"]
 
 
-def test_what_was_laid_into_a_report_is_not_thrown_away(tmp_path):
-    report_at(tmp_path / "r", "a.png")
+def test_report_with_foreign_file_is_not_replaced(tmp_path):
+    write_report(tmp_path / "r", "a.png")
     (tmp_path / "r" / "my notes").write_text("mine")
     with pytest.raises(InputError, match="my notes"):
-        report_at(tmp_path / "r", "b.png")
+        write_report(tmp_path / "r", "b.png")
     assert (tmp_path / "r" / "my notes").read_text() == "mine"
 
 
-def test_nor_what_comes_while_the_new_one_is_made(tmp_path):
-    report_at(tmp_path / "r", "a.png")
+def test_report_is_not_replaced_if_file_is_added_meanwhile(tmp_path):
+    write_report(tmp_path / "r", "a.png")
     with pytest.raises(InputError, match="late"), report_folder(tmp_path / "r"):
         (tmp_path / "r" / "late").write_text("mine")
     assert (tmp_path / "r" / "late").exists() and len(list(tmp_path.iterdir())) == 1
@@ -66,17 +66,17 @@ def test_nor_what_comes_while_the_new_one_is_made(tmp_path):
 @pytest.mark.parametrize(
     "record", ["", "[]", "{}", '{"files": ["a"]}', '{"heatlens_study": 1, "files": 3}', "[" * 9999]
 )
-def test_a_record_that_is_not_ours_protects_nothing(tmp_path, record):
+def test_folder_with_invalid_record_is_not_replaced(tmp_path, record):
     (tmp_path / "r").mkdir()
     (tmp_path / "r" / "a").write_text("a")
     (tmp_path / "r" / "study.json").write_text(record)
     with pytest.raises(InputError, match="not a heatlens report"):
-        report_at(tmp_path / "r", "b.png")
+        write_report(tmp_path / "r", "b.png")
 
 
 @pytest.mark.parametrize("name", ["thesis.doc", "sub", "linked.png", "Holiday.png"])
-def test_a_record_protects_what_no_report_writes(tmp_path, name):
-    """Whoever wrote the record: it names a file, a folder or a link that would be deleted."""
+def test_folder_with_files_that_no_report_writes_is_not_replaced(tmp_path, name):
+    """The record names a file, a folder or a link that would be deleted with the report."""
     folder = tmp_path / "report"
     folder.mkdir()
     if name == "sub":
@@ -88,28 +88,28 @@ def test_a_record_protects_what_no_report_writes(tmp_path, name):
         (folder / name).write_text("x")
     record = {"heatlens_study": 1, "files": [name, "study.json", "index.html", 3, None]}
     (folder / "study.json").write_text(json.dumps(record))
-    before = sorted(folder.iterdir())
+    files_before = sorted(folder.iterdir())
     with pytest.raises(InputError, match="not a heatlens report"), report_folder(folder):
         pass
-    assert sorted(folder.iterdir()) == before
+    assert sorted(folder.iterdir()) == files_before
 
 
-def test_a_report_of_a_long_name_leaves_nothing_beside_it(tmp_path):
-    """A name of 250 letters has no room for more letters, as a part would have needed."""
+def test_report_folder_with_long_name_leaves_no_other_files(tmp_path):
+    """A folder name of 250 letters leaves no room for the suffix of a temporary name."""
     folder = tmp_path / ("r" * 250)
     with report_folder(folder) as beside:
         write_numbers(beside, {}, [])
     assert [path.name for path in tmp_path.iterdir()] == [folder.name]
 
 
-def test_a_link_keeps_pointing_where_it_did(tmp_path):
+def test_report_folder_follows_symlink(tmp_path):
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to("real")
-    report_at(tmp_path / "link", "a.png")
+    write_report(tmp_path / "link", "a.png")
     assert (tmp_path / "link").is_symlink() and (tmp_path / "real" / "a.png").exists()
 
 
-def test_numbers_that_are_none_are_no_json(tmp_path):
+def test_write_numbers_rejects_nan(tmp_path):
     with pytest.raises(ValueError, match="JSON"):
         write_numbers(tmp_path, {"flip": float("nan")}, [])
     write_numbers(tmp_path, {"flip": 0.5}, ["a"])
@@ -120,20 +120,20 @@ def test_numbers_that_are_none_are_no_json(tmp_path):
 
 
 @given(st.integers(7, 90), st.integers(7, 90), st.integers(0, 2**32 - 1))
-def test_crops_lie_inside_and_do_not_touch(height, width, seed):
+def test_crop_boxes_lie_inside_and_do_not_overlap(height, width, seed):
     rng = np.random.default_rng(seed)
     truth, *pictures = rng.random((3, height, width, 3), np.float32)
     boxes = crop_boxes(pictures, truth)
-    side, seen = crop_side(height, width), np.zeros((height, width), int)
+    side, crop_counts = crop_side(height, width), np.zeros((height, width), int)
     assert 1 <= len(boxes) <= 3
     for box in boxes:
         assert box.shape == (side, side)
         assert box.intersection(Box(0, 0, width, height)) == box
-        seen[box.y0 : box.y1, box.x0 : box.x1] += 1
-    assert seen.max() == 1
+        crop_counts[box.y0 : box.y1, box.x0 : box.x1] += 1
+    assert crop_counts.max() == 1
 
 
-def test_the_first_crop_is_where_the_methods_differ_not_where_all_are_wrong():
+def test_first_crop_covers_largest_difference_between_methods():
     truth = np.full((100, 100, 3), 0.2, np.float32)
     good, bad = truth.copy(), truth.copy()
     good[:40, :40] = bad[:40, :40] = 1.0
@@ -146,8 +146,8 @@ def test_the_first_crop_is_where_the_methods_differ_not_where_all_are_wrong():
 
 
 @dataclass
-class Going:
-    """Stands in for a renderer of a scene whose methods go on where they stopped.
+class FakeSceneRenderer:
+    """A fake scene renderer whose methods continue with the views that they already have.
 
     A picture from n views is off by 1/n. Asking again for the same lens costs nothing new.
     """
@@ -184,10 +184,10 @@ def truth_from(subject: Subject, views: int) -> references.Reference:
 
 
 def scene_subject(views: int = 8) -> Subject:
-    return Subject("a scene", Going(), Shot(LENS, DefocusSettings(views=views)), 3)
+    return Subject("a scene", FakeSceneRenderer(), Shot(LENS, DefocusSettings(views=views)), 3)
 
 
-def test_a_method_is_judged_by_its_own_views_not_by_those_of_the_truth():
+def test_measured_method_uses_its_own_view_count():
     subject = scene_subject()
     truth = truth_from(subject, 1024)
     rows = measure_all(subject, (Method.ACCUMULATION,), truth, 2, lambda _: None).rows
@@ -196,7 +196,7 @@ def test_a_method_is_judged_by_its_own_views_not_by_those_of_the_truth():
     assert rows[0].detail == "8 views"
 
 
-def test_every_timed_frame_of_a_scene_is_drawn_from_nothing():
+def test_every_timed_frame_is_rendered_from_scratch():
     subject = scene_subject()
     truth = truth_from(subject, 64)
     measure_all(subject, (Method.RAYTRACED,), truth, 3, lambda _: None)
@@ -204,19 +204,19 @@ def test_every_timed_frame_of_a_scene_is_drawn_from_nothing():
     assert traced == [1, 8] * 4
 
 
-def test_what_finds_no_room_is_left_out_aloud_and_the_others_are_not():
-    subject, said = scene_subject(), []
+def test_measure_all_skips_method_that_does_not_fit_with_message():
+    subject, messages = scene_subject(), []
     truth = truth_from(subject, 64)
-    found = measure_all(subject, (Method.SCATTER, Method.HEAT), truth, 1, said.append)
-    assert [row.method for row in found.rows] == [Method.HEAT]
-    assert found.left_out == ("scatter is skipped: There is no room.",) and said[1:2] == [
-        *found.left_out
+    result = measure_all(subject, (Method.SCATTER, Method.HEAT), truth, 1, messages.append)
+    assert [row.method for row in result.rows] == [Method.HEAT]
+    assert result.left_out == ("scatter is skipped: There is no room.",) and messages[1:2] == [
+        *result.left_out
     ]
     with pytest.raises(GpuError, match="no room"):
-        measure_all(subject, (Method.SCATTER,), truth, 1, said.append)
+        measure_all(subject, (Method.SCATTER,), truth, 1, messages.append)
 
 
-def test_where_time_is_short_the_first_run_is_what_counts(monkeypatch):
+def test_measure_all_uses_first_run_if_time_is_short(monkeypatch):
     monkeypatch.setattr(measured, "LIMIT_S", 0.0)
     subject = scene_subject()
     truth = truth_from(subject, 4)
@@ -237,7 +237,7 @@ def test_where_time_is_short_the_first_run_is_what_counts(monkeypatch):
         (5e3, "5000 s"),
     ],
 )
-def test_durations_have_three_digits(seconds, words):
+def test_duration_has_three_digits(seconds, words):
     assert duration(seconds) == words
 
 
@@ -247,7 +247,7 @@ MEASURED = st.tuples(METHODS, st.floats(0, 1), st.floats(0, 1e4))
 
 @given(st.lists(MEASURED, min_size=1, max_size=7))
 @settings(max_examples=15)
-def test_the_chart_has_each_method_where_it_was_measured(values):
+def test_error_chart_plots_each_method_at_its_values(values):
     rows = [
         SimpleNamespace(method=method, seconds=seconds, scores=SimpleNamespace(flip=flip))
         for method, flip, seconds in values
@@ -266,7 +266,7 @@ def test_the_chart_has_each_method_where_it_was_measured(values):
     assert sum(name.endswith(", the closest") for name in names) == 1
 
 
-def test_a_chart_is_the_same_file_every_time(tmp_path):
+def test_error_chart_file_is_reproducible(tmp_path):
     row = SimpleNamespace(method=Method.HEAT, seconds=1.0, scores=SimpleNamespace(flip=0.2))
     for name in ("a.svg", "b.svg"):
         write_figure(tmp_path / name, error_chart([row], row))

@@ -1,4 +1,4 @@
-"""The script for Blender, run with a stand-in for Blender's module that remembers every key."""
+"""Test the Blender script, run with a stand-in for Blender's module that records every key."""
 
 import math
 import sys
@@ -21,7 +21,7 @@ from support.cameras import FRAMES, SHOTS, TARGET, dolly, moving_camera
 
 
 class Block(SimpleNamespace):
-    """A data-block: attributes, and keys that take what they find."""
+    """Stand in for a Blender data-block: attributes, custom properties and recorded keys."""
 
     def __init__(self, **values: object) -> None:
         super().__init__(keys={}, own={}, curves={}, **values)
@@ -53,8 +53,10 @@ class Block(SimpleNamespace):
         self.curves.clear()
 
     def copy(self) -> "Block":
-        made = ("keys", "own", "curves", "animation_data")
-        twin = Block(**{name: value for name, value in vars(self).items() if name not in made})
+        own_fields = ("keys", "own", "curves", "animation_data")
+        twin = Block(
+            **{name: value for name, value in vars(self).items() if name not in own_fields}
+        )
         twin.keys.update({path: dict(keys) for path, keys in self.keys.items()})
         return twin
 
@@ -75,7 +77,7 @@ def camera_object(name: str, data: Block) -> Block:
     return Block(name=name, data=data, type="CAMERA", parent="rig", constraints=[SimpleNamespace()])
 
 
-def blender(*cameras: Block, unit_m: float = 1.0) -> ModuleType:
+def fake_bpy(*cameras: Block, unit_m: float = 1.0) -> ModuleType:
     """Return a stand-in for bpy with what camera scripts need; cameras[0] is the scene's."""
     linked: list[Block] = []
     scene = SimpleNamespace(
@@ -95,7 +97,7 @@ def blender(*cameras: Block, unit_m: float = 1.0) -> ModuleType:
     return bpy
 
 
-def run(text: str, bpy: ModuleType) -> Block:
+def run_script(text: str, bpy: ModuleType) -> Block:
     """Return the camera that the script leaves in the scene."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, "bpy", bpy)
@@ -118,34 +120,34 @@ OPENINGS = st.fixed_dictionaries(
 
 
 @given(OPENINGS, OPENINGS)
-def test_a_lens_leaves_nothing_of_the_one_before(before, after):
+def test_blender_script_resets_opening_of_previous_lens(before, after):
     """After any two lenses the camera has what it has after the second alone."""
     first, second = (
         blender_text(camera_of_shot(Shot(Lens(50.0, 2.0, 2.0, 36.0, **opening)), "c", ONE))
         for opening in (before, after)
     )
-    both = blender()
-    run(first, both)
-    found = run(second, both).data
-    alone = run(second, blender()).data
-    assert (found.dof, found.own) == (alone.dof, alone.own)
-    assert found.dof.aperture_blades == after["blades"]
+    both = fake_bpy()
+    run_script(first, both)
+    data = run_script(second, both).data
+    alone = run_script(second, fake_bpy()).data
+    assert (data.dof, data.own) == (alone.dof, alone.own)
+    assert data.dof.aperture_blades == after["blades"]
 
 
-def test_a_new_camera_has_the_lens_at_every_frame(tmp_path):
+def test_blender_script_creates_camera_with_lens_keys_at_every_frame(tmp_path):
     camera = moving_camera()
     write_camera(tmp_path / "cam.py", camera)
-    bpy = blender()
-    made = run((tmp_path / "cam.py").read_text(), bpy)
-    assert bpy.linked == [made] and made.name == "hero cam"
-    data = made.data
+    bpy = fake_bpy()
+    camera_object = run_script((tmp_path / "cam.py").read_text(), bpy)
+    assert bpy.linked == [camera_object] and camera_object.name == "hero cam"
+    data = camera_object.data
     assert (data.sensor_fit, data.sensor_width, data.sensor_height) == ("HORIZONTAL", 36.0, 20.25)
     assert data.dof.use_dof and data.dof.focus_object is None
     assert (data.dof.aperture_fstop, data.dof.aperture_ratio) == (1.3, 1.8)
     assert set(data.keys) == {"lens", "dof.focus_distance"}
     curves = data.animation_data.action.fcurves
     assert {p.interpolation for curve in curves for p in curve.keyframe_points} == {"LINEAR"}
-    assert (made.parent, made.constraints[0].mute) == (None, True)
+    assert (camera_object.parent, camera_object.constraints[0].mute) == (None, True)
     scene = bpy.context.scene
     assert (scene.frame_start, scene.frame_end) == (1001, 1008)
     assert (scene.render.fps, scene.render.fps_base) == (25, 1.0)
@@ -156,29 +158,29 @@ def test_a_new_camera_has_the_lens_at_every_frame(tmp_path):
 
 
 @given(SHOTS, st.sampled_from([1.0, 0.01]))
-def test_the_lens_of_any_shot_is_at_every_frame(shot, unit_m):
-    data = run(blender_text(camera_of_shot(shot, "cam")), blender(unit_m=unit_m)).data
+def test_blender_script_keys_match_lens_of_any_shot(shot, unit_m):
+    data = run_script(blender_text(camera_of_shot(shot, "cam")), fake_bpy(unit_m=unit_m)).data
     for frame in FRAMES:
         lens = shot.lens_at(frame)
         assert data.at("lens", frame) == lens.focal_length_mm
         assert data.at("dof.aperture_fstop", frame) == lens.f_stop * unit_m
         assert data.at("dof.aperture_ratio", frame) == lens.squeeze
         focus_m = min(lens.focus_distance_m, INFINITE_M)
-        found = data.at("dof.focus_distance", frame)
-        assert found * unit_m == pytest.approx(focus_m, rel=1e-12)
+        keyed_focus = data.at("dof.focus_distance", frame)
+        assert keyed_focus * unit_m == pytest.approx(focus_m, rel=1e-12)
 
 
 @pytest.mark.parametrize("unit_m", [1.0, 0.01])
-def test_it_stands_where_the_plate_was_seen_from_with_z_up(unit_m):
-    made = run(blender_text(moving_camera()), blender(unit_m=unit_m))
-    assert made.rotation_mode == "XYZ"
+def test_blender_script_places_camera_as_plate_did_with_z_up(unit_m):
+    camera_object = run_script(blender_text(moving_camera()), fake_bpy(unit_m=unit_m))
+    assert camera_object.rotation_mode == "XYZ"
     for frame, eye in zip(FRAMES, dolly(), strict=True):
-        turn = turned(made.at("rotation_euler", frame))
+        rotation = xyz_rotation(camera_object.at("rotation_euler", frame))
         forward = np.subtract(TARGET, eye) / np.linalg.norm(np.subtract(TARGET, eye))
-        assert turn @ (0, 0, -1) == pytest.approx(z_up(forward), abs=1e-9)
-        assert (turn @ (1, 0, 0))[2] == pytest.approx(0, abs=1e-9)  # level
-        where = np.multiply(made.at("location", frame), unit_m)
-        assert where == pytest.approx(z_up(eye), abs=1e-9)
+        assert rotation @ (0, 0, -1) == pytest.approx(z_up(forward), abs=1e-9)
+        assert (rotation @ (1, 0, 0))[2] == pytest.approx(0, abs=1e-9)  # level
+        position_m = np.multiply(camera_object.at("location", frame), unit_m)
+        assert position_m == pytest.approx(z_up(eye), abs=1e-9)
 
 
 def z_up(point):
@@ -187,45 +189,47 @@ def z_up(point):
     return (x, -z, y)
 
 
-def turned(angles) -> np.ndarray:
+def xyz_rotation(angles) -> np.ndarray:
     """Return Blender's XYZ rotation in radians: about x first, z last."""
-    made = np.eye(3)
+    rotation = np.eye(3)
     for axis, angle in enumerate(angles):
         c, s = math.cos(angle), math.sin(angle)
         i, j = (axis + 1) % 3, (axis + 2) % 3
-        step = np.eye(3)
-        step[[i, j, i, j], [i, j, j, i]] = c, c, -s, s
-        made = step @ made
-    return made
+        axis_rotation = np.eye(3)
+        axis_rotation[[i, j, i, j], [i, j, j, i]] = c, c, -s, s
+        rotation = axis_rotation @ rotation
+    return rotation
 
 
-def test_the_scenes_camera_takes_the_lens_and_keeps_its_place():
+def test_blender_script_keeps_placement_of_existing_scene_camera():
     """Old keys of its lens are gone, and another object with the same lens keeps them."""
     shared = camera_data("old")
     shared.keyframe_insert("lens", 7)
     shot_cam = Block(name="shot cam", type="CAMERA", data=shared, location=(1, 2, 3), parent="rig")
     shot_cam.keyframe_insert("location", 5)
-    bpy = blender(shot_cam, camera_object("other", camera_data("other")))
-    made = run(blender_text(moving_camera(world_to_camera=None)), bpy)
-    assert made is shot_cam and bpy.linked == []
+    bpy = fake_bpy(shot_cam, camera_object("other", camera_data("other")))
+    scene_camera = run_script(blender_text(moving_camera(world_to_camera=None)), bpy)
+    assert scene_camera is shot_cam and bpy.linked == []
     assert (shot_cam.location, shot_cam.keys) == ((1, 2, 3), {"location": {5: (1, 2, 3)}})
     assert shot_cam.parent == "rig"
     assert list(shot_cam.data.keys["lens"]) == list(FRAMES)
     assert shared.keys == {"lens": {7: 35.0}}
 
 
-def test_a_camera_that_is_named_takes_the_lens_and_becomes_the_scenes():
+def test_blender_script_uses_named_camera_as_scene_camera():
     first, other = (camera_object(name, camera_data(name)) for name in ("first", "other"))
     text = blender_text(moving_camera())
-    assert run(text.replace('CAMERA = ""', 'CAMERA = "other"'), blender(first, other)) is other
+    assert (
+        run_script(text.replace('CAMERA = ""', 'CAMERA = "other"'), fake_bpy(first, other)) is other
+    )
     assert first.data.keys == {}
     with pytest.raises(SystemExit, match="no camera called 'none'"):
-        run(text.replace('CAMERA = ""', 'CAMERA = "none"'), blender(first, other))
+        run_script(text.replace('CAMERA = ""', 'CAMERA = "none"'), fake_bpy(first, other))
 
 
-def test_the_nominal_f_stop_is_a_property_beside_the_one_that_counts():
+def test_blender_script_stores_nominal_f_stop_as_custom_property():
     camera = with_renderer_f_stop(moving_camera(lens_model=LensModel.PHOTOGRAPHIC))
-    data = run(blender_text(camera), blender()).data
+    data = run_script(blender_text(camera), fake_bpy()).data
     for frame, f_stop in zip(FRAMES, camera.f_stop, strict=True):
         assert data.at("dof.aperture_fstop", frame) == f_stop
     assert data.own == {"nominal_f_stop": 1.3}
@@ -234,19 +238,19 @@ def test_the_nominal_f_stop_is_a_property_beside_the_one_that_counts():
 @pytest.mark.parametrize(
     ("rate", "fps", "base"), [(24.0, 24, 1.0), (23.976, 24, 1.001), (12.5, 12, 0.96), (0.5, 1, 2.0)]
 )
-def test_the_rate_is_blenders_quotient(rate, fps, base):
-    bpy = blender()
-    run(blender_text(moving_camera(frames_per_second=rate)), bpy)
+def test_blender_script_sets_fps_and_fps_base(rate, fps, base):
+    bpy = fake_bpy()
+    run_script(blender_text(moving_camera(frames_per_second=rate)), bpy)
     render = bpy.context.scene.render
     assert (render.fps, render.fps_base) == (fps, pytest.approx(base, rel=1e-9))
 
 
-def test_without_a_focus_depth_of_field_stays_as_it_is():
+def test_blender_script_without_focus_leaves_depth_of_field_unchanged():
     bare = moving_camera(focus_distance_m=None, f_stop=None, squeeze=None)
-    made = run(blender_text(bare), blender())
+    made = run_script(blender_text(bare), fake_bpy())
     assert made.data.dof == SimpleNamespace(use_dof=False, focus_object="Cube")
 
 
 @given(st.text())
-def test_no_name_breaks_the_script(name):
-    assert run(blender_text(moving_camera(name=name)), blender()).name == name
+def test_blender_script_accepts_any_camera_name(name):
+    assert run_script(blender_text(moving_camera(name=name)), fake_bpy()).name == name

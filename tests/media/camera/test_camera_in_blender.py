@@ -42,8 +42,8 @@ print("FACTS" + json.dumps(facts))
 """
 
 
-def pulled() -> Shot:
-    """Return a focus pull with an opening that closes, on smooth keys."""
+def shot_with_focus_pull() -> Shot:
+    """Return a shot with a focus pull and a closing aperture, on smooth keys."""
     shot = Shot(Lens(50.0, 1.4, 1.1, 36.0), frames=FRAMES, frames_per_second=25.0)
     for frame, focus_m, f_stop in ((101, 1.1, 1.4), (126, 8.0, 2.8)):
         shot = shot.with_key(frame, LensParameter.FOCUS_DISTANCE, focus_m)
@@ -52,15 +52,15 @@ def pulled() -> Shot:
 
 
 @pytest.mark.skipif(not PYTHON, reason="HEATLENS_BPY_PYTHON names no Python with bpy")
-def test_blender_has_the_lens_at_the_frames_and_between_them(tmp_path):
-    shot = pulled()
+def test_real_blender_has_lens_at_frames_and_linear_between(tmp_path):
+    shot = shot_with_focus_pull()
     camera = with_renderer_f_stop(camera_of_shot(shot, "cam"))
     (tmp_path / "cam.py").write_text(blender_text(camera))
     (tmp_path / "probe.py").write_text(PROBE)
     words = [PYTHON, str(tmp_path / "probe.py"), str(tmp_path / "cam.py")]
-    ran = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)
-    assert ran.returncode == 0, ran.stderr
-    facts = json.loads(next(x for x in ran.stdout.splitlines() if x.startswith("FACTS"))[5:])
+    process = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)
+    assert process.returncode == 0, process.stderr
+    facts = json.loads(next(x for x in process.stdout.splitlines() if x.startswith("FACTS"))[5:])
     assert facts["active"] == "Cube" and facts["camera"] and facts["use_dof"]
     assert (facts["frames"], facts["rate"]) == ([101, 126], 25.0)
     assert (facts["sensor_mm"], facts["other_dof"]) == (36.0, False)
@@ -69,9 +69,9 @@ def test_blender_has_the_lens_at_the_frames_and_between_them(tmp_path):
     assert focus[1:-1:2] == pytest.approx(middles, rel=1e-5)  # straight from frame to frame
     for half, (focal_mm, f_stop, focus_m, nominal) in enumerate(facts["at_half_frames"]):
         lens = shot.lens_at(101 + half / 2)
-        near = 0.01 if half % 2 else 1e-6
+        tolerance = 0.01 if half % 2 else 1e-6
         assert focal_mm == 50.0
-        assert nominal == pytest.approx(lens.f_stop, rel=near)
-        assert focus_m == pytest.approx(lens.focus_distance_m, rel=near)
+        assert nominal == pytest.approx(lens.f_stop, rel=tolerance)
+        assert focus_m == pytest.approx(lens.focus_distance_m, rel=tolerance)
         same_discs = lens.f_stop * (1 - 0.05 / lens.focus_distance_m)
-        assert f_stop == pytest.approx(same_discs, rel=near)
+        assert f_stop == pytest.approx(same_discs, rel=tolerance)

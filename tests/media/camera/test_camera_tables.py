@@ -1,4 +1,4 @@
-"""Cameras as JSON and CSV are read again to the last digit; a mistake is told with its place."""
+"""Test that cameras in JSON and CSV read back exactly, and that errors name their place."""
 
 import csv
 import json
@@ -23,26 +23,26 @@ def path(request, tmp_path):
 
 
 @given(SHOTS, st.sampled_from(SUFFIXES))
-def test_the_camera_of_any_shot_is_read_again_exactly(tmp_path_factory, shot, suffix):
+def test_read_camera_returns_written_camera_of_any_shot_exactly(tmp_path_factory, shot, suffix):
     path = tmp_path_factory.mktemp("cam") / f"cam{suffix}"
     camera = camera_of_shot(shot, "cam")
     write_camera(path, camera)
     assert read_camera(str(path)) == camera
 
 
-def test_the_placement_is_read_again_exactly(path):
+def test_read_camera_returns_written_placement_exactly(path):
     camera = replace(moving_camera(up_axis="z"), name="cam")
     write_camera(path, camera)
     assert read_camera(str(path)) == camera
 
 
-def test_what_is_not_told_stays_untold(path):
+def test_read_camera_keeps_missing_values_missing(path):
     camera = replace(STILL, f_stop=None, sensor_height_mm=None)
     write_camera(path, camera)
     assert read_camera(str(path)) == camera
 
 
-def test_the_head_of_the_table_has_the_units(tmp_path):
+def test_csv_camera_has_header_with_units(tmp_path):
     write_camera(tmp_path / "cam.csv", moving_camera())
     with open(tmp_path / "cam.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -53,23 +53,23 @@ def test_the_head_of_the_table_has_the_units(tmp_path):
     assert float(rows[3]["world_to_camera_03"]) == moving_camera().world_to_camera[3][0][3]
 
 
-def test_json_has_an_object_for_each_frame(tmp_path):
+def test_json_camera_has_one_object_per_frame(tmp_path):
     write_camera(tmp_path / "cam.json", moving_camera())
-    found = json.loads((tmp_path / "cam.json").read_text(), parse_constant=pytest.fail)
-    assert (found["heatlens_camera"], found["name"]) == (1, "hero cam")
-    assert found["frames_per_second"] == 25
-    assert [sample["frame"] for sample in found["samples"]] == list(range(1001, 1009))
-    assert found["samples"][7]["focus_distance_m"] == "inf"
-    assert found["samples"][2]["world_to_camera"][3] == [0, 0, 0, 1]
+    content = json.loads((tmp_path / "cam.json").read_text(), parse_constant=pytest.fail)
+    assert (content["heatlens_camera"], content["name"]) == (1, "hero cam")
+    assert content["frames_per_second"] == 25
+    assert [sample["frame"] for sample in content["samples"]] == list(range(1001, 1009))
+    assert content["samples"][7]["focus_distance_m"] == "inf"
+    assert content["samples"][2]["world_to_camera"][3] == [0, 0, 0, 1]
 
 
-def test_columns_may_stand_in_any_order_with_spaces_and_a_mark_before_them(tmp_path):
+def test_read_camera_csv_accepts_any_column_order_spaces_and_bom(tmp_path):
     path = tmp_path / "cam.csv"
     text = "focus_distance_m,frame,f_stop\r\n 2.5,1, 2\r\n\r\ninf,3.0,2\r\n"
     path.write_bytes(b"\xef\xbb\xbf" + text.encode())
-    found = read_camera(str(path))
-    assert (found.frames, found.f_stop) == ((1, 3), (2.0, 2.0))
-    assert found.focus_distance_m == (2.5, float("inf"))
+    camera = read_camera(str(path))
+    assert (camera.frames, camera.f_stop) == ((1, 3), (2.0, 2.0))
+    assert camera.focus_distance_m == (2.5, float("inf"))
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_columns_may_stand_in_any_order_with_spaces_and_a_mark_before_them(tmp_p
         ("1004,51.0,1.3", '1004,51.0,"1.3', "is damaged"),
     ],
 )
-def test_a_mistake_in_a_table_is_told_with_its_line(tmp_path, old, new, sentence):
+def test_read_camera_csv_error_names_line(tmp_path, old, new, sentence):
     path = tmp_path / "cam.csv"
     write_camera(path, STILL)
     text = path.read_text()
@@ -107,7 +107,7 @@ def test_a_mistake_in_a_table_is_told_with_its_line(tmp_path, old, new, sentence
     assert str(path) in str(refusal.value)
 
 
-def test_a_table_with_half_a_placement_is_refused(tmp_path):
+def test_read_camera_csv_rejects_incomplete_placement(tmp_path):
     path = tmp_path / "cam.csv"
     path.write_text("frame,world_to_camera_00\n1,1\n")
     with pytest.raises(InputError, match="line 2: the placement lacks world_to_camera_01"):
@@ -115,7 +115,7 @@ def test_a_table_with_half_a_placement_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"frame,f_stop\n", b"\xff\xfe\x00", b"frame\n1\x00\n"])
-def test_what_is_no_table_is_refused(tmp_path, content):
+def test_read_camera_rejects_file_that_is_no_csv_table(tmp_path, content):
     path = tmp_path / "cam.csv"
     path.write_bytes(content)
     with pytest.raises(InputError, match=str(path)):
@@ -126,7 +126,7 @@ def test_what_is_no_table_is_refused(tmp_path, content):
     st.lists(st.sampled_from(["frame", "f_stop", "up_axis"]), min_size=1, max_size=3),
     st.text('019.-+einfyz ,"\n\r\0', max_size=40),
 )
-def test_any_table_is_a_camera_or_refused(tmp_path_factory, head, rows):
+def test_read_camera_of_any_csv_returns_frames_or_raises_input_error(tmp_path_factory, head, rows):
     path = tmp_path_factory.mktemp("cam") / "cam.csv"
     path.write_text(f"{','.join(head)}\n{rows}", encoding="utf-8", newline="")
     try:
@@ -168,7 +168,7 @@ def test_any_table_is_a_camera_or_refused(tmp_path_factory, head, rows):
         ),
     ],
 )
-def test_a_mistake_in_json_is_told_with_its_place(tmp_path, change, sentence):
+def test_read_camera_json_error_names_entry(tmp_path, change, sentence):
     path = tmp_path / "cam.json"
     write_camera(path, moving_camera())
     top = json.loads(path.read_text())
@@ -179,44 +179,44 @@ def test_a_mistake_in_json_is_told_with_its_place(tmp_path, change, sentence):
     assert str(path) in str(refusal.value)
 
 
-def test_a_file_cut_short_is_refused_or_has_fewer_frames(path):
-    """A table cut at the end of a line is a whole one; nothing else is taken."""
+def test_read_camera_of_truncated_file_raises_or_has_fewer_frames(path):
+    """Only a table cut at the end of a line is accepted."""
     write_camera(path, moving_camera())
-    whole = path.read_bytes()
-    for length in range(0, len(whole) - 2, 7):
-        path.write_bytes(whole[:length])
+    content = path.read_bytes()
+    for length in range(0, len(content) - 2, 7):
+        path.write_bytes(content[:length])
         try:
-            found = read_camera(str(path))
+            camera = read_camera(str(path))
         except InputError as refusal:
             assert str(path) in str(refusal)
         else:
-            assert path.suffix == ".csv" and whole[:length].count(b"\n") >= len(found.frames)
+            assert path.suffix == ".csv" and content[:length].count(b"\n") >= len(camera.frames)
 
 
 @pytest.mark.parametrize("name", ["cam.fbx", "cam", "s.heatlens.json", "cam.exr"])
-def test_a_name_that_no_camera_has_is_refused(tmp_path, name):
+def test_write_camera_rejects_unknown_suffix(tmp_path, name):
     with pytest.raises(InputError, match=r"must end in .usda, .usd, .usdc, .nk, .json, .csv, .py"):
         write_camera(tmp_path / name, STILL)
     assert not (tmp_path / name).exists()
 
 
-def test_formats_in_metres_take_no_other_unit(path):
+def test_write_camera_in_metric_format_rejects_scene_unit(path):
     with pytest.raises(InputError, match="always in metres"):
         write_camera(path, STILL, 0.01)
 
 
 @pytest.mark.parametrize("unit_m", [1e-9, 1e9])
-def test_a_unit_that_float32_cannot_hold_is_refused(tmp_path, unit_m):
+def test_write_camera_rejects_unit_beyond_float32(tmp_path, unit_m):
     with pytest.raises(InputError, match="metres per unit"):
         write_camera(tmp_path / "cam.nk", STILL, unit_m)
 
 
 @pytest.mark.parametrize("name", ["cam.nk", "cam.py"])
-def test_what_is_only_written_says_so(name):
+def test_read_camera_rejects_write_only_formats(name):
     with pytest.raises(InputError, match=r"cannot read them\. Use USD"):
         read_camera(name)
 
 
-def test_a_missing_file_is_told(path):
+def test_read_camera_reports_missing_file(path):
     with pytest.raises(InputError, match="is not there"):
         read_camera(str(path))

@@ -1,4 +1,4 @@
-"""Cameras in USD as they are written here, against OpenUSD's own reading of them."""
+"""Compare cameras that heatlens writes in USD with what OpenUSD itself reads."""
 
 import math
 from dataclasses import replace
@@ -20,7 +20,7 @@ UNITS_M = (1.0, 0.01, 0.3048, 0.0254)
 STAGE_TENTHS_OF_MM = {1.0: 0.01, 0.01: 1.0, 0.3048: 1 / 30.48, 0.0254: 1 / 2.54}
 
 
-def assert_same(found, expected):
+def assert_same_camera(found, expected):
     """Check every track and the placement, within the precision of float32."""
     for name in LENS_TRACKS:
         track = expected.lens_tracks.get(name)
@@ -34,16 +34,16 @@ def assert_same(found, expected):
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("unit_m", UNITS_M)
-def test_what_is_written_is_read_again_in_every_unit(tmp_path, suffix, unit_m):
+def test_usd_camera_reads_back_written_camera_in_every_unit(tmp_path, suffix, unit_m):
     path, camera = tmp_path / f"cam{suffix}", moving_camera()
     write_camera(path, camera, unit_m)
-    found = usd_camera(str(path))
-    assert_same(found, camera)
-    assert (found.frames, found.name) == (camera.frames, "hero_cam")
+    read_back = usd_camera(str(path))
+    assert_same_camera(read_back, camera)
+    assert (read_back.frames, read_back.name) == (camera.frames, "hero_cam")
 
 
 @pytest.mark.parametrize("unit_m", UNITS_M)
-def test_openusd_sees_the_camera_that_was_meant(usd_path, unit_m):
+def test_openusd_reads_written_camera_with_correct_lens_and_placement(usd_path, unit_m):
     camera = moving_camera()
     write_camera(usd_path, camera, unit_m)
     stage = Usd.Stage.Open(str(usd_path))
@@ -52,24 +52,26 @@ def test_openusd_sees_the_camera_that_was_meant(usd_path, unit_m):
     assert stage.GetTimeCodesPerSecond() == 25.0
     prim = UsdGeom.Camera(stage.GetDefaultPrim())
     for index, (frame, eye) in enumerate(zip(FRAMES, dolly(), strict=True)):
-        seen = prim.GetCamera(frame)
+        gf_camera = prim.GetCamera(frame)
         tenths = STAGE_TENTHS_OF_MM[unit_m]
-        assert seen.focalLength == pytest.approx(camera.focal_length_mm[index] * tenths, rel=1e-6)
-        assert seen.horizontalAperture == pytest.approx(36.0 * tenths, rel=1e-6)
-        assert seen.verticalAperture == pytest.approx(20.25 * tenths, rel=1e-6)
-        assert seen.fStop == pytest.approx(1.3, rel=1e-6)
-        assert tuple(seen.frustum.position * unit_m) == pytest.approx(eye, abs=1e-9)
+        assert gf_camera.focalLength == pytest.approx(
+            camera.focal_length_mm[index] * tenths, rel=1e-6
+        )
+        assert gf_camera.horizontalAperture == pytest.approx(36.0 * tenths, rel=1e-6)
+        assert gf_camera.verticalAperture == pytest.approx(20.25 * tenths, rel=1e-6)
+        assert gf_camera.fStop == pytest.approx(1.3, rel=1e-6)
+        assert tuple(gf_camera.frustum.position * unit_m) == pytest.approx(eye, abs=1e-9)
         forward = np.subtract(TARGET, eye) / np.linalg.norm(np.subtract(TARGET, eye))
-        assert tuple(seen.frustum.ComputeViewDirection()) == pytest.approx(forward, abs=1e-9)
+        assert tuple(gf_camera.frustum.ComputeViewDirection()) == pytest.approx(forward, abs=1e-9)
         focus_m = min(camera.focus_distance_m[index], INFINITE_M)
-        assert seen.focusDistance * unit_m == pytest.approx(focus_m, rel=1e-6)
+        assert gf_camera.focusDistance * unit_m == pytest.approx(focus_m, rel=1e-6)
     # The field of view has no unit: it tells whether lens and film back are in the same one.
     angle = 2 * math.degrees(math.atan(18 / 50))
     assert prim.GetCamera(1001).GetFieldOfView(Gf.Camera.FOVHorizontal) == pytest.approx(angle)
 
 
-def test_a_metre_stage_counts_lenses_in_tenths_of_a_metre(usd_path):
-    """25 mm are 0.25 there, as the schema's documentation has it; the focus is in metres."""
+def test_usd_stage_in_meters_stores_lens_in_tenths_of_a_meter(usd_path):
+    """25 mm are stored as 0.25, as the schema's documentation says; the focus is in meters."""
     write_camera(
         usd_path, moving_camera(focal_length_mm=(25.0,) * 8, focus_distance_m=(3.0,) * 8), 1.0
     )
@@ -79,7 +81,7 @@ def test_a_metre_stage_counts_lenses_in_tenths_of_a_metre(usd_path):
     assert prim.GetFocusDistanceAttr().Get() == 3.0
 
 
-def test_what_stands_still_has_no_time_samples(usd_path):
+def test_usd_camera_writes_time_samples_only_for_moving_values(usd_path):
     write_camera(usd_path, moving_camera())
     stage = Usd.Stage.Open(str(usd_path))
     prim = stage.GetDefaultPrim()
@@ -88,7 +90,7 @@ def test_what_stands_still_has_no_time_samples(usd_path):
     assert prim.GetAttribute("focusDistance").GetTimeSamples() == list(FRAMES)
 
 
-def test_what_is_not_told_is_not_written(usd_path):
+def test_usd_camera_omits_unknown_values(usd_path):
     bare = moving_camera(
         f_stop=None, focus_distance_m=None, squeeze=None, world_to_camera=None, up_axis="z"
     )
@@ -97,18 +99,18 @@ def test_what_is_not_told_is_not_written(usd_path):
     names = {attribute.GetName() for attribute in stage.GetDefaultPrim().GetAuthoredAttributes()}
     assert names == {"clippingRange", "focalLength", "horizontalAperture", "verticalAperture"}
     assert UsdGeom.GetStageUpAxis(stage) == "Z"
-    assert_same(usd_camera(str(usd_path)), bare)
+    assert_same_camera(usd_camera(str(usd_path)), bare)
     assert usd_camera(str(usd_path)).up_axis == "z"
 
 
 @settings(max_examples=40, deadline=None)
 @given(SHOTS, st.sampled_from(SUFFIXES), st.sampled_from(UNITS_M))
-def test_the_camera_of_any_shot_is_read_again(tmp_path_factory, shot, suffix, unit_m):
+def test_usd_camera_of_any_shot_reads_back(tmp_path_factory, shot, suffix, unit_m):
     path = tmp_path_factory.mktemp("usd") / f"cam{suffix}"
     camera = camera_of_shot(shot, "cam")
     write_camera(path, camera, unit_m)
-    found = usd_camera(str(path))
-    still = all(len(set(track)) == 1 for track in camera.lens_tracks.values())
-    assert found.frames == ((1,) if still else camera.frames)
-    tracks = {name: track[: len(found.frames)] for name, track in camera.lens_tracks.items()}
-    assert_same(found, replace(camera, frames=found.frames, **fields_of(tracks)))
+    read_back = usd_camera(str(path))
+    is_constant = all(len(set(track)) == 1 for track in camera.lens_tracks.values())
+    assert read_back.frames == ((1,) if is_constant else camera.frames)
+    tracks = {name: track[: len(read_back.frames)] for name, track in camera.lens_tracks.items()}
+    assert_same_camera(read_back, replace(camera, frames=read_back.frames, **fields_of(tracks)))

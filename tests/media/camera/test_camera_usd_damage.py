@@ -1,4 +1,4 @@
-"""What is no USD, or ends OpenUSD, is told in a sentence."""
+"""Test that a file that is no USD, or that crashes OpenUSD, raises an error of one sentence."""
 
 import sys
 from pathlib import Path
@@ -9,7 +9,7 @@ from heatlens.core.base.errors import FaultError, InputError
 from heatlens.media.camera.camera_file import read_camera, write_camera
 from heatlens.media.camera.usd_read import read_usd_camera, usd_camera
 from support.cameras import FRAMES, moving_camera
-from support.usd_cameras import SUFFIXES, bomb
+from support.usd_cameras import SUFFIXES, nested_references_stage
 
 ENDLESS = Path(__file__).with_name("endless.usdc")
 _CHANGED, _WORDS = 1088, 600  # where one byte was changed, and where its words are
@@ -17,7 +17,7 @@ _CHANGED, _WORDS = 1088, 600  # where one byte was changed, and where its words 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("content", [b"", b"\x89PNG\r\n\x1a\n", b'#usda 1.0\ndef Camera "a" {'])
-def test_what_is_no_usd_is_told_in_a_sentence(tmp_path, capfd, suffix, content):
+def test_usd_camera_rejects_other_content_with_one_line_error(tmp_path, capfd, suffix, content):
     path = tmp_path / f"cam{suffix}"
     path.write_bytes(content)
     with pytest.raises(
@@ -29,23 +29,23 @@ def test_what_is_no_usd_is_told_in_a_sentence(tmp_path, capfd, suffix, content):
 
 
 @pytest.mark.parametrize("suffix", [".usda", ".usdc"])
-def test_a_file_cut_short_is_told_in_a_sentence(tmp_path, suffix):
+def test_usd_camera_rejects_truncated_file(tmp_path, suffix):
     path = tmp_path / f"cam{suffix}"
     write_camera(path, moving_camera())
-    whole = path.read_bytes()
-    for length in range(0, len(whole) - 2, len(whole) // 12):
-        path.write_bytes(whole[:length])
+    content = path.read_bytes()
+    for length in range(0, len(content) - 2, len(content) // 12):
+        path.write_bytes(content[:length])
         with pytest.raises(InputError, match="it is damaged or not a USD file"):
             usd_camera(str(path))
 
 
-def test_a_missing_file_is_told():
+def test_usd_camera_reports_missing_file():
     with pytest.raises(InputError, match=r"none.usda is not there"):
         usd_camera("none.usda")
 
 
-def test_reading_is_safe_from_what_ends_openusd(usd_path):
-    """The camera, its errors, and a process that ends all come back as they should."""
+def test_read_camera_of_usd_runs_in_subprocess_and_returns_camera_and_errors(usd_path):
+    """The subprocess passes back the camera and its errors."""
     write_camera(usd_path, moving_camera())
     assert read_camera(str(usd_path)) == usd_camera(str(usd_path))
     with pytest.raises(InputError, match="has no camera /b; it has /hero_cam"):
@@ -53,8 +53,8 @@ def test_reading_is_safe_from_what_ends_openusd(usd_path):
 
 
 @pytest.mark.parametrize("code", [3, -11])
-def test_a_file_that_ends_openusd_is_told(usd_path, monkeypatch, code):
-    """In the place of Python a program that ends as a crash does."""
+def test_read_usd_camera_reports_crash_of_its_subprocess(usd_path, monkeypatch, code):
+    """A shell script that exits as after a crash replaces the Python executable."""
     program = usd_path.with_name("python")
     program.write_text(f"#!/bin/sh\n{'kill -SEGV $$' if code < 0 else f'exit {code}'}\n")
     program.chmod(0o755)
@@ -63,7 +63,9 @@ def test_a_file_that_ends_openusd_is_told(usd_path, monkeypatch, code):
         read_usd_camera(f"{usd_path}:/cam")
 
 
-def test_our_own_mistakes_are_not_the_files(usd_path, monkeypatch, expects_faults):
+def test_read_usd_camera_raises_fault_error_for_bugs_of_heatlens(
+    usd_path, monkeypatch, expects_faults
+):
     monkeypatch.setattr("heatlens.media.files.apart.__spec__.name", "heatlens.no_such_module")
     with pytest.raises(FaultError, match=r"No module named .*no_such_module"):
         read_usd_camera(str(usd_path))
@@ -100,7 +102,7 @@ def Camera "C"
         ' uniform token[] xformOpOrder = ["xformOp:transform"]',
     ],
 )
-def test_a_slip_of_the_keyboard_is_told_in_a_sentence(usd_path, capfd, content):
+def test_read_usd_camera_reports_malformed_text_in_one_line(usd_path, capfd, content):
     usd_path.write_text(content)
     with pytest.raises(InputError, match=r"cam\.usda") as refusal:
         read_usd_camera(str(usd_path))
@@ -108,24 +110,26 @@ def test_a_slip_of_the_keyboard_is_told_in_a_sentence(usd_path, capfd, content):
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_file_that_describes_a_billion_things_has_a_bound(usd_path, monkeypatch):
-    usd_path.write_text(bomb())
+def test_read_usd_camera_limits_memory(usd_path, monkeypatch):
+    usd_path.write_text(nested_references_stage())
     monkeypatch.setenv("HEATLENS_READING_SECONDS", "300")
     monkeypatch.setenv("HEATLENS_READING_GIGABYTES", "1.2")
-    told = r"cam\.usda cannot be read.* HEATLENS_READING_GIGABYTES|\(HEATLENS_READING_GIGABYTES"
-    with pytest.raises(InputError, match=told):
+    pattern = r"cam\.usda cannot be read.* HEATLENS_READING_GIGABYTES|\(HEATLENS_READING_GIGABYTES"
+    with pytest.raises(InputError, match=pattern):
         read_usd_camera(str(usd_path))
 
 
-def test_a_file_that_openusd_reads_for_ever_has_a_bound(monkeypatch):
+def test_read_usd_camera_limits_processor_time(monkeypatch):
     """A camera of 1,351 bytes, of which one was changed, keeps OpenUSD for 20 seconds."""
     monkeypatch.setenv("HEATLENS_READING_SECONDS", "2")
-    told = r"endless\.usdc cannot be read within 2 s of processor.* HEATLENS_READING_SECONDS allows"
-    with pytest.raises(InputError, match=told):
+    pattern = (
+        r"endless\.usdc cannot be read within 2 s of processor.* HEATLENS_READING_SECONDS allows"
+    )
+    with pytest.raises(InputError, match=pattern):
         read_usd_camera(str(ENDLESS))
 
 
-def test_a_word_that_is_no_utf_8_is_told_in_a_sentence(tmp_path):
+def test_usd_camera_rejects_invalid_utf_8(tmp_path):
     path, data = tmp_path / "axis.usdc", bytearray(ENDLESS.read_bytes())
     data[_CHANGED] = 0  # as it was
     path.write_bytes(data)
@@ -136,14 +140,14 @@ def test_a_word_that_is_no_utf_8_is_told_in_a_sentence(tmp_path):
         usd_camera(str(path))
 
 
-def test_files_beside_the_stage_are_not_run(usd_path, monkeypatch):
+def test_read_usd_camera_does_not_import_modules_beside_the_file(usd_path, monkeypatch):
     write_camera(usd_path, moving_camera())
     usd_path.with_name("pickle.py").write_text("raise SystemExit(1)")
     monkeypatch.chdir(usd_path.parent)
     assert read_usd_camera(usd_path.name).frames == tuple(FRAMES)
 
 
-def test_without_openusd_the_command_that_fixes_it_is_told(usd_path, monkeypatch):
+def test_usd_camera_without_openusd_names_install_command(usd_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pxr.Usd", None)
     for use in (lambda: write_camera(usd_path, moving_camera()), lambda: usd_camera(str(usd_path))):
         with pytest.raises(InputError, match=r"Install it with: pip install 'heatlens\[usd\]'"):

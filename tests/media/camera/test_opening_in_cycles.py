@@ -1,4 +1,4 @@
-"""A lamp out of focus, as Cycles renders it with the lens of our script; skipped without bpy."""
+"""Compare the disc of a lamp out of focus in Cycles with ours; skipped without bpy."""
 
 import subprocess
 
@@ -47,14 +47,18 @@ np.save(sys.argv[2], np.array(image.pixels[:]).reshape({SIDE}, {SIDE}, 4)[::-1, 
 """
 
 
-def spread_px(light: np.ndarray, part: tuple[float, float] = (1.0, 1.0)) -> float:
-    """Return the standard deviation about the picture's middle along both axes, scaled."""
+def light_spread_px(light: np.ndarray, axis_weights: tuple[float, float] = (1.0, 1.0)) -> float:
+    """Return the standard deviation of light about the image center, with weights for x and y."""
     y, x = np.indices(light.shape) + 0.5 - SIDE / 2
-    return float(np.sqrt(np.sum(light * ((part[0] * x) ** 2 + (part[1] * y) ** 2)) / light.sum()))
+    return float(
+        np.sqrt(
+            np.sum(light * ((axis_weights[0] * x) ** 2 + (axis_weights[1] * y) ** 2)) / light.sum()
+        )
+    )
 
 
 def corner_angle_deg(light: np.ndarray, blades: int) -> float:
-    """Where a corner is, anticlockwise from the right, between 0 and the angle of a blade."""
+    """Return the angle of a corner, counterclockwise from the right, within one blade."""
     y, x = np.indices(light.shape) + 0.5 - SIDE / 2
     wave = np.sum(light * (x - 1j * y) ** blades)
     return float(np.degrees(np.angle(wave)) / blades % (360 / blades))
@@ -66,25 +70,25 @@ def corner_angle_deg(light: np.ndarray, blades: int) -> float:
     [{"blades": 6, "blade_rotation_deg": 15.0}, {"blades": 5, "squeeze": 2.0}, {"squeeze": 1.5}],
     ids=["six blades", "five, squeezed", "ellipse"],
 )
-def test_cycles_makes_the_disc_of_the_opening(tmp_path, opening) -> None:
+def test_cycles_renders_lamp_as_disc_of_opening(tmp_path, opening) -> None:
     lens = Lens(85.0, 0.5, 1.0, 36.0, model=LensModel.RENDERER, **opening)
     shot = Shot(lens, frames=FrameRange(1, 1))
     (tmp_path / "cam.py").write_text(blender_text(camera_of_shot(shot, "cam")))
     (tmp_path / "render.py").write_text(RENDER)
     words = [PYTHON, *(str(tmp_path / name) for name in ("render.py", "cam.py", "lamp.npy"))]
-    ran = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)
-    assert ran.returncode == 0, ran.stderr
+    process = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)
+    assert process.returncode == 0, process.stderr
     cycles = np.load(tmp_path / "lamp.npy").astype(np.float64)
     y, x = np.indices(cycles.shape) + 0.5 - SIDE / 2
     radius_px = float(coc_px(LAMP_M, coc_line(lens, SIDE))) / 2
     ours = DiscShape(lens.aperture).coverage(x, y, radius_px, 0.5)
     lamp_px = LAMP_RADIUS_M / LAMP_M * 85.0 / 36.0 * SIDE
     for axes in ((1.0, 0.0), (0.0, 1.0)):
-        own = lamp_px**2 / 4  # variances add
-        expected = np.sqrt(spread_px(ours, axes) ** 2 + own)
-        assert spread_px(cycles, axes) == pytest.approx(expected, rel=0.02)
+        lamp_variance_px = lamp_px**2 / 4  # variances add
+        expected = np.sqrt(light_spread_px(ours, axes) ** 2 + lamp_variance_px)
+        assert light_spread_px(cycles, axes) == pytest.approx(expected, rel=0.02)
     if lens.blades and lens.squeeze == 1.0:
-        found, asked = (corner_angle_deg(light, lens.blades) for light in (cycles, ours))
-        assert abs((found - asked + 30) % 60 - 30) < 2.0
+        cycles_deg, our_deg = (corner_angle_deg(light, lens.blades) for light in (cycles, ours))
+        assert abs((cycles_deg - our_deg + 30) % 60 - 30) < 2.0
     inside = ours > 0.5
     assert cycles[inside].sum() > 0.8 * cycles.sum()

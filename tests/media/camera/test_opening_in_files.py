@@ -1,4 +1,4 @@
-"""The opening of a lens in camera files: written, read again, and as a shot has it afterwards."""
+"""Test the opening of a lens in camera files: written, read back and set on a shot."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -38,22 +38,24 @@ SHOT = Shot(LENS, frames=FrameRange(1, 2))
 
 
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
-def test_it_comes_back(tmp_path: Path, suffix: str) -> None:
+def test_camera_file_keeps_all_of_the_opening(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"cam{suffix}"
     write_camera(path, camera_of_shot(SHOT, "cam"))
     bare = Shot(Lens(35.0, 4.0, 9.0, 24.0), frames=SHOT.frames)
     assert with_camera(bare, read_camera(str(path))).lens == LENS
 
 
-def test_a_round_lens_says_so_and_needs_no_node_of_its_own() -> None:
+def test_round_opening_is_written_without_bokeh_node() -> None:
     camera = camera_of_shot(Shot(Lens(50.0, 2.0, 2.0, 36.0), frames=SHOT.frames), "cam")
-    assert camera.opening["blades"] == (0.0, 0.0) and not camera.shaped
+    assert camera.opening["blades"] == (0.0, 0.0) and not camera.shaped_fields
     node = nuke_text(camera)
     assert "blades 0.0" in node and "Bokeh" not in node
 
 
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
-def test_a_new_shot_takes_it_and_options_go_before_it(tmp_path: Path, suffix: str) -> None:
+def test_shot_new_takes_opening_of_camera_and_options_override_it(
+    tmp_path: Path, suffix: str
+) -> None:
     camera, shot = tmp_path / f"cam{suffix}", tmp_path / "s.heatlens.json"
     write_camera(camera, camera_of_shot(SHOT, "cam"))
     words = ["shot", "new", "no.####.exr", "--camera", str(camera), "-o", str(shot)]
@@ -62,7 +64,7 @@ def test_a_new_shot_takes_it_and_options_go_before_it(tmp_path: Path, suffix: st
 
 
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
-def test_an_image_moves_with_the_file(tmp_path: Path, suffix: str) -> None:
+def test_camera_file_stores_opening_image_relative_to_itself(tmp_path: Path, suffix: str) -> None:
     (tmp_path / "heart.png").write_bytes(heart_path().read_bytes())
     lens = replace(LENS, aperture_image=read_opening_image(tmp_path / "heart.png"))
     path = tmp_path / f"cam{suffix}"
@@ -77,14 +79,14 @@ def test_an_image_moves_with_the_file(tmp_path: Path, suffix: str) -> None:
         read_camera(str(path))
 
 
-def test_scripts_name_an_image_where_it_lies() -> None:
+def test_scripts_quote_path_of_opening_image() -> None:
     lens = replace(LENS, aperture_image=OpeningImage('/a "b"/[$h].png'))
     camera = camera_of_shot(replace(SHOT, lens=lens), "cam")
     assert repr('/a "b"/[$h].png') in blender_text(camera)
     assert r'aperture_image "/a \"b\"/\[\$h\].png"' in nuke_text(camera)
 
 
-def test_programs_get_what_they_have() -> None:
+def test_blender_and_nuke_scripts_have_the_opening() -> None:
     camera = camera_of_shot(SHOT, "cam")
     script = blender_text(camera)
     assert "'dof.aperture_blades': 6" in script
@@ -95,23 +97,23 @@ def test_programs_get_what_they_have() -> None:
     assert "blades 6.0" in node and "rim -0.5" in node
 
 
-def test_usd_has_what_the_draft_of_physical_cameras_names(tmp_path: Path) -> None:
+def test_usd_camera_has_custom_data_of_physical_cameras_draft(tmp_path: Path) -> None:
     from pxr import Usd
 
     path = tmp_path / "cam.usda"
     lens = Lens(50.0, 2.0, 2.0, 36.0, blades=6, squeeze=2.0)
     write_camera(path, camera_of_shot(Shot(lens, frames=SHOT.frames), "cam"))
     stage = Usd.Stage.Open(str(path))
-    told = stage.GetDefaultPrim().GetCustomDataByKey
-    assert told("PhysicalCameraLens") == {"shutter_blades": 6}
-    assert told("PhysicalCameraLensModelPinhole") == {"squeeze": 2.0}
+    custom_data = stage.GetDefaultPrim().GetCustomDataByKey
+    assert custom_data("PhysicalCameraLens") == {"shutter_blades": 6}
+    assert custom_data("PhysicalCameraLensModelPinhole") == {"squeeze": 2.0}
     plain = Shot(Lens(50.0, 2.0, 2.0, 36.0), frames=SHOT.frames)
     write_camera(tmp_path / "plain.usda", camera_of_shot(plain, "cam"))
     stage = Usd.Stage.Open(str(tmp_path / "plain.usda"))
     assert not stage.GetDefaultPrim().HasAuthoredCustomData()
 
 
-def test_breathing_is_the_length_of_each_frame() -> None:
+def test_camera_of_breathing_lens_has_focal_length_and_f_stop_per_frame() -> None:
     lens = Lens(50.0, 2.0, 2.0, 36.0, breathing=0.8, close_focus_m=1.0)
     shot = Shot(lens, frames=FrameRange(1, 3))
     for frame, distance_m in ((1, 1.0), (3, 4.0)):

@@ -1,4 +1,4 @@
-"""A camera file carries the whole opening, defaults too: what a shot had before is gone."""
+"""Test that a camera file replaces the whole opening of a shot, default values included."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -27,49 +27,49 @@ ROUND = Lens(50.0, 2.0, 2.0, 36.0)
 BLADED = replace(ROUND, blades=5, cat_eye=0.5, squeeze=2.0, widest_f_stop=1.4, rim=-0.5)
 
 
-def numbers(name: str) -> st.SearchStrategy[float]:
-    """Return values of a field of the opening, its plain one often."""
+def opening_values(name: str) -> st.SearchStrategy[float]:
+    """Return a strategy for a field of the opening that often gives its default value."""
     if name == "widest_f_stop":
         return st.sampled_from((None, 1.0, 2.0))
     if type_of(Lens, name) is int:
         return st.sampled_from((0, 3, 7, 16))
-    told = options_of(Lens)[name]
-    values = st.floats(told.least, told.most, width=32)
+    option = options_of(Lens)[name]
+    values = st.floats(option.least, option.most, width=32)
     return st.one_of(st.just(PLAIN_OPENING[name]), values)
 
 
-lenses = st.fixed_dictionaries({n: numbers(n) for n in (*OPENING_TRACKS, "squeeze")}).map(
+lenses = st.fixed_dictionaries({n: opening_values(n) for n in (*OPENING_TRACKS, "squeeze")}).map(
     lambda values: replace(ROUND, **values)
 )
 
 
 @pytest.mark.parametrize("suffix", READERS)
 @given(mine=lenses, before=lenses)
-def test_the_opening_of_the_file_replaces_any_other(suffix, mine, before):
+def test_with_camera_replaces_any_opening_by_that_of_file(suffix, mine, before):
     frames = FrameRange(1, 2)
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"cam{suffix}"
         write_camera(path, camera_of_shot(Shot(mine, frames=frames), "cam"))
-        after = with_camera(Shot(before, frames=frames), READERS[suffix](str(path)))
+        new_shot = with_camera(Shot(before, frames=frames), READERS[suffix](str(path)))
     for name in PLAIN_OPENING:
-        assert getattr(after.lens, name) == pytest.approx(getattr(mine, name)), name
+        assert getattr(new_shot.lens, name) == pytest.approx(getattr(mine, name)), name
 
 
 @pytest.mark.parametrize("suffix", READERS)
-def test_an_image_before_it_is_gone(tmp_path: Path, suffix: str) -> None:
+def test_with_camera_removes_opening_image_if_file_has_none(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"cam{suffix}"
     write_camera(path, camera_of_shot(Shot(ROUND, frames=FrameRange(1, 2)), "cam"))
     heart = replace(ROUND, aperture_image=OpeningImage(str(heart_path())))
     assert with_camera(Shot(heart), READERS[suffix](str(path))).lens == ROUND
 
 
-def test_a_camera_that_tells_nothing_of_it_leaves_it_alone() -> None:
+def test_with_camera_keeps_opening_if_camera_has_none() -> None:
     foreign = CameraSamples("cam", (1,), focal_length_mm=(35.0,))
-    after = with_camera(Shot(BLADED), foreign).lens
-    assert after == replace(BLADED, focal_length_mm=35.0)
+    new_lens = with_camera(Shot(BLADED), foreign).lens
+    assert new_lens == replace(BLADED, focal_length_mm=35.0)
 
 
-def test_options_go_before_it(tmp_path: Path) -> None:
+def test_shot_new_option_overrides_opening_of_camera(tmp_path: Path) -> None:
     camera, shot = tmp_path / "cam.json", tmp_path / "s.heatlens.json"
     write_camera(camera, camera_of_shot(Shot(ROUND, frames=FrameRange(1, 2)), "cam"))
     words = ["shot", "new", "no.####.exr", "--camera", str(camera), "-o", str(shot)]

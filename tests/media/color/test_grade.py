@@ -1,4 +1,4 @@
-"""Grades by the ASC CDL: their files, and the view against the formula of the standard."""
+"""Test ASC CDL grades: their files, and the view against the formula of the standard."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import ocio
 from heatlens.core.model.shot.grade import Grade, parse_grade
 from heatlens.media.color.color_config import ColorConfig, load_color_config
-from heatlens.media.color.grade_file import grade_named, read_grade
+from heatlens.media.color.grade_file import parse_or_read_grade, read_grade
 from heatlens.media.color.view_transform import ViewTransform, view_transform
 from heatlens.render.display.display_pass import DisplayPass
 from heatlens.render.gpu.textures import download, new_texture, upload
@@ -35,12 +35,12 @@ def config() -> ColorConfig:
         return load_color_config(None)
 
 
-def seen(config: ColorConfig, view: str, grade: Grade | None = None) -> ViewTransform:
+def graded_view(config: ColorConfig, view: str, grade: Grade | None = None) -> ViewTransform:
     display, space = config.default_display, config.default_input_space
     return view_transform(config, display, view, space, grade=grade)
 
 
-def formula(values: np.ndarray, grade: Grade) -> np.ndarray:
+def cdl_formula(values: np.ndarray, grade: Grade) -> np.ndarray:
     """Return what the standard says, in float64; numbers below 0 have no power."""
     sop = values * np.array(grade.slope) + np.array(grade.offset)
     graded = np.where(sop > 0, np.abs(sop) ** np.array(grade.power), sop)
@@ -48,35 +48,35 @@ def formula(values: np.ndarray, grade: Grade) -> np.ndarray:
     return luma + grade.saturation * (graded - luma)
 
 
-def turned(config: ColorConfig, light: np.ndarray, source: str, target: str) -> np.ndarray:
+def convert_space(config: ColorConfig, light: np.ndarray, source: str, target: str) -> np.ndarray:
     out = np.array(light, np.float32, order="C")
     processor = config.config.getProcessor(ocio().ColorSpaceTransform(src=source, dst=target))
     processor.getDefaultCPUProcessor().applyRGB(out)
     return out
 
 
-def test_the_view_shows_light_after_the_formula_in_the_space_for_grades(config):
+def test_graded_view_applies_cdl_formula_in_acescct(config):
     linear = config.default_input_space
-    graded = formula(turned(config, LIGHT, linear, "ACEScct").astype(np.float64), GRADE)
-    expected = turned(config, graded.astype(np.float32), "ACEScct", linear)
+    graded = cdl_formula(convert_space(config, LIGHT, linear, "ACEScct").astype(np.float64), GRADE)
+    expected = convert_space(config, graded.astype(np.float32), "ACEScct", linear)
     for view in ("Un-tone-mapped", config.default_view):
-        shown = seen(config, view, GRADE).apply_cpu(LIGHT)
-        np.testing.assert_allclose(shown, seen(config, view).apply_cpu(expected), atol=2e-4)
-        assert np.abs(shown - seen(config, view).apply_cpu(LIGHT)).max() > 0.05
+        shown = graded_view(config, view, GRADE).apply_cpu(LIGHT)
+        np.testing.assert_allclose(shown, graded_view(config, view).apply_cpu(expected), atol=2e-4)
+        assert np.abs(shown - graded_view(config, view).apply_cpu(LIGHT)).max() > 0.05
 
 
-def test_a_view_of_raw_numbers_is_never_graded(config):
-    assert seen(config, "Raw", GRADE).key == seen(config, "Raw").key
+def test_graded_view_of_raw_numbers_ignores_grade(config):
+    assert graded_view(config, "Raw", GRADE).key == graded_view(config, "Raw").key
 
 
-def test_a_grade_that_does_nothing_changes_nothing(config):
-    plain = seen(config, "Un-tone-mapped")
-    same = seen(config, "Un-tone-mapped", Grade()).apply_cpu(LIGHT)
+def test_view_with_neutral_grade_is_unchanged(config):
+    plain = graded_view(config, "Un-tone-mapped")
+    same = graded_view(config, "Un-tone-mapped", Grade()).apply_cpu(LIGHT)
     np.testing.assert_allclose(same, plain.apply_cpu(LIGHT), atol=1e-4)
 
 
-def test_the_gpu_draws_the_same_grade(ctx, config):
-    transform = seen(config, config.default_view, GRADE)
+def test_display_pass_draws_grade_as_cpu_does(ctx, config):
+    transform = graded_view(config, config.default_view, GRADE)
     rgba = np.concatenate([LIGHT, np.ones((6, 7, 1), np.float32)], axis=2)
     display, picture = DisplayPass(ctx), new_texture(ctx, (7, 6), 4)
     out = new_texture(ctx, (7, 6), 4)
@@ -99,21 +99,21 @@ def test_the_gpu_draws_the_same_grade(ctx, config):
         ),
     ],
 )
-def test_all_files_of_the_standard_are_read(tmp_path, name, text):
+def test_read_grade_reads_cc_ccc_and_cdl_files(tmp_path, name, text):
     (tmp_path / name).write_text(text)
-    assert read_grade(tmp_path / name) == GRADE == grade_named(str(tmp_path / name))
+    assert read_grade(tmp_path / name) == GRADE == parse_or_read_grade(str(tmp_path / name))
 
 
-def test_one_of_several_is_named_by_its_id(tmp_path):
+def test_grade_named_selects_correction_by_id(tmp_path):
     path = tmp_path / "a.ccc"
     text = f"<ColorCorrectionCollection>{corrections('1.1', '1.5')}</ColorCorrectionCollection>"
     path.write_text(text)
-    assert grade_named(f"{path}#shot1").slope[0] == 1.5
+    assert parse_or_read_grade(f"{path}#shot1").slope[0] == 1.5
     with pytest.raises(InputError, match="nobody"):
-        grade_named(f"{path}#nobody")
+        parse_or_read_grade(f"{path}#nobody")
 
 
-def test_a_file_that_has_changed_is_read_again(tmp_path):
+def test_read_grade_rereads_changed_file(tmp_path):
     path = tmp_path / "a.cc"
     for slope in ("1.1", "1.7"):
         path.write_text(corrections(slope))
@@ -121,7 +121,7 @@ def test_a_file_that_has_changed_is_read_again(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "x", "<ColorCorrection", corrections("-1"), "\0"])
-def test_a_damaged_file_is_refused_by_name(tmp_path, text):
+def test_read_grade_rejects_damaged_or_missing_file_by_name(tmp_path, text):
     path = tmp_path / "a.cc"
     path.write_text(text)
     with pytest.raises(InputError, match=r"a\.cc"):
@@ -135,17 +135,17 @@ THREE = st.tuples(POSITIVE, POSITIVE, POSITIVE)
 
 
 @given(st.builds(Grade, THREE, THREE, THREE, st.floats(0.0, 4.0)))
-def test_a_grade_as_text_is_the_same_grade(grade):
-    again = parse_grade(str(grade))
+def test_parse_grade_reads_back_text_of_any_grade(grade):
+    parsed = parse_grade(str(grade))
     for name in ("slope", "offset", "power", "saturation"):
-        np.testing.assert_allclose(getattr(again, name), getattr(grade, name), rtol=1e-9)
+        np.testing.assert_allclose(getattr(parsed, name), getattr(grade, name), rtol=1e-9)
 
 
 @pytest.mark.parametrize(
     "text",
     ["", "1", "1,1,1 0,0,0 1,1,1", "1,1 0,0,0 1,1,1 1", "1,1,1 0,0,0 1,1,x 1", "none at all"],
 )
-def test_another_text_is_refused_with_the_form(text):
+def test_parse_grade_rejects_malformed_text_with_expected_form(text):
     with pytest.raises(InputError, match="SLOPE OFFSET POWER SATURATION"):
         parse_grade(text)
 
@@ -153,6 +153,6 @@ def test_another_text_is_refused_with_the_form(text):
 @pytest.mark.parametrize(
     "text", ["-1,1,1 0,0,0 1,1,1 1", "1,1,1 0,0,0 0,1,1 1", "1,1,1 nan,0,0 1,1,1 1"]
 )
-def test_impossible_numbers_are_refused(text):
+def test_parse_grade_rejects_impossible_numbers(text):
     with pytest.raises(InputError, match="grade"):
         parse_grade(text)

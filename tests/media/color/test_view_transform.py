@@ -1,4 +1,4 @@
-"""Colour configs and view transforms on the CPU, against curves and matrices of closed form."""
+"""Test color configs and view transforms on the CPU against closed-form curves and matrices."""
 
 import sys
 
@@ -8,7 +8,7 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.media.color.color_config import BUILT_IN, ColorConfig, load_color_config
 from heatlens.media.color.view_transform import ViewTransform, srgb_transform, view_transform
-from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.plate.picture.display import encode_srgb
 
 HALVING = "!<MatrixTransform> {matrix: [0.5,0,0,0, 0,0.5,0,0, 0,0,0.5,0, 0,0,0,1]}"
 STUDIO = f"""ocio_profile_version: 2
@@ -55,30 +55,28 @@ def default_view(config: ColorConfig) -> ViewTransform:
     )
 
 
-def test_the_path_comes_before_the_environment_and_that_before_the_built_in(
-    write_config, monkeypatch
-):
-    given = write_config(STUDIO.replace("Screen", "Given"), "given.ocio")
-    named = write_config(STUDIO.replace("Screen", "Named"), "named.ocio")
+def test_load_color_config_prefers_path_then_ocio_variable_then_built_in(write_config, monkeypatch):
+    given_path = write_config(STUDIO.replace("Screen", "Given"), "given.ocio")
+    named_path = write_config(STUDIO.replace("Screen", "Named"), "named.ocio")
     assert load_color_config(None).source == f"built-in {BUILT_IN}"
-    monkeypatch.setenv("OCIO", named)
+    monkeypatch.setenv("OCIO", named_path)
     assert load_color_config(None).displays() == ("Named",)
-    assert load_color_config(None).source == f"$OCIO {named}"
-    assert load_color_config(given).displays() == ("Given",)
-    assert load_color_config(given).source == given
+    assert load_color_config(None).source == f"$OCIO {named_path}"
+    assert load_color_config(given_path).displays() == ("Given",)
+    assert load_color_config(given_path).source == given_path
 
 
-def test_an_empty_environment_variable_names_nothing(monkeypatch):
+def test_load_color_config_ignores_empty_ocio_variable(monkeypatch):
     monkeypatch.setenv("OCIO", "")
     assert load_color_config(None).source == f"built-in {BUILT_IN}"
 
 
-def test_a_built_in_config_may_be_named(monkeypatch):
+def test_load_color_config_accepts_name_of_built_in_config(monkeypatch):
     monkeypatch.setenv("OCIO", f"ocio://{BUILT_IN}")
     assert load_color_config(None).default_display == "sRGB - Display"
 
 
-def test_the_built_in_config_has_what_a_viewer_starts_with(built_in):
+def test_built_in_config_has_default_display_view_and_input_spaces(built_in):
     assert built_in.default_display in built_in.displays()
     assert built_in.default_view in built_in.views(built_in.default_display)
     assert built_in.default_input_space == "Linear Rec.709 (sRGB)"
@@ -89,26 +87,26 @@ def test_the_built_in_config_has_what_a_viewer_starts_with(built_in):
     assert len(set(spaces)) == len(spaces)
 
 
-def test_without_linear_rec709_plates_are_in_the_scene_linear_role(write_config):
+def test_default_input_space_falls_back_to_scene_linear_role(write_config):
     config = load_color_config(write_config())
     assert config.default_input_space == "plain"
     assert config.input_spaces() == ("plain", "other")
 
 
-def test_another_name_of_linear_rec709_is_found(write_config):
+def test_default_input_space_finds_linear_rec709_by_alias(write_config):
     named = STUDIO.replace("{name: other,", "{name: odd, aliases: [lin_rec709_scene],")
     config = load_color_config(write_config(named))
     assert config.default_input_space == "odd"
     assert config.input_spaces() == ("odd", "plain")
 
 
-def test_where_no_space_is_marked_scene_linear_all_but_data_may_be_chosen(write_config):
+def test_input_spaces_without_scene_linear_encoding_are_all_but_data(write_config):
     unmarked = STUDIO.replace(", encoding: scene-linear", "").replace(", encoding: sdr-video", "")
     config = load_color_config(write_config(unmarked))
     assert config.input_spaces() == ("plain", "other", "half", "table")
 
 
-def test_a_config_that_says_nothing_of_the_input_is_refused(write_config):
+def test_default_input_space_without_any_role_raises_input_error(write_config):
     config = load_color_config(write_config(STUDIO.replace(", scene_linear: plain", "")))
     with pytest.raises(InputError, match=r"studio\.ocio.*scene_linear"):
         _ = config.default_input_space
@@ -119,7 +117,7 @@ def test_a_config_that_says_nothing_of_the_input_is_refused(write_config):
     ["", "[", "ocio_profile_version: 99", "ocio_profile_version: 2\nroles: {default: raw}", None],
     ids=["empty", "no YAML", "from the future", "no display", "missing"],
 )
-def test_a_bad_config_is_one_sentence_that_names_it(write_config, tmp_path, text):
+def test_load_color_config_reports_bad_config_in_one_sentence(write_config, tmp_path, text):
     path = str(tmp_path / "gone.ocio") if text is None else write_config(text, "bad.ocio")
     with pytest.raises(InputError) as error:
         load_color_config(path)
@@ -127,18 +125,18 @@ def test_a_bad_config_is_one_sentence_that_names_it(write_config, tmp_path, text
     assert "\n" not in str(error.value)
 
 
-def test_the_environment_is_named_when_its_config_is_bad(monkeypatch):
+def test_load_color_config_error_names_ocio_variable(monkeypatch):
     monkeypatch.setenv("OCIO", "ocio://nothing")
     with pytest.raises(InputError, match=r"\$OCIO ocio://nothing .*nothing"):
         load_color_config(None)
 
 
-def test_a_path_that_is_not_unicode_is_refused():
+def test_load_color_config_rejects_path_that_is_no_unicode():
     with pytest.raises(InputError, match="Unicode"):
         load_color_config("studio\udcff.ocio")
 
 
-def test_without_the_library_it_says_what_to_install(monkeypatch):
+def test_load_color_config_without_library_names_package_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "PyOpenColorIO", None)
     with pytest.raises(InputError, match="pip install opencolorio"):
         load_color_config(None)
@@ -156,7 +154,7 @@ def test_without_the_library_it_says_what_to_install(monkeypatch):
     ],
     ids=["display", "view", "input space", "view of nothing", "missing table"],
 )
-def test_what_a_config_cannot_do_is_one_sentence_that_names_it(
+def test_view_transform_reports_unknown_names_in_one_sentence(
     write_config, display, view, space, words
 ):
     config = load_color_config(write_config())
@@ -166,7 +164,7 @@ def test_what_a_config_cannot_do_is_one_sentence_that_names_it(
     assert "\n" not in str(error.value)
 
 
-def test_a_fault_in_one_view_leaves_the_others(write_config):
+def test_view_transform_works_beside_a_broken_view(write_config):
     config = load_color_config(write_config())
     shown = view_transform(config, "Screen", "Dim", "plain").apply_cpu(LIGHT)
     np.testing.assert_allclose(shown, 0.5 * LIGHT, rtol=1e-6)
@@ -174,31 +172,31 @@ def test_a_fault_in_one_view_leaves_the_others(write_config):
     np.testing.assert_allclose(shown, 0.25 * LIGHT, rtol=1e-6)
 
 
-def test_the_plain_transform_is_the_curve_that_pictures_are_written_with(rng):
+def test_srgb_transform_equals_srgb_encoded(rng):
     light = rng.uniform(-0.5, 2.0, (5, 7, 3)).astype(np.float32)
-    np.testing.assert_array_equal(srgb_transform().apply_cpu(light), srgb_encoded(light))
-    np.testing.assert_array_equal(srgb_transform().apply_cpu(light, 1.0), srgb_encoded(2 * light))
+    np.testing.assert_array_equal(srgb_transform().apply_cpu(light), encode_srgb(light))
+    np.testing.assert_array_equal(srgb_transform().apply_cpu(light, 1.0), encode_srgb(2 * light))
 
 
-def test_without_tone_mapping_an_srgb_display_shows_the_srgb_curve(built_in):
+def test_built_in_srgb_view_without_tone_mapping_is_srgb_curve(built_in):
     light = np.linspace(0, 1, 300, dtype=np.float32).reshape(10, 10, 3)
     plain = view_transform(built_in, "sRGB - Display", "Un-tone-mapped", "Linear Rec.709 (sRGB)")
-    np.testing.assert_allclose(plain.apply_cpu(light), srgb_encoded(light), atol=1e-4)
+    np.testing.assert_allclose(plain.apply_cpu(light), encode_srgb(light), atol=1e-4)
 
 
-def test_exposure_is_light_times_two_to_the_stops(built_in):
+def test_apply_cpu_exposure_multiplies_light_by_power_of_two(built_in):
     view = default_view(built_in)
     brighter = view.apply_cpu(LIGHT, exposure_stops=1.5)
     np.testing.assert_allclose(brighter, view.apply_cpu(LIGHT * np.float32(2**1.5)), atol=1e-6)
 
 
-def test_gamma_bends_the_display_value_and_keeps_its_sign(write_config):
+def test_apply_cpu_gamma_is_power_of_display_value_and_keeps_sign(write_config):
     raw = view_transform(load_color_config(write_config()), "Screen", "Dim", "plain")
     light = np.array([[[0.5, 2.0, -0.5]]], np.float32)
     np.testing.assert_allclose(raw.apply_cpu(light, gamma=2.0), [[[0.5, 1.0, -0.5]]], rtol=1e-6)
 
 
-def test_no_number_in_gives_no_number_out(built_in):
+def test_apply_cpu_of_nan_and_infinity_is_finite(built_in):
     wild = np.array([[[np.nan, np.inf, -np.inf], [3e38, -3e38, 1e-45]]], np.float32)
     for transform in (srgb_transform(), default_view(built_in)):
         assert np.isfinite(transform.apply_cpu(wild, exposure_stops=8.0, gamma=0.5)).all()
@@ -207,13 +205,13 @@ def test_no_number_in_gives_no_number_out(built_in):
     np.testing.assert_array_equal(missing, black)
 
 
-def test_the_picture_is_left_as_it_was(built_in):
+def test_apply_cpu_does_not_change_its_input(built_in):
     light = LIGHT.copy()
     default_view(built_in).apply_cpu(light)
     np.testing.assert_array_equal(light, LIGHT)
 
 
-def test_equal_choices_are_equal_and_others_are_not(built_in):
+def test_view_transforms_of_equal_choices_are_equal(built_in):
     assert default_view(built_in) == default_view(load_color_config(None))
     views = [
         view_transform(built_in, "sRGB - Display", v, "ACEScg")

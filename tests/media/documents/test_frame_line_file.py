@@ -1,4 +1,4 @@
-"""Framing decision lists of the ASC: where their lines lie in a picture of each shape."""
+"""Test ASC framing decision lists: where their lines lie in an image of each shape."""
 
 import json
 
@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.view.guides import Canvas, FrameLine, lines_of
+from heatlens.core.model.view.guides import Canvas, FrameLine, frame_lines_for
 from heatlens.media.documents.frame_line_file import read_canvases
 from heatlens.media.files import limits
 
@@ -32,7 +32,7 @@ def decision(name: str, x: float, y: float, width: float, height: float, **more)
     return entry | {"dimensions": size(width, height), "anchor_point": point(x, y)} | more
 
 
-def written(path, *decisions, squeeze=1.0, width=4000, height=2000, **more):
+def write_frame_line_list(path, *decisions, squeeze=1.0, width=4000, height=2000, **more):
     """Write a list with a canvas, as the schema of the ASC wants it."""
     intents = [
         {"id": it["label"], "label": it["label"], "aspect_ratio": size(239, 100), "protection": 0.1}
@@ -58,8 +58,8 @@ KEPT = {
 }
 
 
-def test_a_frame_and_what_it_protects_are_parts_of_the_canvas(tmp_path):
-    path = written(tmp_path / "a.fdl", decision("239", 400, 500, 2000, 1000, **KEPT))
+def test_read_canvases_gives_frame_and_protection_as_fractions(tmp_path):
+    path = write_frame_line_list(tmp_path / "a.fdl", decision("239", 400, 500, 2000, 1000, **KEPT))
     (canvas,) = read_canvases(path)
     (line,) = canvas.lines
     assert (canvas.width, canvas.height, line.name) == (4000, 2000, "239")
@@ -67,53 +67,55 @@ def test_a_frame_and_what_it_protects_are_parts_of_the_canvas(tmp_path):
     assert line.protection == pytest.approx((0.025, 0.05, 0.975, 0.95))
 
 
-def test_a_picture_of_the_used_part_has_the_lines_there(tmp_path):
-    """The corner of a frame counts from that of the canvas."""
-    path = written(
+def test_lines_of_image_of_effective_area_are_relative_to_it(tmp_path):
+    """The anchor point of a frame is relative to the whole canvas."""
+    path = write_frame_line_list(
         tmp_path / "a.fdl",
         decision("239", 400, 500, 2000, 1000),
         effective_dimensions=size(3000, 1600),
         effective_anchor_point=point(100, 300),
     )
     canvases = read_canvases(path)
-    (line,) = lines_of(canvases, 3000, 1600)
+    (line,) = frame_lines_for(canvases, 3000, 1600)
     assert line.frame == pytest.approx((0.1, 0.125, 0.1 + 2 / 3, 0.75)) and line.protection is None
-    (whole,) = lines_of(canvases, 4000, 2000)
-    assert whole.frame == pytest.approx((0.1, 0.25, 0.6, 0.75))
+    (canvas_line,) = frame_lines_for(canvases, 4000, 2000)
+    assert canvas_line.frame == pytest.approx((0.1, 0.25, 0.6, 0.75))
 
 
-def test_a_squeezed_canvas_is_there_desqueezed_too(tmp_path):
-    path = written(tmp_path / "a.fdl", decision("239", 400, 500, 2000, 1000), squeeze=1.5)
+def test_lines_of_squeezed_canvas_fit_desqueezed_image_too(tmp_path):
+    path = write_frame_line_list(
+        tmp_path / "a.fdl", decision("239", 400, 500, 2000, 1000), squeeze=1.5
+    )
     canvases = read_canvases(path)
-    assert lines_of(canvases, 6000, 2000) == lines_of(canvases, 4000, 2000) != ()
-    assert lines_of(canvases, 1920, 640) != () == lines_of(canvases, 1920, 1080)
+    assert frame_lines_for(canvases, 6000, 2000) == frame_lines_for(canvases, 4000, 2000) != ()
+    assert frame_lines_for(canvases, 1920, 640) != () == frame_lines_for(canvases, 1920, 1080)
 
 
-def test_the_size_comes_before_the_shape():
+def test_lines_of_prefers_canvas_of_same_size_over_same_shape():
     small = Canvas(200, 100, (FrameLine("small", (0, 0, 1, 1)),))
     large = Canvas(400, 200, (FrameLine("large", (0, 0, 1, 1)),))
-    assert lines_of((small, large), 400, 200)[0].name == "large"
-    assert lines_of((small, large), 800, 400)[0].name == "small"
+    assert frame_lines_for((small, large), 400, 200)[0].name == "large"
+    assert frame_lines_for((small, large), 800, 400)[0].name == "small"
 
 
 PARTS = st.floats(0.0, 1.0)
 
 
 @given(PARTS, PARTS, st.floats(0.01, 1.0), st.floats(0.01, 1.0))
-def test_a_frame_anywhere_lies_where_its_pixels_do(tmp_path_factory, x, y, across, down):
+def test_read_canvases_places_any_frame_at_its_pixels(tmp_path_factory, x, y, across, down):
     rect = x * (1 - across) * 4000, y * (1 - down) * 2000, across * 4000, down * 2000
-    path = written(tmp_path_factory.mktemp("fdl") / "a.fdl", decision("x", *rect))
+    path = write_frame_line_list(tmp_path_factory.mktemp("fdl") / "a.fdl", decision("x", *rect))
     ((line,),) = (it.lines for it in read_canvases(path))
     x0, y0, x1, y1 = line.frame
-    seen = x0 * 4000, y0 * 2000, (x1 - x0) * 4000, (y1 - y0) * 2000
-    assert seen == pytest.approx(rect, abs=1e-6)
+    rect_of_line = x0 * 4000, y0 * 2000, (x1 - x0) * 4000, (y1 - y0) * 2000
+    assert rect_of_line == pytest.approx(rect, abs=1e-6)
 
 
 DAMAGED = ("", "x", "{}", "[1]", '{"uuid": 3}', "\0", "\udcff")
 
 
 @pytest.mark.parametrize("text", DAMAGED)
-def test_a_damaged_file_is_refused_by_name(tmp_path, text, monkeypatch):
+def test_read_canvases_rejects_damaged_file_by_name(tmp_path, text, monkeypatch):
     monkeypatch.setattr("heatlens.media.documents.frame_line_file.is_bounded", limits.is_bounded)
     path = tmp_path / "a.fdl"
     path.write_bytes(text.encode("utf-8", "surrogateescape"))
@@ -121,8 +123,8 @@ def test_a_damaged_file_is_refused_by_name(tmp_path, text, monkeypatch):
         read_canvases(path)
 
 
-def test_a_list_without_a_decision_is_refused(tmp_path):
+def test_read_canvases_rejects_list_without_decision_and_missing_file(tmp_path):
     with pytest.raises(InputError, match="no framing decision"):
-        read_canvases(written(tmp_path / "a.fdl"))
+        read_canvases(write_frame_line_list(tmp_path / "a.fdl"))
     with pytest.raises(InputError, match=r"gone\.fdl"):
         read_canvases(tmp_path / "gone.fdl")

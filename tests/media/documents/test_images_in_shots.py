@@ -1,4 +1,4 @@
-"""The image of an opening in shots and kits: its path moves with the file, its light decides."""
+"""Test opening images in shots and kits: paths relative to the file, and digests."""
 
 import json
 from dataclasses import replace
@@ -32,7 +32,9 @@ def shot_of(lens: Lens) -> Shot:
     return Shot(lens, looks=(Look("A", lens),), kit=kit)
 
 
-def test_lens_looks_and_kit_come_back(tmp_path: Path, lens: Lens) -> None:
+def test_shot_file_stores_image_of_lens_look_and_kit_by_relative_path(
+    tmp_path: Path, lens: Lens
+) -> None:
     shot, path = shot_of(lens), tmp_path / "s.heatlens.json"
     write_shot(path, shot)
     entries = json.loads(path.read_text())
@@ -42,19 +44,19 @@ def test_lens_looks_and_kit_come_back(tmp_path: Path, lens: Lens) -> None:
     assert read_shot(path) == shot
 
 
-def test_a_shot_moves_together_with_its_image(tmp_path: Path, lens: Lens) -> None:
+def test_shot_file_finds_its_image_after_both_are_moved(tmp_path: Path, lens: Lens) -> None:
     write_shot(tmp_path / "s.heatlens.json", shot_of(lens))
-    moved = tmp_path / "moved"
-    (moved / "images").mkdir(parents=True)
+    new_folder = tmp_path / "moved"
+    (new_folder / "images").mkdir(parents=True)
     for name in ("s.heatlens.json", "images/heart.png"):
-        (tmp_path / name).rename(moved / name)
-    image = read_shot(moved / "s.heatlens.json").lens.aperture_image
+        (tmp_path / name).rename(new_folder / name)
+    image = read_shot(new_folder / "s.heatlens.json").lens.aperture_image
     assert image is not None and lens.aperture_image is not None
-    assert image.path == str(moved / "images" / "heart.png")
+    assert image.path == str(new_folder / "images" / "heart.png")
     assert image.digest == lens.aperture_image.digest
 
 
-def test_an_image_that_is_not_there_is_told_and_not_replaced(tmp_path: Path, lens: Lens) -> None:
+def test_read_shot_reports_missing_opening_image(tmp_path: Path, lens: Lens) -> None:
     path = tmp_path / "s.heatlens.json"
     write_shot(path, shot_of(lens))
     (tmp_path / "images" / "heart.png").unlink()
@@ -63,15 +65,15 @@ def test_an_image_that_is_not_there_is_told_and_not_replaced(tmp_path: Path, len
     assert "\n" not in str(error.value)
 
 
-def test_a_shot_without_an_image_has_no_entry_for_it(tmp_path: Path, lens: Lens) -> None:
-    """So an earlier version still opens it, and shots of earlier versions have none."""
+def test_shot_file_without_opening_image_has_no_entry_for_it(tmp_path: Path, lens: Lens) -> None:
+    """Earlier versions can still open such a file, and their own files have no entry."""
     path = tmp_path / "s.heatlens.json"
     write_shot(path, Shot(replace(lens, aperture_image=None)))
     assert "aperture_image" not in path.read_text()
     assert read_shot(path).lens.aperture_image is None
 
 
-def test_the_fingerprint_knows_the_light_and_not_the_path(tmp_path: Path, lens: Lens) -> None:
+def test_lens_without_advice_depends_on_image_digest_not_path(tmp_path: Path, lens: Lens) -> None:
     assert lens.aperture_image is not None
     elsewhere = replace(lens.aperture_image, path="/elsewhere.png")
     other = replace(lens.aperture_image, digest="other")
@@ -79,7 +81,7 @@ def test_the_fingerprint_knows_the_light_and_not_the_path(tmp_path: Path, lens: 
     assert same.without_advice() == lens.without_advice() != changed.without_advice()
 
 
-def test_a_kit_names_an_image_beside_it(tmp_path: Path, lens: Lens) -> None:
+def test_read_kit_finds_opening_image_beside_the_kit(tmp_path: Path, lens: Lens) -> None:
     kit = shot_of(lens).kit
     assert kit is not None
     entries = json.loads(kit_text(kit))
@@ -87,7 +89,7 @@ def test_a_kit_names_an_image_beside_it(tmp_path: Path, lens: Lens) -> None:
     path = tmp_path / "own.json"
     path.write_text(json.dumps(entries))
     assert read_kit(path) == kit
-    assert kit.within(Lens(35.0, 2.0, 3.0, 36.0)).aperture_image == lens.aperture_image
+    assert kit.limit_lens(Lens(35.0, 2.0, 3.0, 36.0)).aperture_image == lens.aperture_image
     entries["character"]["aperture_image"] = "images/none.png"
     path.write_text(json.dumps(entries))
     with pytest.raises(InputError, match=r"own.json: .*none.png is not there"):
@@ -95,7 +97,7 @@ def test_a_kit_names_an_image_beside_it(tmp_path: Path, lens: Lens) -> None:
 
 
 @pytest.mark.parametrize("name", ["a\0b.png", "\ud800.png"])
-def test_a_name_that_no_file_can_have_is_refused(
+def test_opening_image_with_impossible_file_name_is_rejected(
     tmp_path: Path, lens: Lens, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shot, kit = tmp_path / "s.heatlens.json", tmp_path / "own.json"

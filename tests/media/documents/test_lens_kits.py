@@ -1,4 +1,4 @@
-"""Lens kits as files: those that are shipped, the user's own, and damaged ones."""
+"""Test lens kits as files: shipped ones, the user's own, and damaged ones."""
 
 import json
 
@@ -14,7 +14,7 @@ from heatlens.media.documents.shot_file import read_shot, write_shot
 SHIPPED = ["anamorphic-2x", "macro", "modern-primes", "vintage-primes", "zooms"]
 
 
-def test_kits_come_with_the_program(tmp_path):
+def test_kit_shelf_contains_shipped_kits_with_plausible_lenses(tmp_path):
     shelf = kit_shelf(tmp_path)
     assert list(shelf.kits) == SHIPPED
     assert not shelf.problems and not shelf.own
@@ -27,21 +27,21 @@ def test_kits_come_with_the_program(tmp_path):
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_a_kit_is_read_as_it_was_written(name, tmp_path):
+def test_read_kit_returns_written_kit(name, tmp_path):
     kit = kit_shelf(tmp_path).kits[name]
     (tmp_path / "mine.json").write_text(kit_text(kit))
     assert read_kit(tmp_path / "mine.json") == kit
 
 
-def test_own_kits_stand_beside_and_in_place_of_the_shipped_ones(tmp_path):
+def test_kit_shelf_adds_own_kits_and_overrides_shipped_ones(tmp_path):
     entries = json.loads(kit_text(kit_shelf(tmp_path).kits["macro"]))
     for name in ("macro", "mine"):
-        own = entries | {"name": name, "words": "my own"}
-        (tmp_path / f"{name}.json").write_text(json.dumps(own))
+        own_kit = entries | {"name": name, "words": "my own"}
+        (tmp_path / f"{name}.json").write_text(json.dumps(own_kit))
     shelf = kit_shelf(tmp_path)
     assert shelf.own == {"macro", "mine"}
     assert shelf.kits["macro"].words == "my own"
-    assert shelf.chosen("mine:100mm") == (shelf.kits["mine"], 100.0)
+    assert shelf.select_kit("mine:100mm") == (shelf.kits["mine"], 100.0)
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_own_kits_stand_beside_and_in_place_of_the_shipped_ones(tmp_path):
         ({"words": 3}, "text in quotation marks"),
     ],
 )
-def test_a_damaged_kit_is_told_in_one_sentence_and_the_others_stay(changed, told, tmp_path):
+def test_kit_shelf_reports_damaged_kit_and_keeps_the_others(changed, told, tmp_path):
     entries = json.loads(kit_text(kit_shelf(tmp_path).kits["macro"])) | changed
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(entries))
@@ -67,17 +67,17 @@ def test_a_damaged_kit_is_told_in_one_sentence_and_the_others_stay(changed, told
     (problem,) = shelf.problems
     assert str(path) in problem and "\n" not in problem
     with pytest.raises(InputError, match=r"mine\.json"):
-        shelf.chosen("mine")
+        shelf.select_kit("mine")
 
 
 @pytest.mark.parametrize("text", ["", "nothing", "zooms:20", "zooms:x", "zooms:-5", "zooms:inf"])
-def test_what_there_is_not_is_explained(text, tmp_path):
+def test_chosen_kit_of_unknown_name_or_focal_length_raises_input_error(text, tmp_path):
     with pytest.raises(InputError):
-        kit_shelf(tmp_path).chosen(text)
+        kit_shelf(tmp_path).select_kit(text)
 
 
-def test_a_shot_keeps_its_kit_without_the_file(tmp_path):
+def test_shot_file_keeps_its_kit_without_the_kit_file(tmp_path):
     kit = kit_shelf(tmp_path).kits["vintage-primes"]
-    shot = Shot(kit.within(Lens(50.0, 2.8, 2.0, 36.0)), kit=kit)
+    shot = Shot(kit.limit_lens(Lens(50.0, 2.8, 2.0, 36.0)), kit=kit)
     write_shot(tmp_path / "s.heatlens.json", shot)
     assert read_shot(tmp_path / "s.heatlens.json") == shot

@@ -1,4 +1,4 @@
-"""A shot file brings back the shot it was written from."""
+"""Test that a shot file reads back as the shot it was written from."""
 
 import json
 import math
@@ -19,7 +19,7 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.media.documents.shot_file import read_shot, write_shot
-from support.shot_files import FIFTY, FULL, written
+from support.shot_files import FIFTY, FULL, write_shot_in
 
 # Names that a file system takes; the path that a shot brings back is an absolute one.
 NAMES = st.text(string.ascii_letters + "#%._- é日", min_size=1, max_size=8).filter(
@@ -114,18 +114,18 @@ SHOTS = st.builds(
 
 @given(SHOTS)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
-def test_a_shot_comes_back_as_it_was(tmp_path, shot):
-    assert read_shot(written(shot, tmp_path)) == shot
+def test_read_shot_returns_any_written_shot(tmp_path, shot):
+    assert read_shot(write_shot_in(shot, tmp_path)) == shot
 
 
-def test_every_entry_comes_back(tmp_path):
-    again = read_shot(written(FULL, tmp_path))
-    assert again == FULL
-    assert again.lens_at(1007.25) == FULL.lens_at(1007.25)
+def test_read_shot_returns_every_entry(tmp_path):
+    read_back = read_shot(write_shot_in(FULL, tmp_path))
+    assert read_back == FULL
+    assert read_back.lens_at(1007.25) == FULL.lens_at(1007.25)
 
 
-def test_a_plain_shot_is_short_and_comes_back(tmp_path):
-    path = written(Shot(FIFTY), tmp_path)
+def test_read_shot_fills_missing_entries_with_defaults(tmp_path):
+    path = write_shot_in(Shot(FIFTY), tmp_path)
     assert read_shot(path) == Shot(FIFTY)
     path.write_text(
         '{"heatlens_shot": 1, "lens": {"focal_length_mm": 50, "f_stop": 1.3, '
@@ -134,8 +134,8 @@ def test_a_plain_shot_is_short_and_comes_back(tmp_path):
     assert read_shot(path) == Shot(FIFTY)
 
 
-def test_keys_and_marks_stand_one_a_line_with_units_in_the_names(tmp_path):
-    lines = written(FULL, tmp_path).read_text("utf-8").splitlines()
+def test_shot_file_has_one_key_or_mark_per_line_with_units_in_names(tmp_path):
+    lines = write_shot_in(FULL, tmp_path).read_text("utf-8").splitlines()
     keys = [line.strip() for line in lines if '"frame":' in line]
     assert len(keys) == 4
     assert keys[1] == '{"frame": 1012.5, "value": 1, "interpolation": "hold"},'
@@ -146,41 +146,41 @@ def test_keys_and_marks_stand_one_a_line_with_units_in_the_names(tmp_path):
     assert lines[1] == '  "heatlens_shot": 1,'
 
 
-def test_the_source_moves_with_the_file(tmp_path):
-    there, here = tmp_path / "there", tmp_path / "here"
-    for folder in (there, here):
+def test_shot_file_stores_source_relative_to_itself(tmp_path):
+    first_folder, second_folder = tmp_path / "there", tmp_path / "here"
+    for folder in (first_folder, second_folder):
         folder.mkdir()
-    path = written(Shot(FIFTY, source=str(tmp_path / "plates" / "p.####.exr")), there)
+    path = write_shot_in(Shot(FIFTY, source=str(tmp_path / "plates" / "p.####.exr")), first_folder)
     assert json.loads(path.read_text())["source"] == "../plates/p.####.exr"
-    (here / path.name).write_bytes(path.read_bytes())
-    moved = read_shot(here / path.name)
+    (second_folder / path.name).write_bytes(path.read_bytes())
+    moved = read_shot(second_folder / path.name)
     assert moved.source == str(tmp_path / "plates" / "p.####.exr")
-    inside = written(Shot(FIFTY, source=str(there / "p.####.exr")), there)
-    (here / path.name).write_bytes(inside.read_bytes())
-    assert read_shot(here / path.name).source == str(here / "p.####.exr")
+    local_path = write_shot_in(Shot(FIFTY, source=str(first_folder / "p.####.exr")), first_folder)
+    (second_folder / path.name).write_bytes(local_path.read_bytes())
+    assert read_shot(second_folder / path.name).source == str(second_folder / "p.####.exr")
 
 
-def test_a_source_in_the_working_folder_is_found_from_any_other(tmp_path, monkeypatch):
+def test_write_shot_resolves_source_in_working_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_shot("s.heatlens.json", Shot(FIFTY, source="plates/p.####.exr"))
     monkeypatch.chdir(tmp_path.parent)
-    found = read_shot(tmp_path / "s.heatlens.json")
-    assert found.source == str(tmp_path / "plates" / "p.####.exr")
+    shot = read_shot(tmp_path / "s.heatlens.json")
+    assert shot.source == str(tmp_path / "plates" / "p.####.exr")
 
 
-def test_a_name_that_is_no_unicode_comes_back(tmp_path):
+def test_read_shot_returns_source_name_that_is_no_unicode(tmp_path):
     shot = Shot(FIFTY, source=str(tmp_path / os.fsdecode(b"pl\xe4te.exr")))
-    assert read_shot(written(shot, tmp_path)) == shot
+    assert read_shot(write_shot_in(shot, tmp_path)) == shot
 
 
-def test_a_mark_of_the_byte_order_does_no_harm(tmp_path):
-    path = written(FULL, tmp_path)
+def test_read_shot_accepts_byte_order_mark(tmp_path):
+    path = write_shot_in(FULL, tmp_path)
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     assert read_shot(path) == FULL
 
 
-def test_a_shot_of_an_earlier_version_has_a_photographic_lens(tmp_path):
-    """Before there was a choice, every lens was one."""
+def test_read_shot_of_earlier_version_has_photographic_lens(tmp_path):
+    """Files without an entry for the lens model are from versions that had only this one."""
     path = tmp_path / "old.heatlens.json"
     lens = {"focal_length_mm": 50, "f_stop": 2, "focus_distance_m": 1.1, "sensor_width_mm": 36}
     path.write_text(json.dumps({"heatlens_shot": 1, "lens": lens}))

@@ -1,4 +1,4 @@
-"""A damaged shot file is another shot or a refusal, whatever the damage."""
+"""Test that a damaged shot file reads as another shot or raises an input error."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.shot_file import read_shot
-from support.shot_files import FULL, refusal, written
+from support.shot_files import FULL, refusal, write_shot_in
 
 
 def read_or_refuse(path: Path, content: bytes) -> None:
@@ -21,8 +21,8 @@ def read_or_refuse(path: Path, content: bytes) -> None:
         assert str(path) in str(error)
 
 
-def test_every_truncation_is_refused(tmp_path):
-    path = written(FULL, tmp_path)
+def test_read_shot_rejects_every_truncation(tmp_path):
+    path = write_shot_in(FULL, tmp_path)
     content = path.read_bytes().rstrip()
     for length in range(len(content)):
         assert refusal(path, content[:length])
@@ -30,8 +30,8 @@ def test_every_truncation_is_refused(tmp_path):
 
 @given(st.data())
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=300)
-def test_a_flipped_byte_makes_another_shot_or_a_refusal(tmp_path, data):
-    content = bytearray(written(FULL, tmp_path).read_bytes())
+def test_read_shot_of_flipped_byte_gives_shot_or_input_error(tmp_path, data):
+    content = bytearray(write_shot_in(FULL, tmp_path).read_bytes())
     content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
     read_or_refuse(tmp_path / "s.heatlens.json", bytes(content))
 
@@ -48,22 +48,22 @@ ANY_JSON = st.recursive(
 )
 
 
-def places_of(value, place=()):
-    """Return the way to every value inside a JSON value."""
-    yield place
+def paths_in_json(value, path=()):
+    """Yield the path of keys and indices to each value inside a JSON value."""
+    yield path
     if not isinstance(value, dict | list):
         return
     for name, entry in value.items() if isinstance(value, dict) else enumerate(value):
-        yield from places_of(entry, (*place, name))
+        yield from paths_in_json(entry, (*path, name))
 
 
 @given(st.data(), ANY_JSON)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=300)
-def test_another_value_anywhere_makes_another_shot_or_a_refusal(tmp_path, data, value):
-    top = {"": json.loads(written(FULL, tmp_path).read_text("utf-8"))}
-    *way, last = data.draw(st.sampled_from(list(places_of(top))[1:]))
-    place = top
-    for name in way:
-        place = place[name]
-    place[last] = value
+def test_read_shot_of_any_changed_value_gives_shot_or_input_error(tmp_path, data, value):
+    top = {"": json.loads(write_shot_in(FULL, tmp_path).read_text("utf-8"))}
+    *path, last_key = data.draw(st.sampled_from(list(paths_in_json(top))[1:]))
+    parent = top
+    for name in path:
+        parent = parent[name]
+    parent[last_key] = value
     read_or_refuse(tmp_path / "s.heatlens.json", json.dumps(top[""]).encode())

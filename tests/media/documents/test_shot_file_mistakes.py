@@ -1,4 +1,4 @@
-"""A mistake in a shot file is told in one sentence, with its place."""
+"""Test that an error in a shot file is reported in one sentence, with its place."""
 
 import json
 from pathlib import Path
@@ -8,10 +8,10 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.shot_file import read_shot
-from support.shot_files import FIFTY, refusal, written
+from support.shot_files import FIFTY, refusal, write_shot_in
 
 
-def changed(path: Path, **entries) -> str:
+def json_with_entries(path: Path, **entries) -> str:
     """Return the JSON of a file with other entries at the top."""
     return json.dumps(json.loads(path.read_text()) | entries)
 
@@ -78,10 +78,10 @@ def changed(path: Path, **entries) -> str:
         ({"lense": {}}, "unknown entry 'lense'; did you mean 'lens'?"),
     ],
 )
-def test_a_mistake_is_told_with_its_place(tmp_path, entries, words):
-    path = written(Shot(FIFTY), tmp_path)
-    said = refusal(path, changed(path, **entries))
-    assert said.startswith(f"{path}: ") and words in said and "\n" not in said
+def test_read_shot_error_names_place_of_wrong_entry(tmp_path, entries, words):
+    path = write_shot_in(Shot(FIFTY), tmp_path)
+    message = refusal(path, json_with_entries(path, **entries))
+    assert message.startswith(f"{path}: ") and words in message and "\n" not in message
 
 
 @pytest.mark.parametrize(
@@ -100,14 +100,14 @@ def test_a_mistake_is_told_with_its_place(tmp_path, entries, words):
         (b"\x76\x2f\x31\x01", "is damaged"),
     ],
 )
-def test_what_is_no_shot(tmp_path, text, words):
+def test_read_shot_rejects_file_that_is_no_shot(tmp_path, text, words):
     assert words in refusal(tmp_path / "s.heatlens.json", text)
 
 
 @pytest.mark.parametrize(
     ("make", "words"), [(lambda path: None, "is not there"), (Path.mkdir, "is a folder")]
 )
-def test_a_file_that_cannot_be_read_is_named(tmp_path, make, words):
+def test_read_shot_names_unreadable_file(tmp_path, make, words):
     path = tmp_path / "s.heatlens.json"
     make(path)
     with pytest.raises(InputError, match=rf"s\.heatlens\.json {words}"):

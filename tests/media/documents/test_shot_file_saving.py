@@ -1,4 +1,4 @@
-"""A save that fails loses nothing, and leaves no autosave behind a file that is saved."""
+"""Test that a failed save loses nothing, and that a save removes the autosave file."""
 
 import os
 
@@ -12,11 +12,11 @@ from heatlens.media.documents.shot_file import (
     write_autosave,
     write_shot,
 )
-from support.shot_files import FIFTY, FULL, written
+from support.shot_files import FIFTY, FULL, write_shot_in
 
 
-def test_a_save_that_fails_leaves_the_earlier_file(tmp_path, monkeypatch):
-    path = written(FULL, tmp_path)
+def test_write_shot_keeps_old_file_if_disk_is_full(tmp_path, monkeypatch):
+    path = write_shot_in(FULL, tmp_path)
     before = path.read_bytes()
 
     def full_disk(descriptor: int) -> None:
@@ -29,12 +29,12 @@ def test_a_save_that_fails_leaves_the_earlier_file(tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == [path.name]
 
 
-def test_a_save_into_no_folder_is_refused(tmp_path):
+def test_write_shot_into_missing_folder_raises_input_error(tmp_path):
     with pytest.raises(InputError, match="does not exist"):
         write_shot(tmp_path / "none" / "s.heatlens.json", FULL)
 
 
-def test_an_autosave_lies_beside_its_file_until_that_is_saved(tmp_path):
+def test_write_shot_removes_autosave_of_its_file(tmp_path):
     path = tmp_path / "s.heatlens.json"
     write_autosave(path, FULL)
     assert autosave_path(path).exists()  # never saved, yet not lost

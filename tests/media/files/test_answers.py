@@ -1,4 +1,4 @@
-"""What a reading process answers: nothing that is printed reaches it, and it can run nothing."""
+"""Test the answers of a reading process: prints do not disturb them, and they run no code."""
 
 import ast
 import importlib
@@ -16,15 +16,15 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.base.paths import data_dir
 from heatlens.core.model.shot.reel import Reel
 from heatlens.fronts.commands.main import main
-from heatlens.media.files.answers import ALLOWED, AnswerError, packed, unpacked
-from heatlens.media.files.apart import called_apart
+from heatlens.media.files.answers import ALLOWED, AnswerError, pack_answer, unpack_answer
+from heatlens.media.files.apart import call_in_process
 from support.noisy_readers import WAYS, Noisy, evil, noisy
 
 APP = Path(heatlens.__file__).parent
 READERS = {
     "heatlens.media.camera.usd_read:usd_camera",
-    "heatlens.media.documents.edit_file:_bounded_reel",
-    "heatlens.media.documents.frame_line_file:_bounded",
+    "heatlens.media.documents.edit_file:_read_reel_bounded",
+    "heatlens.media.documents.frame_line_file:_read_bounded",
     "heatlens.media.plate.picture.picture_open:open_picture",
     "heatlens.media.plate.picture.picture_open:picture_info",
     "heatlens.media.scene.gltf.read:_bounded_scene",
@@ -44,59 +44,59 @@ NOISE = {
 }
 
 
-def called_in(path: Path) -> Iterator[str]:
-    """Yield the readers that a file hands to another process, as module:name."""
+def called_readers(path: Path) -> Iterator[str]:
+    """Yield the readers that a source file runs in another process, as module:name."""
     module = ".".join(("heatlens", *path.relative_to(APP).with_suffix("").parts))
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         name = getattr(getattr(node, "func", None), "id", "")
         if (
-            name in ("called_apart", "read_usd_apart")
+            name in ("call_in_process", "read_usd_in_process")
             and module != "heatlens.media.files.usd_library"
         ):
             yield f"{module}:{ast.unparse(node.args[0])}"
 
 
-def classes_in(kind: Any, found: set[type]) -> None:
+def collect_classes(kind: Any, classes: set[type]) -> None:
     """Add all classes of heatlens that a value of type `kind` can hold to `found`."""
     for part in get_args(kind):
-        classes_in(part, found)
+        collect_classes(part, classes)
     kind = get_origin(kind) or kind
-    if not isinstance(kind, type) or not kind.__module__.startswith("heatlens") or kind in found:
+    if not isinstance(kind, type) or not kind.__module__.startswith("heatlens") or kind in classes:
         return
-    found.add(kind)
-    for other in (*kind.__subclasses__(), *get_type_hints(kind).values()):
-        classes_in(other, found)
+    classes.add(kind)
+    for related_kind in (*kind.__subclasses__(), *get_type_hints(kind).values()):
+        collect_classes(related_kind, classes)
 
 
-def named(words: str) -> Any:
+def object_named(words: str) -> Any:
     module, _, name = words.partition(":")
     return getattr(importlib.import_module(module), name)
 
 
-def test_the_readers_are_those_of_the_law():
-    assert {name for path in APP.rglob("*.py") for name in called_in(path)} == READERS
+def test_readers_in_source_are_the_expected_ones():
+    assert {name for path in APP.rglob("*.py") for name in called_readers(path)} == READERS
 
 
-def test_every_class_of_an_answer_is_in_the_list():
-    found: set[type] = set()
+def test_allowed_classes_include_every_class_of_an_answer():
+    classes: set[type] = set()
     for reader in READERS:
-        classes_in(get_type_hints(named(reader))["return"], found)
+        collect_classes(get_type_hints(object_named(reader))["return"], classes)
     for module in MOVING:
         for value in vars(importlib.import_module(f"heatlens.{module}")).values():
             if isinstance(value, type) and "__call__" in vars(value):
-                classes_in(value, found)
-    missing = {kind for kind in found if kind.__name__ not in ALLOWED.get(kind.__module__, ())}
-    assert len(found) > 30 and not missing
+                collect_classes(value, classes)
+    missing = {kind for kind in classes if kind.__name__ not in ALLOWED.get(kind.__module__, ())}
+    assert len(classes) > 30 and not missing
 
 
-def test_the_list_holds_nothing_that_is_gone_and_no_function_of_ours():
+def test_allowed_names_exist_and_ours_are_classes():
     for module, names in ALLOWED.items():
         if module.startswith("heatlens"):
-            assert all(isinstance(named(f"{module}:{name}"), type) for name in names)
+            assert all(isinstance(object_named(f"{module}:{name}"), type) for name in names)
 
 
-class Names:
-    """A pickle that calls what is named with what is given."""
+class PickledCall:
+    """An object whose pickle calls a given function with given arguments."""
 
     def __init__(self, call: Any, *given: object) -> None:
         self.made = call, given
@@ -113,29 +113,29 @@ class Names:
         ("builtins:getattr", ("", "join")),
         ("numpy:load", ("a.npy",)),
         ("numpy:fromfile", ("a.npy",)),
-        ("heatlens.core.base.paths:file_bytes", (Path("a"),)),
-        ("heatlens.media.files.apart:called_apart", (len, "", "")),
+        ("heatlens.core.base.paths:read_file_bytes", (Path("a"),)),
+        ("heatlens.media.files.apart:call_in_process", (len, "", "")),
         ("heatlens.core.model.shot.reel:replace", (Reel,)),
         ("importlib:import_module", ("os",)),
     ],
 )
-def test_an_answer_cannot_name_anything_else(name, given):
+def test_unpacked_rejects_pickle_that_calls_another_function(name, given):
     with pytest.raises(AnswerError, match=name.partition(":")[2]):
-        unpacked(pickle.dumps(Names(named(name), *given)))
+        unpack_answer(pickle.dumps(PickledCall(object_named(name), *given)))
 
 
-def test_values_come_back_as_they_were():
+def test_unpacked_returns_packed_values():
     values = [np.arange(6.0).reshape(2, 3), np.float32(2), {"a": (1, None, b"x")}]
-    back = unpacked(packed(values))
-    np.testing.assert_array_equal(back[0], values[0])
-    assert back[1:] == values[1:]
+    unpacked_values = unpack_answer(pack_answer(values))
+    np.testing.assert_array_equal(unpacked_values[0], values[0])
+    assert unpacked_values[1:] == values[1:]
 
 
-def test_an_answer_that_names_another_function_is_refused(tmp_path, tests_importable):
-    path = tmp_path / "made"
+def test_called_apart_rejects_answer_that_calls_a_function(tmp_path, tests_importable):
+    new_folder = tmp_path / "made"
     with pytest.raises(InputError, match=r"a\.aaf cannot be read: .*mkdir"):
-        called_apart(evil, str(path), "a.aaf")
-    assert not path.exists()
+        call_in_process(evil, str(new_folder), "a.aaf")
+    assert not new_folder.exists()
 
 
 @pytest.fixture
@@ -171,16 +171,16 @@ QUIET: dict[str, bytes] = {}  # the answer of each reader that prints nothing
 @pytest.mark.parametrize(
     ("way", "amount"), [*((way, "little") for way in WAYS), ("descriptor", "much"), ("C", "much")]
 )
-def test_a_reader_that_prints_gives_the_same_answer(asked, way, amount, tests_importable):
+def test_called_apart_returns_same_answer_if_reader_prints(asked, way, amount, tests_importable):
     reader, argument = asked
     if reader not in QUIET:
-        QUIET[reader] = packed(called_apart(named(reader), argument, "a file"))
-    loud = called_apart(noisy, Noisy(reader, argument, way, NOISE[amount]), "a file")
-    assert packed(loud) == QUIET[reader]
+        QUIET[reader] = pack_answer(call_in_process(object_named(reader), argument, "a file"))
+    loud = call_in_process(noisy, Noisy(reader, argument, way, NOISE[amount]), "a file")
+    assert pack_answer(loud) == QUIET[reader]
 
 
 def write_aaf(path: Path, mob: str) -> None:
-    """Write an edit whose clip names a slot that is not there, of which the adapter tells."""
+    """Write an AAF edit whose clip names a missing slot, about which the adapter prints a line."""
     aaf2 = pytest.importorskip("aaf2")
     with aaf2.open(str(path), "w") as file:
         master = file.create.MasterMob(mob)
@@ -199,10 +199,10 @@ def write_aaf(path: Path, mob: str) -> None:
 
 
 @pytest.mark.parametrize("mob", ["sh010_v003", "evil"])
-def test_the_name_of_a_mob_is_no_answer(tmp_path, capsys, mob):
-    """The adapter prints it; as a pickle, these words would make a folder."""
-    made = tmp_path / "made"
-    evil_words = "x" * 59 + f"0cposix\nmkdir\n(S'{made}'\ntR."
+def test_info_of_aaf_ignores_name_of_mob_that_looks_like_a_pickle(tmp_path, capsys, mob):
+    """The adapter prints the name; read as a pickle, it would make a folder."""
+    new_folder = tmp_path / "made"
+    evil_words = "x" * 59 + f"0cposix\nmkdir\n(S'{new_folder}'\ntR."
     write_aaf(tmp_path / "cut.aaf", evil_words if mob == "evil" else mob)
     assert main(["info", str(tmp_path / "cut.aaf")]) in (0, 2)
-    assert not made.exists() and "fault" not in capsys.readouterr().err
+    assert not new_folder.exists() and "fault" not in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""The folders of the user: where earlier versions wrote, and where variables put them."""
+"""Test the user's folders: the defaults of each system, and the variables that move them."""
 
 import os
 import subprocess
@@ -40,7 +40,7 @@ def on_system(monkeypatch):
 
 
 @ON_LINUX
-def test_on_linux_they_are_where_version_0_1_wrote():
+def test_user_folders_on_linux_are_those_of_version_0_1():
     assert [str(folder()) for folder in FOLDERS] == [
         "/home/ada/.config/heatlens",
         "/home/ada/.cache/heatlens/frames",
@@ -49,7 +49,7 @@ def test_on_linux_they_are_where_version_0_1_wrote():
 
 
 @ON_LINUX
-def test_on_linux_they_follow_the_variables_of_the_desktop(monkeypatch):
+def test_user_folders_on_linux_follow_xdg_variables(monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", "/x/config")
     monkeypatch.setenv("XDG_CACHE_HOME", "/x/cache")
     monkeypatch.setenv("XDG_STATE_HOME", "/x/state")
@@ -60,7 +60,7 @@ def test_on_linux_they_follow_the_variables_of_the_desktop(monkeypatch):
     ]
 
 
-def test_on_macos_they_lie_in_the_library(on_system):
+def test_user_folders_on_macos_are_in_library(on_system):
     on_system(MacOS)
     library = "/home/ada/Library"
     assert [folder().as_posix() for folder in FOLDERS] == [
@@ -70,8 +70,8 @@ def test_on_macos_they_lie_in_the_library(on_system):
     ]
 
 
-def test_on_windows_only_the_preferences_roam(monkeypatch, on_system):
-    """Its folders are read from the environment here; only Windows can ask its shell."""
+def test_user_folders_on_windows_roam_for_preferences_only(monkeypatch, on_system):
+    """The folders are read from the environment here; only Windows can ask its shell."""
     on_system(Windows)
     monkeypatch.setattr(windows, "get_win_folder", windows.get_win_folder_from_env_vars)
     monkeypatch.setenv("APPDATA", "/roaming")
@@ -84,7 +84,7 @@ def test_on_windows_only_the_preferences_roam(monkeypatch, on_system):
 
 
 @pytest.mark.parametrize("system", [PlatformDirs, MacOS, Windows])
-def test_a_variable_of_heatlens_overrules_every_system(monkeypatch, on_system, system):
+def test_user_folders_follow_heatlens_variables_on_every_system(monkeypatch, on_system, system):
     on_system(system)
     for name in VARIABLES:
         monkeypatch.setenv(name, f"/mine/{name}")
@@ -95,7 +95,7 @@ def test_a_variable_of_heatlens_overrules_every_system(monkeypatch, on_system, s
     ]
 
 
-def test_an_empty_variable_is_no_variable(monkeypatch):
+def test_user_folders_ignore_empty_variables(monkeypatch):
     usual = [folder() for folder in FOLDERS]
     for name in VARIABLES:
         monkeypatch.setenv(name, "")
@@ -103,8 +103,8 @@ def test_an_empty_variable_is_no_variable(monkeypatch):
 
 
 @ON_LINUX
-def test_a_user_without_a_home_has_folders_below_the_root():
-    """As in a container whose user stands in no list and whose environment is empty."""
+def test_preferences_dir_without_home_is_absolute():
+    """A container whose user is in no list and whose environment is empty has no home."""
     code = (
         "import os; os.path.expanduser = lambda text: text\n"
         "from heatlens.core.base.paths import preferences_dir; print(preferences_dir())"

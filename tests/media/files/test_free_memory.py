@@ -1,4 +1,4 @@
-"""Threads share one heap, so that what one of them has freed is there for the others."""
+"""Test that threads share one heap, so that memory freed by one can be used by the others."""
 
 import subprocess
 import sys
@@ -30,7 +30,7 @@ libc.fflush(stream)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="glibc's heaps")
-def test_threads_share_one_heap_where_they_are_told_to():
+def test_share_one_heap_leaves_one_heap_for_all_threads():
     def heaps(how: str) -> int:
         words = [sys.executable, "-c", _HEAPS_OF_FOUR_THREADS, how]
         return subprocess.run(words, capture_output=True, text=True, check=True).stdout.count(

@@ -1,4 +1,4 @@
-"""Files are opened for reading in base/paths alone: no pipe, no device, nothing without limit."""
+"""Test that files are opened for reading in base/paths only: no pipe, no device, with a limit."""
 
 import ast
 import os
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import heatlens
-from heatlens.core.base.paths import file_bytes, opened_file
+from heatlens.core.base.paths import open_regular_file, read_file_bytes
 from heatlens.media.plate.header.channels import Header
 from heatlens.media.plate.mattes.cryptomatte import Cryptomatte
 
@@ -23,20 +23,21 @@ OWN = {
     "Path(f'/proc/",
     "tasks.read_text",
     "_FILE.read_text",
+    "_MEMINFO.read_text",
     "_RIM_FILE.read_text",
-    "it.read_bytes",  # the program itself, for its fingerprint
+    "program_file.read_bytes",  # the program itself, for its fingerprint
     "Path(path).read_text",  # a shader
     "(folder / name).read_bytes",  # the page of the browser
     "spooled.read_bytes",  # a temporary file of this process
     "json.load",
-    "np.load(BytesIO(file_bytes(",
+    "np.load(BytesIO(read_file_bytes(",
     "Preferences.load",
 }
 WRITING = ("'w'", "'wb'", "'rb+'", "'r+b'", "os.dup", "_NEW_FILE", "flags", "os.O_WRONLY")
 
 
-def readings(path: Path) -> Iterator[str]:
-    """Yield the calls in a file that open or read another file by its path."""
+def file_reads(path: Path) -> Iterator[str]:
+    """Yield the calls in a source file that open or read another file by its path."""
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if not isinstance(node, ast.Call):
             continue
@@ -55,46 +56,46 @@ def readings(path: Path) -> Iterator[str]:
             yield text
 
 
-def test_files_are_read_in_one_place():
-    found = {
+def test_only_base_paths_opens_files_for_reading():
+    reads = {
         (path.relative_to(APP).as_posix(), text)
         for path in APP.rglob("*.py")
         if path.relative_to(APP).as_posix() != GUARD
-        for text in readings(path)
+        for text in file_reads(path)
         if not any(word in text for word in OWN)
     }
-    assert not found
+    assert not reads
 
 
 @pytest.mark.parametrize(
     "source",
     ["open(p)", "open(p, 'rb')", "p.open('rb')", "p.read_text()", "np.load(p)", "os.open(p, 0)"],
 )
-def test_the_law_sees_every_way(tmp_path, source):
+def test_file_reads_finds_every_kind_of_call(tmp_path, source):
     path = tmp_path / "a.py"
     path.write_text(source)
-    assert list(readings(path))
+    assert list(file_reads(path))
 
 
-def test_no_pipe_device_or_folder_is_opened(tmp_path):
+def test_opened_file_rejects_pipe_device_and_folder(tmp_path):
     pipe, link = tmp_path / "pipe", tmp_path / "link"
     os.mkfifo(pipe)
     link.symlink_to("/dev/zero")
     for path in (pipe, link, tmp_path):
         with pytest.raises(OSError, match="it is"):
-            opened_file(path)
+            open_regular_file(path)
 
 
-def test_a_file_beyond_the_limit_is_not_read(tmp_path):
+def test_file_bytes_rejects_file_beyond_limit(tmp_path):
     path = tmp_path / "a"
     path.write_bytes(b"x" * 11)
-    assert file_bytes(path, 11) == b"x" * 11
+    assert read_file_bytes(path, 11) == b"x" * 11
     with pytest.raises(OSError, match="more than"):
-        file_bytes(path, 10)
+        read_file_bytes(path, 10)
 
 
 @pytest.mark.parametrize("kind", ["device", "pipe", "large"])
-def test_a_manifest_that_is_no_file_is_none(tmp_path, kind):
+def test_cryptomatte_ignores_manifest_that_is_no_plain_file(tmp_path, kind):
     path = tmp_path / "m.json"
     match kind:
         case "device":

@@ -1,4 +1,4 @@
-"""Pictures and movies are opened by the reader of their ending, in one place, and by no other."""
+"""Test that images and movies are opened only by the reader of their suffix, in one module."""
 
 import ast
 import importlib
@@ -38,7 +38,7 @@ LIBRARIES = (av, OpenImageIO)
 OTHERS = {
     (
         "deliver/export/movie.py",
-        "library.open(str(beside), 'w', format=codec.container, options=options)",
+        "library.open(str(temporary_path), 'w', format=codec.container, options=options)",
     ),
     (
         "media/scene/gltf/compressed.py",
@@ -47,8 +47,8 @@ OTHERS = {
 }
 
 
-def modules_of(tree: ast.AST, names: dict[str, object]) -> dict[str, object]:
-    """Return `names` and the local names that a library was given, by what it was asked for."""
+def local_library_names(tree: ast.AST, names: dict[str, object]) -> dict[str, object]:
+    """Return `names` and the local names of a source file that stand for an imported library."""
     found = dict(names)
     for node in ast.walk(tree):
         if isinstance(node, ast.arg) and "ModuleType" in ast.unparse(node.annotation or node):
@@ -63,7 +63,7 @@ def modules_of(tree: ast.AST, names: dict[str, object]) -> dict[str, object]:
     return found
 
 
-def value_of(node: ast.AST, names: dict[str, object]) -> tuple[object, ...]:
+def possible_values(node: ast.AST, names: dict[str, object]) -> tuple[object, ...]:
     """Return what an expression of names and attributes stands for, in every way that it may."""
     text = ast.unparse(node)
     if text in names:
@@ -74,32 +74,32 @@ def value_of(node: ast.AST, names: dict[str, object]) -> tuple[object, ...]:
         is_library = getattr(called, "__annotations__", {}).get("return") is ModuleType
         return LIBRARIES if is_library else ()
     if isinstance(node, ast.Attribute):
-        owners = value_of(node.value, names)
+        owners = possible_values(node.value, names)
         return tuple(getattr(it, node.attr) for it in owners if hasattr(it, node.attr))
     return ()
 
 
-def openings(source: str, names: dict[str, object]) -> Iterator[str]:
-    """Yield the calls in a file that reach a library's own opening."""
+def opening_calls(source: str, names: dict[str, object]) -> Iterator[str]:
+    """Yield the calls in a source file that reach a library's own opening function."""
     tree = ast.parse(source)
-    names = modules_of(tree, names)
+    names = local_library_names(tree, names)
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and any(
-            found is opener for found in value_of(node.func, names) for opener in OPENERS
+            value is opener for value in possible_values(node.func, names) for opener in OPENERS
         ):
             yield ast.unparse(node)
 
 
-def test_nothing_else_opens_pictures_or_movies():
-    found = set()
+def test_only_one_module_opens_images_and_movies():
+    calls = set()
     for path in sorted(APP.rglob("*.py")):
         if path == HOME or path.name == "__main__.py":
             continue
         name = ".".join(("heatlens", *path.relative_to(APP).with_suffix("").parts))
         names = vars(importlib.import_module(name.removesuffix(".__init__")))
-        for call in openings(path.read_text("utf-8"), names):
-            found.add((path.relative_to(APP).as_posix(), call))
-    assert found == OTHERS
+        for call in opening_calls(path.read_text("utf-8"), names):
+            calls.add((path.relative_to(APP).as_posix(), call))
+    assert calls == OTHERS
 
 
 @pytest.mark.parametrize(
@@ -114,13 +114,13 @@ def test_nothing_else_opens_pictures_or_movies():
         "import importlib\nit = importlib.import_module(n)\nit.ImageBuf(x)",
     ],
 )
-def test_the_law_sees_what_is_opened_under_any_name(source):
+def test_opening_calls_finds_functions_under_any_name(source):
     names: dict[str, object] = {"x": None, "n": None}
     for node in ast.parse(source).body:
         if isinstance(node, ast.Import | ast.ImportFrom):
             exec(ast.unparse(node), names)
     names["importlib.import_module"] = importlib.import_module
-    assert list(openings(source, names))
+    assert list(opening_calls(source, names))
 
 
 POSTSCRIPT = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 8 8\n%%EndComments\n{} loop\n"
@@ -138,7 +138,7 @@ def ghost(tmp_path, monkeypatch) -> Path:
 
 
 @pytest.mark.parametrize("suffix", [it for it in suffixes_read()[1:] if it != ".npy"])
-def test_postscript_runs_under_no_ending(tmp_path, ghost, suffix):
+def test_postscript_is_not_run_under_any_suffix(tmp_path, ghost, suffix):
     path = tmp_path / f"plate{suffix}"
     path.write_bytes(POSTSCRIPT)
     with pytest.raises(InputError, match=path.name):
@@ -148,7 +148,7 @@ def test_postscript_runs_under_no_ending(tmp_path, ghost, suffix):
     assert not ghost.exists()
 
 
-def test_postscript_inside_a_photograph_does_not_run(tmp_path, ghost, capsys):
+def test_postscript_inside_photo_depth_map_is_not_run(tmp_path, ghost, capsys):
     import base64
 
     path = tmp_path / "photo.jpg"
@@ -172,7 +172,7 @@ def test_postscript_inside_a_photograph_does_not_run(tmp_path, ghost, capsys):
         ("TIFF", ".bmp", "rename it to p.tif"),
     ],
 )
-def test_a_wrong_ending_is_told_with_the_right_one(tmp_path, content, suffix, told):
+def test_open_picture_names_correct_suffix_of_wrongly_named_file(tmp_path, content, suffix, told):
     path = tmp_path / f"p{suffix}"
     Image.new("RGB", (4, 4)).save(path, format=content)
     with pytest.raises(InputError, match=rf"p\{suffix} is {content}, although .*{told}"):
@@ -180,13 +180,13 @@ def test_a_wrong_ending_is_told_with_the_right_one(tmp_path, content, suffix, to
 
 
 @pytest.mark.parametrize("suffix", [".jpg", ".jpeg"])
-def test_a_photograph_with_a_second_picture_is_a_jpeg(tmp_path, suffix):
+def test_open_picture_reads_photo_with_second_image_as_jpeg(tmp_path, suffix):
     path, other = tmp_path / f"p{suffix}", Image.new("RGB", (4, 4), (9, 9, 9))
     Image.new("RGB", (4, 4)).save(path, format="MPO", save_all=True, append_images=[other])
     assert open_picture(path).values.shape == (4, 4, 3)
 
 
-def test_a_float_tiff_is_read_by_the_other_library(tmp_path):
+def test_open_picture_reads_float_tiff(tmp_path):
     path, values = tmp_path / "p.tif", np.full((3, 4, 3), 1.5, np.float32)
     out = OpenImageIO.ImageOutput.create(str(path))
     out.open(str(path), OpenImageIO.ImageSpec(4, 3, 3, "float"))
@@ -195,8 +195,8 @@ def test_a_float_tiff_is_read_by_the_other_library(tmp_path):
     np.testing.assert_array_equal(open_picture(path).values, values)
 
 
-def test_a_playlist_in_the_place_of_a_movie_opens_nothing(tmp_path):
-    """A pipe that it names would never end."""
+def test_fingerprint_of_playlist_named_as_movie_opens_nothing(tmp_path):
+    """The playlist names a pipe, and reading that would never end."""
     pipe = tmp_path / "seg.ts"
     os.mkfifo(pipe)
     movie = tmp_path / "o.mp4"

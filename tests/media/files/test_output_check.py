@@ -1,4 +1,4 @@
-"""An output that cannot be written is found before the work."""
+"""Test that an output that cannot be written is found before the work."""
 
 import os
 import shutil
@@ -11,9 +11,9 @@ import pytest
 from heatlens.core.base.stopping import temporary_folder
 from heatlens.deliver.export import movie as movies
 from heatlens.fronts.commands.main import main
-from support.command_line import CAMERA, channels, refused, render
-from support.exports import exported
-from support.exports import refused as export_refused
+from support.command_line import CAMERA, channels, refused_render_message, render
+from support.exports import export_shot
+from support.exports import refused_export_message as export_refused
 from support.exr_files import write_file
 
 Usage = namedtuple("Usage", "total used free")
@@ -38,68 +38,68 @@ def barred(monkeypatch, tmp_path) -> Path:
     return folder
 
 
-def free(monkeypatch, count: int) -> None:
+def set_free_bytes(monkeypatch, count: int) -> None:
     monkeypatch.setattr(shutil, "disk_usage", lambda _: Usage(10**9, 10**9 - count, count))
 
 
-def test_a_folder_that_is_barred_is_said_before_opengl_is_begun(capsys, monkeypatch, plate, barred):
+def test_render_reports_unwritable_folder_before_opengl_starts(capsys, monkeypatch, plate, barred):
     monkeypatch.setattr(
         "heatlens.render.frame_renderer.headless_context", lambda: pytest.fail("too late")
     )
     for name in ("o.exr", "o.png"):
-        assert "is not writable" in refused(capsys, plate, barred / name)
+        assert "is not writable" in refused_render_message(capsys, plate, barred / name)
 
 
-def test_an_export_into_a_barred_folder_renders_nothing(capsys, monkeypatch, shot_file, barred):
+def test_export_into_unwritable_folder_renders_nothing(capsys, monkeypatch, shot_file, barred):
     monkeypatch.setattr(
         "heatlens.render.frame_renderer.headless_context", lambda: pytest.fail("late")
     )
-    said = export_refused(capsys, shot_file, barred / "n.####.exr")
-    assert "is not writable" in said
+    message = export_refused(capsys, shot_file, barred / "n.####.exr")
+    assert "is not writable" in message
 
 
-def test_a_disk_without_room_for_the_picture(capsys, monkeypatch, plate, tmp_path):
-    free(monkeypatch, 100)
+def test_render_reports_disk_too_full_for_the_image(capsys, monkeypatch, plate, tmp_path):
+    set_free_bytes(monkeypatch, 100)
     assert main(["render", str(plate), "-o", str(tmp_path / "o.exr")]) == 2
-    said = capsys.readouterr().err
-    assert "are free on that disk" in said and str(tmp_path) in said
+    message = capsys.readouterr().err
+    assert "are free on that disk" in message and str(tmp_path) in message
     assert not (tmp_path / "o.exr").exists()
-    free(monkeypatch, 10**8)
+    set_free_bytes(monkeypatch, 10**8)
     render(capsys, plate, tmp_path / "o.exr")
 
 
-def test_a_disk_without_room_for_the_other_frames(capsys, monkeypatch, shot_file, out):
-    free(monkeypatch, 2000)
-    said = export_refused(capsys, shot_file, out)
-    assert "5 more frames" in said
+def test_export_reports_disk_too_full_for_remaining_frames(capsys, monkeypatch, shot_file, out):
+    set_free_bytes(monkeypatch, 2000)
+    message = export_refused(capsys, shot_file, out)
+    assert "5 more frames" in message
     assert len(os.listdir(out.parent)) <= 3  # the first, and what was under way
     assert all(name.endswith(".exr") and name[0] != "." for name in os.listdir(out.parent))
 
 
 @pytest.mark.parametrize("suffix", [".mov", ".mp4"])
-def test_a_disk_without_room_for_a_movie(capsys, monkeypatch, shot_file, tmp_path, suffix):
-    """Six frames of 32x18: less than the codec can do with is told at the first of them."""
+def test_export_reports_disk_too_full_for_movie(capsys, monkeypatch, shot_file, tmp_path, suffix):
+    """For six frames of 32x18, less space than the codec needs is reported at the first frame."""
     out = tmp_path / f"m{suffix}"
-    free(monkeypatch, 10)
-    said = export_refused(capsys, shot_file, out)
-    assert "movie of 6" in said and "are free on that disk" in said
+    set_free_bytes(monkeypatch, 10)
+    message = export_refused(capsys, shot_file, out)
+    assert "movie of 6" in message and "are free on that disk" in message
     assert not out.exists()
-    free(monkeypatch, 10**6)
-    exported(capsys, shot_file, out)
+    set_free_bytes(monkeypatch, 10**6)
+    export_shot(capsys, shot_file, out)
 
 
-def test_a_movie_that_grows_faster_than_was_thought(capsys, monkeypatch, shot_file, tmp_path):
-    """By what the frames have needed so far, as soon as there are enough of them."""
-    monkeypatch.setattr(movies, "_JUDGED_FRAMES", 2)
+def test_export_estimates_movie_size_from_frames_so_far(capsys, monkeypatch, shot_file, tmp_path):
+    """The estimate is used as soon as there are enough frames."""
+    monkeypatch.setattr(movies, "_FRAMES_BEFORE_PREDICTION", 2)
     unknown = replace(movies._CODECS[".mov"], least_bits_px=0.0)
     monkeypatch.setitem(movies._CODECS, ".mov", unknown)
-    free(monkeypatch, 100)  # less than a frame takes
-    said = export_refused(capsys, shot_file, tmp_path / "m.mov")
-    assert "more frames as those before" in said
+    set_free_bytes(monkeypatch, 100)  # less than a frame takes
+    message = export_refused(capsys, shot_file, tmp_path / "m.mov")
+    assert "more frames as those before" in message
     assert not (tmp_path / "m.mov").exists()
 
 
-def test_a_temporary_folder_goes_however_its_block_ends():
+def test_temporary_folder_is_removed_however_its_block_ends():
     with temporary_folder() as folder:
         (folder / "a").write_text("a")
     assert not folder.exists()

@@ -1,4 +1,4 @@
-"""The library is mute, on any number of threads; everything else is heard."""
+"""Test that a library is silenced on any number of threads, and nothing else is."""
 
 import os
 import subprocess
@@ -15,7 +15,7 @@ from heatlens.media.plate.read import read_plate
 from support.exr_files import distances, rgb, write_file
 
 
-def test_only_what_the_thread_inside_prints_is_dropped(capfd):
+def test_quiet_library_drops_only_output_of_its_thread(capfd):
     with quiet_library():
         print("inside")
         os.write(2, b"from C\n")
@@ -30,8 +30,8 @@ def test_only_what_the_thread_inside_prints_is_dropped(capfd):
     assert capfd.readouterr() == ("outside\nafter\n", "from C after\n")
 
 
-def test_blocks_that_overlap_leave_the_streams_as_they_were(capfd):
-    """Each restoring for itself, the second would put back what the first had muted."""
+def test_quiet_library_restores_streams_after_overlapping_blocks(capfd):
+    """If each block restored the stream that it found, the second would restore a muted one."""
     stdout, first_is_in, second_is_in = sys.stdout, threading.Event(), threading.Event()
 
     def first():
@@ -52,17 +52,17 @@ def test_blocks_that_overlap_leave_the_streams_as_they_were(capfd):
     assert capfd.readouterr() == ("after\n", "from C after\n")
 
 
-def test_the_stream_that_others_print_to_meanwhile_is_never_freed():
-    """`print` borrows sys.stdout: with a stream for each block it crashed, now and then."""
-    seen = []
+def test_quiet_library_keeps_its_stream_alive():
+    """`print` borrows sys.stdout: with a new stream for each block it sometimes crashed."""
+    streams = []
     for _ in range(3):
         with quiet_library():
-            seen.append(weakref.ref(sys.stdout))
-    assert seen[0]() is not None and seen[0]() is seen[2]()
+            streams.append(weakref.ref(sys.stdout))
+    assert streams[0]() is not None and streams[0]() is streams[2]()
 
 
-def test_python_can_still_complain_on_the_process_stderr(capfd, monkeypatch):
-    """What is lost of stderr is C's; a traceback or a progress line is Python's."""
+def test_quiet_library_passes_python_stderr_and_drops_c_stderr(capfd, monkeypatch):
+    """Tracebacks and progress lines are written by Python."""
     with open(2, "w", buffering=1, closefd=False) as stderr:
         monkeypatch.setattr(sys, "stderr", stderr)
         with quiet_library():
@@ -99,7 +99,7 @@ for thread in threads:
 
 
 @pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_every_line_arrives_while_other_threads_mute_the_process(unbuffered):
+def test_protect_output_keeps_every_line_of_other_threads(unbuffered):
     environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
     run = subprocess.run(
         [sys.executable, "-c", PRINTING], env=environment, capture_output=True, text=True
@@ -109,14 +109,14 @@ def test_every_line_arrives_while_other_threads_mute_the_process(unbuffered):
 
 
 @pytest.mark.parametrize("name", ["stdout", "stderr"])
-def test_a_program_without_a_terminal_reads_as_well(monkeypatch, name):
+def test_quiet_library_works_without_stdout_or_stderr(monkeypatch, name):
     monkeypatch.setattr(sys, name, None)
     with quiet_library():
         print("nowhere")
     assert getattr(sys, name) is None
 
 
-def test_damaged_files_on_many_threads_say_nothing_but_their_sentence(tmp_path, capfd):
+def test_damaged_files_on_many_threads_print_nothing(tmp_path, capfd):
     good = write_file(tmp_path / "good.exr", rgb(64, 64) | {"Z": distances(64, 64)})
     bad = tmp_path / "bad.exr"
     bad.write_bytes(good.read_bytes()[:-900])

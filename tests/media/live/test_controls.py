@@ -1,4 +1,4 @@
-"""Controllers that are plugged in: MIDI ports and game pads, without any hardware."""
+"""Test plugged-in controllers, MIDI ports and game pads, without any hardware."""
 
 import math
 
@@ -10,7 +10,7 @@ from heatlens.media.live.ring.receiver import MidiInput, open_ring
 from heatlens.media.live.ring.sources import PadInput
 
 
-class Port:
+class FakeMidiPort:
     """A MIDI port of a machine that has two."""
 
     names = ("Through 14:0", "Fader Box 20:0")
@@ -25,11 +25,11 @@ class Port:
 @pytest.fixture
 def ports(monkeypatch):
     monkeypatch.setattr(mido.backend, "load", lambda: None)
-    monkeypatch.setattr(mido, "get_input_names", lambda: list(Port.names))
-    monkeypatch.setattr(mido, "open_input", Port)
+    monkeypatch.setattr(mido, "get_input_names", lambda: list(FakeMidiPort.names))
+    monkeypatch.setattr(mido, "open_input", FakeMidiPort)
 
 
-def test_controls_and_wheels_of_a_port_are_channels(ports):
+def test_midi_controls_and_pitch_wheels_are_channels(ports):
     with open_ring("midi:fader") as midi:
         assert str(midi.address) == "midi:Fader Box 20:0"
         news = []
@@ -40,21 +40,21 @@ def test_controls_and_wheels_of_a_port_are_channels(ports):
             mido.Message("note_on", note=60),
         ):
             midi._port.callback(message)
-        assert midi.heard().sample.channels == {
+        assert midi.source_state().sample.channels == {
             "control 7 of channel 1": 1.0,
             "wheel of channel 2": 0.0,
         }
         assert len(news) == 2
-        assert midi.heard().silent_after_s == math.inf
+        assert midi.source_state().silent_after_s == math.inf
     assert midi._port.is_closed
 
 
-def test_the_first_port_is_opened_where_none_is_named(ports):
+def test_midi_input_without_name_opens_first_port(ports):
     with MidiInput("") as midi:
         assert midi._port.name == "Through 14:0"
 
 
-def test_a_port_that_is_not_there_is_explained(ports, monkeypatch):
+def test_open_ring_explains_missing_midi_port(ports, monkeypatch):
     with pytest.raises(InputError, match=r"is called 'organ'"):
         open_ring("midi:organ")
     monkeypatch.setattr(mido, "get_input_names", list)
@@ -62,7 +62,7 @@ def test_a_port_that_is_not_there_is_explained(ports, monkeypatch):
         open_ring("midi:")
 
 
-def test_without_the_backend_it_is_said_what_to_install(monkeypatch):
+def test_open_ring_without_midi_backend_names_package_to_install(monkeypatch):
     def load() -> None:
         raise ModuleNotFoundError("rtmidi")
 
@@ -71,21 +71,21 @@ def test_without_the_backend_it_is_said_what_to_install(monkeypatch):
         open_ring("midi:fader")
 
 
-def test_a_pad_is_read_when_it_is_asked_and_freezes_when_it_is_gone():
+def test_pad_input_reads_on_request_and_keeps_values_after_unplugging():
     now, axes = [0.0], {"axis 1": -0.5}
     with PadInput(lambda: now[0]) as pad:
-        assert pad.heard().sample is None  # nothing is plugged in
+        assert pad.source_state().sample is None  # nothing is plugged in
         pad.read = lambda: axes
         now[0] = 0.03
-        assert pad.heard().sample.channels == axes
-        assert pad.heard().version == 1  # it was read a moment ago
+        assert pad.source_state().sample.channels == axes
+        assert pad.source_state().version == 1  # it was read a moment ago
         pad.read = lambda: None
         now[0] = 2.0
-        assert pad.heard().is_silent and pad.heard().sample.channels == axes
+        assert pad.source_state().is_silent and pad.source_state().sample.channels == axes
         assert 0 < pad.seconds_until_due() <= 0.04
 
 
-def test_a_pad_is_named_alone():
+def test_open_ring_opens_pad_by_exact_name_only():
     with open_ring("pad") as pad:
         assert isinstance(pad, PadInput)
     with pytest.raises(InputError, match="osc://:9000"):

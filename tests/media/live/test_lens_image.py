@@ -1,4 +1,4 @@
-"""The lens that a renderer sends as an image of one pixel."""
+"""Test the lens that a renderer sends as an image of one pixel."""
 
 import math
 
@@ -11,7 +11,7 @@ from heatlens.media.live.stream.images import TevImages
 from heatlens.media.live.stream.protocol import CreateImage, UpdateImage
 from heatlens.media.live.stream.received_plate import LENS_IMAGE, lens_header
 from heatlens.media.plate.header.camera_header import camera_at_header
-from support.tev_peers import client_of, picture, serving, settle, show, wait_until
+from support.tev_peers import client_of, picture, send_image, serving, settle, wait_until
 
 NAMES = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
 
@@ -23,11 +23,11 @@ def send_lens(server, **values):
     settle(server)
 
 
-def test_a_lens_reaches_the_plate_before_and_after_its_picture():
+def test_tev_server_sets_camera_from_lens_image_before_or_after_plate():
     with serving() as server:
         send_lens(server, focal_length_mm=35, f_stop=1.4, focus_distance_m=math.inf, frame=12)
         assert server.snapshot() is None and server.names == ()
-        show(server, "a", picture())
+        send_image(server, "a", picture())
         camera = server.snapshot().camera
         assert (camera.focal_length_mm, camera.f_stop) == (35, pytest.approx(1.4))
         assert camera.focus_distance_m == math.inf and camera.sensor_width_mm is None
@@ -40,30 +40,30 @@ def test_a_lens_reaches_the_plate_before_and_after_its_picture():
         assert server.dropped == 0
 
 
-def test_many_images_do_not_make_the_lens_go():
+def test_tev_server_keeps_lens_image_beyond_image_limit():
     with serving(images=TevImages(max_images=2)) as server:
         send_lens(server, f_stop=4)
         for name in "abc":
-            show(server, name, picture())
+            send_image(server, name, picture())
         assert server.snapshot().camera.f_stop == 4
 
 
-def test_radial_depth_uses_the_lens_that_was_sent():
+def test_tev_server_converts_radial_depth_with_sent_lens():
     with serving() as server:
-        show(server, "render", picture(), ["R", "G", "B", "dd.T"])
+        send_image(server, "render", picture(), ["R", "G", "B", "dd.T"])
         assert server.snapshot() is None
         send_lens(server, focal_length_mm=35, sensor_width_mm=36)
         assert server.snapshot().depth.kind == "radial"
 
 
-def test_channels_without_a_value_tell_nothing():
+def test_lens_header_of_image_without_values_is_empty():
     images = TevImages()
     images.apply(CreateImage(LENS_IMAGE, 1, 1, NAMES))
     assert lens_header(images.get(LENS_IMAGE)) == {} == lens_header(None)
 
 
 @given(st.lists(st.floats(width=32), min_size=4, max_size=4))
-def test_any_values_make_a_camera_of_possible_values(values):
+def test_lens_header_of_any_values_keeps_only_possible_ones(values):
     images = TevImages()
     images.apply(CreateImage(LENS_IMAGE, 2, 1, NAMES))
     tiles = {

@@ -1,4 +1,4 @@
-"""What a sample tells of the lens: written and read again, partial, hostile."""
+"""Test OpenTrackIO samples of a lens: written and read back, partial, and hostile."""
 
 import json
 import re
@@ -13,12 +13,12 @@ from heatlens.core.model.timecode import Timecode
 from heatlens.media.live.ring.opentrackio import (
     Encoding,
     RingPacketError,
-    sample_of,
+    format_sample,
+    parse_sample,
     source_id,
-    text_of,
 )
 from heatlens.media.live.ring.sources import LensSample
-from support.opentrackio_samples import PUBLISHED, READ_AS, written
+from support.opentrackio_samples import PUBLISHED, READ_AS, encoded_sample
 
 POSITIVE = st.none() | st.floats(1e-3, 1e6)
 TURNS = st.none() | st.floats(0.0, 1.0)
@@ -36,14 +36,14 @@ UUID = re.compile(r"urn:uuid:[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")  # as t
 
 @pytest.mark.parametrize("encoding", Encoding)
 @given(sample=SAMPLES)
-def test_what_is_written_is_read(encoding, sample):
-    assert sample_of(text_of(sample, encoding), encoding) == sample
+def test_sample_of_reads_back_text_of_any_sample(encoding, sample):
+    assert parse_sample(format_sample(sample, encoding), encoding) == sample
 
 
 @given(sample=SAMPLES, name=st.text(st.characters(codec="utf-8"), max_size=20))
-def test_what_is_written_is_named_as_the_standard_asks(sample, name):
+def test_sample_text_has_ids_as_the_standard_requires(sample, name):
     named = replace(sample, source=name)
-    first, second = (json.loads(text_of(named, Encoding.JSON)) for _ in range(2))
+    first, second = (json.loads(format_sample(named, Encoding.JSON)) for _ in range(2))
     assert UUID.fullmatch(first["sourceId"]) and UUID.fullmatch(first["sampleId"])
     assert first["sourceId"] == second["sourceId"]  # the same sender
     assert first["sampleId"] != second["sampleId"]  # another sample
@@ -54,61 +54,61 @@ def test_what_is_written_is_named_as_the_standard_asks(sample, name):
 @pytest.mark.parametrize(
     ("rate", "exact"), [(24.0, (24, 1)), (23.976, (24000, 1001)), (59.94, (60000, 1001))]
 )
-def test_the_rate_is_exact(rate, exact):
+def test_sample_text_has_exact_rate_as_fraction(rate, exact):
     sample = LensSample("A", timecode=Timecode(10, 0, 0, 0), frames_per_second=rate)
-    timing = json.loads(text_of(sample, Encoding.JSON))["timing"]
+    timing = json.loads(format_sample(sample, Encoding.JSON))["timing"]
     written_as = dict(zip(("num", "denom"), exact, strict=True))
     assert timing["sampleRate"] == timing["timecode"]["frameRate"] == written_as
 
 
 @pytest.mark.parametrize("name", ["sourceId", "sourceNumber"])
 @pytest.mark.parametrize("number", [10**18, 2**63, -(2**63), 1 << 32_000], ids=int.bit_length)
-def test_a_source_is_numbered_within_bounds(name, number):
+def test_sample_of_limits_number_of_source(name, number):
     text = cbor2.dumps({name: number, "lens": {"fStop": 2.0}})
-    found = sample_of(text, Encoding.CBOR)
-    assert found == LensSample(str(number) if number == 10**18 else "", f_stop=2.0)
+    sample = parse_sample(text, Encoding.CBOR)
+    assert sample == LensSample(str(number) if number == 10**18 else "", f_stop=2.0)
 
 
 @pytest.mark.parametrize("encoding", Encoding)
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_the_examples_of_the_standard_are_read(name, encoding):
-    assert sample_of(written(PUBLISHED[name], encoding), encoding) == READ_AS[name]
+def test_sample_of_reads_examples_of_the_standard(name, encoding):
+    assert parse_sample(encoded_sample(PUBLISHED[name], encoding), encoding) == READ_AS[name]
 
 
 @given(before=SAMPLES, after=SAMPLES)
-def test_what_is_absent_keeps_its_last_value(before, after):
-    kept = after.after(before)
+def test_sample_after_keeps_last_value_of_missing_fields(before, after):
+    merged = after.filled_from(before)
     for name in ("focus_distance_m", "f_stop", "zoom_turn", "timecode"):
-        now = getattr(after, name)
-        assert getattr(kept, name) == (getattr(before, name) if now is None else now)
+        new_value = getattr(after, name)
+        assert getattr(merged, name) == (getattr(before, name) if new_value is None else new_value)
 
 
 @pytest.mark.parametrize(
     "bad", [0, -1, "2", None, True, [], {}, float("nan"), float("inf"), 10**400]
 )
 @pytest.mark.parametrize("name", ["focusDistance", "fStop", "tStop", "pinholeFocalLength"])
-def test_a_value_that_cannot_be_is_left_out(name, bad):
+def test_sample_of_omits_impossible_values(name, bad):
     text = json.dumps({"lens": {name: bad, "encoders": {"focus": 0.5}}}).encode()
-    assert sample_of(text, Encoding.JSON) == LensSample(focus_turn=0.5)
+    assert parse_sample(text, Encoding.JSON) == LensSample(focus_turn=0.5)
 
 
 @pytest.mark.parametrize(("told", "taken"), [(0, 0.0), (1, 1.0), (-1e-30, None), (1.01, None)])
-def test_a_ring_stands_between_its_ends(told, taken):
+def test_sample_of_accepts_encoder_values_from_0_to_1(told, taken):
     text = json.dumps({"lens": {"encoders": {"zoom": told}}}).encode()
-    assert sample_of(text, Encoding.JSON).zoom_turn == taken
+    assert parse_sample(text, Encoding.JSON).zoom_turn == taken
 
 
 @pytest.mark.parametrize("text", [b"", b"[]", b"1", b"{", b"\xff", b"[" * 60_000, b'"lens"'])
 @pytest.mark.parametrize("encoding", Encoding)
-def test_what_is_no_sample_is_refused(text, encoding):
+def test_sample_of_rejects_text_that_is_no_sample(text, encoding):
     with pytest.raises(RingPacketError):
-        sample_of(text, encoding)
+        parse_sample(text, encoding)
 
 
 @given(st.binary(max_size=200))
-def test_noise_is_a_sample_or_refused(noise):
+def test_sample_of_any_bytes_gives_sample_or_packet_error(noise):
     for encoding in Encoding:
         try:
-            assert isinstance(sample_of(noise, encoding), LensSample)
+            assert isinstance(parse_sample(noise, encoding), LensSample)
         except RingPacketError:
             continue

@@ -1,4 +1,4 @@
-"""Datagrams of OpenTrackIO against the layout of the standard, bit by bit."""
+"""Test datagrams of OpenTrackIO against the layout of the standard, bit by bit."""
 
 import random
 import struct
@@ -15,13 +15,13 @@ from heatlens.media.live.ring.opentrackio import (
     Encoding,
     RingPacketError,
     Segment,
-    datagrams_of,
     fletcher16,
-    segment_of,
+    parse_segment,
+    split_into_datagrams,
 )
 
 
-def fletcher_by_hand(data: bytes) -> int:
+def expected_fletcher16(data: bytes) -> int:
     first = second = 0
     for byte in data:
         first = (first + byte) % 256
@@ -30,20 +30,19 @@ def fletcher_by_hand(data: bytes) -> int:
 
 
 @given(st.binary(max_size=3000))
-def test_the_checksum_is_fletchers(data):
-    assert fletcher16(data) == fletcher_by_hand(data)
+def test_fletcher16_matches_reference_checksum(data):
+    assert fletcher16(data) == expected_fletcher16(data)
 
 
-def test_the_header_lies_as_the_standard_says():
-    (datagram,) = datagrams_of(b"{}", Encoding.JSON, 7)
-    checksum = fletcher_by_hand(datagram[:14] + b"{}")
+def test_datagram_header_has_layout_of_the_standard():
+    (datagram,) = split_into_datagrams(b"{}", Encoding.JSON, 7)
+    checksum = expected_fletcher16(datagram[:14] + b"{}")
     assert datagram == struct.pack("!4sBBHIHH", b"OTrk", 0, 1, 7, 0, 0x8002, checksum) + b"{}"
 
 
 def segments_of(text: bytes, sequence: int, count: int = 0, step: int = 1) -> list[Segment]:
-    """Return a text in `count` segments, or as many as it needs.
-
-    Each has a number `step` above that of the one before: 1, or 0 where samples are numbered.
+    """Return a text in `count` segments, or in as many as it needs if `count` is 0. `step` is the
+    difference of their sequence numbers: 1, or 0 where samples are numbered.
     """
     size = -(-len(text) // count) if count else MAX_SEGMENT_BYTES
     offsets = range(0, max(len(text), 1), size)
@@ -57,14 +56,14 @@ def segments_of(text: bytes, sequence: int, count: int = 0, step: int = 1) -> li
 
 
 @given(st.binary(max_size=5 * MAX_SEGMENT_BYTES), st.integers(0, 2 * SEQUENCES))
-def test_datagrams_have_a_number_each(text, sequence):
-    found = [segment_of(it) for it in datagrams_of(text, Encoding.JSON, sequence)]
-    assert found == segments_of(text, sequence)
+def test_datagrams_are_numbered_one_by_one(text, sequence):
+    segments = [parse_segment(it) for it in split_into_datagrams(text, Encoding.JSON, sequence)]
+    assert segments == segments_of(text, sequence)
 
 
 @pytest.mark.parametrize("step", [0, 1], ids=["numbered samples", "numbered datagrams"])
 @given(text=st.binary(max_size=5 * MAX_SEGMENT_BYTES), order=st.randoms())
-def test_a_sample_arrives_whole_whatever_the_order_of_its_datagrams(step, text, order):
+def test_assembly_joins_segments_in_any_order(step, text, order):
     segments = segments_of(text, SEQUENCES - 2, step=step)
     order.shuffle(segments)
     assembly = Assembly()
@@ -77,15 +76,15 @@ def test_a_sample_arrives_whole_whatever_the_order_of_its_datagrams(step, text, 
 @given(
     texts=st.lists(st.binary(min_size=8, max_size=99), min_size=1, max_size=5),
     count=st.integers(1, 4),
-    first=st.integers(0, SEQUENCES - 1),
+    first_number=st.integers(0, SEQUENCES - 1),
 )
-def test_every_sample_of_a_sender_arrives(step, texts, count, first):
-    assembly, got, number = Assembly(), [], first
+def test_assembly_returns_every_sample_of_a_sender(step, texts, count, first_number):
+    assembly, received, number = Assembly(), [], first_number
     for text in texts:
         segments = segments_of(text, number, count, step)
         number += len(segments) if step else 1
-        got += [assembly.add(("a", 1), it) for it in segments]
-    assert ([it for it in got if it is not None], assembly.lost) == (texts, 0)
+        received += [assembly.add(("a", 1), it) for it in segments]
+    assert ([it for it in received if it is not None], assembly.lost) == (texts, 0)
 
 
 @given(
@@ -93,7 +92,7 @@ def test_every_sample_of_a_sender_arrives(step, texts, count, first):
     lost=st.integers(0),
     twice=st.integers(0),
 )
-def test_a_lost_datagram_costs_its_sample_alone_and_one_sent_twice_none(texts, lost, twice):
+def test_assembly_loses_only_sample_of_lost_datagram_and_ignores_repeats(texts, lost, twice):
     sent = [it for at, text in enumerate(texts) for it in segments_of(text, 1000 + 2 * at, 2)]
     gone, again = lost % len(sent), sent[twice % len(sent)]
     arriving = [it for at, it in enumerate(sent) if at != gone for _ in range(1 + (it is again))]
@@ -103,7 +102,7 @@ def test_a_lost_datagram_costs_its_sample_alone_and_one_sent_twice_none(texts, l
     assert [it for it in got if it is not None] == whole
 
 
-def test_segments_of_two_samples_are_not_joined():
+def test_assembly_does_not_join_segments_of_two_samples():
     first, second = segments_of(b"ab" * 40, 10, 2), segments_of(b"cd" * 40, 20, 2)
     assembly = Assembly()
     assert [assembly.add(("a",), it) for it in (first[0], second[1])] == [None, None]
@@ -111,7 +110,7 @@ def test_segments_of_two_samples_are_not_joined():
     assert [assembly.add(("a",), it) for it in segments_of(b"ef" * 40, 22, 2)][1] == b"ef" * 40
 
 
-def held_bytes(assembly: Assembly) -> int:
+def stored_bytes(assembly: Assembly) -> int:
     return sum(len(it.payload) for one in assembly._unfinished.values() for it in one.segments)
 
 
@@ -128,77 +127,79 @@ def held_bytes(assembly: Assembly) -> int:
         max_size=40,
     )
 )
-def test_whatever_a_sender_sends_at_most_one_sample_is_held(segments):
+def test_assembly_stores_at_most_one_sample_per_sender(segments):
     assembly = Assembly()
     for segment in segments:
         text = assembly.add(("a", 1), segment)
         assert text is None or len(text) <= MAX_SAMPLE_BYTES
-        assert held_bytes(assembly) <= MAX_SAMPLE_BYTES
+        assert stored_bytes(assembly) <= MAX_SAMPLE_BYTES
 
 
-def test_segments_that_overlap_are_not_kept():
+def test_assembly_drops_overlapping_segments():
     assembly = Assembly()
     for offset in range(200):
         assembly.add(("a", 1), Segment(Encoding.JSON, 7, offset, False, bytes(32_000)))
-    assert held_bytes(assembly) == 32_000
+    assert stored_bytes(assembly) == 32_000
     assert assembly.lost == 199
 
 
-def test_a_sample_in_thousands_of_segments_is_not_kept():
+def test_assembly_drops_sample_of_thousands_of_segments():
     assembly = Assembly()
     for offset in range(60_000, 55_000, -1):
         segment = Segment(Encoding.JSON, 7, offset, offset == 60_000, b"x")
         assert assembly.add(("a", 1), segment) is None
-    (held,) = assembly._unfinished.values()
-    assert len(held.segments) <= MAX_SEGMENTS
+    (unfinished,) = assembly._unfinished.values()
+    assert len(unfinished.segments) <= MAX_SEGMENTS
 
 
 @given(st.binary(min_size=1, max_size=200), st.data())
-def test_a_changed_bit_is_never_taken(text, data):
-    (datagram,) = datagrams_of(text, Encoding.CBOR, 1)
+def test_segment_of_rejects_datagram_with_a_changed_bit(text, data):
+    (datagram,) = split_into_datagrams(text, Encoding.CBOR, 1)
     bit = data.draw(st.integers(0, 8 * len(datagram) - 1))
     changed = bytearray(datagram)
     changed[bit // 8] ^= 1 << bit % 8
     with pytest.raises(RingPacketError):
-        segment_of(bytes(changed))
+        parse_segment(bytes(changed))
 
 
 @given(st.binary(max_size=100))
-def test_noise_is_refused(noise):
+def test_segment_of_rejects_noise(noise):
     with pytest.raises(RingPacketError):
-        segment_of(b"OTrk" + noise)
+        parse_segment(b"OTrk" + noise)
 
 
-def test_a_sample_that_would_be_huge_is_refused():
+def test_segment_of_rejects_huge_sample():
     header = struct.pack("!4sBBHIH", b"OTrk", 0, 1, 0, MAX_SAMPLE_BYTES, 1)
-    datagram = header + struct.pack("!H", fletcher_by_hand(header + b"x")) + b"x"
+    datagram = header + struct.pack("!H", expected_fletcher16(header + b"x")) + b"x"
     with pytest.raises(RingPacketError, match="longer than"):
-        segment_of(datagram)
+        parse_segment(datagram)
 
 
-def test_what_is_never_finished_is_counted_and_bounded():
-    first, _ = datagrams_of(bytes(2000), Encoding.JSON, 0)
+def test_assembly_counts_and_limits_unfinished_samples():
+    first, _ = split_into_datagrams(bytes(2000), Encoding.JSON, 0)
     assembly = Assembly()
     for sender in range(3 * MAX_SENDERS):
-        assert assembly.add(("a", sender), segment_of(first)) is None
+        assert assembly.add(("a", sender), parse_segment(first)) is None
     assert assembly.lost == 2 * MAX_SENDERS
     assert len(assembly._unfinished) == MAX_SENDERS
 
 
-def test_a_new_sample_replaces_the_unfinished_one():
-    first, _ = (segment_of(it) for it in datagrams_of(bytes(2000), Encoding.JSON, 0))
-    (whole,) = (segment_of(it) for it in datagrams_of(b"new", Encoding.JSON, 1))
+def test_assembly_replaces_unfinished_sample_by_newer_one():
+    first, _ = (parse_segment(it) for it in split_into_datagrams(bytes(2000), Encoding.JSON, 0))
+    (whole,) = (parse_segment(it) for it in split_into_datagrams(b"new", Encoding.JSON, 1))
     assembly = Assembly()
     assert assembly.add(("a",), first) is None
     assert assembly.add(("a",), whole) == b"new"
     assert assembly.lost == 1
 
 
-def test_segments_of_two_senders_are_kept_apart():
+def test_assembly_keeps_segments_of_two_senders_apart():
     texts = {name: random.Random(name).randbytes(4000) for name in "ab"}
-    pairs = zip(*(datagrams_of(text, Encoding.CBOR, 5) for text in texts.values()), strict=True)
-    assembly, got = Assembly(), {}
+    pairs = zip(
+        *(split_into_datagrams(text, Encoding.CBOR, 5) for text in texts.values()), strict=True
+    )
+    assembly, received = Assembly(), {}
     for pair in pairs:
         for name, datagram in zip(texts, pair, strict=True):
-            got[name] = assembly.add((name,), segment_of(datagram))
-    assert got == texts
+            received[name] = assembly.add((name,), parse_segment(datagram))
+    assert received == texts

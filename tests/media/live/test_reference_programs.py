@@ -18,8 +18,13 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.timecode import Timecode
 from heatlens.media.camera.ring_samples import sample_of_shot
-from heatlens.media.live.ring.hearing import Hearing, OpenTrackIODecoder
-from heatlens.media.live.ring.opentrackio import Encoding, datagrams_of, source_id, text_of
+from heatlens.media.live.ring.hearing import OpenTrackIODecoder, SampleCollector
+from heatlens.media.live.ring.opentrackio import (
+    Encoding,
+    format_sample,
+    source_id,
+    split_into_datagrams,
+)
 from heatlens.media.live.ring.sources import LensSample
 
 FOLDER = os.environ.get("HEATLENS_CAMDKIT", "")
@@ -27,7 +32,9 @@ pytestmark = pytest.mark.skipif(
     not FOLDER, reason="HEATLENS_CAMDKIT names no copy of SMPTE/ris-osvp-metadata-camdkit"
 )
 COUNT = 20  # samples
-SHOT = Shot(Lens(50.0, 2.8, 2.0, 36.0), frames_per_second=24000 / 1001).started_at("10:00:00:00")
+SHOT = Shot(Lens(50.0, 2.8, 2.0, 36.0), frames_per_second=24000 / 1001).with_start_timecode(
+    "10:00:00:00"
+)
 
 
 @pytest.fixture(scope="module")
@@ -74,46 +81,48 @@ def transmitter(schema):
 
 @pytest.mark.parametrize("count", range(5), ids="segments {}".format)
 @pytest.mark.parametrize("encoding", Encoding, ids=lambda it: it.name)
-def test_every_sample_of_the_sender_of_the_standard_is_heard(transmitter, encoding, count):
-    hearing, sender = Hearing(OpenTrackIODecoder()), transmitter(encoding, count)
+def test_hearing_takes_every_sample_of_reference_sender(transmitter, encoding, count):
+    hearing, sender = SampleCollector(OpenTrackIODecoder()), transmitter(encoding, count)
     datagrams = [it for _ in range(COUNT) for it in sender._create_opentrackio_packet()]
     for datagram in datagrams:
-        hearing.take(datagram, ("127.0.0.1", 1))
-    assert (hearing.taken, hearing.refused, hearing.lost) == (len(datagrams), 0, 0)
+        hearing.accept_datagram(datagram, ("127.0.0.1", 1))
+    assert (hearing.accepted, hearing.refused, hearing.lost) == (len(datagrams), 0, 0)
     assert hearing.sources.version == COUNT
-    found = hearing.sources.heard().sample
-    assert found is not None and found.source == f"urn:uuid:{sender._source_uuid}"
-    assert (found.focus_distance_m, found.f_stop, found.pupil_offset_mm) == (10.0, 4.0, 123.0)
+    sample = hearing.sources.source_state().sample
+    assert sample is not None and sample.source == f"urn:uuid:{sender._source_uuid}"
+    assert (sample.focus_distance_m, sample.f_stop, sample.pupil_offset_mm) == (10.0, 4.0, 123.0)
 
 
-def test_a_sender_of_the_standard_that_is_started_again_is_followed(transmitter):
+def test_hearing_follows_restarted_reference_sender(transmitter):
     now = [0.0]
-    hearing = Hearing(OpenTrackIODecoder(), lambda: now[0])
+    hearing = SampleCollector(OpenTrackIODecoder(), lambda: now[0])
     for port in range(3):
         sender = transmitter(Encoding.JSON, 2)
         now[0] += 60.0
         for datagram in sender._create_opentrackio_packet():
-            hearing.take(datagram, ("127.0.0.1", port))
-        sample = hearing.sources.heard().sample
+            hearing.accept_datagram(datagram, ("127.0.0.1", port))
+        sample = hearing.sources.source_state().sample
         assert sample is not None and sample.source == f"urn:uuid:{sender._source_uuid}"
 
 
-def sent(count: int) -> list[LensSample]:
-    """Return samples of a shot that need so many datagrams each, with rings and a long source."""
-    told = [sample_of_shot("s", SHOT, at, SHOT.timecode_at(at, first=0)) for at in range(COUNT)]
+def samples_for_datagrams(count: int) -> list[LensSample]:
+    """Return samples of a shot; with `count` above 1 they have rings, for more datagrams."""
+    samples = [
+        sample_of_shot("s", SHOT, at, SHOT.timecode_at(at, first_frame=0)) for at in range(COUNT)
+    ]
     turns = {"focus_turn": 0.25, "iris_turn": 0.5, "zoom_turn": 1.0, "pupil_offset_mm": -12.5}
-    return told if count == 1 else [replace(sample, **turns) for sample in told]
+    return samples if count == 1 else [replace(sample, **turns) for sample in samples]
 
 
 @pytest.mark.parametrize("count", range(1, 5), ids="segments {}".format)
 @pytest.mark.parametrize("encoding", Encoding, ids=lambda it: it.name)
-def test_the_receiver_of_the_standard_takes_every_sample(monkeypatch, receiver, encoding, count):
+def test_reference_receiver_takes_every_sample_of_ours(monkeypatch, receiver, encoding, count):
     number = 1
-    for sample in sent(count):
-        text = text_of(sample, encoding)
-        most = "heatlens.media.live.ring.opentrackio.MAX_SEGMENT_BYTES"
-        monkeypatch.setattr(most, -(-len(text) // count))
-        datagrams = list(datagrams_of(text, encoding, number))
+    for sample in samples_for_datagrams(count):
+        text = format_sample(sample, encoding)
+        limit_name = "heatlens.media.live.ring.opentrackio.MAX_SEGMENT_BYTES"
+        monkeypatch.setattr(limit_name, -(-len(text) // count))
+        datagrams = list(split_into_datagrams(text, encoding, number))
         assert len(datagrams) == count
         assert all(receiver._parse_packet(datagram) for datagram in datagrams)
         number += count
@@ -126,11 +135,11 @@ def test_the_receiver_of_the_standard_takes_every_sample(monkeypatch, receiver, 
 
 @pytest.mark.parametrize("drop", [False, True], ids=["counted", "drop frame"])
 @pytest.mark.parametrize("count", [1, 2], ids=["lens", "lens and rings"])
-def test_what_is_sent_passes_the_schema(schema, drop, count):
+def test_sample_text_passes_schema_of_the_standard(schema, drop, count):
     import jsonschema
 
-    for sample in sent(count):
+    for sample in samples_for_datagrams(count):
         timecode = Timecode(10, 0, 0, 2, drop)
-        told = json.loads(text_of(replace(sample, timecode=timecode), Encoding.JSON, 200))
-        jsonschema.validate(told, schema)
-        assert told["sourceId"] == source_id("s")
+        content = json.loads(format_sample(replace(sample, timecode=timecode), Encoding.JSON, 200))
+        jsonschema.validate(content, schema)
+        assert content["sourceId"] == source_id("s")

@@ -1,4 +1,4 @@
-"""Files that a client asks to be opened: a picture of this machine is, and nothing else."""
+"""Test files that a tev client asks to open: only images on this machine are opened."""
 
 import os
 import sys
@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.live.stream.requested_file import requested_file
+from heatlens.media.live.stream.requested_file import check_requested_file
 from heatlens.media.live.stream.server import TevServer
 from support.exr_files import distances, rgb, write_file
-from support.tev_peers import client_of, picture, serving, settle, show
+from support.tev_peers import client_of, picture, send_image, serving, settle
 
 
 @pytest.fixture
@@ -19,9 +19,9 @@ def server():
         yield server
 
 
-def test_an_exr_that_a_client_asks_for_is_the_picture_until_another_comes(server, tmp_path):
+def test_tev_open_image_shows_file_until_another_image_comes(server, tmp_path):
     path = write_file(tmp_path / "beauty.exr", rgb() | {"Z": distances()})
-    show(server, "a", picture())
+    send_image(server, "a", picture())
     with client_of(server) as client:
         client.open_image(str(path))
     settle(server)
@@ -40,7 +40,7 @@ def test_an_exr_that_a_client_asks_for_is_the_picture_until_another_comes(server
     assert server.snapshot().path.name == "a" and server.version >= version
 
 
-def test_a_file_without_depth_is_said(server, tmp_path):
+def test_tev_open_image_reports_file_without_depth(server, tmp_path):
     path = write_file(tmp_path / "flat.exr", rgb())
     with client_of(server) as client:
         client.open_image(str(path))
@@ -48,7 +48,7 @@ def test_a_file_without_depth_is_said(server, tmp_path):
     assert server.snapshot() is None and "flat.exr has no depth channel" in server.problem
 
 
-def test_what_is_no_picture_is_refused_in_a_sentence(server):
+def test_tev_open_image_refuses_file_that_is_no_exr(server):
     with client_of(server) as client:
         client.open_image("/etc/hostname")
     settle(server)
@@ -67,26 +67,26 @@ def test_what_is_no_picture_is_refused_in_a_sentence(server):
         ("", "only EXR"),
     ],
 )
-def test_names_that_are_refused(name, why):
-    with pytest.raises(InputError, match=why) as told:
-        requested_file(name, True)
-    assert str(told.value).isprintable() and len(str(told.value)) < 400
+def test_requested_file_rejects_bad_names(name, why):
+    with pytest.raises(InputError, match=why) as error:
+        check_requested_file(name, True)
+    assert str(error.value).isprintable() and len(str(error.value)) < 400
 
 
-def test_another_machine_is_refused(tmp_path):
+def test_requested_file_rejects_clients_of_other_machines(tmp_path):
     path = write_file(tmp_path / "a.exr", rgb())
     with pytest.raises(InputError, match="only for clients on this machine"):
-        requested_file(str(path), False)
+        check_requested_file(str(path), False)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no pipes in its folders")
-def test_a_pipe_is_refused(tmp_path):
+def test_requested_file_rejects_pipe(tmp_path):
     os.mkfifo(tmp_path / "a.exr")
     with pytest.raises(InputError, match="no such file"):
-        requested_file(str(tmp_path / "a.exr"), True)
+        check_requested_file(str(tmp_path / "a.exr"), True)
 
 
-def test_a_file_that_an_image_replaces_while_it_is_looked_up_is_still_read(tmp_path):
+def test_tev_snapshot_reads_file_that_a_packet_replaces_meanwhile(tmp_path):
     path = write_file(tmp_path / "a.exr", rgb() | {"Z": distances()})
 
     class Replaced(TevServer):

@@ -1,4 +1,4 @@
-"""A renderer shows its frame over tev's protocol: what arrives, what is refused, what it says."""
+"""Test a renderer's frames over tev's protocol: which are accepted, refused and reported."""
 
 import numpy as np
 import pytest
@@ -17,9 +17,9 @@ from support.tev_peers import (
     packet,
     picture,
     send,
+    send_image,
     serving,
     settle,
-    show,
     wait_until,
 )
 
@@ -31,7 +31,7 @@ def server():
 
 
 @pytest.mark.parametrize("tiled", [True, False])
-def test_a_real_client_shows_a_picture(server, tiled):
+def test_tev_snapshot_has_image_of_real_client(server, tiled):
     values = picture(150, 131)  # more than one tile each way
     with client_of(server) as client:
         client.create_image("shot.exr", 150, 131, CHANNELS)
@@ -48,7 +48,7 @@ def test_a_real_client_shows_a_picture(server, tiled):
     assert plate.depth.convention == "distance" and plate.notes == ()
 
 
-def test_what_has_not_come_is_black_and_infinitely_far(server):
+def test_tev_snapshot_shows_missing_pixels_black_and_infinitely_far(server):
     values = picture()
     with client_of(server) as client:
         client.create_image("a", 9, 6, [*CHANNELS, "A"])
@@ -73,8 +73,8 @@ def test_what_has_not_come_is_black_and_infinitely_far(server):
     assert_shows(server.snapshot(), values)
 
 
-def test_an_unsent_sky_decides_no_convention(server):
-    """0.1 to 0.9 may be anything, as in a file, whether or not pixels are missing."""
+def test_tev_snapshot_ignores_missing_pixels_in_depth_convention(server):
+    """Values from 0.1 to 0.9 are ambiguous, as in a file, whether or not pixels are missing."""
     values = picture(far_m=0.9)
     values[..., 3] /= 2
     with client_of(server) as client:
@@ -87,9 +87,9 @@ def test_an_unsent_sky_decides_no_convention(server):
     np.testing.assert_allclose(plate.depth_m[:3], values[:3, :, 3] * 10, rtol=1e-6)
 
 
-def test_a_new_frame_waits_for_its_pixels(server):
-    """An older image with the channels does not stand in for a while."""
-    show(server, "old", picture())
+def test_tev_snapshot_waits_for_pixels_of_newest_image(server):
+    """An older image with the channels is not shown in the meantime."""
+    send_image(server, "old", picture())
     with client_of(server) as client:
         client.create_image("new", 4, 3, CHANNELS)
     settle(server)
@@ -98,7 +98,7 @@ def test_a_new_frame_waits_for_its_pixels(server):
     assert server.problem is None
 
 
-def test_a_circle_of_confusion_not_sent_is_in_focus(server):
+def test_tev_snapshot_treats_missing_circle_of_confusion_as_in_focus(server):
     values = picture()
     with client_of(server) as client:
         client.create_image("a", 9, 6, ["R", "G", "B", "coc"])
@@ -109,38 +109,38 @@ def test_a_circle_of_confusion_not_sent_is_in_focus(server):
     assert (plate.coc_px[2:] == 0).all() and plate.depth_m is None
 
 
-def test_two_images_the_later_first_until_it_closes(server):
-    one, two = picture(), picture(4, 3, far_m=7.0)
-    show(server, "one", one)
-    show(server, "two", two)
-    show(server, "flat", two[..., :3], "RGB")  # later still, but without a depth
+def test_tev_snapshot_shows_newest_image_with_depth_until_closed(server):
+    first_image, second_image = picture(), picture(4, 3, far_m=7.0)
+    send_image(server, "one", first_image)
+    send_image(server, "two", second_image)
+    send_image(server, "flat", second_image[..., :3], "RGB")  # later still, but without a depth
     assert server.names == ("flat", "two", "one")
-    assert_shows(server.snapshot(), two)
-    assert_shows(server.snapshot("one"), one)
+    assert_shows(server.snapshot(), second_image)
+    assert_shows(server.snapshot("one"), first_image)
     with client_of(server) as client:
         client.close_image("two")
         client.close_image("never there")
     settle(server)
     assert server.names == ("flat", "one") and server.dropped == 0
-    assert_shows(server.snapshot(), one)
+    assert_shows(server.snapshot(), first_image)
     assert server.snapshot("two") is None and "'two'" in server.problem
-    show(server, "flat", two)  # created anew, now with depth
-    show(server, "one", one)
+    send_image(server, "flat", second_image)  # created anew, now with depth
+    send_image(server, "one", first_image)
     assert server.names == ("one", "flat")
 
 
-def test_a_snapshot_does_not_change_any_more(server):
-    show(server, "a", picture())
+def test_tev_snapshot_does_not_change_after_later_updates(server):
+    send_image(server, "a", picture())
     plate, version = server.snapshot(), server.version
-    show(server, "a", picture() + 1)
+    send_image(server, "a", picture() + 1)
     wait_until(lambda: server.version > version)
     assert_shows(plate, picture())
     assert_shows(server.snapshot(), picture() + 1)
 
 
-def test_without_depth_it_says_so(server):
+def test_tev_snapshot_reports_missing_depth(server):
     assert server.snapshot() is None and str(server.address[1]) in server.problem
-    show(server, "flat", picture()[..., :3], "RGB")
+    send_image(server, "flat", picture()[..., :3], "RGB")
     assert server.snapshot() is None
     assert "flat has no depth channel" in server.problem
 
@@ -148,7 +148,7 @@ def test_without_depth_it_says_so(server):
 PLANES = np.moveaxis(picture(), -1, 0)
 
 
-def test_the_three_versions_of_an_update_say_the_same(server):
+def test_tev_update_versions_1_to_3_give_same_image(server):
     planes = np.ascontiguousarray(PLANES)
     for name in ("v1", "v2", "v3"):
         send(server, packet(4, True, name, 9, 6, 4, *CHANNELS))
@@ -187,8 +187,8 @@ BAD = {
 
 
 @pytest.mark.parametrize("kind", BAD)
-def test_a_bad_packet_is_dropped_and_the_next_one_taken(server, kind):
-    show(server, "a", picture())
+def test_tev_server_drops_bad_packet_and_takes_the_next(server, kind):
+    send_image(server, "a", picture())
     send(server, BAD[kind] + packet(4, True, "after", 2, 2, 1, "R"))
     settle(server)
     assert server.dropped == 1 and "dropped: " in server.fault
@@ -196,7 +196,7 @@ def test_a_bad_packet_is_dropped_and_the_next_one_taken(server, kind):
     assert_shows(server.snapshot(), picture())
 
 
-def test_graphics_are_ignored(server):
+def test_tev_server_ignores_vector_graphics(server):
     with client_of(server) as client:
         client.update_vector_graphics("a", [tevclient.vg_fill(), tevclient.vg_text(0, 0, "hi")])
     settle(server)
@@ -206,13 +206,13 @@ def test_graphics_are_ignored(server):
 @pytest.mark.parametrize(
     "name", ["../../etc/passwd", "C:\\a", "", "..", "a\nb\0", "x" * 5000, "~/"]
 )
-def test_a_name_leads_nowhere(name):
+def test_plate_path_of_any_name_has_no_folder(name):
     path = plate_path(name)
     assert len(path.parts) == 1 and path.name and len(path.name) <= 100
     assert path.name.isprintable() and not set(path.name) & set('/\\:"')
 
 
-def test_old_images_make_room():
+def test_tev_images_drop_oldest_beyond_limits():
     images = TevImages(max_images=3, max_values=100)
     for index in range(5):
         images.apply(CreateImage(str(index), 5, 5, ("Z",)))

@@ -1,4 +1,4 @@
-"""Whatever a stranger sends over tev's protocol, the server stays up, in its bounds, and useful."""
+"""Test that the tev server survives any bytes, within its limits, and stays useful."""
 
 import random
 import struct
@@ -17,17 +17,26 @@ from heatlens.media.live.stream.protocol import (
     TevPacketError,
     TevStreamError,
     UpdateImage,
-    message_of,
+    parse_message,
 )
 from support.tev_packets import GOOD
-from support.tev_peers import CHANNELS, assert_shows, packet, picture, send, serving, settle, show
+from support.tev_peers import (
+    CHANNELS,
+    assert_shows,
+    packet,
+    picture,
+    send,
+    send_image,
+    serving,
+    settle,
+)
 
 MAX_VALUES = 4096
 
 
 @st.composite
-def damaged(draw):
-    """Return a good packet with bytes changed and its end cut off or grown; its length is true."""
+def damaged_packets(draw):
+    """Return a packet with changed bytes and another end; its stated length is correct."""
     body = bytearray(draw(st.sampled_from(GOOD))[4:])
     for _ in range(draw(st.integers(0, 6))):
         body[draw(st.integers(0, min(len(body) - 1, 90)))] = draw(st.integers(0, 255))
@@ -35,13 +44,13 @@ def damaged(draw):
     return struct.pack("<I", 4 + len(body)) + bytes(body)
 
 
-@given(damaged())
+@given(damaged_packets())
 @settings(max_examples=400, deadline=None)
-def test_a_packet_is_a_message_or_an_error(data):
+def test_message_of_any_packet_gives_message_or_error(data):
     images = TevImages(max_values=MAX_VALUES)
     images.apply(CreateImage("a", 9, 6, tuple(CHANNELS)))
     try:
-        message = message_of(data[4:])
+        message = parse_message(data[4:])
         if isinstance(message, UpdateImage):
             sizes = {tile.shape for tile in message.tiles.values()}
             assert len(sizes) == 1
@@ -54,20 +63,20 @@ def test_a_packet_is_a_message_or_an_error(data):
 
 @given(st.lists(st.sampled_from(GOOD), max_size=5), st.data())
 @settings(max_examples=100, deadline=None)
-def test_a_stream_is_its_packets_wherever_it_is_cut(packets, data):
-    """Law: cut(join(packets)) = packets, however the bytes come in."""
-    left, stream, found = b"".join(packets), PacketStream(), []
-    while left:
-        count = data.draw(st.integers(1, min(stream.wanted, len(left))))
-        whole = stream.feed(left[:count])
-        left = left[count:]
-        if whole is not None:
-            found.append(bytes(whole))
-    assert found == [one[4:] for one in packets] and stream.held == 0
+def test_packet_stream_splits_stream_cut_anywhere(packets, data):
+    """However the bytes are cut, the stream returns the packets that were joined."""
+    remaining, stream, packets_read = b"".join(packets), PacketStream(), []
+    while remaining:
+        count = data.draw(st.integers(1, min(stream.expected_bytes, len(remaining))))
+        packet = stream.feed(remaining[:count])
+        remaining = remaining[count:]
+        if packet is not None:
+            packets_read.append(bytes(packet))
+    assert packets_read == [one[4:] for one in packets] and stream.buffered_bytes == 0
 
 
 @pytest.mark.parametrize("length", [0, 3, (1 << 28) + 1, 2**32 - 1])
-def test_a_length_that_cannot_be(length):
+def test_packet_stream_rejects_impossible_length(length):
     with pytest.raises(TevStreamError):
         PacketStream().feed(struct.pack("<I", length))
 
@@ -80,15 +89,15 @@ def server():
 
 
 def assert_still_useful(server):
-    show(server, "good", picture())
+    send_image(server, "good", picture())
     assert_shows(server.snapshot("good"), picture())
     assert server._images.value_count <= MAX_VALUES
     assert not server._clients
 
 
-@given(st.lists(damaged(), max_size=6), st.data())
+@given(st.lists(damaged_packets(), max_size=6), st.data())
 @settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
-def test_a_server_outlives_damaged_packets_cut_anywhere(server, packets, data):
+def test_tev_server_survives_damaged_packets(server, packets, data):
     stream = b"".join(packets)
     send(server, stream[: data.draw(st.integers(0, len(stream)))])
     assert_still_useful(server)
@@ -96,13 +105,13 @@ def test_a_server_outlives_damaged_packets_cut_anywhere(server, packets, data):
 
 @given(st.binary(max_size=300))
 @settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
-def test_a_server_outlives_noise(server, data):
+def test_tev_server_survives_noise(server, data):
     send(server, data)
     assert_still_useful(server)
 
 
-def test_every_snapshot_of_damaged_images_is_a_plate_or_a_sentence(server):
-    """Values too: any bits may stand in a channel."""
+def test_tev_snapshot_of_damaged_image_is_plate_or_message(server):
+    """The channels may hold any bits."""
     chance = random.Random(4)
     for _ in range(40):
         values = np.frombuffer(chance.randbytes(9 * 6 * 4 * 4), "<f4").reshape(6, 9, 4)
@@ -117,12 +126,16 @@ def test_every_snapshot_of_damaged_images_is_a_plate_or_a_sentence(server):
             assert np.isfinite(plate.color).all() and (plate.depth_m > 0).all()
 
 
-def test_memory_is_taken_for_what_came_not_for_what_was_said(server):
-    said = struct.pack("<I", 1 << 28)
+def test_tev_server_allocates_memory_for_received_bytes_only(server):
+    huge_length = struct.pack("<I", 1 << 28)
     huge = packet(4, True, "huge", 16384, 16384, 64, *map(str, range(64)))
     tracemalloc.start()
     try:
-        for start in (said + bytes(100), huge, packet(3, True, "a", "R", 0, 0, 16384, 16384)):
+        for start in (
+            huge_length + bytes(100),
+            huge,
+            packet(3, True, "a", "R", 0, 0, 16384, 16384),
+        ):
             send(server, start)
         assert_still_useful(server)
         peak = tracemalloc.get_traced_memory()[1]

@@ -1,4 +1,4 @@
-"""What a click means where something near is blurred over the pixel."""
+"""Test what a click means where something near is blurred over the pixel."""
 
 from dataclasses import replace
 
@@ -18,14 +18,14 @@ HOLE, TWIG = (41, 30), (44, 30)
 
 
 def twigs(gap=3, width=5):
-    """Twigs before a wall: `width` pixels wide, with gaps between them, over all of the picture."""
+    """Return a plate of twigs before a wall, `width` pixels wide and `gap` apart."""
     depth = np.full((60, 360), WALL_M, np.float32)
     columns = np.arange(360) % (gap + width)
     depth[:, columns >= gap] = TWIGS_M
     return plate_of(np.ones((60, 360, 3), np.float32), depth)
 
 
-def test_a_click_in_a_hole_of_a_blurred_foreground_means_the_foreground():
+def test_surfaces_at_hole_in_blurred_foreground_gives_foreground_first():
     plate = twigs()
     assert plate.depth_m[HOLE[1], HOLE[0]] == pytest.approx(WALL_M)
     first, other = surfaces_at(plate, LENS, *HOLE)
@@ -34,28 +34,28 @@ def test_a_click_in_a_hole_of_a_blurred_foreground_means_the_foreground():
     assert (other.x, other.y) == HOLE
 
 
-def test_what_is_sharp_is_meant_itself():
-    (hole,) = surfaces_at(twigs(), replace(LENS, focus_distance_m=TWIGS_M), *HOLE)
-    assert hole.depth_m == pytest.approx(WALL_M)
-    (stopped,) = surfaces_at(twigs(), replace(LENS, f_stop=64.0), *HOLE)
-    assert stopped.depth_m == pytest.approx(WALL_M)
-    (twig,) = surfaces_at(twigs(), LENS, *TWIG)
-    assert twig.depth_m == pytest.approx(TWIGS_M)
+def test_surfaces_at_sharp_pixel_gives_its_own_surface():
+    (hole_surface,) = surfaces_at(twigs(), replace(LENS, focus_distance_m=TWIGS_M), *HOLE)
+    assert hole_surface.depth_m == pytest.approx(WALL_M)
+    (stopped_surface,) = surfaces_at(twigs(), replace(LENS, f_stop=64.0), *HOLE)
+    assert stopped_surface.depth_m == pytest.approx(WALL_M)
+    (twig_surface,) = surfaces_at(twigs(), LENS, *TWIG)
+    assert twig_surface.depth_m == pytest.approx(TWIGS_M)
 
 
-def test_a_thin_thing_is_told_but_not_meant():
-    found = surfaces_at(twigs(gap=30, width=6), LENS, 170, 30)
-    assert [it.depth_m for it in found] == pytest.approx([WALL_M, TWIGS_M])
+def test_surfaces_at_blurred_thin_object_gives_background_first():
+    surfaces = surfaces_at(twigs(gap=30, width=6), LENS, 170, 30)
+    assert [it.depth_m for it in surfaces] == pytest.approx([WALL_M, TWIGS_M])
 
 
 @given(st.integers(0, 359), st.integers(0, 59), st.floats(0.5, 20), st.floats(0.8, 8))
-def test_each_surface_is_in_the_plate_at_its_pixel(x, y, f_stop, focus_m):
+def test_surfaces_at_any_pixel_exist_in_the_plate(x, y, f_stop, focus_m):
     plate = twigs()
     for it in surfaces_at(plate, replace(LENS, f_stop=f_stop, focus_distance_m=focus_m), x, y):
         around = plate.depth_m[max(it.y - 2, 0) : it.y + 3, max(it.x - 2, 0) : it.x + 3]
         assert np.isclose(around, it.depth_m, rtol=1e-6).any()
 
 
-def test_a_pixel_outside_is_refused():
+def test_surfaces_at_rejects_pixel_outside_plate():
     with pytest.raises(InputError, match="outside"):
         surfaces_at(twigs(), LENS, 900, 3)

@@ -1,4 +1,4 @@
-"""Depth, circle of confusion and light that no camera has: settled where they are read."""
+"""Test impossible depth, circles of confusion and light: they are corrected on reading."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def ramp(value: float) -> np.ndarray:
     return depth
 
 
-def noted(plate, word: str) -> list[str]:
+def notes_with(plate, word: str) -> list[str]:
     return [note for note in plate.notes if word in note]
 
 
@@ -51,59 +51,59 @@ def is_finite_in_all_methods(renderer, plate) -> bool:
 
 
 @pytest.mark.parametrize("value", TINY)
-def test_a_pixel_next_to_nothing_takes_its_neighbours_depth(tmp_path, value):
+def test_read_plate_replaces_depth_below_a_micrometer_by_neighbor(tmp_path, value):
     plate = plate_of(tmp_path, ramp(value))
     assert plate.depth_m is not None
     assert plate.depth_m[10, 10] in (ramp(1)[10, 9], ramp(1)[10, 11])
     assert plate.depth.near_m == 1.0 and plate.depth.repaired_count == 1
-    assert len(noted(plate, "nearer than a micrometre")) == 1
+    assert len(notes_with(plate, "nearer than a micrometre")) == 1
 
 
 @pytest.mark.parametrize("value", [DEPTH_LEAST_M * 1.01, 1e-3, 1e20, 3e38])
-def test_what_can_be_stays(tmp_path, value):
+def test_read_plate_keeps_depth_in_range(tmp_path, value):
     plate = plate_of(tmp_path, ramp(value))
     assert plate.depth.repaired_count == 0
 
 
 @pytest.mark.parametrize("value", TINY)
-def test_nothing_but_such_pixels_is_no_depth(tmp_path, value):
+def test_read_plate_rejects_depth_below_a_micrometer_everywhere(tmp_path, value):
     with pytest.raises(InputError, match="nearer than a micrometre"):
         plate_of(tmp_path, np.full((HEIGHT, WIDTH), value))
 
 
 @pytest.mark.parametrize("value", [1e7, 1e30, 3e38, -1e30, -3e38])
-def test_a_circle_of_confusion_is_bounded_and_that_is_told_once(tmp_path, value):
+def test_read_plate_limits_circle_of_confusion_with_one_note(tmp_path, value):
     plate = plate_of(tmp_path, ramp(value) - 3, depth_convention="coc")
     assert plate.coc_px is not None
     assert plate.coc_px[10, 10] == np.copysign(COC_MOST_PX, value)
-    assert len(noted(plate, "circle of confusion")) == 1
+    assert len(notes_with(plate, "circle of confusion")) == 1
 
 
 @pytest.mark.parametrize("value", [1e15, 1e30, 3e38, -3e38])
-def test_light_is_bounded_and_that_is_told_once(tmp_path, value):
+def test_read_plate_limits_light_with_one_note(tmp_path, value):
     plate = plate_of(tmp_path, ramp(1), light=value)
     assert plate.color[4, 5, 0] == np.float32(np.copysign(LIGHT_MOST, value))
-    assert len(noted(plate, "light beyond")) == 1
-    assert not noted(plate_of(tmp_path, ramp(1), light=1e9), "light beyond")
+    assert len(notes_with(plate, "light beyond")) == 1
+    assert not notes_with(plate_of(tmp_path, ramp(1), light=1e9), "light beyond")
 
 
 @pytest.mark.parametrize("value", [1e-30, DEPTH_LEAST_M * 1.01, 1e20, 3e38])
-def test_every_method_makes_a_picture_of_any_depth(tmp_path, renderer, value):
+def test_every_method_gives_finite_image_for_extreme_depth(tmp_path, renderer, value):
     assert is_finite_in_all_methods(renderer, plate_of(tmp_path, ramp(value)))
 
 
 @pytest.mark.parametrize("value", [3e38, -3e38, 1e-40])
-def test_every_method_makes_a_picture_of_any_circle(tmp_path, renderer, value):
+def test_every_method_gives_finite_image_for_extreme_circle(tmp_path, renderer, value):
     plate = plate_of(tmp_path, ramp(value) - 3, depth_convention="coc")
     assert is_finite_in_all_methods(renderer, plate)
 
 
 @pytest.mark.parametrize("value", [3e38, -3e38, 1e-44])
-def test_every_method_makes_a_picture_of_any_light(tmp_path, renderer, value):
+def test_every_method_gives_finite_image_for_extreme_light(tmp_path, renderer, value):
     assert is_finite_in_all_methods(renderer, plate_of(tmp_path, ramp(1), light=value))
 
 
-def test_an_ordinary_plate_is_read_as_it_is(tmp_path):
+def test_read_plate_leaves_ordinary_values_unchanged(tmp_path):
     path = write_file(tmp_path / "p.exr", rgb(HEIGHT, WIDTH) | {"Z": ramp(2).astype(np.float32)})
     plate = read_plate(path, PlateOptions(depth_convention="distance"))
     assert np.array_equal(plate.depth_m, ramp(2)) and plate.notes == ()

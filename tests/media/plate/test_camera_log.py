@@ -1,4 +1,4 @@
-"""The log of cameras becomes light: middle grey, white, and the colours of their gamuts."""
+"""Test the conversion of camera log to light: middle gray, white, and gamut colors."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from heatlens.core.model.shot.plate_options import PictureCurve
 from heatlens.fronts.commands.main import main
 from heatlens.media.plate.header.entries import FOR_THE_EYE
 from heatlens.media.plate.parts.picture_parts import color_parts, picture_header
-from heatlens.media.plate.picture.display import log_light
+from heatlens.media.plate.picture.display import decode_camera_log
 
 # Signals of middle grey, from the makers' papers.
 GREY = {
@@ -25,37 +25,37 @@ GREY = {
 LOGS = [curve for curve in PictureCurve if curve.color_space is not None]
 
 
-def test_every_log_has_a_signal_here():
+def test_gray_table_covers_every_log_curve():
     assert set(GREY) == set(LOGS)
 
 
 @pytest.mark.parametrize("curve", LOGS)
-def test_middle_grey_is_grey_and_alpha_stays(tmp_path, curve):
+def test_log_light_of_middle_gray_signal_is_0_18_and_alpha_stays(tmp_path, curve):
     signal = np.full((2, 3, 4), GREY[curve], np.float32)
     signal[..., 3] = 0.4
-    light = log_light(tmp_path, signal, curve.color_space)
+    light = decode_camera_log(tmp_path, signal, curve.color_space)
     assert light[..., :3] == pytest.approx(0.18, rel=0.02) and (light[..., 3] == 0.4).all()
 
 
-def test_the_curve_of_arri_is_its_formula(tmp_path):
+def test_log_light_of_logc3_matches_its_formula(tmp_path):
     """LogC3 at EI 800: light = (10^((signal - 0.385537) / 0.247190) - 0.052272) / 5.555556."""
     signal = np.linspace(0.15, 0.9, 50, dtype=np.float32)
     grey = np.repeat(signal[None, :, None], 3, axis=2)
-    light = log_light(tmp_path, grey, PictureCurve.LOGC3.color_space)[0, :, 1]
+    light = decode_camera_log(tmp_path, grey, PictureCurve.LOGC3.color_space)[0, :, 1]
     expected = (10 ** ((signal - 0.385537) / 0.247190) - 0.052272) / 5.555556
     assert light == pytest.approx(expected, rel=2e-3, abs=2e-4)
 
 
-def test_a_wide_gamut_gives_more_saturated_light(tmp_path):
+def test_log_light_of_wide_gamut_is_more_saturated(tmp_path):
     signal = np.array([[[0.5, 0.35, 0.35]]], np.float32)
-    light = log_light(tmp_path, signal, PictureCurve.LOGC4.color_space)[0, 0]
+    light = decode_camera_log(tmp_path, signal, PictureCurve.LOGC4.color_space)[0, 0]
     plain = light[0] / light[1]
-    own = np.array([0.5, 0.35])
-    arri = (2 ** (14 * (own - 95 / 1023) / (928 / 1023) + 6) - 64) / ((2**18 - 16) / 117.45)
+    signals = np.array([0.5, 0.35])
+    arri = (2 ** (14 * (signals - 95 / 1023) / (928 / 1023) + 6) - 64) / ((2**18 - 16) / 117.45)
     assert plain > 1.2 * arri[0] / arri[1]
 
 
-def test_log_pictures_are_scene_light_in_rec_709(tmp_path):
+def test_color_parts_of_log_image_is_scene_light_in_rec709(tmp_path):
     path = tmp_path / "a.png"
     Image.fromarray(np.full((4, 4, 3), 100, np.uint8)).save(path)
     ((header, channels),) = color_parts(path, PictureCurve.SLOG3)
@@ -68,7 +68,7 @@ def test_log_pictures_are_scene_light_in_rec_709(tmp_path):
         color_parts(path, PictureCurve.SLOG3)
 
 
-def test_the_command_line_takes_it(tmp_path, capsys):
+def test_info_accepts_picture_curve_option(tmp_path, capsys):
     path = tmp_path / "a.png"
     Image.fromarray(np.full((4, 4, 3), 105, np.uint8)).save(path)
     assert main(["info", str(path), "--picture-curve", "slog3"]) == 0

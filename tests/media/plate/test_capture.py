@@ -1,4 +1,4 @@
-"""Captures of Record3D: the lens and the rate come from metadata.json, whatever it holds."""
+"""Test Record3D captures: the lens and rate come from metadata.json, whatever it holds."""
 
 import json
 from fractions import Fraction
@@ -31,8 +31,8 @@ def frame(tmp_path):
     return path
 
 
-def test_the_lens_is_that_of_the_full_frame(frame):
-    """200 px of 120 px are a focal length of 200/120 times the long side of 36 mm."""
+def test_capture_lens_is_that_of_the_full_frame(frame):
+    """200 px over 120 px give a focal length of 200/120 times the long side of 36 mm."""
     camera = camera_at_header([picture_header(frame)])
     assert camera.focal_length_mm == pytest.approx(36 * 200 / 120)
     assert camera.sensor_width_mm == pytest.approx(36 * 90 / 120)
@@ -41,7 +41,7 @@ def test_the_lens_is_that_of_the_full_frame(frame):
     assert header["framesPerSecond"] == Fraction(60)
 
 
-def test_another_folder_has_no_camera_and_no_note(frame):
+def test_capture_info_of_other_folder_is_empty(frame):
     frame.parent.rename(frame.parent.with_name("frames"))
     assert capture_info(frame.parents[1] / "frames" / "0.jpg", (90, 120)) == {}
 
@@ -49,7 +49,7 @@ def test_another_folder_has_no_camera_and_no_note(frame):
 @pytest.mark.parametrize(
     "changed", [{"K": []}, {"K": [0]}, {"w": 120}, {"h": "x"}, {"w": 0}, {"K": None}, {"fps": []}]
 )
-def test_a_file_that_does_not_tell_it_is_a_note(frame, changed):
+def test_capture_without_valid_metadata_has_a_note(frame, changed):
     (frame.parents[1] / "metadata.json").write_text(json.dumps(TOLD | changed))
     ((header, _),) = color_parts(frame, PictureCurve.AUTO)
     assert camera_at_header([header]).focal_length_mm is None
@@ -58,8 +58,8 @@ def test_a_file_that_does_not_tell_it_is_a_note(frame, changed):
 
 
 @given(st.fixed_dictionaries({name: JSON for name in TOLD}) | JSON)
-def test_whatever_it_holds_the_picture_is_read(tmp_path_factory, found):
+def test_capture_info_of_any_metadata_does_not_fail(tmp_path_factory, metadata):
     folder = tmp_path_factory.mktemp("capture")
     (folder / "rgb").mkdir()
-    (folder / "metadata.json").write_text(json.dumps(found))
+    (folder / "metadata.json").write_text(json.dumps(metadata))
     assert capture_info(folder / "rgb" / "0.jpg", (90, 120)).keys() <= {"header", "note"}

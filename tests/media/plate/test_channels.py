@@ -1,4 +1,4 @@
-"""Which channels are taken for colour and depth in the layouts that renderers write."""
+"""Test which channels are chosen for color and depth in the layouts that renderers write."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,7 +20,7 @@ def header(*names, part="", sampling=1):
     return {"name": part, "channels": channels, "type": "Storage.scanlineimage"}
 
 
-def chosen(*headers, layer=None, depth=None, coc=False):
+def chosen_channels(*headers, layer=None, depth=None, coc=False):
     """Return full names of red, alpha and depth."""
     color = choose_color(FILE, headers, layer)
     alpha = color.alpha.full_name if color.alpha else None
@@ -66,33 +66,37 @@ LAYOUTS = [
 
 
 @pytest.mark.parametrize(("headers", "expected"), LAYOUTS)
-def test_layouts_of_renderers(headers, expected):
-    assert chosen(*headers) == expected
+def test_choose_channels_in_layouts_of_renderers(headers, expected):
+    assert chosen_channels(*headers) == expected
 
 
-def test_depth_of_the_view_of_the_colour_is_preferred():
-    one = header("left.R", "left.G", "left.B", "left.Z", "right.R", "right.G", "right.B", "right.Z")
-    assert chosen(one) == ("left.R", None, "left.Z")
-    assert chosen(one, layer="right") == ("right.R", None, "right.Z")
+def test_choose_depth_prefers_view_of_the_color():
+    part_header = header(
+        "left.R", "left.G", "left.B", "left.Z", "right.R", "right.G", "right.B", "right.Z"
+    )
+    assert chosen_channels(part_header) == ("left.R", None, "left.Z")
+    assert chosen_channels(part_header, layer="right") == ("right.R", None, "right.Z")
 
 
-def test_options_choose_by_full_name_or_layer_in_any_case():
-    one = header("R", "G", "B", "diffuse.R", "diffuse.G", "diffuse.B", "Z", "fog.V", "Near.Z")
-    assert chosen(one, layer="Diffuse") == ("diffuse.R", None, "Z")
-    assert chosen(one, layer="") == ("R", None, "Z")
-    assert chosen(one, depth="fog.V")[2] == "fog.V"
-    assert chosen(one, depth="near")[2] == "Near.Z"
+def test_choose_channels_by_full_name_or_layer_in_any_case():
+    part_header = header(
+        "R", "G", "B", "diffuse.R", "diffuse.G", "diffuse.B", "Z", "fog.V", "Near.Z"
+    )
+    assert chosen_channels(part_header, layer="Diffuse") == ("diffuse.R", None, "Z")
+    assert chosen_channels(part_header, layer="") == ("R", None, "Z")
+    assert chosen_channels(part_header, depth="fog.V")[2] == "fog.V"
+    assert chosen_channels(part_header, depth="near")[2] == "Near.Z"
 
 
-def test_circle_of_confusion_is_looked_for_only_when_asked():
-    one = header("R", "G", "B", "Z", "coc")
-    assert chosen(one)[2] == "Z"
-    assert chosen(one, coc=True)[2] == "coc"
+def test_choose_depth_takes_circle_of_confusion_only_on_request():
+    part_header = header("R", "G", "B", "Z", "coc")
+    assert chosen_channels(part_header)[2] == "Z"
+    assert chosen_channels(part_header, coc=True)[2] == "coc"
 
 
-def test_a_guessed_layer_is_said_aloud():
-    one = header(*(f"{layer}.{c}" for layer in ("diffuse", "specular") for c in "RGB"))
-    color = choose_color(FILE, [one], None)
+def test_choose_color_notes_guessed_layer():
+    part_header = header(*(f"{layer}.{c}" for layer in ("diffuse", "specular") for c in "RGB"))
+    color = choose_color(FILE, [part_header], None)
     assert color.layer == "diffuse"
     assert "--color-layer" in color.notes[0] and "specular" in color.notes[0]
 
@@ -106,30 +110,30 @@ def test_a_guessed_layer_is_said_aloud():
         (["Z"], None, "no colour: looked for channels R, G, B"),
     ],
 )
-def test_errors_name_what_was_looked_for_and_what_is_there(names, depth, words):
+def test_choose_channels_error_names_expected_and_existing_channels(names, depth, words):
     with pytest.raises(InputError, match=words) as error:
-        chosen(header(*names), depth=depth)
+        chosen_channels(header(*names), depth=depth)
     assert str(error.value).startswith("shot.exr")
 
 
-def test_a_layer_that_is_not_there():
+def test_choose_color_rejects_missing_layer():
     with pytest.raises(InputError, match=r"'beauty' for --color-layer; it has: \(no name\)"):
         choose_color(FILE, [header("R", "G", "B")], "beauty")
 
 
-def test_luminance_and_chroma_are_refused_not_shown_grey():
+def test_choose_color_rejects_luminance_and_chroma():
     with pytest.raises(InputError, match="chroma"):
         choose_color(FILE, [header("Y", "RY", "BY", "Z", sampling=2)], None)
 
 
-def stereo_parts(*names, view=True):
-    """Return parts with their colour or depth, each of the eye that its name ends in."""
-    made = []
+def stereo_headers(*names, view=True):
+    """Return headers of parts with color or depth, each for the eye that its name ends in."""
+    headers = []
     for name in names:
         channels = ["Z"] if "depth" in name else ["R", "G", "B"]
-        own = {"view": name[-5:].strip("_.")} if view else {}
-        made.append(header(*channels, part=name) | own)
-    return made
+        view_entry = {"view": name[-5:].strip("_.")} if view else {}
+        headers.append(header(*channels, part=name) | view_entry)
+    return headers
 
 
 EYES = ("rgba_right", "rgba_left", "depth_left", "depth_right")
@@ -142,11 +146,11 @@ BLENDER_STEREO = [
 ]
 STEREO = [
     BLENDER_STEREO,
-    stereo_parts(*EYES),
-    stereo_parts(*reversed(EYES)),
-    stereo_parts(*EYES, view=False),
-    stereo_parts("left", "right", "depth_right", "depth_left"),
-    stereo_parts("rgba.left", "rgba.right", "depth.left", "depth.right", view=False),
+    stereo_headers(*EYES),
+    stereo_headers(*reversed(EYES)),
+    stereo_headers(*EYES, view=False),
+    stereo_headers("left", "right", "depth_right", "depth_left"),
+    stereo_headers("rgba.left", "rgba.right", "depth.left", "depth.right", view=False),
     [ONE_PART | {"multiView": ["left", "right"]}],
     [header(*(f"{e}.{c}" for e in ("left", "right") for c in "RGB"), "z.left.Z", "z.right.Z")],
 ]
@@ -154,55 +158,55 @@ STEREO = [
 
 @pytest.mark.parametrize("headers", STEREO)
 @pytest.mark.parametrize("eye", [None, "left", "right", "RIGHT"])
-def test_the_colour_of_an_eye_has_the_depth_of_that_eye(headers, eye):
+def test_choose_depth_takes_depth_of_the_same_eye(headers, eye):
     color = choose_color(FILE, headers, None, eye)
     depth = choose_depth(FILE, headers, None, color, False)
     assert color.view == depth.view == (eye or "left").lower()
     note = "left and right: left is taken; --eye right takes the other"
-    assert any(note in said for said in color.notes) == (eye is None)
+    assert any(note in color_note for color_note in color.notes) == (eye is None)
 
 
-def test_blender_names_a_part_after_its_view_too():
+def test_choose_channels_handles_blender_parts_named_after_view():
     color = choose_color(FILE, BLENDER_STEREO, None, "right")
     assert color.layer == "ViewLayer.Combined-right"
     depth = choose_depth(FILE, BLENDER_STEREO, None, color, False)
     assert depth.full_name == "ViewLayer.Depth-right.Z"
 
 
-def test_a_layer_of_the_other_eye_brings_its_own_depth():
-    headers = stereo_parts(*EYES)
-    assert chosen(*headers, layer="rgba_right")[2] == "depth_right.Z"
+def test_choose_color_layer_of_other_eye_takes_its_own_depth():
+    headers = stereo_headers(*EYES)
+    assert chosen_channels(*headers, layer="rgba_right")[2] == "depth_right.Z"
     with pytest.raises(InputError, match=r"no RGB layer 'rgba_right'.*rgba_left"):
         choose_color(FILE, headers, "rgba_right", "left")
 
 
-def test_the_depth_of_another_eye_is_never_taken():
-    headers = stereo_parts("rgba_left", "rgba_right", "depth_left")
+def test_choose_depth_never_takes_depth_of_other_eye():
+    headers = stereo_headers("rgba_left", "rgba_right", "depth_left")
     right = choose_color(FILE, headers, None, "right")
     with pytest.raises(InputError, match="no depth channel of the view right"):
         choose_depth(FILE, headers, None, right, False)
-    shared = [*stereo_parts("rgba_left", "rgba_right"), header("Z", part="depth")]
-    assert choose_depth(FILE, shared, None, right, False).full_name == "depth.Z"
+    shared_depth_headers = [*stereo_headers("rgba_left", "rgba_right"), header("Z", part="depth")]
+    assert choose_depth(FILE, shared_depth_headers, None, right, False).full_name == "depth.Z"
 
 
-def test_a_view_that_is_not_there():
+def test_choose_color_rejects_missing_view():
     with pytest.raises(InputError, match=r"no view 'centre' for --eye; it has: left, right"):
-        choose_color(FILE, stereo_parts(*EYES), None, "centre")
+        choose_color(FILE, stereo_headers(*EYES), None, "centre")
     with pytest.raises(InputError, match="one view, without a name"):
         choose_color(FILE, [header("R", "G", "B")], None, "right")
 
 
-def test_one_eye_alone_is_no_stereo():
+def test_views_of_single_eye_are_empty():
     headers = [header("R", "G", "B", "Z") | {"view": "left"}]
     assert views_of(headers) == () and choose_color(FILE, headers, None).notes == ()
 
 
-def test_what_mitsuba_calls_t_is_depth():
-    """Its manual calls the layer dd, which nothing else is called; T alone may be anything."""
+def test_choose_depth_takes_channel_t_of_mitsuba():
+    """Mitsuba's manual calls the layer dd, as no other program does; T alone is ambiguous."""
     names = ("R", "G", "B", "hit.T", "sh_normal.X", "sh_normal.Y", "sh_normal.Z")
     mitsuba = header(*names) | {"generatedBy": "Mitsuba version 3.9.1"}
-    assert chosen(mitsuba)[2] == "hit.T"
-    assert chosen(header("R", "G", "B", "depth.T"))[2] == "depth.T"
-    assert chosen(header("R", "G", "B", "dd.T"))[2] == "dd.T"
+    assert chosen_channels(mitsuba)[2] == "hit.T"
+    assert chosen_channels(header("R", "G", "B", "depth.T"))[2] == "depth.T"
+    assert chosen_channels(header("R", "G", "B", "dd.T"))[2] == "dd.T"
     with pytest.raises(InputError, match="no depth channel"):
-        chosen(header(*names))
+        chosen_channels(header(*names))

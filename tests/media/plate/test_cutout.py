@@ -1,4 +1,4 @@
-"""A plate is read with what a matte keeps from the blur; both parts together are the plate."""
+"""Test plates with a matte that is not blurred: both parts together are the plate."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def read(path, **options):
     return read_plate(path, PlateOptions(depth_convention=DepthConvention.DISTANCE, **options))
 
 
-def test_a_thing_is_cut_out_and_the_wall_behind_goes_on(tmp_path):
+def test_cutout_of_never_blur_extends_background_behind_object(tmp_path):
     plate = read(matte_plate(tmp_path / "p.exr", 3.0), never_blur="cryptomatte:hero")
     cutout = plate.cutout
     assert (cutout.share[INSIDE] == 1).all() and cutout.share.sum() == 64
@@ -31,14 +31,14 @@ def test_a_thing_is_cut_out_and_the_wall_behind_goes_on(tmp_path):
     assert plate.depth_m[INSIDE].max() == 3  # the plate itself stays whole
 
 
-def test_only_a_thing_keeps_all_else(tmp_path):
+def test_cutout_of_only_blur_keeps_everything_else(tmp_path):
     plate = read(matte_plate(tmp_path / "p.exr", 3.0), only_blur="objectId:7")
     assert plate.cutout.rest.color[INSIDE][..., 3].min() == 1
     assert plate.cutout.rest.color[..., 3].sum() == 64
     np.testing.assert_array_equal(plate.cutout.ground[:8], plate.color[:8])
 
 
-def test_a_frame_without_the_thing_is_whole_or_all_sharp(tmp_path):
+def test_cutout_of_frame_without_the_object_is_none_or_all_sharp(tmp_path):
     path = matte_plate(tmp_path / "p.1001.exr", None)
     matte_plate(tmp_path / "p.1002.exr", 3.0)
     assert read(path, never_blur="objectId:7").cutout is None
@@ -49,20 +49,24 @@ def test_a_frame_without_the_thing_is_whole_or_all_sharp(tmp_path):
 
 
 @given(st.data(), SHAPE, st.booleans(), st.booleans())
-def test_both_parts_together_are_the_picture(data, shape, is_coc, is_only):
-    """For any picture, depth and matte; mixed with something nearer, both go on behind it."""
+def test_cut_out_parts_together_are_the_image(data, shape, is_coc, is_only):
+    """This holds for any image, depth and matte; pixels mixed with a nearer object extend behind
+    it.
+    """
     color = data.draw(arrays.arrays(np.float32, (*shape, 4), elements=PARTS))
     color[..., 3] = 1
     depth = data.draw(arrays.arrays(np.float32, shape, elements=st.floats(0.5, 8, width=32)))
     share = data.draw(arrays.arrays(np.float32, shape, elements=PARTS))
     pixels = ReadPixels(color, coc_px=depth) if is_coc else ReadPixels(color, depth)
-    cut = cut_out(pixels, share, is_only)
-    rest, kept = cut.rest.color, cut.share[..., None]
-    for part in (rest, cut.light, cut.depth):
+    cutout = cut_out(pixels, share, is_only)
+    rest_color, alpha = cutout.rest.color, cutout.share[..., None]
+    for part in (rest_color, cutout.light, cutout.depth):
         assert np.isfinite(part).all() and part.min() >= (-8 if is_coc else 0)
-    together = cut.light + (1 - kept) * rest
-    is_told = cut.share == share
+    together = cutout.light + (1 - alpha) * rest_color
+    is_exact = cutout.share == share
     if is_only:
-        together = cut.light + (1 - kept) * (rest + (1 - rest[..., 3:]) * cut.ground)
-        is_told &= (share == 0) | (share == 1)
-    np.testing.assert_allclose(together[is_told], color[is_told], atol=2e-5)
+        together = cutout.light + (1 - alpha) * (
+            rest_color + (1 - rest_color[..., 3:]) * cutout.ground
+        )
+        is_exact &= (share == 0) | (share == 1)
+    np.testing.assert_allclose(together[is_exact], color[is_exact], atol=2e-5)

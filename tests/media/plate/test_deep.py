@@ -1,4 +1,4 @@
-"""Deep EXR files: what a pixel shows, what is behind it, and samples that cannot be."""
+"""Test deep EXR files: what a pixel shows, the surfaces behind it, and impossible samples."""
 
 import itertools
 
@@ -26,7 +26,7 @@ SAMPLES = st.tuples(
 )
 
 
-def over(samples: list[Sample]) -> tuple[float, float]:
+def composite_over(samples: list[Sample]) -> tuple[float, float]:
     """Return premultiplied grey and coverage of samples over each other."""
     grey, cover = 0.0, 0.0
     for light, part, _ in sorted(samples, key=lambda sample: sample[2]):
@@ -34,8 +34,8 @@ def over(samples: list[Sample]) -> tuple[float, float]:
     return grey, cover
 
 
-def list_of(plate, pixel: int) -> tuple[bool, np.ndarray, np.ndarray]:
-    """Return whether the list begins with what is seen, and its distances and coverages."""
+def list_of_pixel(plate, pixel: int) -> tuple[bool, np.ndarray, np.ndarray]:
+    """Return whether the list begins with the visible surface, and its distances and coverages."""
     lists = plate.fragments
     first, end = int(lists.starts[pixel]) >> 1, int(lists.starts[pixel + 1]) >> 1
     with np.errstate(divide="ignore"):
@@ -43,7 +43,7 @@ def list_of(plate, pixel: int) -> tuple[bool, np.ndarray, np.ndarray]:
     return bool(lists.starts[pixel] & 1), distances, lists.coverage[first:end]
 
 
-def test_one_opaque_sample_a_pixel_is_the_flat_plate(tmp_path):
+def test_deep_plate_of_one_opaque_sample_equals_flat_plate(tmp_path):
     pixels = [[(i / 16, 1.0, 2 + i / 4)] for i in range(12)]
     deep = read_plate(write_deep(tmp_path / "deep.exr", pixels, (3, 4)))
     grey = (np.arange(12, dtype=np.float32) / 16).reshape(3, 4)
@@ -56,62 +56,62 @@ def test_one_opaque_sample_a_pixel_is_the_flat_plate(tmp_path):
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=40)
 @given(st.lists(st.lists(SAMPLES, max_size=5, unique_by=lambda s: s[2]), min_size=4, max_size=4))
-def test_a_deep_file_shows_its_samples_over_each_other(tmp_path, pixels):
+def test_read_plate_composites_deep_samples_over_each_other(tmp_path, pixels):
     pixels = [[(light * part, part, z) for light, part, z in samples] for samples in pixels]
     plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (2, 2)))
     for pixel, samples in enumerate(pixels):
         shown = plate.color.reshape(4, 4)[pixel, [0, 3]]
-        np.testing.assert_allclose(shown, over(samples), atol=1e-5)
+        np.testing.assert_allclose(shown, composite_over(samples), atol=1e-5)
         nearest = min((z for *_, z in samples), default=1e10)
         assert plate.depth_m.ravel()[pixel] == (np.inf if nearest >= 1e10 else nearest)
 
 
-def test_what_is_behind_is_kept_near_to_far(tmp_path):
+def test_read_plate_lists_deep_samples_behind_from_near_to_far(tmp_path):
     pixels = [
         [(0.5, 1.0, 2.0), (0.1, 0.5, 4.0), (0.7, 1.0, 9.0)],
         [(0.1, 0.5, 3.0), (0.7, 1.0, 9.0)],
     ]
     plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (1, 2)))
-    has_front, distances, coverages = list_of(plate, 0)
+    has_front, distances, coverages = list_of_pixel(plate, 0)
     assert not has_front
     np.testing.assert_allclose(distances, [4, 9], rtol=1e-6)
     np.testing.assert_allclose(coverages, [0.5, 1])
-    has_front, distances, coverages = list_of(plate, 1)
+    has_front, distances, coverages = list_of_pixel(plate, 1)
     assert has_front and plate.fragments.is_measured
     np.testing.assert_allclose(distances, [3, 9], rtol=1e-6)
 
 
-def test_samples_of_one_surface_are_one_fragment(tmp_path):
+def test_read_plate_merges_deep_samples_of_one_surface(tmp_path):
     samples = [(0.25, 0.5, 2.005), (0.25, 0.5, 2.006), (0.3, 1.0, 5.0)]
     plate = read_plate(write_deep(tmp_path / "deep.exr", [samples], (1, 1)))
-    _, distances, coverages = list_of(plate, 0)
+    _, distances, coverages = list_of_pixel(plate, 0)
     np.testing.assert_allclose(coverages, [0.75, 1.0], atol=1e-3)
     np.testing.assert_allclose(distances, [2.0053, 5.0], rtol=1e-3)
 
 
-def test_a_veil_is_sampled_in_its_middle_and_a_wall_at_its_front(tmp_path):
+def test_deep_sample_depth_is_middle_of_veil_and_front_of_wall(tmp_path):
     pixels = [[(0.25, 0.5, 2.0), (0.5, 1.0, 6.0)]]
     plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (1, 1), thickness=0.25))
-    np.testing.assert_allclose(list_of(plate, 0)[1], [2.125, 6.0], rtol=1e-6)
+    np.testing.assert_allclose(list_of_pixel(plate, 0)[1], [2.125, 6.0], rtol=1e-6)
 
 
 @pytest.mark.parametrize(("near", "far"), [(2.0, 8.0), (0.0, 3.0), (-2.0, 3.0), (1.0, 1.3)])
-def test_fog_is_cut_into_slices_that_let_as_much_through(tmp_path, near, far):
-    """Between two depths as much passes as the length of the fog between them says."""
+def test_read_plate_cuts_fog_into_slices_of_same_transmission(tmp_path, near, far):
+    """The light that passes between two depths depends on the length of fog between them."""
     fog = (0.3 * 0.6, 0.6, near)
     pixels = [[fog, (0.5, 1.0, 20.0)]]
     plate = read_plate(write_deep(tmp_path / "fog.exr", pixels, (1, 1), thickness=far - near))
-    _, distances, coverages = list_of(plate, 0)
+    _, distances, coverages = list_of_pixel(plate, 0)
     slices = distances[:-1]
     assert len(slices) > 1 and (np.diff(slices) > 0).all()
     assert near < slices[0] < slices[-1] < far
-    passed = np.prod(1 - coverages[:-1].astype(float))
-    assert passed == pytest.approx(0.4, abs=2e-3)
+    transmission = np.prod(1 - coverages[:-1].astype(float))
+    assert transmission == pytest.approx(0.4, abs=2e-3)
     np.testing.assert_allclose(plate.color[0, 0, 0], 0.18 + 0.4 * 0.5, rtol=1e-3)
     assert "1 of 2 samples are thick" in " ".join(plate.notes)
 
 
-def test_samples_that_cannot_be_are_told(tmp_path):
+def test_read_plate_notes_impossible_deep_samples(tmp_path):
     pixels = [
         [(0.5, 1.0, 5.0), (0.5, 1.0, 2.0)],
         [(0.5, 1.0, np.nan), (0.25, 1.0, 3.0)],
@@ -119,25 +119,25 @@ def test_samples_that_cannot_be_are_told(tmp_path):
         [(0.5, 1.0, -1.0), (0.5, 1.0, 0.0)],
     ]
     plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (2, 2)))
-    said = " ".join(plate.notes)
-    assert "3 of 7 samples have an impossible distance" in said
-    assert "1 of 7 samples have an impossible colour or coverage" in said
-    assert "2 of 7 samples were not sorted" in said
+    notes = " ".join(plate.notes)
+    assert "3 of 7 samples have an impossible distance" in notes
+    assert "1 of 7 samples have an impossible colour or coverage" in notes
+    assert "2 of 7 samples were not sorted" in notes
     assert np.isfinite(plate.color).all() and list(plate.depth_m.ravel()) == [2, 3, 4, np.inf]
 
 
-def test_thousands_of_samples_are_merged_by_likeness(tmp_path):
+def test_read_plate_merges_thousands_of_similar_deep_samples(tmp_path):
     distances = np.geomspace(1.0, 100.0, 10_000)
     samples = [(0.3 * 0.001, 0.001, float(z)) for z in distances]
     plate = read_plate(write_deep(tmp_path / "deep.exr", [samples, samples[:1]], (1, 2)))
-    _, _, coverages = list_of(plate, 0)
+    _, _, coverages = list_of_pixel(plate, 0)
     assert 2 < len(coverages) <= FRAGMENTS_MOST
-    np.testing.assert_allclose(plate.color[0, 0, [0, 3]], over(samples), rtol=1e-3)
+    np.testing.assert_allclose(plate.color[0, 0, [0, 3]], composite_over(samples), rtol=1e-3)
     assert "1 pixels have more than" in " ".join(plate.notes)
 
 
 @pytest.mark.parametrize("part", [0.2, 0.6, 0.95])
-def test_a_file_that_is_cut_short_is_refused(tmp_path, part):
+def test_read_plate_rejects_truncated_deep_file(tmp_path, part):
     pixels = [[(0.5, 1.0, 2.0 + i), (0.3, 1.0, 90.0)] for i in range(64)]
     path = write_deep(tmp_path / "deep.exr", pixels, (8, 8))
     data = path.read_bytes()
@@ -156,41 +156,41 @@ def test_a_file_that_is_cut_short_is_refused(tmp_path, part):
         (PlateOptions(color_layer="sub"), "no R, G, B, A and Z in the layer 'sub'"),
     ],
 )
-def test_options_that_a_deep_file_cannot_follow_are_refused(tmp_path, options, said):
+def test_read_plate_rejects_options_that_deep_files_cannot_follow(tmp_path, options, said):
     path = write_deep(tmp_path / "deep.exr", [[(0.5, 1.0, 2.0)]], (1, 1))
     with pytest.raises(InputError, match=said):
         read_plate(path, options)
 
 
-def test_info_tells_of_a_deep_file(tmp_path, capsys):
+def test_info_describes_deep_file(tmp_path, capsys):
     pixels = [[(0.5, 1.0, 2.0), (0.3, 1.0, 9.0)]] * 4
     path = write_deep(tmp_path / "deep.exr", pixels, (2, 2))
     assert main(["info", str(path)]) == 0
-    said = capsys.readouterr().out
-    assert "deep samples" in said and "2.00 surfaces a pixel" in said and "2 to 2 m" in said
-    lines = {line[:16].strip(): line[16:] for line in said.splitlines()}
+    stdout = capsys.readouterr().out
+    assert "deep samples" in stdout and "2.00 surfaces a pixel" in stdout and "2 to 2 m" in stdout
+    lines = {line[:16].strip(): line[16:] for line in stdout.splitlines()}
     assert lines["part 1"] == "deepscanline, zips" and lines["float"] == "A, B, G, R, Z"
 
 
 # Layers and views
 
 
-def layered(prefix: str, light: float, metres: float) -> dict[str, np.ndarray]:
+def deep_layer(prefix: str, light: float, metres: float) -> dict[str, np.ndarray]:
     """Return one opaque sample a pixel of 2 x 3, in a layer."""
     values = {"R": light, "G": light, "B": light, "A": 1.0, "Z": metres}
-    made = {prefix + name: np.empty((2, 3), object) for name in values}
+    channels = {prefix + name: np.empty((2, 3), object) for name in values}
     for name, value in values.items():
         for at in np.ndindex(2, 3):
-            made[prefix + name][at] = np.array([value], np.float32)
-    return made
+            channels[prefix + name][at] = np.array([value], np.float32)
+    return channels
 
 
 DEEP = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
 
 
-def test_a_layer_of_a_deep_file_is_chosen(tmp_path):
+def test_read_plate_takes_chosen_layer_of_deep_file(tmp_path):
     path = write_file(
-        tmp_path / "layers.exr", layered("", 0.5, 2) | layered("smoke.", 0.25, 7), **DEEP
+        tmp_path / "layers.exr", deep_layer("", 0.5, 2) | deep_layer("smoke.", 0.25, 7), **DEEP
     )
     assert read_plate(path).depth_m[0, 0] == 2
     smoke = read_plate(path, PlateOptions(color_layer="smoke"))
@@ -198,9 +198,9 @@ def test_a_layer_of_a_deep_file_is_chosen(tmp_path):
     assert smoke.depth.channel == "smoke.Z"
 
 
-def test_an_eye_of_a_deep_file_is_chosen(tmp_path):
+def test_read_plate_takes_chosen_eye_of_deep_file(tmp_path):
     parts = [
-        (DEEP | {"name": eye, "view": eye}, layered("", light, metres))
+        (DEEP | {"name": eye, "view": eye}, deep_layer("", light, metres))
         for eye, light, metres in (("left", 0.5, 2), ("right", 0.25, 7))
     ]
     path = write_parts(tmp_path / "eyes.exr", *parts)
@@ -210,9 +210,9 @@ def test_an_eye_of_a_deep_file_is_chosen(tmp_path):
     assert "--eye right takes the other" in " ".join(left.notes)
 
 
-def test_what_a_deep_file_shows_is_compared_and_is_a_depth(tmp_path):
+def test_deep_file_can_be_read_as_picture_and_as_depth_source(tmp_path):
     grey = np.full((2, 3), 0.5, np.float32)
-    deep = write_file(tmp_path / "deep.exr", layered("", 0.5, 2), **DEEP)
+    deep = write_file(tmp_path / "deep.exr", deep_layer("", 0.5, 2), **DEEP)
     flat = write_file(tmp_path / "flat.exr", dict.fromkeys("RGB", grey))
     assert (read_picture(deep).rgb == 0.5).all()
     plate = read_plate(flat, PlateOptions(depth_source=str(deep)))
@@ -222,43 +222,46 @@ def test_what_a_deep_file_shows_is_compared_and_is_a_depth(tmp_path):
 # Deep files and pictures behind together
 
 
-def flat_wall(path, metres: float, light: float):
+def write_flat_wall(path, metres: float, light: float):
     grey = np.full((2, 2), light, np.float32)
     return write_file(path, dict.fromkeys("RGB", grey) | {"Z": np.full((2, 2), metres, np.float32)})
 
 
-def same_bits(one, other) -> None:
+def assert_same_plates(one, other) -> None:
     assert np.array_equal(one.color, other.color)
     assert np.array_equal(one.depth_m, other.depth_m)
     assert np.array_equal(one.fragments.starts, other.fragments.starts)
     assert np.array_equal(one.fragments.words, other.fragments.words)
 
 
-def test_a_wall_behind_a_deep_file_is_as_if_it_were_in_it(tmp_path):
+def test_deep_plate_with_wall_behind_equals_deep_file_with_wall(tmp_path):
     fronts = [[(0.25, 0.5, 2.0)], [(0.5, 1.0, 3.0)], [], [(0.5, 0.75, 9.5), (0.5, 1.0, 12.0)]]
     front = write_deep(tmp_path / "front.exr", fronts, (2, 2))
-    wall = flat_wall(tmp_path / "wall.exr", 9.0, 0.75)
+    wall = write_flat_wall(tmp_path / "wall.exr", 9.0, 0.75)
     both = write_deep(tmp_path / "both.exr", [[*f, (0.75, 1.0, 9.0)] for f in fronts], (2, 2))
-    made = read_plate(front, PlateOptions(behind=(str(wall),)))
-    same_bits(made, read_plate(both))
-    assert made.behind[-1].hidden_part == 0.5 and made.behind[-1].seen_part == 0.5
+    plate_with_wall = read_plate(front, PlateOptions(behind=(str(wall),)))
+    assert_same_plates(plate_with_wall, read_plate(both))
+    assert (
+        plate_with_wall.behind[-1].hidden_part == 0.5
+        and plate_with_wall.behind[-1].seen_part == 0.5
+    )
 
 
-def test_the_order_of_deep_and_flat_pictures_does_not_matter(tmp_path):
+def test_read_plate_does_not_depend_on_order_of_behind_files(tmp_path):
     texts = [
         str(write_deep(tmp_path / "a.exr", [[(0.2, 0.5, 4.0), (0.5, 1.0, 8.0)]] * 4, (2, 2))),
         str(write_deep(tmp_path / "b.exr", [[(0.25, 0.5, 4.0)]] * 4, (2, 2))),
-        str(flat_wall(tmp_path / "c.exr", 6.0, 0.75)),
+        str(write_flat_wall(tmp_path / "c.exr", 6.0, 0.75)),
     ]
-    front = flat_wall(tmp_path / "front.exr", 1.0, 0.5)
+    front = write_flat_wall(tmp_path / "front.exr", 1.0, 0.5)
     first, *others = (
         read_plate(front, PlateOptions(behind=order)) for order in itertools.permutations(texts)
     )
     for other in others:
-        same_bits(first, other)
+        assert_same_plates(first, other)
 
 
-def test_lists_of_another_data_window_are_behind_where_they_are(tmp_path):
+def test_deep_behind_file_is_placed_by_its_data_window(tmp_path):
     small = write_deep(
         tmp_path / "small.exr",
         [[(0.2, 0.5, 4.0), (0.5, 1.0, 8.0)], [(0.75, 1.0, 5.0)]],
@@ -266,15 +269,15 @@ def test_lists_of_another_data_window_are_behind_where_they_are(tmp_path):
         dataWindow=window(1, 1, 3, 2),
         displayWindow=window(0, 0, 2, 2),
     )
-    front = flat_wall(tmp_path / "front.exr", 1.0, 0.5)
+    front = write_flat_wall(tmp_path / "front.exr", 1.0, 0.5)
     plate = read_plate(front, PlateOptions(behind=(str(small),)))
     assert np.diff(plate.fragments.starts >> 1).tolist() == [0, 0, 0, 2]
-    np.testing.assert_allclose(list_of(plate, 3)[1], [4.0, 8.0], rtol=1e-6)
+    np.testing.assert_allclose(list_of_pixel(plate, 3)[1], [4.0, 8.0], rtol=1e-6)
 
 
 @given(st.lists(SAMPLES, min_size=1, max_size=5, unique_by=lambda s: s[2]), st.integers(0, 4))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25)
-def test_an_opaque_sample_twice_changes_nothing(tmp_path, samples, which):
+def test_repeated_opaque_deep_sample_changes_nothing(tmp_path, samples, which):
     samples = [
         (light, 1.0 if k == which else part, z) for k, (light, part, z) in enumerate(samples)
     ]
@@ -285,18 +288,20 @@ def test_an_opaque_sample_twice_changes_nothing(tmp_path, samples, which):
         )
         for pixel in (samples, twice)
     )
-    same_bits(once, again)
+    assert_same_plates(once, again)
 
 
-def test_of_too_many_surfaces_those_of_like_blur_are_merged(tmp_path):
-    """Sixty distances near the lens are kept apart from three far ones, whose blur is alike."""
+def test_read_plate_merges_excess_surfaces_of_similar_blur(tmp_path):
+    """Sixty distances near the lens stay apart; three far ones of similar blur are merged."""
     distances = np.append(1 / np.linspace(1.0, 0.2, 60), [50.0, 60.0, 70.0])
     samples = [(0.03, 0.1, float(z)) for z in distances]
     plate = read_plate(write_deep(tmp_path / "deep.exr", [samples, []], (1, 2)))
-    _, found, coverages = list_of(plate, 0)
-    assert len(found) <= FRAGMENTS_MOST
-    gaps = -np.diff(1 / found)
-    assert gaps.max() < 0.25 and found[-1] > 50 and coverages[-1] == pytest.approx(0.271, abs=1e-3)
+    _, listed_m, coverages = list_of_pixel(plate, 0)
+    assert len(listed_m) <= FRAGMENTS_MOST
+    gaps = -np.diff(1 / listed_m)
+    assert (
+        gaps.max() < 0.25 and listed_m[-1] > 50 and coverages[-1] == pytest.approx(0.271, abs=1e-3)
+    )
     assert "up to 63" in " ".join(plate.notes)
 
 
@@ -307,7 +312,7 @@ DISTANCE = ANY | st.floats(0, 16, width=32)
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
 @given(st.lists(st.tuples(ANY, ANY | NEAR_ONE, DISTANCE, DISTANCE), max_size=20))
-def test_whatever_samples_hold_the_picture_is_finite_and_its_lists_are_sorted(tmp_path, samples):
+def test_any_deep_samples_give_finite_plate_with_sorted_lists(tmp_path, samples):
     channels = {}
     for name, column in {"R": 0, "G": 0, "B": 0, "A": 1, "Z": 2, "ZBack": 3}.items():
         channels[name] = np.empty((1, 1), object)
@@ -322,7 +327,7 @@ def test_whatever_samples_hold_the_picture_is_finite_and_its_lists_are_sorted(tm
         assert (0 < lists.coverage).all() and (lists.coverage <= 1).all()
 
 
-def test_what_lies_behind_counts_as_memory_and_is_not_in_a_black_frame(tmp_path):
+def test_plate_bytes_count_fragments_and_black_plate_has_none(tmp_path):
     samples = [[(0.5, 1.0, 2.0), (0.5, 1.0, 9.0)]] * 4
     plate = read_plate(write_deep(tmp_path / "deep.exr", samples, (2, 2)))
     pixels, starts, fragments = 4 * (4 + 1) * 4, 5 * 4, 4 * 12

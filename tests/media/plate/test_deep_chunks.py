@@ -1,4 +1,4 @@
-"""The samples of deep files as our own reader unpacks them, against those of the library."""
+"""Compare the deep samples that our own reader unpacks with those of the OpenEXR library."""
 
 import struct
 
@@ -18,65 +18,71 @@ DEEP = {"type": OpenEXR.deepscanline}
 TILED = tiled_header() | {"type": OpenEXR.deeptile}
 
 
-def channels(seed=0, most=5):
-    """Return pixels of 0 to `most` - 1 samples, smooth and rough, so that some rows pack."""
-    chance = np.random.default_rng(seed)
-    counts = chance.integers(0, most, SIZE)
-    made = {name: np.empty(SIZE, object) for name in NAMES}
+def random_deep_channels(seed=0, most=5):
+    """Return pixels of 0 to `most` - 1 samples; even rows are random, odd rows compress well."""
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(0, most, SIZE)
+    channels = {name: np.empty(SIZE, object) for name in NAMES}
     for at in np.ndindex(*SIZE):
         for name in NAMES:
-            rough = chance.random(counts[at]) if at[0] % 2 else np.full(counts[at], 0.5)
-            made[name][at] = rough.astype(np.float16 if len(name) == 1 and name != "Z" else "<f4")
-    return made
+            values = rng.random(counts[at]) if at[0] % 2 else np.full(counts[at], 0.5)
+            channels[name][at] = values.astype(
+                np.float16 if len(name) == 1 and name != "Z" else "<f4"
+            )
+    return channels
 
 
-def written(path, compression="NO", layout=DEEP, **header):
+def write_deep_file(path, compression="NO", layout=DEEP, **header):
     kind = getattr(OpenEXR, f"{compression}_COMPRESSION")
-    return write_file(path, channels(), compression=kind, **layout, **header)
+    return write_file(path, random_deep_channels(), compression=kind, **layout, **header)
 
 
-def assert_same(path, part, made):
+def assert_samples_equal(path, part, expected_channels):
     deep = DeepPart(path, part)
-    bands = list(deep.bands([deep.numbers[name] for name in NAMES]))
-    lists = [made["Z"][at] for at in np.ndindex(*SIZE)]
+    bands = list(deep.bands([deep.channel_numbers[name] for name in NAMES]))
+    lists = [expected_channels["Z"][at] for at in np.ndindex(*SIZE)]
     counts = np.concatenate([band.counts for band in bands])
     assert counts.tolist() == [len(values) for values in lists]
     for name in NAMES:
-        found = np.concatenate([band.values[deep.numbers[name]] for band in bands])
-        expected = np.concatenate([made[name][at] for at in np.ndindex(*SIZE)])
+        found = np.concatenate([band.values[deep.channel_numbers[name]] for band in bands])
+        expected = np.concatenate([expected_channels[name][at] for at in np.ndindex(*SIZE)])
         assert np.array_equal(found, expected.astype(np.float32)), name
 
 
 @pytest.mark.parametrize("layout", [DEEP, TILED], ids=["scanlines", "tiles"])
 @pytest.mark.parametrize("compression", ["NO", "RLE", "ZIPS"])
-def test_samples_are_those_of_the_library(tmp_path, compression, layout, monkeypatch):
+def test_deep_part_reads_same_samples_as_library(tmp_path, compression, layout, monkeypatch):
     monkeypatch.setattr(deep_chunks, "_BAND_SAMPLES", 40)  # several bands
-    path = written(tmp_path / "deep.exr", compression, layout, dataWindow=window(-3, 5, 10, 14))
+    path = write_deep_file(
+        tmp_path / "deep.exr", compression, layout, dataWindow=window(-3, 5, 10, 14)
+    )
     stored = OpenEXR.File(str(path), separate_channels=True).parts[0].channels
-    made = {name: stored[name].pixels for name in NAMES}
-    for values in made.values():  # the library gives nothing for a pixel without samples
+    expected_channels = {name: stored[name].pixels for name in NAMES}
+    for (
+        values
+    ) in expected_channels.values():  # the library gives nothing for a pixel without samples
         for at in np.ndindex(*SIZE):
             values[at] = np.empty(0, np.float32) if values[at] is None else values[at]
-    assert_same(path, 0, made)
+    assert_samples_equal(path, 0, expected_channels)
 
 
-def test_a_part_among_others_is_found(tmp_path):
+def test_deep_part_is_found_among_other_parts(tmp_path):
     deep = DEEP | {"name": "deep", "compression": OpenEXR.ZIPS_COMPRESSION}
-    flat, made = rgb(*SIZE), channels(7)
-    path = write_parts(tmp_path / "parts.exr", ({"name": "flat"}, flat), (deep, made))
-    assert_same(path, 1, made)
+    flat, deep_channels = rgb(*SIZE), random_deep_channels(7)
+    path = write_parts(tmp_path / "parts.exr", ({"name": "flat"}, flat), (deep, deep_channels))
+    assert_samples_equal(path, 1, deep_channels)
 
 
-def test_black_samples_packed_as_small_as_can_be_are_read(tmp_path):
-    """Nothing packs better than 1032 to 1, and that is no sign of damage."""
+def test_deep_part_reads_samples_at_highest_compression(tmp_path):
+    """ZIP packs at most 1032 to 1, and such a ratio is no sign of damage."""
     samples = np.empty((1, 1), object)
     samples[0, 0] = np.zeros(4_000_000, np.float32)
     header = DEEP | {"compression": OpenEXR.ZIPS_COMPRESSION}
     path = write_file(tmp_path / "black.exr", {"Z": samples}, **header)
     assert samples[0, 0].nbytes > 950 * path.stat().st_size
     deep = DeepPart(path, 0)
-    (band,) = deep.bands([deep.numbers["Z"]])
-    assert deep.count == 4_000_000 and not band.values[deep.numbers["Z"]].any()
+    (band,) = deep.bands([deep.channel_numbers["Z"]])
+    assert deep.sample_count == 4_000_000 and not band.values[deep.channel_numbers["Z"]].any()
 
 
 # Damage: the file is not compressed, and its chunks begin with y, three lengths, and the counts.
@@ -84,18 +90,18 @@ def test_black_samples_packed_as_small_as_can_be_are_read(tmp_path):
 
 @pytest.fixture
 def deep(tmp_path):
-    return written(tmp_path / "deep.exr")
+    return write_deep_file(tmp_path / "deep.exr")
 
 
-def places_of(path):
-    """Return where the offsets of the chunks are in the file, and the offsets."""
+def chunk_offsets_of(path):
+    """Return the position of the chunk table in the file, and the offsets in it."""
     data = path.read_bytes()
     first = data.index(struct.pack("<i", 0) + struct.pack("<Q", 4 * SIZE[1]))
     table = first - 8 * SIZE[0]
     return table, struct.unpack_from(f"<{SIZE[0]}Q", data, table)
 
 
-def patched(path, at, form, *values):
+def write_patched(path, at, form, *values):
     data = bytearray(path.read_bytes())
     struct.pack_into(form, data, at, *values)
     path.write_bytes(data)
@@ -117,38 +123,38 @@ DAMAGE = {
 
 
 @pytest.mark.parametrize("name", DAMAGE)
-def test_damage_is_a_sentence(deep, name):
+def test_read_plate_reports_damaged_deep_chunk_in_one_line(deep, name):
     at, form, values, said = DAMAGE[name]
-    _, (first, *_) = places_of(deep)
+    _, (first, *_) = chunk_offsets_of(deep)
     with pytest.raises(InputError, match=said) as caught:
-        read_plate(patched(deep, first + at, form, *values))
+        read_plate(write_patched(deep, first + at, form, *values))
     assert "deep.exr" in str(caught.value) and len(str(caught.value).splitlines()) == 1
 
 
-def test_samples_for_which_the_file_has_no_bytes_are_refused_before_they_are_read(deep):
-    """As many as the chunk says itself, in a hundred bytes or so."""
-    _, (first, *_) = places_of(deep)
-    patched(deep, first + 24 + 4 * SIZE[1], "<i", 2_000_000)
-    patched(deep, first + 20, "<Q", 2_000_000 * (4 * 2 + 2 * 4))
+def test_deep_part_rejects_more_samples_than_bytes_before_reading(deep):
+    """The chunk itself claims that many, in about a hundred bytes."""
+    _, (first, *_) = chunk_offsets_of(deep)
+    write_patched(deep, first + 24 + 4 * SIZE[1], "<i", 2_000_000)
+    write_patched(deep, first + 20, "<Q", 2_000_000 * (4 * 2 + 2 * 4))
     with pytest.raises(InputError, match="hold the 2,000,000"):
         DeepPart(deep, 0)
 
 
 @pytest.mark.parametrize(("place", "said"), [(0, "1 of its 9 rows"), (1 << 50, "1 of its 9 rows")])
-def test_rows_that_were_never_written_are_told(deep, place, said):
-    table, _ = places_of(deep)
+def test_read_plate_reports_deep_rows_never_written(deep, place, said):
+    table, _ = chunk_offsets_of(deep)
     with pytest.raises(InputError, match=said):
-        read_plate(patched(deep, table + 8, "<Q", place))
+        read_plate(write_patched(deep, table + 8, "<Q", place))
 
 
-def test_a_header_that_claims_more_than_the_file_can_hold_is_refused(deep):
+def test_read_plate_rejects_deep_header_larger_than_file(deep):
     data = deep.read_bytes()
     at = data.index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4
     with pytest.raises(InputError, match="cannot hold what its header claims"):
-        read_plate(patched(deep, at, "<4i", 0, 0, 16000, 16000))
+        read_plate(write_patched(deep, at, "<4i", 0, 0, 16000, 16000))
 
 
-def test_what_is_too_much_is_refused_with_what_would_fit(deep, monkeypatch):
+def test_read_plate_rejects_too_many_deep_samples_naming_what_fits(deep, monkeypatch):
     monkeypatch.setattr(deep_chunks, "SAMPLES_MOST", 150)
     with pytest.raises(InputError, match=r"more than 150 samples.*: about 1 a pixel"):
         read_plate(deep)

@@ -1,6 +1,5 @@
-"""The facts of each depth convention are what the reader does, and all that choose one have all.
-
-Every test walks the members, so that one that is added later is held to the same.
+"""Check for every depth convention that its facts agree with the reader, options and manual. Each
+test runs over all members, so a convention that is added later is checked as well.
 """
 
 import re
@@ -39,14 +38,14 @@ def options_for(convention: DepthConvention, **more: float) -> PlateOptions:
 
 
 @pytest.mark.parametrize("convention", CHOSEN)
-def test_it_is_read_and_reported(path, convention):
+def test_read_plate_and_inspect_report_requested_convention(path, convention):
     plate = read_plate(path, options_for(convention))
     assert plate.depth.convention is convention
     assert inspect(path, options_for(convention))["depth"]["convention"] == str(convention)
 
 
 @pytest.mark.parametrize("convention", CHOSEN)
-def test_one_that_needs_ends_is_refused_without_and_the_others_are_not(path, convention):
+def test_read_plate_requires_ends_only_if_convention_needs_them(path, convention):
     bare = PlateOptions(depth_convention=convention)
     if convention.facts.needs_ends:
         with pytest.raises(InputError, match="--near and --far"):
@@ -56,59 +55,59 @@ def test_one_that_needs_ends_is_refused_without_and_the_others_are_not(path, con
 
 
 @pytest.mark.parametrize("convention", CHOSEN)
-def test_ends_count_where_it_takes_them(path, convention):
+def test_near_and_far_change_depth_only_if_convention_takes_them(path, convention):
     near = read_plate(path, PlateOptions(depth_convention=convention, near_m=1.0, far_m=5.0))
     far = read_plate(path, PlateOptions(depth_convention=convention, near_m=2.0, far_m=9.0))
-    is_same = np.array_equal(values_of(near), values_of(far))
+    is_same = np.array_equal(depth_values_of(near), depth_values_of(far))
     assert is_same is not convention.facts.takes_ends
 
 
 @pytest.mark.parametrize("convention", CHOSEN)
-def test_the_unit_counts_where_it_has_one(path, convention):
-    metres = values_of(read_plate(path, options_for(convention)))
-    centimetres = values_of(read_plate(path, options_for(convention, scene_unit_m=0.01)))
+def test_scene_unit_scales_depth_only_if_convention_has_a_unit(path, convention):
+    metres = depth_values_of(read_plate(path, options_for(convention)))
+    centimetres = depth_values_of(read_plate(path, options_for(convention, scene_unit_m=0.01)))
     factor = 0.01 if convention.facts.has_unit else 1.0
     np.testing.assert_allclose(centimetres, factor * metres, rtol=1e-6)
 
 
 @pytest.mark.parametrize("convention", CHOSEN)
-def test_it_is_a_circle_of_confusion_or_a_depth(path, convention):
+def test_plate_has_circles_of_confusion_or_depth_by_convention(path, convention):
     plate = read_plate(path, options_for(convention))
     assert (plate.coc_px is not None) is convention.facts.is_coc
     assert plate.has_distances is not convention.facts.is_coc
 
 
-def values_of(plate) -> np.ndarray:
+def depth_values_of(plate) -> np.ndarray:
     return plate.depth_m if plate.coc_px is None else plate.coc_px
 
 
-def test_labels_of_a_menu_are_all_different():
+def test_depth_convention_labels_are_unique():
     labels = [convention.facts.label for convention in DepthConvention]
     assert len(set(labels)) == len(labels)
     assert len({kind.label for kind in DepthKind}) == len(DepthKind)
 
 
 @pytest.mark.parametrize("convention", DepthConvention)
-def test_the_command_line_takes_and_explains_it(convention):
+def test_command_line_accepts_and_explains_each_convention(convention):
     parser = ArgumentParser()
     add_plate_options(parser)
     args = parser.parse_args(["--depth-convention", str(convention)])
     assert plate_options(args).depth_convention is convention
-    told = " ".join(parser.format_help().split())
-    assert f"{convention} ({convention.facts.meaning})" in told
+    help_text = " ".join(parser.format_help().split())
+    assert f"{convention} ({convention.facts.meaning})" in help_text
 
 
-def test_the_command_line_says_which_there_are(capsys):
+def test_command_line_error_lists_all_conventions(capsys):
     parser = ArgumentParser()
     add_plate_options(parser)
     with pytest.raises(SystemExit):
         parser.parse_args(["--depth-convention", "log"])
-    said = capsys.readouterr().err
-    assert all(f"'{convention}'" in said for convention in DepthConvention) and "<" not in said
+    stderr = capsys.readouterr().err
+    assert all(f"'{convention}'" in stderr for convention in DepthConvention) and "<" not in stderr
 
 
 @pytest.mark.parametrize("convention", DepthConvention)
-def test_a_shot_file_keeps_it(tmp_path, convention):
+def test_shot_file_keeps_depth_convention(tmp_path, convention):
     options = PlateOptions(depth_convention=convention, depth_kind=DepthKind.RADIAL)
     shot = Shot(Lens(50, 2, 3, 36), source=str(tmp_path / "a.exr"), plate_options=options)
     path = tmp_path / "a.heatlens.json"
@@ -116,7 +115,7 @@ def test_a_shot_file_keeps_it(tmp_path, convention):
     assert read_shot(path).plate_options == options
 
 
-def test_programs_may_write_it_as_a_word_and_hear_which_there_are():
+def test_plate_options_accept_names_of_enums():
     options = PlateOptions(depth_convention="inverse", depth_kind="radial", picture_curve="srgb")
     assert options.depth_convention is DepthConvention.INVERSE
     assert options.depth_kind is DepthKind.RADIAL and options.picture_curve is PictureCurve.SRGB
@@ -124,11 +123,11 @@ def test_programs_may_write_it_as_a_word_and_hear_which_there_are():
         replace(options, depth_convention="log")
 
 
-def test_the_manual_has_its_table():
+def test_manual_table_agrees_with_convention_facts():
     rows = re.findall(r"^\| `([a-z-]+)` \| (.*) \| (.*) \| (.*) \|$", MANUAL.read_text(), re.M)
-    told = {name: (meaning, ends, unit) for name, meaning, ends, unit in rows}
+    manual_rows = {name: (meaning, ends, unit) for name, meaning, ends, unit in rows}
     for convention in DepthConvention:
-        meaning, ends, unit = told[str(convention)]
+        meaning, ends, unit = manual_rows[str(convention)]
         facts = convention.facts
         assert meaning == facts.meaning
         assert (ends != "-") is facts.takes_ends and (ends == "needed") is facts.needs_ends

@@ -1,4 +1,6 @@
-"""Distances or 1/z: read off the flat surfaces, and asked where these say nothing."""
+"""Test how distances and 1/z are told apart by flat surfaces, and the question where they tell
+nothing.
+"""
 
 import numpy as np
 import pytest
@@ -8,8 +10,8 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.frame_cache.sequence_reader import SequenceReader
-from heatlens.media.plate.depth.depth_shape import flat_votes
-from heatlens.media.plate.header.entries import rendered_by, written_by
+from heatlens.media.plate.depth.depth_shape import count_flat_votes
+from heatlens.media.plate.header.entries import rendering_program, writing_program
 from heatlens.media.plate.read import read_plate
 from support.command_line import stderr_of_run
 from support.exr_files import rgb, write_file
@@ -19,7 +21,7 @@ HEIGHT, WIDTH = 135, 240
 NUKE = {"nuke/version": "15.1v3"}
 
 
-def corner(floor_m=1.2, wall_m=6.0, side=0.4):
+def corner_depth(floor_m=1.2, wall_m=6.0, side=0.4):
     """Return distances (H, W) of a floor and two walls that meet at an angle, through a pinhole."""
     y, x = np.mgrid[:HEIGHT, :WIDTH].astype(np.float64)
     u, v = (x - WIDTH / 2) / WIDTH, (y - HEIGHT / 2) / WIDTH
@@ -28,8 +30,8 @@ def corner(floor_m=1.2, wall_m=6.0, side=0.4):
     return np.minimum.reduce([floor, *walls])
 
 
-def spheres():
-    """Return distances (H, W) of two balls, seen through a pinhole; nothing flat."""
+def spheres_depth():
+    """Return distances (H, W) of two spheres seen through a pinhole; no surface is flat."""
     y, x = np.mgrid[:HEIGHT, :WIDTH].astype(np.float64)
     u, v = (x - WIDTH / 2) / WIDTH, (y - HEIGHT / 2) / WIDTH
     depth = np.full((HEIGHT, WIDTH), np.inf)
@@ -41,9 +43,9 @@ def spheres():
     return depth
 
 
-def votes(values):
+def flat_votes_of(values):
     values = np.asarray(values, np.float32)
-    return flat_votes(values, ~np.isfinite(values))
+    return count_flat_votes(values, ~np.isfinite(values))
 
 
 def inverse(depth_m):
@@ -52,75 +54,80 @@ def inverse(depth_m):
 
 @settings(max_examples=25, deadline=None)
 @given(st.floats(0.3, 4.0), st.floats(2.0, 30.0), st.floats(0.2, 0.8))
-def test_planes_say_which_of_the_two_a_channel_is(floor_m, wall_m, side):
-    depth = corner(floor_m, wall_m, side)
-    found = votes(depth)
-    assert found.says_distance and not found.says_inverse
-    found = votes(inverse(depth))
-    assert found.says_inverse and not found.says_distance
+def test_flat_votes_of_planes_identify_distance_or_inverse(floor_m, wall_m, side):
+    depth = corner_depth(floor_m, wall_m, side)
+    votes_found = flat_votes_of(depth)
+    assert votes_found.says_distance and not votes_found.says_inverse
+    votes_found = flat_votes_of(inverse(depth))
+    assert votes_found.says_inverse and not votes_found.says_distance
     # Of gentle slopes 16 bits have too few steps to tell, and then nothing is said.
-    assert not votes(depth.astype(np.float16)).says_inverse
-    assert not votes(inverse(depth).astype(np.float16)).says_distance
+    assert not flat_votes_of(depth.astype(np.float16)).says_inverse
+    assert not flat_votes_of(inverse(depth).astype(np.float16)).says_distance
 
 
-def test_16_bits_are_enough_for_a_floor():
-    depth = corner(floor_m=0.2)
-    assert votes(depth.astype(np.float16)).says_distance
-    assert votes(inverse(depth).astype(np.float16)).says_inverse
+def test_flat_votes_of_floor_work_with_16_bits():
+    depth = corner_depth(floor_m=0.2)
+    assert flat_votes_of(depth.astype(np.float16)).says_distance
+    assert flat_votes_of(inverse(depth).astype(np.float16)).says_inverse
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 999), st.floats(0.05, 0.5))
-def test_what_has_no_planes_says_nothing(seed, amount):
+def test_flat_votes_without_planes_identify_nothing(seed, amount):
     waves = np.random.default_rng(seed).uniform(-1, 1, (4, 5))
     y, x = np.mgrid[:HEIGHT, :WIDTH] / WIDTH
     heights = sum(a * np.sin(9 * b * x + 9 * c * y + 6 * d + e) for a, b, c, d, e in waves)
     for values in (3 + amount * heights, 3 * np.exp(amount * heights)):
-        found = votes(values)
-        assert not (found.says_distance and found.says_inverse)
-    assert not votes(spheres()).says_inverse and not votes(inverse(spheres())).says_distance
+        votes_found = flat_votes_of(values)
+        assert not (votes_found.says_distance and votes_found.says_inverse)
+    assert (
+        not flat_votes_of(spheres_depth()).says_inverse
+        and not flat_votes_of(inverse(spheres_depth())).says_distance
+    )
 
 
-def test_one_ramp_over_the_picture_says_nothing():
+def test_flat_votes_of_single_ramp_identify_nothing():
     y, x = np.mgrid[:HEIGHT, :WIDTH]
     for values in (1 + 0.02 * y, 4 - 0.01 * x, 1 + 0.01 * x + 0.02 * y):
-        assert votes(values).looked_at == 0
+        assert flat_votes_of(values).examined == 0
 
 
-def test_small_even_and_empty_channels_say_nothing():
+def test_flat_votes_of_small_constant_or_empty_channel_identify_nothing():
     for values in (np.ones((1, 1)), np.full((60, 60), 4.0), np.zeros((60, 60)), np.ones((9, 2))):
-        assert not votes(values).says_distance and not votes(values).says_inverse
+        assert not flat_votes_of(values).says_distance and not flat_votes_of(values).says_inverse
 
 
-def plate_file(path, depth, name="depth.Z", **attributes):
+def write_depth_plate(path, depth, name="depth.Z", **attributes):
     values = depth.astype(np.float32)
     return write_file(path, rgb(HEIGHT, WIDTH) | {name: values}, **attributes)
 
 
-def test_1_over_z_of_nuke_with_something_near_is_read_as_such(tmp_path):
-    depth = corner(floor_m=0.2)  # 1/z up to 1.4: above 1, which alone would mean distances
-    plate = read_plate(plate_file(tmp_path / "n.exr", inverse(depth), **NUKE))
+def test_read_plate_identifies_inverse_depth_of_nuke_by_planes(tmp_path):
+    depth = corner_depth(floor_m=0.2)  # 1/z up to 1.4: above 1, which alone would mean distances
+    plate = read_plate(write_depth_plate(tmp_path / "n.exr", inverse(depth), **NUKE))
     assert plate.depth.convention == "inverse" and not plate.depth.question
     np.testing.assert_allclose(plate.depth_m, depth, rtol=1e-5)
     assert any("flat surfaces" in note for note in plate.notes)
-    through = read_plate(plate_file(tmp_path / "z.exr", depth, **NUKE))  # a render passed on
-    assert through.depth.convention == "distance"
-    np.testing.assert_allclose(through.depth_m, depth, rtol=1e-6)
+    distance_plate = read_plate(
+        write_depth_plate(tmp_path / "z.exr", depth, **NUKE)
+    )  # a render passed on
+    assert distance_plate.depth.convention == "distance"
+    np.testing.assert_allclose(distance_plate.depth_m, depth, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
     ("name", "values", "attributes", "taken"),
     [
-        ("depth.Z", inverse(spheres()), NUKE, "inverse"),  # nothing flat tells
-        ("Z", inverse(corner(floor_m=0.2)), {}, "inverse"),  # no program tells
+        ("depth.Z", inverse(spheres_depth()), NUKE, "inverse"),  # nothing flat tells
+        ("Z", inverse(corner_depth(floor_m=0.2)), {}, "inverse"),  # no program tells
         ("Z", np.linspace(0.3, 1.0, HEIGHT * WIDTH) ** 8 * 1.3, {}, "distance"),  # dense near 0
     ],
 )
-def test_what_fits_both_is_asked_aloud_and_refused_when_strict(
+def test_read_plate_asks_about_ambiguous_depth_and_strict_rejects_it(
     tmp_path, name, values, attributes, taken
 ):
     values = np.where(values > 0, values, 0.011).reshape(HEIGHT, WIDTH)
-    path = plate_file(tmp_path / "q.exr", values, name, **attributes)
+    path = write_depth_plate(tmp_path / "q.exr", values, name, **attributes)
     plate = read_plate(path)
     assert plate.depth.convention == taken
     assert "distances, or 1/z?" in plate.depth.question
@@ -134,29 +141,29 @@ def test_what_fits_both_is_asked_aloud_and_refused_when_strict(
         assert not read_plate(path, options).depth.question
 
 
-def test_the_command_asks_and_strict_refuses(tmp_path, capsys):
-    path = plate_file(tmp_path / "q.exr", inverse(spheres()) + 0.011, **NUKE)
+def test_render_asks_about_ambiguous_depth_and_strict_rejects_it(tmp_path, capsys):
+    path = write_depth_plate(tmp_path / "q.exr", inverse(spheres_depth()) + 0.011, **NUKE)
     words = ["render", path, "-o", tmp_path / "o.exr", "--f-stop", 2, "--focus-distance", 2]
     words += ["--focal-length", 50, "--quality", "draft"]
     assert "distances, or 1/z?" in stderr_of_run(capsys, 0, *words)
-    refused = stderr_of_run(capsys, 2, *words, "--strict")
-    assert "distances, or 1/z?" in refused and "Taken as" not in refused
+    stderr = stderr_of_run(capsys, 2, *words, "--strict")
+    assert "distances, or 1/z?" in stderr and "Taken as" not in stderr
 
 
-def test_a_sequence_is_read_as_its_first_frame_was(tmp_path):
-    flat, empty = inverse(corner(floor_m=0.2)), np.full((HEIGHT, WIDTH), 1.5)
-    first = plate_file(tmp_path / "s.1.exr", flat, **NUKE)
-    second = plate_file(tmp_path / "s.2.exr", empty, **NUKE)
+def test_sequence_reader_uses_convention_of_first_frame(tmp_path):
+    flat, empty = inverse(corner_depth(floor_m=0.2)), np.full((HEIGHT, WIDTH), 1.5)
+    first = write_depth_plate(tmp_path / "s.1.exr", flat, **NUKE)
+    second = write_depth_plate(tmp_path / "s.2.exr", empty, **NUKE)
     reader = SequenceReader(PlateOptions())
     assert reader(first).depth.convention == "inverse"
     assert reader(second).depth.convention == "inverse"
-    deciding = SequenceReader(PlateOptions(), first)  # whichever frame is asked for
-    assert deciding(second).depth_m[0, 0] == pytest.approx(1 / 1.5)
+    reader_with_first = SequenceReader(PlateOptions(), first)  # whichever frame is asked for
+    assert reader_with_first(second).depth_m[0, 0] == pytest.approx(1 / 1.5)
 
 
-def test_a_first_frame_that_cannot_be_read_leaves_the_decision_to_the_next(tmp_path):
+def test_sequence_reader_decides_by_next_frame_if_first_is_unreadable(tmp_path):
     _, depth = room(WIDTH, HEIGHT)
-    second = plate_file(tmp_path / "s.2.exr", depth)
+    second = write_depth_plate(tmp_path / "s.2.exr", depth)
     (tmp_path / "s.1.exr").write_bytes(b"no picture")
     reader = SequenceReader(PlateOptions(), tmp_path / "s.1.exr")
     assert reader(second).depth.convention == "distance"
@@ -175,8 +182,8 @@ def test_a_first_frame_that_cannot_be_read_leaves_the_decision_to_the_next(tmp_p
         ({"Software": 7, "owner": "nuke"}, ""),
     ],
 )
-def test_programs_are_known_by_their_headers(header, program):
-    assert written_by([{}, header]) == program
+def test_written_by_recognizes_program_by_header(header, program):
+    assert writing_program([{}, header]) == program
 
 
 @pytest.mark.parametrize(
@@ -188,19 +195,19 @@ def test_programs_are_known_by_their_headers(header, program):
         ([{"vrayInfo/vrayversion": "6"}], "V-Ray"),
     ],
 )
-def test_a_renderer_is_known_behind_a_compositing_program(headers, renderer):
-    assert rendered_by(headers) == renderer
+def test_rendered_by_finds_renderer_behind_compositing_program(headers, renderer):
+    assert rendering_program(headers) == renderer
 
 
 @pytest.mark.parametrize("scale", [8.0, 300.0])
-def test_raw_disparity_in_an_exr_is_a_question(tmp_path, scale):
-    """A network writes 1/z in a scale of its own, with an offset: every value is above 1."""
+def test_read_plate_asks_about_raw_disparity_in_exr(tmp_path, scale):
+    """A network writes 1/z with its own scale and an offset, so every value is above 1."""
     grey = dict.fromkeys("RGB", np.full((HEIGHT, WIDTH), 0.2, np.float32))
-    disparity = (scale * inverse(corner()) + 2.0).astype(np.float32)
+    disparity = (scale * inverse(corner_depth()) + 2.0).astype(np.float32)
     path = write_file(tmp_path / "d.exr", grey | {"Z": disparity})
     report = read_plate(path).depth
     assert report.convention == "distance" and "disparity" in report.question
     with pytest.raises(InputError, match="disparity"):
         read_plate(path, PlateOptions(strict=True))
-    far = write_file(tmp_path / "m.exr", grey | {"Z": np.float32(corner(9, 40))})
+    far = write_file(tmp_path / "m.exr", grey | {"Z": np.float32(corner_depth(9, 40))})
     assert not read_plate(far).depth.question

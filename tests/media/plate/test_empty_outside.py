@@ -1,4 +1,4 @@
-"""What lies outside the data window of a picture with alpha is empty, and blurs like the rest."""
+"""Test that a plate with alpha is empty outside its data window and blurs over its edges."""
 
 from dataclasses import fields
 
@@ -11,7 +11,7 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.plate.deep.stacked import window_of_all
+from heatlens.media.plate.deep.stacked import enclosing_window
 from heatlens.media.plate.inspection import inspect
 from heatlens.media.plate.read import read_plate
 from support.deep_files import write_deep
@@ -35,7 +35,7 @@ def element(far: float = np.inf, depth: str = "Z", value: float = 4.0) -> dict[s
     return channels
 
 
-def both(tmp_path, channels: dict[str, np.ndarray]):
+def write_cropped_and_full(tmp_path, channels: dict[str, np.ndarray]):
     """Write the element cut to its box, and at full size."""
     cut = {name: np.ascontiguousarray(values[INSIDE]) for name, values in channels.items()}
     data = window(12, 6, 28, 18)
@@ -43,27 +43,27 @@ def both(tmp_path, channels: dict[str, np.ndarray]):
     return cropped, write_file(tmp_path / "full.exr", channels, displayWindow=DISPLAY)
 
 
-def assert_same(cropped, full) -> None:
+def assert_same_plates(cropped, full) -> None:
     assert cropped.data_window == full.data_window == Box(0, 0, 40, 24)
     assert np.array_equal(cropped.color, full.color) and cropped.has_alpha
-    for values, other in ((cropped.depth_m, full.depth_m), (cropped.coc_px, full.coc_px)):
-        assert values is other is None or np.array_equal(values, other)
+    for values, full_values in ((cropped.depth_m, full.depth_m), (cropped.coc_px, full.coc_px)):
+        assert values is full_values is None or np.array_equal(values, full_values)
     report, expected = cropped.depth, full.depth
     assert (report.near_m, report.infinite_count) == pytest.approx(
         (expected.near_m, expected.infinite_count), nan_ok=True
     )
 
 
-def test_an_element_cut_to_its_box_is_the_same_plate_as_at_full_size(tmp_path):
-    cropped, full = both(tmp_path, element())
-    assert_same(read_plate(cropped), read_plate(full))
+def test_read_plate_of_cropped_element_equals_full_size(tmp_path):
+    cropped, full = write_cropped_and_full(tmp_path, element())
+    assert_same_plates(read_plate(cropped), read_plate(full))
     assert inspect(cropped, PlateOptions())["data_window"] == [12, 6, 28, 18]
 
 
 @pytest.mark.parametrize("method", OF_PLATES)
 @pytest.mark.parametrize("quality", [Quality.FILM, Quality.PREVIEW])
-def test_it_blurs_beyond_its_box_in_every_method(tmp_path, renderer, method, quality):
-    cropped, full = both(tmp_path, element())
+def test_cropped_element_blurs_beyond_its_box_in_every_method(tmp_path, renderer, method, quality):
+    cropped, full = write_cropped_and_full(tmp_path, element())
     settings = DefocusSettings(method=method, quality=quality)
     shot = Shot(lens_blurring(8.0, SIZE[1]), settings)
     pictures = []
@@ -77,18 +77,18 @@ def test_it_blurs_beyond_its_box_in_every_method(tmp_path, renderer, method, qua
 
 
 @pytest.mark.parametrize("coc_px", [-8.0, 8.0])
-def test_circles_of_confusion_outside_do_not_hide_the_blur(tmp_path, renderer, coc_px):
-    cropped, full = both(tmp_path, element(far=coc_px, depth="coc", value=coc_px))
+def test_circle_of_confusion_outside_box_does_not_hide_blur(tmp_path, renderer, coc_px):
+    cropped, full = write_cropped_and_full(tmp_path, element(far=coc_px, depth="coc", value=coc_px))
     options = PlateOptions(depth_convention=DepthConvention.COC)
     plate = read_plate(cropped, options)
-    assert_same(plate, read_plate(full, options))
+    assert_same_plates(plate, read_plate(full, options))
     renderer.load(plate)
     alpha = renderer.pixels(Shot(Lens(50.0, 2.0, 2.0, 36.0)))[12, :, 3]
     assert 0.05 < alpha[10] < 0.6 and 0.4 < alpha[13] < 0.95 and alpha[2] < 0.03
 
 
-def test_a_picture_behind_is_seen_in_the_whole_frame(tmp_path):
-    cropped, full = both(tmp_path, element())
+def test_behind_image_of_cropped_element_covers_whole_frame(tmp_path):
+    cropped, full = write_cropped_and_full(tmp_path, element())
     wall = {name: np.full(SIZE, 0.25, np.float32) for name in "RGB"}
     wall["Z"] = np.full(SIZE, 9.0, np.float32)
     options = PlateOptions(behind=(str(write_file(tmp_path / "wall.exr", wall)),))
@@ -106,7 +106,7 @@ def assert_same_behind(cropped, full) -> None:
         assert np.array_equal(*values), field.name
 
 
-def test_deep_samples_are_the_same_plate_as_at_full_size(tmp_path):
+def test_read_plate_of_cropped_deep_file_equals_full_size(tmp_path):
     samples = [[(0.5, 0.5, 2.0), (0.5, 1.0, 5.0)], [(0.25, 1.0, 3.0)]]
     cut = write_deep(
         tmp_path / "cut.exr",
@@ -115,8 +115,8 @@ def test_deep_samples_are_the_same_plate_as_at_full_size(tmp_path):
         dataWindow=window(1, 1, 3, 2),
         displayWindow=window(0, 0, 4, 3),
     )
-    whole = [[]] * 5 + samples + [[]] * 5
-    full = write_deep(tmp_path / "full.exr", whole, (3, 4), displayWindow=window(0, 0, 4, 3))
+    full_samples = [[]] * 5 + samples + [[]] * 5
+    full = write_deep(tmp_path / "full.exr", full_samples, (3, 4), displayWindow=window(0, 0, 4, 3))
     plates = [read_plate(path) for path in (cut, full)]
     assert_same_behind(*plates)
     assert plates[0].has_alpha and plates[0].depth == plates[1].depth
@@ -124,24 +124,24 @@ def test_deep_samples_are_the_same_plate_as_at_full_size(tmp_path):
     assert inspect(cut, PlateOptions())["data_window"] == [1, 1, 3, 2]
 
 
-def test_a_plate_without_alpha_stays_over_its_data_window(tmp_path):
+def test_read_plate_without_alpha_keeps_its_data_window(tmp_path):
     channels = element()
     del channels["A"]
-    plate = read_plate(both(tmp_path, channels)[0])
+    plate = read_plate(write_cropped_and_full(tmp_path, channels)[0])
     assert plate.data_window == BOX and not plate.has_alpha
     assert (plate.color[..., 3] == 1.0).all() and np.isfinite(plate.depth_m).all()
 
 
-def test_overscan_stays_and_an_impossible_display_window_is_left():
+def test_window_of_all_keeps_overscan_and_ignores_impossible_display():
     wide = Box(-4, -4, 44, 20)
-    assert window_of_all(wide, Box(0, 0, 40, 24)) == Box(-4, -4, 44, 24)
-    assert window_of_all(BOX, Box(0, 0, 1 << 30, 1 << 30)) == BOX
-    assert window_of_all(BOX, Box(50, 50, 2, 2)) == BOX
+    assert enclosing_window(wide, Box(0, 0, 40, 24)) == Box(-4, -4, 44, 24)
+    assert enclosing_window(BOX, Box(0, 0, 1 << 30, 1 << 30)) == BOX
+    assert enclosing_window(BOX, Box(50, 50, 2, 2)) == BOX
 
 
-def test_a_display_window_may_be_large_where_the_file_holds_much_itself():
-    """It takes memory and time, and costs the file no bytes."""
+def test_window_of_all_allows_large_display_for_large_data_only():
+    """A large display window takes memory and time, but no bytes in the file."""
     frame, vast = Box(0, 0, 8192, 4320), Box(0, 0, 8192, 8192)
-    assert window_of_all(BOX, frame) == frame
-    assert window_of_all(BOX, vast) == BOX
-    assert window_of_all(frame, vast) == vast
+    assert enclosing_window(BOX, frame) == frame
+    assert enclosing_window(BOX, vast) == BOX
+    assert enclosing_window(frame, vast) == vast

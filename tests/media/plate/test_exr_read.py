@@ -1,4 +1,4 @@
-"""Reading plates: layouts, windows, parts, repairs and damage."""
+"""Test reading of plates: layouts, windows, parts, repairs and damage."""
 
 import random
 import struct
@@ -34,7 +34,7 @@ def assert_is_ramp(plate):
 
 @pytest.mark.parametrize("compression", LOSSLESS)
 @pytest.mark.parametrize("dtype", [np.float16, np.float32])
-def test_compressions_and_types(tmp_path, compression, dtype):
+def test_read_plate_in_every_lossless_compression_and_type(tmp_path, compression, dtype):
     kind = getattr(OpenEXR, f"{compression}_COMPRESSION")
     path = write_file(tmp_path / "a.exr", rgb(dtype=dtype) | {"Z": distances()}, compression=kind)
     plate = read_plate(path)
@@ -44,12 +44,12 @@ def test_compressions_and_types(tmp_path, compression, dtype):
     assert (plate.color[:, :, 3] == 1).all() and not plate.has_alpha
 
 
-def test_tiled_file(tmp_path):
+def test_read_plate_of_tiled_file(tmp_path):
     path = write_file(tmp_path / "a.exr", rgb() | {"Z": distances()}, **tiled_header())
     assert_is_ramp(read_plate(path))
 
 
-def test_alpha_and_negative_light_are_kept(tmp_path):
+def test_read_plate_keeps_alpha_and_negative_light(tmp_path):
     channels = rgb(dtype=np.float32) | {"Z": distances()}
     channels["A"] = np.full((6, 8), 0.25, np.float32)
     channels["R"] = -channels["R"]
@@ -58,7 +58,7 @@ def test_alpha_and_negative_light_are_kept(tmp_path):
     np.testing.assert_array_equal(plate.color[:, :, 0], channels["R"])
 
 
-def test_windows_off_origin_and_metadata(tmp_path):
+def test_read_plate_keeps_windows_and_metadata(tmp_path):
     path = write_file(
         tmp_path / "a.exr",
         rgb() | {"Z": distances()},
@@ -85,7 +85,7 @@ def test_windows_off_origin_and_metadata(tmp_path):
     assert camera.sources["focal_length_mm"] == "pinholeFocalLength"
 
 
-def test_camera_values_no_lens_can_have_count_as_absent(tmp_path):
+def test_camera_header_ignores_impossible_values(tmp_path):
     path = write_file(
         tmp_path / "a.exr",
         rgb() | {"Z": distances()},
@@ -102,7 +102,7 @@ def test_camera_values_no_lens_can_have_count_as_absent(tmp_path):
     assert camera.sources["focal_length_mm"] == "effectiveFocalLength"
 
 
-def test_depth_in_its_own_part_and_window(tmp_path):
+def test_read_plate_takes_depth_from_own_part_with_own_window(tmp_path):
     display = window(0, 0, 8, 6)
     depth = np.full((4, 4), 3.0, np.float32)
     path = write_parts(
@@ -122,7 +122,7 @@ def test_depth_in_its_own_part_and_window(tmp_path):
     assert plate.aovs == ("rgba.B", "rgba.G", "rgba.R", "depth.Z")
 
 
-def test_parts_with_different_display_windows_are_refused(tmp_path):
+def test_read_plate_rejects_parts_with_different_display_windows(tmp_path):
     path = tmp_path / "a.exr"
     display = window(0, 0, 78, 76)
     headers = ({"name": name, "displayWindow": display} for name in ("rgba", "depth"))
@@ -133,7 +133,7 @@ def test_parts_with_different_display_windows_are_refused(tmp_path):
         read_plate(path)
 
 
-def test_bad_colour_is_repaired_with_a_count(tmp_path):
+def test_read_plate_repairs_invalid_color_and_notes_count(tmp_path):
     channels = rgb(dtype=np.float32) | {"Z": distances()}
     channels["G"][2, 3] = np.nan
     channels["B"][4, 4] = np.inf
@@ -146,7 +146,7 @@ def test_bad_colour_is_repaired_with_a_count(tmp_path):
     assert any("2 of 48 pixels" in note for note in plate.notes)
 
 
-def test_radial_depth_takes_the_lens_from_the_header_or_asks(tmp_path):
+def test_read_plate_radial_depth_needs_lens_from_header_or_options(tmp_path):
     bare = write_file(tmp_path / "bare.exr", rgb() | {"Z": distances()})
     with pytest.raises(InputError, match="--focal-length"):
         read_plate(bare, PlateOptions(depth_kind="radial"))
@@ -162,7 +162,7 @@ def test_radial_depth_takes_the_lens_from_the_header_or_asks(tmp_path):
     assert plate.depth.kind == "radial"
 
 
-def test_circle_of_confusion_goes_where_depth_would(tmp_path):
+def test_read_plate_reads_circle_of_confusion_instead_of_depth(tmp_path):
     coc = np.linspace(-9, 9, 48, dtype=np.float32).reshape(6, 8)
     path = write_file(tmp_path / "a.exr", rgb() | {"coc": coc, "Z": distances()})
     plate = read_plate(path, PlateOptions(depth_convention="coc"))
@@ -175,7 +175,7 @@ def test_circle_of_confusion_goes_where_depth_would(tmp_path):
     ("content", "words"),
     [(b"", "is empty"), (b"\x89PNG\r\n", "not an OpenEXR"), (b"\x76\x2f\x31\x01\x02", "damaged")],
 )
-def test_what_is_no_exr_is_said_in_a_sentence(tmp_path, content, words):
+def test_read_parts_reports_file_that_is_no_exr(tmp_path, content, words):
     path = tmp_path / "shot.exr"
     path.write_bytes(content)
     with pytest.raises(InputError, match=words) as error:
@@ -183,14 +183,14 @@ def test_what_is_no_exr_is_said_in_a_sentence(tmp_path, content, words):
     assert "shot.exr" in str(error.value)
 
 
-def test_missing_file_and_folder(tmp_path):
+def test_read_parts_reports_missing_file_and_folder(tmp_path):
     with pytest.raises(InputError, match=r"none\.exr is not there"):
         read_parts(tmp_path / "none.exr")
     with pytest.raises(InputError, match="is a folder"):
         read_parts(tmp_path)
 
 
-def test_a_deep_file_without_coverage_is_refused(tmp_path):
+def test_read_plate_rejects_deep_file_without_coverage(tmp_path):
     deep = np.empty((2, 2), dtype=object)
     for index in np.ndindex(2, 2):
         deep[index] = np.array([1.0, 2.0], np.float32)
@@ -201,7 +201,7 @@ def test_a_deep_file_without_coverage_is_refused(tmp_path):
         read_plate(path)
 
 
-def test_the_library_says_nothing_itself(tmp_path, capfd):
+def test_read_parts_of_damaged_file_prints_nothing(tmp_path, capfd):
     data = bytearray(write_file(tmp_path / "a.exr", rgb() | {"Z": distances()}).read_bytes())
     data[-20] ^= 0xFF
     (tmp_path / "a.exr").write_bytes(data)
@@ -214,8 +214,8 @@ def test_the_library_says_nothing_itself(tmp_path, capfd):
     assert capfd.readouterr() == ("", "after\n")
 
 
-def seed_file(path, kind):
-    """Return an 8x6 file of one layout, ZIP compressed, whose checksum notices changes."""
+def write_seed_file(path, kind):
+    """Write an 8x6 file of one layout, ZIP compressed, whose checksum detects changes."""
     if kind == "parts":
         return write_parts(path, ({"name": "rgba"}, rgb()), ({"name": "d"}, {"Z": distances()}))
     layout = tiled_header() if kind == "tiled" else {}
@@ -223,10 +223,9 @@ def seed_file(path, kind):
 
 
 def assert_refused_or_right(path):
-    """Check that reading raises InputError or returns the written pixels.
-
-    A bit in the header may rename a channel, move a window or alter an attribute, which is
-    another valid file: what must never happen is a picture of the wrong values.
+    """Check that reading raises InputError or returns the written pixels. A changed bit in the
+    header may rename a channel, move a window or alter an attribute, which gives another valid
+    file; wrong pixel values must never be returned.
     """
     try:
         parts = read_parts(path)
@@ -241,8 +240,8 @@ def assert_refused_or_right(path):
 
 
 @pytest.mark.parametrize("kind", ["scanline", "tiled", "parts"])
-def test_every_truncation_is_refused(tmp_path, kind):
-    data = seed_file(tmp_path / "seed.exr", kind).read_bytes()
+def test_read_parts_rejects_every_truncation(tmp_path, kind):
+    data = write_seed_file(tmp_path / "seed.exr", kind).read_bytes()
     path = tmp_path / "cut.exr"
     for length in range(0, len(data), 3):
         path.write_bytes(data[:length])
@@ -250,29 +249,29 @@ def test_every_truncation_is_refused(tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", ["scanline", "tiled", "parts"])
-def test_flipped_bits_in_the_pixels_are_refused_or_harmless(tmp_path, kind):
-    data = seed_file(tmp_path / "seed.exr", kind).read_bytes()
+def test_read_parts_rejects_flipped_bits_in_pixels_or_returns_them_right(tmp_path, kind):
+    data = write_seed_file(tmp_path / "seed.exr", kind).read_bytes()
     first_chunk = len(data) - 150
-    dice = random.Random(1)
+    rng = random.Random(1)
     path = tmp_path / "flip.exr"
     outcomes = []
     for _ in range(200):
-        hit = bytearray(data)
-        hit[dice.randrange(first_chunk, len(data))] ^= 1 << dice.randrange(8)
-        path.write_bytes(hit)
+        damaged = bytearray(data)
+        damaged[rng.randrange(first_chunk, len(data))] ^= 1 << rng.randrange(8)
+        path.write_bytes(damaged)
         outcomes.append(assert_refused_or_right(path))
     assert outcomes.count("refused") > 150
 
 
 @pytest.mark.parametrize("kind", ["scanline", "tiled", "parts"])
-def test_flipped_bits_anywhere_raise_nothing_but_input_errors(tmp_path, kind):
-    data = seed_file(tmp_path / "seed.exr", kind).read_bytes()
-    dice = random.Random(2)
+def test_read_plate_of_any_flipped_bit_raises_only_input_error(tmp_path, kind):
+    data = write_seed_file(tmp_path / "seed.exr", kind).read_bytes()
+    rng = random.Random(2)
     path = tmp_path / "flip.exr"
     for _ in range(400):
-        hit = bytearray(data)
-        hit[dice.randrange(len(data))] ^= 1 << dice.randrange(8)
-        path.write_bytes(hit)
+        damaged = bytearray(data)
+        damaged[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+        path.write_bytes(damaged)
         try:
             plate = read_plate(path)
         except InputError as error:
@@ -281,7 +280,7 @@ def test_flipped_bits_anywhere_raise_nothing_but_input_errors(tmp_path, kind):
             assert np.isfinite(plate.color).all() and not np.isnan(plate.depth_m).any()
 
 
-def test_a_data_window_beyond_any_gpu_is_refused(tmp_path):
+def test_read_parts_rejects_width_beyond_16384(tmp_path):
     path = tmp_path / "a.exr"
     row = {name: np.zeros((1, 16385), np.float16) for name in "RGB"}
     OpenEXR.File(part_header(), row).write(str(path))

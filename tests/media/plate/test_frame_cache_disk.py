@@ -1,4 +1,4 @@
-"""Frames that are damaged, written again, come or go while they are read ahead."""
+"""Test frames that are damaged, rewritten, added or removed while they are read ahead."""
 
 import os
 
@@ -13,7 +13,7 @@ from heatlens.media.plate.read import read_plate
 from heatlens.media.sequence.depth_files import PlateFiles
 from heatlens.media.sequence.sequence import find_sequence
 from support.exr_files import distances, rgb, write_file
-from support.frame_caches import News, Reader, at_rest, names
+from support.frame_caches import Reader, ReadyEvent, frames_in_state, wait_until_idle
 
 
 def write_frame(path, value, size=(6, 8)):
@@ -35,8 +35,8 @@ def shot(tmp_path):
     return tmp_path
 
 
-def refreshed(cache, news, predicate):
-    """Look at the disk until `predicate`; each look is asked for again, as a window does."""
+def refresh_until(cache, news, predicate):
+    """Refresh the cache from the disk until `predicate` is true, as a window does."""
 
     def look():
         cache.refresh()
@@ -45,11 +45,11 @@ def refreshed(cache, news, predicate):
     news.wait_until(look)
 
 
-def test_real_frames_good_and_bad(shot):
-    news = News()
+def test_frame_cache_reads_good_and_damaged_files(shot):
+    news = ReadyEvent()
     with FrameCache(find_sequence(shot), read_plate, 10**6, 2, news) as cache:
-        cache.want(1001, 1, 9)
-        at_rest(cache, news)
+        cache.set_playhead(1001, 1, 9)
+        wait_until_idle(cache, news)
         assert list(cache.states().values()) == [
             *("ready", "ready", "damaged", "missing", "ready", "damaged")
         ]
@@ -63,12 +63,12 @@ def test_real_frames_good_and_bad(shot):
         assert cache.bytes_in_use == (2 * 6 * 8 + 12 * 16) * 20
 
 
-def test_frames_that_are_written_again_come_or_go_are_noticed(shot):
-    news = News()
+def test_frame_cache_notices_rewritten_added_and_removed_frames(shot):
+    news = ReadyEvent()
     with FrameCache(find_sequence(shot), read_plate, 10**6, 2, news) as cache:
         for frame in (1001, 1002, 1003, 1006):
-            cache.wait(frame, 1, 9)
-        before = cache.get(1002)
+            cache.read_and_wait(frame, 1, 9)
+        unchanged_plate = cache.get(1002)
         write_frame(shot / "shot.1001.exr", 11)
         write_frame(shot / "shot.1003.exr", 3)
         write_frame(shot / "shot.1004.exr", 4)
@@ -76,84 +76,84 @@ def test_frames_that_are_written_again_come_or_go_are_noticed(shot):
         write_frame(shot / "shot.1008.exr", 8)
         (shot / "shot.1005.exr").unlink()
         values = {1001: 11, 1002: 2, 1003: 3, 1004: 4, 1006: 6, 1008: 8}
-        refreshed(cache, news, lambda: names(cache.states(), "ready") == list(values))
+        refresh_until(cache, news, lambda: frames_in_state(cache.states(), "ready") == list(values))
         for frame, value in values.items():
             assert (cache.get(frame).color[:, :, :3] == value).all()
-        assert cache.get(1002) is before
-        assert names(cache.states(), "missing") == [1005, 1007]
+        assert cache.get(1002) is unchanged_plate
+        assert frames_in_state(cache.states(), "missing") == [1005, 1007]
         assert cache.sequence.last == 1008
 
 
-def test_a_damaged_frame_is_tried_again_only_when_its_file_changes(shot):
-    reads, news = [], News()
+def test_frame_cache_retries_damaged_frame_only_after_change(shot):
+    reads, news = [], ReadyEvent()
 
     def read(path):
         reads.append(path.name)
         return read_plate(path)
 
     with FrameCache(find_sequence(shot), read, 10**6, 2, news) as cache:
-        cache.wait(1003, 1, 0)
+        cache.read_and_wait(1003, 1, 0)
         os.utime(shot / "shot.1001.exr", ns=(1, 1))  # not held: no news
         (shot / "shot.1007.exr").touch()
-        refreshed(cache, news, lambda: cache.sequence.last == 1007)
+        refresh_until(cache, news, lambda: cache.sequence.last == 1007)
         assert cache.states()[1003] == "damaged" and reads == ["shot.1003.exr"]
         os.utime(shot / "shot.1003.exr", ns=(1, 1))
-        refreshed(cache, news, lambda: len(reads) == 2)
+        refresh_until(cache, news, lambda: len(reads) == 2)
         news.wait_until(lambda: cache.states()[1003] == "damaged")
     assert reads == ["shot.1003.exr"] * 2
 
 
 @pytest.mark.parametrize("is_pattern", [True, False])
-def test_a_depth_file_apart_that_was_written_again_is_read_again(tmp_path, is_pattern):
-    """Also one that was missing; what has its depth in another file, which stays, is kept."""
+def test_frame_cache_rereads_frame_if_its_depth_file_changes(tmp_path, is_pattern):
+    """A missing depth file that appears is read too; frames with an unchanged file are kept."""
     for frame in (1, 2, 3):
         write_file(tmp_path / f"rgb.{frame:04}.exr", rgb())
         write_file(tmp_path / f"depth.{frame:04}.exr", {"Z": distances()})
     depth = tmp_path / ("depth.####.exr" if is_pattern else "depth.0002.exr")
     options = PlateOptions(depth_source=str(depth), depth_convention=DepthConvention.DISTANCE)
     (tmp_path / "depth.0003.exr").rename(tmp_path / "kept.exr")
-    sequence, news = find_sequence(tmp_path / "rgb.####.exr"), News()
+    sequence, news = find_sequence(tmp_path / "rgb.####.exr"), ReadyEvent()
     read, files_of = SequenceReader(options), PlateFiles((str(depth),))
     with FrameCache(sequence, read, 10**6, 2, news, files_of=files_of) as cache:
-        first, second = cache.wait(1, 1, 0), cache.wait(2, 1, 0)
-        assert isinstance(cache.wait(3, 1, 0), Damaged) is is_pattern
+        first, second = cache.read_and_wait(1, 1, 0), cache.read_and_wait(2, 1, 0)
+        assert isinstance(cache.read_and_wait(3, 1, 0), Damaged) is is_pattern
         write_file(tmp_path / "depth.0002.exr", {"Z": 3 * distances()})
         os.utime(tmp_path / "depth.0002.exr", ns=(1, 1))
         (tmp_path / "kept.exr").rename(tmp_path / "depth.0003.exr")
-        refreshed(cache, news, lambda: cache.get(2) is not second)
-        np.testing.assert_allclose(cache.wait(2, 1, 0).depth_m, 3 * second.depth_m)
+        refresh_until(cache, news, lambda: cache.get(2) is not second)
+        np.testing.assert_allclose(cache.read_and_wait(2, 1, 0).depth_m, 3 * second.depth_m)
         assert (cache.get(1) is first) is is_pattern
-        assert not isinstance(cache.wait(3, 1, 0), Damaged)
+        assert not isinstance(cache.read_and_wait(3, 1, 0), Damaged)
 
 
-def test_a_file_that_goes_while_it_is_read_is_missing(shot):
-    reader, news = Reader(), News()
+def test_frame_cache_marks_file_removed_during_read_as_missing(shot):
+    reader, news = Reader(), ReadyEvent()
     with FrameCache(find_sequence(shot), reader, 10**6, 2, news) as cache:
         reader.gate.clear()
-        cache.want(1002, 1, 0)
+        cache.set_playhead(1002, 1, 0)
         news.wait_until(lambda: reader.begun)
         (shot / "shot.1002.exr").unlink()
-        refreshed(cache, news, lambda: not cache.sequence.has(1002))
+        refresh_until(cache, news, lambda: not cache.sequence.has_file(1002))
         assert cache.states()[1002] == "reading"
         reader.gate.set()
         news.wait_until(lambda: cache.states()[1002] == "missing")
         assert cache.get(1002) is None and cache.bytes_in_use == 0
 
 
-def test_a_folder_that_cannot_be_looked_into_takes_nothing_away(shot, tmp_path_factory):
-    news = News()
+def test_frame_cache_keeps_frames_if_folder_cannot_be_listed(shot, tmp_path_factory):
+    news = ReadyEvent()
     with FrameCache(find_sequence(shot), read_plate, 10**6, 2, news) as cache:
-        before = cache.wait(1001, 1, 0)
-        elsewhere = shot.rename(tmp_path_factory.mktemp("away") / "shot")
-        refreshed(cache, news, lambda: cache.problem is not None)
-        assert "cannot be listed" in cache.problem and cache.get(1001) is before
-        elsewhere.rename(shot)
-        refreshed(cache, news, lambda: cache.problem is None)
-        assert cache.get(1001) is before
+        cached_plate = cache.read_and_wait(1001, 1, 0)
+        moved_folder = shot.rename(tmp_path_factory.mktemp("away") / "shot")
+        refresh_until(cache, news, lambda: cache.problem is not None)
+        assert "cannot be listed" in cache.problem and cache.get(1001) is cached_plate
+        moved_folder.rename(shot)
+        refresh_until(cache, news, lambda: cache.problem is None)
+        assert cache.get(1001) is cached_plate
 
 
-def test_a_still_is_a_sequence_like_any_other(tmp_path):
+def test_frame_cache_reads_still_as_sequence_of_one(tmp_path):
     write_file(tmp_path / "still.exr", rgb() | {"Z": distances()})
     with FrameCache(find_sequence(tmp_path), read_plate, 10**6) as cache:
-        assert cache.wait(cache.sequence.first, -1, 30).path == tmp_path / "still.exr"
+        assert cache.read_and_wait(cache.sequence.first, -1, 30).path == tmp_path / "still.exr"
         assert list(cache.states().values()) == ["ready"]

@@ -1,11 +1,19 @@
-"""Whatever the playhead does, the cache shows the right picture, within its budget."""
+"""Test that the frame cache returns the right frame within its budget for any scrubbing."""
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.media.frame_cache.cache import FrameCache
 from heatlens.media.plate.plate import Plate
-from support.frame_caches import ONE, News, Reader, at_rest, frame_of, names, sequence_of
+from support.frame_caches import (
+    PLATE_BYTES,
+    Reader,
+    ReadyEvent,
+    frame_of,
+    frames_in_state,
+    sequence_of,
+    wait_until_idle,
+)
 
 PLAYS = st.lists(
     st.tuples(st.integers(0, 13), st.sampled_from([1, -1]), st.integers(0, 14), st.booleans()),
@@ -22,33 +30,33 @@ PLAYS = st.lists(
     workers=st.integers(1, 4),
     plays=PLAYS,
 )
-def test_any_scrubbing_shows_the_right_frame_within_the_budget(
+def test_frame_cache_returns_right_frame_within_budget_for_any_scrubbing(
     present, damaged, budget, workers, plays
 ):
     reader = Reader(damaged)
     sequence = sequence_of(range(14), present)
-    with FrameCache(sequence, reader, budget * ONE, workers) as cache:
+    with FrameCache(sequence, reader, budget * PLATE_BYTES, workers) as cache:
         for frame, direction, window, is_waiting in plays:
             if is_waiting:
-                shown = cache.wait(frame, direction, window)
+                shown = cache.read_and_wait(frame, direction, window)
                 assert (shown is None) == (frame not in present)
                 del shown
             else:
-                cache.want(frame, direction, window)
-            assert cache.bytes_in_use <= budget * ONE
+                cache.set_playhead(frame, direction, window)
+            assert cache.bytes_in_use <= budget * PLATE_BYTES
             assert_consistent(cache, present, damaged)
 
 
 @settings(deadline=None)
 @given(budget=st.integers(2, 10), workers=st.integers(1, 4), plays=PLAYS)
-def test_no_more_plates_exist_than_the_budget_holds(budget, workers, plays):
-    """Counted where they are made and where Python frees them; nobody else holds one here."""
-    reader, news = Reader(), News()
-    with FrameCache(sequence_of(range(14)), reader, budget * ONE, workers, news) as cache:
+def test_frame_cache_keeps_no_more_plates_alive_than_budget_allows(budget, workers, plays):
+    """Plates are counted when they are made and when Python frees them; nothing else holds one."""
+    reader, news = Reader(), ReadyEvent()
+    with FrameCache(sequence_of(range(14)), reader, budget * PLATE_BYTES, workers, news) as cache:
         for frame, direction, window, is_waiting in plays:
-            cache.want(frame, direction, window)
+            cache.set_playhead(frame, direction, window)
             if is_waiting:
-                at_rest(cache, news)
+                wait_until_idle(cache, news)
     assert reader.most_live <= budget
 
 
@@ -56,9 +64,9 @@ def assert_consistent(cache, present, damaged):
     """Check that ready frames are the requested ones, and missing frames stay missing."""
     states = cache.states()
     assert list(states) == list(range(14))
-    assert set(names(states, "missing")) == set(range(14)) - present
-    assert set(names(states, "damaged")) <= damaged & present
-    assert set(names(states, "ready")) <= present - damaged
+    assert set(frames_in_state(states, "missing")) == set(range(14)) - present
+    assert set(frames_in_state(states, "damaged")) <= damaged & present
+    assert set(frames_in_state(states, "ready")) <= present - damaged
     for frame in range(14):
         shown = cache.get(frame)
         if isinstance(shown, Plate):
@@ -69,12 +77,12 @@ def assert_consistent(cache, present, damaged):
 
 @settings(deadline=None)
 @given(budget=st.integers(1, 12), sizes=st.lists(st.integers(1, 15), min_size=14), plays=PLAYS)
-def test_frames_of_any_size_come_to_rest_within_the_budget(budget, sizes, plays):
-    reader, news = Reader(pixels=lambda frame: sizes[frame]), News()
-    with FrameCache(sequence_of(range(14)), reader, budget * ONE, 2, news) as cache:
+def test_frame_cache_with_frames_of_any_size_settles_within_budget(budget, sizes, plays):
+    reader, news = Reader(pixels=lambda frame: sizes[frame]), ReadyEvent()
+    with FrameCache(sequence_of(range(14)), reader, budget * PLATE_BYTES, 2, news) as cache:
         for frame, direction, window, _ in plays:
-            assert frame_of(cache.wait(frame, direction, window)) == frame
-        at_rest(cache, news)
-        ready = names(cache.states(), "ready")
-        assert cache.bytes_in_use == sum(sizes[frame] for frame in ready) * ONE
-        assert cache.bytes_in_use <= budget * ONE or ready == [frame]
+            assert frame_of(cache.read_and_wait(frame, direction, window)) == frame
+        wait_until_idle(cache, news)
+        ready = frames_in_state(cache.states(), "ready")
+        assert cache.bytes_in_use == sum(sizes[frame] for frame in ready) * PLATE_BYTES
+        assert cache.bytes_in_use <= budget * PLATE_BYTES or ready == [frame]

@@ -1,4 +1,4 @@
-"""The depth inside a photo: what phones write into their JPEG and HEIC files."""
+"""Test depth stored inside a photo by phones, in JPEG and HEIC files."""
 
 import numpy as np
 import pytest
@@ -7,9 +7,9 @@ from PIL import Image
 from heatlens.core.base.errors import InputError
 from heatlens.fronts.commands.main import main
 from heatlens.media.plate.picture.picture_open import picture_info
-from heatlens.media.plate.picture.portrait import inner_depth
+from heatlens.media.plate.picture.portrait import read_inner_depth
 from heatlens.media.plate.read import read_plate
-from support.crashing import crashing
+from support.crashing import write_crashing_library
 from support.picture_files import (
     HEIGHT,
     WIDTH,
@@ -25,7 +25,7 @@ NEAR_M, FAR_M = 1.0, 10.0
 
 
 @pytest.mark.parametrize("form", ["RangeInverse", "RangeLinear"])
-def test_the_depth_that_a_phone_wrote_into_its_jpeg(tmp_path, form):
+def test_read_plate_takes_gdepth_of_jpeg(tmp_path, form):
     z = metres()
     fraction = (z - 1) / 9 if form == "RangeLinear" else (1 / 1 - 1 / z) / (1 / 1 - 1 / 10)
     plate = read_plate(jpeg_with_gdepth(tmp_path / "p.jpg", 1.0, 10.0, fraction, form))
@@ -36,7 +36,7 @@ def test_the_depth_that_a_phone_wrote_into_its_jpeg(tmp_path, form):
     assert plate.depth.convention == "distance" and form in plate.depth.why
 
 
-def test_the_depth_behind_a_dynamic_jpeg(tmp_path):
+def test_read_plate_takes_dynamic_depth_of_jpeg(tmp_path):
     z = metres()
     fraction = (1 - 1 / z) / 0.9
     plate = read_plate(jpeg_with_dynamic_depth(tmp_path / "p.jpg", 1.0, 10.0, fraction))
@@ -44,22 +44,22 @@ def test_the_depth_behind_a_dynamic_jpeg(tmp_path):
     np.testing.assert_allclose(1 / plate.depth_m[inside], 1 / z[inside], atol=0.02)
 
 
-def test_a_turned_photo_turns_its_depth(tmp_path):
+def test_read_plate_rotates_inner_depth_with_photo(tmp_path):
     fraction = (1 - 1 / metres()) / 0.9
-    plain = read_plate(jpeg_with_gdepth(tmp_path / "p.jpg", 1.0, 10.0, fraction))
-    turned = read_plate(jpeg_with_gdepth(tmp_path / "t.jpg", 1.0, 10.0, fraction, turn=6))
-    np.testing.assert_array_equal(turned.color, np.rot90(plain.color, -1))
-    np.testing.assert_array_equal(turned.depth_m, np.rot90(plain.depth_m, -1))
+    upright_plate = read_plate(jpeg_with_gdepth(tmp_path / "p.jpg", 1.0, 10.0, fraction))
+    rotated_plate = read_plate(jpeg_with_gdepth(tmp_path / "t.jpg", 1.0, 10.0, fraction, turn=6))
+    np.testing.assert_array_equal(rotated_plate.color, np.rot90(upright_plate.color, -1))
+    np.testing.assert_array_equal(rotated_plate.depth_m, np.rot90(upright_plate.depth_m, -1))
 
 
-def test_damaged_maps_are_sentences(tmp_path):
+def test_read_plate_rejects_inner_depth_with_impossible_ends(tmp_path):
     path = jpeg_with_gdepth(tmp_path / "p.jpg", 10.0, 1.0, np.zeros((HEIGHT, WIDTH)))
     with pytest.raises(InputError, match="impossible ends"):
         read_plate(path)
 
 
 @pytest.mark.parametrize("digits", [5000, 13])
-def test_a_length_that_nothing_has_is_no_fault(tmp_path, digits, capsys):
+def test_info_of_photo_with_impossible_item_length_is_no_fault(tmp_path, digits, capsys):
     path = tmp_path / "p.jpg"
     xmp = (
         '<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="r"><rdf:Description '
@@ -80,18 +80,18 @@ def test_a_length_that_nothing_has_is_no_fault(tmp_path, digits, capsys):
         ({}, "disparity"),
     ],
 )
-def test_the_depth_inside_a_heic(metadata, convention):
+def test_inner_depth_of_heic_uses_its_metadata(metadata, convention):
     values = whole(disparity(metres(), 1, 10), "u1")
-    found = inner_depth("p.heic", {"depth_images": [(values, metadata)]})
-    assert found.convention == convention
+    depth_found = read_inner_depth("p.heic", {"depth_images": [(values, metadata)]})
+    assert depth_found.convention == convention
     if convention == "inverse":
-        np.testing.assert_allclose(found.values, 1 / metres(), atol=0.9 / 255)
+        np.testing.assert_allclose(depth_found.values, 1 / metres(), atol=0.9 / 255)
     else:
-        np.testing.assert_array_equal(found.values, values)
-        assert found.full_scale == 255
+        np.testing.assert_array_equal(depth_found.values, values)
+        assert depth_found.full_scale == 255
 
 
-def test_a_heic_file_with_depth_inside(tmp_path):
+def test_read_plate_takes_depth_of_heic_file(tmp_path):
     pytest.importorskip("pillow_heif").register_heif_opener()
     depths = disparity(np.clip(metres(64, 64), 1, 8), 1, 8)
     plate = read_plate(heic_with_depth(tmp_path / "p.heic", 1, 8, depths, quality=100))
@@ -99,17 +99,17 @@ def test_a_heic_file_with_depth_inside(tmp_path):
     np.testing.assert_allclose(1 / plate.depth_m, 0.125 + depths * 0.875, atol=0.02)
 
 
-def test_a_crash_of_the_library_of_heic_is_a_sentence(tmp_path, monkeypatch):
+def test_heic_library_crash_is_reported_in_one_sentence(tmp_path, monkeypatch):
     pytest.importorskip("pillow_heif").register_heif_opener()
     path = heic_with_depth(tmp_path / "p.heic", 1, 8, disparity(metres(64, 64), 1, 8))
-    monkeypatch.setenv("PYTHONPATH", str(crashing(tmp_path, "pillow_heif")))
+    monkeypatch.setenv("PYTHONPATH", str(write_crashing_library(tmp_path, "pillow_heif")))
     for read in (read_plate, picture_info):
         with pytest.raises(InputError, match=r"p\.heic .* crashes the library that reads it"):
             read(path)
 
 
 @pytest.mark.parametrize("letter", ["\u00e9", "=", "A"])
-def test_a_depth_inside_whose_text_is_damaged_is_refused(tmp_path, letter):
+def test_read_plate_rejects_inner_depth_with_damaged_text(tmp_path, letter):
     path = jpeg_with_gdepth(tmp_path / "p.jpg", NEAR_M, FAR_M, disparity(metres(), NEAR_M, FAR_M))
     data = path.read_bytes()
     at = data.index(b'GDepth:Data="') + 20

@@ -1,4 +1,4 @@
-"""A plate may be in any unit of light: its picture is the same, in that unit."""
+"""Test that a plate in any unit of light gives the same image, in that unit."""
 
 import numpy as np
 import pytest
@@ -13,14 +13,14 @@ UNIT = 16.0**2  # an exact factor
 
 
 @pytest.mark.parametrize("bright", [0.0, 0.01, 1.0, 3.9, 4.1, 100.0, 1e6])
-def test_bright_pictures_come_into_the_range_of_others_by_a_power_of_16(bright):
+def test_light_scale_brings_bright_plate_into_range_by_power_of_16(bright):
     color = np.full((300, 200, 4), bright, np.float32)
     scale = light_scale(color)
     assert scale == 1.0 if bright <= 4.0 else 0.25 <= scale * bright <= 4.0
     assert np.log2(scale) % 4 == 0
 
 
-def test_a_few_lamps_do_not_change_the_unit():
+def test_light_scale_ignores_few_bright_lamps():
     color = np.full((300, 200, 4), 0.1, np.float32)
     color[:20, :200] = 1e5
     assert light_scale(color) == 1.0
@@ -28,7 +28,7 @@ def test_a_few_lamps_do_not_change_the_unit():
 
 @pytest.mark.parametrize("has_lists", [False, True])
 @pytest.mark.parametrize("method", [Method.DIFFUSION, Method.GATHER])
-def test_the_picture_is_the_same_in_another_unit_of_light(renderer, rng, method, has_lists):
+def test_rendered_image_is_same_in_any_unit_of_light(renderer, rng, method, has_lists):
     color, depth = room()
     color = np.asarray(color + rng.random(color.shape) ** 8, np.float32)
     color[20:23, 30:33] = 60.0  # a lamp

@@ -1,4 +1,4 @@
-"""What `render` writes beside PNG, what it keeps of the plate, pipes, and `compare` of pictures."""
+"""Test what `render` writes besides PNG, what it keeps of a plate, pipes, and `compare`."""
 
 import io
 import subprocess
@@ -37,22 +37,22 @@ def plate(tmp_path):
     )
 
 
-def channels_of(path):
+def first_part_channels(path):
     return read_parts(path)[0][1]
 
 
 @pytest.mark.parametrize("suffix", [".jpg", ".jpeg", ".tif", ".tiff"])
-def test_pictures_for_the_eye_are_the_png(plate, tmp_path, suffix, capsys):
-    look = ["--view", "sRGB curve"]
+def test_render_to_jpeg_and_tiff_matches_png(plate, tmp_path, suffix, capsys):
+    view_options = ["--view", "sRGB curve"]
     for name in ("o.png", f"o{suffix}"):
-        stderr_of_run(capsys, 0, "render", plate, "-o", tmp_path / name, *LENS, *look)
-    png, other = (np.asarray(Image.open(tmp_path / n)).astype(int) for n in ("o.png", f"o{suffix}"))
-    assert other.shape == png.shape
-    assert np.abs(other - png).mean() <= (0 if "tif" in suffix else 12)
+        stderr_of_run(capsys, 0, "render", plate, "-o", tmp_path / name, *LENS, *view_options)
+    png, image = (np.asarray(Image.open(tmp_path / n)).astype(int) for n in ("o.png", f"o{suffix}"))
+    assert image.shape == png.shape
+    assert np.abs(image - png).mean() <= (0 if "tif" in suffix else 12)
 
 
 @pytest.mark.parametrize("name", ["piz", "zips", "dwaa"])
-def test_the_compression_of_the_plate_is_kept_unless_another_is_named(tmp_path, name, capsys):
+def test_render_keeps_compression_of_plate_unless_named(tmp_path, name, capsys):
     import OpenEXR
 
     kind = getattr(OpenEXR, f"{name.upper()}_COMPRESSION")
@@ -64,22 +64,22 @@ def test_the_compression_of_the_plate_is_kept_unless_another_is_named(tmp_path, 
     assert read_parts(out)[0][0]["compression"] == OpenEXR.RLE_COMPRESSION
 
 
-def test_channels_are_kept_bit_for_bit(plate, tmp_path, capsys):
-    out, before = tmp_path / "o.exr", channels_of(plate)
+def test_render_keep_channels_copies_them_bit_for_bit(plate, tmp_path, capsys):
+    out, original = tmp_path / "o.exr", first_part_channels(plate)
     stderr_of_run(capsys, 0, "render", plate, "-o", out, *LENS)
-    assert set(channels_of(out)) == set("RGB")
+    assert set(first_part_channels(out)) == set("RGB")
     stderr_of_run(capsys, 0, "render", plate, "-o", out, *LENS, "--keep-channels", "all")
-    after = channels_of(out)
-    assert set(after) == set(before)
-    for name in before.keys() - set("RGB"):
-        assert after[name].dtype == before[name].dtype
-        assert after[name].tobytes() == before[name].tobytes()
+    copied = first_part_channels(out)
+    assert set(copied) == set(original)
+    for name in original.keys() - set("RGB"):
+        assert copied[name].dtype == original[name].dtype
+        assert copied[name].tobytes() == original[name].tobytes()
     assert read_parts(out)[0][0]["cryptomatte/x/name"] == "crypto"
     stderr_of_run(capsys, 0, "render", plate, "-o", out, *LENS, "--keep-channels", "diffuse, z")
-    assert set(channels_of(out)) == {*"RGBZ", "diffuse.R", "diffuse.G", "diffuse.B"}
+    assert set(first_part_channels(out)) == {*"RGBZ", "diffuse.R", "diffuse.G", "diffuse.B"}
 
 
-def test_kept_channels_of_another_window_lie_where_they_were(tmp_path, capsys):
+def test_render_keep_channels_places_part_by_its_window(tmp_path, capsys):
     window = (np.array([2, 1], "i4"), np.array([WIDTH - 1, HEIGHT - 1], "i4"))
     display = (np.array([0, 0], "i4"), np.array([WIDTH - 1, HEIGHT - 1], "i4"))
     part = rgb(HEIGHT - 1, WIDTH - 2)
@@ -90,9 +90,9 @@ def test_kept_channels_of_another_window_lie_where_they_were(tmp_path, capsys):
     )
     out = tmp_path / "o.exr"
     stderr_of_run(capsys, 0, "render", plate, "-o", out, *LENS, "--keep-channels", "aov")
-    kept = channels_of(out)["aov.R"]
-    np.testing.assert_array_equal(kept[1:, 2:], part["R"])
-    assert not kept[0].any() and not kept[:, :2].any()
+    channel = first_part_channels(out)["aov.R"]
+    np.testing.assert_array_equal(channel[1:, 2:], part["R"])
+    assert not channel[0].any() and not channel[:, :2].any()
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_kept_channels_of_another_window_lie_where_they_were(tmp_path, capsys):
         ),
     ],
 )
-def test_what_cannot_be_kept_is_said(plate, tmp_path, monkeypatch, capsys, words, said):
+def test_render_rejects_impossible_keep_channels(plate, tmp_path, monkeypatch, capsys, words, said):
     monkeypatch.chdir(tmp_path)
     assert said in stderr_of_run(capsys, 2, "render", plate, *words, *LENS)
     assert not (tmp_path / words[1]).exists()
@@ -120,28 +120,30 @@ def test_what_cannot_be_kept_is_said(plate, tmp_path, monkeypatch, capsys, words
 # Pipes
 
 
-def piped(*words, data=b""):
+def run_piped(*words, data=b""):
     command = [sys.executable, "-m", "heatlens", *map(str, words)]
     return subprocess.run(command, input=data, capture_output=True, env=ENVIRONMENT, check=False)
 
 
-def test_an_exr_goes_through_a_pipe_as_through_files(plate, tmp_path, capsys):
-    done = piped("render", "-", "-o", "-", *LENS, data=plate.read_bytes())
-    assert done.returncode == 0, done.stderr
-    through = tmp_path / "through.exr"
-    through.write_bytes(done.stdout)
+def test_render_through_pipe_equals_render_of_files(plate, tmp_path, capsys):
+    process = run_piped("render", "-", "-o", "-", *LENS, data=plate.read_bytes())
+    assert process.returncode == 0, process.stderr
+    piped_file = tmp_path / "through.exr"
+    piped_file.write_bytes(process.stdout)
     stderr_of_run(capsys, 0, "render", plate, "-o", tmp_path / "o.exr", *LENS)
-    np.testing.assert_array_equal(channels_of(through)["R"], channels_of(tmp_path / "o.exr")["R"])
+    np.testing.assert_array_equal(
+        first_part_channels(piped_file)["R"], first_part_channels(tmp_path / "o.exr")["R"]
+    )
 
 
 @pytest.mark.parametrize(("data", "said"), [(b"", "is empty"), (b"text", "neither an EXR nor")])
-def test_what_is_piped_and_no_picture(data, said, capsys, monkeypatch):
+def test_info_rejects_piped_data_that_is_no_picture(data, said, capsys, monkeypatch):
     stdin = SimpleNamespace(buffer=io.BytesIO(data), isatty=lambda: False)
     monkeypatch.setattr(sys, "stdin", stdin)
     assert said in stderr_of_run(capsys, 2, "info", "-")
 
 
-def test_info_and_compare_read_from_a_pipe(plate, capsys, monkeypatch):
+def test_info_and_compare_read_from_pipe(plate, capsys, monkeypatch):
     for words in (["info", "-"], ["compare", "-", str(plate)]):
         stdin = SimpleNamespace(buffer=io.BytesIO(plate.read_bytes()), isatty=lambda: False)
         monkeypatch.setattr(sys, "stdin", stdin)
@@ -149,39 +151,39 @@ def test_info_and_compare_read_from_a_pipe(plate, capsys, monkeypatch):
     assert "PSNR       99.000 dB" in capsys.readouterr().out
 
 
-def pipe(monkeypatch, data: bytes) -> None:
+def set_stdin(monkeypatch, data: bytes) -> None:
     stdin = SimpleNamespace(buffer=io.BytesIO(data), isatty=lambda: False)
     monkeypatch.setattr(sys, "stdin", stdin)
 
 
-def test_a_shot_takes_the_lens_of_a_piped_plate(tmp_path, capsys, monkeypatch):
+def test_shot_new_takes_lens_of_piped_plate(tmp_path, capsys, monkeypatch):
     plate = write_file(tmp_path / "p.exr", rgb(HEIGHT, WIDTH) | {"Z": DEPTH}, **CAMERA)
     out = tmp_path / "s.heatlens.json"
-    pipe(monkeypatch, plate.read_bytes())
-    said = stderr_of_run(capsys, 0, "shot", "new", "-", "-o", out, "--f-stop", "4")
-    assert "the shot has no plate" in said
+    set_stdin(monkeypatch, plate.read_bytes())
+    stderr = stderr_of_run(capsys, 0, "shot", "new", "-", "-o", out, "--f-stop", "4")
+    assert "the shot has no plate" in stderr
     shot = read_shot(out)
     assert shot.source is None and shot.lens == Lens(50.0, 4.0, float(np.float32(2.24)), 36.0)
 
 
-def test_a_study_of_a_piped_plate(plate, tmp_path, capsys, monkeypatch):
-    pipe(monkeypatch, plate.read_bytes())
+def test_study_accepts_piped_plate(plate, tmp_path, capsys, monkeypatch):
+    set_stdin(monkeypatch, plate.read_bytes())
     words = ("--methods", "gather,heat", "--runs", "1", *LENS[:-2])
     stderr_of_run(capsys, 0, "study", "-", "-o", tmp_path / "report", *words)
     assert (tmp_path / "report" / "index.html").is_file()
 
 
-def test_the_window_opens_when_all_of_a_pipe_was_read(plate, capsys, monkeypatch):
-    held: list[bytes] = []
+def test_window_opens_piped_plate(plate, capsys, monkeypatch):
+    opened_files: list[bytes] = []
     monkeypatch.setattr(
         "heatlens.studio.ui.window.run_window",
-        lambda start: held.append(Path(start.source).read_bytes()),
+        lambda start: opened_files.append(Path(start.source).read_bytes()),
     )
-    pipe(monkeypatch, plate.read_bytes())
-    assert main(["-"]) == 0 and held == [plate.read_bytes()]
+    set_stdin(monkeypatch, plate.read_bytes())
+    assert main(["-"]) == 0 and opened_files == [plate.read_bytes()]
 
 
-def test_a_terminal_is_no_pipe(capsys, monkeypatch):
+def test_info_without_piped_data_reports_it(capsys, monkeypatch):
     monkeypatch.setattr(sys, "stdin", SimpleNamespace(isatty=lambda: True))
     assert "nothing is piped" in stderr_of_run(capsys, 2, "info", "-")
 
@@ -189,14 +191,14 @@ def test_a_terminal_is_no_pipe(capsys, monkeypatch):
 # Compare
 
 
-def test_compare_takes_pictures_for_the_eye(tmp_path, capsys):
+def test_compare_accepts_png_and_tiff(tmp_path, capsys):
     values = colors(24, 36)
     first = save(tmp_path / "a.png", values)
-    same = save(tmp_path / "a.tif", values)
-    off = save(tmp_path / "b.png", np.clip(values.astype(int) + 10, 0, 255).astype("u1"))
-    assert main(["compare", str(first), str(same)]) == 0
+    same_image = save(tmp_path / "a.tif", values)
+    brighter_image = save(tmp_path / "b.png", np.clip(values.astype(int) + 10, 0, 255).astype("u1"))
+    assert main(["compare", str(first), str(same_image)]) == 0
     assert "PSNR       99.000 dB" in capsys.readouterr().out
-    assert main(["compare", str(off), str(first), "--min-psnr", "40"]) == 1
+    assert main(["compare", str(brighter_image), str(first), "--min-psnr", "40"]) == 1
     expected = 20 * np.log10(255 / np.sqrt(np.mean((np.clip(values + 10.0, 0, 255) - values) ** 2)))
-    said = capsys.readouterr().out.splitlines()[0]
-    assert float(said.split()[1]) == pytest.approx(expected, abs=0.01)
+    first_line = capsys.readouterr().out.splitlines()[0]
+    assert float(first_line.split()[1]) == pytest.approx(expected, abs=0.01)

@@ -1,4 +1,4 @@
-"""A picture in its file: what is seen of its windows, and the folder that it lies in."""
+"""Test how an image is written to its file: visible region, overscan and folder."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ LENS = Lens(50.0, 2.0, 3.0, 36.0)
 WHITE = np.ones((6, 8, 4), np.float32)
 
 
-def plate_of(tmp_path, shown, **header):
+def read_plate_with_display(tmp_path, shown, **header):
     """Read a plate of 8x6 pixels at (0, 0) with the display window `shown`."""
     channels = rgb(6, 8) | {"Z": distances()}
     windows = {"dataWindow": window(0, 0, 8, 6), "displayWindow": window(*shown)}
@@ -24,42 +24,44 @@ def plate_of(tmp_path, shown, **header):
 
 @pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif"])
 @pytest.mark.parametrize("shown", [(2, 1, 6, 5), (-2, -3, 10, 8), (4, 2, 12, 4)])
-def test_pictures_for_the_eye_show_the_display_window(tmp_path, suffix, shown):
-    """Overscan is cut off, and what the renderer left out is black."""
+def test_write_picture_to_8_bit_file_shows_display_window(tmp_path, suffix, shown):
+    """Overscan is cut off, and regions that the renderer left out are black."""
     path = tmp_path / f"o{suffix}"
-    write_picture(path, WHITE, plate_of(tmp_path, shown), LENS, 1.0)
+    write_picture(path, WHITE, read_plate_with_display(tmp_path, shown), LENS, 1.0)
     x0, y0, x1, y1 = shown
     y, x = np.mgrid[y0:y1, x0:x1]
     expected = 255.0 * ((x >= 0) & (x < 8) & (y >= 0) & (y < 6))
     with Image.open(path) as picture:
-        found = np.asarray(picture).astype(float)
-    assert found.shape == (y1 - y0, x1 - x0, 3)
-    most = 60 if suffix == ".jpg" else 0  # a JPEG rings at edges
-    assert np.abs(found - expected[..., None]).max() <= most
+        pixels = np.asarray(picture).astype(float)
+    assert pixels.shape == (y1 - y0, x1 - x0, 3)
+    tolerance = 60 if suffix == ".jpg" else 0  # a JPEG rings at edges
+    assert np.abs(pixels - expected[..., None]).max() <= tolerance
 
 
-def test_a_smaller_picture_shows_the_same_part(tmp_path):
-    plate = plate_of(tmp_path, (2, 2, 6, 6))
+def test_write_picture_of_smaller_size_shows_same_region(tmp_path):
+    plate = read_plate_with_display(tmp_path, (2, 2, 6, 6))
     write_picture(tmp_path / "o.png", WHITE[::2, ::2], plate, LENS, 0.5)
     with Image.open(tmp_path / "o.png") as picture:
         assert picture.size == (2, 2)
 
 
-def test_an_exr_keeps_its_overscan(tmp_path):
-    write_picture(tmp_path / "o.exr", WHITE, plate_of(tmp_path, (2, 1, 6, 5)), LENS, 1.0)
+def test_write_picture_to_exr_keeps_overscan(tmp_path):
+    write_picture(
+        tmp_path / "o.exr", WHITE, read_plate_with_display(tmp_path, (2, 1, 6, 5)), LENS, 1.0
+    )
     ((header, channels),) = read_parts(tmp_path / "o.exr")
     assert channels["R"].shape == (6, 8)
     assert np.array_equal(header["displayWindow"], window(2, 1, 6, 5))
 
 
 @pytest.mark.parametrize("suffix", [".exr", ".png"])
-def test_one_missing_folder_is_made_and_two_are_refused(tmp_path, suffix):
-    plate = plate_of(tmp_path, (0, 0, 8, 6))
+def test_write_picture_makes_one_missing_folder_but_not_two(tmp_path, suffix):
+    plate = read_plate_with_display(tmp_path, (0, 0, 8, 6))
     path = tmp_path / "new" / f"o{suffix}"
     check_output(path, plate.path)
     assert not path.parent.exists()  # it is made when there is a picture to write
     write_picture(path, WHITE, plate, LENS, 1.0)
     assert path.is_file()
-    far = tmp_path / "newer" / "still" / path.name
+    nested_path = tmp_path / "newer" / "still" / path.name
     with pytest.raises(InputError, match="one missing folder, not several"):
-        check_output(far, plate.path)
+        check_output(nested_path, plate.path)

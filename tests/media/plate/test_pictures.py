@@ -1,4 +1,4 @@
-"""Pictures on one grid: windows that agree, windows that overlap, and windows that do not."""
+"""Test images on a common grid: windows that agree, overlap or do not fit."""
 
 from pathlib import Path
 
@@ -15,8 +15,8 @@ from heatlens.media.plate.exr.exr_write import write_exr
 DISPLAY = Box(0, 0, 32, 24)
 
 
-def picture(data: Box, display: Box = DISPLAY) -> Picture:
-    """Return a picture whose pixels say where they are: red x, green y."""
+def ramp_picture(data: Box, display: Box = DISPLAY) -> Picture:
+    """Return an image whose pixels hold their position: red x, green y."""
     y, x = np.mgrid[data.y0 : data.y1, data.x0 : data.x1].astype(np.float32)
     return Picture(Path("a.exr"), np.stack([x, y, 0 * x], axis=-1), data, display)
 
@@ -26,47 +26,51 @@ def boxes(least: int, most: int) -> st.SearchStrategy[Box]:
     return st.tuples(edges, edges).map(lambda e: Box(e[0][0], e[1][0], e[0][1], e[1][1]))
 
 
-def test_reading_keeps_windows_and_what_is_no_number(tmp_path, rng):
+def test_read_picture_keeps_windows_and_nan(tmp_path, rng):
     data, display = Box(-3, 5, 7, 11), Box(0, 0, 20, 20)
     rgb = rng.normal(0, 1, (6, 10, 3)).astype(np.float32)
     rgb[2, 3, 0], rgb[4, 5, 1] = np.nan, np.inf
     path = tmp_path / "a.exr"
     channels = {name: rgb[..., i] for i, name in enumerate("RGB")}
     write_exr(path, channels, data, display, half=False)
-    read = read_picture(path)
-    np.testing.assert_array_equal(read.rgb, rgb)
-    assert (read.path, read.data_window, read.display_window) == (path, data, display)
+    picture_read = read_picture(path)
+    np.testing.assert_array_equal(picture_read.rgb, rgb)
+    assert (picture_read.path, picture_read.data_window, picture_read.display_window) == (
+        path,
+        data,
+        display,
+    )
 
 
-def test_half_floats_come_as_float32(tmp_path):
+def test_read_picture_converts_half_to_float32(tmp_path):
     grey = np.full((8, 8), 0.25, np.float32)
     write_exr(tmp_path / "a.exr", dict.fromkeys("RGB", grey), Box(0, 0, 8, 8), Box(0, 0, 8, 8))
     assert read_picture(tmp_path / "a.exr").rgb.dtype == np.float32
 
 
-def test_a_missing_file_is_named(tmp_path):
+def test_read_picture_names_missing_file(tmp_path):
     with pytest.raises(InputError, match=r"absent\.exr"):
         read_picture(tmp_path / "absent.exr")
 
 
-def test_the_same_data_window_is_compared_whole_even_outside_the_display():
+def test_shared_region_of_equal_data_windows_includes_overscan():
     overscan = Box(-4, -4, 36, 28)
-    assert shared_region(picture(overscan), picture(overscan)) == overscan
+    assert shared_region(ramp_picture(overscan), ramp_picture(overscan)) == overscan
 
 
 @given(boxes(-8, 40), boxes(-8, 40))
-def test_the_shared_region_shows_one_frame_in_both(first, second):
-    result, truth = picture(first), picture(second)
+def test_shared_region_shows_same_pixels_in_both(first, second):
+    result, truth = ramp_picture(first), ramp_picture(second)
     if first != second and first.intersection(second).intersection(DISPLAY).is_empty:
         with pytest.raises(InputError, match="no pixel in common"):
             shared_region(result, truth)
         return
     region = shared_region(result, truth)
-    assert result.over(region).shape == (*region.shape, 3)
-    np.testing.assert_array_equal(result.over(region), truth.over(region))
-    np.testing.assert_array_equal(result.over(region)[0, 0, :2], [region.x0, region.y0])
+    assert result.crop(region).shape == (*region.shape, 3)
+    np.testing.assert_array_equal(result.crop(region), truth.crop(region))
+    np.testing.assert_array_equal(result.crop(region)[0, 0, :2], [region.x0, region.y0])
 
 
-def test_other_display_windows_are_refused_with_both_sizes():
+def test_shared_region_rejects_different_display_windows_with_sizes():
     with pytest.raises(InputError, match=r"32 x 24 pixels at \(0, 0\).*16 x 12 pixels at \(0, 0\)"):
-        shared_region(picture(DISPLAY), picture(DISPLAY, Box(0, 0, 16, 12)))
+        shared_region(ramp_picture(DISPLAY), ramp_picture(DISPLAY, Box(0, 0, 16, 12)))

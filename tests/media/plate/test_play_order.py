@@ -1,4 +1,4 @@
-"""What a player wants next, and what it gives up first."""
+"""Test which frames a player reads next, and which it drops first."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,22 +8,22 @@ from heatlens.media.frame_cache.plate_shelf import PlayOrder
 FRAMES = tuple(range(1001, 1011))
 
 
-def test_forwards_the_frames_ahead_come_first_and_those_behind_go_farthest_first():
+def test_play_order_forward_wants_frames_ahead_and_ranks_behind_last():
     order = PlayOrder.at(FRAMES, 1005, 1, 2)
-    assert list(order.wanted()) == [1005, 1006, 1007]
+    assert list(order.frames_to_read()) == [1005, 1006, 1007]
     assert sorted(FRAMES, key=order.rank) == [
         *(1005, 1006, 1007),
         *(1004, 1003, 1002, 1001, 1010, 1009, 1008),
     ]
 
 
-def test_backwards_and_around_the_end():
+def test_play_order_backward_wraps_around_the_end():
     order = PlayOrder.at(FRAMES, 1002, -1, 3)
-    assert list(order.wanted()) == [1002, 1001, 1010, 1009]
+    assert list(order.frames_to_read()) == [1002, 1001, 1010, 1009]
     assert max(FRAMES, key=order.rank) == 1008
 
 
-def test_between_the_frames_the_playhead_is_on_the_earlier_one():
+def test_play_order_between_frames_uses_the_earlier_one():
     odd = FRAMES[::2]
     playheads = [PlayOrder.at(odd, frame, 1, 0).playhead for frame in (1, 1001, 1004, 2000)]
     assert playheads == [1001, 1001, 1003, 1009]
@@ -35,9 +35,9 @@ def test_between_the_frames_the_playhead_is_on_the_earlier_one():
     direction=st.sampled_from([1, -1]),
     window=st.integers(-1, 70),
 )
-def test_ranks_order_all_frames_and_begin_with_the_wanted_ones(frames, frame, direction, window):
+def test_play_order_ranks_all_frames_and_begins_with_wanted_ones(frames, frame, direction, window):
     order = PlayOrder.at(tuple(sorted(frames)), frame, direction, window)
-    wanted = list(order.wanted())
+    wanted = list(order.frames_to_read())
     by_rank = sorted(frames, key=order.rank)
     assert len({order.rank(frame) for frame in frames}) == len(frames)
     assert by_rank[: len(wanted)] == wanted

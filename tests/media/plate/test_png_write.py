@@ -1,4 +1,4 @@
-"""Pictures for the eye: the sRGB curve, alpha, and files that appear whole."""
+"""Test 8-bit image files: the sRGB curve, alpha, and targets."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.plate.picture.display import encode_srgb
 from heatlens.media.plate.picture.picture_write import write_png
 
 # IEC 61966-2-1, to six digits: below the knee 12.92 x, above 1.055 x^(1/2.4) - 0.055.
@@ -16,18 +16,18 @@ CURVE += [(0.5, 0.735357), (1.0, 1.0), (7.0, 1.0), (-0.2, 0.0), (np.inf, 1.0), (
 
 
 @pytest.mark.parametrize(("linear", "encoded"), CURVE)
-def test_srgb_curve_values_of_the_standard(linear, encoded):
-    assert float(srgb_encoded(linear)) == pytest.approx(encoded, abs=2e-6)
+def test_srgb_encoded_matches_values_of_the_standard(linear, encoded):
+    assert float(encode_srgb(linear)) == pytest.approx(encoded, abs=2e-6)
 
 
 @given(st.lists(st.floats(-10, 2.0**99, width=32), min_size=2, max_size=20))
-def test_srgb_is_monotonic_and_within_0_to_1(values):
-    encoded = srgb_encoded(sorted(values))
+def test_srgb_encoded_is_monotonic_and_within_0_to_1(values):
+    encoded = encode_srgb(sorted(values))
     assert encoded.dtype == np.float32 and encoded.min() >= 0 and encoded.max() <= 1
     assert (np.diff(encoded) >= 0).all()
 
 
-def test_png_of_opaque_colour(tmp_path):
+def test_write_png_of_opaque_color(tmp_path):
     color = np.ones((2, 3, 4), np.float32)
     color[0, 0, :3] = 0.5, 0.0, 4.0
     write_png(tmp_path / "a.png", color)
@@ -36,7 +36,7 @@ def test_png_of_opaque_colour(tmp_path):
     assert image.getpixel((0, 0)) == (188, 0, 255)
 
 
-def test_alpha_is_un_premultiplied(tmp_path):
+def test_write_png_un_premultiplies_alpha(tmp_path):
     color = np.zeros((1, 2, 4), np.float32)
     color[0, 0] = 0.25, 0.25, 0.25, 0.5
     write_png(tmp_path / "a.png", color)
@@ -45,13 +45,13 @@ def test_alpha_is_un_premultiplied(tmp_path):
     assert image.getpixel((1, 0)) == (0, 0, 0, 0)
 
 
-def test_jpeg_by_suffix(tmp_path):
+def test_write_png_writes_jpeg_by_suffix(tmp_path):
     write_png(tmp_path / "a.jpg", np.full((8, 8, 4), 0.5, np.float32))
     image = Image.open(tmp_path / "a.jpg")
     assert image.format == "JPEG" and image.getpixel((4, 4)) == (188, 188, 188)
 
 
-def test_targets_that_cannot_be(tmp_path):
+def test_write_png_rejects_unknown_suffix_and_missing_folder(tmp_path):
     color = np.zeros((1, 1, 3), np.float32)
     with pytest.raises(InputError, match=r"\.png, \.jpg"):
         write_png(tmp_path / "a.gif", color)

@@ -1,4 +1,4 @@
-"""A photo's own focus and simulated f-stop are the lens to start with."""
+"""Test that a photo's own focus and simulated f-stop become the start lens."""
 
 import numpy as np
 import pytest
@@ -26,14 +26,14 @@ def left_near(height: int = 64, width: int = 96) -> np.ndarray:
     return fraction
 
 
-def heic(path, xmp: str):
+def write_heic(path, xmp: str):
     pytest.importorskip("pillow_heif").register_heif_opener()
     return heic_with_depth(path, NEAR_M, FAR_M, left_near(), quality=100, xmp=xmp.encode())
 
 
 @pytest.mark.parametrize(("x", "focus_m"), [(0.2, NEAR_M), (0.8, FAR_M)])
-def test_a_portrait_is_focused_as_it_was_taken(tmp_path, x, focus_m):
-    path = heic(tmp_path / "p.heic", REGION.format(x=x, y=0.25, f_stop=2.8))
+def test_read_plate_of_portrait_takes_its_focus_and_f_stop(tmp_path, x, focus_m):
+    path = write_heic(tmp_path / "p.heic", REGION.format(x=x, y=0.25, f_stop=2.8))
     camera = read_plate(path).camera
     assert camera.focus_distance_m == pytest.approx(focus_m, rel=0.02)
     assert camera.f_stop == pytest.approx(2.8)
@@ -41,14 +41,14 @@ def test_a_portrait_is_focused_as_it_was_taken(tmp_path, x, focus_m):
 
 
 @pytest.mark.parametrize("xmp", ["", "<x>", REGION.format(x="...", y=7, f_stop="1.2.3")])
-def test_what_cannot_be_read_is_left_out(tmp_path, xmp):
-    camera = read_plate(heic(tmp_path / "p.heic", xmp or " ")).camera
+def test_read_plate_of_portrait_ignores_unreadable_metadata(tmp_path, xmp):
+    camera = read_plate(write_heic(tmp_path / "p.heic", xmp or " ")).camera
     assert camera.focus_distance_m is None and camera.f_stop is None
 
 
 @pytest.mark.parametrize("turn", range(1, 9))
-def test_the_subject_of_a_turned_photo_is_turned_with_it(tmp_path, turn):
-    """The stored pixel that was focused on shows the same thing in the upright picture."""
+def test_portrait_focus_point_rotates_with_photo(tmp_path, turn):
+    """The stored pixel that was in focus shows the same object in the upright image."""
     path = jpeg_with_gdepth(tmp_path / "p.jpg", NEAR_M, FAR_M, left_near())
     stored = np.zeros((60, 90), np.uint8)
     stored[10:20, 5:25] = 255

@@ -1,4 +1,4 @@
-"""What headers tell of the colours' primaries, against OpenColorIO's own matrices."""
+"""Compare primaries found in headers with OpenColorIO's own matrices."""
 
 import itertools
 import json
@@ -44,28 +44,30 @@ def built_in() -> ColorConfig:
         return load_color_config(None)
 
 
-def plate_with(tmp_path, **attributes):
+def write_plate_with_header(tmp_path, **attributes):
     return write_file(tmp_path / "plate.exr", rgb() | {"Z": distances()}, **attributes)
 
 
 @known
-def test_a_file_with_known_chromaticities_is_in_that_space(built_in, tmp_path, primaries):
-    path = plate_with(tmp_path, chromaticities=primaries.chromaticities)
+def test_input_space_of_known_chromaticities_is_that_space(built_in, tmp_path, primaries):
+    path = write_plate_with_header(tmp_path, chromaticities=primaries.chromaticities)
     light = input_space_of(built_in, read_plate(path).attributes)
     assert light.name == CONFIG_NAMES[primaries.name]
-    assert "chromaticities" in light.why and not light.note
+    assert "chromaticities" in light.origin and not light.note
 
 
 @known
-def test_the_identifier_of_the_color_interop_forum_is_a_space(built_in, tmp_path, primaries):
-    path = plate_with(tmp_path, colorInteropID=primaries.interop_id, chromaticities=UNKNOWN)
+def test_input_space_follows_color_interop_id(built_in, tmp_path, primaries):
+    path = write_plate_with_header(
+        tmp_path, colorInteropID=primaries.interop_id, chromaticities=UNKNOWN
+    )
     light = input_space_of(built_in, read_plate(path).attributes)
     assert (light.name, light.note) == (CONFIG_NAMES[primaries.name], "")
-    assert "colorInteropID" in light.why
+    assert "colorInteropID" in light.origin
 
 
 @known
-def test_to_rec709_is_opencolorios_matrix(built_in, primaries):
+def test_to_rec709_equals_matrix_of_opencolorio(built_in, primaries):
     name = input_space_of(built_in, {"colorInteropID": primaries.interop_id}).name
     processor = built_in.config.getProcessor(name, built_in.default_input_space)
     on_cpu = processor.getDefaultCPUProcessor()
@@ -73,7 +75,7 @@ def test_to_rec709_is_opencolorios_matrix(built_in, primaries):
     assert np.allclose(to_rec709(primaries), np.transpose(columns), rtol=0, atol=1e-6)
 
 
-def test_an_aces_container_holds_aces_and_nothing_else(built_in):
+def test_input_space_of_aces_container_is_aces(built_in):
     assert input_space_of(built_in, {"acesImageContainerFlag": 1}).name == "ACES2065-1"
     assert header_primaries({"acesImageContainerFlag": 0}) is None
 
@@ -82,22 +84,27 @@ def test_an_aces_container_holds_aces_and_nothing_else(built_in):
     st.sampled_from(KNOWN),
     st.lists(st.floats(-0.9 * TOLERANCE, 0.9 * TOLERANCE), min_size=8, max_size=8),
 )
-def test_rounding_hides_no_space(primaries, errors):
-    told = header_primaries({"chromaticities": tuple(np.add(primaries.chromaticities, errors))})
-    assert told is not None and told.known == primaries
+def test_header_primaries_tolerate_rounding(primaries, errors):
+    primaries_found = header_primaries(
+        {"chromaticities": tuple(np.add(primaries.chromaticities, errors))}
+    )
+    assert primaries_found is not None and primaries_found.known == primaries
 
 
 @given(st.sampled_from(KNOWN), st.integers(0, 7), st.sampled_from([-1, 1]))
-def test_what_is_further_off_is_not_taken_for_it(primaries: Primaries, at: int, side: int):
+def test_header_primaries_reject_larger_differences(primaries: Primaries, at: int, side: int):
     values = list(primaries.chromaticities)
     values[at] += side * 1.5 * TOLERANCE
-    told = header_primaries({"chromaticities": tuple(values)})
-    assert told is not None and told.known is None
+    primaries_found = header_primaries({"chromaticities": tuple(values)})
+    assert primaries_found is not None and primaries_found.known is None
 
 
-def test_no_two_spaces_are_near_each_other():
-    for one, other in itertools.combinations(KNOWN, 2):
-        assert np.abs(np.subtract(one.chromaticities, other.chromaticities)).max() > 4 * TOLERANCE
+def test_known_primaries_differ_by_more_than_tolerance():
+    for first_space, second_space in itertools.combinations(KNOWN, 2):
+        assert (
+            np.abs(np.subtract(first_space.chromaticities, second_space.chromaticities)).max()
+            > 4 * TOLERANCE
+        )
 
 
 @pytest.mark.parametrize(
@@ -112,13 +119,13 @@ def test_no_two_spaces_are_near_each_other():
         {"acesImageContainerFlag": "yes"},
     ],
 )
-def test_a_header_that_tells_nothing_leaves_the_default(built_in, attributes):
+def test_input_space_without_primaries_is_default(built_in, attributes):
     light = input_space_of(built_in, attributes)
     assert (light.name, light.note) == (built_in.default_input_space, "")
     assert input_space_of(None, attributes).name == REC709.name
 
 
-def test_impossible_primaries_are_one_sentence_and_the_default(built_in):
+def test_input_space_of_impossible_primaries_is_default_with_note(built_in):
     for values in (NO_TRIANGLE, (np.nan,) * 8):
         for config in (built_in, None):
             light = input_space_of(config, {"chromaticities": values})
@@ -128,35 +135,37 @@ def test_impossible_primaries_are_one_sentence_and_the_default(built_in):
             assert f"{values[0]:.4g}" in light.note
 
 
-def test_primaries_without_a_name_are_followed_by_a_matrix(built_in):
-    """The primaries of a known space, a little off so that the name is lost, look as it does."""
+def test_input_space_of_unknown_primaries_uses_a_matrix(built_in):
+    """Primaries slightly off a known space lose its name, but look as that space does."""
     for known_space in KNOWN[:6]:
         values = tuple(np.add(known_space.chromaticities, 2.5 * TOLERANCE))
         attributes = {"chromaticities": values}
         for config in (built_in, None):
             light = input_space_of(config, attributes)
-            assert light.turned_from is not None and not light.note
-            assert light.turned_from.chromaticities == pytest.approx(values)
+            assert light.source_primaries is not None and not light.note
+            assert light.source_primaries.chromaticities == pytest.approx(values)
             named = input_space_of(config, {"chromaticities": known_space.chromaticities})
-            seen = [shown_through(config, space) for space in (light, named)]
-            np.testing.assert_allclose(*seen, atol=0.03)
+            shown_colors = [show_colors(config, space) for space in (light, named)]
+            np.testing.assert_allclose(*shown_colors, atol=0.03)
 
 
-def shown_through(config, light):
+def show_colors(config, light):
     colors = np.float32([[[0.2, 0.2, 0.2], [0.3, 0.1, 0.05], [0.1, 0.3, 0.4], [0.9, 0.9, 0.9]]])
     if config is None:
-        return srgb_transform(light.name, light.turned_from).apply_cpu(colors)
+        return srgb_transform(light.name, light.source_primaries).apply_cpu(colors)
     view = "Un-tone-mapped"
     display = config.default_display
-    return view_transform(config, display, view, light.name, light.turned_from).apply_cpu(colors)
+    return view_transform(config, display, view, light.name, light.source_primaries).apply_cpu(
+        colors
+    )
 
 
-def test_the_matrix_leaves_white_white(built_in):
+def test_to_rec709_of_unknown_primaries_keeps_white(built_in):
     light = input_space_of(built_in, {"chromaticities": UNKNOWN})
-    np.testing.assert_allclose(to_rec709(light.turned_from) @ np.ones(3), 1.0, atol=1e-9)
+    np.testing.assert_allclose(to_rec709(light.source_primaries) @ np.ones(3), 1.0, atol=1e-9)
 
 
-def test_a_space_that_the_config_has_not_is_said(tmp_path):
+def test_input_space_missing_in_config_is_noted(tmp_path):
     path = tmp_path / "small.ocio"
     path.write_text(
         "ocio_profile_version: 2\nroles: {default: plain, scene_linear: plain}\n"
@@ -169,27 +178,27 @@ def test_a_space_that_the_config_has_not_is_said(tmp_path):
     assert input_space_of(config, {"colorInteropID": "house"}).note == ""
 
 
-def test_who_chooses_is_followed(built_in):
+def test_input_space_chosen_by_user_overrides_header(built_in):
     for attributes in ({}, {"chromaticities": UNKNOWN}, {"acesImageContainerFlag": 1}):
         light = input_space_of(built_in, attributes, "Linear Rec.2020")
         assert (light.name, light.note) == ("Linear Rec.2020", "")
 
 
 @known
-def test_info_names_the_space(tmp_path, capsys, primaries):
-    path = plate_with(tmp_path, chromaticities=primaries.chromaticities)
+def test_info_names_input_space(tmp_path, capsys, primaries):
+    path = write_plate_with_header(tmp_path, chromaticities=primaries.chromaticities)
     assert main(["info", str(path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert f"primaries       {primaries.name} (header: chromaticities)" in lines
 
 
-def test_info_tells_numbers_that_are_no_space_and_headers_that_tell_none(tmp_path, capsys):
-    path = plate_with(tmp_path, chromaticities=UNKNOWN)
+def test_info_prints_unknown_primaries_or_none(tmp_path, capsys):
+    path = write_plate_with_header(tmp_path, chromaticities=UNKNOWN)
     assert main(["info", str(path)]) == 0
     assert "red 0.7 0.3, green 0.2 0.7, blue 0.14 0.05, white 0.31 0.33" in capsys.readouterr().out
     assert main(["info", str(path), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)["primaries"]
     assert (facts["attribute"], facts["space"]) == ("chromaticities", None)
     assert facts["by_matrix"]
-    assert main(["info", str(plate_with(tmp_path)), "--json"]) == 0
+    assert main(["info", str(write_plate_with_header(tmp_path)), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["primaries"] is None

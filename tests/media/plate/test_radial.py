@@ -1,4 +1,4 @@
-"""Distance along the ray to depth along the axis, against the closed form."""
+"""Test conversion of distance along the ray to planar depth, against the closed form."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
 from heatlens.media.plate.depth_read import planar_depth_m
-from heatlens.media.plate.header.camera_header import checked_lens_mm
+from heatlens.media.plate.header.camera_header import require_lens_mm
 
 
 def ray_lengths(data, display, aspect, focal_length_mm, sensor_width_mm, depth_m):
@@ -23,7 +23,7 @@ def ray_lengths(data, display, aspect, focal_length_mm, sensor_width_mm, depth_m
 
 @pytest.mark.parametrize("aspect", [1.0, 2.0])
 @pytest.mark.parametrize("data", [Box(0, 0, 9, 5), Box(-4, 2, 6, 9)])
-def test_a_wall_seen_straight_on_has_one_depth(data, aspect):
+def test_planar_depth_of_frontal_wall_is_constant(data, aspect):
     display = Box(0, 0, 9, 5)
     radial = ray_lengths(data, display, aspect, 35.0, 36.0, 7.0)
     planar = planar_depth_m(radial, data, display, aspect, 35.0, 36.0)
@@ -31,7 +31,7 @@ def test_a_wall_seen_straight_on_has_one_depth(data, aspect):
     np.testing.assert_allclose(planar, 7.0, rtol=1e-6)
 
 
-def test_the_centre_keeps_its_distance_and_infinity_stays():
+def test_planar_depth_keeps_center_and_infinity():
     radial = np.full((3, 3), 4.0, np.float32)
     radial[0, 0] = np.inf
     planar = planar_depth_m(radial, Box(0, 0, 3, 3), Box(0, 0, 3, 3), 1.0, 50.0, 36.0)
@@ -40,9 +40,9 @@ def test_the_centre_keeps_its_distance_and_infinity_stays():
     assert planar[1, 2] == pytest.approx(4 * 50 / (50**2 + 12**2) ** 0.5)
 
 
-def test_the_missing_option_is_named():
-    assert checked_lens_mm("a.exr", 50.0, 36.0) == (50.0, 36.0)
+def test_checked_lens_mm_names_missing_option():
+    assert require_lens_mm("a.exr", 50.0, 36.0) == (50.0, 36.0)
     with pytest.raises(InputError, match="--focal-length"):
-        checked_lens_mm("a.exr", None, 36.0)
+        require_lens_mm("a.exr", None, 36.0)
     with pytest.raises(InputError, match="--sensor-width"):
-        checked_lens_mm("a.exr", 50.0, None)
+        require_lens_mm("a.exr", 50.0, None)

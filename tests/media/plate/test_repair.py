@@ -1,4 +1,4 @@
-"""Filling of pixels without a value: nothing spreads, nothing goes black beside a lamp."""
+"""Test filling of invalid pixels: they take neighboring values and do not spread."""
 
 import numpy as np
 import pytest
@@ -9,36 +9,36 @@ from heatlens.core.base.errors import InputError
 from heatlens.media.plate.depth.repair import repair_color, repair_depth
 
 
-def flat(value=0.5, shape=(7, 9, 4)):
+def constant_color(value=0.5, shape=(7, 9, 4)):
     return np.full(shape, value, np.float32)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_one_bad_pixel_takes_its_neighbours_colour(bad):
-    color = flat()
+def test_repair_color_fills_bad_pixel_from_neighbors(bad):
+    color = constant_color()
     color[3, 4, 1] = bad
     assert repair_color(color, "a.exr") == 1
-    np.testing.assert_array_equal(color, flat())
+    np.testing.assert_array_equal(color, constant_color())
 
 
-def test_a_lamp_beside_it_does_not_decide():
-    color = flat()
+def test_repair_color_ignores_single_bright_neighbor():
+    color = constant_color()
     color[3, 5] = 500.0
     color[3, 4] = np.nan
     repair_color(color, "a.exr")
     assert color[3, 4].tolist() == [0.5] * 4
 
 
-def test_inside_a_lamp_it_stays_bright():
-    color = flat()
+def test_repair_color_inside_lamp_stays_bright():
+    color = constant_color()
     color[2:5, 3:6] = 500.0
     color[3, 4] = np.inf
     repair_color(color, "a.exr")
     assert color[3, 4].tolist() == [500.0] * 4
 
 
-def test_a_hole_closes_from_its_rim_to_its_middle():
-    color = flat(shape=(31, 31, 4))
+def test_repair_color_fills_hole_from_edge_to_middle():
+    color = constant_color(shape=(31, 31, 4))
     color[:, 20:] = 0.25
     color[5:25, 5:25] = np.nan
     assert repair_color(color, "a.exr") == 400
@@ -47,21 +47,21 @@ def test_a_hole_closes_from_its_rim_to_its_middle():
     assert set(np.unique(color)) == {np.float32(0.25), np.float32(0.5)}
 
 
-def test_bright_pictures_whose_sum_overflows_are_left_alone():
-    color = flat(3e38)
+def test_repair_color_keeps_bright_image_whose_sum_overflows():
+    color = constant_color(3e38)
     assert repair_color(color, "a.exr") == 0
-    np.testing.assert_array_equal(color, flat(3e38))
+    np.testing.assert_array_equal(color, constant_color(3e38))
 
 
-def test_more_than_half_is_refused():
-    color = flat()
+def test_repair_color_rejects_more_than_half_bad_pixels():
+    color = constant_color()
     color[:4] = np.nan
     with pytest.raises(InputError, match="36 of 63 pixels"):
         repair_color(color, "a.exr: colour")
 
 
 @given(st.sets(st.tuples(st.integers(0, 6), st.integers(0, 8)), max_size=31))
-def test_good_pixels_never_change_and_all_become_finite(bad):
+def test_repair_color_keeps_good_pixels_and_makes_all_finite(bad):
     ramp = np.arange(7 * 9 * 4, dtype=np.float32).reshape(7, 9, 4) - 100  # with negative light
     color = ramp.copy()
     for row, column in bad:
@@ -76,7 +76,7 @@ def test_good_pixels_never_change_and_all_become_finite(bad):
 
 
 @given(st.sets(st.tuples(st.integers(0, 6), st.integers(0, 8)), min_size=1, max_size=31))
-def test_depth_is_copied_from_the_nearest_ring(bad):
+def test_repair_depth_copies_from_nearest_ring(bad):
     depth = np.arange(63, dtype=np.float32).reshape(7, 9)
     mask = np.zeros((7, 9), bool)
     for pixel in bad:
@@ -93,9 +93,9 @@ def test_depth_is_copied_from_the_nearest_ring(bad):
 
 
 @pytest.mark.parametrize("good", range(1, 9))
-def test_of_good_neighbours_the_lower_one_in_the_middle_is_taken(good):
-    """With an even number of them a lamp that fills half of the neighbourhood does not win."""
-    color = flat(9.0)
+def test_repair_color_takes_lower_median_of_good_neighbors(good):
+    """With an even count, a lamp that fills half of the neighborhood is not taken."""
+    color = constant_color(9.0)
     color[2:5, 3:6] = np.nan
     around = [(y, x) for y in (2, 3, 4) for x in (3, 4, 5) if (y, x) != (3, 4)]
     for value, at in enumerate(around[:good]):

@@ -1,4 +1,4 @@
-"""Every reader of one format gives the same rows: the first is the top of the picture."""
+"""Test that every image reader returns the top row first."""
 
 import numpy as np
 import OpenImageIO
@@ -23,8 +23,8 @@ FORMATS = [
 ]
 
 
-def ramp(count: int) -> np.ndarray:
-    """Return values of 0 to 1, dark above, whose columns differ a little."""
+def ramp_image(count: int) -> np.ndarray:
+    """Return values of 0 to 1 that grow from top to bottom, and slightly from left to right."""
     rows = np.linspace(0.1, 0.9, HEIGHT)[:, None, None] + np.linspace(0, 0.05, WIDTH)[None, :, None]
     values = np.repeat(rows, count, axis=2).astype(np.float32)
     if count in (2, 4):
@@ -32,27 +32,27 @@ def ramp(count: int) -> np.ndarray:
     return values
 
 
-def top_to_bottom(path) -> np.ndarray:
+def row_means(path) -> np.ndarray:
     values = open_picture(path).values.astype(np.float64)
     return values[..., 0].mean(axis=1)
 
 
 @pytest.mark.parametrize(("suffix", "kind", "count"), FORMATS)
-def test_the_first_row_is_the_top(tmp_path, suffix, kind, count):
+def test_open_picture_returns_top_row_first_in_every_format(tmp_path, suffix, kind, count):
     path = tmp_path / f"p{suffix}"
     out = OpenImageIO.ImageOutput.create(str(path))
     assert out.open(str(path), OpenImageIO.ImageSpec(WIDTH, HEIGHT, count, kind)), out.geterror()
-    assert out.write_image(ramp(count)), out.geterror()
+    assert out.write_image(ramp_image(count)), out.geterror()
     out.close()
-    rows = top_to_bottom(path)
+    rows = row_means(path)
     assert (np.diff(rows) > 0).all(), rows
 
 
 @pytest.mark.parametrize("count", [1, 3])
 @pytest.mark.parametrize("order", ["<", ">"])
-def test_a_pfm_is_upright(tmp_path, count, order):
-    """Written byte by byte, from the bottom up, as the format says."""
-    path, values = tmp_path / "p.pfm", ramp(count)
+def test_open_picture_of_pfm_is_upright(tmp_path, count, order):
+    """The file is written byte by byte from the bottom up, as the format requires."""
+    path, values = tmp_path / "p.pfm", ramp_image(count)
     head = f"{'PF' if count == 3 else 'Pf'}\n{WIDTH} {HEIGHT}\n{-1.0 if order == '<' else 1.0}\n"
     path.write_bytes(head.encode() + values[::-1].astype(f"{order}f4").tobytes())
     np.testing.assert_array_equal(open_picture(path).values, values)
@@ -74,7 +74,7 @@ def test_a_pfm_is_upright(tmp_path, count, order):
         (b"PF\n" + b"9" * 5000, "not a PFM"),
     ],
 )
-def test_a_damaged_pfm_is_refused(tmp_path, data, told):
+def test_open_picture_rejects_damaged_pfm(tmp_path, data, told):
     path = tmp_path / "p.pfm"
     path.write_bytes(data)
     with pytest.raises(InputError, match=told):

@@ -1,4 +1,4 @@
-"""Sequences on disk: every notation, gaps, what stands in for them, and files that come and go."""
+"""Test sequences on disk: notations, gaps, substitutes, and files that come and go."""
 
 import os
 from pathlib import Path
@@ -9,8 +9,14 @@ from hypothesis import strategies as st
 
 from heatlens.core.base.errors import InputError
 from heatlens.media.sequence import sequence as sequence_module
-from heatlens.media.sequence.names import NameForm, are_frames, form_of, frames_text, parse_frames
-from heatlens.media.sequence.sequence import Sequence, find_sequence, rescanned
+from heatlens.media.sequence.names import (
+    NameForm,
+    are_frames,
+    frames_text,
+    parse_frame_name,
+    parse_frames,
+)
+from heatlens.media.sequence.sequence import Sequence, find_sequence, rescan
 
 SHOT = (998, 999, 1001, 1002, 1005)  # 1000, 1003 and 1004 are missing
 
@@ -41,13 +47,13 @@ def shot(tmp_path):
         *("shot.$F4.exr", "shot.$F.exr", "shot.1001.exr", "", "shot.998-1005####.exr"),
     ],
 )
-def test_every_notation_finds_the_same_frames(shot, name):
-    found = find_sequence(shot / name)
-    assert found.frames == tuple(range(998, 1006))
-    assert found.present == SHOT and found.missing == (1000, 1003, 1004)
-    assert (found.first, found.last, found.is_single) == (998, 1005, False)
-    assert found.path_at(998) == shot / "shot.0998.exr"
-    assert found.pattern == str(shot / "shot.####.exr")
+def test_find_sequence_accepts_every_notation(shot, name):
+    sequence = find_sequence(shot / name)
+    assert sequence.frames == tuple(range(998, 1006))
+    assert sequence.present == SHOT and sequence.missing == (1000, 1003, 1004)
+    assert (sequence.first, sequence.last, sequence.is_single) == (998, 1005, False)
+    assert sequence.path_at(998) == shot / "shot.0998.exr"
+    assert sequence.pattern == str(shot / "shot.####.exr")
 
 
 @pytest.mark.parametrize(
@@ -61,39 +67,39 @@ def test_every_notation_finds_the_same_frames(shot, name):
         ("", "1004-998x-3"),
     ],
 )
-def test_a_range_beside_or_inside_the_pattern_chooses_the_frames(shot, name, frames):
-    found = find_sequence(shot / name, frames)
-    assert found.frames == (998, 1001, 1004)
-    assert found.present == (998, 1001) and found.missing == (1004,)
+def test_find_sequence_limits_frames_to_range(shot, name, frames):
+    sequence = find_sequence(shot / name, frames)
+    assert sequence.frames == (998, 1001, 1004)
+    assert sequence.present == (998, 1001) and sequence.missing == (1004,)
 
 
-def test_a_file_stands_for_its_sequence_or_for_itself(shot):
-    alone = find_sequence(shot / "shot.1002.exr", whole=False)
-    assert alone.frames == alone.present == (1002,) and alone.is_single
+def test_find_sequence_of_file_is_whole_sequence_or_that_file(shot):
+    single = find_sequence(shot / "shot.1002.exr", whole=False)
+    assert single.frames == single.present == (1002,) and single.is_single
     assert find_sequence(shot / "shot.1002.exr").frame_at(shot / "shot.1002.exr") == 1002
-    assert alone.frame_at(shot / "shot.1001.exr") is None
-    assert find_sequence(alone.pattern, alone.frame_range) == alone
+    assert single.frame_at(shot / "shot.1001.exr") is None
+    assert find_sequence(single.pattern, single.frame_range) == single
 
 
 @pytest.mark.parametrize("name", ["plate.exr", "plate_v02.exr", "plate_4k.exr", "a#b@c.exr"])
-def test_a_picture_without_a_frame_number_is_a_sequence_of_one(tmp_path, name):
+def test_find_sequence_of_name_without_number_is_single(tmp_path, name):
     touch(tmp_path, name, "plate_v01.exr")
     still = find_sequence(tmp_path / name)
     assert still.is_single and not still.missing
     assert still.path_at(still.first) == tmp_path / name
     assert still.frame_at(tmp_path / name) == still.first
-    assert find_sequence(still.pattern) == rescanned(still) == still
+    assert find_sequence(still.pattern) == rescan(still) == still
     assert still.frame_at(tmp_path / "other.exr") is None
 
 
 @given(data=st.data(), prefix=PREFIXES, suffix=SUFFIXES, padding=st.integers(1, 6), frames=FRAMES)
-def test_files_written_with_printf_are_found_again(
+def test_find_sequence_finds_files_of_any_padded_name(
     tmp_path_factory, data, prefix, suffix, padding, frames
 ):
     if prefix[-1:].isalnum():  # there a minus is a hyphen
         frames = {abs(frame) for frame in frames}
     names = {frame: f"{prefix}{frame:0{padding}d}{suffix}" for frame in frames}
-    if form_of(names[min(frames)])[1] is None:
+    if parse_frame_name(names[min(frames)])[1] is None:
         return  # a version
     folder = touch(tmp_path_factory.mktemp("any"), *names.values(), f"{prefix}x{suffix}", "z.txt")
     form = NameForm(prefix, padding, suffix)
@@ -102,11 +108,11 @@ def test_files_written_with_printf_are_found_again(
     if len(frames) > 1 and not are_frames(form, sorted(frames)):
         of_files = []  # sizes or versions, of which each is opened by itself
     texts = of_files + [form.text] * form.is_notation
-    for found in (find_sequence(folder / text) for text in texts):
-        assert found.frames == tuple(range(min(frames), max(frames) + 1))
-        assert {f: found.path_at(f).name for f in found.present} == names
-        assert all(found.frame_at(folder / name) == f for f, name in names.items())
-        assert find_sequence(found.pattern, found.frame_range) == rescanned(found) == found
+    for sequence in (find_sequence(folder / text) for text in texts):
+        assert sequence.frames == tuple(range(min(frames), max(frames) + 1))
+        assert {f: sequence.path_at(f).name for f in sequence.present} == names
+        assert all(sequence.frame_at(folder / name) == f for f, name in names.items())
+        assert find_sequence(sequence.pattern, sequence.frame_range) == rescan(sequence) == sequence
 
 
 @pytest.mark.parametrize(
@@ -128,12 +134,12 @@ def test_files_written_with_printf_are_found_again(
         ("1001", "1001", None),
     ],
 )
-def test_the_frame_number_is_told_from_other_numbers(name, prefix, number):
-    form, found = form_of(name)
-    assert (form.prefix, found) == (prefix, number)
+def test_form_of_name_finds_frame_number(name, prefix, number):
+    form, frame_number = parse_frame_name(name)
+    assert (form.prefix, frame_number) == (prefix, number)
 
 
-def test_padding_grows_past_its_digits_and_tells_sequences_apart(tmp_path):
+def test_find_sequence_separates_paddings_and_allows_longer_numbers(tmp_path):
     touch(tmp_path, "a.9999.exr", "a.10000.exr", "a.01.exr", "a.7.exr")
     assert find_sequence(tmp_path / "a.####.exr").present == (9999, 10000)
     assert find_sequence(tmp_path / "a.##.exr").present == (1, 9999, 10000)
@@ -143,24 +149,24 @@ def test_padding_grows_past_its_digits_and_tells_sequences_apart(tmp_path):
         find_sequence(tmp_path / "a.#.exr")
 
 
-def test_numbers_in_the_name_are_kept_apart_from_the_range(tmp_path):
+def test_find_sequence_separates_digits_in_name_from_range(tmp_path):
     touch(tmp_path, "take20001.exr", "take20002.exr", "shot-1001.exr", "shot-1002.exr")
     assert find_sequence(tmp_path / "take2####.exr").present == (1, 2)
     assert find_sequence(tmp_path / "shot-1001-1002####.exr").present == (1001, 1002)
 
 
-def test_only_the_file_name_is_a_pattern(tmp_path):
+def test_find_sequence_ignores_marks_in_folder_names(tmp_path):
     folder = touch(tmp_path / "@a#1-5%04d[x]", "a.1.exr", "a.2.exr")
     assert find_sequence(folder / "a.#.exr").present == (1, 2)
     assert find_sequence(folder).present == (1, 2)
 
 
-def test_a_folder_with_stills_beside_its_sequence(tmp_path):
+def test_find_sequence_of_folder_ignores_stills_and_other_files(tmp_path):
     touch(tmp_path, "a.1.exr", "a.2.exr", "._a.3.exr", "chart.exr", "a.1.png", "note.txt")
     assert find_sequence(tmp_path).present == (1, 2)
 
 
-def test_folders_that_decide_nothing_say_what_they_hold(tmp_path):
+def test_find_sequence_of_ambiguous_folder_lists_its_content(tmp_path):
     with pytest.raises(InputError, match=r"holds no EXR file"):
         find_sequence(tmp_path)
     touch(tmp_path, "a.1.exr", "a.2.exr", "b.01.exr", "b.02.exr")
@@ -189,19 +195,19 @@ def test_folders_that_decide_nothing_say_what_they_hold(tmp_path):
         ("shot.####.exr", "1-99999999999", "cannot be read|up to"),
     ],
 )
-def test_what_cannot_be_found_is_said_with_what_there_is(shot, name, frames, message):
+def test_find_sequence_error_lists_existing_sequences(shot, name, frames, message):
     with pytest.raises(InputError, match=message):
         find_sequence(shot / name, frames)
 
 
-def test_a_date_among_the_frames_does_not_make_a_million_of_them(tmp_path):
+def test_find_sequence_rejects_date_as_frame_number(tmp_path):
     touch(tmp_path, "a_1001.exr", "a_20240131.exr")
     with pytest.raises(InputError, match=r"go from 1001 to 20240131.*name those"):
         find_sequence(tmp_path / "a_1001.exr")
     assert find_sequence(tmp_path / "a_20240131.exr", whole=False).frames == (20240131,)
 
 
-def test_a_long_sequence_costs_one_look_at_the_folder(tmp_path, monkeypatch):
+def test_find_sequence_lists_folder_only_once(tmp_path, monkeypatch):
     touch(tmp_path, *(f"a.{frame:04d}.exr" for frame in range(3000)))
     looks = []
     scandir = os.scandir
@@ -212,7 +218,7 @@ def test_a_long_sequence_costs_one_look_at_the_folder(tmp_path, monkeypatch):
 
 
 @given(frames=st.sets(st.integers(-50, 50), min_size=1))
-def test_frames_read_back_from_their_text(frames):
+def test_parse_frames_reads_back_frames_text(frames):
     assert parse_frames(frames_text(frames)) == tuple(sorted(frames))
 
 
@@ -221,46 +227,51 @@ def test_frames_read_back_from_their_text(frames):
     on_disk=st.sets(st.integers(-20, 20)),
     frame=st.integers(-25, 25),
 )
-def test_a_missing_frame_is_held_black_or_an_error(wanted, on_disk, frame):
+def test_missing_frame_is_held_black_or_an_error(wanted, on_disk, frame):
     present = tuple(sorted(wanted & on_disk))
     form = NameForm("a.", 4, ".exr")
-    found = Sequence(Path("folder"), form, tuple(sorted(wanted)), present)
-    earlier = [other for other in present if other <= frame]
-    held = max(earlier) if earlier else min(present, default=None)
-    assert found.shown_frame(frame, "hold") == held
-    assert found.resolve(frame, "hold") == (None if held is None else found.path_at(held))
-    assert found.shown_frame(frame, "black") == (frame if frame in present else None)
-    assert found.has(frame) == (frame in present)
-    assert set(found.missing) == wanted - on_disk
+    sequence = Sequence(Path("folder"), form, tuple(sorted(wanted)), present)
+    earlier = [candidate for candidate in present if candidate <= frame]
+    held_frame = max(earlier) if earlier else min(present, default=None)
+    assert sequence.shown_frame(frame, "hold") == held_frame
+    assert sequence.resolve(frame, "hold") == (
+        None if held_frame is None else sequence.path_at(held_frame)
+    )
+    assert sequence.shown_frame(frame, "black") == (frame if frame in present else None)
+    assert sequence.has_file(frame) == (frame in present)
+    assert set(sequence.missing) == wanted - on_disk
     if frame in present:
-        assert found.resolve(frame, "stop") == found.path_at(frame)
+        assert sequence.resolve(frame, "stop") == sequence.path_at(frame)
     else:
         with pytest.raises(InputError, match="is missing"):
-            found.resolve(frame, "stop")
+            sequence.resolve(frame, "stop")
 
 
-def test_a_growing_sequence_grows_and_does_not_shrink(shot):
-    found = find_sequence(shot / "shot.####.exr")
-    asked = find_sequence(shot / "shot.####.exr", "998-1004")
+def test_rescanned_sequence_grows_and_does_not_shrink(shot):
+    sequence = find_sequence(shot / "shot.####.exr")
+    limited_sequence = find_sequence(shot / "shot.####.exr", "998-1004")
     touch(shot, "shot.1003.exr", "shot.1007.exr")
-    grown = rescanned(found)
-    assert (grown.last, grown.missing) == (1007, (1000, 1004, 1006))
-    assert rescanned(asked).frames == asked.frames
-    assert rescanned(asked).present == (998, 999, 1001, 1002, 1003)
+    grown_sequence = rescan(sequence)
+    assert (grown_sequence.last, grown_sequence.missing) == (1007, (1000, 1004, 1006))
+    assert rescan(limited_sequence).frames == limited_sequence.frames
+    assert rescan(limited_sequence).present == (998, 999, 1001, 1002, 1003)
     (shot / "shot.0998.exr").unlink()
     (shot / "shot.1007.exr").unlink()
-    assert rescanned(grown).frames == grown.frames and rescanned(grown).present[0] == 999
+    assert (
+        rescan(grown_sequence).frames == grown_sequence.frames
+        and rescan(grown_sequence).present[0] == 999
+    )
     for path in shot.iterdir():
         path.unlink()
-    emptied = rescanned(grown)
-    assert emptied.frames == grown.frames and emptied.present == ()
-    assert emptied.resolve(1001) is None
+    empty_sequence = rescan(grown_sequence)
+    assert empty_sequence.frames == grown_sequence.frames and empty_sequence.present == ()
+    assert empty_sequence.resolve(1001) is None
     shot.rmdir()
     with pytest.raises(InputError, match="cannot be listed"):
-        rescanned(grown)
+        rescan(grown_sequence)
 
 
 @pytest.mark.parametrize("name", ["p.{}.exr", "p.{}#.exr", "p.1-{}####.exr", "p.1-9x{}####.exr"])
-def test_frame_numbers_of_hundreds_of_digits_are_no_fault(tmp_path, name):
+def test_find_sequence_rejects_number_of_hundreds_of_digits(tmp_path, name):
     with pytest.raises(InputError):
         find_sequence(tmp_path / name.format("9" * 400)).require()

@@ -1,4 +1,4 @@
-"""The names by which cameras on a set tell their lens, in headers and in tables."""
+"""Test the names that set cameras use for their lens, in headers and in tables."""
 
 import math
 
@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from heatlens.core.model.units import format_distance, parse_distance_m
 from heatlens.media.plate.header.camera_header import camera_at_header
-from heatlens.media.plate.header.shoot_names import ShootLens, is_of_shoot, shoot_lens
+from heatlens.media.plate.header.shoot_names import ShootLens, is_shoot_entry, read_shoot_lens
 
 VALUES = st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=12)
 NAMES = st.sampled_from(
@@ -30,15 +30,15 @@ NAMES = st.sampled_from(
         ("Focus Distance", float("nan"), None),
     ],
 )
-def test_a_focus_is_in_metres(name, value, metres):
-    told = shoot_lens({name: value}).focus_distance_m
-    assert told == (None if metres is None else pytest.approx(metres))
+def test_shoot_lens_converts_focus_to_meters(name, value, metres):
+    focus_m = read_shoot_lens({name: value}).focus_distance_m
+    assert focus_m == (None if metres is None else pytest.approx(metres))
 
 
-def test_the_unit_may_stand_in_an_entry_of_its_own():
-    lens = shoot_lens({"LensFocusDistance": 10, "LensDistanceUnit": "Feet"})
+def test_shoot_lens_reads_unit_from_its_own_entry():
+    lens = read_shoot_lens({"LensFocusDistance": 10, "LensDistanceUnit": "Feet"})
     assert (lens.focus_distance_m, lens.has_unit) == (pytest.approx(3.048), True)
-    assert not shoot_lens({"LensFocusDistance": 10}).has_unit
+    assert not read_shoot_lens({"LensFocusDistance": 10}).has_unit
 
 
 @pytest.mark.parametrize(
@@ -56,20 +56,20 @@ def test_the_unit_may_stand_in_an_entry_of_its_own():
         (0, None),
     ],
 )
-def test_an_iris_is_read_however_it_is_written(value, stop):
-    told = shoot_lens({"Lens Iris": value}).t_stop
-    assert told == (None if stop is None else pytest.approx(stop, abs=1e-3))
+def test_shoot_lens_reads_iris_in_any_notation(value, stop):
+    t_stop = read_shoot_lens({"Lens Iris": value}).t_stop
+    assert t_stop == (None if stop is None else pytest.approx(stop, abs=1e-3))
 
 
 @given(st.dictionaries(NAMES, VALUES, max_size=6))
-def test_whatever_stands_there_is_a_lens_or_not_told(told):
-    lens = shoot_lens(told)
+def test_shoot_lens_of_any_entries_is_possible_or_none(told):
+    lens = read_shoot_lens(told)
     for value in (lens.focal_length_mm, lens.f_stop, lens.t_stop, lens.squeeze):
         assert value is None or 0 < value < math.inf
     assert lens.focus_distance_m is None or lens.focus_distance_m > 0
 
 
-def test_headers_of_a_shoot_tell_the_lens_and_standard_ones_come_first():
+def test_camera_at_header_reads_shoot_names_after_standard_ones():
     arri = {
         "com.arri.camera.LensFocusDistance": 3.2,
         "com.arri.camera.LensFocalLength": 47.0,
@@ -85,8 +85,8 @@ def test_headers_of_a_shoot_tell_the_lens_and_standard_ones_come_first():
 
 
 @pytest.mark.parametrize("name", ["cameraFocalLength", "vrayInfo/camera", "focus", "Iris"])
-def test_names_of_renderers_are_none_of_a_shoot(name):
-    assert not is_of_shoot(name)
+def test_is_of_shoot_excludes_names_of_renderers(name):
+    assert not is_shoot_entry(name)
     assert camera_at_header([{name: 25.0}]).focal_length_mm is None
 
 
@@ -105,41 +105,41 @@ def test_names_of_renderers_are_none_of_a_shoot(name):
         ("Lens Focus Distance", "inf", math.inf),
     ],
 )
-def test_a_unit_beside_the_value_goes_before_that_of_the_name(name, value, metres):
-    lens = shoot_lens({name: value})
+def test_shoot_lens_prefers_unit_beside_value(name, value, metres):
+    lens = read_shoot_lens({name: value})
     assert lens.focus_distance_m == pytest.approx(metres)
     assert lens.has_unit == (
         not value[-1].isdigit() or name not in ("focus", "Lens Focus Distance")
     )
 
 
-def test_a_length_of_the_lens_may_have_a_unit_and_a_comma():
+def test_shoot_lens_reads_focal_length_with_unit_or_comma():
     for name, value in (("zoom", "35,5"), ("zoom", "35.5 mm"), ("Focal Length (cm)", "3,55")):
-        assert shoot_lens({name: value}).focal_length_mm == pytest.approx(35.5)
+        assert read_shoot_lens({name: value}).focal_length_mm == pytest.approx(35.5)
 
 
 @pytest.mark.parametrize("value", ["abc", "-2", "1,900", "6 yards", "2 3", "2.8.1"])
-def test_what_cannot_be_read_is_named_and_not_missing(value):
-    lens = shoot_lens({"Focus Distance": value, "Lens Iris": value, "zoom": value})
+def test_shoot_lens_names_unreadable_values(value):
+    lens = read_shoot_lens({"Focus Distance": value, "Lens Iris": value, "zoom": value})
     assert lens.unreadable["focus_distance_m"] == "Focus Distance"
     assert set(lens.unreadable) == {"focus_distance_m", "t_stop", "focal_length_mm"}
     assert lens.focus_distance_m is lens.t_stop is lens.focal_length_mm is None
 
 
 @pytest.mark.parametrize("value", ["", " ", "--", "N/A", "0.000", 0, float("nan"), None])
-def test_what_is_missing_is_not_unreadable(value):
-    assert not shoot_lens({"Focus Distance": value, "Lens Iris": value}).unreadable
+def test_shoot_lens_does_not_call_missing_values_unreadable(value):
+    assert not read_shoot_lens({"Focus Distance": value, "Lens Iris": value}).unreadable
 
 
 @given(st.floats(1e-3, 1e5), st.sampled_from(["m", "ft"]), st.sampled_from(["", " (ft)", " (mm)"]))
-def test_a_distance_that_heatlens_formats_comes_back(distance_m, unit, of_column):
+def test_shoot_lens_reads_back_formatted_distance(distance_m, unit, of_column):
     text = format_distance(distance_m, unit)
-    lens = shoot_lens({f"Focus Distance{of_column}": text})
+    lens = read_shoot_lens({f"Focus Distance{of_column}": text})
     assert lens.has_unit and lens.focus_distance_m == parse_distance_m(text)
     assert lens.focus_distance_m == pytest.approx(distance_m, rel=6e-4, abs=0.0013)
 
 
-def test_no_entries_are_no_lens():
-    assert shoot_lens({}) == ShootLens()
+def test_shoot_lens_of_no_entries_is_empty():
+    assert read_shoot_lens({}) == ShootLens()
     assert (ShootLens().sources, ShootLens().unreadable, ShootLens().conflicts) == ({}, {}, {})
     assert ShootLens().has_unit and ShootLens().focus_distance_m is None

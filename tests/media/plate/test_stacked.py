@@ -1,11 +1,11 @@
-"""Pictures behind each other become one list a pixel, as a loop over the pixels finds it."""
+"""Compare lists of pixels made of stacked images with those of a plain loop over the pixels."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.media.plate.deep.stacked import Surface, farthest_m, stacked
+from heatlens.media.plate.deep.stacked import Surface, farthest_m, stack_surfaces
 from heatlens.media.plate.fragments import SAME_DEPTH, FragmentLists
 
 COVERS = [0.0, 0.25, 0.5, 1.0]
@@ -29,19 +29,19 @@ def stacks(draw) -> list[Surface]:
 
 
 def fragments_of(surfaces: list[Surface], pixel: int) -> list[Fragment]:
-    """Return (distance, coverage, red) near to far, one fragment for each distance."""
-    found = []
+    """Return (distance, coverage, red) from near to far, one fragment for each distance."""
+    unsorted = []
     for surface in surfaces:
         *rgb, cover = surface.color.reshape(-1, 4)[pixel]
         if cover > 0:
-            found.append((float(surface.depth_m.ravel()[pixel]), float(cover), float(rgb[0])))
-    kept: list[Fragment] = []
-    for depth, cover, red in sorted(found):
-        if kept and kept[-1][0] == depth:
-            _, before, before_red = kept.pop()
+            unsorted.append((float(surface.depth_m.ravel()[pixel]), float(cover), float(rgb[0])))
+    merged: list[Fragment] = []
+    for depth, cover, red in sorted(unsorted):
+        if merged and merged[-1][0] == depth:
+            _, before, before_red = merged.pop()
             cover, red = before + (1 - before) * cover, before_red + (1 - before) * red
-        kept.append((depth, cover, red))
-    return [(depth, cover, red / cover) for depth, cover, red in kept]
+        merged.append((depth, cover, red))
+    return [(depth, cover, red / cover) for depth, cover, red in merged]
 
 
 def list_of(lists: FragmentLists | None, pixel: int) -> tuple[bool, list[Fragment]]:
@@ -55,19 +55,19 @@ def list_of(lists: FragmentLists | None, pixel: int) -> tuple[bool, list[Fragmen
 
 
 @given(stacks())
-def test_each_pixel_has_the_list_that_a_loop_finds(surfaces):
-    made = stacked(surfaces)
-    found = [fragments_of(surfaces, pixel) for pixel in range(6)]
-    has_lists = any(len(fragments) > 1 for fragments in found)
-    for pixel, expected in enumerate(found):
+def test_stacked_lists_match_loop_over_pixels(surfaces):
+    stack = stack_surfaces(surfaces)
+    expected_lists = [fragments_of(surfaces, pixel) for pixel in range(6)]
+    has_lists = any(len(fragments) > 1 for fragments in expected_lists)
+    for pixel, expected in enumerate(expected_lists):
         shown, left = np.zeros(4), 1.0
         for _, cover, red in expected:
             shown += left * cover * np.array([red, red, red, 1.0])
             left *= 1 - cover
-        np.testing.assert_allclose(made.color.reshape(-1, 4)[pixel], shown, atol=1e-6)
+        np.testing.assert_allclose(stack.color.reshape(-1, 4)[pixel], shown, atol=1e-6)
         nearest = expected[0][0] if expected else np.inf
-        assert made.depth_m.ravel()[pixel] == nearest
-        has_front, listed = list_of(made.lists, pixel)
+        assert stack.depth_m.ravel()[pixel] == nearest
+        has_front, listed = list_of(stack.lists, pixel)
         is_opaque = bool(expected) and expected[0][1] == 1.0
         assert has_front == (has_lists and bool(expected) and not is_opaque)
         behind = expected if has_front else expected[1:] if is_opaque else []
@@ -76,34 +76,34 @@ def test_each_pixel_has_the_list_that_a_loop_finds(surfaces):
 
 
 @given(stacks(), st.randoms(use_true_random=False))
-def test_the_order_of_surfaces_does_not_matter(surfaces, random):
-    made = stacked(surfaces)
+def test_stacked_does_not_depend_on_order_of_surfaces(surfaces, random):
+    stack = stack_surfaces(surfaces)
     random.shuffle(surfaces)
-    again = stacked(surfaces)
-    assert np.array_equal(made.color, again.color)
-    assert np.array_equal(made.depth_m, again.depth_m)
-    assert (made.lists is None) == (again.lists is None)
-    if made.lists is not None and again.lists is not None:
-        assert np.array_equal(made.lists.starts, again.lists.starts)
-        assert np.array_equal(made.lists.words, again.lists.words)
+    shuffled_stack = stack_surfaces(surfaces)
+    assert np.array_equal(stack.color, shuffled_stack.color)
+    assert np.array_equal(stack.depth_m, shuffled_stack.depth_m)
+    assert (stack.lists is None) == (shuffled_stack.lists is None)
+    if stack.lists is not None and shuffled_stack.lists is not None:
+        assert np.array_equal(stack.lists.starts, shuffled_stack.lists.starts)
+        assert np.array_equal(stack.lists.words, shuffled_stack.lists.words)
 
 
 @pytest.mark.parametrize("second_m", [2.0, 2.0 * (1 + 0.5 * SAME_DEPTH)])
-def test_an_opaque_surface_twice_is_one(second_m):
+def test_stacked_merges_repeated_opaque_surface(second_m):
     color = np.ones((1, 1, 4), np.float32)
     twice = [Surface(color, np.full((1, 1), z, np.float32)) for z in (2.0, second_m)]
-    assert stacked(twice).lists is None
+    assert stack_surfaces(twice).lists is None
 
 
 @given(stacks())
-def test_the_farthest_is_the_last_of_a_pixels_list_else_what_is_seen(surfaces):
-    made = stacked(surfaces)
-    found = farthest_m(Surface(made.color, made.depth_m, made.lists)).ravel()
-    expected = made.depth_m.copy().ravel()
-    for pixel in range(6 if made.lists is not None else 0):
-        begin, end = (int(it) >> 1 for it in made.lists.starts[pixel : pixel + 2])
+def test_farthest_m_is_last_of_list_or_visible_depth(surfaces):
+    stack = stack_surfaces(surfaces)
+    depths = farthest_m(Surface(stack.color, stack.depth_m, stack.lists)).ravel()
+    expected = stack.depth_m.copy().ravel()
+    for pixel in range(6 if stack.lists is not None else 0):
+        begin, end = (int(it) >> 1 for it in stack.lists.starts[pixel : pixel + 2])
         if begin < end:
-            last = made.lists.dioptres[end - 1]
+            last = stack.lists.dioptres[end - 1]
             expected[pixel] = np.float32(1.0) / last if last > 0 else np.inf
-    np.testing.assert_array_equal(found, expected)
-    assert np.all(found >= made.depth_m.ravel() * (1 - 1e-6))
+    np.testing.assert_array_equal(depths, expected)
+    assert np.all(depths >= stack.depth_m.ravel() * (1 - 1e-6))

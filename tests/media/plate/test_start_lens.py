@@ -1,4 +1,4 @@
-"""The lens a window begins with: given, else the header's, else the usual; each source is told."""
+"""Test the start lens: given values, then the header's, then defaults, each with its source."""
 
 import math
 from dataclasses import replace
@@ -41,18 +41,18 @@ def ramp(height: int = 9, width: int = 12) -> np.ndarray:
     return np.tile(np.arange(1, width + 1, dtype=np.float32), (height, 1))
 
 
-def test_the_header_is_taken_whole():
-    begun = start_lens(plate(ramp(), HEADER), {})
-    assert begun.lens == Lens(35.0, 4.0, 3.5, 24.0, t_stop=4.4)
-    assert begun.sources["f_stop"] == "header, aperture"
-    assert begun.sources["focus_distance_m"] == "header, focus"
+def test_start_lens_takes_all_values_of_header():
+    start = start_lens(plate(ramp(), HEADER), {})
+    assert start.lens == Lens(35.0, 4.0, 3.5, 24.0, t_stop=4.4)
+    assert start.sources["f_stop"] == "header, aperture"
+    assert start.sources["focus_distance_m"] == "header, focus"
 
 
-def test_without_a_header_it_is_the_usual_lens_focused_on_the_middle():
-    begun = start_lens(plate(ramp()), {})
-    assert begun.lens == Lens(50.0, 2.8, 7.0, 36.0)  # the middle ninth holds 5, 6, 7 and 8 m
-    assert begun.sources["focal_length_mm"].startswith("assumed")
-    assert begun.sources["focus_distance_m"] == "what is in the middle of the picture"
+def test_start_lens_without_header_focuses_on_middle():
+    start = start_lens(plate(ramp()), {})
+    assert start.lens == Lens(50.0, 2.8, 7.0, 36.0)  # the middle ninth holds 5, 6, 7 and 8 m
+    assert start.sources["focal_length_mm"].startswith("assumed")
+    assert start.sources["focus_distance_m"] == "what is in the middle of the picture"
 
 
 GIVEN = st.fixed_dictionaries(
@@ -69,12 +69,12 @@ GIVEN = st.fixed_dictionaries(
 
 
 @given(GIVEN)
-def test_what_is_given_wins_and_the_rest_is_as_without(given_values):
+def test_start_lens_prefers_given_values(given_values):
     header = start_lens(plate(ramp(), HEADER), {}).lens
-    begun = start_lens(plate(ramp(), HEADER), given_values)
-    assert begun.lens == replace(header, **given_values)
-    told = {name for name, source in begun.sources.items() if source == "given"}
-    assert told == set(given_values) - {"squeeze", "close_focus_m"}
+    start = start_lens(plate(ramp(), HEADER), given_values)
+    assert start.lens == replace(header, **given_values)
+    given_names = {name for name, source in start.sources.items() if source == "given"}
+    assert given_names == set(given_values) - {"squeeze", "close_focus_m"}
 
 
 @pytest.mark.parametrize(
@@ -88,36 +88,36 @@ def test_what_is_given_wins_and_the_rest_is_as_without(given_values):
         (np.where(np.arange(36).reshape(6, 6) % 2, 5.0, np.inf), math.inf),  # the farther of halves
     ],
 )
-def test_focus_on_the_middle_of_any_plate(depth_m, focus_m):
+def test_start_lens_focus_is_median_of_middle_of_plate(depth_m, focus_m):
     assert start_lens(plate(depth_m), {}).lens.focus_distance_m == focus_m
 
 
-def test_a_header_focused_within_its_focal_length_is_not_believed():
-    begun = start_lens(plate(ramp(), replace(HEADER, focus_distance_m=0.03)), {})
-    assert begun.lens.focus_distance_m == 7.0
+def test_start_lens_ignores_header_focus_within_focal_length():
+    start = start_lens(plate(ramp(), replace(HEADER, focus_distance_m=0.03)), {})
+    assert start.lens.focus_distance_m == 7.0
 
 
-def test_a_header_focused_at_infinity_is():
-    begun = start_lens(plate(ramp(), replace(HEADER, focus_distance_m=math.inf)), {})
-    assert begun.lens.focus_distance_m == math.inf
+def test_start_lens_accepts_header_focus_at_infinity():
+    start = start_lens(plate(ramp(), replace(HEADER, focus_distance_m=math.inf)), {})
+    assert start.lens.focus_distance_m == math.inf
 
 
-def test_a_header_that_no_lens_can_have_is_not_believed():
-    """A picture is seen all the same; the panel tells what was assumed."""
-    absurd = replace(HEADER, focal_length_mm=3e9, f_stop=1e-9, t_stop=1e12)
-    begun = start_lens(plate(ramp(), absurd), {})
-    assert (begun.lens.focal_length_mm, begun.lens.f_stop) == (50.0, 2.8)
-    assert (begun.lens.sensor_width_mm, begun.lens.t_stop) == (24.0, None)
-    assert begun.sources["f_stop"].startswith("assumed")
+def test_start_lens_ignores_impossible_header_values():
+    """The plate is shown all the same; the panel names the assumed values."""
+    impossible_header = replace(HEADER, focal_length_mm=3e9, f_stop=1e-9, t_stop=1e12)
+    start = start_lens(plate(ramp(), impossible_header), {})
+    assert (start.lens.focal_length_mm, start.lens.f_stop) == (50.0, 2.8)
+    assert (start.lens.sensor_width_mm, start.lens.t_stop) == (24.0, None)
+    assert start.sources["f_stop"].startswith("assumed")
 
 
-def test_a_plate_with_its_own_blur_has_a_lens_all_the_same():
+def test_start_lens_of_circle_of_confusion_plate_is_default():
     color = np.zeros((4, 4, 3), np.float32)
-    begun = start_lens(coc_plate_of(color, np.zeros((4, 4))), {})
-    assert begun.lens == Lens(50.0, 2.8, math.inf, 36.0)
+    start = start_lens(coc_plate_of(color, np.zeros((4, 4))), {})
+    assert start.lens == Lens(50.0, 2.8, math.inf, 36.0)
 
 
-def test_given_values_that_make_no_lens_are_refused():
+def test_start_lens_rejects_impossible_given_values():
     with pytest.raises(LensError, match="focal length of 50 mm"):
         start_lens(plate(ramp()), {"focus_distance_m": 0.01})
 
@@ -138,12 +138,16 @@ def test_given_values_that_make_no_lens_are_refused():
         ),
     ],
 )
-def test_the_header_decides_whose_discs_they_are(header, model):
-    told = plate(ramp(), camera_at_header([header]))
+def test_lens_model_follows_header_unless_given(header, model):
+    plate_with_header = plate(ramp(), camera_at_header([header]))
     given_values = {"focal_length_mm": 50.0, "f_stop": 2.0, "focus_distance_m": 3.0}
-    assert start_lens(told, {}).lens.model is plate_lens(told, given_values).lens.model is model
-    for other in LensModel:
-        assert start_lens(told, {"model": other}).lens.model is other
+    assert (
+        start_lens(plate_with_header, {}).lens.model
+        is plate_lens(plate_with_header, given_values).lens.model
+        is model
+    )
+    for given_model in LensModel:
+        assert start_lens(plate_with_header, {"model": given_model}).lens.model is given_model
 
 
 @pytest.mark.parametrize(
@@ -162,11 +166,11 @@ def test_the_header_decides_whose_discs_they_are(header, model):
         ({"focus": math.inf}, {}),
     ],
 )
-def test_values_that_no_lens_has_are_named(header, words):
+def test_camera_at_header_names_impossible_values(header, words):
     assert camera_at_header([header]).refused == words
 
 
-def test_a_refusal_names_the_values_that_were_left_out():
+def test_missing_lens_error_names_refused_header_values():
     header = {"aperture": 0.0, "focus": -1.0}
     flat = plate(np.ones((2, 2)), camera_at_header([header]))
     with pytest.raises(MissingLensError) as error:

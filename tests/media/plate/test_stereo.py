@@ -1,4 +1,4 @@
-"""Stereo files, radial depth by name, deep files: from the file to what is said and written."""
+"""Test stereo files and radial depth by name, from the file to messages and output."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def stereo(tmp_path):
 
 
 @pytest.mark.parametrize("view", list(EYES))
-def test_each_eye_is_read_with_its_own_depth(stereo, view):
+def test_read_plate_of_each_eye_has_its_own_depth(stereo, view):
     plate = read_plate(stereo, PlateOptions(eye=view))
     np.testing.assert_array_equal(plate.depth_m, EYES[view])
     np.testing.assert_array_equal(
@@ -41,25 +41,25 @@ def test_each_eye_is_read_with_its_own_depth(stereo, view):
     assert plate.views == ("left", "right") and plate.attributes["view"] == view
 
 
-def test_the_eye_is_chosen_said_and_written(stereo, tmp_path, capsys):
+def test_render_takes_chosen_eye_and_writes_its_name(stereo, tmp_path, capsys):
     out = tmp_path / "out.exr"
     words = ["render", stereo, "-o", out, "--f-stop", 8, "--focus-distance", 6]
     words += ["--focal-length", 50, "--method", "pyramid"]
     assert "left is taken; --eye right takes the other" in stderr_of_run(capsys, 0, *words)
-    said = stderr_of_run(capsys, 0, *words, "--eye", "right")
-    assert "is taken" not in said and "depth: depth_right.Z taken" in said
+    stderr = stderr_of_run(capsys, 0, *words, "--eye", "right")
+    assert "is taken" not in stderr and "depth: depth_right.Z taken" in stderr
     assert read_parts(out)[0][0]["view"] == "right"
     assert "no view 'top'" in stderr_of_run(capsys, 2, *words, "--eye", "top")
 
 
-def test_info_lists_the_views(stereo, capsys):
+def test_info_lists_views_of_stereo_file(stereo, capsys):
     assert main(["info", str(stereo), "--eye", "right"]) == 0
-    said = capsys.readouterr().out
-    assert "views           left, right" in said
-    assert "rgba_right of the view right" in said and "depth_right.Z" in said
+    stdout = capsys.readouterr().out
+    assert "views           left, right" in stdout
+    assert "rgba_right of the view right" in stdout and "depth_right.Z" in stdout
 
 
-def test_distances_along_mitsubas_rays_become_depth(tmp_path):
+def test_read_plate_converts_mitsuba_ray_distances(tmp_path):
     mitsuba = {"generatedBy": "Mitsuba version 3.9.1", **lens_attributes(36, 2, 5, 36, 24)}
     path = write_file(tmp_path / "m.exr", rgb(HEIGHT, WIDTH) | {"dd.T": LEFT}, **mitsuba)
     box = Box(0, 0, WIDTH, HEIGHT)

@@ -1,4 +1,4 @@
-"""Timecode of plates: read, counted on, and in the movies and frames that are exported."""
+"""Test timecode of plates: reading, counting, and its output in movies and frames."""
 
 import json
 import shutil
@@ -29,18 +29,18 @@ def timecodes(draw):
 
 
 @given(timecodes(), st.integers(-(10**7), 10**7))
-def test_counting_on_and_back_is_where_it_was(made, frames):
+def test_timecode_later_and_back_is_unchanged(made, frames):
     code, rate = made
-    assert code.later(frames, rate).later(-frames, rate) == code
-    assert code.later(0, rate) == code
+    assert code.add_frames(frames, rate).add_frames(-frames, rate) == code
+    assert code.add_frames(0, rate) == code
 
 
 @given(timecodes())
-def test_each_frame_has_a_number_of_its_own(made):
+def test_timecodes_of_adjacent_frames_differ_and_read_back(made):
     code, rate = made
-    assert code.later(1, rate) != code and timecode_of({"timecode": str(code)}) == code
-    in_exr = exr_timecode(code)
-    assert timecode_of({"timeCode": in_exr}) == (code if code.frames < 30 else None)
+    assert code.add_frames(1, rate) != code and timecode_of({"timecode": str(code)}) == code
+    exr_value = exr_timecode(code)
+    assert timecode_of({"timeCode": exr_value}) == (code if code.frames < 30 else None)
 
 
 @pytest.mark.parametrize(
@@ -54,12 +54,12 @@ def test_each_frame_has_a_number_of_its_own(made):
         ("01:00:00:00", -1, 23.976, "00:59:59:23"),
     ],
 )
-def test_numbers_of_the_standard(code, frames, rate, expected):
-    assert str(timecode_of({"timecode": code}).later(frames, rate)) == expected
+def test_timecode_later_matches_examples_of_the_standard(code, frames, rate, expected):
+    assert str(timecode_of({"timecode": code}).add_frames(frames, rate)) == expected
 
 
 @pytest.mark.parametrize("value", ["25:00:00:00", "1:2:3", "", 7, None, "00:61:00:00"])
-def test_what_no_clock_shows_is_none(value):
+def test_timecode_of_rejects_impossible_text(value):
     assert timecode_of({"timecode": value}) is None
 
 
@@ -67,12 +67,12 @@ def write_frames(folder, *frames):
     first = Timecode(1, 0, 0, 0)
     depth = np.linspace(2, 6, 32 * 48, dtype="f4").reshape(32, 48)
     for frame in frames:
-        code = exr_timecode(first.later(frame - 1001, 24))
+        code = exr_timecode(first.add_frames(frame - 1001, 24))
         write_file(folder / f"p.{frame}.exr", rgb(32, 48) | {"Z": depth}, timeCode=code)
     return folder / "p.####.exr"
 
 
-def test_frames_carry_it_and_held_ones_count_on(tmp_path, capsys):
+def test_exported_frames_have_timecode_and_held_ones_continue(tmp_path, capsys):
     plates = write_frames(tmp_path, 1001, 1002, 1004)
     words = ["export", plates, "-o", tmp_path / "o" / "o.####.exr", "--missing", "hold", *LENS]
     stderr_of_run(capsys, 0, *words, "--method", "pyramid")
@@ -84,7 +84,7 @@ def test_frames_carry_it_and_held_ones_count_on(tmp_path, capsys):
 
 @pytest.mark.parametrize("suffix", [".mov", ".mp4"])
 @pytest.mark.parametrize("first", [1001, 1003])
-def test_a_movie_has_a_timecode_track(tmp_path, capsys, suffix, first):
+def test_exported_movie_has_timecode_track(tmp_path, capsys, suffix, first):
     av = pytest.importorskip("av")
     plates = write_frames(tmp_path, 1001, 1002, 1003, 1004)
     out = tmp_path / f"o{suffix}"
@@ -101,7 +101,7 @@ def test_a_movie_has_a_timecode_track(tmp_path, capsys, suffix, first):
         assert [s["codec_tag_string"] for s in streams if s["codec_type"] == "data"] == ["tmcd"]
 
 
-def test_a_timecode_of_another_rate_is_left_out(tmp_path, capsys):
+def test_exported_movie_omits_timecode_of_another_rate(tmp_path, capsys):
     av = pytest.importorskip("av")
     code = exr_timecode(Timecode(1, 0, 0, 29))
     depth = np.linspace(2, 6, 32 * 48, dtype="f4").reshape(32, 48)

@@ -1,4 +1,4 @@
-"""A network that a shot names runs when the user has named it or agreed, and not before."""
+"""Test that a network named by a shot runs only after the user has named or allowed it."""
 
 import numpy as np
 import pytest
@@ -22,8 +22,8 @@ def strangers(tmp_path, monkeypatch):
     """Return a shot, its picture and its network, as they come from somebody else."""
     monkeypatch.setenv("HEATLENS_CONFIG_DIR", str(tmp_path / "preferences"))
     monkeypatch.setenv("HEATLENS_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setenv(trusted._ALL, "0")
-    monkeypatch.setattr(trusted, "_asked", [])
+    monkeypatch.setenv(trusted._RUN_ALL_VARIABLE, "0")
+    monkeypatch.setattr(trusted, "_question_callbacks", [])
     picture, network = tmp_path / "p.png", write_network(tmp_path / "n.onnx")
     Image.fromarray(np.full((24, 32, 3), 90, np.uint8)).save(picture)
     options = PlateOptions(depth_model=str(network), near_m=1.0, far_m=9.0)
@@ -36,16 +36,16 @@ def export(shot, *more) -> int:
     return main(["export", str(shot), "-o", str(shot.with_name("o.png")), *more])
 
 
-def test_a_network_of_a_shot_is_refused_with_what_allows_it(strangers, capsys):
+def test_export_refuses_network_of_shot_and_names_option(strangers, capsys):
     shot, _, network = strangers
     assert export(shot) == 2
-    said = capsys.readouterr().err
-    assert str(network) in said and "--run-networks" in said and "--depth-model" in said
+    stderr = capsys.readouterr().err
+    assert str(network) in stderr and "--run-networks" in stderr and "--depth-model" in stderr
     assert not shot.with_name("o.png").exists()
     assert export(shot, "--run-networks") == 0
 
 
-def test_what_was_typed_once_is_trusted_under_any_name_and_nothing_else(strangers, capsys):
+def test_network_given_once_is_trusted_until_its_content_changes(strangers, capsys):
     shot, picture, network = strangers
     out = str(picture.with_name("r.png"))
     words = ["render", str(picture), "-o", out, "--depth-model", str(network), *ENDS]
@@ -57,10 +57,10 @@ def test_what_was_typed_once_is_trusted_under_any_name_and_nothing_else(stranger
 
 
 @pytest.mark.parametrize("answer", [True, False])
-def test_at_a_terminal_it_is_asked_and_remembered(strangers, answer):
+def test_trusted_network_is_asked_for_and_remembered(strangers, answer):
     _, picture, network = strangers
     questions: list[str] = []
-    trusted.ask_with(lambda question: questions.append(question) or answer)
+    trusted.set_question(lambda question: questions.append(question) or answer)
     options = PlateOptions(depth_model=str(network), near_m=1.0, far_m=9.0)
     for _ in range(2):
         if answer:
@@ -72,9 +72,9 @@ def test_at_a_terminal_it_is_asked_and_remembered(strangers, answer):
 
 
 @pytest.mark.parametrize("content", ["", "{", "[[[", '"x"', "[3, null]"])
-def test_a_damaged_memory_trusts_nobody(strangers, content):
+def test_damaged_trust_file_trusts_no_network(strangers, content):
     shot, _, _ = strangers
-    file = trusted._file()
+    file = trusted._remembered_file()
     file.parent.mkdir()
     file.write_text(content)
     assert export(shot) == 2

@@ -1,4 +1,4 @@
-"""Attributes that the library refuses or has never heard of: the picture is read all the same."""
+"""Test EXR attributes that the library refuses or does not know: the image is still read."""
 
 import io
 import struct
@@ -10,7 +10,7 @@ import pytest
 
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.exr.exr_read import read_parts
-from heatlens.media.plate.exr.exr_scan import scanned_headers
+from heatlens.media.plate.exr.exr_scan import scan_headers
 from heatlens.media.plate.inspection import inspect
 from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.read import read_plate
@@ -28,17 +28,17 @@ ENTRIES = {
 }
 
 
-def insert(path: Path, entry: bytes) -> None:
-    """Put an attribute first in the header of a file of one part, and move its chunks on."""
+def insert_attribute(path: Path, entry: bytes) -> None:
+    """Insert an attribute first in a header of one part, and shift the chunk offsets."""
     data = path.read_bytes()
     file = io.BytesIO(data)
-    scanned_headers(file)
+    scan_headers(file)
     table = file.tell()
     (first,) = struct.unpack_from("<Q", data, table)
     count = (first - table) // 8
     offsets = struct.unpack_from(f"<{count}Q", data, table)
-    moved = struct.pack(f"<{count}Q", *(offset + len(entry) for offset in offsets))
-    path.write_bytes(data[:8] + entry + data[8:table] + moved + data[table + 8 * count :])
+    shifted_offsets = struct.pack(f"<{count}Q", *(offset + len(entry) for offset in offsets))
+    path.write_bytes(data[:8] + entry + data[8:table] + shifted_offsets + data[table + 8 * count :])
 
 
 @pytest.fixture(params=ENTRIES)
@@ -46,28 +46,28 @@ def entry(request) -> bytes:
     return ENTRIES[request.param]
 
 
-def test_a_flat_plate_is_read_as_without_it(tmp_path, entry):
+def test_read_plate_ignores_unknown_attribute_of_flat_file(tmp_path, entry):
     path = write_file(tmp_path / "flat.exr", FLAT)
     plain = read_plate(path)
-    insert(path, entry)
+    insert_attribute(path, entry)
     plate = read_plate(path)
     np.testing.assert_array_equal(plate.depth_m, plain.depth_m)
     np.testing.assert_array_equal(plate.color, plain.color)
-    assert read_headers(path)[0].keys() <= {*parts_header(path), "newest"}
+    assert read_headers(path)[0].keys() <= {*writable_header_names(path), "newest"}
 
 
-def parts_header(path: Path) -> set[str]:
-    """Return the names of a header without what nobody can write again."""
+def writable_header_names(path: Path) -> set[str]:
+    """Return the names in a header, and check that none is an attribute that cannot be written."""
     names = set(read_parts(path)[0][0])
     assert not names & {"deepImageState", "idManifest"} and not any("~" in it for it in names)
     return names
 
 
-def test_a_deep_plate_is_read_as_without_it(tmp_path, entry):
+def test_read_plate_ignores_unknown_attribute_of_deep_file(tmp_path, entry):
     samples = [[(0.5, 0.5, 2.0), (0.25, 1.0, 5.0)]] * 12
     path = write_deep(tmp_path / "deep.exr", samples, SIZE)
     plain = read_plate(path)
-    insert(path, entry)
+    insert_attribute(path, entry)
     plate = read_plate(path)
     np.testing.assert_array_equal(plate.color, plain.color)
     np.testing.assert_array_equal(plate.depth_m, plain.depth_m)
@@ -75,14 +75,14 @@ def test_a_deep_plate_is_read_as_without_it(tmp_path, entry):
     assert inspect(path, PlateOptions())["depth"]["near_m"] == pytest.approx(2.0)
 
 
-def test_the_name_of_a_file_may_be_any(tmp_path):
+def test_unknown_attribute_is_ignored_in_file_of_any_name(tmp_path):
     path = write_file(tmp_path / "flat.exr", FLAT)
-    insert(path, ENTRIES["deepImageState"])
-    odd = path.rename(tmp_path / "fl\udcffat.exr")
-    assert read_plate(odd).depth_m is not None
+    insert_attribute(path, ENTRIES["deepImageState"])
+    odd_path = path.rename(tmp_path / "fl\udcffat.exr")
+    assert read_plate(odd_path).depth_m is not None
 
 
-def test_the_header_of_a_file_without_them_is_what_the_library_gives(tmp_path):
+def test_read_headers_of_plain_file_equals_library_header(tmp_path):
     path = write_file(tmp_path / "flat.exr", FLAT, owner="second unit")
     library = OpenEXR.File(str(path), header_only=True).parts[0].header
     assert read_headers(path)[0].keys() == library.keys()

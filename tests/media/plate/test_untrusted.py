@@ -1,4 +1,4 @@
-"""Files that lie about their size, wait for ever, or steer a terminal, each made by hand."""
+"""Test hostile files: false sizes, endless reads, and terminal control sequences."""
 
 import json
 import os
@@ -27,8 +27,8 @@ TRIANGLE = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
 NASTY = "\x1b]0;PWN\x07\x1b[31m\nheatlens: forged line\u202e\x9b2J"
 
 
-def gltf(folder, **changes):
-    """Return one triangle whose bytes are in a.bin, with entries of the file replaced."""
+def write_triangle_gltf(folder, **changes):
+    """Write one triangle with its bytes in a.bin; `changes` replaces entries of the file."""
     (folder / "a.bin").write_bytes(TRIANGLE)
     value = {
         "asset": {"version": "2.0"},
@@ -47,39 +47,41 @@ def gltf(folder, **changes):
 # Claims
 
 
-def test_accessors_without_bytes_have_one_budget(tmp_path):
+def test_gltf_accessors_without_bytes_share_one_limit(tmp_path):
     empty = [{"componentType": 5126, "count": 300_000, "type": "VEC3"} for _ in range(6)]
     meshes = [{"primitives": [{"attributes": {"POSITION": i}} for i in range(6)]}]
-    path = gltf(tmp_path, accessors=empty, meshes=meshes)
+    path = write_triangle_gltf(tmp_path, accessors=empty, meshes=meshes)
     with pytest.raises(InputError, match=r"accessors\[4\].*4,000,000 are the most in one file"):
         read_scene(path)
 
 
-def test_meshes_that_share_their_bytes_have_one_budget(tmp_path, monkeypatch):
+def test_gltf_meshes_that_share_bytes_share_one_limit(tmp_path, monkeypatch):
     monkeypatch.setattr("heatlens.media.scene.gltf.file._NUMBERS_MOST", 50)
     meshes = [{"primitives": [{"attributes": {"POSITION": 0}}] * 6}]
     with pytest.raises(InputError, match=r"with all before it; 50 are the most in one file"):
-        read_scene(gltf(tmp_path, meshes=meshes))
+        read_scene(write_triangle_gltf(tmp_path, meshes=meshes))
 
 
-def test_buffers_have_one_budget(tmp_path, monkeypatch):
+def test_gltf_buffers_share_one_limit(tmp_path, monkeypatch):
     monkeypatch.setattr("heatlens.media.scene.gltf.file._BUFFERS_MOST", len(TRIANGLE))
-    assert read_scene(gltf(tmp_path)).triangle_count == 1
+    assert read_scene(write_triangle_gltf(tmp_path)).triangle_count == 1
     buffers = [{"uri": "a.bin", "byteLength": len(TRIANGLE)}] * 2
     views = [{"buffer": i, "byteLength": len(TRIANGLE)} for i in range(2)]
     accessors = [
         {"bufferView": i, "componentType": 5126, "count": 3, "type": "VEC3"} for i in range(2)
     ]
     meshes = [{"primitives": [{"attributes": {"POSITION": i}} for i in range(2)]}]
-    path = gltf(tmp_path, buffers=buffers, bufferViews=views, accessors=accessors, meshes=meshes)
+    path = write_triangle_gltf(
+        tmp_path, buffers=buffers, bufferViews=views, accessors=accessors, meshes=meshes
+    )
     with pytest.raises(InputError, match=r"buffers\[1\].*together"):
         read_scene(path)
 
 
 @pytest.mark.parametrize("count", [255, 256, 20_000])
-def test_a_chain_of_nodes_has_a_length(tmp_path, count):
+def test_gltf_chain_of_nodes_is_limited(tmp_path, count):
     nodes: list[dict] = [{"children": [i + 1]} for i in range(count)]
-    path = gltf(tmp_path, nodes=[*nodes, {"mesh": 0}])
+    path = write_triangle_gltf(tmp_path, nodes=[*nodes, {"mesh": 0}])
     if count < 256:
         assert read_scene(path).triangle_count == 1
         return
@@ -87,15 +89,15 @@ def test_a_chain_of_nodes_has_a_length(tmp_path, count):
         read_scene(path)
 
 
-def test_things_have_a_number(tmp_path, monkeypatch):
+def test_gltf_number_of_objects_is_limited(tmp_path, monkeypatch):
     monkeypatch.setattr("heatlens.media.scene.scene.INSTANCES_MOST", 7)
     nodes = [{"mesh": 0} for _ in range(8)]
-    assert len(read_scene(gltf(tmp_path, nodes=nodes[:7], scenes=[])).instances) == 7
+    assert len(read_scene(write_triangle_gltf(tmp_path, nodes=nodes[:7], scenes=[])).instances) == 7
     with pytest.raises(InputError, match="8 objects or more; heatlens draws 7"):
-        read_scene(gltf(tmp_path, nodes=nodes, scenes=[]))
+        read_scene(write_triangle_gltf(tmp_path, nodes=nodes, scenes=[]))
 
 
-def test_pictures_have_one_budget(monkeypatch):
+def test_scene_pictures_share_one_limit(monkeypatch):
     data = encoded(np.zeros((4, 4, 3), np.uint8))
     monkeypatch.setattr(picture_read, "_TOGETHER_MOST", 32)
     first = read_picture(data, "a")
@@ -114,10 +116,10 @@ def pipe(tmp_path):
     return tmp_path / "pipe"
 
 
-def test_a_scene_does_not_wait_for_a_pipe(tmp_path, pipe):
+def test_read_scene_does_not_wait_for_pipe(tmp_path, pipe):
     buffers = [{"uri": "pipe", "byteLength": len(TRIANGLE)}]
     with pytest.raises(InputError, match="'pipe' cannot be read: it is not a file"):
-        read_scene(gltf(tmp_path, buffers=buffers))
+        read_scene(write_triangle_gltf(tmp_path, buffers=buffers))
     obj = tmp_path / "a.obj"
     obj.write_text("mtllib pipe\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     assert "pipe is missing" in read_scene(obj).notes[0]
@@ -125,20 +127,20 @@ def test_a_scene_does_not_wait_for_a_pipe(tmp_path, pipe):
 
 
 @pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
-def test_a_camera_is_no_pipe(tmp_path, pipe, suffix):
+def test_read_camera_rejects_pipe(tmp_path, pipe, suffix):
     named = pipe.rename(tmp_path / f"cam{suffix}")
     with pytest.raises(InputError, match="not a file"):
         read_camera(str(named))
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".gltf", ".obj", ".ply", ".stl", ".usda"])
-def test_a_scene_is_no_pipe(tmp_path, pipe, suffix):
+def test_read_scene_rejects_pipe(tmp_path, pipe, suffix):
     named = pipe.rename(tmp_path / f"a{suffix}")
     with pytest.raises(InputError, match="not a file"):
         read_scene(named)
 
 
-def test_a_picture_of_usd_is_no_device(tmp_path, pipe):
+def test_read_scene_of_usd_rejects_device_as_texture(tmp_path, pipe):
     stage = """#usda 1.0
 ( metersPerUnit = 1 )
 def Mesh "m" (prepend apiSchemas = ["MaterialBindingAPI"])
@@ -174,7 +176,7 @@ def Material "mat"
 # What is shown
 
 
-def test_nothing_steers_a_terminal_and_every_letter_is_still_told():
+def test_printable_escapes_control_characters_and_keeps_letters():
     assert printable(NASTY) == r"\x1b]0;PWN\x07\x1b[31m\nheatlens: forged line\u202e\x9b2J"
     for plain in ("Straße_01.exr", "焦点", "f/2 – 3′", "a\u200db"):
         assert printable(plain) == plain
@@ -182,37 +184,37 @@ def test_nothing_steers_a_terminal_and_every_letter_is_still_told():
     assert printable(os.fsdecode(b"\xff.exr")) == r"\udcff.exr"
 
 
-def test_names_of_channels_cameras_and_objects_are_shown_plainly(tmp_path, capsys):
+def test_info_escapes_names_in_files(tmp_path, capsys):
     plate = write_file(
         tmp_path / "p.exr", rgb() | {"Z": distances(), NASTY: distances()}, colorInteropID=NASTY
     )
     nodes = [{"mesh": 0, "name": NASTY}, {"camera": 0, "name": NASTY}]
     cameras = [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}, "name": NASTY}]
-    scene = gltf(tmp_path, nodes=nodes, cameras=cameras, scenes=[{"nodes": [0, 1]}])
+    scene = write_triangle_gltf(tmp_path, nodes=nodes, cameras=cameras, scenes=[{"nodes": [0, 1]}])
     for path in (plate, scene):
         assert main(["info", str(path)]) == 0
-        said = capsys.readouterr()
-        assert printable(said.out + said.err, keep="\n") == said.out + said.err
-        assert r"\x1b]0;PWN\x07" in said.out and "\nheatlens: forged" not in said.out
+        output = capsys.readouterr()
+        assert printable(output.out + output.err, keep="\n") == output.out + output.err
+        assert r"\x1b]0;PWN\x07" in output.out and "\nheatlens: forged" not in output.out
 
 
-def test_names_in_what_is_refused_are_shown_plainly(tmp_path, capsys):
+def test_error_messages_escape_file_names(tmp_path, capsys):
     name = str(tmp_path / NASTY.replace("/", ""))
     assert main(["info", f"{name}.exr"]) == 2
-    said = capsys.readouterr().err
-    assert len(said.splitlines()) == 1 and printable(said, keep="\n") == said
+    stderr = capsys.readouterr().err
+    assert len(stderr.splitlines()) == 1 and printable(stderr, keep="\n") == stderr
     assert window_words(NASTY) == printable(NASTY)
 
 
-def test_json_stays_as_it_is(tmp_path, capsys):
+def test_info_json_keeps_names_unchanged(tmp_path, capsys):
     plate = write_file(tmp_path / "p.exr", rgb() | {"Z": distances(), NASTY: distances()})
     assert main(["info", "--json", str(plate)]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert NASTY in found["parts"][0]["channels"]
+    facts = json.loads(capsys.readouterr().out)
+    assert NASTY in facts["parts"][0]["channels"]
 
 
-def test_what_c_code_prints_is_no_part_of_a_result(capfd):
-    """OpenJPH prints on stdout what it thinks of a damaged file."""
+def test_quiet_library_drops_output_of_c_code(capfd):
+    """OpenJPH prints remarks about a damaged file on stdout."""
     with quiet_library():
         os.write(1, b"ojph info from C\n")
     print("{}", flush=True)
@@ -223,19 +225,19 @@ def test_what_c_code_prints_is_no_part_of_a_result(capfd):
 
 
 @pytest.mark.parametrize("data", [b"ocio_profile_version: 2\nname: \xca\n", b"\xff\xfe\x00"])
-def test_a_config_that_is_no_utf_8_is_told(tmp_path, data):
+def test_load_color_config_rejects_file_that_is_no_utf_8(tmp_path, data):
     path = tmp_path / "c.ocio"
     path.write_bytes(data)
     with pytest.raises(InputError, match=r"c\.ocio is not a usable OpenColorIO config: byte"):
         load_color_config(str(path))
 
 
-def test_a_config_is_no_pipe(tmp_path, pipe):
+def test_load_color_config_rejects_pipe(tmp_path, pipe):
     with pytest.raises(InputError, match="not a file"):
         load_color_config(str(pipe))
 
 
-def test_a_camera_of_text_is_still_read(tmp_path):
+def test_read_camera_of_json_text_works(tmp_path):
     path = tmp_path / "cam.json"
     path.write_text(json_text(moving_camera()))
     assert read_camera(str(path)).name == moving_camera().name

@@ -1,4 +1,4 @@
-"""A mark at a point of the world keeps its place while the camera moves."""
+"""Test marks at a point in the world: they keep their position while the camera moves."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import PointMark, WorldMark
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.media.plate.mark_distance import mark_on_plate_m, world_mark
+from heatlens.media.plate.mark_distance import make_world_mark, mark_on_plate_m
 from heatlens.media.plate.read import read_plate
 from support.exr_files import rgb, write_file
 from support.plates import plate_of
@@ -40,34 +40,34 @@ def plate_from(matrix, depth_m):
 
 
 @pytest.mark.parametrize("point", [(0.2, 0.1, -5.0), (-0.4, 0.2, -3.0)])
-def test_a_click_gives_the_place_and_its_distance_from_every_camera(point):
-    first, later = camera_at(0.3, 0.1, 0.0, 0.05), camera_at(-0.5, 0.0, 1.0, -0.1)
-    x, y, depth_m = pixel_of(first, np.array(point))
-    mark = world_mark(plate_from(first, depth_m), PointMark("A", x, y), LENS)
+def test_world_mark_has_right_distance_from_every_camera(point):
+    first_camera, later_camera = camera_at(0.3, 0.1, 0.0, 0.05), camera_at(-0.5, 0.0, 1.0, -0.1)
+    x, y, depth_m = pixel_of(first_camera, np.array(point))
+    mark = make_world_mark(plate_from(first_camera, depth_m), PointMark("A", x, y), LENS)
     assert (mark.x_m, mark.y_m, mark.z_m) == pytest.approx(point, abs=1e-5)
-    for matrix in (first, later):
+    for matrix in (first_camera, later_camera):
         assert mark_on_plate_m(plate_from(matrix, 9.0), mark) == pytest.approx(
             pixel_of(matrix, np.array(point))[2], rel=1e-6
         )
-    behind = plate_from(camera_at(0, 0, -20.0), 9.0)
-    assert mark_on_plate_m(behind, mark) is None
+    plate_behind = plate_from(camera_at(0, 0, -20.0), 9.0)
+    assert mark_on_plate_m(plate_behind, mark) is None
 
 
-def test_a_plate_without_a_camera_and_the_sky_are_refused():
+def test_world_mark_rejects_plate_without_camera_and_sky():
     still = plate_of(np.ones((*SIZE, 3), np.float32), np.full(SIZE, 2.0, np.float32))
     with pytest.raises(InputError, match="worldToCamera"):
         mark_on_plate_m(still, WorldMark("A", 0, 0, 0))
     with pytest.raises(InputError, match="worldToCamera"):
-        world_mark(still, PointMark("A", 3, 3), LENS)
+        make_world_mark(still, PointMark("A", 3, 3), LENS)
     with pytest.raises(InputError, match="sky"):
-        world_mark(plate_from(camera_at(0, 0, 0), np.inf), PointMark("A", 3, 3), LENS)
+        make_world_mark(plate_from(camera_at(0, 0, 0), np.inf), PointMark("A", 3, 3), LENS)
 
 
-def test_the_header_tells_the_camera_in_the_unit_of_the_scene(tmp_path):
+def test_world_mark_distance_uses_scene_unit_of_header_camera(tmp_path):
     # OpenEXR: points are rows, the camera looks along +z
-    told = (np.diag([1, 1, -1, 1]) @ camera_at(100.0, 0, 400.0)).T
-    told = np.ascontiguousarray(told, "f4")
+    world_to_camera = (np.diag([1, 1, -1, 1]) @ camera_at(100.0, 0, 400.0)).T
+    world_to_camera = np.ascontiguousarray(world_to_camera, "f4")
     depth = {"Z": np.full(SIZE, 800, "f4")}
-    path = write_file(tmp_path / "p.exr", rgb(*SIZE) | depth, worldToCamera=told)
+    path = write_file(tmp_path / "p.exr", rgb(*SIZE) | depth, worldToCamera=world_to_camera)
     plate = read_plate(path, PlateOptions(scene_unit_m=0.01))
     assert mark_on_plate_m(plate, WorldMark("A", 1.0, 0.0, -1.0)) == pytest.approx(5.0)

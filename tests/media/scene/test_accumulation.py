@@ -1,4 +1,4 @@
-"""Views through the whole lens, added up: a point becomes the disc that the thin lens says."""
+"""Test accumulated views through the lens: a point becomes the disc of the thin lens."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -46,7 +46,7 @@ def view_through(lens: Lens) -> SceneView:
 
 
 class Lab:
-    """One raster, fresh sums."""
+    """A raster with an output texture; each measurement uses new sums unless given."""
 
     def __init__(self, ctx: Device) -> None:
         self.ctx = ctx
@@ -82,7 +82,7 @@ def lab(session_context: Device) -> Iterator[Lab]:
 
 
 def spread(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and variance along x and y, in pixels from the picture's middle."""
+    """Return mean and variance of light along x and y, in pixels from the middle of the image."""
     weights = light / light.sum()
     places = [np.arange(n) + 0.5 - n / 2 for n in SIZE]
     sums = [weights.sum(axis=0), weights.sum(axis=1)]
@@ -96,7 +96,7 @@ def spread(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     ("squeeze", "model"),
     [(1.0, LensModel.PHOTOGRAPHIC), (1.0, LensModel.RENDERER), (1.8, LensModel.PHOTOGRAPHIC)],
 )
-def test_a_lamp_becomes_the_disc_of_the_thin_lens(
+def test_accumulated_lamp_is_disc_of_thin_lens(
     ctx: Device, lab: Lab, depth_m: float, squeeze: float, model: LensModel
 ) -> None:
     lens = replace(LENS, squeeze=squeeze, model=model)
@@ -106,28 +106,28 @@ def test_a_lamp_becomes_the_disc_of_the_thin_lens(
     means, variances = spread(light)
     # A disc's variance is (d / 4)^2 along each axis, a box's its width squared over 12, but for
     # what pixels as coarse as the light make of it.
-    own = (QUAD_PX**2 + 1.0) / 12
-    expected = [(diameter / squeeze / 4) ** 2 + own, (diameter / 4) ** 2 + own]
+    lamp_variance = (QUAD_PX**2 + 1.0) / 12
+    expected = [(diameter / squeeze / 4) ** 2 + lamp_variance, (diameter / 4) ** 2 + lamp_variance]
     np.testing.assert_allclose(variances, expected, rtol=0.02, atol=0.1)
     np.testing.assert_allclose(means, AT_PX, atol=0.05)
     np.testing.assert_allclose(light.sum(), RADIANCE * QUAD_PX**2, rtol=0.01)
 
 
-def test_the_disc_is_even_and_ends_where_it_should(ctx: Device, lab: Lab) -> None:
+def test_accumulated_disc_is_even_and_ends_at_its_radius(ctx: Device, lab: Lab) -> None:
     lab.load(0.8)
     light = lab.seen(LENS, 1024)[..., 0].astype(np.float64)
     radius = abs(float(coc_px(0.8, coc_line(LENS, SIZE[0])))) / 2
     y, x = np.indices(light.shape) + 0.5
-    far = np.hypot(x - SIZE[0] / 2 - AT_PX[0], y - SIZE[1] / 2 - AT_PX[1])
+    distance_px = np.hypot(x - SIZE[0] / 2 - AT_PX[0], y - SIZE[1] / 2 - AT_PX[1])
     reach = (QUAD_PX + 1) / np.sqrt(2)
-    assert light[far > radius + reach].max() == 0
-    inside = light[far < radius - reach]
-    even = RADIANCE * QUAD_PX**2 / (np.pi * radius**2)
-    np.testing.assert_allclose(inside, even, rtol=0.25)
-    np.testing.assert_allclose(inside.mean(), even, rtol=0.01)
+    assert light[distance_px > radius + reach].max() == 0
+    inside = light[distance_px < radius - reach]
+    expected = RADIANCE * QUAD_PX**2 / (np.pi * radius**2)
+    np.testing.assert_allclose(inside, expected, rtol=0.25)
+    np.testing.assert_allclose(inside.mean(), expected, rtol=0.01)
 
 
-def test_what_is_in_focus_is_as_sharp_as_through_a_pinhole(ctx: Device, lab: Lab) -> None:
+def test_accumulated_object_in_focus_is_as_sharp_as_pinhole(ctx: Device, lab: Lab) -> None:
     lab.load(LENS.focus_distance_m)
     through_lens = lab.seen(LENS, VIEWS)
     pinhole = lab.seen(replace(LENS, f_stop=1e5), VIEWS)
@@ -135,7 +135,7 @@ def test_what_is_in_focus_is_as_sharp_as_through_a_pinhole(ctx: Device, lab: Lab
     assert np.count_nonzero(through_lens[..., 0]) <= (QUAD_PX + 1) ** 2
 
 
-def test_an_edge_has_the_share_of_the_pixel_that_is_covered(ctx: Device, lab: Lab) -> None:
+def test_accumulated_edge_pixels_have_covered_share(ctx: Device, lab: Lab) -> None:
     lab.load(LENS.focus_distance_m)
     light = lab.seen(LENS, 1024)[..., 0]
     shares = []
@@ -146,7 +146,7 @@ def test_an_edge_has_the_share_of_the_pixel_that_is_covered(ctx: Device, lab: La
     np.testing.assert_allclose(light, RADIANCE * np.outer(shares[1], shares[0]), atol=0.4)
 
 
-def test_all_colours_and_the_alpha_are_meant(ctx: Device, lab: Lab) -> None:
+def test_accumulation_keeps_colors_and_alpha(ctx: Device, lab: Lab) -> None:
     lab.load(1.2)
     picture = lab.seen(LENS, 50)
     np.testing.assert_allclose(picture[..., 1], picture[..., 0] / 2, rtol=1e-6)
@@ -154,7 +154,7 @@ def test_all_colours_and_the_alpha_are_meant(ctx: Device, lab: Lab) -> None:
     np.testing.assert_array_equal(picture[..., 3], 1)
 
 
-def test_more_views_go_on_where_the_others_stopped(ctx: Device, lab: Lab) -> None:
+def test_accumulation_continues_with_more_views(ctx: Device, lab: Lab) -> None:
     lab.load(0.8)
     at_once = lab.seen(LENS, 64)
     assert np.any(lab.seen(LENS, 16) != at_once)
@@ -163,18 +163,18 @@ def test_more_views_go_on_where_the_others_stopped(ctx: Device, lab: Lab) -> Non
     np.testing.assert_array_equal(lab.seen(LENS, 300, 64), at_once)
 
 
-def test_only_what_is_new_is_drawn(ctx: Device, lab: Lab) -> None:
+def test_accumulation_draws_only_new_views(ctx: Device, lab: Lab) -> None:
     lab.load(0.8)
     sums = Accumulation(ctx, lab.raster)
-    asked = [4, 4, 9, 2]
+    requested_views = [4, 4, 9, 2]
     counts = [
         len(list(sums.steps(view_through(LENS), pupil_of(LENS), views, lab.out, "same")))
-        for views in asked
+        for views in requested_views
     ]
     assert counts == [4, 0, 5, 2]
 
 
-def test_another_key_begins_again(ctx: Device, lab: Lab) -> None:
+def test_accumulation_restarts_for_another_key(ctx: Device, lab: Lab) -> None:
     sums = Accumulation(ctx, lab.raster)
     lab.load(0.8)
     lab.seen(LENS, 32, sums=sums)
@@ -182,7 +182,7 @@ def test_another_key_begins_again(ctx: Device, lab: Lab) -> None:
     np.testing.assert_array_equal(lab.seen(LENS, 32, sums=sums), lab.seen(LENS, 32))
 
 
-def test_what_was_left_half_way_is_gone_on_with(ctx: Device, lab: Lab) -> None:
+def test_accumulation_continues_after_interrupted_steps(ctx: Device, lab: Lab) -> None:
     lab.load(1.2)
     sums = Accumulation(ctx, lab.raster)
     key = (LENS, lab.raster.buffers.scene)
@@ -207,10 +207,10 @@ OPENINGS: dict[str, dict[str, float]] = {
 
 @pytest.mark.parametrize("depth_m", [1.1, 6.0])
 @pytest.mark.parametrize("opening", OPENINGS.values(), ids=OPENINGS.keys())
-def test_a_lamp_becomes_the_disc_of_the_opening(
+def test_accumulated_lamp_is_disc_of_shaped_opening(
     lab: Lab, opening: dict[str, float], depth_m: float
 ) -> None:
-    """Middle and variance of both colours, against the shape on its own."""
+    """Compare mean position and variance of both colors with those of the shape alone."""
     lens = replace(LENS, f_stop=1.4, **opening)
     lab.load(depth_m)
     light = lab.seen_in_colors(lens, VIEWS)
@@ -218,8 +218,8 @@ def test_a_lamp_becomes_the_disc_of_the_opening(
     place = SIZE[0] / 2 + AT_PX[0], SIZE[1] / 2 + AT_PX[1]
     shape = DiscShape(lens.aperture, 1.0, PictureField.of(SIZE))
     y, x = np.mgrid[: SIZE[1], : SIZE[0]] + 0.5
-    for color, own in ((0, radius - axial_px(lens, SIZE[0]) / 2), (1, radius)):
-        expected = shape.coverage(x - place[0], y - place[1], own, 0.5, place)
+    for color, radius_px in ((0, radius - axial_px(lens, SIZE[0]) / 2), (1, radius)):
+        expected = shape.coverage(x - place[0], y - place[1], radius_px, 0.5, place)
         means, variances = spread(light[..., color].astype(np.float64))
         expected_means, expected_variances = spread(expected)
         np.testing.assert_allclose(means, expected_means, atol=0.15)

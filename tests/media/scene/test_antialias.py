@@ -1,4 +1,4 @@
-"""The pinhole picture of few samples, and where these are enough."""
+"""Test antialiasing of the pinhole image, and which pixels need no more samples."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -17,14 +17,14 @@ from heatlens.render.gpu.textures import download, new_texture
 from heatlens.render.scene_gpu import bands
 from heatlens.render.scene_gpu.antialias import Antialias
 from heatlens.render.scene_gpu.raster import SceneRaster
-from support.scenes import NIGHT, lamp, moved, plane, scene_of, still_life
+from support.scenes import NIGHT, lamp, placement, plane, scene_of, still_life
 
 SIZE = 240, 136
 SHOT = Shot(Lens(50.0, 2.0, 3.0, 36.0), framing=Framing(*SIZE, "camera"))
 
 
 class Lab:
-    """A still life with lamps, and what is seen of it."""
+    """A still life with lamps, drawn directly and antialiased."""
 
     def __init__(self, ctx: Device) -> None:
         self.ctx = ctx
@@ -63,75 +63,84 @@ def lab(session_context: Device) -> Iterator[Lab]:
 
 
 @pytest.mark.parametrize("across", [1, 2, 3])
-def test_a_picture_is_the_mean_of_its_samples(ctx, lab, across):
-    found, expected = lab.antialiased(across)[0], lab.meant(across)
-    wrong = np.abs(found - expected).max(axis=-1) / (expected.max(axis=-1) + 0.01)
-    assert np.quantile(wrong, 0.99) < 0.02  # maps are read a little sharper by closer samples
-    assert found.sum() == pytest.approx(expected.sum(), rel=5e-3)
+def test_antialiased_image_is_mean_of_its_samples(ctx, lab, across):
+    image, expected = lab.antialiased(across)[0], lab.meant(across)
+    relative_error = np.abs(image - expected).max(axis=-1) / (expected.max(axis=-1) + 0.01)
+    assert (
+        np.quantile(relative_error, 0.99) < 0.02
+    )  # maps are read a little sharper by closer samples
+    assert image.sum() == pytest.approx(expected.sum(), rel=5e-3)
 
 
-def test_what_is_done_needs_no_more_samples(ctx, lab):
-    few, done = lab.antialiased(4)
-    many = lab.meant(8)
-    assert 0.4 < done.mean() < 0.95
-    finished = np.where(done[..., None], few, many).astype(np.float32)
-    assert score(finished, many.astype(np.float32)).flip <= 0.001
-    differs = np.abs(many - few).max(axis=-1) > 0.1 * (few.max(axis=-1) + 0.01)
-    assert differs.mean() > 0.001 and not (differs & done).any()
+def test_antialias_done_pixels_need_no_more_samples(ctx, lab):
+    few_samples, is_done = lab.antialiased(4)
+    many_samples = lab.meant(8)
+    assert 0.4 < is_done.mean() < 0.95
+    finished = np.where(is_done[..., None], few_samples, many_samples).astype(np.float32)
+    assert score(finished, many_samples.astype(np.float32)).flip <= 0.001
+    differs = np.abs(many_samples - few_samples).max(axis=-1) > 0.1 * (
+        few_samples.max(axis=-1) + 0.01
+    )
+    assert differs.mean() > 0.001 and not (differs & is_done).any()
 
 
-def test_an_edge_between_two_pixels_is_not_done(ctx):
+def test_antialias_edge_between_two_pixels_is_not_done(ctx):
     raster = SceneRaster(ctx)
-    edge = moved(2.0, z=-2.0)  # the left rim of a card runs between two pixels
-    scene = scene_of((plane(2.0),), [(0, edge)], (lamp((0.5, 0.5, 0.5)),), daylight=NIGHT)
+    card_placement = placement(2.0, z=-2.0)  # the left rim of a card runs between two pixels
+    scene = scene_of((plane(2.0),), [(0, card_placement)], (lamp((0.5, 0.5, 0.5)),), daylight=NIGHT)
     raster.load(scene)
     raster.place(1)
     view = SceneView(np.eye(4), (16, 8), 20.0, np.inf, 0.1, 10.0)
-    own = Antialias(ctx, raster)
-    for _ in own.steps(view, 4, 1, "key"):
+    antialias = Antialias(ctx, raster)
+    for _ in antialias.steps(view, 4, 1, "key"):
         pass
-    mean, done = (download(it) for it in (own.picture(view.size).mean, own.picture(view.size).done))
+    mean, done = (
+        download(it)
+        for it in (antialias.picture(view.size).mean, antialias.picture(view.size).done)
+    )
     assert mean[4, 7, 0] == 0 and mean[4, 8, 0] == pytest.approx(0.5)
     assert not done[4, 6:9].any() and done[4, [2, 13]].all()
-    for held in (own, raster):
+    for held in (antialias, raster):
         held.release()
 
 
-def test_bands_make_no_difference(ctx, lab, monkeypatch):
+def test_antialias_in_bands_gives_same_image(ctx, lab, monkeypatch):
     at_once = lab.antialiased(4)
     monkeypatch.setattr(bands, "_LEAST_PX", 1)
     monkeypatch.setattr(bands, "_SAMPLES_MOST", 40 * 16 * SIZE[0])
     monkeypatch.setattr(lab.raster, "bands", bands.Bands(lab.ctx, 10**9))
     assert len(list(lab.raster.bands.of_samples(SIZE, 4, 1))) == 4
-    for found, expected in zip(lab.antialiased(4), at_once, strict=True):
-        apart = np.abs(found.astype(float) - expected)
-        assert np.quantile(apart, 0.995) < 1e-3  # rims may be met by another sample
+    for banded, expected in zip(lab.antialiased(4), at_once, strict=True):
+        difference = np.abs(banded.astype(float) - expected)
+        assert np.quantile(difference, 0.995) < 1e-3  # rims may be met by another sample
 
 
-def test_a_picture_that_is_there_is_not_drawn_again(ctx, lab):
-    own = Antialias(ctx, lab.raster)
-    assert list(own.steps(lab.view, 2, 1, "key")) != []
-    assert list(own.steps(lab.view, 2, 1, "key")) == []
-    assert list(own.steps(lab.view, 2, 1, "other")) != []
-    abandoned = own.steps(lab.view, 3, 1, "other")
+def test_antialias_does_not_draw_same_key_again(ctx, lab):
+    antialias = Antialias(ctx, lab.raster)
+    assert list(antialias.steps(lab.view, 2, 1, "key")) != []
+    assert list(antialias.steps(lab.view, 2, 1, "key")) == []
+    assert list(antialias.steps(lab.view, 2, 1, "other")) != []
+    abandoned = antialias.steps(lab.view, 3, 1, "other")
     next(abandoned)
     abandoned.close()
-    assert list(own.steps(lab.view, 2, 1, "other")) != []
-    own.release()
+    assert list(antialias.steps(lab.view, 2, 1, "other")) != []
+    antialias.release()
 
 
-def test_bands_cover_a_picture_once(ctx, lab):
+def test_bands_cover_image_once(ctx, lab):
     for size in ((1, 1), (640, 360), (1920, 1080), (16384, 3)):
-        found = list(lab.raster.bands.of(size))
-        assert [band.y0 for band in found] == [0, *(band.y1 for band in found[:-1])]
-        assert found[-1].y1 == size[1] and all(band.width == size[0] for band in found)
+        band_list = list(lab.raster.bands.of(size))
+        assert [band.y0 for band in band_list] == [0, *(band.y1 for band in band_list[:-1])]
+        assert band_list[-1].y1 == size[1] and all(band.width == size[0] for band in band_list)
 
 
 @pytest.mark.parametrize("across", [1, 4, 8])
-def test_bands_of_samples_have_equal_rows_and_cover_a_picture_once(lab, across):
+def test_bands_of_samples_have_equal_rows_and_cover_image_once(lab, across):
     for size in ((1, 1), (640, 360), (1920, 1080), (2000, 3)):
-        found = list(lab.raster.bands.of_samples(size, across, 2))
-        assert [first for first, _ in found] == [0, *(end for _, end in found[:-1])]
-        assert found[-1][1] - len(found) < size[1] <= found[-1][1]
-        assert len({end - first for first, end in found}) == 1
-        assert size[0] * across**2 * found[0][1] <= max(bands._SAMPLES_MOST, size[0] * across**2)
+        band_list = list(lab.raster.bands.of_samples(size, across, 2))
+        assert [first for first, _ in band_list] == [0, *(end for _, end in band_list[:-1])]
+        assert band_list[-1][1] - len(band_list) < size[1] <= band_list[-1][1]
+        assert len({end - first for first, end in band_list}) == 1
+        assert size[0] * across**2 * band_list[0][1] <= max(
+            bands._SAMPLES_MOST, size[0] * across**2
+        )

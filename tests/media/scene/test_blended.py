@@ -1,4 +1,4 @@
-"""Surfaces that cover a share of what is behind them, the same for rays and the rasteriser."""
+"""Test partly transparent surfaces, drawn alike by ray tracer and rasterizer."""
 
 from dataclasses import replace
 
@@ -13,18 +13,20 @@ from heatlens.render.gpu.textures import download, new_texture
 from heatlens.render.scene_gpu.antialias import Antialias
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.ray_tracer import RayTracer
-from support.scenes import BLACK, NIGHT, lamp, moved, plane, scene_of
+from support.scenes import BLACK, NIGHT, lamp, placement, plane, scene_of
 
 VIEW = SceneView(np.eye(4), (12, 8), 10.0, np.inf, 0.1, 100.0)
 RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
-def panes(*alphas, **more):
-    """Return red panes one behind the other, and a green wall."""
-    glass = [replace(lamp(RED), base_alpha=alpha, is_blended=True, **more) for alpha in alphas]
-    places = [(i, moved(z=-2.0 - i)) for i in range(len(alphas) + 1)]
+def panes_before_wall(*alphas, **more):
+    """Return a scene of red panes one behind the other, and a green wall."""
+    glass_materials = [
+        replace(lamp(RED), base_alpha=alpha, is_blended=True, **more) for alpha in alphas
+    ]
+    places = [(i, placement(z=-2.0 - i)) for i in range(len(alphas) + 1)]
     meshes = [plane(20.0, material=i) for i in range(len(alphas) + 1)]
-    return scene_of(meshes, places, [*glass, lamp(GREEN)], daylight=NIGHT)
+    return scene_of(meshes, places, [*glass_materials, lamp(GREEN)], daylight=NIGHT)
 
 
 @pytest.fixture(scope="module")
@@ -60,21 +62,21 @@ def both(session_context):
 
 
 @pytest.mark.parametrize("alphas", [(0.3,), (0.5, 0.5), (0.9, 0.2), (0.0,), (1.0,)])
-def test_panes_cover_as_their_alphas_multiply(both, alphas):
+def test_blended_panes_multiply_their_transparencies(both, alphas):
     green = np.prod(1 - np.array(alphas))
     expected = (1 - green, green, 0.0)
-    drawn, traced = both(panes(*alphas))
+    drawn, traced = both(panes_before_wall(*alphas))
     np.testing.assert_allclose(drawn.mean(axis=(0, 1)), expected, atol=0.02)
     np.testing.assert_allclose(traced.mean(axis=(0, 1)), expected, atol=0.03)
     # The samples of a pixel are spread, so that 64 of them are as good as thousands at random.
     assert np.percentile(np.abs(drawn - expected), 95) < (0.02 if len(alphas) == 1 else 0.1)
 
 
-def test_the_depth_is_that_of_what_covers_the_half(ctx):
+def test_raster_depth_is_that_of_surface_covering_half(ctx):
     raster = SceneRaster(ctx)
     depth = new_texture(ctx, VIEW.size, 1)
     for alpha, expected_m in ((0.4, 3.0), (0.6, 2.0)):
-        raster.load(panes(alpha))
+        raster.load(panes_before_wall(alpha))
         raster.place(1)
         raster.depth(replace(VIEW, sample=7), depth)
         np.testing.assert_allclose(download(depth), expected_m, rtol=1e-4)
@@ -82,19 +84,19 @@ def test_the_depth_is_that_of_what_covers_the_half(ctx):
     depth.release()
 
 
-def test_an_unlit_surface_has_its_colour_whatever_shines(both):
+def test_unlit_surface_has_its_color_under_any_light(both):
     unlit = Material(base_color=(0.3, 0.5, 0.7), is_lit=False)
-    scene = scene_of([plane(20.0)], [(0, moved(z=-2.0))], [unlit])
+    scene = scene_of([plane(20.0)], [(0, placement(z=-2.0))], [unlit])
     for picture in both(scene):
         np.testing.assert_allclose(picture, np.broadcast_to((0.3, 0.5, 0.7), picture.shape), 1e-5)
 
 
-def test_maps_are_read_where_each_of_them_lies(both):
-    """The left half of the map is red and the right half green."""
+def test_maps_use_their_own_uv_placement(both):
+    """The left half of the map is red and the right half is green."""
     image = np.zeros((1, 2, 4), np.uint8)
     image[0, 0], image[0, 1] = (255, 0, 0, 255), (0, 255, 0, 255)
     first, second = (np.tile(np.float32([[u, 0.5]]), (4, 1)) for u in (0.25, 0.9))
-    sheet, ahead = replace(plane(20.0), uvs=first, more_uvs=second), [(0, moved(z=-2.0))]
+    sheet, ahead = replace(plane(20.0), uvs=first, more_uvs=second), [(0, placement(z=-2.0))]
     for chosen, expected in (
         (MapPlace(), RED),
         (MapPlace(offset=(0.5, 0.0)), GREEN),

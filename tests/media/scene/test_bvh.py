@@ -1,4 +1,4 @@
-"""The trees of boxes that rays go through: what they must hold, and that no hit is lost in them."""
+"""Test the trees of boxes that rays pass through: their structure, and that no hit is lost."""
 
 from collections.abc import Iterator
 
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from heatlens.render.gpu.shader_constants import BVH_DEPTH_MOST
 from heatlens.render.scene_gpu.bvh import LEAF_MOST, Bvh, build, instance_tree, mesh_trees
-from support.ray_oracle import hit_distances, soup
+from support.ray_oracle import hit_distances, random_triangles
 
 Array = NDArray[np.float64]
 Ray = tuple[Array, Array]
 
 
-def walked(nodes: NDArray[np.void], root: int = 0) -> Iterator[tuple[np.void, int, int | None]]:
+def walk_nodes(nodes: NDArray[np.void], root: int = 0) -> Iterator[tuple[np.void, int, int | None]]:
     """Return every node below a root, with its depth and where its parent is."""
     left: list[tuple[int, int, int | None]] = [(root, 0, None)]
     while left:
@@ -29,9 +29,9 @@ def walked(nodes: NDArray[np.void], root: int = 0) -> Iterator[tuple[np.void, in
 
 
 def check_tree(tree: Bvh, low: NDArray[np.float32], high: NDArray[np.float32], most: int) -> None:
-    """Check that each item is in one leaf and its box, children in parents, and the depth."""
+    """Check that each item is in one leaf and its box, child boxes in parents', and the depth."""
     seen: list[int] = []
-    for node, depth, parent in walked(tree.nodes):
+    for node, depth, parent in walk_nodes(tree.nodes):
         assert depth <= BVH_DEPTH_MOST
         if parent is not None:
             assert np.all(node["low"] >= tree.nodes[parent]["low"])
@@ -52,7 +52,7 @@ corners = st.integers(1, 60).flatmap(
 
 
 @given(corners, st.sampled_from([1, LEAF_MOST]))
-def test_every_item_is_in_one_leaf_and_inside_its_box(
+def test_bvh_has_every_item_in_one_leaf_inside_its_box(
     boxes: NDArray[np.float32], most: int
 ) -> None:
     low, high = boxes.min(axis=1), boxes.max(axis=1)
@@ -60,16 +60,16 @@ def test_every_item_is_in_one_leaf_and_inside_its_box(
 
 
 @pytest.mark.parametrize("growth", [0.0, 1.0, 1.6])
-def test_a_tree_stays_shallow_over_items_that_tempt_it_to_peel_one_at_a_time(
+def test_bvh_stays_shallow_over_geometrically_spaced_items(
     growth: float,
 ) -> None:
-    """Each step `growth` times as far as the one before: all but one fall into the first bin."""
+    """Each step is `growth` times the one before: all but one item fall into the first bin."""
     steps = np.cumprod(np.full(150, growth)) if growth else np.zeros(150)
     low = np.stack([steps, steps * 0, steps * 0], axis=1).astype(np.float32)
     check_tree(build(low, low, 1), low, low, 1)
 
 
-def met(nodes: NDArray[np.void], root: int, ray: Ray) -> list[int]:
+def triangles_met(nodes: NDArray[np.void], root: int, ray: Ray) -> list[int]:
     """Return the triangles of the leaves that a ray goes through."""
     found: list[int] = []
     left = [root]
@@ -85,11 +85,11 @@ def met(nodes: NDArray[np.void], root: int, ray: Ray) -> list[int]:
     return found
 
 
-def test_a_ray_meets_in_the_tree_what_it_meets_among_all_triangles(
+def test_bvh_ray_hits_equal_hits_among_all_triangles(
     rng: np.random.Generator,
 ) -> None:
-    """Of the second mesh of two, so that what counts from the first one on is tested too."""
-    meshes = soup(rng, 7), soup(rng, 900)
+    """The second of two meshes is tested, so that offsets of the first are covered."""
+    meshes = random_triangles(rng, 7), random_triangles(rng, 900)
     trees = mesh_trees(meshes)
     positions = np.concatenate([mesh.positions_m for mesh in meshes]).astype(np.float64)
     mesh_points = meshes[1].positions_m[meshes[1].triangles].astype(np.float64)
@@ -97,7 +97,7 @@ def test_a_ray_meets_in_the_tree_what_it_meets_among_all_triangles(
     for _ in range(150):
         start = 3 * rng.normal(size=3)
         ray = start, rng.uniform(-1, 1, 3) - start
-        among = met(trees.nodes, int(trees.roots[1]), ray)
+        among = triangles_met(trees.nodes, int(trees.roots[1]), ray)
         in_tree = hit_distances(*ray, positions[trees.triangles[among, :3]])
         nearest = hit_distances(*ray, mesh_points).min()
         assert min(in_tree, default=np.inf) == pytest.approx(nearest)
@@ -106,14 +106,14 @@ def test_a_ray_meets_in_the_tree_what_it_meets_among_all_triangles(
     assert hits > 20
 
 
-def test_a_mesh_without_triangles_is_a_leaf_without_any(rng: np.random.Generator) -> None:
-    empty = soup(rng, 0)
-    trees = mesh_trees([empty, soup(rng, 1)])
+def test_mesh_trees_of_empty_mesh_is_an_empty_leaf(rng: np.random.Generator) -> None:
+    empty = random_triangles(rng, 0)
+    trees = mesh_trees([empty, random_triangles(rng, 1)])
     assert [trees.nodes[root]["count"] for root in trees.roots] == [0, 1]
 
 
-def test_placed_boxes_hold_the_placed_corners(rng: np.random.Generator) -> None:
-    """Far away from the origin too, where float32 has few digits left."""
+def test_instance_tree_boxes_contain_placed_corners(rng: np.random.Generator) -> None:
+    """Positions far from the origin are included, where float32 has few digits left."""
     low = rng.uniform(-1, 0, (40, 3))
     boxes = np.stack([low, low + rng.uniform(0, 1, (40, 3))], axis=1)
     matrices = np.tile(np.eye(4), (40, 1, 1))
@@ -121,7 +121,7 @@ def test_placed_boxes_hold_the_placed_corners(rng: np.random.Generator) -> None:
     matrices[:, :3, 3] = rng.normal(size=(40, 3)) * 1e4
     tree = instance_tree(boxes, matrices)
     picks = np.indices((2, 2, 2)).reshape(3, 8).T
-    for node, _, _ in walked(tree.nodes):
+    for node, _, _ in walk_nodes(tree.nodes):
         if node["count"] < 0:
             continue
         i = int(tree.order[node["first"]])
@@ -131,8 +131,8 @@ def test_placed_boxes_hold_the_placed_corners(rng: np.random.Generator) -> None:
         assert np.all(placed <= node["high"].astype(np.float64))
 
 
-def test_an_instance_has_a_leaf_of_its_own(rng: np.random.Generator) -> None:
+def test_instance_tree_has_one_leaf_per_instance(rng: np.random.Generator) -> None:
     boxes = np.tile(np.array([[0.0, 0, 0], [1, 1, 1]]), (9, 1, 1))
     tree = instance_tree(boxes, np.tile(np.eye(4), (9, 1, 1)))
-    leaves = [node["count"] for node, _, _ in walked(tree.nodes) if node["count"] >= 0]
+    leaves = [node["count"] for node, _, _ in walk_nodes(tree.nodes) if node["count"] >= 0]
     assert leaves == [1] * 9

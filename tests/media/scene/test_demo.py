@@ -1,4 +1,4 @@
-"""The built-in scene: who is in focus stands at the mark, nobody jumps, and it stays small."""
+"""Test the built-in scene: actors at their focus marks, smooth motion, and a small file."""
 
 from pathlib import Path
 
@@ -23,14 +23,14 @@ frames = st.floats(FRAMES.first, FRAMES.last)
 actors = st.sampled_from(sorted(ACTORS))
 
 
-def in_camera(name: str, frame: float) -> np.ndarray:
+def position_in_camera(name: str, frame: float) -> np.ndarray:
     """Return the middle (3,) of an actor in the camera's axes."""
     body = joints_at(ACTORS[name], frame)["body"][:, 3]
     return (TRACK.pose_at(frame).world_to_camera @ body)[:3]
 
 
 def focus_keys() -> list[tuple[float, str]]:
-    """Frame of each key of the focus, and whose mark it is."""
+    """Return the frame of each focus key and the actor whose mark it is on."""
     actor = {
         mark.distance_m: f"actor {mark.name}"
         for mark in SHOT.marks
@@ -39,29 +39,29 @@ def focus_keys() -> list[tuple[float, str]]:
     return [(key.frame, actor[key.value]) for key in SHOT.curves.focus_distance_m.keys]
 
 
-def test_the_focus_goes_from_mark_to_mark() -> None:
+def test_demo_focus_keys_go_from_mark_to_mark() -> None:
     assert [name[-1] for _, name in focus_keys()] == ["A", "B", "B", "C"]
     assert all(frame in FRAMES for frame, _ in focus_keys())
 
 
 @pytest.mark.parametrize(("frame", "name"), focus_keys())
-def test_the_actor_is_at_the_mark_where_the_focus_is_keyed(frame: float, name: str) -> None:
+def test_demo_actor_is_at_focus_distance_at_each_key(frame: float, name: str) -> None:
     focus = SHOT.lens_at(frame).focus_distance_m
-    assert -in_camera(name, frame)[2] == pytest.approx(focus, abs=0.1)
+    assert -position_in_camera(name, frame)[2] == pytest.approx(focus, abs=0.1)
 
 
 @pytest.mark.parametrize(
     ("name", "first", "last"), [("actor A", 1, 60), ("actor B", 88, 150), ("actor C", 190, 240)]
 )
-def test_who_is_in_focus_stays_so_and_in_the_picture(name: str, first: int, last: int) -> None:
+def test_demo_actor_in_focus_stays_in_focus_and_in_frame(name: str, first: int, last: int) -> None:
     half_width = SHOT.lens.sensor_width_mm / (2 * SHOT.lens.focal_length_mm)
     for frame in range(first, last + 1):
-        x, _, z = in_camera(name, frame)
+        x, _, z = position_in_camera(name, frame)
         assert -z == pytest.approx(SHOT.lens_at(frame).focus_distance_m, abs=0.15)
         assert abs(x) < half_width * -z
 
 
-def test_every_frame_has_a_lens_and_a_view() -> None:
+def test_demo_has_lens_and_view_at_every_frame() -> None:
     size = SHOT.framing.size
     for frame in FRAMES:
         lens = SHOT.lens_at(frame)
@@ -70,13 +70,13 @@ def test_every_frame_has_a_lens_and_a_view() -> None:
 
 
 @given(frames, st.sampled_from([1, -1, 2]))
-def test_the_motion_is_a_loop(frame: float, turns: int) -> None:
+def test_demo_motion_is_a_loop(frame: float, turns: int) -> None:
     later = SCENE.transforms_at(frame + turns * LOOP_FRAMES)
     np.testing.assert_allclose(later, SCENE.transforms_at(frame), atol=1e-9)
 
 
-def test_nothing_jumps() -> None:
-    """From each frame to the next, and from the last to the first."""
+def test_demo_motion_has_no_jumps() -> None:
+    """The steps include the one from the last frame to the first."""
     points = np.array([(0, 0, 0, 1), (0, -0.4, 0, 1), (0.1, 0, 0, 1), (0, 0, 0.1, 1.0)]).T
     places = np.stack([(SCENE.transforms_at(f) @ points)[:, :3] for f in (*FRAMES, FRAMES.first)])
     steps = np.linalg.norm(np.diff(places, axis=0), axis=2)
@@ -87,7 +87,7 @@ def test_nothing_jumps() -> None:
 
 
 @given(actors, frames)
-def test_feet_are_on_the_ground_and_limbs_stay_whole(name: str, frame: float) -> None:
+def test_demo_actors_have_feet_on_ground_and_rigid_limbs(name: str, frame: float) -> None:
     joints = joints_at(ACTORS[name], frame)
     for matrix in joints.values():
         np.testing.assert_allclose(matrix[:3, :3].T @ matrix[:3, :3], np.eye(3), atol=1e-9)
@@ -98,14 +98,14 @@ def test_feet_are_on_the_ground_and_limbs_stay_whole(name: str, frame: float) ->
 
 
 @given(actors, frames)
-def test_who_walks_looks_ahead(name: str, frame: float) -> None:
+def test_demo_actors_face_their_walking_direction(name: str, frame: float) -> None:
     walk = ACTORS[name]
     ahead = np.subtract(walk.place_at(frame + 1e-3), walk.place_at(frame - 1e-3))
     face = np.array([np.sin(walk.heading_at(frame)), np.cos(walk.heading_at(frame))])
     np.testing.assert_allclose(ahead / np.linalg.norm(ahead), face, atol=1e-4)
 
 
-def test_it_is_small_and_whole() -> None:
+def test_demo_scene_is_small_and_complete() -> None:
     assert 5_000 <= SCENE.triangle_count <= 15_000
     assert {*ACTORS, "railing", "table", "garlands", "street lamps"} <= {*object_names(SCENE)}
     assert len(SCENE.meshes) < len(SCENE.instances)
@@ -117,8 +117,8 @@ def test_it_is_small_and_whole() -> None:
     assert 50 <= brightest <= 500
 
 
-def test_normals_point_out_of_closed_shapes() -> None:
-    """Faces and normals agree: a shape seen from its back would be lit from the wrong side."""
+def test_demo_normals_point_outward() -> None:
+    """Faces and normals agree; otherwise a shape would be lit from the wrong side."""
     for mesh in SCENE.meshes:
         a, b, c = (mesh.positions_m[mesh.triangles[:, i]] for i in range(3))
         facing = np.cross(b - a, c - a)
@@ -126,25 +126,29 @@ def test_normals_point_out_of_closed_shapes() -> None:
         assert agree.all()
 
 
-def test_the_file_is_what_its_scripts_make(tmp_path: Path) -> None:
-    """Everything but the last digits of the walks, which differ from processor to processor."""
+def test_demo_file_equals_output_of_its_scripts(tmp_path: Path) -> None:
+    """The last digits of the walks are ignored, because they differ between processors."""
     path = tmp_path / "street.glb"
     path.write_bytes(street_bytes())
-    made = read_gltf(path)
-    assert made.materials == SCENE.materials and made.lights == SCENE.lights
-    assert [(i.name, i.mesh) for i in made.instances] == [(i.name, i.mesh) for i in SCENE.instances]
-    np.testing.assert_array_equal(made.images[0], SCENE.images[0])
-    for of_script, of_file in zip(made.meshes, SCENE.meshes, strict=True):
+    generated = read_gltf(path)
+    assert generated.materials == SCENE.materials and generated.lights == SCENE.lights
+    assert [(i.name, i.mesh) for i in generated.instances] == [
+        (i.name, i.mesh) for i in SCENE.instances
+    ]
+    np.testing.assert_array_equal(generated.images[0], SCENE.images[0])
+    for of_script, of_file in zip(generated.meshes, SCENE.meshes, strict=True):
         np.testing.assert_allclose(of_script.positions_m, of_file.positions_m, atol=1e-6)
         np.testing.assert_allclose(of_script.normals, of_file.normals, atol=1e-5)
         np.testing.assert_array_equal(of_script.triangles, of_file.triangles)
     for frame in (1.0, 77.3, 240.0):
-        np.testing.assert_allclose(made.transforms_at(frame), SCENE.transforms_at(frame), atol=1e-6)
+        np.testing.assert_allclose(
+            generated.transforms_at(frame), SCENE.transforms_at(frame), atol=1e-6
+        )
 
 
 @given(frames)
-def test_the_curves_of_the_file_follow_the_walk(frame: float) -> None:
-    """Within 4 mm between the keys; a pixel of the nearest person is 2 mm wide."""
+def test_demo_motion_curves_follow_the_walk(frame: float) -> None:
+    """They agree within 4 mm between keys; a pixel of the nearest person is 2 mm wide."""
     numbers = [i for i, one in enumerate(SCENE.instances) if one.name == "actor A"]
     followed = joints_at(ACTORS["actor A"], frame)
     at = SCENE.transforms_at(frame)[numbers[0]]  # the first part of a person is the coat

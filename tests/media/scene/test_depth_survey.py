@@ -1,4 +1,4 @@
-"""What the GPU tells of a depth picture, against NumPy on the same pixels: to the last bit."""
+"""Compare the GPU survey of a depth image with NumPy on the same pixels, bit by bit."""
 
 import math
 
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from heatlens.core.model.value_bins import bins_of
+from heatlens.core.model.value_bins import bin_values
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.textures import new_texture, upload
 from heatlens.render.scene_gpu.depth_survey import DepthSurvey
@@ -26,7 +26,7 @@ def survey(session_context: Device) -> DepthSurvey:
     return DepthSurvey(session_context)
 
 
-def check(ctx: Device, survey: DepthSurvey, depth_m: np.ndarray) -> None:
+def check_survey(ctx: Device, survey: DepthSurvey, depth_m: np.ndarray) -> None:
     texture = new_texture(ctx, depth_m.shape[::-1], 1)
     upload(texture, depth_m)
     found = survey.of(texture)
@@ -35,32 +35,32 @@ def check(ctx: Device, survey: DepthSurvey, depth_m: np.ndarray) -> None:
     ends = (finite.min(), finite.max()) if finite.size else (math.inf, math.inf)
     assert (found.near_m, found.far_m) == ends
     assert found.infinite_count == depth_m.size - finite.size
-    expected = bins_of(np.float32(1.0) / depth_m)
+    expected = bin_values(np.float32(1.0) / depth_m)
     assert (found.dioptres.low, found.dioptres.high) == (expected.low, expected.high)
     np.testing.assert_array_equal(found.dioptres.counts, expected.counts)
     np.testing.assert_array_equal(found.dioptres.occupied, expected.occupied)
 
 
 @given(PICTURES)
-def test_whatever_is_drawn(session_context, survey, depth_m):
-    check(session_context, survey, depth_m)
+def test_depth_survey_of_any_image_equals_numpy(session_context, survey, depth_m):
+    check_survey(session_context, survey, depth_m)
 
 
 @pytest.mark.parametrize("value", [1e-3, 1.0, 3.7, 1e37, math.inf])
 @pytest.mark.parametrize("shape", [(1, 1), (1, 700), (700, 1), (3, 5)])
-def test_all_of_one_depth(ctx, survey, value, shape):
-    check(ctx, survey, np.full(shape, value, np.float32))
+def test_depth_survey_of_constant_depth_equals_numpy(ctx, survey, value, shape):
+    check_survey(ctx, survey, np.full(shape, value, np.float32))
 
 
-def test_every_mantissa_bit_and_more_pixels_than_workers(ctx, survey, rng):
-    """Half a million places between 1 m and 5 m, where a bin is a hundred floats wide or so."""
+def test_depth_survey_of_many_random_depths_equals_numpy(ctx, survey, rng):
+    """Half a million values lie between 1 m and 5 m, where a bin is about a hundred floats wide."""
     depth_m = rng.uniform(1.0, 5.0, (500, 1000)).astype(np.float32)
-    check(ctx, survey, depth_m)
+    check_survey(ctx, survey, depth_m)
     depth_m[rng.random(depth_m.shape) < 0.3] = np.inf
-    check(ctx, survey, depth_m)
+    check_survey(ctx, survey, depth_m)
 
 
-def test_neighbouring_floats_are_told_apart(ctx, survey):
-    """A step so narrow that a reciprocal one bit off lies in another bin."""
+def test_depth_survey_separates_adjacent_floats(ctx, survey):
+    """The step is so narrow that a reciprocal one bit off falls into another bin."""
     bits = np.float32(1.9).view(np.uint32) + np.arange(8000, dtype=np.uint32)
-    check(ctx, survey, bits.view(np.float32).reshape(80, 100))
+    check_survey(ctx, survey, bits.view(np.float32).reshape(80, 100))

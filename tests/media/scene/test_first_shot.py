@@ -1,4 +1,4 @@
-"""One scene begins as one shot, whoever opens it: window, render, export and a shot file."""
+"""Test that a scene starts as the same shot in window, render, export and shot file."""
 
 from dataclasses import replace
 
@@ -9,9 +9,9 @@ from heatlens.core.model.focus.coc import coc_line
 from heatlens.fronts.commands.main import main
 from heatlens.media.documents.shot_file import read_shot
 from heatlens.media.scene.first_shot import first_shot
-from heatlens.media.scene.scene_bounds import corners_m, framed, object_depth_m, track_of
+from heatlens.media.scene.scene_bounds import corners_m, frame_points, object_depth_m, track_of
 from support.command_line import picture, render
-from support.exports import exported
+from support.exports import export_shot
 from support.gltf_files import GltfWriter
 
 LENS = ("--f-stop", "2", "--focus-distance", "3")
@@ -19,7 +19,7 @@ TINY = ("--size", "24x16")
 
 
 def write_scene(path, *cameras: tuple[str, float]):
-    """Return a square at the origin, and cameras 3 m before it; each with its vertical angle."""
+    """Write a square at the origin and cameras 3 m before it, each with its vertical angle."""
     writer = GltfWriter()
     writer.node(name="square", mesh=writer.mesh())
     for name, angle in cameras:
@@ -46,7 +46,7 @@ def new_shot(tmp_path, scene, *words: str):
 
 
 @pytest.mark.parametrize("name", ["bare", "filmed"])
-def test_a_shot_file_begins_as_the_window_does(request, tmp_path, name):
+def test_new_shot_file_equals_first_shot_of_window(request, tmp_path, name):
     scene = request.getfixturevalue(name)
     shot, window = new_shot(tmp_path, scene, *LENS), first_shot(str(scene)).shot
     assert replace(shot, lens=window.lens) == window
@@ -54,63 +54,63 @@ def test_a_shot_file_begins_as_the_window_does(request, tmp_path, name):
 
 
 @pytest.mark.parametrize("words", [(), ("--scene-camera", "tight"), ("--squeeze", "1.5")])
-def test_render_and_export_make_one_picture(capsys, filmed, tmp_path, words):
-    given = (*TINY, *LENS, *words, "--quality", "draft", "--float")
-    said = render(capsys, filmed, tmp_path / "a.exr", *given)
-    assert exported(capsys, filmed, tmp_path / "b.exr", *given).splitlines()[0] in said
+def test_render_and_export_of_scene_give_same_image(capsys, filmed, tmp_path, words):
+    options = (*TINY, *LENS, *words, "--quality", "draft", "--float")
+    stderr = render(capsys, filmed, tmp_path / "a.exr", *options)
+    assert export_shot(capsys, filmed, tmp_path / "b.exr", *options).splitlines()[0] in stderr
     np.testing.assert_array_equal(picture(tmp_path / "a.exr")[1], picture(tmp_path / "b.exr")[1])
 
 
-def test_the_demo_is_rendered_as_it_is_exported(capsys, tmp_path, small_demo):
-    given = ("--size", "24x16", "--quality", "draft", "--float")
-    render(capsys, "demo", tmp_path / "a.exr", *given)
-    exported(capsys, "demo", tmp_path / "b.exr", *given)
+def test_render_and_export_of_demo_give_same_image(capsys, tmp_path, small_demo):
+    options = ("--size", "24x16", "--quality", "draft", "--float")
+    render(capsys, "demo", tmp_path / "a.exr", *options)
+    export_shot(capsys, "demo", tmp_path / "b.exr", *options)
     np.testing.assert_array_equal(picture(tmp_path / "a.exr")[1], picture(tmp_path / "b.exr")[1])
 
 
-def test_focus_that_nobody_tells_is_the_middle_and_known_as_assumed(filmed):
+def test_first_shot_without_focus_focuses_on_middle_and_marks_it_assumed(filmed):
     first = first_shot(str(filmed))
     pose = track_of(first.scene, first.shot.framing, first.shot.lens).pose_at(1)
     middle_m = object_depth_m(first.scene, "square", pose, 1)
     assert first.shot.lens.focus_distance_m == pytest.approx(middle_m)
     assert first.assumed == {"f_stop", "focus_distance_m"}
-    told = first_shot(str(filmed), given={"f_stop": 4.0, "focus_distance_m": 2.0})
-    assert told.assumed == frozenset() and told.shot.lens.focus_distance_m == 2.0
+    given_shot = first_shot(str(filmed), given_fields={"f_stop": 4.0, "focus_distance_m": 2.0})
+    assert given_shot.assumed == frozenset() and given_shot.shot.lens.focus_distance_m == 2.0
 
 
-def test_every_value_says_where_it_is_from(capsys, bare, filmed, tmp_path):
-    """The same sentence of `render` and `export`."""
+def test_render_and_export_report_source_of_each_lens_value(capsys, bare, filmed, tmp_path):
+    """`render` and `export` print the same sentence."""
     for scene, angle in ((bare, "assumed: the scene has no camera"), (filmed, "camera main of")):
         for command in ("render", "export"):
             words = (*TINY, *LENS, "--quality", "draft")
             out = tmp_path / f"{command}.exr"
             assert main([command, str(scene), "-o", str(out), *words]) == 0
-            said = capsys.readouterr().err
-            assert "lens at frame 1: focal length" in said and f"mm ({angle}" in said
-            assert "f/2 (--f-stop), focus 3 m (--focus-distance)" in said
-            assert "header" not in said
+            stderr = capsys.readouterr().err
+            assert "lens at frame 1: focal length" in stderr and f"mm ({angle}" in stderr
+            assert "f/2 (--f-stop), focus 3 m (--focus-distance)" in stderr
+            assert "header" not in stderr
 
 
-def test_an_explicit_squeeze_of_one_counts_as_given(filmed):
-    assert first_shot(str(filmed), given={"squeeze": 1.0}).sources["squeeze"] == "given"
+def test_first_shot_treats_squeeze_of_one_as_given(filmed):
+    assert first_shot(str(filmed), given_fields={"squeeze": 1.0}).sources["squeeze"] == "given"
 
 
-def test_focus_on_what_is_seen(capsys, bare, filmed, tmp_path):
+def test_render_focus_at_pixel_sets_distance_of_visible_surface(capsys, bare, filmed, tmp_path):
     out = tmp_path / "o.exr"
-    said = render(capsys, filmed, out, *TINY, "--f-stop", "2", "--focus-at", "12,8")
-    assert "focus 3 m (--focus-at 12,8)" in said
+    stderr = render(capsys, filmed, out, *TINY, "--f-stop", "2", "--focus-at", "12,8")
+    assert "focus 3 m (--focus-at 12,8)" in stderr
     assert picture(out)[0]["focus"] == pytest.approx(3.0, abs=1e-4)
 
 
-def test_a_plate_without_a_lens_asks_for_none(capsys, bare, tmp_path):
-    for write, name in ((render, "a.exr"), (exported, "b.exr")):
-        said = write(capsys, bare, tmp_path / name, *TINY, "--pinhole", "--float")
-        assert "f/2 (assumed: the scene has none)" in said
+def test_pinhole_render_needs_no_lens(capsys, bare, tmp_path):
+    for write, name in ((render, "a.exr"), (export_shot, "b.exr")):
+        stderr = write(capsys, bare, tmp_path / name, *TINY, "--pinhole", "--float")
+        assert "f/2 (assumed: the scene has none)" in stderr
     np.testing.assert_array_equal(picture(tmp_path / "a.exr")[1], picture(tmp_path / "b.exr")[1])
 
 
-def street(folder, size_m: float):
-    """Return ten squares of 1 m, one behind the other over `size_m`, and a floor."""
+def write_street(folder, size_m: float):
+    """Write ten squares of 1 m, one behind the other over `size_m`, and a floor."""
     writer = GltfWriter()
     mesh = writer.mesh()
     for number in range(10):
@@ -120,9 +120,9 @@ def street(folder, size_m: float):
     return writer.write(folder / "street.glb")
 
 
-def test_a_large_scene_without_a_camera_is_seen_from_where_there_is_blur(tmp_path):
-    begun = first_shot(str(street(tmp_path, 15.0)))
-    shot, scene = begun.shot, begun.scene
+def test_first_shot_of_large_scene_is_placed_where_blur_is_visible(tmp_path):
+    first = first_shot(str(write_street(tmp_path, 15.0)))
+    shot, scene = first.shot, first.scene
     pose = track_of(scene, shot.framing, shot.lens).pose_at(1)
     near_m, far_m = (object_depth_m(scene, f"square {n}", pose, 1) for n in (0, 9))
     assert shot.lens.focus_distance_m == pytest.approx(near_m)
@@ -130,8 +130,8 @@ def test_a_large_scene_without_a_camera_is_seen_from_where_there_is_blur(tmp_pat
     assert abs(line.at_infinity_px + line.per_dioptre_px / far_m) > 6  # seen whole it is 0.3
 
 
-def test_a_small_scene_without_a_camera_is_seen_whole(tmp_path):
-    begun = first_shot(str(street(tmp_path, 3.0)))
-    pose = track_of(begun.scene, begun.shot.framing, begun.shot.lens).pose_at(1)
-    whole = framed(corners_m(begun.scene, 1), begun.shot.lens, 1280 / 720)
-    assert pose == whole
+def test_first_shot_of_small_scene_shows_all_of_it(tmp_path):
+    first = first_shot(str(write_street(tmp_path, 3.0)))
+    pose = track_of(first.scene, first.shot.framing, first.shot.lens).pose_at(1)
+    expected_pose = frame_points(corners_m(first.scene, 1), first.shot.lens, 1280 / 720)
+    assert pose == expected_pose

@@ -1,4 +1,4 @@
-"""Skins and shapes that blend: each vertex is where the formula of glTF puts it, at every frame."""
+"""Test skins and blend shapes: each vertex is where the formula of glTF puts it."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from heatlens.media.scene.scene_bounds import bounds_m
 from heatlens.media.scene.scene_read import read_scene
 from heatlens.media.scene.scene_view import SceneView
 from heatlens.render.gpu.textures import download, new_texture
-from heatlens.render.scene_gpu.bvh import mesh_trees, refitted
+from heatlens.render.scene_gpu.bvh import mesh_trees, refit_tree
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.ray_tracer import RayTracer
 from support.gltf_files import SQUARE, SQUARE_CORNERS, GltfWriter
@@ -25,8 +25,8 @@ UP = np.tile(np.float32([0, 0, 1]), (4, 1))
 AWAY = [[0, 0, 0], [6, 0, 0]]
 
 
-def skinned(shares, attributes=(), joints=None, matrices=None):
-    """Return a square on two bones, of which the second moves 6 m in a second; `shares` (4, 2)."""
+def skinned_square(shares, attributes=(), joints=None, matrices=None):
+    """Return a square on two bones, the second moving 6 m in a second; `shares` is (4, 2)."""
     writer = GltfWriter()
     weights = np.pad(np.float32(shares), ((0, 0), (0, 2)))
     numbers = np.tile(np.uint8([0, 1, 0, 0]), (4, 1)) if joints is None else joints
@@ -46,7 +46,7 @@ def skinned(shares, attributes=(), joints=None, matrices=None):
     return writer
 
 
-def at(scene: Scene, frame: float):
+def world_vertices(scene: Scene, frame: float):
     """Return the square's vertices in the world."""
     mesh = scene.shapes_at(frame)[0] if scene.deforms else scene.meshes[0]
     return (
@@ -56,26 +56,26 @@ def at(scene: Scene, frame: float):
 
 
 @given(st.lists(st.floats(0, 1, width=32), min_size=4, max_size=4), st.integers(1, 25))
-def test_a_vertex_is_the_mean_of_where_its_bones_take_it(tmp_path_factory, shares, frame):
+def test_skin_moves_vertex_to_weighted_mean_of_bones(tmp_path_factory, shares, frame):
     rows = np.column_stack([1 - np.array(shares), shares])
-    path = skinned(rows).write(tmp_path_factory.mktemp("skin") / "a.glb")
+    path = skinned_square(rows).write(tmp_path_factory.mktemp("skin") / "a.glb")
     scene = read_scene(path)
     moved = [6 * (frame - 1) / 24, 0, 0]
     expected = SQUARE + rows[:, :1] * [0, 1, 0] + rows[:, 1:] * moved
-    np.testing.assert_allclose(at(scene, frame), expected, atol=1e-5)
+    np.testing.assert_allclose(world_vertices(scene, frame), expected, atol=1e-5)
     assert scene.frames.last == 25 and scene.is_moving and scene.motion is None
 
 
-def test_bones_begin_where_the_mesh_was_bound_to_them(tmp_path):
+def test_skin_applies_inverse_bind_matrices(tmp_path):
     inverse = np.tile(np.eye(4), (2, 1, 1))
     inverse[0, 1, 3] = -1.0
-    scene = read_scene(skinned([[1, 0]] * 4, matrices=inverse).write(tmp_path / "a.glb"))
-    np.testing.assert_allclose(at(scene, 13), SQUARE, atol=1e-6)
+    scene = read_scene(skinned_square([[1, 0]] * 4, matrices=inverse).write(tmp_path / "a.glb"))
+    np.testing.assert_allclose(world_vertices(scene, 13), SQUARE, atol=1e-6)
     np.testing.assert_allclose(bounds_m(scene, 13), [[0, 0, 0], [1, 1, 0]], atol=1e-6)
 
 
-def test_the_box_of_a_scene_goes_with_its_bones(tmp_path):
-    scene = read_scene(skinned([[0, 1]] * 4).write(tmp_path / "a.glb"))
+def test_scene_bounds_follow_skin(tmp_path):
+    scene = read_scene(skinned_square([[0, 1]] * 4).write(tmp_path / "a.glb"))
     np.testing.assert_allclose(bounds_m(scene, 25), [[6, 0, 0], [7, 1, 0]], atol=1e-5)
 
 
@@ -86,16 +86,16 @@ def test_the_box_of_a_scene_goes_with_its_bones(tmp_path):
         ({"attributes": {"WEIGHTS_0": np.ones((3, 4), np.float32)}}, "3 of WEIGHTS_0"),
     ],
 )
-def test_a_skin_that_cannot_be_is_named(tmp_path, broken, words):
+def test_skin_with_bad_joints_or_weights_is_rejected(tmp_path, broken, words):
     with pytest.raises(InputError, match=rf"a\.glb.*{words}"):
-        read_scene(skinned([[1, 0]] * 4, **broken).write(tmp_path / "a.glb"))
+        read_scene(skinned_square([[1, 0]] * 4, **broken).write(tmp_path / "a.glb"))
 
 
 # Shapes that blend
 
 
-def blending(weights=None, on_node=None, animated=False, normals=True):
-    """A square with two shapes: one lifts all of it by 1 m, one moves its first corner by 2 m."""
+def blending_square(weights=None, on_node=None, animated=False, normals=True):
+    """Return a square with two shapes: one lifts all by 1 m, one moves its first corner by 2 m."""
     writer = GltfWriter()
     mesh = writer.mesh(SQUARE, SQUARE_CORNERS, {"NORMAL": UP} if normals else {})
     corner = np.zeros((4, 3), np.float32)
@@ -120,8 +120,8 @@ def blending(weights=None, on_node=None, animated=False, normals=True):
         ({"weights": [0.5, 0], "on_node": [0, 1]}, (0, 1)),
     ],
 )
-def test_shapes_are_added_by_their_weights(tmp_path, options, expected):
-    scene = read_scene(blending(**options).write(tmp_path / "a.glb"))
+def test_blend_shapes_are_added_by_weight(tmp_path, options, expected):
+    scene = read_scene(blending_square(**options).write(tmp_path / "a.glb"))
     lifted = SQUARE + expected[0] * UP
     lifted[0, 0] -= 2 * expected[1]
     np.testing.assert_allclose(scene.meshes[0].positions_m, lifted)
@@ -129,8 +129,8 @@ def test_shapes_are_added_by_their_weights(tmp_path, options, expected):
 
 
 @pytest.mark.parametrize("normals", [True, False])
-def test_shapes_blend_over_the_frames(tmp_path, normals):
-    scene = read_scene(blending(animated=True, normals=normals).write(tmp_path / "a.glb"))
+def test_blend_shapes_change_over_frames(tmp_path, normals):
+    scene = read_scene(blending_square(animated=True, normals=normals).write(tmp_path / "a.glb"))
     for frame, share in ((1, 0.0), (13, 0.5), (25, 1.0)):
         mesh = scene.shapes_at(frame)[0]
         lifted = SQUARE + share * UP
@@ -140,8 +140,8 @@ def test_shapes_blend_over_the_frames(tmp_path, normals):
         np.testing.assert_allclose(mesh.normals, np.tile(UP[:1], (len(mesh.normals), 1)), atol=1e-6)
 
 
-def test_weights_that_fit_no_keys_are_named(tmp_path):
-    writer = blending(animated=True)
+def test_blend_weights_that_do_not_match_keys_are_rejected(tmp_path):
+    writer = blending_square(animated=True)
     writer.json["accessors"][-1]["count"] = 3
     with pytest.raises(InputError, match="3 weights cannot belong to 2"):
         read_scene(writer.write(tmp_path / "a.glb"))
@@ -150,7 +150,7 @@ def test_weights_that_fit_no_keys_are_named(tmp_path):
 # Clips and frames
 
 
-def clips():
+def writer_with_clips():
     writer = GltfWriter()
     node = writer.node(mesh=writer.mesh())
     for name, far in (("walk", 1), ("run", 5)):
@@ -160,34 +160,34 @@ def clips():
 
 
 @pytest.mark.parametrize(("clip", "far"), [(None, 1), ("walk", 1), ("run", 5), ("2", 5)])
-def test_a_clip_is_chosen_by_its_name_or_number(tmp_path, clip, far):
-    scene = read_scene(clips().write(tmp_path / "a.glb"), SceneTiming(clip))
+def test_read_scene_selects_clip_by_name_or_number(tmp_path, clip, far):
+    scene = read_scene(writer_with_clips().write(tmp_path / "a.glb"), SceneTiming(clip))
     assert scene.transforms_at(scene.frames.last)[0, 0, 3] == pytest.approx(far)
     assert scene.clips == ("walk", "run")
     assert ("--clip" in " ".join(scene.notes)) == (clip is None)
 
 
-def test_a_clip_that_is_not_there_is_named_with_those_that_are(tmp_path):
+def test_read_scene_reports_unknown_clip(tmp_path):
     with pytest.raises(InputError, match=r"no clip 'fly'"):
-        read_scene(clips().write(tmp_path / "a.glb"), SceneTiming("fly"))
+        read_scene(writer_with_clips().write(tmp_path / "a.glb"), SceneTiming("fly"))
 
 
-def test_frames_of_another_rate_are_hit_exactly(tmp_path):
-    """Seconds 1 to 2 at 25 frames a second, from frame 101 on: 101 to 126."""
-    scene = read_scene(clips().write(tmp_path / "a.glb"), SceneTiming("run", 25.0, 101))
+def test_scene_timing_hits_frames_of_given_rate_exactly(tmp_path):
+    """Seconds 1 to 2 at 25 frames a second, starting at frame 101, are frames 101 to 126."""
+    scene = read_scene(writer_with_clips().write(tmp_path / "a.glb"), SceneTiming("run", 25.0, 101))
     assert (scene.frames.first, scene.frames.last, scene.frames_per_second) == (101, 126, 25.0)
     for frame in range(101, 127):
         found = scene.transforms_at(frame)[0, 0, 3]
         assert found == pytest.approx(5 * (frame - 101) / 25, abs=1e-6)
 
 
-def test_without_a_first_frame_the_first_second_begins_at_frame_one(tmp_path):
-    scene = read_scene(clips().write(tmp_path / "a.glb"), SceneTiming("run", 25.0))
+def test_scene_timing_without_first_frame_starts_at_frame_one(tmp_path):
+    scene = read_scene(writer_with_clips().write(tmp_path / "a.glb"), SceneTiming("run", 25.0))
     assert (scene.frames.first, scene.frames.last) == (1, 51)
     assert scene.transforms_at(26)[0, 0, 3] == 0
 
 
-def test_other_scenes_tell_their_frames_themselves(tmp_path):
+def test_scene_timing_is_rejected_for_other_formats(tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     with pytest.raises(InputError, match="only for glTF"):
         read_scene(tmp_path / "a.obj", SceneTiming(None, 25.0))
@@ -196,31 +196,33 @@ def test_other_scenes_tell_their_frames_themselves(tmp_path):
 # Drawing
 
 
-def test_a_tree_that_is_fitted_to_the_same_shape_is_the_same():
+def test_refitted_tree_of_same_shape_is_unchanged():
     ball = sphere(1.0, 2)
     trees = mesh_trees([plane(), ball])
-    np.testing.assert_array_equal(refitted(trees, 1, ball), trees.nodes[trees.roots[1] :])
+    np.testing.assert_array_equal(refit_tree(trees, 1, ball), trees.nodes[trees.roots[1] :])
 
 
-def test_a_tree_that_is_fitted_to_another_shape_is_around_it():
+def test_refitted_tree_of_other_shape_encloses_it():
     rng = np.random.default_rng(3)
     ball = sphere(1.0, 2)
     trees = mesh_trees([plane(), ball])
-    other = replace(ball, positions_m=rng.normal(size=ball.positions_m.shape).astype(np.float32))
-    nodes, root = refitted(trees, 1, other), int(trees.roots[1])
-    np.testing.assert_array_equal(nodes["low"][0], other.box_m[0].astype(np.float32))
+    other_ball = replace(
+        ball, positions_m=rng.normal(size=ball.positions_m.shape).astype(np.float32)
+    )
+    nodes, root = refit_tree(trees, 1, other_ball), int(trees.roots[1])
+    np.testing.assert_array_equal(nodes["low"][0], other_ball.box_m[0].astype(np.float32))
     for node in nodes:
         if node["count"] < 0:
             for child in nodes[node["first"] - root :][:2]:
                 assert (child["low"] >= node["low"]).all() and (child["high"] <= node["high"]).all()
         else:
             rows = trees.triangles[node["first"] : node["first"] + node["count"], 3]
-            corners = other.positions_m[other.triangles[rows]]
+            corners = other_ball.positions_m[other_ball.triangles[rows]]
             assert (corners.min(axis=(0, 1)) == node["low"]).all()
             assert (corners.max(axis=(0, 1)) == node["high"]).all()
 
 
-def test_rays_and_the_rasteriser_see_a_shape_where_it_is(session_context):
+def test_ray_tracer_and_raster_show_moving_shape_alike(session_context):
     ctx = session_context
     sheet = plane(1.0)
 

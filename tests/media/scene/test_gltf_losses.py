@@ -1,4 +1,4 @@
-"""Nothing of a glTF file is lost in silence: what is not read is named, once, with its count."""
+"""Test that everything a glTF reader leaves out is noted once, with its count."""
 
 import re
 
@@ -15,13 +15,13 @@ FOURS = np.tile(np.float32([1, 0, 0, 0]), (4, 1))
 BONES = np.zeros((4, 4), np.uint8)
 
 
-def notes_of(writer, tmp_path):
-    """Return what is said of a file, without its name."""
+def scene_notes(writer, tmp_path):
+    """Return the notes of a file, without its name."""
     path = writer.write(tmp_path / "a.glb")
     return [note.removeprefix(f"{path}: ") for note in read_scene(path).notes]
 
 
-def with_primitive(attributes=(), node=(), material=None, **primitive):
+def scene_with_primitive(attributes=(), node=(), material=None, **primitive):
     writer = GltfWriter()
     if material is not None:
         primitive["material"] = writer.add("materials", **material(writer))
@@ -30,7 +30,7 @@ def with_primitive(attributes=(), node=(), material=None, **primitive):
     return writer
 
 
-def moving(path, **target):
+def scene_with_channel(path, **target):
     writer = square_scene()
     writer.animate(0, path, [0, 1], [[0, 0, 0], [1, 0, 0]])
     writer.json["animations"][0]["channels"][0]["target"] |= target
@@ -41,112 +41,120 @@ def pointer(place):
     return {"extensions": {"KHR_animation_pointer": {"pointer": place}}}
 
 
-def twice():
+def scene_with_repeated_channels():
     writer = square_scene()
     for _ in range(3):
         writer.animate(0, "translation", [0, 1], [[0, 0, 0], [1, 0, 0]])
     return writer
 
 
-def with_weights(count):
-    writer = with_primitive()
+def scene_with_weights(count):
+    writer = scene_with_primitive()
     shape = {"POSITION": writer.accessor(SQUARE), "TEXCOORD_0": writer.accessor(SQUARE_UVS)}
     writer.json["meshes"][0]["primitives"][0]["targets"] = [shape]
     writer.json["meshes"][0]["weights"] = [1] * count
     return writer
 
 
-def smoothed(kind):
+def scene_with_sampler(kind):
     def material(writer):
         writer.add("samplers", magFilter=kind)
         number = writer.picture([[[255, 0, 0]]])
         writer.json["textures"][number]["sampler"] = 0
         return {"emissiveTexture": {"index": number}}
 
-    return with_primitive({"TEXCOORD_0": SQUARE_UVS}, material=material)
+    return scene_with_primitive({"TEXCOORD_0": SQUARE_UVS}, material=material)
 
 
-def suns(count):
+def scene_with_suns(count):
     writer = square_scene()
     for _ in range(count):
         writer.node(**writer.light(type="directional", intensity=2, range=5))
     return writer
 
 
-def looked_at(**perspective):
+def scene_with_camera(**perspective):
     writer = square_scene()
     writer.add("cameras", type="perspective", perspective={"yfov": 0.6, **perspective})
     writer.node(camera=0, translation=[0, 0, 5])
     return writer
 
 
-def odd_words():
-    writer = with_primitive({"COLOR_0": FOURS, "COLOR_1": FOURS, "_MINE": FOURS}, node={"shape": 1})
+def with_unknown_entries():
+    writer = scene_with_primitive(
+        {"COLOR_0": FOURS, "COLOR_1": FOURS, "_MINE": FOURS}, node={"shape": 1}
+    )
     writer.json["extras"] = {"anything": 1}
     writer.node(extensions={"ACME_fog": {}})
     writer.node(extensions={"ACME_fog": {}})
     return writer
 
 
-def no_coordinates(writer):
+def without_coordinates(writer):
     return {"emissiveTexture": {"index": writer.picture([[[255, 0, 0]]])}}
 
 
 @pytest.mark.parametrize(
     ("writer", "words"),
     [
-        (with_primitive({"JOINTS_0": BONES}, {"skin": 0}), ["without weights"]),
-        (with_primitive({"WEIGHTS_0": FOURS}, {"skin": 0}), ["without weights"]),
-        (with_primitive({"JOINTS_0": BONES, "WEIGHTS_0": FOURS}), ["without a skeleton"]),
-        (moving("pointer", **pointer("/materials/0/alphaCutoff")), ["anything but nodes .*"]),
-        (moving("colour"), ["anything but nodes"]),
-        (moving("weights"), ["without morph targets"]),
-        (twice(), [r"the first is played.*\(2\)"]),
-        (with_weights(3), [r"missing morph targets", r"targets of colours and texture .*\(1\)"]),
-        (smoothed(9728), [r"nearest-pixel.*\(1\)"]),
-        (smoothed(9729), []),
-        (suns(3), [r"Suns except.*\(2\)", r"range of lights is ignored \(3\)"]),
-        (looked_at(znear=0.1, zfar=100.0), []),
-        (looked_at(znear=5.1), [r"clipping planes.*\(1\)"]),
-        (looked_at(zfar=4.0), [r"clipping planes.*\(1\)"]),
-        (odd_words(), [r"after the first.*\(1\)", r"ACME_fog \(2\)", r"'node.shape' \(1\)"]),
-        (with_primitive(material=no_coordinates), ["without texture coordinates"]),
-        (with_primitive(mode=0), [r"thin \(1\)"]),
+        (scene_with_primitive({"JOINTS_0": BONES}, {"skin": 0}), ["without weights"]),
+        (scene_with_primitive({"WEIGHTS_0": FOURS}, {"skin": 0}), ["without weights"]),
+        (scene_with_primitive({"JOINTS_0": BONES, "WEIGHTS_0": FOURS}), ["without a skeleton"]),
+        (
+            scene_with_channel("pointer", **pointer("/materials/0/alphaCutoff")),
+            ["anything but nodes"],
+        ),
+        (scene_with_channel("colour"), ["anything but nodes"]),
+        (scene_with_channel("weights"), ["without morph targets"]),
+        (scene_with_repeated_channels(), [r"the first is played.*\(2\)"]),
+        (scene_with_weights(3), [r"missing morph targets", r"targets of colours.*\(1\)"]),
+        (scene_with_sampler(9728), [r"nearest-pixel.*\(1\)"]),
+        (scene_with_sampler(9729), []),
+        (scene_with_suns(3), [r"Suns except.*\(2\)", r"range of lights is ignored \(3\)"]),
+        (scene_with_camera(znear=0.1, zfar=100.0), []),
+        (scene_with_camera(znear=5.1), [r"clipping planes.*\(1\)"]),
+        (scene_with_camera(zfar=4.0), [r"clipping planes.*\(1\)"]),
+        (
+            with_unknown_entries(),
+            [r"after the first.*\(1\)", r"ACME_fog \(2\)", r"'node.shape' \(1\)"],
+        ),
+        (scene_with_primitive(material=without_coordinates), ["without texture coordinates"]),
+        (scene_with_primitive(mode=0), [r"thin \(1\)"]),
         (figure_scene(), ["candela", "lines are drawn thin", "Glass"]),
         (square_scene(), []),
     ],
 )  # fmt: skip
-def test_what_is_lost_is_told_once_with_its_count(tmp_path, writer, words):
-    notes = notes_of(writer, tmp_path)
+def test_gltf_losses_are_noted_once_with_count(tmp_path, writer, words):
+    notes = scene_notes(writer, tmp_path)
     for pattern in words:
         assert len([note for note in notes if re.search(pattern, note)]) == 1, (pattern, notes)
     assert len(notes) == len(words), notes
 
 
-def test_every_extension_that_is_read_has_its_properties_listed():
+def test_gltf_read_extensions_have_listed_properties():
     assert READ_EXTENSIONS <= set(KINDS)
     for kind in KINDS.values():
         assert set(kind.within.values()) <= set(KINDS)
 
 
-def test_extensions_within_extensions_end(tmp_path):
-    """A file nests them deeper than Python calls functions."""
+def test_gltf_nested_extensions_are_limited(tmp_path):
+    """A file may nest them deeper than Python can recurse."""
     inner: object = {}
     for _ in range(200):
         inner = {"extensions": {"KHR_texture_transform": inner}}
     writer = square_scene()
     writer.json["materials"] = [{"extensions": {"VENDOR": 1}, "normalTexture": inner}]
-    assert "VENDOR (1)" in notes_of(writer, tmp_path)[0]
+    assert "VENDOR (1)" in scene_notes(writer, tmp_path)[0]
 
 
-def test_a_file_that_needs_a_later_version_is_refused(tmp_path):
+def test_gltf_of_later_version_is_rejected(tmp_path):
     writer = square_scene()
     writer.json["asset"]["minVersion"] = "2.1"
     with pytest.raises(InputError, match=r"needs glTF of version '2\.1'"):
-        notes_of(writer, tmp_path)
+        scene_notes(writer, tmp_path)
 
 
-def test_a_hidden_node_hides_what_hangs_on_it(tmp_path):
+def test_gltf_hidden_node_hides_its_children(tmp_path):
     writer = square_scene()
     child = writer.node(is_root=False, mesh=0, name="child")
     hidden = {"KHR_node_visibility": {"visible": False}}
@@ -155,8 +163,8 @@ def test_a_hidden_node_hides_what_hangs_on_it(tmp_path):
     assert names == ["node 0"]
 
 
-def test_a_pointer_moves_a_node_and_turns_a_lens(tmp_path):
-    writer = looked_at()
+def test_gltf_animation_pointer_moves_node_and_zooms_camera(tmp_path):
+    writer = scene_with_camera()
     writer.animate(0, "pointer", [0, 1], [[0, 0, 0], [6, 0, 0]])
     writer.animate(0, "pointer", [0, 1], [0.6, 0.3])
     places = ("/nodes/0/translation", "/cameras/0/perspective/yfov")

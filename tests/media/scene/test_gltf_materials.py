@@ -1,4 +1,4 @@
-"""Materials of glTF beyond the core model, and what is said of those that are left out."""
+"""Test glTF materials beyond the core model, and the notes on those left out."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.shot.framing import looking_at
-from heatlens.media.scene.gltf.material import converted_pictures, metal_and_base
+from heatlens.core.model.shot.framing import pose_looking_at
+from heatlens.media.scene.gltf.material import convert_gloss_pictures, convert_specular
 from heatlens.media.scene.point_cloud import POINTS_MOST
 from heatlens.media.scene.scene_read import read_scene
 from heatlens.media.scene.scene_view import SceneView
@@ -19,7 +19,7 @@ GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 shares = st.tuples(*[st.floats(0, 1)] * 3)
 
 
-def read(tmp_path, writer=None, /, **material):
+def read_square(tmp_path, writer=None, /, **material):
     """Read a square with this material."""
     writer = writer or GltfWriter()
     number = writer.add("materials", **material)
@@ -28,37 +28,37 @@ def read(tmp_path, writer=None, /, **material):
     return read_scene(writer.write(tmp_path / "a.glb"))
 
 
-def test_an_unlit_material_is_not_lit(tmp_path):
+def test_gltf_unlit_material_is_not_lit(tmp_path):
     shine = {"baseColorFactor": [0.2, 0.4, 0.6, 1]}
     unlit = {"KHR_materials_unlit": {}}
-    scene = read(tmp_path, pbrMetallicRoughness=shine, extensions=unlit)
+    scene = read_square(tmp_path, pbrMetallicRoughness=shine, extensions=unlit)
     assert not scene.materials[0].is_lit and scene.materials[1].is_lit
     assert scene.materials[0].base_color == (0.2, 0.4, 0.6) and not scene.notes
 
 
-def test_paint_and_metal_of_the_glossy_model_are_found_again():
-    """Paint reflects 4 %, a metal has no diffuse colour: both are the cases that are exact."""
+def test_metal_and_base_recovers_paint_and_metal():
+    """Paint reflects 4 % and a metal has no diffuse color; these two cases are exact."""
     paint, gold = np.array([0.8, 0.3, 0.1]), np.array([1.0, 0.77, 0.34])
-    metal, base = metal_and_base(np.stack([paint, 0 * gold]), np.stack([0 * paint + 0.04, gold]))
+    metal, base = convert_specular(np.stack([paint, 0 * gold]), np.stack([0 * paint + 0.04, gold]))
     assert metal == pytest.approx([0, 1], abs=0.01)
     np.testing.assert_allclose(base, [paint, gold], atol=0.02)
 
 
 @given(shares, shares)
-def test_whatever_is_glossy_has_a_colour_and_a_share_of_metal(diffuse, specular):
-    metal, base = metal_and_base(np.array(diffuse), np.array(specular))
+def test_metal_and_base_of_any_glossy_values_is_in_range(diffuse, specular):
+    metal, base = convert_specular(np.array(diffuse), np.array(specular))
     assert 0 <= metal <= 1
     assert (base >= 0).all() and (base <= 1).all()
 
 
-def test_glossy_factors_and_pictures_say_the_same(tmp_path):
+def test_glossy_factors_and_textures_give_same_material(tmp_path):
     factors = {"diffuseFactor": [0.5, 0.1, 0.1, 0.25], "specularFactor": [0.3, 0.3, 0.3]}
-    told = {GLOSSY: factors | {"glossinessFactor": 0.75}}
-    plain = read(tmp_path, extensions=told, alphaMode="BLEND").materials[0]
+    extensions = {GLOSSY: factors | {"glossinessFactor": 0.75}}
+    plain = read_square(tmp_path, extensions=extensions, alphaMode="BLEND").materials[0]
     assert (plain.roughness, plain.base_alpha) == (pytest.approx(0.25), 0.25)
     writer = GltfWriter()
-    told[GLOSSY]["diffuseTexture"] = {"index": writer.picture(np.full((3, 2, 4), 255))}
-    scene = read(tmp_path, writer, extensions=told, alphaMode="BLEND")
+    extensions[GLOSSY]["diffuseTexture"] = {"index": writer.picture(np.full((3, 2, 4), 255))}
+    scene = read_square(tmp_path, writer, extensions=extensions, alphaMode="BLEND")
     material = scene.materials[0]
     base, rough = (
         scene.images[i] for i in (material.base_color_map, material.metallic_roughness_map)
@@ -69,29 +69,31 @@ def test_glossy_factors_and_pictures_say_the_same(tmp_path):
     assert rough[0, 0, 1:3] / 255 == pytest.approx([0.25, plain.metallic], abs=0.01)
 
 
-def test_glossy_pictures_of_two_sizes_become_one():
+def test_glossy_textures_of_two_sizes_get_common_size():
     white, factor = np.full((2, 4, 4), 255, np.uint8), np.ones(4)
-    base, rough = converted_pictures((white, factor), (np.full((8, 2, 4), 255, np.uint8), factor))
+    base, rough = convert_gloss_pictures(
+        (white, factor), (np.full((8, 2, 4), 255, np.uint8), factor)
+    )
     assert base.shape == rough.shape == (8, 4, 4)
 
 
 @pytest.mark.parametrize(
     ("color", "through", "alpha"), [(1, 1, 0.1), (0.5, 1, 0.55), (1, 0.5, 0.55)]
 )
-def test_glass_covers_what_it_does_not_let_through(tmp_path, color, through, alpha):
+def test_gltf_glass_covers_what_it_does_not_transmit(tmp_path, color, through, alpha):
     glass = {"KHR_materials_transmission": {"transmissionFactor": through}}
     shine = {"baseColorFactor": [color] * 3 + [1]}
-    scene = read(tmp_path, pbrMetallicRoughness=shine, extensions=glass)
+    scene = read_square(tmp_path, pbrMetallicRoughness=shine, extensions=glass)
     material = scene.materials[0]
     assert material.is_blended and material.base_alpha == pytest.approx(alpha)
     assert "thin panes" in scene.notes[0]
 
 
-def test_each_map_lies_where_it_says(tmp_path):
+def test_gltf_maps_keep_their_own_uv_placement(tmp_path):
     writer = GltfWriter()
     number = writer.picture([[[255, 0, 0]]])
     moved = {"KHR_texture_transform": {"offset": [0.5, 0], "scale": [2, 3]}}
-    scene = read(
+    scene = read_square(
         tmp_path,
         writer,
         pbrMetallicRoughness={"baseColorTexture": {"index": number, "extensions": moved}},
@@ -105,17 +107,17 @@ def test_each_map_lies_where_it_says(tmp_path):
     np.testing.assert_array_equal(mesh.more_uvs, SQUARE_UVS[mesh.sources] / 2)
 
 
-def test_maps_that_lie_alike_need_no_places(tmp_path):
+def test_gltf_maps_with_same_placement_need_no_places(tmp_path):
     writer = GltfWriter()
     info = {"index": writer.picture([[[255, 0, 0]]]), "texCoord": 1}
     shine = {"baseColorTexture": info}
-    scene = read(tmp_path, writer, pbrMetallicRoughness=shine, emissiveTexture=info)
+    scene = read_square(tmp_path, writer, pbrMetallicRoughness=shine, emissiveTexture=info)
     assert scene.materials[0].map_places is None and scene.meshes[0].more_uvs is None
     mesh = scene.meshes[0]
     np.testing.assert_array_equal(mesh.uvs, SQUARE_UVS[mesh.sources] / 2)
 
 
-def test_what_is_left_out_is_named_once_with_its_count(tmp_path):
+def test_gltf_material_losses_are_noted_once_with_count(tmp_path):
     writer = square_scene()
     for _ in range(3):
         writer.add("materials", extensions={"KHR_materials_clearcoat": {}})
@@ -131,7 +133,7 @@ def test_what_is_left_out_is_named_once_with_its_count(tmp_path):
     ]
 
 
-def test_an_extension_without_which_there_is_no_picture_is_refused(tmp_path):
+def test_gltf_unknown_required_extension_is_rejected(tmp_path):
     writer = square_scene()
     writer.json["extensionsRequired"] = ["VENDOR_fog"]
     with pytest.raises(InputError, match=r"a\.glb.*VENDOR_fog"):
@@ -148,7 +150,7 @@ CORNERS = np.float32([[0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
     [(0, 4 * 32), (1, 2 * 8), (2, 4 * 8), (3, 3 * 8)],
     ids=["points", "lines", "loop", "strip"],
 )
-def test_points_and_lines_are_thin(tmp_path, mode, triangles):
+def test_gltf_points_and_lines_become_thin_geometry(tmp_path, mode, triangles):
     writer = GltfWriter()
     tints = np.eye(4, 3, dtype=np.float32)
     writer.node(mesh=writer.mesh(CORNERS, None, {"COLOR_0": tints}, mode=mode))
@@ -160,8 +162,8 @@ def test_points_and_lines_are_thin(tmp_path, mode, triangles):
     assert "thin" in scene.notes[0]
 
 
-def test_very_many_points_and_lines_become_few_triangles(tmp_path):
-    """Of a helix, drawn in every mode and in colours: no triangle lies anywhere else."""
+def test_gltf_many_points_and_lines_are_limited(tmp_path):
+    """A colored helix is drawn in every mode; no triangle may lie away from it."""
     count, writer = 240_001, GltfWriter()
     turns = np.linspace(0, 200 * np.pi, count)
     helix = np.stack([np.cos(turns), np.sin(turns), turns / 700], axis=1).astype(np.float32)
@@ -172,37 +174,37 @@ def test_very_many_points_and_lines_become_few_triangles(tmp_path):
     assert len(scene.meshes) == 4
     assert sum(len(mesh.triangles) for mesh in scene.meshes) < 1.01 * 4 * POINTS_MOST
     for mesh in scene.meshes:
-        off_m = np.linalg.norm(mesh.positions_m - helix[mesh.sources], axis=1)
-        assert off_m.max() < 2 * np.linalg.norm(np.ptp(helix, axis=0)) / 600
+        distances_m = np.linalg.norm(mesh.positions_m - helix[mesh.sources], axis=1)
+        assert distances_m.max() < 2 * np.linalg.norm(np.ptp(helix, axis=0)) / 600
         np.testing.assert_array_equal(mesh.colors, tints[mesh.sources])
         np.testing.assert_allclose(np.ptp(mesh.positions_m, axis=0), (2, 2, 0.9), atol=0.03)
     assert "some are left out" in scene.notes[0]
 
 
-def test_a_line_without_a_second_end_is_nothing(tmp_path):
+def test_gltf_line_with_one_end_is_ignored(tmp_path):
     writer = square_scene()
     writer.node(mesh=writer.mesh(CORNERS[:1], None, mode=2))
     assert len(read_scene(writer.write(tmp_path / "a.glb")).instances) == 1
 
 
-def test_a_picture_of_transmission_makes_some_of_the_glass_opaque(tmp_path):
+def test_gltf_transmission_texture_sets_alpha_per_pixel(tmp_path):
     writer = GltfWriter()
     number = writer.picture([[[255, 0, 0], [0, 0, 0]]])
     glass = {"transmissionFactor": 1, "transmissionTexture": {"index": number}}
-    scene = read(tmp_path, writer, extensions={"KHR_materials_transmission": glass})
+    scene = read_square(tmp_path, writer, extensions={"KHR_materials_transmission": glass})
     material = scene.materials[0]
     alpha = scene.images[material.base_color_map][0, :, 3]
     assert material.is_blended and alpha.tolist() == [26, 255]  # a tenth of 255, and all
 
 
-def test_a_picture_of_transmission_that_lies_otherwise_counts_by_its_mean(tmp_path):
+def test_gltf_transmission_texture_with_other_uvs_uses_its_mean(tmp_path):
     writer = GltfWriter()
     number = writer.picture([[[255, 0, 0], [0, 0, 0]]])
     info = {"index": number, "texCoord": 1}
     glass = {"transmissionFactor": 1, "transmissionTexture": info}
     shine = {"baseColorTexture": {"index": number}}
-    told = {"KHR_materials_transmission": glass}
-    scene = read(tmp_path, writer, pbrMetallicRoughness=shine, extensions=told)
+    extensions = {"KHR_materials_transmission": glass}
+    scene = read_square(tmp_path, writer, pbrMetallicRoughness=shine, extensions=extensions)
     assert scene.materials[0].base_alpha == pytest.approx(1 - 0.9 / 2)
     assert any("by their mean (1)" in note for note in scene.notes)
 
@@ -215,8 +217,8 @@ def test_a_picture_of_transmission_that_lies_otherwise_counts_by_its_mean(tmp_pa
         (33648, [(0, 1), (1, 0), (1, 0), (0, 1)]),
     ],
 )
-def test_a_picture_goes_on_beyond_its_borders_as_it_says(tmp_path, session_context, wrap, expected):
-    """A red and a green half across u from -1 to 1, a pixel in the middle of each half."""
+def test_gltf_texture_wraps_as_its_sampler_says(tmp_path, session_context, wrap, expected):
+    """A red and a green half cover u from -1 to 1, a pixel in the middle of each half."""
     writer = GltfWriter()
     writer.add("samplers", wrapS=wrap, wrapT=33071)
     halves = np.repeat([[[255, 0, 0], [0, 255, 0]]], 16, axis=1)
@@ -231,7 +233,7 @@ def test_a_picture_goes_on_beyond_its_borders_as_it_says(tmp_path, session_conte
     raster = SceneRaster(session_context)
     raster.load(scene)
     raster.place(1)
-    view = looking_at((0.5, 0.5, 1), (0.5, 0.5, 0)).world_to_camera
+    view = pose_looking_at((0.5, 0.5, 1), (0.5, 0.5, 0)).world_to_camera
     color = new_texture(session_context, (4, 4), 4)
     raster.draw(SceneView(view, (4, 4), 4.0, np.inf, 0.1, 100.0), color)
     found = download(color)[2, :, :2]

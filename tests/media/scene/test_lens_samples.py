@@ -1,4 +1,4 @@
-"""Points of the lens: where they may be, how evenly they are spread, and that they never change."""
+"""Test points on the lens: within the aperture, evenly spread, and reproducible."""
 
 import numpy as np
 import pytest
@@ -14,14 +14,14 @@ UNIT, TALL = Pupil(Aperture(), 1.0), Pupil(Aperture(squeeze=2.0), 0.02)
 seeds = st.integers(0, 2**32 - 1)
 
 
-def counted(cells: np.ndarray, split: int, levels: int) -> int:
+def occupied_boxes(cells: np.ndarray, split: int, levels: int) -> int:
     """Return how many of the 2^levels boxes, 2^split across, hold a point."""
     across, down = 2**split, 2 ** (levels - split)
     return len({(int(x * across), int(y * down)) for x, y in cells})
 
 
 @given(seeds, st.integers(0, 300), st.integers(0, 64), st.floats(1, 2), st.floats(1e-4, 1))
-def test_they_lie_on_the_lens_and_in_the_pixel(
+def test_lens_samples_lie_on_lens_and_in_pixel(
     seed: int, first: int, count: int, squeeze: float, radius_m: float
 ) -> None:
     pupil = Pupil(Aperture(squeeze=squeeze), radius_m)
@@ -32,44 +32,44 @@ def test_they_lie_on_the_lens_and_in_the_pixel(
 
 
 @given(seeds, st.integers(0, 200), st.integers(0, 200))
-def test_a_prefix_stays_what_it_was(seed: int, first: int, more: int) -> None:
-    whole = lens_samples(0, first + more, TALL, seed)
+def test_lens_samples_prefix_does_not_change(seed: int, first: int, more: int) -> None:
+    all_samples = lens_samples(0, first + more, TALL, seed)
     parts = (
         lens_samples(0, first, TALL, seed),
         lens_samples(first, first + more, TALL, seed),
     )
-    for all_of_it, *pieces in zip(whole, *parts, strict=True):
+    for all_of_it, *pieces in zip(all_samples, *parts, strict=True):
         np.testing.assert_array_equal(all_of_it, np.concatenate(pieces))
 
 
 @given(seeds, st.integers(0, 200), st.integers(0, 60), st.integers(3, 16), st.floats(0, 1))
-def test_between_blades_they_go_on_as_well(
+def test_lens_samples_of_bladed_aperture_continue_and_stay_inside(
     seed: int, first: int, more: int, blades: int, curvature: float
 ) -> None:
     pupil = Pupil(
         Aperture(squeeze=1.5, blades=blades, blade_rotation_deg=20.0, blade_curvature=curvature),
         0.3,
     )
-    whole, _ = lens_samples(0, first + more, pupil, seed)
+    all_offsets, _ = lens_samples(0, first + more, pupil, seed)
     part, _ = lens_samples(first, first + more, pupil, seed)
-    np.testing.assert_array_equal(whole[first:], part)
-    assert np.all(pupil.aperture.covers(*(0.9999 * whole / 0.3).T))
+    np.testing.assert_array_equal(all_offsets[first:], part)
+    assert np.all(pupil.aperture.covers(*(0.9999 * all_offsets / 0.3).T))
 
 
-def test_they_fill_a_polygon_evenly() -> None:
+def test_lens_samples_fill_polygon_evenly() -> None:
     offsets, _ = lens_samples(0, 1024, Pupil(Aperture(blades=5), 1.0))
     np.testing.assert_allclose(offsets.mean(axis=0), 0, atol=1e-3)
     variance = (2 + np.cos(2 * np.pi / 5)) / 12
     np.testing.assert_allclose(np.cov(offsets.T, bias=True), variance * np.eye(2), atol=1e-3)
 
 
-def test_another_seed_gives_other_points() -> None:
-    one, other = (lens_samples(0, 32, UNIT, seed)[0] for seed in (0, 1))
-    assert np.abs(one - other).max(axis=1).min() > 1e-6
+def test_lens_samples_of_another_seed_differ() -> None:
+    first_seed, second_seed = (lens_samples(0, 32, UNIT, seed)[0] for seed in (0, 1))
+    assert np.abs(first_seed - second_seed).max(axis=1).min() > 1e-6
 
 
 @given(seeds)
-def test_moments_are_those_of_an_even_disc_and_an_even_pixel(seed: int) -> None:
+def test_lens_samples_have_moments_of_even_disc_and_pixel(seed: int) -> None:
     offsets, jitters = lens_samples(0, 1024, TALL, seed)
     disc = offsets / TALL.half_extents_m
     # 1024 random points would miss these by 16 times as much.
@@ -81,8 +81,10 @@ def test_moments_are_those_of_an_even_disc_and_an_even_pixel(seed: int) -> None:
 
 
 @pytest.mark.parametrize("stretch", range(4))
-def test_each_ring_and_each_sector_has_its_share(stretch: int) -> None:
-    """Of 256 points after whole stretches; random ones miss by sqrt(15) of 16, these by half."""
+def test_lens_samples_have_equal_share_in_each_ring_and_sector(stretch: int) -> None:
+    """256 points after whole runs of 256; random ones miss by sqrt(15) of 16, these by half of
+    that.
+    """
     misses = []
     for seed in range(32):
         disc, _ = lens_samples(256 * stretch, 256 * (stretch + 1), UNIT, seed)
@@ -94,22 +96,22 @@ def test_each_ring_and_each_sector_has_its_share(stretch: int) -> None:
 
 
 @pytest.mark.parametrize("count", [64, 66, 256])
-def test_discrepancy_is_far_below_that_of_random_points(
+def test_lens_samples_have_lower_discrepancy_than_random(
     count: int, rng: np.random.Generator
 ) -> None:
     lens, jitter = lens_samples(0, count, UNIT)
     radii = np.sum(lens**2, axis=1)
     turns = np.arctan2(lens[:, 1], lens[:, 0]) / (2 * np.pi) % 1
-    random = np.median([star(rng.random((count, 2))) for _ in range(15)])
-    assert star(np.stack([radii, turns], axis=1)) < 0.6 * random
-    assert star(jitter + 0.5) < 0.6 * random
+    random = np.median([star_discrepancy(rng.random((count, 2))) for _ in range(15)])
+    assert star_discrepancy(np.stack([radii, turns], axis=1)) < 0.6 * random
+    assert star_discrepancy(jitter + 0.5) < 0.6 * random
     whole = np.column_stack([radii, turns, jitter + 0.5])
     at_random = np.median([qmc.discrepancy(rng.random((count, 4))) for _ in range(15)])
     assert qmc.discrepancy(whole) < 0.4 * at_random
 
 
-def star(points: np.ndarray) -> float:
-    """Return the greatest difference between a corner's area and its share of points, on a grid."""
+def star_discrepancy(points: np.ndarray) -> float:
+    """Return the largest difference between a corner's area and its share of points, on a grid."""
     grid = np.linspace(0, 1, 33)
     inside = points[None, :, :] <= grid[:, None, None]
     shares = inside[:, :, 0].astype(float) @ inside[:, :, 1].T / len(points)
@@ -117,16 +119,18 @@ def star(points: np.ndarray) -> float:
 
 
 @given(seeds, st.integers(0, 8), st.integers(0, 8))
-def test_a_power_of_two_of_them_is_a_net(seed: int, levels: int, split: int) -> None:
-    """Sobol's promise for two dimensions: every dyadic box of area 1/n has just one of n points."""
+def test_sobol_points_of_power_of_two_form_a_net(seed: int, levels: int, split: int) -> None:
+    """Each dyadic box of area 1/n holds exactly one of n points, as Sobol sequences guarantee."""
     points = _sobol(np.arange(2**levels, dtype=np.uint32), seed)
-    assert counted(points[:, :2], min(split, levels), levels) == 2**levels
+    assert occupied_boxes(points[:, :2], min(split, levels), levels) == 2**levels
     for dimension in range(4):
         assert len(np.unique(np.floor(points[:, dimension] * 2**levels))) == 2**levels
 
 
-def test_unscrambled_it_is_the_sequence_of_the_tables() -> None:
+def test_unscrambled_sobol_points_equal_those_of_scipy() -> None:
     numbers = np.arange(256, dtype=np.uint32)
-    ours = np.stack([_digits(numbers, row) for row in _DIRECTIONS], axis=1) / 2**32
-    theirs = qmc.Sobol(4, scramble=False).random(256)  # in the order of Gray's code
-    np.testing.assert_array_equal(ours[np.lexsort(ours.T)], theirs[np.lexsort(theirs.T)])
+    our_points = np.stack([_digits(numbers, row) for row in _DIRECTIONS], axis=1) / 2**32
+    scipy_points = qmc.Sobol(4, scramble=False).random(256)  # in the order of Gray's code
+    np.testing.assert_array_equal(
+        our_points[np.lexsort(our_points.T)], scipy_points[np.lexsort(scipy_points.T)]
+    )

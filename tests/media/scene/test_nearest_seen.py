@@ -1,4 +1,4 @@
-"""The near plane is as far away as what is seen allows: depth tells far surfaces apart."""
+"""Test that the near plane is as far as the visible geometry allows, for depth precision."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, looking_at
+from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, pose_looking_at
 from heatlens.core.model.shot.settings import DefocusSettings, Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.demo import demo_scene, demo_shot
@@ -19,8 +19,8 @@ from heatlens.media.scene.scene_bounds import (
     corners_of,
     track_of,
 )
-from heatlens.media.scene.scene_view import nearest_seen_m, view_of, with_near_plane
-from support.scenes import NIGHT, lamp, moved, plane, scene_of
+from heatlens.media.scene.scene_view import nearest_visible_m, view_of, with_near_plane
+from support.scenes import NIGHT, lamp, placement, plane, scene_of
 
 LENS = Lens(50.0, 2.0, 3.0, 36.0)
 METRES = st.floats(-8, 8)
@@ -29,13 +29,13 @@ OFFSETS = st.tuples(st.floats(-0.7, 0.7), st.floats(-0.7, 0.7))
 
 
 @given(BOXES, OFFSETS, st.sampled_from([0.0, 0.02, 0.5]), st.sampled_from([0.4, 3.0, np.inf]))
-def test_nothing_that_a_point_of_the_lens_sees_is_nearer(values, offset, radius_m, focus_m):
+def test_nearest_seen_is_not_beyond_any_visible_point(values, offset, radius_m, focus_m):
     ends = np.array(values).reshape(-1, 2, 3)
     boxes = np.sort(ends, axis=1)
     corners = corners_of(boxes)
     lens = replace(LENS, focus_distance_m=focus_m)
     view = view_of(Pose(), lens, (160, 90), box_around(corners))
-    nearest = nearest_seen_m(view, corners, radius_m)
+    nearest = nearest_visible_m(view, corners, radius_m)
     rng = np.random.default_rng(5)
     points = (
         boxes[:, :1] + rng.random((len(boxes), 4000, 3)) * np.ptp(boxes, axis=1)[:, None]
@@ -47,36 +47,38 @@ def test_nothing_that_a_point_of_the_lens_sees_is_nearer(values, offset, radius_
     assert (-points[is_seen, 2] >= nearest - 1e-6).all()
 
 
-def test_a_ground_under_the_camera_begins_where_the_picture_does():
+def test_nearest_seen_of_ground_is_where_the_image_begins():
     ground = corners_of(np.array([[[-50.0, -1.0, -80.0], [50.0, -1.0, 20.0]]]))
     view = view_of(Pose(), LENS, (160, 90), box_around(ground))
     begins_m = view.focal_px / 46  # 1 m down; the picture's lower edge and a pixel of room
-    assert np.isclose(nearest_seen_m(view, ground, 0.0), begins_m)
+    assert np.isclose(nearest_visible_m(view, ground, 0.0), begins_m)
     assert with_near_plane(view, begins_m).near_m == 0.99 * begins_m
     assert with_near_plane(view, -3.0).near_m == view.near_m
     assert with_near_plane(view, np.inf).near_m < view.far_m
 
 
-def test_the_demo_spends_its_depth_where_something_is():
+def test_nearest_seen_of_demo_is_far_from_camera():
     scene, shot = demo_scene(), demo_shot()
     for frame in (1, 120, 240):
         lens, corners = shot.lens_at(frame), box_corners_m(scene, frame)
         pose = track_of(scene, shot.framing or Framing(), lens).pose_at(frame)
         view = view_of(pose, lens, (320, 180), bounds_m(scene, frame))
-        assert nearest_seen_m(view, corners, 0.0125) > 0.5 > 50 * view.near_m
+        assert nearest_visible_m(view, corners, 0.0125) > 0.5 > 50 * view.near_m
 
 
-def test_a_window_just_before_a_far_wall_is_seen_whole_over_a_ground_that_is_near(renderer):
-    """A near plane at a ten-thousandth of the far one would tell 80 m from 80.05 m at best."""
-    camera = SceneCamera("ahead", CameraTrack((PoseKey(1, looking_at((0, 0, 0), (0, 0, -1))),)))
+def test_window_just_before_far_wall_is_drawn_over_near_ground(renderer):
+    """A near plane at a ten-thousandth of the far one would resolve 80 m and 80.05 m at best."""
+    camera = SceneCamera(
+        "ahead", CameraTrack((PoseKey(1, pose_looking_at((0, 0, 0), (0, 0, -1))),))
+    )
     turn = np.eye(4)
     turn[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
-    places = [(0, moved(y=-1) @ turn), (1, moved(z=-79.98)), (2, moved(z=-80.0))]
+    places = [(0, placement(y=-1) @ turn), (1, placement(z=-79.98)), (2, placement(z=-80.0))]
     meshes = (plane(80.0), plane(6.0, material=1), plane(60.0, material=2))
     materials = (lamp((0.1, 0.1, 0.1)), lamp((0.8, 0.6, 0.2)), lamp((0.0, 0.0, 0.2)))
     renderer.load_scene(scene_of(meshes, places, materials, daylight=NIGHT, cameras=(camera,)))
     shot = Shot(LENS, DefocusSettings(), framing=Framing(96, 64, camera="ahead"))
-    color = renderer.look(shot, views=1).plate.color
+    color = renderer.load_pinhole(shot, views=1).plate.color
     window = color[25:32, 42:54]
     np.testing.assert_allclose(window[..., 0], 0.8, rtol=1e-3)
     many = replace(shot, defocus=DefocusSettings(method=Method.ACCUMULATION, views=4))

@@ -1,4 +1,4 @@
-"""Files that an OBJ names count as its own: an export sees them, and is not written over them."""
+"""Test that files named by an OBJ count as inputs: an export checks and never overwrites them."""
 
 import os
 from pathlib import Path
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import InputError
 from heatlens.media.scene.obj_files import files_of_obj
 from heatlens.media.scene.scene_read import files_of_scene, read_scene
-from support.exports import exported, refused
+from support.exports import export_shot, refused_export_message
 from support.gltf_files import encoded
 
 TOLD = ("--f-stop=2", "--focus-distance=2.5", "--size=32x18", "--quality=draft")
@@ -32,41 +32,41 @@ def scene(tmp_path) -> Path:
     return folder / "mesh.obj"
 
 
-def test_materials_and_pictures_are_named_as_they_are_read(scene, monkeypatch):
+def test_files_of_obj_are_the_files_that_are_read(scene, monkeypatch):
     folder = scene.parent.resolve()
     expected = tuple(folder / name for name in ("look.mtl", "a map.png", "maps/other.png"))
     assert files_of_obj(scene) == expected
     assert files_of_scene(scene) == (scene, *expected)
-    opened, open_file = [], os.open
+    opened_paths, open_file = [], os.open
 
     def recorded(path, *words):
-        opened.append(Path(path))
+        opened_paths.append(Path(path))
         return open_file(path, *words)
 
     monkeypatch.setattr(os, "open", recorded)
     read_scene(scene)
-    assert {scene, *expected} == set(opened)
+    assert {scene, *expected} == set(opened_paths)
 
 
 @pytest.mark.parametrize("name", ["look.mtl", "a map.png"])
-def test_an_export_renders_again_what_was_written_again(capsys, scene, tmp_path, name):
+def test_export_renders_again_after_obj_material_or_image_changes(capsys, scene, tmp_path, name):
     out, path = tmp_path / "n.exr", scene.parent / name
-    exported(capsys, scene, out, *TOLD)
-    assert "1 was finished before" in exported(capsys, scene, out, *TOLD)
+    export_shot(capsys, scene, out, *TOLD)
+    assert "1 was finished before" in export_shot(capsys, scene, out, *TOLD)
     data = encoded([*BLUE, *RED]) if name.endswith("png") else path.read_bytes() + b"Ns 50\n"
     path.write_bytes(data)
-    assert "1 frame written" in exported(capsys, scene, out, *TOLD)
+    assert "1 frame written" in export_shot(capsys, scene, out, *TOLD)
 
 
-def test_an_export_is_not_written_over_a_picture_of_an_obj(capsys, scene):
+def test_export_does_not_overwrite_image_of_obj(capsys, scene):
     path = scene.parent / "a map.png"
     before = path.read_bytes()
-    assert "an input of" in refused(capsys, scene, path, *TOLD)
+    assert "an input of" in refused_export_message(capsys, scene, path, *TOLD)
     assert path.read_bytes() == before
 
 
 @pytest.mark.parametrize("name", ["../out.mtl", "/etc/passwd", "a\0b", "", "loop", "..\\out.mtl"])
-def test_what_is_elsewhere_is_not_looked_at(tmp_path, name):
+def test_files_of_obj_ignores_names_outside_the_folder(tmp_path, name):
     folder = tmp_path / "in"
     folder.mkdir()
     (tmp_path / "out.mtl").write_text("newmtl a\nmap_Kd a.png\n")
@@ -79,29 +79,29 @@ def test_what_is_elsewhere_is_not_looked_at(tmp_path, name):
         assert read_scene(folder / "mesh.obj").triangle_count == 1
 
 
-def test_a_library_that_is_not_there_is_named_all_the_same(scene):
+def test_files_of_obj_includes_missing_material_library(scene):
     (scene.parent / "look.mtl").unlink()
     assert files_of_obj(scene) == (scene.parent.resolve() / "look.mtl",)
 
 
 @pytest.mark.parametrize("text", ["", TRIANGLE, "\xe9\n"])
-def test_an_obj_without_a_library_names_nothing(tmp_path, text):
+def test_files_of_obj_without_library_are_empty(tmp_path, text):
     (tmp_path / "mesh.obj").write_bytes(text.encode("latin-1"))
     assert files_of_obj(tmp_path / "mesh.obj") == ()
 
 
-def test_a_name_may_go_on_in_the_next_line_and_be_of_an_older_alphabet(tmp_path):
+def test_files_of_obj_reads_continued_lines_and_latin_1(tmp_path):
     (tmp_path / "mesh.obj").write_bytes(b"v 0 0 0\r\nmtllib lo\\\r\nok\xe9.mtl\r\nmtllib no.mtl")
     assert files_of_obj(tmp_path / "mesh.obj") == (tmp_path.resolve() / "look\xe9.mtl",)
 
 
-def test_an_obj_that_is_not_there_is_said(tmp_path):
+def test_files_of_scene_reports_missing_obj(tmp_path):
     with pytest.raises(InputError, match=r"mesh\.obj is not there"):
         files_of_scene(tmp_path / "mesh.obj")
 
 
 @given(st.binary(max_size=40), st.binary(max_size=40))
-def test_whatever_stands_in_the_files_none_is_named_outside(tmp_path_factory, name, picture):
+def test_files_of_obj_of_any_content_stay_inside_folder(tmp_path_factory, name, picture):
     folder = tmp_path_factory.mktemp("any")
     (folder / "mesh.obj").write_bytes(b"mtllib " + name)
     (folder / "look.mtl").write_bytes(b"map_Kd " + picture)

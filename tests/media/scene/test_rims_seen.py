@@ -1,4 +1,4 @@
-"""Views and rays through a rim: a lamp keeps its light, and one brightness is that everywhere."""
+"""Test views and rays with an uneven aperture rim: light and uniform brightness are kept."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,12 +14,12 @@ from heatlens.render.gpu.textures import FloatArray, download, new_texture
 from heatlens.render.scene_gpu.accumulation import Accumulation
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.ray_tracer import RayTracer
-from support.scenes import NIGHT, lamp, moved, scene_of, sphere
+from support.scenes import NIGHT, lamp, placement, scene_of, sphere
 
 SIZE = (32, 24)
 LENS = Lens(100.0, 1.4, 2.0, 36.0)
-NEAR_LAMP = (0, moved(0.02, 0.0, -1.5))  # about as large as its disc
-FAR_LAMP = (0, moved(-0.05, 0.0, -3.0))
+NEAR_LAMP = (0, placement(0.02, 0.0, -1.5))  # about as large as its disc
+FAR_LAMP = (0, placement(-0.05, 0.0, -3.0))
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def raster(session_context: Device) -> Iterator[SceneRaster]:
     held.release()
 
 
-def seen(
+def render_lamps(
     raster: SceneRaster,
     kind: type[Accumulation] | type[RayTracer],
     lens: Lens,
@@ -46,20 +46,20 @@ def seen(
 
 
 @pytest.mark.parametrize("rim", [-0.8, 0.8])
-def test_a_lamp_on_either_side_keeps_its_light(raster: SceneRaster, rim: float) -> None:
+def test_rim_keeps_light_of_lamp_before_and_behind_focus(raster: SceneRaster, rim: float) -> None:
     for place in (NEAR_LAMP, FAR_LAMP):
         flat, rimmed = (
-            seen(raster, Accumulation, replace(LENS, rim=r), 128, place) for r in (0.0, rim)
+            render_lamps(raster, Accumulation, replace(LENS, rim=r), 128, place) for r in (0.0, rim)
         )
         assert rimmed.sum() == pytest.approx(flat.sum(), rel=0.03)
         assert np.abs(rimmed - flat).max() > 0.05
 
 
 @pytest.mark.parametrize("kind", [Accumulation, RayTracer])
-def test_one_brightness_everywhere_stays(
+def test_rim_keeps_uniform_brightness(
     raster: SceneRaster, kind: type[Accumulation] | type[RayTracer]
 ) -> None:
     """Lamps as bright as the wall behind them cannot be seen, whatever the rim."""
-    lens, wall = replace(LENS, rim=0.8), (0, moved(0.0, 0.0, -15.0, 100.0))
-    picture = seen(raster, kind, lens, 16, wall, NEAR_LAMP, FAR_LAMP)
+    lens, wall = replace(LENS, rim=0.8), (0, placement(0.0, 0.0, -15.0, 100.0))
+    picture = render_lamps(raster, kind, lens, 16, wall, NEAR_LAMP, FAR_LAMP)
     np.testing.assert_allclose(picture, 1.0, atol=1e-4)

@@ -22,20 +22,20 @@ def corners_of(mesh):
     return mesh.positions_m[mesh.triangles]
 
 
-def test_endings_tell_scenes_from_other_files():
+def test_is_scene_file_recognizes_suffix():
     assert all(is_scene_file(name) for name in ("a.glb", "dir/B.GLTF"))
     assert not any(is_scene_file(name) for name in ("a.exr", "glb", "a.glb.txt", ""))
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.uint32])
-def test_indices_of_every_width_give_the_same_triangles(path, kind):
+def test_gltf_indices_of_every_width_give_same_triangles(path, kind):
     writer = GltfWriter()
     writer.node(mesh=writer.mesh(corners=SQUARE_CORNERS.astype(kind)))
     mesh = read_scene(writer.write(path)).meshes[0]
     assert np.array_equal(corners_of(mesh), SQUARE[SQUARE_CORNERS].reshape(2, 3, 3))
 
 
-def test_vertices_without_indices_are_triangles_in_turn(path):
+def test_gltf_vertices_without_indices_form_triangles_in_order(path):
     writer = GltfWriter()
     writer.node(mesh=writer.mesh(SQUARE[SQUARE_CORNERS], None))
     mesh = read_scene(writer.write(path)).meshes[0]
@@ -45,7 +45,7 @@ def test_vertices_without_indices_are_triangles_in_turn(path):
 @pytest.mark.parametrize(
     ("mode", "order"), [(5, [0, 1, 3, 2]), (6, [0, 1, 2, 3])], ids=["strip", "fan"]
 )
-def test_strips_and_fans_cover_the_square_and_face_one_way(path, mode, order):
+def test_gltf_strips_and_fans_cover_square_and_face_one_way(path, mode, order):
     writer = GltfWriter()
     writer.node(mesh=writer.mesh(SQUARE[order], None, mode=mode))
     mesh = read_scene(writer.write(path)).meshes[0]
@@ -54,7 +54,7 @@ def test_strips_and_fans_cover_the_square_and_face_one_way(path, mode, order):
     assert areas == pytest.approx([0.5, 0.5])
 
 
-def test_missing_normals_are_those_of_each_triangle(path):
+def test_gltf_missing_normals_are_those_of_each_triangle(path):
     roof = np.array([[0, 0, 0], [2, 0, 0], [2, 0, -2], [0, 0, -2], [0, 2, -2]], np.float32)
     writer = GltfWriter()
     writer.node(mesh=writer.mesh(roof, np.array([0, 1, 2, 0, 3, 4], np.uint16)))
@@ -64,14 +64,14 @@ def test_missing_normals_are_those_of_each_triangle(path):
     assert np.abs(normals[1]) == pytest.approx(np.tile([1, 0, 0], (3, 1)))
 
 
-def test_normals_of_the_file_are_kept_and_made_unit(path):
+def test_gltf_normals_of_file_are_normalized(path):
     writer = GltfWriter()
     writer.node(mesh=writer.mesh(attributes={"NORMAL": 3 * UP_Z[:, [2, 1, 0]]}))
     mesh = read_scene(writer.write(path)).meshes[0]
     assert mesh.normals == pytest.approx(np.tile([1, 0, 0], (4, 1)))
 
 
-def test_attributes_that_lie_among_each_other_are_told_apart(path):
+def test_gltf_interleaved_attributes_are_separated(path):
     rows = np.concatenate([SQUARE, UP_Z, SQUARE_UVS], axis=1).astype(np.float32)
     writer = GltfWriter()
     view = writer.view(rows.tobytes(), byteStride=32)
@@ -93,7 +93,7 @@ def test_attributes_that_lie_among_each_other_are_told_apart(path):
     assert np.array_equal(mesh.uvs, SQUARE_UVS)
 
 
-def test_sparse_accessors_replace_some_vertices(path):
+def test_gltf_sparse_accessor_replaces_some_vertices(path):
     writer = square_scene()
     record = writer.json["accessors"][0]
     record["sparse"] = {
@@ -105,7 +105,7 @@ def test_sparse_accessors_replace_some_vertices(path):
     assert bounds_m(scene, 1)[1] == pytest.approx([5, 6, 7])
 
 
-def test_whole_numbers_stand_for_shares(path):
+def test_gltf_normalized_integers_are_fractions(path):
     writer = GltfWriter()
     uvs = (SQUARE_UVS * 255).astype(np.uint8)
     mesh = writer.mesh(attributes={"NORMAL": UP_Z, "TEXCOORD_0": np.pad(uvs, ((0, 0), (0, 2)))})
@@ -116,7 +116,7 @@ def test_whole_numbers_stand_for_shares(path):
     assert np.array_equal(read_scene(writer.write(path)).meshes[0].uvs, SQUARE_UVS)
 
 
-def test_one_mesh_stands_wherever_nodes_put_it(path):
+def test_gltf_mesh_is_placed_by_each_of_its_nodes(path):
     writer = GltfWriter()
     mesh = writer.mesh()
     leaf = writer.node(is_root=False, mesh=mesh, translation=[1, 0, 0])
@@ -131,7 +131,7 @@ def test_one_mesh_stands_wherever_nodes_put_it(path):
     assert scene.instances[1].name == "moved"
 
 
-def test_a_mesh_spread_over_a_list_stands_at_each_place(path):
+def test_gltf_gpu_instancing_places_mesh_at_each_position(path):
     writer = GltfWriter()
     places = writer.accessor(np.array([[1, 0, 0], [2, 0, 0], [3, 0, 0]], np.float32))
     spread = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places}}}
@@ -141,7 +141,7 @@ def test_a_mesh_spread_over_a_list_stands_at_each_place(path):
     assert found.tolist() == [[1, 5, 0], [2, 5, 0], [3, 5, 0]]
 
 
-def textured(**material):
+def textured_square(**material):
     """Return a square with a material, and one texture of four colours."""
     writer = GltfWriter()
     writer.picture(CHECKERS)
@@ -150,8 +150,8 @@ def textured(**material):
     return writer
 
 
-def test_materials_with_all_their_factors_and_maps(path):
-    writer = textured(
+def test_gltf_material_has_all_factors_and_maps(path):
+    writer = textured_square(
         name="lamp",
         pbrMetallicRoughness={
             "baseColorFactor": [0.1, 0.2, 0.3, 0.9],
@@ -178,7 +178,7 @@ def test_materials_with_all_their_factors_and_maps(path):
     assert np.array_equal(scene.meshes[0].uvs[scene.meshes[0].triangles[0, 0]], SQUARE_UVS[0])
 
 
-def test_without_a_material_the_standard_holds(path):
+def test_gltf_mesh_without_material_has_default_material(path):
     scene = read_scene(square_scene().write(path))
     material = scene.materials[scene.meshes[0].material]
     assert (material.base_color, material.metallic, material.roughness) == ((1, 1, 1), 1, 1)
@@ -188,26 +188,26 @@ def test_without_a_material_the_standard_holds(path):
     ("mode", "expected"),
     [("OPAQUE", (1, 0, False)), ("MASK", (0.4, 0.5, False)), ("BLEND", (0.4, 0, True))],
 )
-def test_alpha_counts_only_where_it_should(path, mode, expected):
+def test_gltf_alpha_depends_on_alpha_mode(path, mode, expected):
     shine = {"baseColorFactor": [1, 1, 1, 0.4]}
-    scene = read_scene(textured(pbrMetallicRoughness=shine, alphaMode=mode).write(path))
+    scene = read_scene(textured_square(pbrMetallicRoughness=shine, alphaMode=mode).write(path))
     material = scene.materials[0]
     assert (material.base_alpha, material.alpha_cutoff, material.is_blended) == expected
     assert not scene.notes
 
 
-def test_a_texture_that_is_turned_and_moved_on_its_surface(path):
+def test_gltf_texture_transform_rotates_and_moves_uvs(path):
     """The example of KHR_texture_transform: the lower left quarter, a quarter turn clockwise."""
     moved = {"offset": [0, 1], "rotation": np.pi / 2, "scale": [0.5, 0.5]}
     info = {"index": 0, "extensions": {"KHR_texture_transform": moved}}
-    scene = read_scene(textured(pbrMetallicRoughness={"baseColorTexture": info}).write(path))
+    scene = read_scene(textured_square(pbrMetallicRoughness={"baseColorTexture": info}).write(path))
     uvs = scene.meshes[0].uvs
     assert uvs.min(axis=0) == pytest.approx([0, 0.5], abs=1e-6)
     assert uvs.max(axis=0) == pytest.approx([0.5, 1], abs=1e-6)
 
 
-def test_bytes_and_pictures_beside_the_file(tmp_path):
-    writer = textured(pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+def test_gltf_reads_bytes_and_images_beside_the_file(tmp_path):
+    writer = textured_square(pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
     writer.json["images"] = [{"uri": "a%20map.png"}]
     (tmp_path / "a map.png").write_bytes(encoded(CHECKERS))
     (tmp_path / "scene.bin").write_bytes(writer.data)
@@ -217,16 +217,16 @@ def test_bytes_and_pictures_beside_the_file(tmp_path):
     assert np.array_equal(scene.images[0][..., :3], CHECKERS)
 
 
-def test_bytes_within_the_json(tmp_path):
+def test_gltf_reads_bytes_embedded_in_json(tmp_path):
     scene = read_scene(square_scene().write(tmp_path / "scene.gltf"))
     assert scene.triangle_count == 2
 
 
 @pytest.mark.parametrize("depth", [8, 16])
-def test_grey_pictures_keep_their_brightness(depth, path):
+def test_gltf_gray_images_keep_their_brightness(depth, path):
     grey = np.array([[0, 128], [200, 255]], np.uint32)
     pixels = (grey * 257).astype(np.uint16) if depth == 16 else grey.astype(np.uint8)
-    writer = textured(pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+    writer = textured_square(pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
     file = path.with_suffix(".png")
     Image.fromarray(pixels).save(file)
     writer.json["images"][0] = {"bufferView": writer.view(file.read_bytes())}

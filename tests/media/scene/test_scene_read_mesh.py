@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.media.scene.scene_bounds import bounds_m
 from heatlens.media.scene.scene_read import read_scene
-from support.command_line import started
+from support.command_line import start_heatlens
 from support.gltf_files import encoded
 from support.mesh_files import MTL, OBJ, PIXELS, PLY, STL
 
 
-def test_obj_with_materials_and_a_map(tmp_path):
+def test_obj_is_read_with_materials_and_map(tmp_path):
     (tmp_path / "a.obj").write_text(OBJ)
     (tmp_path / "a.mtl").write_text(MTL)
     (tmp_path / "pic.png").write_bytes(encoded(PIXELS))
@@ -33,7 +33,7 @@ def test_obj_with_materials_and_a_map(tmp_path):
     assert bounds_m(scene, 1).tolist() == [[0, 0, 0], [2, 3, 0]]
 
 
-def test_obj_whose_materials_are_gone_or_elsewhere_is_shown_without(tmp_path):
+def test_obj_with_missing_or_outside_materials_is_read_without(tmp_path):
     (tmp_path / "in").mkdir()
     (tmp_path / "a.mtl").write_text(MTL)
     for name in ("gone.mtl", "../a.mtl"):
@@ -43,7 +43,7 @@ def test_obj_whose_materials_are_gone_or_elsewhere_is_shown_without(tmp_path):
         assert f"{name} is missing" in scene.notes[0]
 
 
-def test_ply_with_colours(tmp_path):
+def test_ply_vertex_colors_are_read(tmp_path):
     (tmp_path / "a.ply").write_bytes(PLY)
     scene = read_scene(tmp_path / "a.ply")
     assert bounds_m(scene, 1).tolist() == [[0, 0, 5], [1, 1, 5]]
@@ -58,7 +58,7 @@ LIGHTS = np.vectorize(CURVE.get)(SHADES)
 
 
 def shaded_ply(is_face):
-    """Return a strip of three triangles, a colour for each or for its first three vertices."""
+    """Return a PLY of three triangles with a color for each face, or for each vertex."""
     places = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 2, 0)]
     corners = [(0, 1, 2), (2, 1, 3), (2, 3, 4)]
     tint = [f"property uchar {name}" for name in ("red", "green", "blue")]
@@ -74,7 +74,7 @@ def shaded_ply(is_face):
 
 
 @pytest.mark.parametrize("is_face", [False, True])
-def test_ply_colours_of_vertices_and_of_faces_become_light(tmp_path, is_face):
+def test_ply_colors_of_vertices_and_faces_become_linear_light(tmp_path, is_face):
     (tmp_path / "a.ply").write_text(shaded_ply(is_face))
     mesh = read_scene(tmp_path / "a.ply").meshes[0]
     found = mesh.colors[mesh.triangles]
@@ -84,8 +84,8 @@ def test_ply_colours_of_vertices_and_of_faces_become_light(tmp_path, is_face):
 
 
 @pytest.mark.parametrize("extra", ["", "usemtl red\n", "vt 0 0\n"])
-def test_obj_colours_stand_behind_the_places(tmp_path, extra):
-    """Those of materials without a picture give way; one with a picture keeps it alone."""
+def test_obj_vertex_colors_are_read_after_positions(tmp_path, extra):
+    """Vertex colors replace the color of a material that has no texture."""
     shades = [" ".join(f"{value / 255:.6f}" for value in shade) for shade in SHADES]
     vertices = [f"v {i % 2} {i // 2} 0 {shade}\n" for i, shade in enumerate(shades)]
     corner = "{0}/1" if "vt" in extra else "{0}"
@@ -98,7 +98,7 @@ def test_obj_colours_stand_behind_the_places(tmp_path, extra):
     assert scene.materials[mesh.material].base_color == (1, 1, 1)
 
 
-def test_stl(tmp_path):
+def test_stl_is_read_with_its_bounds(tmp_path):
     (tmp_path / "a.stl").write_bytes(STL)
     assert bounds_m(read_scene(tmp_path / "a.stl"), 1).tolist() == [[0, 1, 2], [6, 7, 8]]
 
@@ -123,18 +123,18 @@ end_header
 
 
 @pytest.mark.parametrize(
-    ("picture", "told"),
+    ("picture", "message"),
     [(None, "cloth.png is missing"), (b"no picture", "unable to load image! cannot identify")],
 )
-def test_a_picture_that_cannot_be_loaded_is_told_in_a_note_alone(tmp_path, picture, told):
-    """In a process of its own, because pytest takes what is logged."""
+def test_ply_texture_that_cannot_be_loaded_is_only_noted(tmp_path, picture, message):
+    """Run in a process of its own, because pytest captures log messages."""
     (tmp_path / "a.ply").write_text(TEXTURED_PLY)
     if picture is not None:
         (tmp_path / "cloth.png").write_bytes(picture)
-    process = started("info", tmp_path / "a.ply")
+    process = start_heatlens("info", tmp_path / "a.ply")
     out, err = process.communicate(timeout=120)
     assert process.returncode == 0 and err == ""
-    assert sum(told in line for line in out.splitlines()) == 1
+    assert sum(message in line for line in out.splitlines()) == 1
 
 
 FILES = {".obj": OBJ.encode(), ".ply": PLY, ".stl": STL}
@@ -147,7 +147,7 @@ def folder(tmp_path_factory):
 
 @given(st.sampled_from(sorted(FILES)), st.data())
 @settings(deadline=None, max_examples=300)
-def test_damaged_files_are_scenes_or_a_sentence(folder, suffix, data):
+def test_damaged_mesh_file_gives_scene_or_one_line_error(folder, suffix, data):
     whole = FILES[suffix]
     found = bytearray(whole[: data.draw(st.integers(0, len(whole)))])
     for at in data.draw(st.lists(st.integers(0, max(len(found) - 1, 0)), max_size=3)):
@@ -167,7 +167,7 @@ def test_damaged_files_are_scenes_or_a_sentence(folder, suffix, data):
 LATIN_1 = OBJ.replace("usemtl red", "o Stühle\nusemtl red").encode("latin-1")
 
 
-def test_obj_in_another_encoding_than_utf_8(tmp_path):
+def test_obj_in_latin_1_is_read(tmp_path):
     (tmp_path / "a.obj").write_bytes(LATIN_1)
     (tmp_path / "a.mtl").write_bytes(MTL.replace("map_Kd", "# Möbel\nmap_Kd").encode("latin-1"))
     (tmp_path / "pic.png").write_bytes(encoded(PIXELS))
@@ -176,7 +176,7 @@ def test_obj_in_another_encoding_than_utf_8(tmp_path):
     assert sorted(material.name for material in scene.materials) == ["blue", "red"]
 
 
-def test_a_binary_stl_that_was_cut_is_damaged(tmp_path):
+def test_truncated_binary_stl_is_rejected(tmp_path):
     head = bytes(range(128, 208)) + struct.pack("<I", 2)
     for data in (head, head + STL[84:], head + STL[84:-9]):
         (tmp_path / "a.stl").write_bytes(data)
@@ -188,14 +188,14 @@ def test_a_binary_stl_that_was_cut_is_damaged(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "data"), [("a.obj", LATIN_1), ("a.stl", b"\xff" * 90)])
-def test_what_is_missing_for_other_encodings_is_told(tmp_path, monkeypatch, name, data):
+def test_mesh_reading_without_encoding_library_names_extra(tmp_path, monkeypatch, name, data):
     monkeypatch.setitem(sys.modules, "charset_normalizer", None)
     (tmp_path / name).write_bytes(data)
     with pytest.raises(InputError, match=r"more than is installed.*'heatlens\[scene\]'"):
         read_scene(tmp_path / name)
 
 
-def test_without_the_library_it_is_told_what_to_install(tmp_path, monkeypatch):
+def test_mesh_reading_without_trimesh_names_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh", None)
     (tmp_path / "a.stl").write_bytes(STL)
     with pytest.raises(InputError, match=r"pip install 'heatlens\[scene\]'"):
@@ -213,8 +213,8 @@ def test_without_the_library_it_is_told_what_to_install(tmp_path, monkeypatch):
         "v 0 0 0\nv 1 0 0 1 1\nv 1 1 0 2 2 2 2 2\nf 1 2 3\n",
     ],
 )
-def test_lines_of_an_obj_that_are_too_short_or_too_long_are_a_scene_or_told(tmp_path, lines):
-    """Each with its own number of numbers, where three are needed."""
+def test_obj_with_short_or_long_lines_is_read_or_rejected(tmp_path, lines):
+    """Lines hold too few or too many numbers: the face is read, or the file is reported."""
     (tmp_path / "short.obj").write_text(lines)
     try:
         scene = read_scene(tmp_path / "short.obj")

@@ -28,7 +28,7 @@ def stage_at(path, up="Y", unit_m=0.01):
 
 
 @pytest.mark.parametrize(("up", "top"), [("Y", (1, 3, 0)), ("Z", (1, 0, 0))])
-def test_polygons_in_metres_with_y_up(tmp_path, up, top):
+def test_usd_polygons_are_in_meters_with_y_up(tmp_path, up, top):
     stage, _ = stage_at(tmp_path / "a.usdc", up)
     stage.Save()
     scene = read_scene(tmp_path / "a.usdc")
@@ -38,7 +38,7 @@ def test_polygons_in_metres_with_y_up(tmp_path, up, top):
     assert bounds_m(scene, 1)[0] == pytest.approx((0, 0, depth), abs=1e-6)
 
 
-def test_materials_of_parts_with_a_picture(tmp_path):
+def test_usd_subset_material_with_texture_is_read(tmp_path):
     stage, mesh = stage_at(tmp_path / "a.usda")
     (tmp_path / "pic.png").write_bytes(encoded(np.full((1, 2, 3), 7)))
     uvs = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray)
@@ -70,7 +70,7 @@ def test_materials_of_parts_with_a_picture(tmp_path):
     assert roof.uvs.max(axis=0).tolist() == [1, 0.5]
 
 
-def test_instances_share_a_mesh_and_move(tmp_path):
+def test_usd_instances_share_a_mesh_and_move(tmp_path):
     stage, _ = stage_at(tmp_path / "a.usda")
     for i in range(3):
         prim = stage.DefinePrim(f"/copies/c{i}", "Xform")
@@ -88,7 +88,7 @@ def test_instances_share_a_mesh_and_move(tmp_path):
     assert scene.transforms_at(99)[:, 2, 3] == pytest.approx([0, 0, 10, 20])
 
 
-def test_cameras_with_their_lens(tmp_path):
+def test_usd_camera_keeps_its_lens_and_pose(tmp_path):
     stage, _ = stage_at(tmp_path / "a.usda", "Z")
     camera = UsdGeom.Camera.Define(stage, "/cam")
     camera.CreateFocalLengthAttr(40)
@@ -102,7 +102,7 @@ def test_cameras_with_their_lens(tmp_path):
     assert -pose.turn[:, 2] == pytest.approx([0, -1, 0], abs=1e-9)  # it looked down along z
 
 
-def test_damage_is_told(tmp_path):
+def test_usd_damage_is_reported_with_file_name(tmp_path):
     path = tmp_path / "a.usda"
     for data in (b"", b"#usda 1.0\n(", b"#usda 1.0\n"):
         path.write_bytes(data)
@@ -110,7 +110,7 @@ def test_damage_is_told(tmp_path):
             read_scene(path)
 
 
-def test_a_damaged_mesh_is_left_out_and_named(tmp_path):
+def test_usd_damaged_mesh_is_left_out_and_noted(tmp_path):
     """The others of the stage are drawn, as in other programs."""
     path = tmp_path / "a.usda"
     head, good = MESH.split("def ")
@@ -125,7 +125,7 @@ def test_a_damaged_mesh_is_left_out_and_named(tmp_path):
 
 
 @pytest.mark.parametrize("corners", [[0, 1, 2, 3, 3, 2, 5], [0, 1], [0, 1, 2, 3, 3, 2, -1]])
-def test_polygons_that_contradict_themselves(tmp_path, corners):
+def test_usd_inconsistent_polygons_are_rejected(tmp_path, corners):
     stage, mesh = stage_at(tmp_path / "a.usda")
     mesh.GetFaceVertexIndicesAttr().Set(corners)
     stage.Save()
@@ -134,7 +134,7 @@ def test_polygons_that_contradict_themselves(tmp_path, corners):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_binary_file_with_changed_bytes(tmp_path, seed):
+def test_usd_binary_with_changed_bytes_gives_scene_or_error(tmp_path, seed):
     stage, _ = stage_at(tmp_path / "a.usdc")
     stage.Save()
     data = bytearray((tmp_path / "a.usdc").read_bytes())
@@ -174,7 +174,7 @@ def Mesh "M"
         (" uniform token", ' string primvars:normals = "up" (interpolation = "vertex")'),
     ],
 )
-def test_values_of_another_kind_are_refused(tmp_path, name, other):
+def test_usd_values_of_another_kind_are_rejected(tmp_path, name, other):
     """As what they are, and not as a mistake of heatlens."""
     path = tmp_path / "a.usda"
     path.write_text(MESH)
@@ -186,7 +186,7 @@ def test_values_of_another_kind_are_refused(tmp_path, name, other):
     assert len(str(refusal.value).splitlines()) == 1
 
 
-def test_a_camera_in_mm_on_a_stage_in_metres_is_read_as_mm(tmp_path):
+def test_usd_scene_camera_in_mm_on_stage_in_meters_is_read_as_mm(tmp_path):
     """A known fault of 3ds Max: by USD the lens would be metres long, which no focus fits."""
     stage, _ = stage_at(tmp_path / "a.usda", unit_m=1.0)
     camera = UsdGeom.Camera.Define(stage, "/world/cam")

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.framing import looking_at
+from heatlens.core.model.shot.framing import pose_looking_at
 from heatlens.media.scene.gltf.animation import ValueTrack
 from heatlens.media.scene.scene_read import read_scene
 from support.gltf_files import GltfWriter, square_scene
@@ -27,7 +27,7 @@ def with_camera(writer, node=(), **perspective):
     return writer.node(**{"camera": camera, "name": "hero", **dict(node)})
 
 
-def test_the_angle_of_a_camera_is_that_of_its_lens(path):
+def test_gltf_camera_angle_gives_focal_length(path):
     writer = square_scene()
     with_camera(writer, yfov=0.6, aspectRatio=2.0)
     (camera,) = read_scene(writer.write(path)).cameras
@@ -36,7 +36,7 @@ def test_the_angle_of_a_camera_is_that_of_its_lens(path):
     assert camera.sensor_width_mm == 36.0
 
 
-def test_every_camera_is_there_under_a_name_of_its_own(path):
+def test_gltf_cameras_have_unique_names(path):
     writer = square_scene()
     for place in ([1, 0, 0], [2, 0, 0]):
         with_camera(writer, {"translation": place})
@@ -49,9 +49,9 @@ def test_every_camera_is_there_under_a_name_of_its_own(path):
     assert "'plan'" in " ".join(scene.notes)
 
 
-def test_a_camera_looks_where_its_node_and_those_above_turn_it(path):
+def test_gltf_camera_pose_includes_parent_nodes(path):
     writer = square_scene()
-    pose = looking_at((1, 2, 3), (0, 0, 0))
+    pose = pose_looking_at((1, 2, 3), (0, 0, 0))
     w, x, y, z = pose.orientation
     node = {"rotation": [x, y, z, w], "translation": [1, 2, 3]}
     with_camera(writer, node)
@@ -62,7 +62,7 @@ def test_a_camera_looks_where_its_node_and_those_above_turn_it(path):
     assert found.orientation == pytest.approx(pose.orientation)
 
 
-def test_lights_of_every_kind(path):
+def test_gltf_lights_of_every_kind_are_read(path):
     writer = square_scene()
     down = {"rotation": [-np.sqrt(0.5), 0, 0, np.sqrt(0.5)]}  # -z becomes -y
     sun = writer.light(type="directional", color=[1, 0.5, 0.25], intensity=4)
@@ -80,14 +80,14 @@ def test_lights_of_every_kind(path):
     assert cone.cone_cosines == pytest.approx((np.cos(0.2), np.cos(0.4)))
 
 
-def test_the_sun_shines_unless_a_file_brings_other_light(path):
+def test_gltf_sun_is_off_if_file_has_other_lights(path):
     assert read_scene(square_scene().write(path)).daylight.sun != (0, 0, 0)
     writer = square_scene()
     writer.node(**writer.light(type="point"))
     assert read_scene(writer.write(path)).daylight.sun == (0, 0, 0)
 
 
-def test_of_several_suns_the_brightest(path):
+def test_gltf_brightest_of_several_suns_is_taken(path):
     writer = square_scene()
     for strength in (1, 3, 2):
         writer.node(**writer.light(type="directional", intensity=strength))
@@ -96,7 +96,7 @@ def test_of_several_suns_the_brightest(path):
     assert "brightest" in " ".join(scene.notes)
 
 
-def test_things_move_from_frame_one_at_24_frames_a_second(path):
+def test_gltf_animation_starts_at_frame_one_at_24_fps(path):
     writer = square_scene()
     writer.animate(0, "translation", [0, 1, 2], [[0, 0, 0], [24, 0, 0], [24, 12, 0]])
     scene = read_scene(writer.write(path))
@@ -106,14 +106,14 @@ def test_things_move_from_frame_one_at_24_frames_a_second(path):
     assert np.allclose(at, [still, still, [1, 0, 0], [24, 0, 0], [24, 6, 0], end, end])
 
 
-def test_steps_stay_until_the_next_key(path):
+def test_gltf_step_interpolation_holds_until_next_key(path):
     writer = square_scene()
     writer.animate(0, "scale", [0, 1], [[1, 1, 1], [3, 3, 3]], "STEP")
     scene = read_scene(writer.write(path))
     assert [scene.transforms_at(f)[0, 0, 0] for f in (1, 24.9, 25)] == [1, 1, 3]
 
 
-def test_what_hangs_on_a_moving_node_moves_with_it(path):
+def test_gltf_child_moves_with_its_animated_parent(path):
     writer = GltfWriter()
     leaf = writer.node(is_root=False, mesh=writer.mesh(), translation=[1, 0, 0])
     root = writer.node(children=[leaf])
@@ -125,7 +125,7 @@ def test_what_hangs_on_a_moving_node_moves_with_it(path):
     assert scene.transforms_at(13)[0, :3, 3] == pytest.approx([half, half, 0], abs=1e-6)
 
 
-def test_a_camera_that_moves_has_a_key_at_each_frame_and_the_rest_stands(path):
+def test_gltf_moving_camera_has_key_per_frame(path):
     writer = square_scene()
     node = with_camera(writer)
     writer.animate(node, "translation", [0, 1], [[0, 0, 5], [0, 0, 29]])
@@ -136,7 +136,7 @@ def test_a_camera_that_moves_has_a_key_at_each_frame_and_the_rest_stands(path):
     assert (scene.motion, scene.frames) == (None, FrameRange(1, 25))
 
 
-def test_of_two_animations_of_one_thing_the_first_is_played(path):
+def test_gltf_first_of_two_animations_of_a_node_is_played(path):
     writer = square_scene()
     for far in (1, 2):
         writer.animate(0, "translation", [0, 1], [[0, 0, 0], [far, 0, 0]])
@@ -149,18 +149,18 @@ turns = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 
 
 
 @given(turns, turns, st.floats(0, 1))
-def test_turns_go_evenly_along_the_shorter_arc(first, last, share):
+def test_value_track_rotates_evenly_along_shorter_arc(first, last, share):
     rows = np.array([first, last]) / np.linalg.norm([first, last], axis=1, keepdims=True)
     if abs(rows[0] @ rows[1]) < 1e-3:
         return  # half a turn: either way is as short
     track = ValueTrack(np.array([0.0, 1.0]), rows, is_rotation=True)
     expected = Slerp([0, 1], Rotation.from_quat(rows))(share)
-    found = Rotation.from_quat(track.at(np.array([share]))[0])
+    found = Rotation.from_quat(track.sample(np.array([share]))[0])
     assert (found * expected.inv()).magnitude() < 1e-5
 
 
 @given(st.lists(st.tuples(*[st.floats(-9, 9)] * 3), min_size=2, max_size=5), st.floats(-1, 9))
-def test_cubics_are_those_of_hermite(keys, time):
+def test_value_track_cubic_spline_is_hermite(keys, time):
     times = np.cumsum(np.arange(1.0, len(keys) + 1))
     values = np.array(keys)[:, :, None]
     track = ValueTrack(times, values, "CUBICSPLINE")
@@ -168,7 +168,7 @@ def test_cubics_are_those_of_hermite(keys, time):
     slopes = np.column_stack([values[:-1, 2, 0], values[1:, 0, 0]])
     i = min(np.searchsorted(times, inside, "right") - 1, len(times) - 2)
     spline = CubicHermiteSpline(times[i : i + 2], values[i : i + 2, 1, 0], slopes[i])
-    assert track.at(np.array([time]))[0, 0] == pytest.approx(float(spline(inside)), abs=1e-9)
+    assert track.sample(np.array([time]))[0, 0] == pytest.approx(float(spline(inside)), abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -181,7 +181,7 @@ def test_cubics_are_those_of_hermite(keys, time):
         ([0, 1, 2], "translation", "LINEAR", "do not match"),
     ],
 )
-def test_what_cannot_be_played_is_told(path, times, path_moved, kind, words):
+def test_gltf_invalid_animation_is_rejected(path, times, path_moved, kind, words):
     writer = square_scene()
     writer.animate(0, path_moved, times, [[0, 0, 0], [1, 0, 0]], kind)
     with pytest.raises(InputError, match=rf"scene\.glb.*{words}"):

@@ -11,7 +11,7 @@ from support.scenes import still_life
 
 
 @pytest.mark.parametrize("method", [Method.DIFFUSION, Method.ACCUMULATION, Method.RAYTRACED])
-def test_the_pinhole_picture_of_the_scene_before_is_given_back(ctx, method):
+def test_loading_scene_releases_images_of_previous_scene(ctx, method):
     scene, renderer = still_life(), FrameRenderer(ctx)
     settings = DefocusSettings(quality=Quality.DRAFT, method=method, views=2)
     shot = Shot(Lens(50, 2, 3, 36), settings, framing=Framing(48, 27))

@@ -1,6 +1,6 @@
-"""Between two looks for input little of a scene is drawn, whatever was asked for in between.
+"""A scene is drawn in small slices, between which the window reads its input.
 
-Work is counted in bands of a picture, each of which takes its time on a clock of the test's own.
+Work is counted in bands of a picture. Each band advances a clock of the test by a fixed time.
 """
 
 from collections.abc import Iterator
@@ -13,21 +13,21 @@ from heatlens.core.model.shot.settings import Method
 from heatlens.render.gpu.device import Device
 from heatlens.render.scene_gpu import bands
 from heatlens.render.scene_gpu.raster import SceneRaster
-from heatlens.studio.session.settings.preferences import Preferences, Remembered
+from heatlens.studio.session.settings.preferences import Preferences, PreferenceValues
 from support.gui import Gui, gui_of
-from support.scene_window import as_opened, middle, whole
+from support.scene_window import picture_center, reset_scene, wait_for_whole_picture
 from support.session_files import QUICK, write_scene
 
 RIGHT = 1
 SIZE = 320, 180
 BAND_S = 0.01  # as long as a band may take where a view takes 30 ms
-MOST_BANDS = 4  # between two looks for input: a slice of work and the step that it ends with
+MOST_BANDS = 4  # between two reads of input: a slice of work and its last step
 # The quickest picture through the lens of so small a scene: 16 views of half the size.
 MOST_VIEWS_BANDS = 13
 
 
 class Work:
-    """Counts what is drawn, in bands of 64 rows; its clock runs with it."""
+    """Counts the bands of 64 rows that are drawn, and has a clock that advances with them."""
 
     def __init__(self) -> None:
         self.drawn = 0.0
@@ -41,7 +41,7 @@ class Work:
 @pytest.fixture(scope="module")
 def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
     scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
-    alone = Preferences(Remembered(keep_frames=False))  # no frames are rendered ahead
+    alone = Preferences(PreferenceValues(keep_frames=False))  # no frames are rendered ahead
     with gui_of(session_context, scene, alone, defocus=QUICK) as gui:
         yield gui
 
@@ -51,12 +51,12 @@ def scene_gui(ctx: Device, window: Gui, monkeypatch) -> Gui:
     """Open a scene at rest whose picture is drawn in three bands."""
     monkeypatch.setattr(bands, "_LEAST_PX", SIZE[0] * 64)
     monkeypatch.setattr(bands, "is_software", lambda _: True)  # a GPU draws a small picture at once
-    gui = as_opened(window)
+    gui = reset_scene(window)
     raster = gui.session.pictures.renderer._source._raster
     raster.bands = bands.Bands(gui.ctx, raster.buffers.triangles_drawn)
     large = replace(gui.session.scenes.framing, width_px=SIZE[0], height_px=SIZE[1])
     gui.session.editing.do(replace(gui.session.facts.shot, framing=large))
-    whole(gui)
+    wait_for_whole_picture(gui)
     return gui
 
 
@@ -83,8 +83,8 @@ def work(scene_gui: Gui, monkeypatch) -> Work:
     return found
 
 
-def most_between_looks(gui: Gui, work: Work, do) -> float:
-    """Bands drawn at most from one look for input to the next, until the picture is whole."""
+def max_bands_between_inputs(gui: Gui, work: Work, do) -> float:
+    """Call `do`; return the most bands drawn between reads of input, until the picture is whole."""
     most = 0.0
     do()
     for _ in range(1000):
@@ -100,55 +100,55 @@ def most_between_looks(gui: Gui, work: Work, do) -> float:
     raise AssertionError("never whole")
 
 
-def orbit(gui: Gui) -> None:
-    x, y = middle(gui)
+def orbit_camera(gui: Gui) -> None:
+    x, y = picture_center(gui)
     gui.drag((x, y), (x + 30, y + 10), RIGHT)
     gui.rest()
 
 
-def test_undo_of_an_orbit_is_answered_at_once(scene_gui, work):
+def test_undo_of_orbit_draws_few_bands_between_inputs(scene_gui, work):
     gui = scene_gui
     before = gui.session.scenes.pose
-    orbit(gui)
+    orbit_camera(gui)
     assert gui.session.scenes.pose != before
-    whole(gui)
-    assert most_between_looks(gui, work, gui.session.editing.undo) <= MOST_BANDS
+    wait_for_whole_picture(gui)
+    assert max_bands_between_inputs(gui, work, gui.session.editing.undo) <= MOST_BANDS
     assert gui.session.scenes.pose == before
 
 
-def test_undo_in_the_middle_of_a_frame_is_answered_at_once(scene_gui, work, monkeypatch):
-    """As a key does it: after the scene was looked at, before its picture is wished for."""
+def test_undo_during_a_frame_draws_few_bands_between_inputs(scene_gui, work, monkeypatch):
+    """Undo within a frame, as a key does: after the camera moved, before a picture is requested."""
     gui, screen = scene_gui, scene_gui.screen
-    orbit(gui)
-    whole(gui)
-    actions = screen._do_actions
-    undone = []
+    orbit_camera(gui)
+    wait_for_whole_picture(gui)
+    actions = screen._do_commands
+    undo_results = []
 
     def undoing() -> None:
         actions()
-        if not undone:
-            undone.append(gui.session.editing.undo())
+        if not undo_results:
+            undo_results.append(gui.session.editing.undo())
 
-    monkeypatch.setattr(screen, "_do_actions", undoing)
-    assert most_between_looks(gui, work, lambda: None) <= MOST_BANDS
-    assert undone
+    monkeypatch.setattr(screen, "_do_commands", undoing)
+    assert max_bands_between_inputs(gui, work, lambda: None) <= MOST_BANDS
+    assert undo_results
 
 
 @pytest.mark.parametrize(
     ("method", "most"),
     [(Method.DIFFUSION, MOST_BANDS), (Method.ACCUMULATION, MOST_VIEWS_BANDS)],
 )
-def test_the_whole_picture_comes_in_small_steps(scene_gui, work, method, most):
+def test_whole_image_is_drawn_in_small_steps(scene_gui, work, method, most):
     gui = scene_gui
     true = replace(gui.session.facts.shot.defocus, method=method, views=20)
     gui.session.editing.edit(replace(gui.session.facts.shot, defocus=true))
-    whole(gui)
+    wait_for_whole_picture(gui)
     look_through = lambda: gui.session.scenes.look_through("side")  # noqa: E731
-    assert most_between_looks(gui, work, look_through) <= most
+    assert max_bands_between_inputs(gui, work, look_through) <= most
     assert work.drawn > 30
 
 
-def test_what_is_half_done_is_given_up_for_another_wish(scene_gui, work):
+def test_unfinished_image_is_dropped_for_new_request(scene_gui, work):
     gui = scene_gui
     gui.session.scenes.look_through("side")
     for _ in range(6):
@@ -159,7 +159,7 @@ def test_what_is_half_done_is_given_up_for_another_wish(scene_gui, work):
     gui.session.scenes.look_through("main")
     gui.frame()
     assert work.drawn - before <= MOST_BANDS
-    assert gui.session.pictures.live.shown.shot.framing.camera == "main"
+    assert gui.session.pictures.live.output.shot.framing.camera == "main"
 
 
 def test_nothing_is_drawn_while_nothing_changes(scene_gui, work):

@@ -9,12 +9,12 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.framing import SceneTiming
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.fronts.commands.options.scene_options import add_timing_options, timing_of
+from heatlens.fronts.commands.options.scene_options import add_timing_options, given_timing
 from heatlens.media.documents.shot_file import read_shot, write_shot
-from heatlens.media.scene.first_shot import first_shot, lens_with
+from heatlens.media.scene.first_shot import first_shot, lens_with_fields
 from heatlens.render.source.named import camera_of_shot, source_of
 from heatlens.render.source.opened import Opening
-from heatlens.render.source.scene_source import opened_scene
+from heatlens.render.source.scene_source import open_scene_source
 from support.gltf_files import GltfWriter
 
 BLENDER = SceneTiming("2", 25.0, 101)
@@ -33,7 +33,7 @@ def path(tmp_path):
     return str(writer.write(tmp_path / "clips.glb"))
 
 
-def options(*words, has_rate=False):
+def parse_options(*words, has_rate=False):
     parser = argparse.ArgumentParser()
     add_timing_options(parser.add_argument_group("scene"), has_rate)
     if has_rate:
@@ -41,22 +41,22 @@ def options(*words, has_rate=False):
     return parser.parse_args(words)
 
 
-def test_options_are_a_timing_or_none():
-    assert timing_of(options(), "a.glb") is None
-    given = options("--clip=2", "--fps=25", "--first-frame=101")
-    assert timing_of(given, "a.glb") == BLENDER
-    assert timing_of(options("--first-frame=5"), "a.gltf") == SceneTiming(None, 24.0, 5)
+def test_timing_of_options_gives_timing_or_none():
+    assert given_timing(parse_options(), "a.glb") is None
+    given = parse_options("--clip=2", "--fps=25", "--first-frame=101")
+    assert given_timing(given, "a.glb") == BLENDER
+    assert given_timing(parse_options("--first-frame=5"), "a.gltf") == SceneTiming(None, 24.0, 5)
     with pytest.raises(InputError, match="0"):
-        timing_of(options("--fps=0"), "a.glb")
+        given_timing(parse_options("--fps=0"), "a.glb")
 
 
-def test_the_rate_of_a_movie_is_no_timing_of_a_scene_that_tells_its_frames():
-    given = options("--fps=25", has_rate=True)
-    assert timing_of(given, "a.usdc") is None
-    assert timing_of(given, "a.glb") == SceneTiming(None, 25.0)
+def test_given_timing_ignores_movie_rate_for_usd_scene():
+    given = parse_options("--fps=25", has_rate=True)
+    assert given_timing(given, "a.usdc") is None
+    assert given_timing(given, "a.glb") == SceneTiming(None, 25.0)
 
 
-def test_shot_source_and_camera_have_the_same_frames(path, tmp_path):
+def test_shot_source_and_camera_use_same_scene_timing(path, tmp_path):
     shot = first_shot(path, timing=BLENDER).shot
     assert (shot.frames, shot.frames_per_second) == (FrameRange(101, 126), 25.0)
     write_shot(tmp_path / "s.heatlens.json", shot)
@@ -69,17 +69,17 @@ def test_shot_source_and_camera_have_the_same_frames(path, tmp_path):
     assert across == pytest.approx(list(range(26)), abs=1e-5)
 
 
-def test_the_window_opens_a_scene_with_its_timing(path):
-    opened = opened_scene(Opening(path, PlateOptions(), timing=BLENDER))
+def test_opened_scene_keeps_its_timing(path):
+    opened = open_scene_source(Opening(path, PlateOptions(), timing=BLENDER))
     assert opened.frames == FrameRange(101, 126)
     assert opened.first.shot.framing.timing == BLENDER
 
 
-def test_another_sensor_keeps_what_is_seen(path):
+def test_another_sensor_width_keeps_field_of_view(path):
     begun = first_shot(path)
     assert "assumed" in begun.sources["sensor_width_mm"]
-    small = first_shot(path, given={"sensor_width_mm": 18.0}).shot.lens
+    small = first_shot(path, given_fields={"sensor_width_mm": 18.0}).shot.lens
     assert small.focal_length_mm == pytest.approx(begun.shot.lens.focal_length_mm / 2)
-    assert lens_with(begun, {"sensor_width_mm": 18.0}) == small
+    assert lens_with_fields(begun, {"sensor_width_mm": 18.0}) == small
     both = {"sensor_width_mm": 18.0, "focal_length_mm": 50.0}
-    assert first_shot(path, given=both).shot.lens.focal_length_mm == 50.0
+    assert first_shot(path, given_fields=both).shot.lens.focal_length_mm == 50.0

@@ -1,11 +1,11 @@
-"""Catmull-Clark subdivision against what is known of it."""
+"""Catmull-Clark subdivision against its known properties."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.media.scene.subdivision import Polygons, corner_normals, subdivided
+from heatlens.media.scene.subdivision import Polygons, corner_normals, subdivide
 
 CUBE = np.array(np.meshgrid((-1.0, 1.0), (-1.0, 1.0), (-1.0, 1.0), indexing="ij"))
 CUBE = CUBE.reshape(3, 8).T
@@ -31,9 +31,9 @@ def grid(count):
     return Polygons(points, np.full(len(first), 4), corners)
 
 
-def test_the_first_level_of_a_cube_is_that_of_the_paper():
+def test_subdivided_cube_matches_catmull_clark_paper():
     """Face points stay, edges go to 3/4 and corners to 5/9 of the cube's."""
-    found = subdivided(cube())
+    found = subdivide(cube())
     assert len(found.points) == 8 + 12 + 6 and (found.counts == 4).all() and len(found.counts) == 24
     np.testing.assert_allclose(np.abs(found.points[:8]), 5 / 9)
     edges = np.sort(np.abs(found.points[8:20]), axis=1)
@@ -41,39 +41,37 @@ def test_the_first_level_of_a_cube_is_that_of_the_paper():
     np.testing.assert_allclose(np.sort(np.abs(found.points[20:]), axis=1)[:, 2], 1)
 
 
-def test_creases_of_ten_keep_a_cube_with_flat_normals():
+def test_subdivided_cube_with_sharp_creases_keeps_flat_faces():
     edges = edges_of(FACES)
     found = cube(creases=edges[::-1, ::-1], crease_sharpness=np.full(len(edges), 10.0))
     for _ in range(2):
-        found = subdivided(found)
+        found = subdivide(found)
     np.testing.assert_allclose(np.abs(found.points).max(axis=1), 1)
     normals = np.unique(corner_normals(found).round(5), axis=0)
     assert len(normals) == 6 and np.abs(normals).sum() == pytest.approx(6)
 
 
-def test_a_sharp_corner_stays_and_the_others_go():
-    found = subdivided(
-        subdivided(cube(sharp_points=np.array([3]), point_sharpness=np.array([9.0])))
-    )
+def test_subdivided_sharp_corner_stays_in_place():
+    found = subdivide(subdivide(cube(sharp_points=np.array([3]), point_sharpness=np.array([9.0]))))
     moved = np.linalg.norm(found.points[:8] - CUBE, axis=1)
     assert moved[3] == 0 and (np.delete(moved, 3) > 0.3).all()
 
 
-def test_half_a_crease_lies_between_none_and_one():
+def test_subdivided_half_crease_is_midway():
     edges = edges_of(FACES)
     found = [
-        subdivided(cube(creases=edges, crease_sharpness=np.full(len(edges), sharp))).points
+        subdivide(cube(creases=edges, crease_sharpness=np.full(len(edges), sharp))).points
         for sharp in (0.0, 0.5, 1.0)
     ]
     np.testing.assert_allclose(found[1], (found[0] + found[2]) / 2)
 
 
-def test_a_flat_sheet_keeps_its_rim_its_corners_and_its_coordinates():
+def test_subdivided_flat_sheet_keeps_border_corners_and_uvs():
     sheet = grid(5)
     uvs = sheet.points[sheet.corners][:, :2] / 4
     found = Polygons(sheet.points, sheet.counts, sheet.corners, {"uv": uvs}, np.arange(16))
     for _ in range(2):
-        found = subdivided(found)
+        found = subdivide(found)
     assert found.points.min(axis=0).tolist() == [0, 0, 0] == found.points[0].tolist()
     assert found.points.max(axis=0).tolist() == [4, 4, 0]
     np.testing.assert_allclose(
@@ -84,15 +82,15 @@ def test_a_flat_sheet_keeps_its_rim_its_corners_and_its_coordinates():
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_any_polygons_move_with_the_space_that_they_are_in(seed):
-    """Also edges of three faces, faces of many corners and vertices without a face."""
+def test_subdivision_commutes_with_rigid_motion(seed):
+    """Meshes with edges of three faces, faces of up to six corners and vertices without a face."""
     random = np.random.default_rng(seed)
     points = random.normal(size=(9, 3))
     faces = [random.permutation(9)[: random.integers(3, 7)] for _ in range(random.integers(1, 8))]
     counts, corners = np.array([len(face) for face in faces]), np.concatenate(faces)
     turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
     here, there = (
-        subdivided(subdivided(Polygons(at, counts, corners))) for at in (points, points @ turn + 5)
+        subdivide(subdivide(Polygons(at, counts, corners))) for at in (points, points @ turn + 5)
     )
     np.testing.assert_allclose(here.points @ turn + 5, there.points, atol=1e-9)
     assert np.isfinite(corner_normals(here)).all()

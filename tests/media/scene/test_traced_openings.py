@@ -1,4 +1,4 @@
-"""Rays through openings of every kind, against the same openings accumulated."""
+"""The ray tracer against accumulated views, for apertures of every kind."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,7 +18,7 @@ from heatlens.render.scene_gpu.accumulation import Accumulation
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.ray_tracer import RayTracer
 from support.opening_images import letter
-from support.scenes import NIGHT, lamp, moved, scene_of, sphere
+from support.scenes import NIGHT, lamp, placement, scene_of, sphere
 
 SIZE = (24, 16)
 LENS = Lens(100.0, 1.4, 2.0, 36.0)
@@ -26,9 +26,9 @@ LENS = Lens(100.0, 1.4, 2.0, 36.0)
 
 @pytest.fixture(scope="module")
 def raster(session_context: Device) -> Iterator[SceneRaster]:
-    """Return large lamps in front of the focus and behind it."""
+    """Return a raster of two large lamps, one in front of the focus and one behind it."""
     held = SceneRaster(session_context)
-    places = [(0, moved(0.12, 0.1, -1.4)), (0, moved(-0.4, -0.3, -5.0))]
+    places = [(0, placement(0.12, 0.1, -1.4)), (0, placement(-0.4, -0.3, -5.0))]
     held.load(scene_of([sphere(0.08, 3)], places, [lamp((8.0, 5.0, 3.0))], daylight=NIGHT))
     held.place(1)
     yield held
@@ -46,7 +46,7 @@ def raster(session_context: Device) -> Iterator[SceneRaster]:
         {"cat_eye": 1.0, "rim": 0.8, "tilt_deg": 5.0, "tilt_direction_deg": 70.0},
     ],
 )
-def test_rays_agree_with_views(
+def test_traced_openings_agree_with_accumulated_views(
     session_context: Device, raster: SceneRaster, opening: dict[str, Any]
 ) -> None:
     lens, rays = replace(LENS, **opening), 256
@@ -60,19 +60,19 @@ def test_rays_agree_with_views(
     views, traced = pictures
     assert views.max() > 1.0
     # Noise of independent rays: a few percent of the light of a lamp that half of them meet.
-    assert np.abs(smoothed(traced - views)).max() < 0.35
+    assert np.abs(means_of_blocks(traced - views)).max() < 0.35
     np.testing.assert_allclose(traced.mean(axis=(0, 1)), views.mean(axis=(0, 1)), rtol=0.03)
 
 
 @pytest.mark.parametrize("depth_m", [5.0, 1.25])
-def test_views_show_an_image_as_its_discs_are_drawn(
+def test_accumulated_views_show_opening_image_as_disc_does(
     session_context: Device, depth_m: float
 ) -> None:
-    """Upright behind the focus, on its head in front of it, and never mirrored."""
+    """The image is upright behind the focus, turned by 180 degrees before it, never mirrored."""
     size, rim = (48, 32), 0.6
     lens = replace(LENS, f_stop=0.2, aperture_image=letter())
     held = SceneRaster(session_context)
-    lamps = [sphere(0.012 * depth_m, 3)], [(0, moved(0, 0, -depth_m))], [lamp((8.0, 8.0, 8.0))]
+    lamps = [sphere(0.012 * depth_m, 3)], [(0, placement(0, 0, -depth_m))], [lamp((8.0, 8.0, 8.0))]
     held.load(scene_of(*lamps, daylight=NIGHT))
     held.place(1)
     view = view_of(Pose(), lens, size, np.array([(-9, -9, -9.0), (9, 9, -0.1)]))
@@ -95,7 +95,7 @@ def test_views_show_an_image_as_its_discs_are_drawn(
         assert np.corrcoef(shown.ravel(), other.ravel())[0, 1] < 0.8
 
 
-def smoothed(picture: FloatArray) -> FloatArray:
+def means_of_blocks(picture: FloatArray) -> FloatArray:
     """Return the means of blocks of 4 x 4 pixels."""
     height, width, _ = picture.shape
     return picture.reshape(height // 4, 4, width // 4, 4, 3).mean(axis=(1, 3))

@@ -1,4 +1,4 @@
-"""Layers and pictures that a USD file is made of count as its own in an export."""
+"""An export counts the layers and textures that a USD file refers to among its inputs."""
 
 from pathlib import Path
 
@@ -7,15 +7,15 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdUtils
 
 from heatlens.core.base.errors import InputError
 from heatlens.media.scene.scene_read import files_of_scene, named_by_usd
-from support.exports import exported, refused
+from support.exports import export_shot, refused_export_message
 from support.gltf_files import encoded
 
-TOLD = ("--f-stop=2", "--focus-distance=2.5", "--size=32x18", "--quality=draft")
+SHOT_OPTIONS = ("--f-stop=2", "--focus-distance=2.5", "--size=32x18", "--quality=draft")
 
 
 @pytest.fixture
 def scene(tmp_path) -> Path:
-    """Return a shot that refers to a prop with a picture, and lies on a layer of its own."""
+    """Return the path of a USD stage with a sublayer and a reference to a textured prop."""
     folder = tmp_path / "scene"
     folder.mkdir()
     (folder / "map.png").write_bytes(encoded([[[200, 30, 30]]]))
@@ -37,14 +37,14 @@ def scene(tmp_path) -> Path:
     return folder / "shot.usda"
 
 
-def test_layers_and_pictures_are_named(scene):
+def test_usd_files_include_layers_and_textures(scene):
     named = {scene.parent.resolve() / name for name in ("prop.usda", "light.usda", "map.png")}
     assert set(named_by_usd(str(scene))) == named
     found = files_of_scene(scene)
     assert found[0] == scene and set(found[1:]) == named
 
 
-def test_what_is_not_there_is_named_all_the_same(scene):
+def test_named_by_usd_lists_missing_files(scene):
     before = set(named_by_usd(str(scene)))
     (scene.parent / "map.png").unlink()
     assert set(named_by_usd(str(scene))) == before
@@ -52,7 +52,7 @@ def test_what_is_not_there_is_named_all_the_same(scene):
     assert set(named_by_usd(str(scene))) == before - {scene.parent.resolve() / "map.png"}
 
 
-def test_a_package_is_one_file(scene):
+def test_named_by_usd_counts_usdz_package_as_one_file(scene):
     package = scene.with_suffix(".usdz")
     assert UsdUtils.CreateNewUsdzPackage(str(scene), str(package))
     assert named_by_usd(str(package)) == ()
@@ -62,7 +62,7 @@ def test_a_package_is_one_file(scene):
     assert named_by_usd(str(scene.parent / "outer.usda")) == (package.resolve(),)
 
 
-def test_names_of_other_places_are_no_files(tmp_path):
+def test_named_by_usd_leaves_out_web_addresses(tmp_path):
     stage = Usd.Stage.CreateNew(str(tmp_path / "a.usda"))
     picture = UsdShade.Shader.Define(stage, "/picture")
     picture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set("https://example.org/a.png")
@@ -70,19 +70,19 @@ def test_names_of_other_places_are_no_files(tmp_path):
     assert named_by_usd(str(tmp_path / "a.usda")) == ()
 
 
-def test_an_export_sees_what_was_written_again_and_is_not_written_over_it(capsys, scene, tmp_path):
+def test_export_notices_changed_texture_and_does_not_overwrite_it(capsys, scene, tmp_path):
     out, path = tmp_path / "n.exr", scene.parent / "map.png"
-    exported(capsys, scene, out, *TOLD)
-    assert "1 was finished before" in exported(capsys, scene, out, *TOLD)
+    export_shot(capsys, scene, out, *SHOT_OPTIONS)
+    assert "1 was finished before" in export_shot(capsys, scene, out, *SHOT_OPTIONS)
     path.write_bytes(encoded([[[200, 20, 20], [20, 20, 200]]]))
-    assert "1 frame written" in exported(capsys, scene, out, *TOLD)
+    assert "1 frame written" in export_shot(capsys, scene, out, *SHOT_OPTIONS)
     before = path.read_bytes()
-    assert "an input of" in refused(capsys, scene, path, *TOLD)
+    assert "an input of" in refused_export_message(capsys, scene, path, *SHOT_OPTIONS)
     assert path.read_bytes() == before
 
 
 @pytest.mark.parametrize("content", [b"#usda 1.0\n(((", b"", b"PXR-USDC" + bytes(80)])
-def test_what_is_no_usd_is_refused_in_a_sentence(tmp_path, content):
+def test_files_of_scene_rejects_file_that_is_no_usd(tmp_path, content):
     path = tmp_path / "a.usda"
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"a\.usda"):

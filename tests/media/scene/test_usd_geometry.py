@@ -1,4 +1,4 @@
-"""What of USD has no triangles of its own: shapes, subdivision surfaces, instancers, curves."""
+"""USD geometry that is converted to triangles: shapes, subdivision, instancers, curves."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def read(stage):
 
 
 @pytest.mark.parametrize(
-    ("kind", "told", "size"),
+    ("kind", "attributes", "size"),
     [
         ("Sphere", {"radius": 2.0}, (4, 4, 4)),
         ("Cube", {"size": 3.0}, (3, 3, 3)),
@@ -38,10 +38,10 @@ def read(stage):
         ("Cylinder_1", {"radiusTop": 1.0, "radiusBottom": 2.0, "height": 5.0}, (4, 4, 5)),
     ],
 )
-def test_shapes_are_as_large_as_usd_says_and_move(tmp_path, kind, told, size):
+def test_usd_shapes_have_size_and_motion_of_file(tmp_path, kind, attributes, size):
     stage = stage_at(tmp_path / "a.usda")
     prim = stage.DefinePrim("/thing", kind)
-    for name, value in told.items():
+    for name, value in attributes.items():
         prim.GetAttribute(name).Set(value)
     move = UsdGeom.Xformable(prim).AddTranslateOp()
     for frame in (1, 11):
@@ -52,7 +52,7 @@ def test_shapes_are_as_large_as_usd_says_and_move(tmp_path, kind, told, size):
     assert bounds_m(scene, 6).mean(axis=0) == pytest.approx((6, 0, 0), abs=1e-5)
 
 
-def test_a_shape_of_a_negative_size_is_refused_and_one_of_none_is_nothing(tmp_path):
+def test_usd_sphere_of_negative_radius_is_rejected_of_zero_is_empty(tmp_path):
     stage = stage_at(tmp_path / "a.usda")
     UsdGeom.Sphere.Define(stage, "/ball").CreateRadiusAttr(-1.0)
     with pytest.raises(InputError, match=r"/ball: its radius is -1"):
@@ -73,7 +73,7 @@ def box(stage, path="/box", scheme="catmullClark"):
     return mesh
 
 
-def test_a_subdivision_surface_is_smooth_and_its_creases_are_not(tmp_path):
+def test_usd_subdivision_is_smooth_except_at_creases(tmp_path):
     stage = stage_at(tmp_path / "a.usda")
     box(stage)
     scene = read(stage)
@@ -84,17 +84,17 @@ def test_a_subdivision_surface_is_smooth_and_its_creases_are_not(tmp_path):
     mesh.CreateCreaseIndicesAttr([0, 1, 3, 2, 0])  # round the face at x = -1
     mesh.CreateCreaseLengthsAttr([5])
     mesh.CreateCreaseSharpnessesAttr([10.0])
-    (creased,) = read(stage).meshes
-    flat = creased.positions_m[:, 0] < -1 + 1e-6
-    assert np.ptp(creased.positions_m[flat][:, 1]) > 1.5
-    assert ((creased.normals[flat] == (-1, 0, 0)).all(axis=1)).any()
+    (creased_mesh,) = read(stage).meshes
+    flat = creased_mesh.positions_m[:, 0] < -1 + 1e-6
+    assert np.ptp(creased_mesh.positions_m[flat][:, 1]) > 1.5
+    assert ((creased_mesh.normals[flat] == (-1, 0, 0)).all(axis=1)).any()
 
 
 @pytest.mark.parametrize(
     ("scheme", "normals", "count"),
     [("none", False, 12), ("bilinear", False, 12), ("", False, 192), ("", True, 12)],
 )
-def test_what_is_not_meant_to_be_subdivided_is_not(tmp_path, scheme, normals, count):
+def test_usd_scheme_and_normals_decide_on_subdivision(tmp_path, scheme, normals, count):
     stage = stage_at(tmp_path / "a.usda")
     mesh = box(stage, scheme=scheme)
     if normals:
@@ -103,7 +103,7 @@ def test_what_is_not_meant_to_be_subdivided_is_not(tmp_path, scheme, normals, co
     assert read(stage).triangle_count == count
 
 
-def test_parts_holes_and_coordinates_survive_subdivision(tmp_path):
+def test_usd_subdivision_keeps_holes_uvs_and_face_colors(tmp_path):
     stage = stage_at(tmp_path / "a.usda")
     mesh = box(stage)
     mesh.CreateHoleIndicesAttr([5])
@@ -117,13 +117,13 @@ def test_parts_holes_and_coordinates_survive_subdivision(tmp_path):
     assert np.unique(found.colors[found.triangles][..., 0] * 8).round(5).tolist() == [0, 1, 2, 3, 4]
 
 
-def test_meshes_without_room_are_drawn_as_they_are_and_said(tmp_path, monkeypatch):
-    monkeypatch.setattr(mesh, "_MOST_OF_MESH", 30)
+def test_usd_too_large_mesh_is_subdivided_less_with_a_note(tmp_path, monkeypatch):
+    monkeypatch.setattr(mesh, "_QUADS_OF_MESH_MOST", 30)
     stage = stage_at(tmp_path / "a.usda")
     box(stage)
     scene = read(stage)
     assert scene.triangle_count == 48 and "once instead of twice" in scene.notes[0]
-    monkeypatch.setattr(mesh, "_MOST_OF_MESH", 20)
+    monkeypatch.setattr(mesh, "_QUADS_OF_MESH_MOST", 20)
     scene = read(stage)
     assert scene.triangle_count == 12 and "drawn as their cages" in scene.notes[0]
 
@@ -138,7 +138,7 @@ def instancer_of(stage, *kinds):
     return found
 
 
-def test_a_point_instancer_draws_its_prototypes_at_its_points_alone(tmp_path):
+def test_usd_point_instancer_draws_prototypes_only_at_its_points(tmp_path):
     stage = stage_at(tmp_path / "a.usda")
     many = instancer_of(stage, "Cube", "Sphere")
     many.CreateProtoIndicesAttr([0, 1, 0, 1])
@@ -154,7 +154,7 @@ def test_a_point_instancer_draws_its_prototypes_at_its_points_alone(tmp_path):
     assert low == pytest.approx((-1, 9, 1)) and high == pytest.approx((12, 22, 5))
 
 
-def test_points_of_an_instancer_move(tmp_path):
+def test_usd_point_instancer_interpolates_positions(tmp_path):
     stage = stage_at(tmp_path / "a.usda")
     many = instancer_of(stage, "Cube")
     many.CreateProtoIndicesAttr([0, 0])
@@ -165,7 +165,7 @@ def test_points_of_an_instancer_move(tmp_path):
     assert scene.transforms_at(2.5)[:, 0, 3] == pytest.approx([0, 2.5])
 
 
-def test_an_instancer_that_contradicts_itself_is_left_out_and_said(tmp_path):
+def test_usd_inconsistent_point_instancer_is_left_out_with_a_note(tmp_path):
     stage = stage_at(tmp_path / "a.usda")
     UsdGeom.Cube.Define(stage, "/other")
     many = instancer_of(stage, "Cube")
@@ -185,7 +185,7 @@ def test_an_instancer_that_contradicts_itself_is_left_out_and_said(tmp_path):
         ("cubic", "pinned", "catmullRom", (0, 3)),
     ],
 )
-def test_curves_are_tubes_from_end_to_end(tmp_path, kind, wrap, basis, reach):
+def test_usd_curves_are_tubes_from_end_to_end(tmp_path, kind, wrap, basis, reach):
     stage = stage_at(tmp_path / "a.usda")
     curves = UsdGeom.BasisCurves.Define(stage, "/hair")
     curves.CreatePointsAttr([(i, 0, z) for z in (0, 5) for i in range(4)])
@@ -203,7 +203,7 @@ def test_curves_are_tubes_from_end_to_end(tmp_path, kind, wrap, basis, reach):
     assert (mesh.colors[mesh.positions_m[:, 2] > 3] == (0, 1, 0)).all()
 
 
-def test_points_are_drawn_and_what_is_not_is_said(tmp_path):
+def test_usd_points_are_drawn_and_nurbs_patch_is_noted(tmp_path):
     stage = stage_at(tmp_path / "a.usda")
     points = UsdGeom.Points.Define(stage, "/cloud")
     points.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (2, 0, 0)])
@@ -214,7 +214,7 @@ def test_points_are_drawn_and_what_is_not_is_said(tmp_path):
     assert any("Not drawn, of kinds that are not read: 1 NurbsPatch" in n for n in scene.notes)
 
 
-def test_a_picture_that_is_not_there_is_done_without(tmp_path):
+def test_usd_missing_texture_is_ignored_with_a_note(tmp_path):
     (tmp_path / "a.usda").write_text(
         """#usda 1.0
 def Sphere "ball" (prepend apiSchemas = ["MaterialBindingAPI"])
@@ -243,7 +243,7 @@ def Material "m"
     assert not scene.images and any("gone.png" in n and "it is ignored" in n for n in scene.notes)
 
 
-def test_a_camera_brings_its_whole_lens_with_keys_for_what_changes(tmp_path):
+def test_first_shot_takes_animated_lens_of_usd_camera(tmp_path):
     stage = stage_at(tmp_path / "a.usda")
     UsdGeom.SetStageMetersPerUnit(stage, 0.01)
     UsdGeom.Cube.Define(stage, "/box")
@@ -262,7 +262,7 @@ def test_a_camera_brings_its_whole_lens_with_keys_for_what_changes(tmp_path):
         assert found == pytest.approx((focal_mm, 2, focus_m))
     middle = first.shot.lens_at(113.5)
     assert (middle.focal_length_mm, middle.focus_distance_m) == pytest.approx((42.5, 6), rel=1e-3)
-    given = first_shot(str(tmp_path / "a.usda"), given={"focal_length_mm": 85.0})
+    given = first_shot(str(tmp_path / "a.usda"), given_fields={"focal_length_mm": 85.0})
     assert given.shot.lens_at(126).focal_length_mm == 85
     assert given.sources["f_stop"] == "camera cam of the scene"
 
@@ -271,7 +271,9 @@ def test_a_camera_brings_its_whole_lens_with_keys_for_what_changes(tmp_path):
     ("f_stop", "focus_m", "assumed"),
     [(0.0, 0.0, {"f_stop", "focus_distance_m"}), (2.0, 0.01, {"focus_distance_m"})],
 )
-def test_a_lens_that_cannot_be_is_assumed_instead(tmp_path, f_stop, focus_m, assumed):
+def test_first_shot_assumes_impossible_lens_values_of_usd_camera(
+    tmp_path, f_stop, focus_m, assumed
+):
     stage = stage_at(tmp_path / "a.usda")
     UsdGeom.Cube.Define(stage, "/box")
     camera = UsdGeom.Camera.Define(stage, "/cam")

@@ -1,4 +1,4 @@
-"""Nothing of a USD stage is lost in silence: what is not read is named, once, with its count."""
+"""Contents of a USD stage that are not read are noted: each kind once, with its count."""
 
 import pytest
 
@@ -46,7 +46,7 @@ def Cube "too" (
 """
 
 
-def painted(words, kind="UsdPreviewSurface", wrap="repeat", place="UsdPrimvarReader_float2"):
+def painted_cubes(words, kind="UsdPreviewSurface", wrap="repeat", place="UsdPrimvarReader_float2"):
     return MATERIAL % (kind, words, wrap, place)
 
 
@@ -71,27 +71,27 @@ COLOR = "color3f inputs:diffuseColor.connect = </paint/picture.outputs:rgb>"
         (cube('uniform token purpose = "proxy"'), ["proxies", "(1)"]),
         (cube('float[] primvars:displayOpacity = [0.5]'), ["opacity of objects", "(1)"]),
         (cube('float[] primvars:displayOpacity = [1]'), []),
-        (painted("float inputs:roughness = 0.2\nfloat inputs:ior = 1.5"), []),
-        (painted("float inputs:ior = 1.3"), ["is ignored: ior (1)."]),
-        (painted("float inputs:clearcoat = 1"), ["is ignored: clearcoat (1)."]),
-        (painted("float inputs:mine = 1"), ["is ignored: mine (1)."]),
-        (painted("float inputs:roughness.connect = </paint/picture.outputs:r>"),
+        (painted_cubes("float inputs:roughness = 0.2\nfloat inputs:ior = 1.5"), []),
+        (painted_cubes("float inputs:ior = 1.3"), ["is ignored: ior (1)."]),
+        (painted_cubes("float inputs:clearcoat = 1"), ["is ignored: clearcoat (1)."]),
+        (painted_cubes("float inputs:mine = 1"), ["is ignored: mine (1)."]),
+        (painted_cubes("float inputs:roughness.connect = </paint/picture.outputs:r>"),
          ["Pictures of this", "roughness (1)."]),
-        (painted("normal3f inputs:normal.connect = </paint/picture.outputs:rgb>"),
+        (painted_cubes("normal3f inputs:normal.connect = </paint/picture.outputs:rgb>"),
          ["is ignored: normal (1)."]),
-        (painted(COLOR, wrap="clamp"), ["of pictures is ignored: wrapS (1)."]),
-        (painted(COLOR, place="UsdTransform2d"), ["transforms of pictures are ignored (1)."]),
-        (painted("", kind="ND_standard"), ["as far as they match it: ND_standard (1)."]),
+        (painted_cubes(COLOR, wrap="clamp"), ["of pictures is ignored: wrapS (1)."]),
+        (painted_cubes(COLOR, place="UsdTransform2d"), ["transforms of pictures are ignored (1)."]),
+        (painted_cubes("", kind="ND_standard"), ["as far as they match it: ND_standard (1)."]),
         ("", []),
     ],
 )  # fmt: skip
-def test_what_is_lost_is_told_once_with_its_count(tmp_path, text, words):
+def test_usd_losses_are_noted_once_with_count(tmp_path, text, words):
     path = tmp_path / "a.usda"
     path.write_text(HEAD + text)
     notes = [note.removeprefix(f"{path}: ") for note in usd_scene(str(path)).notes]
-    told = [note for note in notes if "it is ignored" not in note]  # gone.png
+    loss_notes = [note for note in notes if "it is ignored" not in note]  # gone.png
     if words:
-        assert len(told) == 1, told
-        assert all(part in told[0] for part in words), told
+        assert len(loss_notes) == 1, loss_notes
+        assert all(part in loss_notes[0] for part in words), loss_notes
     else:
-        assert not told
+        assert not loss_notes

@@ -1,4 +1,4 @@
-"""What a mesh file tells in numbers: colours are sRGB, and impossible materials are the usual."""
+"""Numbers in mesh files: colors are sRGB, and invalid values of materials become the defaults."""
 
 from types import SimpleNamespace
 
@@ -6,21 +6,28 @@ import numpy as np
 import pytest
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.scene.mesh_read import _colors, _linear, _point_colors, _row, read_mesh
+from heatlens.media.scene.mesh_read import (
+    _decode_srgb,
+    _point_colors,
+    _read_row,
+    _vertex_colors,
+    read_mesh,
+)
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
-def test_colours_are_decoded_as_the_standard_says():
+def test_decode_srgb_follows_standard_curve():
     shares = np.float64([0, 0.04045, 0.0405, 0.5, 1])
-    wanted = [0, 0.04045 / 12.92, ((0.0405 + 0.055) / 1.055) ** 2.4, 0.21404114, 1]
+    expected = [0, 0.04045 / 12.92, ((0.0405 + 0.055) / 1.055) ** 2.4, 0.21404114, 1]
     assert (
-        _linear(shares) == pytest.approx(wanted, rel=1e-5) and _linear(shares).dtype == np.float32
+        _decode_srgb(shares) == pytest.approx(expected, rel=1e-5)
+        and _decode_srgb(shares).dtype == np.float32
     )
 
 
 @pytest.mark.parametrize(
-    ("value", "found"),
+    ("value", "expected"),
     [
         ([1, 0.5, 0], (1.0, 0.5, 0.0)),
         ([0, 0, 1e6], (9.0,) * 3),
@@ -31,10 +38,10 @@ def test_colours_are_decoded_as_the_standard_says():
         (None, (9.0,) * 3),
     ],
 )
-def test_an_impossible_entry_of_a_material_is_the_usual_one(value, found):
-    assert _row({"Kd": value}, "Kd", (9.0,) * 3) == found
-    assert _row({}, "Kd", (9.0,) * 3) == (9.0,) * 3
-    assert _row({"Ns": 7}, "Ns", (1.0,)) == (7.0,)
+def test_read_row_replaces_invalid_material_value_by_default(value, expected):
+    assert _read_row({"Kd": value}, "Kd", (9.0,) * 3) == expected
+    assert _read_row({}, "Kd", (9.0,) * 3) == (9.0,) * 3
+    assert _read_row({"Ns": 7}, "Ns", (1.0,)) == (7.0,)
 
 
 def geometry(kind, colors, attributes=None):
@@ -48,19 +55,23 @@ def geometry(kind, colors, attributes=None):
     )
 
 
-def test_colours_lie_on_vertices_or_on_each_corner_of_a_face():
+def test_vertex_colors_are_read_from_vertices_faces_or_attributes():
     white = np.full((4, 4), 255.0)
-    assert _colors(geometry("vertex", white)).shape == (4, 3)
-    of_faces = _colors(geometry("face", np.array([[255, 0, 0, 255], [0, 255, 0, 0]])))
-    assert of_faces.tolist() == [[1, 0, 0]] * 3 + [[0, 1, 0]] * 3  # alpha counts for nothing
-    told = _colors(geometry(None, None, {"color": np.full((4, 3), 2.0)}))
-    assert (told == 1.0).all()
-    assert _colors(geometry("vertex", white[:3])) is None is _colors(geometry(None, None))
+    assert _vertex_colors(geometry("vertex", white)).shape == (4, 3)
+    of_faces = _vertex_colors(geometry("face", np.array([[255, 0, 0, 255], [0, 255, 0, 0]])))
+    assert of_faces.tolist() == [[1, 0, 0]] * 3 + [[0, 1, 0]] * 3  # alpha is ignored
+    of_attribute = _vertex_colors(geometry(None, None, {"color": np.full((4, 3), 2.0)}))
+    assert (of_attribute == 1.0).all()
+    assert (
+        _vertex_colors(geometry("vertex", white[:3]))
+        is None
+        is _vertex_colors(geometry(None, None))
+    )
     assert (_point_colors(geometry(None, white)) == 1.0).all()
     assert _point_colors(geometry(None, white[:3])) is None is _point_colors(geometry(None, None))
 
 
-def test_a_mesh_is_a_scene_of_one_object(tmp_path):
+def test_read_mesh_returns_scene_of_one_instance(tmp_path):
     path = tmp_path / "a.obj"
     path.write_text("o wedge\n" + TRIANGLE)
     scene = read_mesh(path)
@@ -78,7 +89,7 @@ def test_a_mesh_is_a_scene_of_one_object(tmp_path):
         ("gone.obj", None, "gone.obj"),
     ],
 )
-def test_what_is_no_mesh_is_named(tmp_path, name, data, words):
+def test_read_mesh_names_file_that_is_no_mesh(tmp_path, name, data, words):
     if data is not None:
         (tmp_path / name).write_bytes(data)
     with pytest.raises(InputError, match=words) as error:

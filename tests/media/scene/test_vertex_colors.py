@@ -1,4 +1,4 @@
-"""Colours of vertices: as files tell them, and as they are drawn and met by rays."""
+"""Vertex colors: how they are read from files, and how raster and ray tracer show them."""
 
 from dataclasses import replace
 
@@ -10,26 +10,26 @@ from hypothesis.extra import numpy as hnp
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.scene.mesh_make import made_mesh
+from heatlens.media.scene.mesh_make import make_mesh
 from heatlens.media.scene.scene import Material, Mesh
 from heatlens.media.scene.scene_read import read_scene
 from heatlens.media.scene.usd.read import usd_scene
 from heatlens.render.scene_gpu.scene_buffers import SceneBuffers, colors_of
 from support.gltf_files import GltfWriter
-from support.scenes import lamp, moved, plane, scene_of, sphere, still_life
+from support.scenes import lamp, placement, plane, scene_of, sphere, still_life
 
 SHARES = np.array([[0, 0.2, 1, 0.4], [1, 0.6, 0.2, 1], [0.4, 0, 0, 0], [1, 1, 1, 0.8]])
 KINDS = {"f4": 1, "u1": 255, "u2": 65535}
 
 
 @pytest.mark.parametrize("width", [3, 4])
-@pytest.mark.parametrize("is_said", [True, False])
+@pytest.mark.parametrize("is_normalized", [True, False])
 @pytest.mark.parametrize("kind", sorted(KINDS))
-def test_gltf_colours_of_every_type_are_the_same_light(tmp_path, kind, is_said, width):
+def test_gltf_colors_of_every_number_type_are_equal(tmp_path, kind, is_normalized, width):
     writer = GltfWriter()
     values = (SHARES[:, :width] * KINDS[kind]).astype(kind)  # fifths of 255 are whole
     writer.node(mesh=writer.mesh(attributes={"COLOR_0": values}))
-    if is_said:
+    if is_normalized:
         writer.json["accessors"][0]["normalized"] = True
     scene = read_scene(writer.write(tmp_path / "a.glb"))
     mesh = scene.meshes[0]
@@ -40,23 +40,23 @@ def test_gltf_colours_of_every_type_are_the_same_light(tmp_path, kind, is_said, 
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "message"),
     [
         (SHARES[:3].astype("f4"), "3 of COLOR_0"),
         (SHARES[:, :2].astype("f4"), "VEC2"),
     ],
 )
-def test_gltf_colours_that_cannot_be_are_refused(tmp_path, values, said):
+def test_gltf_colors_of_wrong_count_or_shape_are_rejected(tmp_path, values, message):
     writer = GltfWriter()
     writer.node(mesh=writer.mesh(attributes={"COLOR_0": values}))
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         read_scene(writer.write(tmp_path / "a.glb"))
 
 
 @given(hnp.arrays(np.float32, (3, 4), elements=st.floats(width=32)))
-def test_whatever_a_file_says_is_a_share(values):
+def test_make_mesh_clips_vertex_colors_to_zero_and_one(values):
     positions, triangles = np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.uint32)
-    colors = made_mesh("a", positions, triangles, colors=values).colors
+    colors = make_mesh("a", positions, triangles, colors=values).colors
     usable = (values >= 0) & (values <= 1)
     if colors is None:
         assert (values[usable] == 1).all()
@@ -80,7 +80,7 @@ USD_FACES = [0, 0, 0, 0, 1, 1, 1]  # of each corner
     ],
 )
 @pytest.mark.parametrize("has_indices", [False, True])
-def test_usd_colours_are_read_however_they_lie(tmp_path, kind, count, places, has_indices):
+def test_usd_colors_of_every_interpolation_are_read(tmp_path, kind, count, places, has_indices):
     tints = np.linspace(0, 1, 3 * count).reshape(-1, 3).round(3)
     path = tmp_path / "a.usda"
     stage = usd_stage(path, kind, tints[::-1] if has_indices else tints)
@@ -107,7 +107,7 @@ def usd_stage(path, kind, tints):
     return stage
 
 
-def test_usd_colours_give_way_to_a_material_and_one_alone_is_the_material(tmp_path):
+def test_usd_material_replaces_colors_and_constant_color_is_material(tmp_path):
     stage = usd_stage(tmp_path / "a.usda", "vertex", np.full((5, 3), 0.5))
     material = UsdShade.Material.Define(stage, "/brick")
     surface = UsdShade.Shader.Define(stage, "/brick/surface")
@@ -123,22 +123,22 @@ def test_usd_colours_give_way_to_a_material_and_one_alone_is_the_material(tmp_pa
     assert scene.materials[scene.meshes[0].material].base_color == (0.5, 0.25, 0)
 
 
-# What is seen
+# Rendered pictures
 
 TINT = (0.25, 0.5, 0.875)
 
 
-def tinted(mesh: Mesh, colors) -> Mesh:
-    """Return all vertices of one colour, or each of its own."""
+def with_vertex_colors(mesh: Mesh, colors) -> Mesh:
+    """Return the mesh with one color for all vertices, or with one for each."""
     shape = (len(mesh.positions_m), np.shape(colors)[-1])
     return replace(mesh, colors=np.broadcast_to(np.float32(colors), shape))
 
 
 @pytest.mark.parametrize("metallic", [0.0, 1.0])
-def test_a_vertex_colour_is_multiplied_into_that_of_the_material(stage, metallic):
+def test_vertex_color_multiplies_material_color(stage, metallic):
     material = Material(base_color=(0.5, 1.0, 0.25), metallic=metallic)
     product = replace(material, base_color=tuple(np.multiply(material.base_color, TINT)))
-    found = stage.seen(scene_of([tinted(sphere(0.8), TINT)], materials=[material]))
+    found = stage.seen(scene_of([with_vertex_colors(sphere(0.8), TINT)], materials=[material]))
     expected = stage.seen(scene_of([sphere(0.8)], materials=[product]))
     for seen, same in zip(found, expected, strict=True):
         np.testing.assert_allclose(seen, same, rtol=2e-3, atol=1e-4)
@@ -146,28 +146,30 @@ def test_a_vertex_colour_is_multiplied_into_that_of_the_material(stage, metallic
     assert np.abs(found[0] - plain[0]).max() > 0.05
 
 
-def test_a_mesh_without_colours_stays_what_it_is_beside_one_that_has_some(stage):
-    left, right = moved(-0.8, scale=0.5), moved(0.8, scale=0.5)
+def test_mesh_without_colors_is_unchanged_beside_colored_mesh(stage):
+    left, right = placement(-0.8, scale=0.5), placement(0.8, scale=0.5)
     alone = scene_of([sphere(), sphere()], [(0, left), (1, right)])
-    both = replace(alone, meshes=(tinted(sphere(), TINT), sphere()))
+    both = replace(alone, meshes=(with_vertex_colors(sphere(), TINT), sphere()))
     for seen, before in zip(stage.seen(both), stage.seen(alone), strict=True):
         np.testing.assert_allclose(seen[:, 16:], before[:, 16:], atol=1e-5)
         assert np.abs(seen[:, :16] - before[:, :16]).max() > 0.05
 
 
-def test_rays_and_triangles_see_one_gradient_between_the_corners(stage):
+def test_vertex_color_gradient_is_same_in_ray_tracer_and_raster(stage):
     colors = [(0, 0, 0, 1), (1, 0, 0, 1), (1, 1, 0, 1), (0, 1, 0, 1)]  # red across, green up
     white = Material(base_color=(1.0, 1.0, 1.0), roughness=1.0)
-    drawn, traced = stage.seen(scene_of([tinted(plane(0.7), colors)], materials=[white]))
+    drawn, traced = stage.seen(
+        scene_of([with_vertex_colors(plane(0.7), colors)], materials=[white])
+    )
     np.testing.assert_allclose(drawn, traced, rtol=5e-3, atol=2e-3)
     inside = drawn[8:24, 8:24]
     assert (np.diff(inside[..., 0], axis=1) > 0).all()
     assert (np.diff(inside[..., 1], axis=0) < 0).all()  # rows run down
 
 
-def test_an_opacity_below_the_cutoff_is_a_hole_for_both(stage):
+def test_vertex_opacity_below_cutoff_is_hole_in_ray_tracer_and_raster(stage):
     colors = [(1, 1, 1, alpha) for alpha in (0, 1, 1, 0)]
-    sheet = tinted(plane(0.7), colors)
+    sheet = with_vertex_colors(plane(0.7), colors)
     cut = replace(lamp((9.0, 9.0, 9.0)), alpha_cutoff=0.5)  # the sky is far darker
     for seen in stage.seen(scene_of([sheet], materials=[cut])):
         assert (seen[:, :15] < 2).all() and (seen[10:22, 17:25] > 8).all()
@@ -175,14 +177,14 @@ def test_an_opacity_below_the_cutoff_is_a_hole_for_both(stage):
         assert (seen[10:22, 7:25] > 8).all()
 
 
-def test_a_scene_without_colours_keeps_none_on_the_gpu(ctx):
+def test_scene_buffers_without_vertex_colors_have_no_color_buffer(ctx):
     buffers = SceneBuffers(ctx, still_life())
     assert buffers.colors is None and "COLORS" not in buffers.defines
     buffers.release()
 
 
-def test_white_stands_where_a_mesh_says_nothing():
-    meshes = [plane(), tinted(plane(), TINT), tinted(plane(), (*TINT, 0.5))]
+def test_colors_of_fills_missing_vertex_colors_with_white():
+    meshes = [plane(), with_vertex_colors(plane(), TINT), with_vertex_colors(plane(), (*TINT, 0.5))]
     found = np.frombuffer(colors_of(meshes), np.float16).reshape(3, 4, 4)
     expected = [(1, 1, 1, 1), (*TINT, 1), (*TINT, 0.5)]
     assert np.array_equal(found, np.tile(np.array(expected)[:, None], (1, 4, 1)))

@@ -80,7 +80,7 @@ def shaped_on_gpu(session_context: Device) -> Iterator[ApertureOnGpu]:
 
 @settings(max_examples=25)
 @given(apertures(), aspects, st.floats(-20, 20), seeds)
-def test_both_say_the_same_of_every_shape(
+def test_gpu_aperture_equals_cpu_for_every_shape(
     shaped_on_gpu: ApertureOnGpu, aperture: Aperture, aspect: float, axial_px: float, seed: int
 ) -> None:
     """Blades, barrel, rim and colours, anywhere in a picture and in discs of either side."""
@@ -92,8 +92,8 @@ def test_both_say_the_same_of_every_shape(
     offsets = 1.3 * rng.uniform(-1, 1, (ROUNDS, 2)) * np.abs(radii)[:, None]
     offsets *= np.array(disc.half_extents)
     questions = np.column_stack([offsets, radii, ramps]).astype(np.float32).astype(np.float64)
-    told = shaped_on_gpu.answers(disc, questions, place)
-    for (x, y, radius, ramp), (outer, green, _) in zip(questions, told, strict=True):
+    gpu_results = shaped_on_gpu.answers(disc, questions, place)
+    for (x, y, radius, ramp), (outer, green, _) in zip(questions, gpu_results, strict=True):
         # A corner is where the gradient jumps: nearer than float32 tells, either will do.
         for color, cover, light in ((-1, outer[0], outer[2]), (0, *green[:2]), (1, *outer[1::2])):
             own = radius + color * axial_px / 2
@@ -102,15 +102,15 @@ def test_both_say_the_same_of_every_shape(
             assert cover == pytest.approx(float(disc.coverage(x, y, own, ramp, place)), abs=2e-3)
             assert light == pytest.approx(disc.light(own, ramp, place), rel=1e-2, abs=1e-2)
         barrel = field.barrel(aperture, place, aspect)
-        expected = weight_at(aperture, barrel, x / 200, y / 200, radius > 0)
+        expected = expected_weight_at(aperture, barrel, x / 200, y / 200, radius > 0)
         if expected is not None:
             assert green[2] == pytest.approx(expected, abs=1e-4)
 
 
-def weight_at(
+def expected_weight_at(
     aperture: Aperture, barrel: opening.Barrel | None, x: float, y: float, is_behind: bool
 ) -> float | None:
-    """Return by definition how much light passes a point; None where it is on the very rim."""
+    """Return by definition how much light passes a point; None for a point on the edge itself."""
     past = float(opening.past_blades(np.array(x), np.array(y), aperture.diaphragm)[0])
     if barrel is not None:
         past = max(past, float(opening.past_barrel(np.array(x), np.array(y), barrel)[0]))
@@ -121,7 +121,7 @@ def weight_at(
 
 
 @given(squeezes, aspects, seeds)
-def test_both_say_the_same_of_a_disc(
+def test_gpu_aperture_equals_cpu_for_disc(
     on_gpu: ApertureOnGpu, squeeze: float, aspect: float, seed: int
 ) -> None:
     """At random offsets from discs of random radii and ramps, of either side of the focus."""
@@ -132,8 +132,10 @@ def test_both_say_the_same_of_a_disc(
     offsets *= np.array(disc.half_extents)
     offsets[0] = 0.0  # the centre has a rule of its own
     questions = np.column_stack([offsets, radii, ramps]).astype(np.float32).astype(np.float64)
-    told = on_gpu.answers(disc, questions)
-    for (x, y, radius, ramp), (first, reach_variances, _) in zip(questions, told, strict=True):
+    gpu_results = on_gpu.answers(disc, questions)
+    for (x, y, radius, ramp), (first, reach_variances, _) in zip(
+        questions, gpu_results, strict=True
+    ):
         assert first[0] == pytest.approx(float(disc.coverage(x, y, radius, ramp)), abs=2e-4)
         assert first[1] == pytest.approx(disc.light(radius, ramp), rel=1e-5)
         extents = np.abs(radius) * np.array(disc.half_extents)
@@ -145,7 +147,7 @@ def test_both_say_the_same_of_a_disc(
 
 
 @given(squeezes, st.floats(1e-3, 1.0), seeds)
-def test_both_have_their_points_in_the_same_opening(
+def test_gpu_and_cpu_lens_points_lie_in_same_opening(
     on_gpu: ApertureOnGpu, squeeze: float, radius_m: float, seed: int
 ) -> None:
     """Any map that keeps areas will do; the one for rays is polar, so areas and angles tell it."""
@@ -163,8 +165,8 @@ def test_both_have_their_points_in_the_same_opening(
 
 
 @pytest.mark.parametrize("squeeze", [1.0, 1.33, 2.0])
-def test_even_numbers_fill_the_opening_evenly(on_gpu: ApertureOnGpu, squeeze: float) -> None:
-    """Each cell of a grid over the box around it gets the points that its area is worth."""
+def test_evenly_spaced_numbers_fill_aperture_evenly(on_gpu: ApertureOnGpu, squeeze: float) -> None:
+    """Each cell of a grid over the aperture gets points in proportion to its open area."""
     side, pupil = 256, Pupil(Aperture(squeeze=squeeze), 1.0)
     at = (np.arange(side) + 0.5) / side
     square = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)

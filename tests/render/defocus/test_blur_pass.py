@@ -34,7 +34,7 @@ def solver(request: pytest.FixtureRequest, session_context: Device) -> LineSolve
     return SOLVERS[request.param](session_context)
 
 
-def blurred(
+def run_blur(
     solver: LineSolver,
     x: np.ndarray,
     coc: np.ndarray,
@@ -81,38 +81,38 @@ def random_plate(
     return x, np.copysign(coc, rng.standard_normal((height, width))).astype(np.float32)
 
 
-def test_a_picture_in_the_corner_is_blurred_alone(solver, rng):
+def test_blur_of_picture_in_texture_corner_ignores_the_rest(solver, rng):
     x, coc = random_plate(rng, (70, 21), 9.0)
-    alone = blurred(solver, x, coc, named_kernel("disc_4"), storage=PACKED)
+    alone = run_blur(solver, x, coc, named_kernel("disc_4"), storage=PACKED)
     beside = ((0, 7), (0, 5))
     x = np.pad(x, (*beside, (0, 0)), constant_values=np.nan)
     coc = np.pad(coc, beside, constant_values=np.nan)
-    more = blurred(solver, x, coc, named_kernel("disc_4"), storage=PACKED, corner=(70, 21))
+    more = run_blur(solver, x, coc, named_kernel("disc_4"), storage=PACKED, corner=(70, 21))
     np.testing.assert_array_equal(more[:21, :70], alone)
 
 
 @pytest.mark.parametrize("kernel", [named_kernel("disc_4"), gaussian_kernel(3)], ids=str)
-def test_a_layer_is_composited_by_its_coverage(solver, rng, kernel):
+def test_blur_layer_is_composited_by_its_coverage(solver, rng, kernel):
     x, coc = random_plate(rng, (40, 21), 9.0)
     behind = rng.random((21, 40, 4), np.float32)
-    layer = blurred(solver, x, coc, kernel)
+    layer = run_blur(solver, x, coc, kernel)
     cover = layer[..., 3:]
     expected = np.maximum(layer[..., :3] + (1 - cover) * behind[..., :3], 0)
-    over = blurred(solver, x, coc, kernel, behind=behind)
+    over = run_blur(solver, x, coc, kernel, behind=behind)
     np.testing.assert_allclose(over[..., :3], expected, atol=1e-6)
-    farthest = blurred(solver, x, coc, kernel, behind=behind, is_farthest=True)
+    farthest = run_blur(solver, x, coc, kernel, behind=behind, is_farthest=True)
     np.testing.assert_allclose(farthest[..., :3], np.maximum(layer[..., :3] / cover, 0), rtol=1e-5)
     assert (over[..., 3] == 1).all() and (farthest[..., 3] == 1).all()
 
 
 @pytest.mark.parametrize(("name", "size"), CASES, ids=str)
-def test_agrees_with_float64(
+def test_blur_agrees_with_float64(
     ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str, size
 ) -> None:
     x, coc = random_plate(rng, size, 60.0)
     kernel = named_kernel(name)
     expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), kernel)
-    np.testing.assert_allclose(blurred(solver, x, coc, kernel), expected, atol=1e-5)
+    np.testing.assert_allclose(run_blur(solver, x, coc, kernel), expected, atol=1e-5)
 
 
 # One real pole, an even number of poles, and the most: rounding errors grow with them.
@@ -125,7 +125,7 @@ def test_wide_blur_on_long_lines_agrees_with_float64(
     x, coc = random_plate(rng, size, 2000.0)
     kernel = named_kernel(name)
     expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), kernel)
-    np.testing.assert_allclose(blurred(solver, x, coc, kernel), expected, atol=1e-5)
+    np.testing.assert_allclose(run_blur(solver, x, coc, kernel), expected, atol=1e-5)
 
 
 @pytest.mark.parametrize("name", KERNELS)
@@ -135,7 +135,7 @@ def test_squeeze_scales_each_axis(
     x, coc = random_plate(rng, (40, 30), 20.0)
     scales = (0.5, 1.25)
     expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), named_kernel(name), scales)
-    result = blurred(solver, x, coc, named_kernel(name), scales)
+    result = run_blur(solver, x, coc, named_kernel(name), scales)
     np.testing.assert_allclose(result, expected, atol=1e-5)
 
 
@@ -146,89 +146,89 @@ def test_gaussian_steps_agree_with_float64(
     x, coc = random_plate(rng, (33, 21), 30.0)
     kernel = gaussian_kernel(steps)
     expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), kernel)
-    np.testing.assert_allclose(blurred(solver, x, coc, kernel), expected, atol=1e-5)
+    np.testing.assert_allclose(run_blur(solver, x, coc, kernel), expected, atol=1e-5)
 
 
 @pytest.mark.parametrize("name", KERNELS)
-def test_constant_picture_stays_constant(
+def test_blur_keeps_constant_picture(
     ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
     _, coc = random_plate(rng, (61, 47), 90.0)
     x = np.full((47, 61, 4), 0.75, np.float32)
-    np.testing.assert_allclose(blurred(solver, x, coc, named_kernel(name)), x, atol=1e-5)
+    np.testing.assert_allclose(run_blur(solver, x, coc, named_kernel(name)), x, atol=1e-5)
 
 
 @pytest.mark.parametrize("name", KERNELS)
-def test_light_is_kept(
+def test_blur_keeps_light_inside_border(
     ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
     """Where none of it crosses the border."""
     x, coc = random_plate(rng, (61, 47), 90.0)
     coc[[0, -1]], coc[:, [0, -1]] = 0.0, 0.0
-    total = blurred(solver, x, coc, named_kernel(name)).sum(axis=(0, 1), dtype=np.float64)
+    total = run_blur(solver, x, coc, named_kernel(name)).sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, x.sum(axis=(0, 1), dtype=np.float64), rtol=1e-5)
 
 
 @pytest.mark.parametrize("coc_px", [2.0, 20.0])
 @pytest.mark.parametrize("name", KERNELS)
-def test_what_is_at_the_border_goes_on_beyond_it(
+def test_blur_extends_border_pixels_beyond_the_picture(
     ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str, coc_px: float
 ) -> None:
     """The border is blurred as in the middle of a larger picture that repeats it."""
     x, coc = random_plate(rng, (21, 17), coc_px)
     room = ((60, 60), (60, 60))
     larger = np.pad(x, (*room, (0, 0)), mode="edge"), np.pad(coc, room, mode="edge")
-    expected = blurred(solver, *larger, named_kernel(name))[60:-60, 60:-60]
-    np.testing.assert_allclose(blurred(solver, x, coc, named_kernel(name)), expected, atol=2e-4)
+    expected = run_blur(solver, *larger, named_kernel(name))[60:-60, 60:-60]
+    np.testing.assert_allclose(run_blur(solver, x, coc, named_kernel(name)), expected, atol=2e-4)
 
 
 @pytest.mark.parametrize("name", KERNELS)
-def test_pixels_in_focus_keep_every_bit(
+def test_blur_keeps_every_bit_of_pixels_in_focus(
     ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
     x, coc = random_plate(rng, (61, 47), 90.0)
     coc[10:20, 5:50] = 0.0
-    result = blurred(solver, x, coc, named_kernel(name))
+    result = run_blur(solver, x, coc, named_kernel(name))
     assert np.array_equal(result[coc == 0.0], x[coc == 0.0])
     assert not np.array_equal(result, x)
 
 
 @pytest.mark.parametrize("name", ["heat", "disc_4"])
-def test_transposing_commutes(
+def test_blur_of_transposed_plate_is_transposed_blur(
     ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
-    """Exactly so for a uniform plate; rows and columns commute no more where the blur varies."""
+    """The coc is uniform: the order of rows and columns matters where the blur varies."""
     x = rng.random((39, 52, 4), np.float32)
     coc = np.full((39, 52), 17.0, np.float32)
     kernel = named_kernel(name)
-    across = blurred(solver, np.ascontiguousarray(x.swapaxes(0, 1)), coc.T.copy(), kernel)
-    np.testing.assert_allclose(across.swapaxes(0, 1), blurred(solver, x, coc, kernel), atol=1e-5)
+    across = run_blur(solver, np.ascontiguousarray(x.swapaxes(0, 1)), coc.T.copy(), kernel)
+    np.testing.assert_allclose(across.swapaxes(0, 1), run_blur(solver, x, coc, kernel), atol=1e-5)
 
 
-def test_small_scratch_gives_the_same_picture(
+def test_blur_with_small_scratch_gives_same_picture(
     ctx: Device, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Lines are worked on in tiles; where a tile ends must not show."""
+    """A small scratch buffer splits the lines into tiles, whose borders must not show."""
     x, coc = random_plate(rng, (50, 70), 30.0)
     kernel = named_kernel("disc_3")
     for solver_type in SOLVERS.values():
-        whole = blurred(solver_type(ctx), x, coc, kernel)
+        whole = run_blur(solver_type(ctx), x, coc, kernel)
         with monkeypatch.context() as patch:
             patch.setattr("heatlens.render.defocus.line_solver.SCRATCH_BYTES_MAX", 1)
-            tiled = blurred(solver_type(ctx), x, coc, kernel)
+            tiled = run_blur(solver_type(ctx), x, coc, kernel)
         assert np.array_equal(whole, tiled)
 
 
 @pytest.mark.parametrize("name", KERNELS)
-def test_half_storage_stays_under_a_code_value(
+def test_blur_with_half_precision_storage_is_close_to_float(
     ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
-    """Between rows and columns half is enough, loses no light on the mean and overflows nowhere."""
+    """Packed storage between rows and columns keeps the mean light and does not overflow."""
     x, coc = random_plate(rng, (120, 90), 40.0)
     x[40, 50] = 1e6
     coc[40, 50] = 0.0
     kernel = named_kernel(name)
-    exact, half = (blurred(solver, x, coc, kernel, storage=s) for s in ("f4", PACKED))
+    exact, half = (run_blur(solver, x, coc, kernel, storage=s) for s in ("f4", PACKED))
     assert half[40, 50, 0] == 1e6
     np.testing.assert_allclose(half, exact, atol=2e-3)
     np.testing.assert_allclose(half.mean(dtype=np.float64), exact.mean(dtype=np.float64), rtol=5e-5)

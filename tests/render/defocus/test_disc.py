@@ -19,7 +19,7 @@ def blur(session_context: Device) -> BlurPass:
     return BlurPass(PartitionSolver(session_context))
 
 
-def point_blurred(ctx: Device, blur: BlurPass, kernel: Kernel, diameter: float) -> Picture:
+def blur_point(ctx: Device, blur: BlurPass, kernel: Kernel, diameter: float) -> Picture:
     side = size_for(diameter)
     x = np.zeros((side, side, 4), np.float32)
     x[side // 2, side // 2] = 1.0
@@ -38,10 +38,10 @@ def point_blurred(ctx: Device, blur: BlurPass, kernel: Kernel, diameter: float) 
 
 @pytest.mark.parametrize("diameter", DIAMETERS)
 @pytest.mark.parametrize("name", DISCS)
-def test_radius_light_and_variance_are_the_discs(
+def test_blurred_point_has_radius_light_and_variance_of_disc(
     ctx: Device, blur: BlurPass, name: str, diameter: float
 ) -> None:
-    picture = point_blurred(ctx, blur, named_kernel(name), diameter)
+    picture = blur_point(ctx, blur, named_kernel(name), diameter)
     expected = radius_at_half_height(analytic_disc(diameter), diameter)
     assert radius_at_half_height(picture, diameter) == pytest.approx(expected, rel=0.03)
     assert picture.sum() == pytest.approx(1.0, abs=1e-3)
@@ -52,10 +52,12 @@ def test_radius_light_and_variance_are_the_discs(
 
 
 @pytest.mark.parametrize("diameter", [4.0, 8.0, 30.0])
-def test_more_poles_are_closer_to_the_disc(ctx: Device, blur: BlurPass, diameter: float) -> None:
+def test_kernels_of_more_poles_come_closer_to_disc(
+    ctx: Device, blur: BlurPass, diameter: float
+) -> None:
     disc = analytic_disc(diameter)
     errors = [
-        np.linalg.norm(point_blurred(ctx, blur, named_kernel(name), diameter) - disc)
+        np.linalg.norm(blur_point(ctx, blur, named_kernel(name), diameter) - disc)
         for name in ("heat", "disc_2", "disc_4")
     ]
     assert errors[0] > 2 * errors[1]

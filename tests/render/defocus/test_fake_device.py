@@ -11,14 +11,14 @@ FILM = DefocusSettings(Bokeh.DISC, Quality.FILM)
 SIZE = (160, 90)
 
 
-def test_a_film_frame_is_taken_and_listed_by_another_device(ctx):
+def test_fake_device_runs_whole_film_frame(ctx):
     device = FakeDevice()
     frame = BenchFrames(device, SolverName.PARTITION).frame(scene_plate(SIZE), LENS, FILM)
     frame.render()
-    made = device.made_bytes
+    first_frame_bytes = device.made_bytes
     device.calls.clear()
     assert frame.render().size == SIZE
-    assert device.made_bytes == made  # a second frame takes no further memory
+    assert device.made_bytes == first_frame_bytes  # a second frame takes no further memory
     counted = measure_issues(ctx, SIZE, FILM, 1, lambda _: None)
     for kind, count in {
         "dispatch": counted.dispatches,

@@ -1,4 +1,4 @@
-"""What a surface behind the focus hides, where it is not known: a guess for parts of the lens."""
+"""The guess of what a surface behind the focus hides, for renders in sub-apertures."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ def wall(light: float) -> Plate:
     )
 
 
-def card_before(light: float, card: float = 0.4, card_m: float = CARD_M) -> Plate:
+def card_before_wall(light: float, card: float = 0.4, card_m: float = CARD_M) -> Plate:
     """Return a card on the left, behind the focus, and a wall of even light far behind it."""
     on_card = np.broadcast_to(np.arange(WIDTH) < EDGE, (HEIGHT, WIDTH))
     color = np.where(on_card[..., None], np.float32(card), np.float32(light))
@@ -35,15 +35,15 @@ def card_before(light: float, card: float = 0.4, card_m: float = CARD_M) -> Plat
     return plate_of(np.repeat(color, 3, -1), depth_m)
 
 
-def through(renderer, plate: Plate, coc_px: float = COC_PX, **settings: object) -> Image:
+def render_plate(renderer, plate: Plate, coc_px: float = COC_PX, **settings: object) -> Image:
     renderer.load(plate)
     shot = Shot(lens_blurring(coc_px, WIDTH), DefocusSettings(**settings))
     return renderer.pixels(shot)[..., :3].copy()
 
 
-def test_a_guess_grows_from_nothing_while_the_aperture_opens(ctx, renderer):
-    """The card's blur passes the least for a guess, which changes the picture little by little."""
-    plate = card_before(0.9)
+def test_far_guess_fades_in_while_aperture_opens(ctx, renderer):
+    """The blur of the card grows past the least blur for a guess; the picture changes gradually."""
+    plate = card_before_wall(0.9)
     cocs_px = np.linspace(0.95, 1.25, 31) * COC_PX * GUESSED_FROM_PX / 18
     changes = np.array([_change_of_columns(renderer, plate, float(coc_px)) for coc_px in cocs_px])
     assert changes[0].max() == 0.0
@@ -52,47 +52,49 @@ def test_a_guess_grows_from_nothing_while_the_aperture_opens(ctx, renderer):
 
 
 def _change_of_columns(renderer, plate: Plate, coc_px: float) -> Image:
-    """Return by how much the guess changes the light of each column."""
-    with_it, without = (through(renderer, plate, coc_px, parts=parts) for parts in (7, 1))
-    return np.abs(with_it - without).mean(axis=(0, 2))
+    """Return the mean change of each column's light by the guess."""
+    with_guess, without = (render_plate(renderer, plate, coc_px, parts=parts) for parts in (7, 1))
+    return np.abs(with_guess - without).mean(axis=(0, 2))
 
 
 @pytest.mark.parametrize("light", [0.05, 0.9])
-def test_a_wall_that_goes_on_behind_a_card_is_guessed_as_it_is(ctx, renderer, light):
-    plate = card_before(light)
-    guessed = through(renderer, plate, parts=7)
-    known = through(renderer, with_behind(plate, [wall(light)]), parts=7)
+def test_far_guess_of_wall_behind_card_matches_known_wall(ctx, renderer, light):
+    plate = card_before_wall(light)
+    guessed = render_plate(renderer, plate, parts=7)
+    known = render_plate(renderer, with_behind(plate, [wall(light)]), parts=7)
     assert np.abs(guessed - known).max() < 0.01 * abs(light - 0.4)
-    assert np.abs(guessed - through(renderer, plate)).max() > 0.05 * abs(light - 0.4)
+    assert np.abs(guessed - render_plate(renderer, plate)).max() > 0.05 * abs(light - 0.4)
 
 
-def test_a_card_as_bright_as_its_wall_cannot_be_seen(ctx, renderer):
-    picture = through(renderer, card_before(0.4), parts=7)
+def test_far_guess_keeps_card_as_bright_as_wall_invisible(ctx, renderer):
+    picture = render_plate(renderer, card_before_wall(0.4), parts=7)
     np.testing.assert_allclose(picture, 0.4, rtol=4 * HALF_ROUNDING)
 
 
-def test_a_quality_spends_few_parts_on_a_guess(ctx, renderer):
-    plate = card_before(0.9)
-    final = through(renderer, plate, quality=Quality.FINAL)
-    assert np.array_equal(final, through(renderer, plate, parts=7))
-    assert not np.array_equal(final, through(renderer, plate, parts=19))
+def test_quality_final_uses_seven_parts_for_a_guess(ctx, renderer):
+    plate = card_before_wall(0.9)
+    final = render_plate(renderer, plate, quality=Quality.FINAL)
+    assert np.array_equal(final, render_plate(renderer, plate, parts=7))
+    assert not np.array_equal(final, render_plate(renderer, plate, parts=19))
 
 
-def test_nothing_is_guessed_where_layers_are_better(ctx, renderer):
+def test_far_guess_is_skipped_where_layers_are_better(ctx, renderer):
     """A card with little blur, one that is thin, and one in a picture with alpha."""
-    thin = card_before(0.9, card_m=FOCUS_M / 0.96)
-    hair = card_before(0.9)
+    thin = card_before_wall(0.9, card_m=FOCUS_M / 0.96)
+    hair = card_before_wall(0.9)
     is_hair = np.arange(WIDTH) // 2 == EDGE // 2
     depth_m = np.where(np.tile(is_hair, (HEIGHT, 1)), FOCUS_M / 0.88, FAR_M).astype(np.float32)
     hair = plate_of(hair.color[..., :3], depth_m)
-    for plate in (thin, hair, replace(card_before(0.9), has_alpha=True)):
-        assert np.array_equal(through(renderer, plate, parts=7), through(renderer, plate))
+    for plate in (thin, hair, replace(card_before_wall(0.9), has_alpha=True)):
+        assert np.array_equal(render_plate(renderer, plate, parts=7), render_plate(renderer, plate))
     small = COC_PX * GUESSED_FROM_PX / 18 * 0.9
-    plate = card_before(0.9)
-    assert np.array_equal(through(renderer, plate, small, parts=7), through(renderer, plate, small))
+    plate = card_before_wall(0.9)
+    assert np.array_equal(
+        render_plate(renderer, plate, small, parts=7), render_plate(renderer, plate, small)
+    )
 
 
-def test_cuts_are_the_gaps_behind_the_focus():
+def test_cuts_behind_are_the_gaps_behind_the_focus():
     gaps = np.array([(-20.0, -18.0), (0.5, 1.5), (10.0, 12.0), (30.0, 31.0), (60.0, 64.0)])
     optics = Optics(None, np.linspace(-30.0, 50.0, 9), gaps_px=gaps)
     assert cuts_behind(optics, 1.5) == [11.0, 30.5]

@@ -31,7 +31,7 @@ NEARER_M = FOCUS_M / 0.85  # 0.3 of the blur at FAR_M
 COC_PX = 30.0
 
 
-def through(
+def render_plate(
     renderer,
     plate: Plate,
     coc_px: float = COC_PX,
@@ -58,7 +58,7 @@ def hidden_stripe() -> Image:
     return row
 
 
-def card_before(row: Image, card_m: float = NEARER_M) -> Plate:
+def card_before_wall(row: Image, card_m: float = NEARER_M) -> Plate:
     """Return a card on the left, little behind the focus, and the known wall far behind it."""
     front = np.where(np.arange(WIDTH) < EDGE, np.float32(0.4), row)
     seen = wall(front, card_m)
@@ -67,8 +67,8 @@ def card_before(row: Image, card_m: float = NEARER_M) -> Plate:
     return with_behind(plate_of(seen.color[..., :3], depth_m), [wall(row, FAR_M)])
 
 
-def truth(row: Image, sides: tuple[int, ...] = (-1, 1)) -> Image:
-    """Return a row as these halves of a round lens show it: the mean of what its columns see."""
+def expected_row(row: Image, sides: tuple[int, ...] = (-1, 1)) -> Image:
+    """Return the exact row through halves of a round lens: the weighted mean over lens columns."""
     u = (np.arange(401) + 0.5) / 401 * 2 - 1
     x = np.arange(WIDTH)[:, None] + 0.5
     on_card = x - 0.3 * COC_PX * u / 2
@@ -80,7 +80,7 @@ def truth(row: Image, sides: tuple[int, ...] = (-1, 1)) -> Image:
 
 
 @pytest.mark.parametrize("parts", [0, 2, 8, 38])
-def test_other_numbers_of_parts_are_refused(parts):
+def test_defocus_settings_reject_unsupported_number_of_parts(parts):
     with pytest.raises(InputError, match=f"got {parts}"):
         DefocusSettings(parts=parts)
 
@@ -89,7 +89,7 @@ def test_other_numbers_of_parts_are_refused(parts):
 @pytest.mark.parametrize(
     "ends", [(-40.0, 3.2), (0.0, 5.0), (-90.0, 40.0), (6.0, 90.0), (24.0, 30.0)]
 )
-def test_layers_begin_anew_behind_the_focus(layers, ends):
+def test_with_far_cut_starts_new_layers_behind_focus(layers, ends):
     found = with_far_cut(ladder_of(np.linspace(*ends, 512), layers), 1.0)
     assert len(found) <= max(LAYERS_MAX, layers + 1)
     for farther, nearer in pairwise(found):
@@ -104,8 +104,8 @@ def test_layers_begin_anew_behind_the_focus(layers, ends):
     st.integers(1, LAYERS_MAX),
 )
 @example([-90.0, -50.0, -30.0, -20.0, -5.0, 0.0], 4.0, [-80.0, -40.0, -25.0, -10.0], LAYERS_MAX)
-def test_the_far_field_gets_its_cut_in_any_layers(cocs, farthest, gaps, layers):
-    """Also where the first layer holds all of it and the near side fills the layers."""
+def test_with_far_cut_adds_cut_to_any_layers(cocs, farthest, gaps, layers):
+    """The cut is added even if one layer holds the far field and the near side uses the others."""
     coc = np.sort(np.array([*cocs, farthest]))
     ends = np.array(gaps)[:, None] + np.array([-0.05, 0.05])
     found = with_far_cut(layer_cuts(coc, ends, layers), 1.0)
@@ -116,123 +116,126 @@ def test_the_far_field_gets_its_cut_in_any_layers(cocs, farthest, gaps, layers):
     np.testing.assert_allclose(share, 1.0, atol=0.05)  # cuts at 1.3 and 1.5 px overlap a little
 
 
-def test_a_surface_that_only_a_side_of_the_lens_sees_appears(ctx, renderer):
+def test_parts_show_surface_that_only_one_side_of_lens_sees(ctx, renderer):
     row = hidden_stripe()
-    plate, true = card_before(row), truth(row)
+    plate, expected = card_before_wall(row), expected_row(row)
     near_edge = np.s_[EDGE - 20 : EDGE + 20]
-    off = {
+    errors = {
         parts: np.abs(
-            through(renderer, plate, parts=parts)[HEIGHT // 2, near_edge, 0] - true[near_edge]
+            render_plate(renderer, plate, parts=parts)[HEIGHT // 2, near_edge, 0]
+            - expected[near_edge]
         )
         for parts in (1, 7, 19)
     }
-    assert off[7].mean() < 0.5 * off[1].mean()
-    assert off[19].mean() < 0.35 * off[1].mean()
+    assert errors[7].mean() < 0.5 * errors[1].mean()
+    assert errors[19].mean() < 0.35 * errors[1].mean()
 
 
-def half_open(side: int) -> OpeningImage:
+def half_opening(side: int) -> OpeningImage:
     """Return the right half of a round opening for 1, the left half for -1."""
     y, x = (np.mgrid[:64, :64] + 0.5) / 32 - 1
     return image_of(((side * x > 0) & (np.hypot(x, y) < 1)).astype(np.float32), f"half {side}")
 
 
 @pytest.mark.parametrize("side", [-1, 1])
-def test_half_an_opening_sees_past_the_edge_from_its_own_side(ctx, renderer, side):
+def test_half_opening_sees_past_edge_of_card_from_its_own_side(ctx, renderer, side):
     row = hidden_stripe()
-    plate, true = card_before(row), truth(row, (side,))
+    plate, expected = card_before_wall(row), expected_row(row, (side,))
     near_edge = np.s_[EDGE - 20 : EDGE + 20]
-    off = {
+    errors = {
         parts: np.abs(
-            through(renderer, plate, opening=half_open(side), parts=parts)[
+            render_plate(renderer, plate, opening=half_opening(side), parts=parts)[
                 HEIGHT // 2, near_edge, 0
             ]
-            - true[near_edge]
+            - expected[near_edge]
         ).mean()
         for parts in (1, 7, 19)
     }
-    assert off[7] < 0.5 * off[1] and off[19] < 0.35 * off[1], off
+    assert errors[7] < 0.5 * errors[1] and errors[19] < 0.35 * errors[1], errors
 
 
 @pytest.mark.parametrize("parts", [7, 19])
-def test_a_constant_stays_a_constant(ctx, renderer, parts):
+def test_parts_keep_constant_color(ctx, renderer, parts):
     _, depth_m = room()
     tint = np.array([0.25, 0.75, 1.0], np.float32)
     light = np.broadcast_to(tint, (*depth_m.shape, 3))
     behind = [plate_of(light, np.full(depth_m.shape, z, np.float32)) for z in (3.0, 9.0)]
-    picture = through(renderer, with_behind(plate_of(light, depth_m), behind), 20.0, parts=parts)
+    picture = render_plate(
+        renderer, with_behind(plate_of(light, depth_m), behind), 20.0, parts=parts
+    )
     assert np.abs(picture / tint - 1).max() < 4 * HALF_ROUNDING
 
 
-def test_nothing_changes_where_no_surfaces_overlap(ctx, renderer):
-    """In focus, before it, on one plane behind it, and where nothing behind is known."""
+def test_parts_change_nothing_without_overlapping_surfaces_behind_focus(ctx, renderer):
+    """Plates of one plane, in focus, or without known surfaces behind render as without parts."""
     row = hidden_stripe()
     flat = plate_of(*room())
     for plate in (wall(row, FAR_M), wall(row, FOCUS_M), flat):
-        assert np.array_equal(through(renderer, plate, parts=7), through(renderer, plate))
+        assert np.array_equal(render_plate(renderer, plate, parts=7), render_plate(renderer, plate))
     in_focus = with_behind(wall(row, FOCUS_M), [wall(1 - row, FAR_M)])
-    sharp = through(renderer, in_focus, parts=7)
+    sharp = render_plate(renderer, in_focus, parts=7)
     assert np.array_equal(sharp[HEIGHT // 2, :, 0], row)
 
 
-def test_the_quality_final_is_film_in_37_parts_or_as_many_as_are_given(ctx, renderer):
-    final, plate = Quality.FINAL, card_before(hidden_stripe())
-    most, few = (through(renderer, plate, parts=parts) for parts in (37, 7))
-    assert np.array_equal(through(renderer, plate, quality=final), most)
-    assert np.array_equal(through(renderer, plate, quality=final, parts=7), few)
+def test_quality_final_uses_37_parts_unless_parts_are_set(ctx, renderer):
+    final, plate = Quality.FINAL, card_before_wall(hidden_stripe())
+    most, few = (render_plate(renderer, plate, parts=parts) for parts in (37, 7))
+    assert np.array_equal(render_plate(renderer, plate, quality=final), most)
+    assert np.array_equal(render_plate(renderer, plate, quality=final, parts=7), few)
     assert not np.array_equal(most, few)
     flat = plate_of(*room())
-    assert np.array_equal(through(renderer, flat, quality=final), through(renderer, flat))
+    assert np.array_equal(render_plate(renderer, flat, quality=final), render_plate(renderer, flat))
     assert unused_behind_notes(flat, DefocusSettings(quality=final)) == ()
 
 
-def test_surfaces_of_like_blur_need_more_parts(ctx, renderer):
-    """A card with 0.8 of the wall's blur is left to the layers by 7 parts, not by 19."""
-    plate = card_before(hidden_stripe(), FOCUS_M / 0.6)
-    whole, few, many = (through(renderer, plate, parts=parts) for parts in (1, 7, 19))
+def test_surfaces_of_similar_blur_need_more_parts(ctx, renderer):
+    """With a card of 0.8 of the wall's blur 7 parts change nothing and 19 parts do."""
+    plate = card_before_wall(hidden_stripe(), FOCUS_M / 0.6)
+    whole, few, many = (render_plate(renderer, plate, parts=parts) for parts in (1, 7, 19))
     assert np.array_equal(few, whole)
     assert np.abs(many - whole).max() > 0.01
 
 
-def test_the_same_picture_twice(ctx, renderer):
+def test_parts_give_identical_picture_twice(ctx, renderer):
     """The order in which surfaces arrive at a pixel does not matter."""
-    plate = card_before(hidden_stripe())
-    first = through(renderer, plate, parts=7)
-    assert np.array_equal(first, through(renderer, plate, parts=7))
+    plate = card_before_wall(hidden_stripe())
+    first = render_plate(renderer, plate, parts=7)
+    assert np.array_equal(first, render_plate(renderer, plate, parts=7))
 
 
-def test_light_is_kept_where_a_card_ends_before_an_equal_wall(ctx, renderer):
-    """A card as bright as the wall behind it cannot be seen, whatever hides what."""
-    plate = card_before(np.full(WIDTH, 0.4, np.float32))
-    np.testing.assert_allclose(through(renderer, plate, parts=7), 0.4, rtol=4 * HALF_ROUNDING)
+def test_parts_keep_card_as_bright_as_wall_invisible(ctx, renderer):
+    """A card as bright as the wall behind it cannot be seen, whichever surface hides the other."""
+    plate = card_before_wall(np.full(WIDTH, 0.4, np.float32))
+    np.testing.assert_allclose(render_plate(renderer, plate, parts=7), 0.4, rtol=4 * HALF_ROUNDING)
 
 
-def test_the_back_of_a_thin_card_does_not_shine_through(ctx, renderer):
-    """A surface just behind one that covers it adds nothing, whatever its colour is."""
+def test_back_of_thin_card_does_not_change_picture(ctx, renderer):
+    """A dark surface just behind the card, which covers it, adds nothing to the picture."""
     row = hidden_stripe()
-    front = card_before(row)
+    front = card_before_wall(row)
     on_card = np.arange(WIDTH) < EDGE
-    seen = wall(np.where(on_card, np.float32(0.4), row), FAR_M).color[..., :3].copy()
+    visible_color = wall(np.where(on_card, np.float32(0.4), row), FAR_M).color[..., :3].copy()
     depth_m = np.where(on_card, NEARER_M, FAR_M)
     back_m = np.where(on_card, 1.01 * NEARER_M, FAR_M)
     whole, back = (np.tile(z.astype(np.float32), (HEIGHT, 1)) for z in (depth_m, back_m))
     dark = wall(np.where(on_card, np.float32(0.0), row), FAR_M).color[..., :3].copy()
-    plate = with_behind(plate_of(seen, whole), [plate_of(dark, back), wall(row, FAR_M)])
-    backed, expected = (through(renderer, each, parts=7) for each in (plate, front))
-    np.testing.assert_allclose(backed, expected, rtol=4 * HALF_ROUNDING)
+    plate = with_behind(plate_of(visible_color, whole), [plate_of(dark, back), wall(row, FAR_M)])
+    with_back, expected = (render_plate(renderer, each, parts=7) for each in (plate, front))
+    np.testing.assert_allclose(with_back, expected, rtol=4 * HALF_ROUNDING)
 
 
-def test_parts_that_change_nothing_are_told():
+def test_unused_behind_notes_name_parts_without_effect():
     color, depth = np.ones((4, 4, 3), np.float32), np.ones((4, 4), np.float32)
     alone = plate_of(color, depth)
     known = with_behind(alone, [plate_of(color, 2 * depth)])
     assert known.fragments is not None
     for plate, parts in ((alone, 1), (alone, 7), (known, 7)):
         assert unused_behind_notes(plate, DefocusSettings(parts=parts)) == ()
-    (told,) = unused_behind_notes(replace(known, has_alpha=True), DefocusSettings(parts=19))
-    assert told.startswith("19 parts") and "alpha" in told
+    (note,) = unused_behind_notes(replace(known, has_alpha=True), DefocusSettings(parts=19))
+    assert note.startswith("19 parts") and "alpha" in note
 
 
-def test_tiles_near_blocks_are_those_within_a_margin():
+def test_tiles_near_blocks_are_those_within_margin():
     """Compared with the distance of every block to every tile."""
     rng = np.random.default_rng(2)
     side = TILE // FAR_BLOCK
@@ -251,13 +254,13 @@ def test_tiles_near_blocks_are_those_within_a_margin():
             assert near[row, column] == is_near.any()
 
 
-def test_views_are_as_wide_as_the_zones_need(ctx, renderer, monkeypatch):
+def test_views_of_near_tiles_give_same_light_as_whole_views(ctx, renderer, monkeypatch):
     """Views of the whole picture give the same light."""
-    plate = card_before(hidden_stripe())
-    near = through(renderer, plate, parts=7)
+    plate = card_before_wall(hidden_stripe())
+    near = render_plate(renderer, plate, parts=7)
 
     def whole(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:
         return np.ones_like(tiles_near(blocks, margin_px))
 
     monkeypatch.setattr("heatlens.render.defocus.far_zones.tiles_near", whole)
-    np.testing.assert_allclose(through(renderer, plate, parts=7), near, atol=1e-3)
+    np.testing.assert_allclose(render_plate(renderer, plate, parts=7), near, atol=1e-3)

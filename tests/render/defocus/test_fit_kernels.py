@@ -1,4 +1,4 @@
-"""The fit of the disc's kernels: slopes, what it holds exactly, and the stored numbers again."""
+"""The fit of the disc kernels: its slopes, its exact constraints, and the stored kernels."""
 
 import json
 from pathlib import Path
@@ -15,11 +15,11 @@ from heatlens.render.defocus.fit_kernels import (
     Fit,
     _RankSearch,
     fit_disc,
+    fit_of_rank,
     fit_rims,
     images_of,
     main,
-    of_rank,
-    refined,
+    refine_poles,
 )
 from heatlens.render.defocus.kernel_error import DiscError, spectrum
 from heatlens.render.defocus.kernels import RIMS, named_kernel, rim_kernel
@@ -33,9 +33,11 @@ def error() -> DiscError:
     return DiscError()
 
 
-def stored(name: str) -> Fit:
+def stored_fit(name: str) -> Fit:
     kernel = named_kernel(name)
-    return Fit(kernel.poles, kernel.mix, DiscError(POWERS[name]).of(kernel.poles, kernel.mix)[0])
+    return Fit(
+        kernel.poles, kernel.mix, DiscError(POWERS[name]).evaluate(kernel.poles, kernel.mix)[0]
+    )
 
 
 def check_exact(fit: Fit) -> None:
@@ -46,31 +48,33 @@ def check_exact(fit: Fit) -> None:
     assert np.cos(np.angle(fit.poles) / 2).min() >= COS_LEAST - 1e-9
 
 
-def test_the_error_is_that_of_the_picture_of_a_disc(error):
+def test_disc_norm_without_weight_is_norm_of_disc_picture(error):
     """Parseval: without its weight the norm of a disc of radius 1 and light 1 is 1 / pi.
 
     Over an eighth of the plane, in radians, that is (2 pi)^2 / 8 times as much; frequencies beyond
     the greatest one hold what is missing.
     """
     plain = DiscError(power=0.0)
-    assert 0.97 * np.pi / 2 < plain.of_nothing < np.pi / 2
+    assert 0.97 * np.pi / 2 < plain.disc_norm < np.pi / 2
 
 
-def test_slopes_are_those_of_small_steps(error, rng):
-    fit, step = stored("disc_3"), 1e-6
-    _, by_pole, by_mix = error.of(fit.poles, fit.mix)
+def test_disc_error_slopes_match_finite_differences(error, rng):
+    fit, step = stored_fit("disc_3"), 1e-6
+    _, by_pole, by_mix = error.evaluate(fit.poles, fit.mix)
     change = rng.normal(size=3) + 1j * rng.normal(size=3)
-    ahead, behind = (error.of(fit.poles + s * 1e-3 * change, fit.mix)[0] for s in (step, -step))
+    ahead, behind = (
+        error.evaluate(fit.poles + s * 1e-3 * change, fit.mix)[0] for s in (step, -step)
+    )
     assert (ahead - behind) / (2 * step) == pytest.approx((by_pole @ change * 1e-3).real, rel=1e-4)
     change = rng.normal(size=(3, 3)) + 1j * rng.normal(size=(3, 3))
     change = change + change.T
-    ahead, behind = (error.of(fit.poles, fit.mix + s * change)[0] for s in (step, -step))
+    ahead, behind = (error.evaluate(fit.poles, fit.mix + s * change)[0] for s in (step, -step))
     expected = np.sum(by_mix * change).real
     assert (ahead - behind) / (2 * step) == pytest.approx(expected, rel=1e-4)
 
 
-def test_slopes_of_a_search_for_few_images_are_those_of_small_steps(error, rng):
-    fit, search = stored("disc_3"), _RankSearch(error, 3, 2)
+def test_rank_search_slopes_match_finite_differences(error, rng):
+    fit, search = stored_fit("disc_3"), _RankSearch(error, 3, 2)
     images, logs = images_of(fit.mix)[:, :2], np.log(fit.poles)
     point = np.concatenate([logs.real, logs.imag, images.real.ravel(), images.imag.ravel()])
     change, step = rng.normal(size=point.size), 1e-6
@@ -83,10 +87,10 @@ def test_slopes_of_a_search_for_few_images_are_those_of_small_steps(error, rng):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_other_mix_of_the_same_poles_is_better(name, rng):
+def test_best_mix_beats_other_mixes_of_same_poles(name, rng):
     error, poles = DiscError(POWERS[name]), named_kernel(name).poles
     mix, _ = error.best_mix(poles)
-    fit = Fit(poles, mix, error.of(poles, mix)[0])
+    fit = Fit(poles, mix, error.evaluate(poles, mix)[0])
     check_exact(fit)
     for _ in range(5):
         off = rng.normal(size=mix.shape) + 1j * rng.normal(size=mix.shape)
@@ -97,12 +101,12 @@ def test_no_other_mix_of_the_same_poles_is_better(name, rng):
         rows = np.concatenate([poles_2.real, -poles_2.imag], axis=1)
         back = np.linalg.lstsq(rows, miss, rcond=None)[0]
         other = other - np.diag(back[: len(poles)] + 1j * back[len(poles) :])
-        assert error.of(poles, other)[0] > fit.error
+        assert error.evaluate(poles, other)[0] > fit.error
 
 
-def test_two_poles_are_found_again_from_anywhere(error):
-    """The stored numbers, up to what is said of their sampling, the order and the conjugate."""
-    fit, before = fit_disc(2, starts=4), stored("disc_2")
+def test_fit_disc_finds_stored_two_poles_again(error):
+    """The fit equals the stored kernel up to sampling, the order of the poles and conjugation."""
+    fit, before = fit_disc(2, starts=4), stored_fit("disc_2")
     check_exact(fit)
     order = np.argsort(-np.abs(fit.poles))
     poles, mix = fit.poles[order], fit.mix[np.ix_(order, order)]
@@ -114,31 +118,31 @@ def test_two_poles_are_found_again_from_anywhere(error):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_search_from_the_stored_poles_reaches_the_stored_error(name):
-    error, before = DiscError(POWERS[name]), stored(name)
-    fit = refined(error, before.poles)
+def test_refine_poles_from_stored_poles_reaches_stored_error(name):
+    error, before = DiscError(POWERS[name]), stored_fit(name)
+    fit = refine_poles(error, before.poles)
     check_exact(fit)
     assert fit.error <= before.error
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_images_make_up_the_mix(name):
+def test_images_of_mix_multiply_to_the_mix(name):
     images = images_of(named_kernel(name).mix)
     np.testing.assert_allclose(images @ images.T, named_kernel(name).mix, atol=1e-9)
     shares = np.linalg.norm(images, axis=0)
     assert np.all(np.diff(shares) <= 0)
 
 
-def test_fewer_images_are_fitted_and_not_cut_off(error):
-    before = stored("disc_3")
-    fit = of_rank(error, before, 2)
+def test_fit_of_rank_beats_truncated_images(error):
+    before = stored_fit("disc_3")
+    fit = fit_of_rank(error, before, 2)
     check_exact(fit)
     assert np.linalg.matrix_rank(fit.mix, tol=1e-9) == 2
     cut = images_of(before.mix)[:, :2]
-    assert fit.error < error.of(before.poles, cut @ cut.T)[0]
+    assert fit.error < error.evaluate(before.poles, cut @ cut.T)[0]
 
 
-def test_the_tool_writes_what_the_program_reads(tmp_path, capsys):
+def test_fit_kernels_command_writes_kernels_in_stored_format(tmp_path, capsys):
     path = tmp_path / "kernels.json"
     assert main(["disc_2", "--from-stored", "-o", str(path)]) == 0
     entry = json.loads(path.read_text())["kernels"]["disc_2"]
@@ -149,7 +153,7 @@ def test_the_tool_writes_what_the_program_reads(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("rim", [-1.0, -0.3, 0.0, 0.8])
-def test_the_spectrum_is_that_of_the_profile(rim):
+def test_spectrum_is_hankel_transform_of_profile(rim):
     """The Hankel transform of the brightness, by the midpoint rule."""
     place = (np.arange(4000) + 0.5) / 4000
     for q in (0.3, 3.0, 17.0):
@@ -159,23 +163,23 @@ def test_the_spectrum_is_that_of_the_profile(rim):
 
 @pytest.mark.parametrize("name", ["disc_2", "disc_3", "disc_4"])
 @pytest.mark.parametrize("rim", [-0.9, -0.5, 0.4, 1.0])
-def test_a_rim_is_met_better_than_by_a_flat_disc(name, rim):
-    """Also by kernels that are mixed from two. Two poles reach less, the more so a bright ring."""
+def test_rim_kernel_fits_its_rim_better_than_flat_disc_kernel(name, rim):
+    """Rims between the stored ones mix two kernels. Kernels of two poles reduce the error less."""
     error, flat, kernel = DiscError(POWERS[name], rim), named_kernel(name), rim_kernel(name, rim)
-    left = error.of(kernel.poles, kernel.mix)[0] / error.of(flat.poles, flat.mix)[0]
+    left = error.evaluate(kernel.poles, kernel.mix)[0] / error.evaluate(flat.poles, flat.mix)[0]
     assert left < (0.6 if name == "disc_2" else 0.2)
 
 
-def test_rims_are_found_again():
+def test_fit_rims_reaches_errors_of_stored_rim_kernels():
     found = fit_rims("disc_2")
     for rim, fit in zip(RIMS, found, strict=True):
         check_exact(fit)
         error, kernel = DiscError(POWERS["disc_2"], rim), rim_kernel("disc_2", rim)
         if rim != 0.0:
-            assert error.of(kernel.poles, kernel.mix)[0] == pytest.approx(fit.error, rel=0.02)
+            assert error.evaluate(kernel.poles, kernel.mix)[0] == pytest.approx(fit.error, rel=0.02)
 
 
-def test_the_tool_writes_rims_a_kernel_a_line(tmp_path, capsys):
+def test_fit_kernels_command_writes_rim_kernels_in_stored_format(tmp_path, capsys):
     path = tmp_path / "rims.json"
     assert main(["disc_2", "--rims", "-o", str(path)]) == 0
     entries = json.loads(path.read_text())["kernels"]
@@ -185,7 +189,7 @@ def test_the_tool_writes_rims_a_kernel_a_line(tmp_path, capsys):
     assert "disc_2 rim 1: error" in capsys.readouterr().out
 
 
-def test_rendering_needs_neither_the_fit_nor_scipy():
+def test_only_kernel_fit_modules_import_scipy():
     texts = {path.name: path.read_text("utf-8") for path in PACKAGE.rglob("*.py")}
     users = [name for name, text in texts.items() if "defocus.fit_kernels import" in text]
     users += [name for name, text in texts.items() if "defocus.kernel_error import" in text]

@@ -1,4 +1,4 @@
-"""Silhouette pixels split into what is near and what is far in them."""
+"""Silhouette pixels are split into a near and a far fragment."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ PER_DIOPTRE_PX = -20.0
 WHOLE, FAR_RIM, NEAR_RIM = 0.0, 1.0, 2.0
 
 
-def split(
+def split_fragments(
     ctx: Device,
     color: FloatArray,
     coc: FloatArray,
@@ -37,13 +37,13 @@ def split(
     def read(texture: Texture) -> FloatArray:
         return np.frombuffer(texture.read(), np.float16).astype(np.float32).reshape(*coc.shape, -1)
 
-    check_rims(pixels, read(kind)[..., 0])
+    check_rim_lists(pixels, read(kind)[..., 0])
     listed = np.float32([np.frombuffer(thin.read(16), np.uint32)[3]])
     return {"kind": read(kind)[..., 0], "far": read(far), "near": read(near), "thin": listed}
 
 
-def check_rims(pixels: Buffer, kind: FloatArray) -> None:
-    """Far rims are in front of the list and near rims in its back, each once."""
+def check_rim_lists(pixels: Buffer, kind: FloatArray) -> None:
+    """Check that the list has each far rim once from its start and each near rim from its end."""
     words = np.frombuffer(pixels.read(), np.uint32)
     in_front, in_back = words[12 : 12 + words[3]], words[words.size - words[7] :]
     for listed, of_kind in ((in_front, FAR_RIM), (in_back, NEAR_RIM)):
@@ -51,8 +51,11 @@ def check_rims(pixels: Buffer, kind: FloatArray) -> None:
         assert sorted(listed.tolist()) == sorted((expected[:, 0] << 16 | expected[:, 1]).tolist())
 
 
-def edge(coverage: float) -> tuple[FloatArray, FloatArray]:
-    """Columns 0-4 near (red, coc -20), 5-11 far (green, coc 20); column 5 holds a share of red."""
+def card_edge(coverage: float) -> tuple[FloatArray, FloatArray]:
+    """Return the color and coc of a red card (columns 0-4, coc -20) before green (coc 20).
+
+    Column 5 is covered by the card to the share `coverage`.
+    """
     color = np.zeros((9, 12, 3), np.float32)
     color[:, :5] = (0.8, 0.1, 0.1)
     color[:, 5:] = (0.1, 0.7, 0.2)
@@ -62,10 +65,10 @@ def edge(coverage: float) -> tuple[FloatArray, FloatArray]:
     return color, coc
 
 
-def test_coverage_and_both_colours_are_recovered(ctx: Device) -> None:
+def test_fragment_split_recovers_coverage_and_both_colors(ctx: Device) -> None:
     for coverage in (0.1, 0.3, 0.45):
-        color, coc = edge(coverage)
-        parts = split(ctx, color, coc)
+        color, coc = card_edge(coverage)
+        parts = split_fragments(ctx, color, coc)
         middle = (4, 5)
         assert parts["kind"][middle] == FAR_RIM
         np.testing.assert_allclose(parts["far"][middle][3], coverage, atol=0.03)
@@ -73,16 +76,16 @@ def test_coverage_and_both_colours_are_recovered(ctx: Device) -> None:
         np.testing.assert_allclose(parts["near"][middle], (*color[0, 0], -20.0), atol=0.02)
 
 
-def test_near_rim_gives_back_what_shines_through(ctx: Device) -> None:
-    color, coc = edge(0.0)
+def test_fragment_split_of_near_rim_recovers_its_coverage(ctx: Device) -> None:
+    color, coc = card_edge(0.0)
     color[:, 4] = 0.7 * color[0, 0] + 0.3 * color[0, 8]
-    parts = split(ctx, color, coc)
+    parts = split_fragments(ctx, color, coc)
     assert parts["kind"][4, 4] == NEAR_RIM
     np.testing.assert_allclose(parts["far"][4, 4], (*color[0, 0], 0.7), atol=0.03)
     assert parts["near"][4, 4, 3] == 20.0
 
 
-def known_behind(
+def lists_of_known_surface(
     ctx: Device, hidden: FloatArray, behind: FloatArray, coc: float
 ) -> ListedFragments:
     """Return lists of one surface of a colour (H, W, 3) behind the pixels that `hidden` marks."""
@@ -96,74 +99,76 @@ def known_behind(
 
 
 @pytest.mark.parametrize(("far_coc", "is_used"), [(20.0, True), (1.0, False)])
-def test_a_known_far_side_decides_the_far_colour_of_a_rim(
-    ctx: Device, far_coc: float, is_used: bool
-) -> None:
-    """Pixels beyond the rim are a wall of another colour than behind it, where the colour changes.
+def test_known_far_side_gives_far_color_of_rim(ctx: Device, far_coc: float, is_used: bool) -> None:
+    """The pixels beside the rim are blue; the known surface at and behind the rim is green.
 
-    What is less blurred than a pixel and a half shows as sharply as what is seen beside it.
+    At a far coc of 1 px the known surface is not used.
     """
-    color, coc = edge(0.3)
+    color, coc = card_edge(0.3)
     coc[:, 5:] = far_coc
     blue = np.array((0.1, 0.1, 0.9), np.float32)
     color[:, 6:] = blue  # seen one pixel further; green are the rim itself and all behind the card
     green = np.broadcast_to(np.array((0.1, 0.7, 0.2), np.float32), color.shape)
     hidden = np.broadcast_to(np.arange(color.shape[1]) < 5, coc.shape)
-    guessed = split(ctx, color, coc)["far"][4, 5]
-    known = split(ctx, color, coc, known_behind(ctx, hidden, green, far_coc))["far"][4, 5]
-    off_known, off_guessed = (np.abs(far[:3] - green[0, 0]).max() for far in (known, guessed))
-    assert off_known < 0.6 * off_guessed if is_used else np.array_equal(known, guessed)
+    guessed_far = split_fragments(ctx, color, coc)["far"][4, 5]
+    known_far = split_fragments(
+        ctx, color, coc, lists_of_known_surface(ctx, hidden, green, far_coc)
+    )["far"][4, 5]
+    off_known, off_guessed = (
+        np.abs(far[:3] - green[0, 0]).max() for far in (known_far, guessed_far)
+    )
+    assert off_known < 0.6 * off_guessed if is_used else np.array_equal(known_far, guessed_far)
 
 
-def test_a_wire_before_a_known_wall_has_its_own_colour_and_coverage(
+def test_wire_before_known_wall_keeps_its_color_and_coverage(
     ctx: Device, rng: np.random.Generator
 ) -> None:
-    """All pixels of a thin wire are rims: the wall and the outline tell what is its own."""
+    """All pixels of a thin wire are rims; the wall and the outline give its color and coverage."""
     wall, wire = rng.random((12, 16, 3), np.float32), np.array((0.5, 0.6, 0.7), np.float32)
     color, coc = wall.copy(), np.full((12, 16), 20.0, np.float32)
     color[:, 8], coc[:, 8] = 0.75 * wire + 0.25 * wall[:, 8], -20.0
-    lists = known_behind(ctx, coc < 0, wall, 20.0)
-    parts, guessed = split(ctx, color, coc, lists), split(ctx, color, coc)
-    assert np.all(parts["kind"][:, 8] == NEAR_RIM) and np.all(guessed["far"][:, 8, 3] == 1.0)
+    lists = lists_of_known_surface(ctx, coc < 0, wall, 20.0)
+    parts, guessed_parts = split_fragments(ctx, color, coc, lists), split_fragments(ctx, color, coc)
+    assert np.all(parts["kind"][:, 8] == NEAR_RIM) and np.all(guessed_parts["far"][:, 8, 3] == 1.0)
     np.testing.assert_allclose(parts["far"][:, 8] - (*wire, 0.75), 0.0, atol=0.002)
     np.testing.assert_allclose(parts["near"][:, 8, 3], 20.0, atol=0.01)
     np.testing.assert_allclose(parts["near"][1:-1, 9, :3] - wire, 0.0, atol=0.002)
 
 
-def test_the_rim_of_a_thing_in_focus_ends_as_its_own_pixel(ctx: Device) -> None:
-    """Its own part differs from its neighbours: taking theirs would give it bristles."""
-    color, coc = edge(0.0)
+def test_fragments_of_rim_in_focus_composite_to_its_pixel(ctx: Device) -> None:
+    """The near colors vary along the rim, and colors of neighbors would show as bristles."""
+    color, coc = card_edge(0.0)
     coc[:, :5] = -1.0
     color[::2, 5] = 0.45 * np.array((1.3, 0.3, 0.1)) + 0.55 * color[0, 8]
     color[1::2, 5] = 0.45 * np.array((0.5, 0.1, 0.0)) + 0.55 * color[0, 8]
-    parts = split(ctx, color, coc)
+    parts = split_fragments(ctx, color, coc)
     far, near, cover = parts["far"][:, 5, :3], parts["near"][:, 5, :3], parts["far"][:, 5, 3:]
     assert np.all(parts["kind"][:, 5] == FAR_RIM) and cover.min() > 0.3
     np.testing.assert_allclose(cover * near + (1 - cover) * far, color[:, 5], atol=0.002)
 
 
-def test_a_slanted_surface_has_no_rim(ctx: Device) -> None:
+def test_slanted_surface_has_no_silhouette_pixels(ctx: Device) -> None:
     coc = np.tile(np.linspace(-20, 20, 64, dtype=np.float32), (9, 1))
     color = np.full((9, 64, 3), 0.5, np.float32)
-    assert np.all(split(ctx, color, coc)["kind"] == WHOLE)
+    assert np.all(split_fragments(ctx, color, coc)["kind"] == WHOLE)
 
 
-def test_rims_are_one_pixel_on_each_side(ctx: Device) -> None:
-    kind = split(ctx, *edge(0.5))["kind"]
+def test_silhouette_is_one_pixel_wide_on_each_side(ctx: Device) -> None:
+    kind = split_fragments(ctx, *card_edge(0.5))["kind"]
     assert np.all(kind[:, 5] == FAR_RIM)
     assert np.all(kind[:, 4] == NEAR_RIM)
     assert np.all(np.delete(kind, (4, 5), axis=1) == WHOLE)
 
 
-def test_coverage_before_a_far_side_full_of_detail_follows_the_outline(
+def test_coverage_before_detailed_far_side_follows_outline(
     ctx: Device, rng: np.random.Generator
 ) -> None:
-    """A far colour that varies from pixel to pixel is a guess, which must not decide coverage."""
+    """Coverage does not depend on the guess of a far color that varies from pixel to pixel."""
     near, shape = np.array((0.8, 0.5, 0.5), np.float32), (64, 40)
     cover = np.clip(0.25 * np.arange(shape[0])[:, None] + 2.5 - np.arange(shape[1]), 0, 1)
     far = rng.random((*shape, 3))
     color = (cover[..., None] * near + (1 - cover[..., None]) * far).astype(np.float32)
-    parts = split(ctx, color, np.where(cover > 0.5, -20.0, 20.0).astype(np.float32))
+    parts = split_fragments(ctx, color, np.where(cover > 0.5, -20.0, 20.0).astype(np.float32))
     rim = parts["kind"] == FAR_RIM
     error = parts["far"][..., 3][rim] - cover[rim]
     assert rim.sum() > 60
@@ -174,8 +179,11 @@ def test_coverage_before_a_far_side_full_of_detail_follows_the_outline(
 DARK, WINDOW = (0.03, 0.02, 0.02), (0.8, 1.0, 1.1)
 
 
-def hair(far: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Column 8 is a hair before `far`, a pixel wide in each third row; column 9 has a part."""
+def hair_plate(far: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return color, coc and coverage of a hair before `far`, in column 8 and partly in column 9.
+
+    Column 8 is fully covered in each third row.
+    """
     cover = np.zeros(far.shape[:2], np.float32)
     cover[:, 8], cover[::3, 8], cover[:, 9] = 0.6, 1.0, 0.25
     coc = np.zeros_like(cover)
@@ -184,35 +192,37 @@ def hair(far: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return color.astype(np.float32), coc, cover
 
 
-def test_a_hair_before_a_window_has_its_own_colour_and_coverage(ctx: Device) -> None:
-    color, coc, cover = hair(np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)))
-    parts, rows = split(ctx, color, coc), slice(3, 15)
+def test_hair_before_window_keeps_its_color_and_coverage(ctx: Device) -> None:
+    color, coc, cover = hair_plate(np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)))
+    parts, rows = split_fragments(ctx, color, coc), slice(3, 15)
     np.testing.assert_allclose(parts["far"][rows, 8, 3], cover[rows, 8], atol=0.03)
     np.testing.assert_allclose(parts["far"][rows, 8, :3] - DARK, 0.0, atol=0.03)
     np.testing.assert_allclose(parts["far"][rows, 9, 3], cover[rows, 9], atol=0.03)
     np.testing.assert_allclose(parts["far"][rows, 9, :3] - WINDOW, 0.0, atol=0.03)
 
 
-def test_a_dark_bar_behind_a_hair_stays_dark(ctx: Device) -> None:
-    """Beside the hair a dark pixel could be hair before the window: the bar explains it better."""
+def test_dark_bar_behind_hair_stays_dark(ctx: Device) -> None:
+    """A dark pixel beside the hair is taken as the bar, not as hair before the window."""
     far = np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)).copy()
     far[7:10] = (0.05, 0.05, 0.06)
-    parts = split(ctx, *hair(far)[:2])
+    parts = split_fragments(ctx, *hair_plate(far)[:2])
     assert parts["far"][7:10, 9, :3].max() < 0.1
     assert parts["far"][7:10, 7, :3].max() < 0.1
     np.testing.assert_allclose(parts["far"][4:6, 7, :3] - WINDOW, 0.0, atol=0.03)
 
 
-def test_a_wire_of_like_light_keeps_its_pixels(ctx: Device) -> None:
-    color, coc, _ = hair(np.broadcast_to(np.array((0.05, 0.06, 0.04), np.float32), (18, 18, 3)))
-    parts = split(ctx, color, coc)
+def test_hair_nearly_as_dark_as_far_side_keeps_its_pixels(ctx: Device) -> None:
+    color, coc, _ = hair_plate(
+        np.broadcast_to(np.array((0.05, 0.06, 0.04), np.float32), (18, 18, 3))
+    )
+    parts = split_fragments(ctx, color, coc)
     np.testing.assert_allclose(parts["far"][3:15, 8, :3], color[3:15, 8], atol=0.001)
     assert np.all(parts["far"][3:15, 8, 3] == 1.0)
 
 
-def test_hair_alone_has_the_work_of_hair(ctx: Device) -> None:
-    """Its rims are listed, three columns of them; those of something wide are not."""
-    color, coc, _ = hair(np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)))
-    parts = split(ctx, color, coc)
+def test_only_rims_of_thin_surfaces_are_listed_as_thin(ctx: Device) -> None:
+    """The hair has three columns of thin rims; the edge of a wide card has none."""
+    color, coc, _ = hair_plate(np.broadcast_to(np.array(WINDOW, np.float32), (18, 18, 3)))
+    parts = split_fragments(ctx, color, coc)
     assert parts["thin"] == 3 * 18 == (parts["kind"] != WHOLE).sum()
-    assert split(ctx, *edge(0.3))["thin"] == 0
+    assert split_fragments(ctx, *card_edge(0.3))["thin"] == 0

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from heatlens.core.model.focus.coc import coc_line
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.value_bins import ValueBins, bins_of
+from heatlens.core.model.value_bins import ValueBins, bin_values
 from heatlens.media.plate.behind import with_behind
 from heatlens.render.defocus import layer_cuts as gaps
 from heatlens.render.defocus.layer_cuts import gaps_of, layer_cuts
@@ -26,36 +26,36 @@ CONTENTS = st.lists(st.floats(0, 1), min_size=gaps._CELLS, max_size=gaps._CELLS)
 
 def bins_with(things: Things, pixels: int = 20_000) -> ValueBins:
     values = [np.linspace(far, near, int(pixels * share)) for share, far, near in things]
-    return bins_of(np.concatenate(values).astype(np.float32))
+    return bin_values(np.concatenate(values).astype(np.float32))
 
 
 @given(st.floats(0.5, 2.0), st.floats(0.0, 0.1), st.floats(0.05, 0.4))
-def test_one_thing_before_a_wall_is_parted_from_it_and_not_cut(far, deep, share) -> None:
+def test_gap_between_object_and_wall_separates_them(far, deep, share) -> None:
     ends = gaps_of(bins_with([WALL, (share, far, far * (1.0 + deep))]))
     np.testing.assert_array_equal(((WALL[2] < ends) & (ends < far)).all(axis=1), [True])
 
 
-def test_each_gap_between_things_is_cut_once() -> None:
+def test_gaps_separate_each_pair_of_objects_once() -> None:
     ends = gaps_of(bins_with(FIGURES))
     assert len(ends) == len(FIGURES) - 1
     for (low, high), (farther, nearer) in zip(ends, pairwise(FIGURES), strict=True):
         assert farther[2] < low < high < nearer[1]
 
 
-def test_one_depth_has_no_gap() -> None:
-    assert not len(gaps_of(bins_of(np.ones(9, np.float32))))
-    assert not len(gaps_of(bins_of(np.append(np.ones(99_999), 3.0).astype(np.float32))))
+def test_gaps_of_single_depth_are_empty() -> None:
+    assert not len(gaps_of(bin_values(np.ones(9, np.float32))))
+    assert not len(gaps_of(bin_values(np.append(np.ones(99_999), 3.0).astype(np.float32))))
 
 
-def test_stray_pixels_hide_no_gap() -> None:
-    """A speck before the lens, which widens the bins, must not join all else."""
+def test_gaps_of_bins_ignore_stray_pixels() -> None:
+    """A speck just before the lens widens the bins, but all objects stay separated."""
     ends = gaps_of(bins_with([*FIGURES, (0.0003, 30.0, 30.0)]))
     for farther, nearer in pairwise(FIGURES):
         assert any(farther[2] < low < high < nearer[1] for low, high in ends)
 
 
 @pytest.mark.parametrize(("scale", "offset"), [(4.0, 0.0), (0.25, 3.0), (16.0, -2.0)])
-def test_gaps_keep_their_places_in_any_unit(scale: float, offset: float) -> None:
+def test_gaps_scale_with_unit_of_depth(scale: float, offset: float) -> None:
     moved = [(share, scale * far + offset, scale * near + offset) for share, far, near in FIGURES]
     np.testing.assert_allclose(
         gaps_of(bins_with(moved)), scale * gaps_of(bins_with(FIGURES)) + offset, atol=2e-3 * scale
@@ -63,8 +63,8 @@ def test_gaps_keep_their_places_in_any_unit(scale: float, offset: float) -> None
 
 
 @given(st.floats(1.2, 5.0), st.floats(1.2, 5.0), st.floats(0.7, 4.0))
-def test_what_shares_a_layer_in_front_of_the_focus_does_at_every_other(a, b, f_stop) -> None:
-    """For two focus distances, and two openings: no pixel is handed on during a pull."""
+def test_layers_before_focus_hold_same_depths_at_every_focus_distance(a, b, f_stop) -> None:
+    """Two focus distances and f-stops give the same layers: no pixel changes layers in a pull."""
     bins = bins_with([(0.3, 0.05, 0.2), (0.1, 0.85, 0.9), (0.2, 1.0, 2.0), (0.4, 2.6, 2.65)])
     values = np.linspace(0.9, 2.65, 300)  # all nearer than either focus
     found = []
@@ -80,8 +80,8 @@ def test_what_shares_a_layer_in_front_of_the_focus_does_at_every_other(a, b, f_s
 
 
 @given(CONTENTS, st.lists(st.integers(1, gaps._CELLS - 1), max_size=gaps.GAPS_MAX, unique=True))
-def test_no_other_cuts_are_cheaper(content: np.ndarray, others: list[int]) -> None:
-    """The cost as its definition has it, of what is found and of any other cuts."""
+def test_cheapest_cuts_cost_no_more_than_any_others(content: np.ndarray, others: list[int]) -> None:
+    """The cost is computed by its definition, for the cuts found and for any others."""
     if not content.sum():
         return
     content = content / content.sum()
@@ -100,12 +100,16 @@ def test_no_other_cuts_are_cheaper(content: np.ndarray, others: list[int]) -> No
     assert cost(gaps._cheapest_cuts(content)) <= cost(sorted(others)) + 1e-9
 
 
-def test_only_what_is_seen_has_gaps() -> None:
-    """The backs of things, which a file tells, join what they are behind."""
+def test_gaps_ignore_surfaces_that_are_known_but_hidden() -> None:
+    """Surfaces that a file gives behind others add no gaps."""
     depth_m = np.where(np.arange(64) < 32, 1.0, 8.0)[None].repeat(16, axis=0)
     plate = plate_of(np.full((16, 64, 3), 0.5), depth_m)
-    known = with_behind(plate, [plate_of(np.full((16, 64, 3), 0.2), np.full((16, 64), 20.0))])
-    assert known.bins.occupied.size > plate.bins.occupied.size
+    plate_with_behind = with_behind(
+        plate, [plate_of(np.full((16, 64, 3), 0.2), np.full((16, 64), 20.0))]
+    )
+    assert plate_with_behind.bins.occupied.size > plate.bins.occupied.size
     lens = Lens(50.0, 1.4, 3.0, 36.0)
-    one, other = (optics_of(it, it.bins, lens).gaps_px for it in (plate, known))
-    np.testing.assert_array_equal(one, other)
+    gaps_of_plate, gaps_with_behind = (
+        optics_of(it, it.bins, lens).gaps_px for it in (plate, plate_with_behind)
+    )
+    np.testing.assert_array_equal(gaps_of_plate, gaps_with_behind)

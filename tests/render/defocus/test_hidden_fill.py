@@ -1,34 +1,34 @@
-"""What nearer layers hide is guessed along structures that go on behind them."""
+"""The hidden fill guesses what nearer layers hide, by extending structures behind them."""
 
 import numpy as np
 
 from heatlens.render.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer
 from heatlens.render.defocus.pixel_list import list_bytes
-from heatlens.render.defocus.tile_mask import TileList, TileMask, WholePictures, seen_bytes
+from heatlens.render.defocus.tile_mask import TileList, TileMask, WholePictures, visibility_bytes
 from heatlens.render.defocus.tile_pass import SeenBitsPass
 from heatlens.render.gpu.device import Buffer, Device
 from heatlens.render.gpu.program import blocks_for
 from heatlens.render.gpu.textures import BufferParts, FloatArray, download, new_texture, upload
 
 HIDDEN = -1.0  # nothing of the pixel is seen
-BESIDE = (5, 3)  # a smaller layer is in the corner of its textures
+PADDING_PX = (5, 3)  # a smaller layer is in the corner of its textures
 
 
-def filled(
+def fill_hidden(
     ctx: Device, layer: FloatArray, state: FloatArray, reach_px: int = 1000
 ) -> tuple[FloatArray, FloatArray]:
     size = layer.shape[1::-1]
-    whole = size[0] + BESIDE[0], size[1] + BESIDE[1]
+    whole = size[0] + PADDING_PX[0], size[1] + PADDING_PX[1]
     mask = WholePictures(ctx).mask(size)
     listed = TileList(ctx.buffer(reserve=TileList.bytes_for(size)))
     target = Layer(new_texture(ctx, whole, 4), new_texture(ctx, whole, 2), size, mask, listed)
-    upload(target.color, in_corner(layer))
-    upload(target.state, in_corner(state))
+    upload(target.color, pad_with_nan(layer))
+    upload(target.state, pad_with_nan(state))
     hidden = np.argwhere(layer[..., 3] < 0).astype(np.uint32)
     head = np.array([-(-len(hidden) // 64), 1, 1, len(hidden)], np.uint32)
     pixels = ctx.buffer(reserve=list_bytes(size))
     pixels.write(np.concatenate([head, hidden[:, 0] << 16 | hidden[:, 1]]).tobytes())
-    bits, tiles = ctx.buffer(reserve=seen_bytes(size)), TileMask.bytes_for(size)
+    bits, tiles = ctx.buffer(reserve=visibility_bytes(size)), TileMask.bytes_for(size)
     SeenBitsPass(ctx).mark([size], BufferParts(mask.words, tiles), BufferParts(bits, bits.size))
     cost = new_texture(ctx, blocks_for(whole, 2), 4)
     upload(cost, np.full((*blocks_for(whole, 2)[::-1], 4), np.nan, np.float32))
@@ -41,14 +41,14 @@ def filled(
     return found[0][: size[1], : size[0]], found[1][: size[1], : size[0]]
 
 
-def in_corner(values: FloatArray) -> FloatArray:
-    """Return a larger picture, with NaN beside `values`."""
-    beside = ((0, BESIDE[1]), (0, BESIDE[0]), (0, 0))
+def pad_with_nan(values: FloatArray) -> FloatArray:
+    """Return a larger picture with `values` in its corner and NaN elsewhere."""
+    beside = ((0, PADDING_PX[1]), (0, PADDING_PX[0]), (0, 0))
     return np.pad(values, beside, constant_values=np.nan)
 
 
 def check_blocks(blocks: Buffer, hidden: np.ndarray) -> None:
-    """Each block of 2 x 2 has one pixel in front of the list; the others come from its end."""
+    """Check that the list starts with one pixel of each 2 x 2 block and ends with the others."""
     words = np.frombuffer(blocks.read(), np.uint32)
     first, others = words[12 : 12 + words[3]], words[words.size - words[7] :]
     found = np.stack([first >> 16 & 0x7FFF, first & 0x7FFF], -1) // 2
@@ -69,90 +69,90 @@ def layer_with_hole(color: FloatArray, hole: np.ndarray) -> tuple[FloatArray, Fl
     return layer, state
 
 
-def test_one_colour_goes_on(ctx: Device) -> None:
+def test_hidden_fill_extends_constant_color(ctx: Device) -> None:
     hole = np.zeros((70, 90), bool)
     hole[20:60, 10:80] = True
     layer, state = layer_with_hole(np.full((70, 90, 3), (0.2, 3.0, 0.5)), hole)
-    color, extended = filled(ctx, layer, state)
+    color, extended = fill_hidden(ctx, layer, state)
     np.testing.assert_allclose(color, np.broadcast_to((0.2, 3.0, 0.5, 1.0), color.shape), rtol=1e-4)
     np.testing.assert_allclose(extended, np.broadcast_to((7.0, 1.0), extended.shape), rtol=1e-4)
 
 
-def test_stripes_across_a_wire_join(ctx: Device) -> None:
+def test_hidden_fill_continues_stripes_across_wire(ctx: Device) -> None:
     """Horizontal and diagonal stripes behind an upright wire come back as they were."""
     y, x = np.mgrid[:64, :64]
     hole = (x >= 30) & (x < 34)
     for phase in (y, x + y, x - y):
         color = np.repeat((phase // 8 % 2)[..., None], 3, axis=-1) * 0.8 + 0.1
-        result, _ = filled(ctx, *layer_with_hole(color, hole))
+        result, _ = fill_hidden(ctx, *layer_with_hole(color, hole))
         inner = np.s_[12:52, 30:34]
         wrong = np.abs(result[inner][..., :3] - color[inner]).max(axis=-1) > 0.25
         assert wrong.mean() < 0.12
 
 
-def test_a_line_longer_than_a_mask_word_is_crossed(ctx: Device) -> None:
+def test_hidden_fill_crosses_gap_longer_than_mask_word(ctx: Device) -> None:
     hole = np.zeros((3, 300), bool)
     hole[:, 5:290] = True
     color = np.zeros((3, 300, 3))
     color[:, 290:] = 1.0
-    result, _ = filled(ctx, *layer_with_hole(color, hole))
+    result, _ = fill_hidden(ctx, *layer_with_hole(color, hole))
     row = result[1, 5:290, 0]
     assert np.all(np.diff(row) >= 0) and row[0] < 0.05 and row[-1] > 0.9
 
 
-def test_nothing_seen_is_nothing_guessed(ctx: Device) -> None:
+def test_hidden_fill_without_seen_pixels_is_empty(ctx: Device) -> None:
     hole = np.ones((9, 11), bool)
-    color, state = filled(ctx, *layer_with_hole(np.zeros((9, 11, 3)), hole))
+    color, state = fill_hidden(ctx, *layer_with_hole(np.zeros((9, 11, 3)), hole))
     assert np.all(color == 0.0) and np.all(state == 0.0)
 
 
-def test_seen_pixels_are_not_touched(ctx: Device, rng: np.random.Generator) -> None:
+def test_hidden_fill_does_not_change_seen_pixels(ctx: Device, rng: np.random.Generator) -> None:
     hole = rng.random((33, 47)) < 0.3
     layer, state = layer_with_hole(rng.random((33, 47, 3)), hole)
-    color, extended = filled(ctx, layer, state)
+    color, extended = fill_hidden(ctx, layer, state)
     assert np.array_equal(color[~hole], layer[~hole])
     assert np.array_equal(extended[~hole], state[~hole])
     assert color[hole][:, 3].min() > 0.99
 
 
-def test_beyond_reach_stays_empty(ctx: Device) -> None:
+def test_hidden_fill_beyond_reach_stays_empty(ctx: Device) -> None:
     hole = np.zeros((60, 60), bool)
     hole[5:55, 5:55] = True
-    color, state = filled(ctx, *layer_with_hole(np.full((60, 60, 3), 0.5), hole), reach_px=10)
+    color, state = fill_hidden(ctx, *layer_with_hole(np.full((60, 60, 3), 0.5), hole), reach_px=10)
     assert np.all(color[17:43, 17:43] == 0.0) and np.all(state[17:43, 17:43, 1] == 0.0)
     expected = np.broadcast_to((0.5, 0.5, 0.5, 1.0), (8, 20, 4))
     np.testing.assert_allclose(color[6:14, 20:40], expected, rtol=1e-4)
 
 
-def test_the_blurrier_a_texture_the_smoother_its_guess(
-    ctx: Device, rng: np.random.Generator
-) -> None:
-    """What a blur will mix is guessed by a mean of what is seen, not by the pixel at the rim."""
+def test_hidden_fill_is_smoother_for_larger_blur(ctx: Device, rng: np.random.Generator) -> None:
+    """Pixels that a blur will mix are filled by a mean of seen pixels, not by the nearest one."""
     y, x = np.mgrid[:80, :80]
     hole = (abs(x - 40) < 8) & (abs(y - 40) < 8)
     layer, state = layer_with_hole(np.repeat(rng.random((80, 80, 1)), 3, axis=-1), hole)
     spreads = []
     for diameter_px in (1.0, 8.0, 20.0, 60.0):
         state[~hole, 0] = diameter_px
-        guess = filled(ctx, layer, state)[0][hole][:, 0]
+        guess = fill_hidden(ctx, layer, state)[0][hole][:, 0]
         assert abs(guess.mean() - 0.5) < 0.05
         spreads.append(guess.std())
     assert np.all(np.diff(spreads) < 0) and spreads[-1] < 0.6 * spreads[0]
 
 
-def test_a_guess_is_never_brighter_than_what_is_seen(ctx: Device, rng: np.random.Generator) -> None:
+def test_hidden_fill_is_never_brighter_than_seen_pixels(
+    ctx: Device, rng: np.random.Generator
+) -> None:
     hole = rng.random((40, 50)) < 0.4
     layer, state = layer_with_hole(rng.exponential(3.0, (40, 50, 3)), hole)
     state[~hole, 0] = 60.0
-    color, _ = filled(ctx, layer, state)
+    color, _ = fill_hidden(ctx, layer, state)
     seen = layer[~hole][:, :3].mean(axis=1)
     assert color[hole][:, :3].mean(axis=1).max() <= seen.max() * 1.001
 
 
-def test_one_lamp_at_the_rim_does_not_light_what_is_hidden(ctx: Device) -> None:
+def test_single_lamp_at_edge_does_not_light_hidden_region(ctx: Device) -> None:
     hole = np.zeros((60, 60), bool)
     hole[20:40, 20:40] = True
     color = np.full((60, 60, 3), 0.2)
     color[30, 19] = 300.0
-    result, _ = filled(ctx, *layer_with_hole(color, hole))
+    result, _ = fill_hidden(ctx, *layer_with_hole(color, hole))
     assert result[30, 22:38, 0].max() < 2.0

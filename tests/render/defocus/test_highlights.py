@@ -29,16 +29,16 @@ from heatlens.render.gpu.shader_constants import HIGHLIGHT_BLOCK, TILE
 from heatlens.render.gpu.textures import FloatArray, download, new_array, new_texture, upload
 from support.opening_images import letter
 
-ROUND, SQUEEZED = DiscShape(), DiscShape(Aperture(squeeze=2.0), 1.5)
+ROUND, ANAMORPHIC = DiscShape(), DiscShape(Aperture(squeeze=2.0), 1.5)
 FIELD = PictureField.of((96, 96))
-BLADED = DiscShape(Aperture(blades=5, blade_rotation_deg=10.0, blade_curvature=0.3))
-CUT = DiscShape(Aperture(blades=9, cat_eye=1.0, rim=0.8), 1.0, FIELD)
-IMAGED = DiscShape(Aperture(rim=0.4, cat_eye=0.6, aperture_image=letter()), 1.0, FIELD)
-COLORED = DiscShape(Aperture(axial_colour_mm=1.0), 1.0, FIELD, axial_px=6.0)
+WITH_BLADES = DiscShape(Aperture(blades=5, blade_rotation_deg=10.0, blade_curvature=0.3))
+WITH_CAT_EYE = DiscShape(Aperture(blades=9, cat_eye=1.0, rim=0.8), 1.0, FIELD)
+WITH_APERTURE_IMAGE = DiscShape(Aperture(rim=0.4, cat_eye=0.6, aperture_image=letter()), 1.0, FIELD)
+WITH_AXIAL_COLOR = DiscShape(Aperture(axial_colour_mm=1.0), 1.0, FIELD, axial_px=6.0)
 
 
-class Passes:
-    """The highlight passes with their programs, which a driver may take long to build."""
+class HighlightPasses:
+    """The highlight passes. They are kept for all tests, as their programs take long to build."""
 
     def __init__(self, ctx: Device) -> None:
         self.solver = SweepSolver(ctx)
@@ -47,11 +47,11 @@ class Passes:
         self.drawing = HighlightDrawPass(ctx)
 
 
-passes_of = lru_cache(maxsize=1)(Passes)
+passes_of = lru_cache(maxsize=1)(HighlightPasses)
 
 
-class Lamps:
-    """The three highlight passes on one picture."""
+class RenderedLamps:
+    """The results of the three highlight passes on one picture."""
 
     def __init__(
         self,
@@ -84,7 +84,7 @@ class Lamps:
         for empty in (self.out, kind, far, near):  # what a driver hands out may be anything
             empty.write(bytes(size[0] * size[1] * empty.components * int(empty.dtype[1])))
         self._ctx, self._picture = ctx, Fragments(self.color, self.coc, kind, far, near)
-        self.draw(least_in_tiles(coc))
+        self.draw(least_coc_of_tiles(coc))
 
     def draw(self, nearest: FloatArray) -> None:
         """Draw into `out`; `nearest` has the least coc of each tile."""
@@ -112,7 +112,7 @@ def lit_pixels(lit: Buffer, size: tuple[int, int]) -> NDArray[np.bool_]:
     return whole[: size[1], : size[0]].astype(bool)
 
 
-def least_in_tiles(coc: FloatArray) -> FloatArray:
+def least_coc_of_tiles(coc: FloatArray) -> FloatArray:
     down, across = (-(-side // TILE) for side in coc.shape)
     whole = np.pad(
         coc,
@@ -122,50 +122,54 @@ def least_in_tiles(coc: FloatArray) -> FloatArray:
     return whole.reshape(down, TILE, across, TILE).min(axis=(1, 3))
 
 
-def night(shape: tuple[int, int], lamps: dict[tuple[int, int], float]) -> FloatArray:
+def dark_picture_with_lamps(
+    shape: tuple[int, int], lamps: dict[tuple[int, int], float]
+) -> FloatArray:
     color = np.full((*shape, 3), 0.05, np.float32)
     for place, brightness in lamps.items():
         color[place] = (brightness, 0.8 * brightness, 0.5 * brightness)
     return color
 
 
-@pytest.mark.parametrize("disc", [ROUND, SQUEEZED, BLADED, CUT, COLORED])
+@pytest.mark.parametrize("disc", [ROUND, ANAMORPHIC, WITH_BLADES, WITH_CAT_EYE, WITH_AXIAL_COLOR])
 @pytest.mark.parametrize("coc_px", [1.0, 3.0, 8.0, 15.0, -40.0])
-def test_light_is_kept(ctx: Device, coc_px: float, disc: DiscShape) -> None:
-    color = night((96, 96), {(48, 48): 100.0, (40, 60): 30.0})
-    lamps = Lamps(ctx, color, np.full((96, 96), coc_px, np.float32), disc)
+def test_highlights_keep_light(ctx: Device, coc_px: float, disc: DiscShape) -> None:
+    color = dark_picture_with_lamps((96, 96), {(48, 48): 100.0, (40, 60): 30.0})
+    lamps = RenderedLamps(ctx, color, np.full((96, 96), coc_px, np.float32), disc)
     assert lamps.count == 2
     low = download(lamps.low)[..., :3]
     total = (low + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=2e-3)
 
 
-def test_rays_are_walked_no_farther_than_something_is(
+def test_least_coc_of_tiles_does_not_change_occlusion(
     ctx: Device, rng: np.random.Generator
 ) -> None:
-    """What is nearer elsewhere in the picture changes no bit of what hides a lamp."""
+    """The least coc of the whole picture gives the same occlusion as the least coc of each tile."""
     places = rng.integers(0, 300, (60, 2))
-    color = night((300, 300), {(int(y), int(x)): 60.0 for y, x in places})
+    color = dark_picture_with_lamps((300, 300), {(int(y), int(x)): 60.0 for y, x in places})
     coc = np.full((300, 300), 14.0, np.float32)
     coc[100:200, ::7], coc[:90, 200:], coc[280:, :20] = 1.0, -9.0, -60.0
-    lamps = Lamps(ctx, color, coc)
+    lamps = RenderedLamps(ctx, color, coc)
     by_tile = lamps.drawn
-    lamps.draw(np.full_like(least_in_tiles(coc), coc.min()))
+    lamps.draw(np.full_like(least_coc_of_tiles(coc), coc.min()))
     assert lamps.count > 20 and np.array_equal(lamps.drawn, by_tile)
-    lamps.draw(np.full_like(least_in_tiles(coc), 14.0))  # nothing nearer is known of: nothing hides
+    lamps.draw(
+        np.full_like(least_coc_of_tiles(coc), 14.0)
+    )  # nothing nearer is known of: nothing hides
     assert not np.array_equal(lamps.drawn, by_tile)
 
 
-def test_a_gpu_lists_the_same_highlights(
+def test_gpu_lists_same_highlights_as_software(
     ctx: Device, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its invocations work on all levels of merging at once; the list is in the picture's order."""
     places = rng.integers(0, 160, (40, 2))
-    color = night((160, 160), {(int(y), int(x)): 60.0 for y, x in places})
+    color = dark_picture_with_lamps((160, 160), {(int(y), int(x)): 60.0 for y, x in places})
     coc = np.linspace(-30.0, 30.0, 160, dtype=np.float32) * np.ones((160, 1), np.float32)
-    one_by_one = Lamps(ctx, color, coc)
+    one_by_one = RenderedLamps(ctx, color, coc)
     monkeypatch.setattr("heatlens.render.defocus.highlight_pass.is_software", lambda _: False)
-    at_once = Lamps(ctx, color, coc)
+    at_once = RenderedLamps(ctx, color, coc)
     assert at_once.count == one_by_one.count > 20
     used = 32 * at_once.count
     assert at_once.buffers.sprite.read(used) == one_by_one.buffers.sprite.read(used)
@@ -175,12 +179,16 @@ def test_a_gpu_lists_the_same_highlights(
 
 
 @pytest.mark.parametrize("coc_px", [3.0, -40.0])
-def test_an_image_keeps_light(ctx: Device, coc_px: float) -> None:
-    test_light_is_kept(ctx, coc_px, IMAGED)
+def test_highlights_with_aperture_image_keep_light(ctx: Device, coc_px: float) -> None:
+    test_highlights_keep_light(ctx, coc_px, WITH_APERTURE_IMAGE)
 
 
-def test_a_lamp_becomes_a_disc_of_its_coc(ctx: Device) -> None:
-    lamps = Lamps(ctx, night((80, 80), {(40, 40): 200.0}), np.full((80, 80), 30.0, np.float32))
+def test_highlight_is_disc_of_its_circle_of_confusion(ctx: Device) -> None:
+    lamps = RenderedLamps(
+        ctx,
+        dark_picture_with_lamps((80, 80), {(40, 40): 200.0}),
+        np.full((80, 80), 30.0, np.float32),
+    )
     drawn = lamps.drawn[..., 0]
     y, x = np.mgrid[:80, :80]
     radius = np.hypot(y - 40, x - 40)
@@ -190,9 +198,12 @@ def test_a_lamp_becomes_a_disc_of_its_coc(ctx: Device) -> None:
     assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 15**2, rel=0.02)
 
 
-def test_through_a_squeezed_lens_it_becomes_an_ellipse(ctx: Device) -> None:
-    lamps = Lamps(
-        ctx, night((80, 80), {(40, 40): 200.0}), np.full((80, 80), 40.0, np.float32), SQUEEZED
+def test_highlight_of_squeezed_lens_is_ellipse(ctx: Device) -> None:
+    lamps = RenderedLamps(
+        ctx,
+        dark_picture_with_lamps((80, 80), {(40, 40): 200.0}),
+        np.full((80, 80), 40.0, np.float32),
+        ANAMORPHIC,
     )
     drawn = lamps.drawn[..., 0]
     y, x = np.mgrid[:80, :80] - 40
@@ -203,12 +214,15 @@ def test_through_a_squeezed_lens_it_becomes_an_ellipse(ctx: Device) -> None:
     assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 10 * 30, rel=0.02)
 
 
-@pytest.mark.parametrize("disc", [BLADED, CUT, COLORED, IMAGED])
+@pytest.mark.parametrize("disc", [WITH_BLADES, WITH_CAT_EYE, WITH_AXIAL_COLOR, WITH_APERTURE_IMAGE])
 @pytest.mark.parametrize("coc_px", [40.0, -36.0])
-def test_a_lamp_has_the_shape_of_the_opening(ctx: Device, disc: DiscShape, coc_px: float) -> None:
-    """Pixel by pixel and in each colour, where the lamp stands in the picture."""
-    lamps = Lamps(
-        ctx, night((96, 96), {(30, 60): 200.0}), np.full((96, 96), coc_px, np.float32), disc
+def test_highlight_has_shape_of_opening(ctx: Device, disc: DiscShape, coc_px: float) -> None:
+    """Each pixel and color matches the coverage of the aperture at the position of the lamp."""
+    lamps = RenderedLamps(
+        ctx,
+        dark_picture_with_lamps((96, 96), {(30, 60): 200.0}),
+        np.full((96, 96), coc_px, np.float32),
+        disc,
     )
     y, x = np.mgrid[:96, :96] + 0.5
     place = 60.5, 30.5
@@ -233,138 +247,152 @@ def pixels_of(fine: FloatArray) -> FloatArray:
     return fine.reshape(side, FINE, side, FINE).mean(axis=(1, 3))
 
 
-def through_a_lens(fine: FloatArray, coc_px: float) -> FloatArray:
-    """Return each point as a disc; the picture goes on at its other side."""
+def defocus_by_fft(fine: FloatArray, coc_px: float) -> FloatArray:
+    """Return the picture with each point spread to a disc; it wraps around at the borders."""
     side = len(fine)
     at = np.minimum(np.arange(side), side - np.arange(side)) / FINE
     disc = (np.hypot(at[:, None], at) < coc_px / 2).astype(np.float64)
     return np.fft.irfft2(np.fft.rfft2(fine) * np.fft.rfft2(disc / disc.sum()), fine.shape)
 
 
-def drawn_at(ctx: Device, coc_px: float) -> FloatArray:
+def lamp_disc_at(ctx: Device, coc_px: float) -> FloatArray:
     """Return the disc of a lamp of one pixel, as shares of its light."""
     coc = np.full((24, 24), coc_px, np.float32)
-    drawn = Lamps(ctx, night((24, 24), {(12, 12): 200.0}), coc).drawn[..., 0].astype(np.float64)
+    drawn = (
+        RenderedLamps(ctx, dark_picture_with_lamps((24, 24), {(12, 12): 200.0}), coc)
+        .drawn[..., 0]
+        .astype(np.float64)
+    )
     return drawn / drawn.sum()
 
 
 @settings(max_examples=25)
 @given(st.floats(1.0, 10.0))
-def test_a_small_disc_is_that_of_its_coc(session_context: Device, coc_px: float) -> None:
-    """Pixel by pixel: the shares of a disc that the pixels cover, however few they are."""
+def test_small_highlight_disc_covers_pixels_as_its_coc(
+    session_context: Device, coc_px: float
+) -> None:
+    """Each pixel has the share of the disc that it covers, also where the disc is a few pixels."""
     fine = np.zeros((24 * FINE, 24 * FINE))
     fine[12 * FINE + 7 : 12 * FINE + 9, 12 * FINE + 7 : 12 * FINE + 9] = 0.25
-    expected = pixels_of(through_a_lens(fine, coc_px))
+    expected = pixels_of(defocus_by_fft(fine, coc_px))
     for sign in (1.0, -1.0):
-        astray = np.abs(drawn_at(session_context, sign * coc_px) - expected / expected.sum())
+        astray = np.abs(lamp_disc_at(session_context, sign * coc_px) - expected / expected.sum())
         assert astray.sum() / 2 < 0.04
 
 
-def test_a_small_disc_grows_evenly(ctx: Device) -> None:
-    """No ring of pixels is reached all at once: a slow pull would show that as a step."""
-    discs = np.array([drawn_at(ctx, coc_px) for coc_px in np.arange(1.0, 6.0, 0.05)])
+def test_small_highlight_disc_grows_evenly_with_coc(ctx: Device) -> None:
+    """The disc never reaches a ring of pixels at once, which a slow focus pull shows as a step."""
+    discs = np.array([lamp_disc_at(ctx, coc_px) for coc_px in np.arange(1.0, 6.0, 0.05)])
     bends = np.abs(discs[2:] - 2 * discs[1:-1] + discs[:-2]).sum(axis=(1, 2))
     assert bends.max() < 0.04
 
 
 @pytest.mark.parametrize(("coc_px", "most"), [(2.0, 0.1), (4.0, 0.06)])
-def test_a_small_lamp_is_drawn_where_it_stands_in_its_pixels(ctx, rng, coc_px, most) -> None:
-    """Against the lamp itself through the lens; twice as much goes astray from pixels' middles."""
+def test_small_lamp_is_drawn_at_its_subpixel_position(ctx, rng, coc_px, most) -> None:
+    """Compare with the finely sampled lamp; discs at pixel centers have twice the error."""
     astray = []
     for _ in range(12):
         fine = round_lamp(32, tuple(rng.uniform(15.5, 16.5, 2)), rng.uniform(0.3, 2.5))
         color = np.repeat(pixels_of(fine)[..., None].astype(np.float32), 3, -1)
-        lamps = Lamps(ctx, color, np.full((32, 32), coc_px, np.float32))
+        lamps = RenderedLamps(ctx, color, np.full((32, 32), coc_px, np.float32))
         drawn = download(lamps.low)[..., 0] + lamps.drawn[..., 0]
-        wrong = np.abs(drawn - pixels_of(through_a_lens(fine, coc_px)))
+        wrong = np.abs(drawn - pixels_of(defocus_by_fft(fine, coc_px)))
         astray.append(wrong.sum() / drawn.sum())
     assert np.mean(astray) < most
 
 
-def test_a_wall_in_front_hides_the_lamp_but_not_its_whole_disc(ctx: Device) -> None:
+def test_wall_in_front_hides_only_part_of_highlight_disc(ctx: Device) -> None:
     coc = np.full((80, 120), 30.0, np.float32)
     coc[:, :55] = 0.0  # a wall in focus, left of a lamp at column 60
-    lamps = Lamps(ctx, night((80, 120), {(40, 60): 200.0}), coc)
+    lamps = RenderedLamps(ctx, dark_picture_with_lamps((80, 120), {(40, 60): 200.0}), coc)
     drawn = lamps.drawn[..., 0]
     assert np.all(drawn[:, :54] == 0.0)
     assert drawn[40, 70] > 0.0
 
 
-def test_what_is_in_focus_is_no_lamp(ctx: Device) -> None:
-    color = night((40, 40), {(20, 20): 100.0})
-    lamps = Lamps(ctx, color, np.zeros((40, 40), np.float32))
+def test_lamp_in_focus_is_no_highlight(ctx: Device) -> None:
+    color = dark_picture_with_lamps((40, 40), {(20, 20): 100.0})
+    lamps = RenderedLamps(ctx, color, np.zeros((40, 40), np.float32))
     assert lamps.count == 0
     assert np.array_equal(download(lamps.low)[..., :3], color)
 
 
-def test_near_lamps_merge_and_far_ones_do_not(ctx: Device) -> None:
+def test_near_lamps_merge_and_distant_ones_do_not(ctx: Device) -> None:
     cluster = {(33 + i, 33 + j): 50.0 for i in range(3) for j in range(3)}
-    color = night((80, 80), cluster | {(60, 60): 50.0})
-    assert Lamps(ctx, color, np.full((80, 80), 130.0, np.float32)).count == 2
-    assert Lamps(ctx, color, np.full((80, 80), 8.0, np.float32)).count == 10
+    color = dark_picture_with_lamps((80, 80), cluster | {(60, 60): 50.0})
+    assert RenderedLamps(ctx, color, np.full((80, 80), 130.0, np.float32)).count == 2
+    assert RenderedLamps(ctx, color, np.full((80, 80), 8.0, np.float32)).count == 10
 
 
-def test_too_many_lamps_stay_in_the_picture(ctx: Device, rng: np.random.Generator) -> None:
+def test_too_many_lamps_stay_in_picture_without_highlights(
+    ctx: Device, rng: np.random.Generator
+) -> None:
     """Sparks everywhere under a wide blur: more disc pixels than the bound at every level."""
-    color = night((256, 256), {})
+    color = dark_picture_with_lamps((256, 256), {})
     color[rng.random((256, 256)) < 0.05] = 40.0
-    lamps = Lamps(ctx, color, np.full((256, 256), 250.0, np.float32))
+    lamps = RenderedLamps(ctx, color, np.full((256, 256), 250.0, np.float32))
     assert lamps.taken.sum() > 0
     assert lamps.count == 0
     np.testing.assert_allclose(download(lamps.low)[..., :3], color, rtol=1e-5)
     assert np.all(lamps.drawn == 0.0)
 
 
-def test_light_is_written_where_a_bit_says_so(ctx: Device) -> None:
-    """At the edges of a picture that ends within a block, too."""
+def test_highlight_split_marks_pixels_that_hold_light(ctx: Device) -> None:
+    """The picture ends within a block, and lamps lie at its edges."""
     places = {(0, 0): 60.0, (7, 8): 60.0, (40, 66): 60.0, (43, 61): 60.0}
-    color = night((44, 67), places)
-    lamps = Lamps(ctx, color, np.full((44, 67), 8.0, np.float32))
+    color = dark_picture_with_lamps((44, 67), places)
+    lamps = RenderedLamps(ctx, color, np.full((44, 67), 8.0, np.float32))
     assert {(y, x) for y, x in np.argwhere(lamps.taken.any(axis=2)).tolist()} == places.keys()
     np.testing.assert_allclose(download(lamps.low)[..., :3] + lamps.taken, color, rtol=1e-6)
 
 
-def test_only_blocks_with_light_are_merged(ctx: Device) -> None:
-    """Their number decides the cost, which is high for each group of blocks with one of them."""
+def test_only_blocks_with_light_are_listed_for_merging(ctx: Device) -> None:
+    """The number of listed blocks decides the cost of merging."""
     places = {(3, 5): 60.0, (7, 8): 60.0, (40, 61): 60.0, (41, 62): 60.0}
-    lamps = Lamps(ctx, night((64, 67), places), np.full((64, 67), 8.0, np.float32))
+    lamps = RenderedLamps(
+        ctx, dark_picture_with_lamps((64, 67), places), np.full((64, 67), 8.0, np.float32)
+    )
     words = np.frombuffer(lamps.buffers.lit.read(), np.uint32)
     listed = {(word >> 16, word & 0xFFFF) for word in words[4 : 4 + words[3]].tolist()}
     assert listed == {(y // 8, x // 8) for y, x in places}
 
 
-def test_the_list_is_bounded_and_repeats(ctx: Device, rng: np.random.Generator) -> None:
-    color = night((512, 512), {})
+def test_highlight_list_is_bounded_and_reproducible(ctx: Device, rng: np.random.Generator) -> None:
+    color = dark_picture_with_lamps((512, 512), {})
     color[rng.random((512, 512)) < 0.02] = 40.0
     coc = np.full((512, 512), 4.0, np.float32)
-    first, second = Lamps(ctx, color, coc), Lamps(ctx, color, coc)
+    first, second = RenderedLamps(ctx, color, coc), RenderedLamps(ctx, color, coc)
     assert 0 < first.count <= SPRITES_MAX
     assert np.array_equal(first.drawn, second.drawn)
 
 
-def test_wide_blurs_keep_their_lamps(ctx: Device) -> None:
-    """A string of lights whose discs are a quarter of the picture wide is drawn all the same."""
+def test_lamps_of_wide_blur_are_drawn_as_highlights(ctx: Device) -> None:
+    """All lamps are highlights, though each disc is a quarter of the picture wide."""
     places = {(int(128 + 60 * np.sin(i)), int(16 + 11.2 * i)): 60.0 for i in range(20)}
-    lamps = Lamps(ctx, night((256, 256), places), np.full((256, 256), 64.0, np.float32))
+    lamps = RenderedLamps(
+        ctx, dark_picture_with_lamps((256, 256), places), np.full((256, 256), 64.0, np.float32)
+    )
     assert lamps.count == 20
 
 
-@pytest.mark.parametrize("disc", [CUT, COLORED])
-def test_a_block_full_of_lamps_keeps_its_light(ctx: Device, disc: DiscShape) -> None:
-    """Each pixel of it is a disc whose light is summed: many rounds for one invocation."""
-    color = night((64, 64), {(y, x): 50.0 for y in range(24, 40) for x in range(24, 40)})
+@pytest.mark.parametrize("disc", [WITH_CAT_EYE, WITH_AXIAL_COLOR])
+def test_block_full_of_lamps_keeps_light(ctx: Device, disc: DiscShape) -> None:
+    """Each pixel of the block is a disc, so one invocation sums the light in many rounds."""
+    color = dark_picture_with_lamps(
+        (64, 64), {(y, x): 50.0 for y in range(24, 40) for x in range(24, 40)}
+    )
     coc = np.full((64, 64), 12.0, np.float32) + 1.5 * np.random.default_rng(0).random((64, 64))
-    lamps = Lamps(ctx, color, coc.astype(np.float32), disc)
+    lamps = RenderedLamps(ctx, color, coc.astype(np.float32), disc)
     total = (download(lamps.low)[..., :3] + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)
 
 
-def test_a_bright_surface_of_many_pixels_stays_even(ctx: Device) -> None:
-    """Merged by blocks its discs would be a pattern; sparks beside it are discs all the same."""
-    color = night((128, 128), {(8, 8): 400.0})
+def test_large_bright_surface_stays_even(ctx: Device) -> None:
+    """The surface is not merged to discs by blocks, which shows a pattern; a spark beside it is."""
+    color = dark_picture_with_lamps((128, 128), {(8, 8): 400.0})
     color[24:104, 24:104] = 100.0
     assert 80 * 80 > SPRITES_MAX
-    lamps = Lamps(ctx, color, np.full((128, 128), 1.5, np.float32))
+    lamps = RenderedLamps(ctx, color, np.full((128, 128), 1.5, np.float32))
     picture = download(lamps.low)[..., :3] + lamps.drawn
     np.testing.assert_allclose(picture[28:100, 28:100], 100.0, rtol=0.02)
     assert 0 < lamps.count < 80
@@ -372,13 +400,13 @@ def test_a_bright_surface_of_many_pixels_stays_even(ctx: Device) -> None:
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)
 
 
-def test_a_large_lamp_among_many_sparks_is_drawn(ctx: Device, rng: np.random.Generator) -> None:
-    """Diffused, the ripple of its light would be a dark ring on the wall around it."""
-    color = night((512, 512), {})
+def test_large_lamp_among_many_sparks_is_highlight(ctx: Device, rng: np.random.Generator) -> None:
+    """The lamp is drawn as discs; diffusion of its light leaves a dark ring on the wall."""
+    color = dark_picture_with_lamps((512, 512), {})
     color[8:-8, 8:-8][rng.random((496, 496)) < 0.02] = 40.0  # no disc crosses the border
     coc = np.full((512, 512), 4.0, np.float32)
     color[200:224, 200:224], coc[192:232, 192:232] = 32.0, -26.0
-    lamps = Lamps(ctx, color, coc)
+    lamps = RenderedLamps(ctx, color, coc)
     assert 0 < lamps.count <= SPRITES_MAX
     low = download(lamps.low)[..., :3]
     assert low[200:224, 200:224].max() < 4.0

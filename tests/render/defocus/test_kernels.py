@@ -10,35 +10,35 @@ NAMES = ["heat", "disc_2", "disc_3", "disc_4", "disc_5"]
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_light_is_kept_and_the_kernel_symmetric(name: str) -> None:
+def test_kernel_keeps_light_and_is_symmetric(name: str) -> None:
     kernel = named_kernel(name)
     assert kernel.mix.sum().real == pytest.approx(1.0, abs=1e-7)
     np.testing.assert_array_equal(kernel.mix, kernel.mix.T)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_variance_is_that_of_a_disc(name: str) -> None:
+def test_kernel_variance_is_that_of_disc(name: str) -> None:
     """Second moment along an axis: 2 Re sum_ab M_ab kappa_a d^2, a disc's d^2 / 16."""
     kernel = named_kernel(name)
     assert 2 * (kernel.mix.sum(axis=1) @ kernel.poles).real == pytest.approx(1 / 16, rel=1e-5)
 
 
-def test_gaussian_steps_share_the_variance() -> None:
+def test_gaussian_kernel_steps_share_variance_of_disc() -> None:
     for steps in (1, 2, 5):
         kernel = gaussian_kernel(steps)
         assert steps * 2 * kernel.poles[0].real == pytest.approx(1 / 16)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_elimination_without_pivoting_is_safe(name: str) -> None:
-    """cos(phi/2) of every pole: how positive definite the rotated matrix is."""
+def test_kernel_poles_are_stable_without_pivoting(name: str) -> None:
+    """cos(phi/2) of a pole measures how positive definite the rotated matrix is."""
     phi = np.angle(named_kernel(name).poles)
     assert np.cos(phi / 2).min() > 0.15
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_mix_of_diameters_resonates(name: str, rng: np.random.Generator) -> None:
-    """The inverse of every pole's matrix stays small also where the compact c turns its phase."""
+def test_kernel_inverses_stay_small_for_any_diameters(name: str, rng: np.random.Generator) -> None:
+    """The inverses of all poles stay small, even where the compact c turns its phase."""
     check_inverses(named_kernel(name), rng, trials=200)
 
 
@@ -62,12 +62,12 @@ def test_real_kernels_are_solved_in_real_arithmetic() -> None:
 
 
 RIM_NAMES = ["disc_2", "disc_3", "disc_4"]
-BETWEEN = [-1.0, -0.9, -0.4, 0.1, 0.625, 0.8, 1.0]  # of which some are stored and some are mixed
+RIM_VALUES = [-1.0, -0.9, -0.4, 0.1, 0.625, 0.8, 1.0]  # of which some are stored and some are mixed
 
 
-@pytest.mark.parametrize("rim", BETWEEN)
+@pytest.mark.parametrize("rim", RIM_VALUES)
 @pytest.mark.parametrize("name", RIM_NAMES)
-def test_a_rim_keeps_light_and_variance_and_the_number_of_solves(name: str, rim: float) -> None:
+def test_rim_kernel_keeps_light_variance_and_number_of_poles(name: str, rim: float) -> None:
     kernel, flat = rim_kernel(name, rim), named_kernel(name)
     assert kernel.mix.sum().real == pytest.approx(1.0, abs=1e-7)
     assert 2 * (kernel.mix.sum(axis=1) @ kernel.poles).real == pytest.approx(1 / 16, rel=1e-9)
@@ -76,13 +76,13 @@ def test_a_rim_keeps_light_and_variance_and_the_number_of_solves(name: str, rim:
     assert kernel.poles.shape == flat.poles.shape and kernel.compact == flat.compact
 
 
-def test_no_rim_is_the_flat_disc_itself() -> None:
+def test_rim_kernel_of_zero_rim_is_flat_disc_kernel() -> None:
     assert all(rim_kernel(name, 0.0) is named_kernel(name) for name in RIM_NAMES)
 
 
 @pytest.mark.parametrize("rim", [-1.0, -0.6, 0.8, 1.0])
 @pytest.mark.parametrize("name", RIM_NAMES)
-def test_no_mix_of_diameters_resonates_with_a_rim(
+def test_rim_kernel_inverses_stay_small_for_any_diameters(
     name: str, rim: float, rng: np.random.Generator
 ) -> None:
     check_inverses(rim_kernel(name, rim), rng, trials=60)

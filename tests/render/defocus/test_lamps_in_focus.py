@@ -25,7 +25,7 @@ def lamp_plate(middle: tuple[float, float], radius_px: float):
 
 @pytest.mark.parametrize("quality", [Quality.FILM, Quality.DRAFT])
 @pytest.mark.parametrize("radius_px", [0.8, 1.3, 2.6, 5.2])
-def test_a_sharp_lamp_keeps_its_light(renderer: FrameRenderer, radius_px, quality):
+def test_sharp_lamp_keeps_its_light(renderer: FrameRenderer, radius_px, quality):
     """The wall behind is blurred over 20 pixels: none of the light may become such a disc."""
     middle = (48.3, 47.4)
     plate, grey = lamp_plate(middle, radius_px)

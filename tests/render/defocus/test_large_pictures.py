@@ -1,4 +1,4 @@
-"""Large pictures: what blurring them needs is within what OpenGL gives, or is refused."""
+"""Large pictures: the textures of a blur fit into the limits of OpenGL, or are rejected."""
 
 import pytest
 
@@ -11,19 +11,19 @@ LEAST_TEXTURE_PX = 16384  # a side, that any driver of today takes
 
 
 @pytest.mark.parametrize("size", [(4096, 2160), (7680, 4320), (8192, 4320)])
-def test_pictures_up_to_8k_can_be_blurred(session_context, size):
+def test_pictures_up_to_8k_fit_texture_limit(session_context, size):
     for solver in SOLVERS.values():
         assert max(solver(session_context).between_size(size)) <= LEAST_TEXTURE_PX
 
 
 @pytest.mark.parametrize("size", [(1, 1), (640, 360), (1921, 1081), (3840, 513)])
-def test_strips_hold_little_more_than_the_pixels(session_context, size):
+def test_strips_of_sweep_solver_waste_less_than_one_texture_row(session_context, size):
     columns = -(-size[0] // STRIP_COLUMNS) * STRIP_COLUMNS
     across, down = SOLVERS[SolverName.SWEEP](session_context).between_size(size)
     assert 0 <= across * down - columns * size[1] < STRIP_TEXELS
 
 
-def test_a_texture_beyond_the_largest_is_refused_with_a_remedy(session_context):
+def test_too_large_texture_is_rejected_with_a_remedy(session_context):
     with pytest.raises(GpuError, match=r"picture of 16000x16000 needs .*A smaller --proxy"):
         check_texture_fits(session_context, (16000, 16000), (4096, 1 << 20))
     check_texture_fits(session_context, (640, 360), (4096, 80))

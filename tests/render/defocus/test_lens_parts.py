@@ -1,4 +1,4 @@
-"""The parts of an opening: light, middle and variance are those of the whole opening."""
+"""Sub-apertures of an opening have together the light, middle and variance of the whole opening."""
 
 import numpy as np
 import pytest
@@ -30,18 +30,20 @@ def disc_of(aperture: Aperture) -> DiscShape:
     return DiscShape(aperture, in_picture=PictureField.of(SIZE))
 
 
-def sampled(disc: DiscShape, place_px: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+def sample_opening(
+    disc: DiscShape, position_px: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the opening's middle and variances in pixels for each pixel of coc, finely sampled."""
     along = (np.arange(400) + 0.5) / 200 - 1
     x, y = (of.ravel() for of in np.meshgrid(along * disc.half_extents[0], -along))
-    light = disc.coverage(x, y, 1.0, 0.005, place_px)
+    light = disc.coverage(x, y, 1.0, 0.005, position_px)
     points = np.stack([x, y], 1) / 2
     middle = np.average(points, axis=0, weights=light)
     return middle, np.average((points - middle) ** 2, axis=0, weights=light)
 
 
 @pytest.mark.parametrize("parts", PARTS)
-def test_parts_have_the_middle_and_the_variances_of_the_lens(parts):
+def test_part_centres_have_mean_and_variance_of_round_opening(parts):
     centres = part_centres(parts)
     assert centres.shape == (parts, 2)
     np.testing.assert_allclose(centres.mean(0), 0, atol=1e-12)
@@ -50,25 +52,33 @@ def test_parts_have_the_middle_and_the_variances_of_the_lens(parts):
 
 
 @pytest.mark.parametrize("parts", PARTS)
-def test_a_plain_opening_has_parts_of_equal_area(parts):
-    found = lens_parts(disc_of(Aperture(squeeze=2.0)), SIZE, parts)
-    assert found.shape == (parts, 1, 4)
-    np.testing.assert_allclose(found[:, 0, :2], part_centres(parts) * (0.25, -0.5), atol=1e-12)
-    np.testing.assert_allclose(found[:, 0, 2:], [(parts**-0.5, 1 / parts)] * parts, rtol=1e-12)
+def test_lens_parts_of_plain_opening_have_equal_area(parts):
+    sub_apertures = lens_parts(disc_of(Aperture(squeeze=2.0)), SIZE, parts)
+    assert sub_apertures.shape == (parts, 1, 4)
+    np.testing.assert_allclose(
+        sub_apertures[:, 0, :2], part_centres(parts) * (0.25, -0.5), atol=1e-12
+    )
+    np.testing.assert_allclose(
+        sub_apertures[:, 0, 2:], [(parts**-0.5, 1 / parts)] * parts, rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize("number", range(len(OPENINGS)))
-def test_parts_of_any_opening_have_its_middle_and_variance_everywhere(number):
+def test_lens_parts_keep_mean_and_variance_of_shaped_opening(number):
     disc = disc_of(OPENINGS[number])
-    found = lens_parts(disc, SIZE, MOST)
-    corners = [0, PART_PLACES - 1, PART_PLACES**2 - 1] if found.shape[1] > 1 else [0]
+    sub_apertures = lens_parts(disc, SIZE, MOST)
+    corners = [0, PART_PLACES - 1, PART_PLACES**2 - 1] if sub_apertures.shape[1] > 1 else [0]
     for k in corners:
-        place = SIZE[0] * (k % PART_PLACES) / 8, SIZE[1] * (k // PART_PLACES) / 8
-        centre, width, light = found[:, k, :2], found[:, k, 2], found[:, k, 3]
-        middle, variances = sampled(disc, place)
-        own = np.average(centre, axis=0, weights=light)
-        np.testing.assert_allclose(own, middle, atol=0.015)
-        spread = np.average((centre - own) ** 2, axis=0, weights=light)
+        position_px = SIZE[0] * (k % PART_PLACES) / 8, SIZE[1] * (k // PART_PLACES) / 8
+        centre, width, light = (
+            sub_apertures[:, k, :2],
+            sub_apertures[:, k, 2],
+            sub_apertures[:, k, 3],
+        )
+        middle, variances = sample_opening(disc, position_px)
+        mean_centre = np.average(centre, axis=0, weights=light)
+        np.testing.assert_allclose(mean_centre, middle, atol=0.015)
+        spread = np.average((centre - mean_centre) ** 2, axis=0, weights=light)
         inside = np.average(width**2, weights=light) / 16 * np.square(disc.half_extents)
         np.testing.assert_allclose((spread + inside).sum(), variances.sum(), rtol=0.06)
 
@@ -79,20 +89,20 @@ def test_parts_of_any_opening_have_its_middle_and_variance_everywhere(number):
     st.floats(-0.9, 0.9),
     st.sampled_from(PARTS),
 )
-def test_light_is_conserved(image, cat_eye, rim, parts):
+def test_light_of_lens_parts_sums_to_one(image, cat_eye, rim, parts):
     aperture = Aperture(aperture_image=image, cat_eye=cat_eye, rim=rim)
-    found = lens_parts(disc_of(aperture), SIZE, parts)
-    assume(len(found))
-    assert np.isfinite(found).all() and (found[..., 2:] >= 0).all()
-    np.testing.assert_allclose(found[..., 3].sum(axis=0), 1.0, rtol=1e-9)
+    sub_apertures = lens_parts(disc_of(aperture), SIZE, parts)
+    assume(len(sub_apertures))
+    assert np.isfinite(sub_apertures).all() and (sub_apertures[..., 2:] >= 0).all()
+    np.testing.assert_allclose(sub_apertures[..., 3].sum(axis=0), 1.0, rtol=1e-9)
 
 
-def test_dark_parts_are_left_out():
-    found = lens_parts(disc_of(Aperture(aperture_image=letter())), SIZE, MOST)
-    assert 1 < len(found) < MOST
+def test_lens_parts_leaves_out_dark_parts():
+    sub_apertures = lens_parts(disc_of(Aperture(aperture_image=letter())), SIZE, MOST)
+    assert 1 < len(sub_apertures) < MOST
 
 
-def test_a_cats_eye_is_narrow_towards_the_middle_and_round_there():
+def test_lens_parts_of_cat_eye_narrow_in_corners_and_round_in_middle():
     found = lens_parts(disc_of(Aperture(cat_eye=0.9)), SIZE, MOST)
     along, across = np.array([SIZE, (-SIZE[1], SIZE[0])]) / np.hypot(*SIZE)
 

@@ -1,4 +1,4 @@
-"""Lines solved in some tiles only: as if nothing lay around them, with nothing else touched."""
+"""Line solvers with a tile mask solve active tiles like a picture of their own, and no others."""
 
 from dataclasses import dataclass
 
@@ -38,7 +38,7 @@ CUT = LayerCut(near=Cut(10.0, 2.0), far=Cut(80.0, 2.0))
 
 @dataclass(frozen=True)
 class Plate:
-    """Colour (H, W, 4), coc (H, W) and how far it is known (H, W)."""
+    """Color (H, W, 4), coc in pixels (H, W) and the share 0..1 to which it is known (H, W)."""
 
     color: FloatArray
     coc: FloatArray
@@ -61,7 +61,7 @@ def plate(rng: np.random.Generator) -> Plate:
     color = rng.random((*shape, 4), np.float32)
     coc = 30.0 * rng.random(shape, np.float32) ** 2
     known = np.round(rng.random(shape)).astype(np.float32)
-    for place in places():  # nothing flows over an end, be it of an island or of a picture
+    for place in island_slices():  # nothing flows over an end, be it of an island or of a picture
         coc[place][[0, -1]], coc[place][:, [0, -1]] = 0.0, 0.0
     for values in (color, coc, known):
         values[outside] = np.nan
@@ -76,7 +76,7 @@ def tile_map() -> np.ndarray:
     return tiles
 
 
-def places() -> list[tuple[slice, slice]]:
+def island_slices() -> list[tuple[slice, slice]]:
     return [
         (slice(TILE * y, TILE * (y + height)), slice(TILE * x, TILE * (x + width)))
         for x, y, width, height in ISLANDS
@@ -95,7 +95,7 @@ def mask_of_islands(ctx: Device) -> TileMask:
     return mask_of(ctx, tile_map(), SIZE)
 
 
-def blurred(
+def blur_plate(
     solver: LineSolver, plate: Plate, kernel: Kernel, storage: Storage, mask: TileMask | None
 ) -> FloatArray:
     ctx, size = solver._ctx, plate.coc.shape[::-1]
@@ -110,7 +110,7 @@ def blurred(
     return download(out)
 
 
-def filled(solver: LineSolver, plate: Plate, mask: TileMask | None) -> FloatArray:
+def fill_coc(solver: LineSolver, plate: Plate, mask: TileMask | None) -> FloatArray:
     ctx, size = solver._ctx, plate.coc.shape[::-1]
     state, out = new_texture(ctx, size, 2), new_texture(ctx, size, 1)
     rows = tuple(ctx.buffer(b"\xff" * CocFillPass.rows_bytes(size)) for _ in range(2))
@@ -121,42 +121,42 @@ def filled(solver: LineSolver, plate: Plate, mask: TileMask | None) -> FloatArra
 
 
 def outside_of_islands(picture: FloatArray) -> FloatArray:
-    rest = picture.copy()
-    for place in places():
-        rest[place] = UNTOUCHED
-    return rest
+    outside = picture.copy()
+    for place in island_slices():
+        outside[place] = UNTOUCHED
+    return outside
 
 
 @pytest.mark.parametrize(
     ("name", "storage"),
     [("heat", "f4"), ("disc_3", "f4"), ("disc_3", PACKED), ("disc_4", PACKED)],
 )
-def test_an_island_of_tiles_blurs_like_a_picture_of_its_own(
+def test_masked_blur_of_island_equals_blur_of_island_alone(
     ctx: Device, solver: LineSolver, plate: Plate, name: str, storage: Storage
 ) -> None:
     kernel, tolerance = named_kernel(name), 1e-5 if storage == "f4" else 2e-3
-    masked = blurred(solver, plate, kernel, storage, mask_of_islands(ctx))
-    for place in places():
-        alone = blurred(solver, plate.cut_out(place), kernel, storage, None)
+    masked = blur_plate(solver, plate, kernel, storage, mask_of_islands(ctx))
+    for place in island_slices():
+        alone = blur_plate(solver, plate.cut_out(place), kernel, storage, None)
         np.testing.assert_allclose(masked[place], alone, atol=tolerance)
     assert np.all(outside_of_islands(masked) == UNTOUCHED)
 
 
-def test_an_island_of_tiles_is_filled_like_a_picture_of_its_own(
+def test_masked_coc_fill_of_island_equals_fill_of_island_alone(
     ctx: Device, solver: LineSolver, plate: Plate
 ) -> None:
-    masked = filled(solver, plate, mask_of_islands(ctx))
-    for place in places():
-        alone = filled(solver, plate.cut_out(place), None)
+    masked = fill_coc(solver, plate, mask_of_islands(ctx))
+    for place in island_slices():
+        alone = fill_coc(solver, plate.cut_out(place), None)
         np.testing.assert_allclose(masked[place], alone, rtol=1e-4, atol=1e-4)
     assert np.all(outside_of_islands(masked) == UNTOUCHED)
 
 
 @pytest.mark.parametrize("name", ["heat", "disc_4"])
-def test_a_segment_at_the_end_of_a_line_goes_on_beyond_it(
+def test_masked_blur_of_segments_at_line_ends_equals_whole_blur(
     ctx: Device, solver: LineSolver, rng: np.random.Generator, name: str
 ) -> None:
-    """Two segments a line, apart by pixels in focus: the same as the whole line."""
+    """Compare lines of two segments, with pixels in focus between them, with the whole lines."""
     height, width = SIZE[::-1]
     tiles = np.ones(tile_count(SIZE)[::-1], int)
     tiles[:, 4], tiles[2] = 0, 0
@@ -164,20 +164,24 @@ def test_a_segment_at_the_end_of_a_line_goes_on_beyond_it(
     coc[:, 4 * TILE - 1 : 5 * TILE + 1], coc[2 * TILE - 1 : 3 * TILE + 1] = 0.0, 0.0
     plate = Plate(rng.random((height, width, 4), np.float32), coc, coc)
     kernel, active = named_kernel(name), np.repeat(np.repeat(tiles, TILE, 0), TILE, 1) == 1
-    whole = blurred(solver, plate, kernel, "f4", None)
-    parts = blurred(solver, plate, kernel, "f4", mask_of(ctx, tiles, SIZE))
+    whole = blur_plate(solver, plate, kernel, "f4", None)
+    parts = blur_plate(solver, plate, kernel, "f4", mask_of(ctx, tiles, SIZE))
     inside = active[:height, :width]
     np.testing.assert_allclose(parts[inside], whole[inside], atol=1e-5)
 
 
-def test_a_mask_of_no_tile_touches_nothing(ctx: Device, solver: LineSolver, plate: Plate) -> None:
-    none = mask_of(ctx, np.zeros_like(tile_map()), SIZE)
-    assert np.all(blurred(solver, plate, named_kernel("disc_2"), PACKED, none) == UNTOUCHED)
+def test_blur_with_empty_tile_mask_leaves_output_untouched(
+    ctx: Device, solver: LineSolver, plate: Plate
+) -> None:
+    empty_mask = mask_of(ctx, np.zeros_like(tile_map()), SIZE)
+    assert np.all(
+        blur_plate(solver, plate, named_kernel("disc_2"), PACKED, empty_mask) == UNTOUCHED
+    )
 
 
 @pytest.mark.parametrize("length", [4096, 16384])  # 8 pixels a run; runs of several tiles
 @pytest.mark.parametrize(("name", "storage"), [("disc_3", "f4"), ("disc_4", PACKED)])
-def test_long_lines_are_solved_in_their_tiles_only(
+def test_masked_blur_of_long_line_solves_active_tiles_only(
     ctx: Device,
     solver: LineSolver,
     rng: np.random.Generator,
@@ -194,8 +198,8 @@ def test_long_lines_are_solved_in_their_tiles_only(
     coc[0, ends], coc[0, 0], coc[0, -1] = 0.0, coc[0, 0] * 0.0, coc[0, -1] * 0.0
     plate = Plate(color, coc, coc)
     mask = mask_of(ctx, active[None], (length, 1))
-    masked = blurred(solver, plate, kernel, storage, mask)
+    masked = blur_plate(solver, plate, kernel, storage, mask)
     island = (slice(None), slice(3 * TILE, 5 * TILE))
-    alone = blurred(solver, plate.cut_out(island), kernel, storage, None)
+    alone = blur_plate(solver, plate.cut_out(island), kernel, storage, None)
     np.testing.assert_allclose(masked[island], alone, atol=tolerance)
     assert np.all(masked[:, ~inside] == UNTOUCHED) and np.all(masked[:, inside] != UNTOUCHED)

@@ -1,4 +1,4 @@
-"""How much the field's other methods blur: a disc of diameter d has the variance d^2 / 16."""
+"""Blur amount of gather, scatter and pyramid: a disc of diameter d has the variance d^2 / 16."""
 
 from dataclasses import replace
 
@@ -7,13 +7,19 @@ import pytest
 
 from heatlens.core.model.shot.settings import Method
 from support.discs import analytic_disc, radius_at_half_height, size_for
-from support.methods_of_plates import DISCS, OTHERS, PIXEL_VARIANCE, point_blurred, through
+from support.methods_of_plates import (
+    DISCS,
+    OTHERS,
+    PIXEL_VARIANCE,
+    point_blurred,
+    render_with_method,
+)
 from support.plates import FAR_M, coc_plate_of, lens_blurring, moments, plate_of
 
 
 @pytest.mark.parametrize("method", OTHERS)
 @pytest.mark.parametrize("coc_px", [3.0, -6.0, 13.0, 16.1, 40.0])
-def test_a_point_keeps_its_light_and_spreads_as_a_disc(ctx, renderer, method, coc_px):
+def test_blurred_point_has_light_and_variance_of_disc(ctx, renderer, method, coc_px):
     side = 2 * int(3 * abs(coc_px)) + 33
     light, *variances = moments(point_blurred(renderer, method, coc_px, side))
     assert light == pytest.approx(1.0, rel=1e-3)
@@ -23,7 +29,7 @@ def test_a_point_keeps_its_light_and_spreads_as_a_disc(ctx, renderer, method, co
 
 @pytest.mark.parametrize("method", DISCS)
 @pytest.mark.parametrize("diameter", [4.0, 5.0, 8.0, 16.0, 30.0, 75.0])
-def test_a_point_becomes_the_disc_itself(ctx, renderer, method, diameter):
+def test_blurred_point_is_analytic_disc(ctx, renderer, method, diameter):
     disc = analytic_disc(diameter)
     blurred = point_blurred(renderer, method, diameter, size_for(diameter))[..., 0]
     expected = radius_at_half_height(disc, diameter)
@@ -34,13 +40,15 @@ def test_a_point_becomes_the_disc_itself(ctx, renderer, method, diameter):
 
 @pytest.mark.parametrize("method", OTHERS)
 @pytest.mark.parametrize(("squeeze", "aspect"), [(2.0, 1.0), (1.0, 2.0), (1.0, 0.5), (2.0, 2.0)])
-def test_squeeze_narrows_the_disc_and_wide_pixels_lower_it(ctx, renderer, method, squeeze, aspect):
+def test_squeeze_narrows_disc_and_pixel_aspect_changes_its_height(
+    ctx, renderer, method, squeeze, aspect
+):
     color = np.zeros((129, 129, 3), np.float32)
     color[64, 64] = 1.0
     plate = replace(
         plate_of(color, np.full((129, 129), FAR_M, np.float32)), pixel_aspect_ratio=aspect
     )
-    blurred = through(renderer, plate, method, lens_blurring(14.0, 129, squeeze))
+    blurred = render_with_method(renderer, plate, method, lens_blurring(14.0, 129, squeeze))
     light, x, y = moments(blurred)
     assert light == pytest.approx(1.0, rel=2e-3)
     slack = 2 * PIXEL_VARIANCE * max(1.0, squeeze * aspect, 1 / (squeeze * aspect))
@@ -49,9 +57,9 @@ def test_squeeze_narrows_the_disc_and_wide_pixels_lower_it(ctx, renderer, method
 
 
 @pytest.mark.parametrize("method", OTHERS)
-def test_the_light_of_a_wall_is_kept_away_from_its_borders(ctx, renderer, rng, method):
+def test_blur_keeps_light_of_square_inside_picture(ctx, renderer, rng, method):
     color = np.zeros((96, 96, 3), np.float32)
     color[32:64, 32:64] = rng.random((32, 32, 3))
     plate = coc_plate_of(color, np.full((96, 96), -11.0, np.float32))
-    light = through(renderer, plate, method)[..., :3].sum((0, 1), np.float64)
+    light = render_with_method(renderer, plate, method)[..., :3].sum((0, 1), np.float64)
     np.testing.assert_allclose(light / color.sum((0, 1), np.float64), 1.0, atol=1e-3)

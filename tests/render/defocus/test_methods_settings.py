@@ -1,4 +1,4 @@
-"""A method is chosen by the settings, `heatlens render` and `heatlens export` alike."""
+"""The defocus method as chosen by settings, `heatlens render` and `heatlens export`."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from support.methods_of_plates import OF_PLATES, OTHERS
 from support.plates import lens_blurring, plate_of, room
 
 
-def test_heat_is_one_layer_of_heat(ctx, renderer):
+def test_heat_method_equals_diffusion_with_one_heat_layer(ctx, renderer):
     plate, lens = plate_of(*room()), lens_blurring(12.0, 96)
     renderer.load(plate)
     basic = renderer.pixels(Shot(lens, DefocusSettings(Bokeh.HEAT, layers=1)))
@@ -29,7 +29,7 @@ def test_heat_is_one_layer_of_heat(ctx, renderer):
     assert kernel_for(DefocusSettings(method=Method.HEAT)) == named_kernel("heat")
 
 
-def test_bokeh_quality_and_layers_are_of_diffusion_alone(ctx, renderer):
+def test_other_methods_ignore_bokeh_quality_and_layers(ctx, renderer):
     renderer.load(plate_of(*room()))
     lens = lens_blurring(12.0, 96)
     for method in OTHERS:
@@ -39,7 +39,7 @@ def test_bokeh_quality_and_layers_are_of_diffusion_alone(ctx, renderer):
 
 
 @pytest.mark.parametrize("method", OF_PLATES)
-def test_render_takes_every_method(capsys, tmp_path, method):
+def test_render_command_blurs_with_every_method(capsys, tmp_path, method):
     plate, out = tmp_path / "plate.exr", tmp_path / "out.exr"
     write_file(plate, channels(), **CAMERA)
     render_file(capsys, plate, out, "--method", method, "--f-stop", 0.2)
@@ -48,7 +48,7 @@ def test_render_takes_every_method(capsys, tmp_path, method):
     assert np.isfinite(pixels).all() and np.abs(pixels[..., :3] - color).max() > 0.01
 
 
-def test_an_exported_frame_is_of_the_shots_method_or_the_one_that_is_given(capsys, tmp_path):
+def test_export_uses_method_of_shot_or_of_option(capsys, tmp_path):
     plate = write_file(tmp_path / "plate.exr", channels(), **CAMERA)
     shot_file = tmp_path / "s.heatlens.json"
     lens = Lens(50.0, 0.2, 2.24, 36.0)

@@ -1,4 +1,4 @@
-"""A picture as the opening: both twins against each other, and against what a picture must do."""
+"""An image as the lens opening: Python against GLSL, and both against the expected properties."""
 
 from collections.abc import Iterator
 
@@ -53,14 +53,14 @@ class ImageOnGpu:
 
 @pytest.fixture(scope="module")
 def on_gpu(session_context: Device) -> Iterator[ImageOnGpu]:
-    made = ImageOnGpu(session_context)
-    yield made
-    made.release()
+    image_on_gpu = ImageOnGpu(session_context)
+    yield image_on_gpu
+    image_on_gpu.release()
 
 
 @settings(max_examples=8)
 @given(opening_images(), rotations, st.sampled_from((0.0, 0.6)), st.floats(-1, 1), seeds)
-def test_both_say_the_same(
+def test_opening_image_in_glsl_agrees_with_python(
     on_gpu: ImageOnGpu,
     image: OpeningImage,
     rotation: float,
@@ -68,26 +68,26 @@ def test_both_say_the_same(
     rim: float,
     seed: int,
 ) -> None:
-    """Of discs of either side, from a pixel to hundreds, and of points of the opening."""
+    """Compare coverage, light and points for discs of either sign and radii of 0.5 to 300 px."""
     rng = np.random.default_rng(seed)
     aperture = Aperture(
         squeeze=1.5, rim=rim, blade_rotation_deg=rotation, cat_eye=cat_eye, aperture_image=image
     )
     disc = DiscShape(aperture, 1.2, PictureField.of((200, 120), 1.2))
-    place = tuple(np.float32(rng.uniform(0, (200, 120))).astype(float).tolist())
+    position_px = tuple(np.float32(rng.uniform(0, (200, 120))).astype(float).tolist())
     radii = np.exp(rng.uniform(np.log(0.5), np.log(300.0), COUNT)) * rng.choice([-1, 1], COUNT)
     square, ramps = rng.random((COUNT, 2)), rng.uniform(0.5, 3.0, COUNT)
     offsets = (2.4 * square - 1.2) * np.abs(radii)[:, None] * disc.half_extents
     questions = np.column_stack([offsets, radii, ramps]).astype(np.float32).astype(np.float64)
-    told = on_gpu.answers(disc, questions, place)
+    answers = on_gpu.answers(disc, questions, position_px)
     brightest = max(float(aperture.grid.cells.max()), 1.0) * 3  # that of a bright rim
-    for (x, y, radius, ramp), (cover, light, _, _) in zip(questions, told, strict=True):
-        expected = float(disc.coverage(x, y, radius, ramp, place))
+    for (x, y, radius, ramp), (cover, light, _, _) in zip(questions, answers, strict=True):
+        expected = float(disc.coverage(x, y, radius, ramp, position_px))
         assert cover == pytest.approx(expected, rel=5e-3, abs=2e-3 * brightest)
         area = radius**2 * 1.2 / 1.5
-        assert light / area == pytest.approx(disc.light(radius, ramp, place) / area, abs=0.06)
+        assert light / area == pytest.approx(disc.light(radius, ramp, position_px) / area, abs=0.06)
     questions[:, :2] = square
-    points = on_gpu.answers(disc, questions, place)[:, 2:]
+    points = on_gpu.answers(disc, questions, position_px)[:, 2:]
     assert_cdf(aperture.grid, points, square)
     assert_cdf(aperture.grid, aperture.points(square) * (1.5, 1.0), square)
 
@@ -96,27 +96,27 @@ def assert_cdf(grid: ImageGrid, points: Array, square: Array) -> None:
     """Check that a point's coordinates are the shares of light above and left of it."""
     cells = grid.cells
     column, row = (points * (1, -1) + 1).T * IMAGE_SIDE / 2
-    for x, y, (wanted_x, wanted_y) in zip(column, row, square, strict=True):
+    for x, y, (expected_x, expected_y) in zip(column, row, square, strict=True):
         # Between rows without light float32 may stand on either side of a line.
         j = next(j for j in (int(y), int(y - 1e-3), int(y + 1e-3)) if cells[j].any())
         above = cells[:j].sum() + (y - j) * cells[j].sum()
         i = min(int(x), IMAGE_SIDE - 1)
         left = cells[j, :i].sum() + (x - i) * cells[j, i]
-        assert above / cells.sum() == pytest.approx(wanted_y, abs=1e-4)
-        assert left / cells[j].sum() == pytest.approx(wanted_x, abs=1e-3)
+        assert above / cells.sum() == pytest.approx(expected_y, abs=1e-4)
+        assert left / cells[j].sum() == pytest.approx(expected_x, abs=1e-3)
 
 
 @settings(max_examples=8)
 @given(opening_images(), seeds)
-def test_points_are_dense_where_the_picture_is_bright(image: OpeningImage, seed: int) -> None:
-    """Each sixteenth of the box around gets the points that its light is worth."""
+def test_image_grid_points_follow_light_of_image(image: OpeningImage, seed: int) -> None:
+    """Check that each sixteenth of the bounding box gets the share of points of its light."""
     grid = image.grid()
     at = (np.arange(128) + np.random.default_rng(seed).random()) / 128
     square = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
     x, y = grid.points(square).T
-    found = np.histogram2d(-y, x, 4, [[-1, 1], [-1, 1]])[0] / len(square)
+    point_shares = np.histogram2d(-y, x, 4, [[-1, 1], [-1, 1]])[0] / len(square)
     light = grid.cells.reshape(4, 64, 4, 64).sum(axis=(1, 3))
-    np.testing.assert_allclose(found, light / light.sum(), atol=0.015)
+    np.testing.assert_allclose(point_shares, light / light.sum(), atol=0.015)
 
 
 @settings(max_examples=10)
@@ -127,10 +127,10 @@ def test_points_are_dense_where_the_picture_is_bright(image: OpeningImage, seed:
     st.floats(-0.5, 0.5),
     st.floats(-0.5, 0.5),
 )
-def test_a_disc_of_any_size_keeps_the_light(
+def test_coverage_of_image_disc_sums_to_disc_light(
     image: OpeningImage, radius_px: float, side: int, x_px: float, y_px: float
 ) -> None:
-    """Wherever between the pixels its centre lies: a mean over whole pixels loses nothing."""
+    """Check the sum of the coverage for any subpixel position of the center."""
     disc = DiscShape(Aperture(aperture_image=image))
     y, x = np.mgrid[-62:63, -62:63]
     total = float(disc.coverage(x + x_px, y + y_px, side * radius_px, 0.5).sum())
@@ -138,30 +138,30 @@ def test_a_disc_of_any_size_keeps_the_light(
     assert disc.light(radius_px, 0.5) == pytest.approx(np.pi * radius_px**2)
 
 
-def test_a_white_picture_is_the_round_opening() -> None:
+def test_white_opening_image_equals_round_opening() -> None:
     white, plain = DiscShape(Aperture(aperture_image=image_of(np.ones((2, 2))))), DiscShape()
     y, x = np.mgrid[-60:61, -60:61]
     for radius in (3.0, 20.0, 55.0):
-        shown, expected = (disc.coverage(x, y, radius, 0.5) for disc in (white, plain))
-        np.testing.assert_allclose(shown, expected, atol=0.16)  # at the rim: a box and a ramp
-        assert np.abs(shown - expected).mean() < 2e-3
+        coverage, expected = (disc.coverage(x, y, radius, 0.5) for disc in (white, plain))
+        np.testing.assert_allclose(coverage, expected, atol=0.16)  # at the rim: a box and a ramp
+        assert np.abs(coverage - expected).mean() < 2e-3
     np.testing.assert_allclose(white.aperture.spreads, 1.0, rtol=1e-3)
 
 
-def test_it_stands_upright_behind_the_focus_and_on_its_head_in_front() -> None:
-    """Rows of the picture run down, as those of a disc's offsets do."""
+def test_opening_image_is_upright_behind_focus_and_rotated_before_it() -> None:
+    """Check both orientations; rows of the image and offsets of the disc both run downwards."""
     image = letter()
     disc = DiscShape(Aperture(aperture_image=image))
     assert image.light is not None
     y, x = np.mgrid[0:64, 0:64] * 1.0 - 31.5
     behind, front = (disc.coverage(x, y, radius, 0.5) for radius in (32.0, -32.0))
-    shown = image.light.reshape(64, 4, 64, 4).mean(axis=(1, 3))
-    np.testing.assert_allclose(behind > 0, shown > 0)
+    image_light = image.light.reshape(64, 4, 64, 4).mean(axis=(1, 3))
+    np.testing.assert_allclose(behind > 0, image_light > 0)
     np.testing.assert_allclose(front, behind[::-1, ::-1], atol=1e-9)
 
 
-def test_it_turns_as_the_blades_do() -> None:
-    """Anticlockwise: what was on top is on the left after a quarter of a turn."""
+def test_opening_image_turns_counterclockwise_with_blade_rotation() -> None:
+    """Check the counterclockwise turn: a mark on top is at the left after 90 degrees."""
     top = np.zeros((8, 8), np.float32)
     top[1, 3:5] = 1.0
     for degrees, (x, y) in ((0, (0, -1)), (90, (-1, 0)), (-90, (1, 0)), (180, (0, 1))):
@@ -170,7 +170,7 @@ def test_it_turns_as_the_blades_do() -> None:
         assert lit[0] > 1.0 and lit[1] == 0.0
 
 
-def test_the_picture_wins_over_the_blades() -> None:
+def test_opening_image_overrides_blades() -> None:
     image = letter()
     y, x = np.mgrid[-20:21, -20:21]
     alone, both = (
@@ -182,8 +182,8 @@ def test_the_picture_wins_over_the_blades() -> None:
     assert alone.spreads == both.spreads
 
 
-def test_the_texture_is_made_once(session_context: Device) -> None:
-    """A frame loop uploads nothing, also between two looks; what is not asked for any more goes."""
+def test_opening_textures_are_reused_until_unused(session_context: Device) -> None:
+    """Check that two alternating openings upload nothing, and that unused textures are dropped."""
     textures = OpeningTextures(session_context)
     one, other = (Aperture(aperture_image=letter(), blade_rotation_deg=d) for d in (0.0, 5.0))
     first, second = textures.of(one), textures.of(other)

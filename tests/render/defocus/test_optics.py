@@ -1,4 +1,4 @@
-"""Lens and plate as the blur knows them."""
+"""Optics: the circle of confusion of a lens and plate, its range, proxy scale and color shifts."""
 
 import math
 from dataclasses import replace
@@ -12,7 +12,7 @@ from heatlens.core.model.focus.coc import CocLine
 from heatlens.core.model.lens.aperture import Aperture
 from heatlens.core.model.lens.disc_shape import DiscShape
 from heatlens.core.model.lens.lens import Lens, LensModel
-from heatlens.core.model.value_bins import BINS, ValueBins, bins_of
+from heatlens.core.model.value_bins import BINS, ValueBins, bin_values
 from heatlens.render.defocus.optics import Color, Optics
 from heatlens.render.source.pinhole import optics_of
 from support.plates import coc_plate_of, plate_of
@@ -56,7 +56,7 @@ def sensor_mm(lens: Lens, depth_m: float) -> float:
 
 
 @given(LENSES, st.floats(0.5, 1000) | st.just(math.inf))
-def test_the_circle_of_confusion_is_that_of_the_traced_cone(lens: Lens, depth_m: float) -> None:
+def test_coc_equals_diameter_of_traced_cone(lens: Lens, depth_m: float) -> None:
     traced = sensor_mm(lens, depth_m) * WINDOW[1] / lens.sensor_width_mm
     optics = optics_at(lens, depth_m)
     assert optics.nearest_px == pytest.approx(traced, rel=1e-6, abs=1e-9)
@@ -64,7 +64,7 @@ def test_the_circle_of_confusion_is_that_of_the_traced_cone(lens: Lens, depth_m:
 
 
 @given(LENSES)
-def test_it_is_negative_before_the_focus_and_positive_behind(lens: Lens) -> None:
+def test_coc_is_negative_before_focus_and_positive_behind(lens: Lens) -> None:
     focus_m = min(lens.focus_distance_m, 1e3)
     optics = optics_at(lens, focus_m * 0.8, focus_m * 1.25)
     assert optics.nearest_px < 0
@@ -73,16 +73,16 @@ def test_it_is_negative_before_the_focus_and_positive_behind(lens: Lens) -> None
 
 
 @given(LENSES)
-def test_the_value_at_infinity_is_that_of_the_sky(lens: Lens) -> None:
+def test_coc_at_infinity_equals_coc_of_sky(lens: Lens) -> None:
     optics = optics_at(lens, 1.0, math.inf)
     assert optics.at_infinity_px == pytest.approx(optics.farthest_px)
     assert (optics.at_infinity_px == 0) == math.isinf(lens.focus_distance_m)
 
 
-def test_a_plate_with_its_own_blur_has_its_largest_one_at_infinity() -> None:
+def test_coc_at_infinity_of_coc_plate_is_its_largest() -> None:
     plate = coc_plate_of(np.ones((*WINDOW, 3), np.float32), np.zeros(WINDOW))
     optics = optics_of(
-        plate, bins_of(np.array([-5.0, 7.0], np.float32)), Lens(50.0, 2.0, 3.0, 36.0)
+        plate, bin_values(np.array([-5.0, 7.0], np.float32)), Lens(50.0, 2.0, 3.0, 36.0)
     )
     assert optics.line is None and optics.at_infinity_px == 7.0
 
@@ -99,36 +99,38 @@ def test_a_plate_with_its_own_blur_has_its_largest_one_at_infinity() -> None:
         ((-20.2, 0.0), DiscShape(), 8 + 21),
     ],
 )
-def test_hidden_content_shows_as_far_as_both_blurs_and_eight_pixels(cocs, disc, hidden_px) -> None:
+def test_uncovered_px_adds_both_blurs_and_eight_pixels(cocs, disc, hidden_px) -> None:
     assert Optics(None, np.array(cocs), disc).uncovered_px == hidden_px
 
 
 @given(LINES, COCS, SCALES)
-def test_proxy_scales_every_length(line: CocLine, cocs: np.ndarray, proxy: float) -> None:
-    whole = Optics(line, cocs, replace(SQUEEZED, axial_px=3.0))
-    small = whole.scaled(proxy)
-    assert small.line == CocLine(line.at_infinity_px * proxy, line.per_dioptre_px * proxy)
-    np.testing.assert_allclose(small.occupied_px, cocs * proxy)
-    assert small.disc.axial_px == pytest.approx(3.0 * proxy)
-    assert small.disc.half_extents == whole.disc.half_extents
+def test_scaled_optics_scales_coc_line_and_axial_color(
+    line: CocLine, cocs: np.ndarray, proxy: float
+) -> None:
+    full_size = Optics(line, cocs, replace(SQUEEZED, axial_px=3.0))
+    proxy_size = full_size.scaled(proxy)
+    assert proxy_size.line == CocLine(line.at_infinity_px * proxy, line.per_dioptre_px * proxy)
+    np.testing.assert_allclose(proxy_size.occupied_px, cocs * proxy)
+    assert proxy_size.disc.axial_px == pytest.approx(3.0 * proxy)
+    assert proxy_size.disc.half_extents == full_size.disc.half_extents
 
 
 @given(LINES, COCS, st.floats(-20, 20), st.sampled_from(Color), st.booleans())
-def test_a_colour_is_shifted_by_the_axial_colour_and_green_is_not(
+def test_in_color_shifts_red_and_blue_but_not_green(
     line: CocLine, cocs: np.ndarray, axial_px: float, color: Color, has_line: bool
 ) -> None:
-    whole = Optics(line if has_line else None, cocs, DiscShape(axial_px=axial_px))
-    one = whole.in_color(color)
+    optics = Optics(line if has_line else None, cocs, DiscShape(axial_px=axial_px))
+    color_optics = optics.in_color(color)
     shift = {Color.RED: -axial_px, Color.GREEN: 0.0, Color.BLUE: axial_px}[color]
-    np.testing.assert_allclose(one.occupied_px, cocs + shift)
-    assert one.plate_shift_px == (0.0 if has_line else shift)
-    assert one.line == (
+    np.testing.assert_allclose(color_optics.occupied_px, cocs + shift)
+    assert color_optics.plate_shift_px == (0.0 if has_line else shift)
+    assert color_optics.line == (
         CocLine(line.at_infinity_px + shift, line.per_dioptre_px) if has_line else None
     )
-    assert one.disc.axial_px == 0.0 and one.disc.aperture.axial_colour_mm == 0.0
+    assert color_optics.disc.axial_px == 0.0 and color_optics.disc.aperture.axial_colour_mm == 0.0
 
 
-def test_proxy_scales_everything_but_the_shape() -> None:
+def test_scaled_optics_keeps_disc_shape() -> None:
     optics = Optics(CocLine(12.0, -30.0), np.array([-20.0, 12.0]), SQUEEZED).scaled(0.25)
     assert optics.line == CocLine(3.0, -7.5)
     assert (optics.nearest_px, optics.farthest_px, optics.at_infinity_px) == (-5.0, 3.0, 3.0)

@@ -1,4 +1,4 @@
-"""The bytes that `heatlens bench` says a pass moves, counted again by hand."""
+"""Memory traffic of passes as `heatlens bench` reports it, compared with counts by hand."""
 
 from dataclasses import replace
 
@@ -16,11 +16,11 @@ HEAT, DISC_4 = named_kernel("heat"), named_kernel("disc_4")
 
 
 def frame_traffic(name: str, work: Work, runs: int) -> Traffic:
-    """Return what the pass `name` moves."""
+    """Return the memory traffic of pass `name` per pixel for `runs` runs."""
     return pass_named(name).traffic(work, runs)
 
 
-def test_line_costs_counted_by_hand():
+def test_solve_bytes_equals_count_by_hand():
     heat = LineSystem("lib/blur_system.lib.glsl", 1)
     disc = LineSystem("lib/blur_system.lib.glsl", 4, True)
     heat_rows, disc_rows = AxisReads(4, 16, 0, 16), AxisReads(4, 16, 0, 64)
@@ -37,7 +37,7 @@ def test_line_costs_counted_by_hand():
     assert solve_bytes(SolverName.CYCLIC, heat, heat_rows) == 48 + 84 + 60 + 32
 
 
-def test_pass_costs_counted_by_hand():
+def test_pass_traffic_equals_count_by_hand():
     work = Work((640, 480), HEAT, SolverName.SWEEP)
     assert frame_traffic("coc", work, 1).moved == 4 + 4
     # Rows as above; columns: coc and half poles twice, kept there and back; the picture
@@ -58,16 +58,16 @@ def test_pass_costs_counted_by_hand():
     # without a picture below it, and the surroundings read and stored.
     blurred = 66 + (2 * (4 + 16) + 10) + 16
     half_size = (16 + 4 + blurred + 16 + 2) / 4
-    found = frame_traffic("highlights found", work, 1)
-    assert found.moved == 2 * (16 + 4) + half_size + 16 + 2 / 8
-    assert found.least == 16 + 4 + 16 + 1 / 8
+    found_traffic = frame_traffic("highlights found", work, 1)
+    assert found_traffic.moved == 2 * (16 + 4) + half_size + 16 + 2 / 8
+    assert found_traffic.least == 16 + 4 + 16 + 1 / 8
     assert frame_traffic("limits", work, 1).moved == 16 + 16
     assert frame_traffic("highlights drawn", work, 1).moved is None
 
 
 @pytest.mark.parametrize("poles", [2, 3, 4, 5])
-def test_a_gpu_moves_at_most_six_times_the_least(poles: int):
-    """Rows: coc and colour in, poles out; columns: coc, poles and picture in, picture out."""
+def test_blur_with_partition_moves_at_most_six_times_least(poles: int):
+    """Count rows (coc, color in; poles out) and columns (coc, poles, picture in; picture out)."""
     traffic = frame_traffic(
         "blur", Work(SIZE, named_kernel(f"disc_{poles}"), SolverName.PARTITION), 1
     )
@@ -75,7 +75,7 @@ def test_a_gpu_moves_at_most_six_times_the_least(poles: int):
     assert traffic.moved <= 6 * traffic.least
 
 
-def test_steps_cost_as_often_as_they_are_taken():
+def test_blur_traffic_is_proportional_to_gaussian_steps():
     work = Work(SIZE, HEAT, SolverName.PARTITION)
     steps = replace(work, kernel=gaussian_kernel(5))
     many, one = (frame_traffic("blur", each, 1).moved - 16 for each in (steps, work))
@@ -84,20 +84,20 @@ def test_steps_cost_as_often_as_they_are_taken():
 
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("name", sorted({one.name for one in PASSES} - {"highlights drawn"}))
-def test_nothing_moves_less_than_the_least(name, solver):
+def test_moved_bytes_are_at_least_least_bytes(name, solver):
     for kernel in (HEAT, gaussian_kernel(3), named_kernel("disc_2"), DISC_4):
         traffic = frame_traffic(name, Work(SIZE, kernel, solver), 3)
         assert traffic.moved >= (traffic.least or 0.0) >= 0.0
 
 
-def test_a_row_is_bytes_over_time():
+def test_pass_row_rate_is_bytes_over_time():
     row = pass_row("coc", PassSeconds(1e-6, 1), Work((10, 10), HEAT, SolverName.SWEEP), 1.6e9)
     assert (row.bytes_moved, row.bytes_least, row.ms) == (800, 800, pytest.approx(1e-3))
     assert row.moved_gb_per_s == pytest.approx(0.8)
     assert row.copy_share == pytest.approx(0.5)
 
 
-def test_a_row_without_time_or_cost_has_no_rate():
+def test_pass_row_without_time_or_cost_has_no_rate():
     work = Work((10, 10), HEAT, SolverName.SWEEP)
     assert pass_row("coc", PassSeconds(0.0, 1), work, 1e9).moved_gb_per_s is None
     unknown = pass_row("a pass of tomorrow", PassSeconds(1.0, 1), work, 1e9)

@@ -1,4 +1,4 @@
-"""Numbers and edges of the blur's passes that documents and budgets rely on."""
+"""Constants and boundary cases of the blur passes on which documents and budgets rely."""
 
 from types import SimpleNamespace
 
@@ -26,7 +26,7 @@ from heatlens.render.gpu.device import Device
         (Quality.FILM, "disc_4", 5),
     ],
 )
-def test_a_quality_spends_poles_and_steps(quality, disc, steps):
+def test_kernel_for_quality_has_its_poles_and_steps(quality, disc, steps):
     def kernel(bokeh, **more):
         return kernel_for(DefocusSettings(bokeh, quality, **more))
 
@@ -36,14 +36,14 @@ def test_a_quality_spends_poles_and_steps(quality, disc, steps):
     assert kernel(Bokeh.DISC, method=Method.HEAT).name == named_kernel("heat").name
 
 
-def test_traffic_of_fragments_grows_with_their_runs_and_that_of_tiles_does_not():
+def test_fragments_bytes_grow_with_runs_and_tiles_bytes_do_not():
     one, four = fragments_bytes(None, 1), fragments_bytes(None, 4)
     assert (four.moved, four.least) == (4 * one.moved, 4 * one.least)
     assert one.moved == one.least == 6 and one.at_least  # coc and kind
     assert tiles_bytes(None, 1) == tiles_bytes(None, 4)
 
 
-def test_documented_limits():
+def test_constants_have_documented_values():
     assert highlight_pass.SPRITES_MAX == 4096 and highlight_pass._AREA_MAX == 24.0
     assert highlight_pass.block_count((8, 8)) == 1 and highlight_pass.block_count((9, 17)) == 6
     assert (kernel_error._FREQUENCY_MOST, kernel_error._RADII, kernel_error._ANGLES) == (
@@ -52,37 +52,37 @@ def test_documented_limits():
     assert (kernel_error.LIGHT, kernel_error.VARIANCE) == (1.0, 1 / 16)
 
 
-def test_rims_are_fitted_from_the_middle_outwards():
+def test_fit_rims_fits_each_rim_with_its_disc_error():
     fits = fit_rims("disc_2")
     assert len(fits) == len(RIMS) and tuple(sorted(RIMS)) == RIMS
     for rim, fit in zip(RIMS, fits, strict=True):
-        assert DiscError(1.0, rim).of(fit.poles, fit.mix)[0] == pytest.approx(fit.error)
+        assert DiscError(1.0, rim).evaluate(fit.poles, fit.mix)[0] == pytest.approx(fit.error)
         assert len(fit.poles) == len(rim_kernel("disc_2", rim).poles)
 
 
-class Passes:
-    """Stands in for the pass that takes colours from one picture into another."""
+class FakeColorPass:
+    """A fake of the pass that copies color channels from one picture into another."""
 
     def __init__(self):
         self.taken = []
 
-    def take(self, source, colors, out):
+    def copy_channels(self, source, colors, out):
         self.taken.append((source, colors, out))
 
 
-def test_three_rounds_take_red_and_blue_and_end_with_green():
-    passes, seen = Passes(), []
+def test_color_rounds_run_red_and_blue_and_end_with_green():
+    passes, seen = FakeColorPass(), []
     rounds = ColorRounds(passes)
     assert (rounds.done, rounds.count) == (0, 1)
     optics = SimpleNamespace(in_color=lambda color: color)
-    scratch = SimpleNamespace(texture=lambda *_: "kept", passed=lambda name: name)
+    scratch = SimpleNamespace(texture=lambda *_: "kept", end_pass=lambda name: name)
 
     def blurred(of):
         seen.append((of, rounds.done, rounds.count))
         yield "blur"
         return f"picture of {of.name}"
 
-    steps, made = rounds.in_three(blurred, optics, (4, 4), scratch), []
+    steps, made = rounds.run_for_each_color(blurred, optics, (4, 4), scratch), []
     while True:
         try:
             made.append(next(steps))
@@ -97,11 +97,11 @@ def test_three_rounds_take_red_and_blue_and_end_with_green():
     assert red[0] == "picture of RED" and red[2] == "kept" == blue[2]
     assert [color.name for color in green[1]] == ["RED", "BLUE"]
     assert green[::2] == ("kept", "picture of GREEN")
-    list(rounds.in_one(blurred, SimpleNamespace(name="ALL")))
+    list(rounds.run_once(blurred, SimpleNamespace(name="ALL")))
     assert seen[-1][1:] == (0, 1)
 
 
-def test_room_for_the_lists_of_a_smaller_picture_ends_at_what_a_buffer_holds(ctx: Device):
+def test_proxy_list_capacity_is_limited_by_buffer_size(ctx: Device):
     words = ctx.buffer(reserve=1200)
     whole = FragmentBuffers(ctx.buffer(reserve=16), words, (2, 2), False, is_exact=False)
     few, more = (proxy_list_capacity(ctx, whole, size) for size in ((1, 1), (10, 10)))
@@ -113,6 +113,6 @@ def test_room_for_the_lists_of_a_smaller_picture_ends_at_what_a_buffer_holds(ctx
     whole.starts.release()
 
 
-def test_a_proxy_keeps_the_shape_of_its_picture():
+def test_proxy_size_keeps_aspect_and_at_least_one_pixel():
     assert proxy_size((100, 50), 0.5) == (50, 25) and proxy_size((100, 50), 1.0) == (100, 50)
     assert min(proxy_size((10, 3), 1 / 16)) >= 1

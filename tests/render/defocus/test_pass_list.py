@@ -1,4 +1,4 @@
-"""A pass is declared in one place: one that is added there has memory, costs and builds."""
+"""A pass added to PASSES, the one list of passes, gets scratch memory, costs and shader builds."""
 
 import re
 from collections.abc import Iterator
@@ -16,12 +16,12 @@ from heatlens.render.defocus.pass_costs import Traffic, Work
 from heatlens.render.defocus.pass_list import Pass
 from heatlens.render.defocus.scratch import Scratch, lifetimes
 from heatlens.render.gpu.device import Device
-from heatlens.render.gpu.program_versions import crossed, either
+from heatlens.render.gpu.program_versions import combine_variants, without_and_with
 
 WORK = Work((64, 48), named_kernel("heat"), SolverName.SWEEP)
 GRAIN = Pass(
     "grain",
-    {"grain.comp.glsl": crossed(either("COARSE"), either("COLORED"))},
+    {"grain.comp.glsl": combine_variants(without_and_with("COARSE"), without_and_with("COLORED"))},
     lambda _, runs: Traffic(24.0 * runs, 20.0 * runs),
     {"grained": ""},
     ("blurred",),
@@ -36,38 +36,38 @@ def grain(monkeypatch: pytest.MonkeyPatch) -> Iterator[Pass]:
     yield GRAIN
 
 
-def test_its_memory_lives_as_it_declares(ctx: Device, grain: Pass) -> None:
-    lives = lifetimes()
-    assert (lives["grained"].first, lives["grained"].last) == ("grain", "")
-    noise = lives["noise"]
+def test_added_pass_has_declared_memory_lifetimes(ctx: Device, grain: Pass) -> None:
+    lifetimes_by_name = lifetimes()
+    assert (lifetimes_by_name["grained"].first, lifetimes_by_name["grained"].last) == ("grain", "")
+    noise = lifetimes_by_name["noise"]
     assert (noise.memory, noise.first, noise.last) == ("poles", "grain", "grain")
-    assert lives["blurred"].last == "grain"
+    assert lifetimes_by_name["blurred"].last == "grain"
     scratch = Scratch(ctx)
-    held = scratch.texture("noise", (8, 8), 4)
+    noise_texture = scratch.texture("noise", (8, 8), 4)
     with pytest.raises(RuntimeError, match="'poles' still belongs to 'noise'"):
         scratch.texture("poles", (8, 8), 4)
-    scratch.passed("grain")
-    assert scratch.texture("poles", (8, 8), 4) is held
+    scratch.end_pass("grain")
+    assert scratch.texture("poles", (8, 8), 4) is noise_texture
     scratch.release()
 
 
-def test_bench_tells_its_bytes(grain: Pass) -> None:
+def test_bench_row_of_added_pass_has_its_bytes(grain: Pass) -> None:
     row = pass_row("grain", PassSeconds(1e-3, 3), WORK, 1e9)
     assert (row.bytes_moved, row.bytes_least) == (3 * 24 * 64 * 48, 3 * 20 * 64 * 48)
 
 
-def test_doctor_builds_each_of_its_variants(grain: Pass) -> None:
-    found = [defines for name, defines in pass_builds() if name == "grain.comp.glsl"]
+def test_doctor_builds_each_variant_of_added_pass(grain: Pass) -> None:
+    grain_defines = [defines for name, defines in pass_builds() if name == "grain.comp.glsl"]
     both = {"COARSE": 1, "COLORED": 1}
-    assert found == [{}, {"COLORED": 1}, {"COARSE": 1}, both]
+    assert grain_defines == [{}, {"COLORED": 1}, {"COARSE": 1}, both]
 
 
-def test_no_build_is_made_twice() -> None:
+def test_pass_builds_are_unique() -> None:
     builds = [(name, tuple(sorted(defines.items()))) for name, defines in pass_builds()]
     assert len(set(builds)) == len(builds)
 
 
-def test_every_define_that_a_shader_asks_for_itself_is_in_a_build() -> None:
+def test_pass_builds_cover_every_ifdef_of_shaders() -> None:
     built: dict[str, set[str]] = {}
     for name, defines in pass_builds():
         built.setdefault(name, set()).update(defines)

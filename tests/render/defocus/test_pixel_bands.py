@@ -1,4 +1,4 @@
-"""Passes over every pixel, cut into bands so that a window can answer in between."""
+"""PixelBands: passes over every pixel, run in bands of rows to keep the window responsive."""
 
 import math
 from pathlib import PurePath
@@ -14,7 +14,7 @@ from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus import pixel_list
 from heatlens.render.defocus.pixel_list import PixelBands
-from heatlens.render.frame_renderer import FrameRenderer, drained
+from heatlens.render.frame_renderer import FrameRenderer, run_all_steps
 from heatlens.render.gpu.program import ComputeProgram
 from heatlens.render.gpu.shader_constants import PIXEL_GROUP
 from heatlens.render.gpu.textures import download
@@ -25,8 +25,8 @@ PER_PIXEL = ("coc", "fragments_find", "highlight_luminance", "highlight_split", 
 SIDES = st.integers(1, 5000)
 
 
-class Listener:
-    """Stands in for a program, and keeps the rows that it was run on."""
+class RecordingProgram:
+    """A fake program that records the rows on which it was run."""
 
     def __init__(self) -> None:
         self.rows: list[range] = []
@@ -41,18 +41,18 @@ def bands_on(renderer: str) -> PixelBands:
 
 
 @given(SIDES, SIDES, st.sampled_from([1, 2, 8]))
-def test_bands_cover_each_row_once_and_none_is_long(width, height, side):
-    listener = Listener()
+def test_bands_cover_each_row_once_within_most_pixels(width, height, side):
+    listener = RecordingProgram()
     steps = sum(1 for _ in bands_on("llvmpipe").run(listener, (width, height), side=side))
     assert steps == len(listener.rows)
-    seen = [row for rows in listener.rows for row in rows]
-    assert seen == list(range(math.ceil(height / PIXEL_GROUP) * PIXEL_GROUP))
-    most = max(pixel_list.BAND_PX, PIXEL_GROUP * width * side * side)
-    assert all(len(rows) * width * side * side <= most for rows in listener.rows)
+    covered_rows = [row for rows in listener.rows for row in rows]
+    assert covered_rows == list(range(math.ceil(height / PIXEL_GROUP) * PIXEL_GROUP))
+    most_px = max(pixel_list.BAND_PX, PIXEL_GROUP * width * side * side)
+    assert all(len(rows) * width * side * side <= most_px for rows in listener.rows)
 
 
-def in_bands(loaded: FrameRenderer, band_px: int, monkeypatch) -> tuple[np.ndarray, dict]:
-    """Return the picture with bands of so many pixels, and the runs of each program."""
+def render_in_bands(loaded: FrameRenderer, band_px: int, monkeypatch) -> tuple[np.ndarray, dict]:
+    """Render with bands of `band_px` pixels; return the picture and the dispatches by program."""
     runs: dict[str, int] = {}
     dispatch = ComputeProgram.dispatch
 
@@ -64,24 +64,24 @@ def in_bands(loaded: FrameRenderer, band_px: int, monkeypatch) -> tuple[np.ndarr
     with monkeypatch.context() as patch:
         patch.setattr(pixel_list, "BAND_PX", band_px)
         patch.setattr(ComputeProgram, "dispatch", counted)
-        return download(drained(loaded.steps(SHOT))), runs
+        return download(run_all_steps(loaded.steps(SHOT))), runs
 
 
-def test_a_picture_in_bands_is_the_same_bit_for_bit(renderer, monkeypatch):
+def test_picture_in_bands_equals_whole_picture(renderer, monkeypatch):
     color, depth = (np.concatenate([part, part]) for part in room())
     color[::7, ::11] *= 200.0  # lamps, also across the borders of bands
     renderer.load(plate_of(color, depth))
-    for one in vars(renderer._passes).values():
-        if isinstance(getattr(one, "_bands", None), PixelBands):
-            monkeypatch.setattr(one._bands, "_is_cut", True)
-    whole, once = in_bands(renderer, 1 << 30, monkeypatch)
-    cut, often = in_bands(renderer, 1, monkeypatch)
-    np.testing.assert_array_equal(cut, whole)
-    assert all(often[name] > once[name] for name in PER_PIXEL)
+    for render_pass in vars(renderer._passes).values():
+        if isinstance(getattr(render_pass, "_bands", None), PixelBands):
+            monkeypatch.setattr(render_pass._bands, "_uses_bands", True)
+    whole, whole_runs = render_in_bands(renderer, 1 << 30, monkeypatch)
+    banded, band_runs = render_in_bands(renderer, 1, monkeypatch)
+    np.testing.assert_array_equal(banded, whole)
+    assert all(band_runs[name] > whole_runs[name] for name in PER_PIXEL)
 
 
 @pytest.mark.parametrize("name, is_cut", [("llvmpipe (LLVM 19)", True), ("NVIDIA H100", False)])
-def test_only_a_processor_gets_a_picture_in_bands(name, is_cut):
-    listener = Listener()
+def test_bands_are_cut_on_software_renderer_only(name, is_cut):
+    listener = RecordingProgram()
     list(bands_on(name).run(listener, (4096, 2160)))
     assert (len(listener.rows) > 1) is is_cut

@@ -1,4 +1,4 @@
-"""Inputs of shaders by name: a misspelt or a forgotten one is an error, an unused one is not."""
+"""Inputs of shader programs by name: misspelled or missing ones are errors, unused ones are not."""
 
 from pathlib import Path
 
@@ -60,7 +60,7 @@ def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 class Scale:
-    """The shader above and all that it wants, to be left out or misspelt one by one."""
+    """The shader SCALE with all its inputs, which a test can remove or misspell one by one."""
 
     def __init__(self, ctx: Device) -> None:
         self.program = ComputeProgram(ctx, "scale.comp.glsl")
@@ -80,7 +80,7 @@ class Scale:
         return float(download(self.out)[0, 0])
 
 
-def test_inputs_by_name_reach_the_shader(ctx: Device, shaders: Path) -> None:
+def test_dispatch_passes_inputs_by_name(ctx: Device, shaders: Path) -> None:
     assert Scale(ctx).result() == 3.0 * 2.0 * 5.0 + 0.5 + 100.0 + 1000.0
 
 
@@ -93,7 +93,7 @@ def test_inputs_by_name_reach_the_shader(ctx: Device, shaders: Path) -> None:
         ("uniforms", "factor", "fcator"),
     ],
 )
-def test_a_misspelt_name_is_an_error(
+def test_dispatch_with_misspelled_name_suggests_right_one(
     ctx: Device, shaders: Path, kind: str, right: str, wrong: str
 ) -> None:
     scale = Scale(ctx)
@@ -102,14 +102,14 @@ def test_a_misspelt_name_is_an_error(
         scale.result()
 
 
-def test_a_name_of_another_kind_is_an_error(ctx: Device, shaders: Path) -> None:
+def test_dispatch_rejects_sampler_given_as_uniform(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
     scale.inputs["uniforms"]["in_tx"] = 0
     with pytest.raises(ShaderError, match="'in_tx' is declared as a sampler, not as a uniform"):
         scale.result()
 
 
-def test_a_name_in_a_comment_is_not_declared(ctx: Device, shaders: Path) -> None:
+def test_dispatch_rejects_name_declared_only_in_comment(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
     scale.inputs["uniforms"]["commented_out"] = 0
     with pytest.raises(ShaderError, match="'commented_out'"):
@@ -117,7 +117,7 @@ def test_a_name_in_a_comment_is_not_declared(ctx: Device, shaders: Path) -> None
 
 
 @pytest.mark.parametrize("name", ["unused", "only_in_another_build"])
-def test_a_name_that_the_compiler_removed_is_fine(ctx: Device, shaders: Path, name: str) -> None:
+def test_dispatch_accepts_name_that_compiler_removed(ctx: Device, shaders: Path, name: str) -> None:
     scale = Scale(ctx)
     scale.inputs["uniforms"][name] = 1.0
     assert scale.result() == 1130.5
@@ -133,7 +133,7 @@ def test_a_name_that_the_compiler_removed_is_fine(ctx: Device, shaders: Path, na
         ("uniforms", "gains"),
     ],
 )
-def test_a_forgotten_input_is_an_error_in_tests(
+def test_dispatch_in_strict_mode_rejects_missing_input(
     ctx: Device, shaders: Path, kind: str, name: str
 ) -> None:
     scale = Scale(ctx)
@@ -142,7 +142,7 @@ def test_a_forgotten_input_is_an_error_in_tests(
         scale.result()
 
 
-class Counting:
+class CountingProgram:
     """A linked program that counts how often a uniform is set."""
 
     def __init__(self, linked: object) -> None:
@@ -153,11 +153,11 @@ class Counting:
         self.linked[name] = value
 
 
-def test_a_uniform_is_set_when_its_value_has_changed(ctx: Device, shaders: Path) -> None:
+def test_dispatch_sets_only_changed_uniforms(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
     uniforms, linked = scale.inputs["uniforms"], scale.program._program
     uniforms["gains"] = (0.0, 3.0)
-    counting = linked.raw = Counting(linked.raw)
+    counting = linked.raw = CountingProgram(linked.raw)
     assert scale.result() == scale.result() == 1130.5
     assert counting.count == 3
     uniforms["factor"] = 4.0
@@ -168,7 +168,7 @@ def test_a_uniform_is_set_when_its_value_has_changed(ctx: Device, shaders: Path)
     assert scale.result() == 1140.5
 
 
-def test_units_are_given_for_each_run_and_uniforms_stay(ctx: Device, shaders: Path) -> None:
+def test_dispatch_keeps_uniforms_but_needs_textures_each_time(ctx: Device, shaders: Path) -> None:
     scale = Scale(ctx)
     first = scale.result()
     scale.inputs["uniforms"] = {}
@@ -178,7 +178,7 @@ def test_units_are_given_for_each_run_and_uniforms_stay(ctx: Device, shaders: Pa
         scale.result()
 
 
-def test_users_are_not_stopped_by_a_forgotten_input(
+def test_dispatch_without_strict_mode_accepts_missing_input(
     ctx: Device, shaders: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv(STRICT_VARIABLE)
@@ -187,7 +187,7 @@ def test_users_are_not_stopped_by_a_forgotten_input(
     assert scale.result() == 1100.5
 
 
-def test_drawing_takes_the_inputs_of_both_shaders(ctx: Device, shaders: Path) -> None:
+def test_draw_program_binds_inputs_of_both_shaders(ctx: Device, shaders: Path) -> None:
     program = DrawProgram(ctx, "spot")
     with pytest.raises(ShaderError, match=r"spot\.vert\.glsl and spot\.frag\.glsl: .*'red'"):
         program.bind(uniforms={"side": 1.0, "rde": 1.0})
@@ -196,15 +196,13 @@ def test_drawing_takes_the_inputs_of_both_shaders(ctx: Device, shaders: Path) ->
     program.bind(uniforms={"side": 1.0, "red": 1.0})
 
 
-def test_the_error_of_a_draw_program_names_the_shader_that_was_refused(
-    ctx: Device, shaders: Path
-) -> None:
+def test_draw_program_error_names_refused_shader(ctx: Device, shaders: Path) -> None:
     (shaders / "spot.vert.glsl").write_text("void main() { gl_Position = nothing; }\n")
     with pytest.raises(ShaderError, match=r"^spot\.vert\.glsl: [\s\S]*spot\.vert\.glsl:1"):
         DrawProgram(ctx, "spot")
 
 
-def test_declarations_of_all_kinds_are_found() -> None:
+def test_kinds_in_finds_declarations_of_all_kinds() -> None:
     text = """
     layout(rgba32ui) uniform writeonly uimage2DArray a_img;
     writeonly uniform image2D b_img;
@@ -225,7 +223,7 @@ def test_declarations_of_all_kinds_are_found() -> None:
 
 
 @pytest.mark.parametrize(("flat", "layered"), [("a_img", "b_img"), ("b_img", "a_img")])
-def test_an_image_and_an_array_are_both_written_whichever_a_driver_lists_first(
+def test_dispatch_writes_image_and_image_array_in_any_order(
     ctx: Device, shaders: Path, flat: str, layered: str
 ) -> None:
     text = IMAGES.replace("FLAT", flat).replace("LAYERED", layered)
@@ -235,11 +233,11 @@ def test_an_image_and_an_array_are_both_written_whichever_a_driver_lists_first(
         texture.write(bytes(4 * values))
     program = ComputeProgram(ctx, "images.comp.glsl")
     program.dispatch((1, 1), images={flat: image, layered: array})
-    found = np.frombuffer(array.read(), np.float32).reshape(2, 4)
-    assert np.all(download(image) == 1.0) and found.tolist() == [[0.0] * 4, [2.0] * 4]
+    layers = np.frombuffer(array.read(), np.float32).reshape(2, 4)
+    assert np.all(download(image) == 1.0) and layers.tolist() == [[0.0] * 4, [2.0] * 4]
 
 
-def test_two_arrays_of_images_are_refused(ctx: Device, shaders: Path) -> None:
+def test_compute_program_refuses_two_image_arrays(ctx: Device, shaders: Path) -> None:
     text = IMAGES.replace("FLAT, ivec2(0)", "FLAT, ivec3(0)").replace("image2D ", "image2DArray ")
     (shaders / "images.comp.glsl").write_text(text)
     with pytest.raises(ShaderError, match=r"images\.comp\.glsl: two arrays of images"):

@@ -1,4 +1,4 @@
-"""Inside a layer a silhouette has the nearer surface's blur on both sides; beyond it, its own."""
+"""CocFillPass: at a silhouette in a layer both sides get the nearer surface's coc."""
 
 import numpy as np
 import pytest
@@ -24,14 +24,14 @@ def solver(ctx: Device, request: pytest.FixtureRequest) -> LineSolver:
     return request.param(ctx)
 
 
-def filled(
+def fill_coc(
     ctx: Device,
     solver: LineSolver,
     diameter: FloatArray,
     known: FloatArray,
     cut: LayerCut,
 ) -> FloatArray:
-    """Return the coc of a layer with this (H, W) diameter as far as it is known, 0..1."""
+    """Return the filled coc of a layer; `diameter` (H, W) in px, `known` its share known, 0..1."""
     size = diameter.shape[1::-1]
     state, out = new_texture(ctx, size, 2), new_texture(ctx, size, 1)
     rows = tuple(ctx.buffer(reserve=CocFillPass.rows_bytes(size)) for _ in range(2))
@@ -40,15 +40,15 @@ def filled(
     return download(out).reshape(diameter.shape)
 
 
-def halves(left_px: float, right_px: float) -> FloatArray:
+def two_halves(left_px: float, right_px: float) -> FloatArray:
     return np.where(np.arange(SHAPE[1]) < 64, left_px, right_px) * np.ones(SHAPE)
 
 
 @pytest.mark.parametrize(("cut", "nearer_px", "farther_px"), [(NEAR, 24, 16), (FAR, 22, 30)])
-def test_a_silhouette_has_the_nearer_blur_on_both_sides(
+def test_coc_fill_gives_silhouette_nearer_coc_on_both_sides(
     ctx: Device, solver: LineSolver, cut: LayerCut, nearer_px: float, farther_px: float
 ) -> None:
-    out = filled(ctx, solver, halves(nearer_px, farther_px), np.ones(SHAPE), cut)[24]
+    out = fill_coc(ctx, solver, two_halves(nearer_px, farther_px), np.ones(SHAPE), cut)[24]
     np.testing.assert_allclose(out[:64], nearer_px, rtol=1e-4)
     assert abs(out[64] - nearer_px) < 0.25 * abs(farther_px - nearer_px)
     assert np.all(np.diff(np.abs(out[64:] - nearer_px)) >= -1e-3)
@@ -56,29 +56,29 @@ def test_a_silhouette_has_the_nearer_blur_on_both_sides(
 
 
 @pytest.mark.parametrize("cut", [NEAR, FAR])
-def test_diameters_stay_within_the_limit(
+def test_coc_fill_changes_diameters_within_limit(
     ctx: Device, solver: LineSolver, rng: np.random.Generator, cut: LayerCut
 ) -> None:
     diameter = rng.uniform(5, 60, SHAPE)
-    part = filled(ctx, solver, diameter, np.ones(SHAPE), cut) / diameter
+    ratio = fill_coc(ctx, solver, diameter, np.ones(SHAPE), cut) / diameter
     low, high = (1.0, 1 / 0.6) if cut is NEAR else (0.6, 1.0)
-    assert part.min() > low - 1e-4 and part.max() < high + 1e-4
-    assert np.ptp(part) > 0.2
+    assert ratio.min() > low - 1e-4 and ratio.max() < high + 1e-4
+    assert np.ptp(ratio) > 0.2
 
 
 @pytest.mark.parametrize("cut", [NEAR, FAR])
-def test_what_is_in_focus_stays_and_lets_nothing_through(
+def test_coc_fill_keeps_pixels_in_focus_and_does_not_cross_them(
     ctx: Device, solver: LineSolver, cut: LayerCut
 ) -> None:
-    diameter = halves(0, 30)
-    out = filled(ctx, solver, diameter, np.ones(SHAPE), cut)
+    diameter = two_halves(0, 30)
+    out = fill_coc(ctx, solver, diameter, np.ones(SHAPE), cut)
     np.testing.assert_array_equal(out[:, :64], 0)
     np.testing.assert_allclose(out[:, 64:], 30, rtol=1e-4)
 
 
-def test_beyond_the_content_its_edge_goes_on(ctx: Device, solver: LineSolver) -> None:
-    """Not a mean with what lies further in, though that diffuses into the edge."""
+def test_coc_fill_extends_edge_coc_beyond_content(ctx: Device, solver: LineSolver) -> None:
+    """Check that the fill repeats the edge's coc, though values further inside diffuse into it."""
     ramp = np.linspace(60, 20, SHAPE[1]) * np.ones(SHAPE)
-    known = halves(1, 0)
-    row = filled(ctx, solver, ramp, known, NEAR)[24]
+    known = two_halves(1, 0)
+    row = fill_coc(ctx, solver, ramp, known, NEAR)[24]
     np.testing.assert_allclose(row[64:96], ramp[24, 63], rtol=0.01)

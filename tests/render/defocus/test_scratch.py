@@ -1,4 +1,4 @@
-"""Memory between passes: what shares it never lives at one time, and nobody reads what is dead."""
+"""Scratch memory: lifetimes that share memory do not overlap; no pass reads memory after them."""
 
 from collections import defaultdict
 from dataclasses import replace
@@ -35,83 +35,91 @@ LIFETIMES, ORDER = lifetimes(), [one.name for one in PASSES]
 LENS = Lens(85.0, 1.0, 1.6, 36.0)  # so much blur that some layers are worked on at half size
 
 
-def meet(one: Lifetime, other: Lifetime) -> bool:
-    """Return True if both use the same memory at the same time."""
-    if one.memory != other.memory:
+def lifetimes_overlap(first: Lifetime, second: Lifetime) -> bool:
+    """Return True if both lifetimes have the same memory and overlap in the order of the passes."""
+    if first.memory != second.memory:
         return False
-    return _place(one.first) <= _place(other.last) and _place(other.first) <= _place(one.last)
+    return _pass_index(first.first) <= _pass_index(second.last) and _pass_index(
+        second.first
+    ) <= _pass_index(first.last)
 
 
-def _place(name: str) -> int:
+def _pass_index(name: str) -> int:
     return len(ORDER) if name == AFTER_THE_PICTURE else ORDER.index(name)
 
 
-def test_what_shares_memory_never_lives_at_one_time() -> None:
-    for (a, one), (b, other) in combinations(LIFETIMES.items(), 2):
-        assert not meet(one, other), (a, b)
+def test_lifetimes_with_same_memory_do_not_overlap() -> None:
+    for (a, first), (b, second) in combinations(LIFETIMES.items(), 2):
+        assert not lifetimes_overlap(first, second), (a, b)
 
 
-def test_lifetimes_that_meet_are_told_from_those_that_do_not() -> None:
+def test_lifetimes_overlap_on_declared_lifetimes() -> None:
     hidden, tiles = LIFETIMES["hidden list"], LIFETIMES["tile mask"]
-    assert meet(hidden, hidden) and not meet(hidden, tiles)
+    assert lifetimes_overlap(hidden, hidden) and not lifetimes_overlap(hidden, tiles)
     high, layer = LIFETIMES["high"], LIFETIMES["layer"]
-    assert high.memory == layer.memory and not meet(high, layer)  # one after the other
+    assert high.memory == layer.memory and not lifetimes_overlap(high, layer)  # one after the other
 
 
-def test_two_names_that_share_memory_may_follow_but_not_meet() -> None:
+def test_lifetimes_overlap_on_made_up_lifetimes() -> None:
     first, second, third = ORDER[:3]
     early, late = Lifetime("m", first, second), Lifetime("m", third, third)
-    assert not meet(early, late) and not meet(late, early)
+    assert not lifetimes_overlap(early, late) and not lifetimes_overlap(late, early)
     touching = Lifetime("m", second, third)  # written by the pass that reads the other last
-    assert meet(early, touching) and meet(touching, early) and meet(early, early)
-    assert not meet(early, replace(touching, memory="n"))
+    assert (
+        lifetimes_overlap(early, touching)
+        and lifetimes_overlap(touching, early)
+        and lifetimes_overlap(early, early)
+    )
+    assert not lifetimes_overlap(early, replace(touching, memory="n"))
     forever = Lifetime("m", first, AFTER_THE_PICTURE)
-    assert meet(forever, late) and meet(late, forever)
+    assert lifetimes_overlap(forever, late) and lifetimes_overlap(late, forever)
 
 
-def test_a_life_begins_before_it_ends() -> None:
+def test_lifetimes_begin_before_they_end() -> None:
     for life in LIFETIMES.values():
         assert not life.last or ORDER.index(life.first) <= ORDER.index(life.last)
 
 
-def test_memory_has_one_owner_at_a_time(ctx: Device) -> None:
+def test_scratch_buffer_refuses_second_owner_until_pass_ends(ctx: Device) -> None:
     scratch = Scratch(ctx)
     rims = scratch.buffer("rim list", 64)
     with pytest.raises(RuntimeError, match=r"'pixel list' still belongs to 'rim list'"):
         scratch.buffer("hidden list", 64)
-    scratch.passed("fragments")
+    scratch.end_pass("fragments")
     assert scratch.buffer("hidden list", 64) is rims
     scratch.begin_picture()
     assert scratch.buffer("rim list", 64) is rims
     scratch.release()
 
 
-def test_scratch_memory_has_one_owner_until_its_last_reader(ctx: Device) -> None:
+def test_scratch_texture_refuses_second_owner_until_last_reader(ctx: Device) -> None:
     scratch = Scratch(ctx)
     by_memory: dict[str, list[str]] = {}
-    for name, one in LIFETIMES.items():
-        if one.last:
-            by_memory.setdefault(one.memory, []).append(name)
+    for name, lifetime in LIFETIMES.items():
+        if lifetime.last:
+            by_memory.setdefault(lifetime.memory, []).append(name)
     first, second, *_ = next(names for names in by_memory.values() if len(names) > 1)
-    held = scratch.texture(first, (4, 4), 4)
-    assert scratch.texture(first, (4, 4), 4) is held
+    texture = scratch.texture(first, (4, 4), 4)
+    assert scratch.texture(first, (4, 4), 4) is texture
     with pytest.raises(RuntimeError, match=second):
         scratch.texture(second, (4, 4), 4)
-    assert scratch.passed(LIFETIMES[first].last) == LIFETIMES[first].last
+    assert scratch.end_pass(LIFETIMES[first].last) == LIFETIMES[first].last
     scratch.texture(second, (4, 4), 4)
     scratch.release()
     scratch.texture(first, (4, 4), 4)  # nobody owns what was released
     scratch.release()
 
 
-def test_what_is_over_is_poisoned(ctx: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scratch_poisons_memory_after_its_lifetime(
+    ctx: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv(POISON_VARIABLE, "1")
     scratch = Scratch(ctx)
     state = scratch.texture("layer state", (3, 2), 2)
     coc = scratch.texture("layer coc", (3, 2), 1)
     for texture in (state, coc):
         texture.write(bytes(3 * 2 * texture.components * 4))
-    scratch.passed("coc fill")
+    scratch.end_pass("coc fill")
     assert np.isnan(download(state)).all() and not np.isnan(download(coc)).any()
     scratch.release()
 
@@ -122,20 +130,22 @@ def pictures(session_context: Device) -> dict[str, dict[str, np.ndarray]]:
     color, depth = room(160, 96)
     alpha = np.linspace(0.2, 1.0, 160, dtype=np.float32) * np.ones((96, 1, 1), np.float32)
     rgba = np.concatenate([color, alpha.reshape(96, 160, 1)], axis=2)
-    plate, found = plate_of(rgba, depth, has_alpha=True), defaultdict(dict)
+    plate, pictures_by_poison = plate_of(rgba, depth, has_alpha=True), defaultdict(dict)
     for value in ("", "1"):
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv(POISON_VARIABLE, value)
             renderer = FrameRenderer(session_context)
             renderer.load(plate)
             for name, settings in SETTINGS.items():
-                found[value][name] = renderer.pixels(Shot(LENS, settings))
-            renderer.let_go()
-    return found
+                pictures_by_poison[value][name] = renderer.pixels(Shot(LENS, settings))
+            renderer.unload()
+    return pictures_by_poison
 
 
 @pytest.mark.parametrize("name", SETTINGS)
-def test_no_pass_reads_what_is_dead(pictures: dict[str, dict[str, np.ndarray]], name: str) -> None:
+def test_picture_is_unchanged_by_poisoned_scratch(
+    pictures: dict[str, dict[str, np.ndarray]], name: str
+) -> None:
     poisoned = pictures["1"][name]
     assert np.isfinite(poisoned).all()
     np.testing.assert_array_equal(poisoned, pictures[""][name])

@@ -11,7 +11,7 @@ from heatlens.render.gpu.device import Device, Primitive
 from heatlens.render.gpu.program import ComputeProgram, DrawProgram, pixel_groups
 from heatlens.render.gpu.shader_reload import EVERY_S, VARIABLE, ShaderReload
 from heatlens.render.gpu.textures import download, new_texture
-from support.shader_copies import edit, reloading_copy
+from support.shader_copies import edit_shader_file, reloading_copy
 
 LIMITS, DONE = "defocus/limits.comp.glsl", "scene_gpu/scene_done.vert.glsl"
 
@@ -34,59 +34,59 @@ class Clock:
         self.now += EVERY_S
 
 
-def limited(ctx: Device, program: ComputeProgram) -> float:
-    """Return what the pass makes of 2.0."""
-    color = new_texture(ctx, (1, 1), 4)
-    color.write(np.full(4, 2.0, np.float32))
-    images = {"color_img": color}
+def run_limits(ctx: Device, program: ComputeProgram) -> float:
+    """Run the limits pass on one pixel of value 2.0 and return the result."""
+    color_texture = new_texture(ctx, (1, 1), 4)
+    color_texture.write(np.full(4, 2.0, np.float32))
+    images = {"color_img": color_texture}
     program.dispatch(pixel_groups((1, 1)), images=images, uniforms={"is_opaque": True})
-    return float(download(color)[0, 0, 0])
+    return float(download(color_texture)[0, 0, 0])
 
 
-def test_a_changed_file_changes_the_running_program(ctx: Device, shaders: Path) -> None:
+def test_reload_updates_program_of_changed_file(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), ComputeProgram(ctx, LIMITS)
     reload = ShaderReload(clock)
-    edit(shaders / LIMITS, "max(color.rgb, 0.0)", "vec3(7.0)")
-    assert reload.poll() is None and limited(ctx, program) == 2.0  # not looked at again so soon
+    edit_shader_file(shaders / LIMITS, "max(color.rgb, 0.0)", "vec3(7.0)")
+    assert reload.poll() is None and run_limits(ctx, program) == 2.0  # not looked at again so soon
     clock.tick()
     news = reload.poll()
-    assert news is not None and news.programs == 1 and LIMITS in news.sentence
-    assert limited(ctx, program) == 7.0
+    assert news is not None and news.programs == 1 and LIMITS in news.message
+    assert run_limits(ctx, program) == 7.0
     clock.tick()
     assert reload.poll() is None
 
 
-def test_a_mistake_is_said_and_the_last_good_program_stays(ctx: Device, shaders: Path) -> None:
+def test_reload_reports_mistake_and_keeps_last_good_program(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), ComputeProgram(ctx, LIMITS)
     reload = ShaderReload(clock)
-    edit(shaders / LIMITS, "max(color.rgb, 0.0)", "nothing_of_that_name")
+    edit_shader_file(shaders / LIMITS, "max(color.rgb, 0.0)", "nothing_of_that_name")
     clock.tick()
     news = reload.poll()
     assert news is not None and news.programs == 0
-    assert f"{LIMITS}:" in news.sentence and "nothing_of_that_name" in news.sentence
-    assert limited(ctx, program) == 2.0
-    edit(shaders / LIMITS, "nothing_of_that_name", "vec3(3.0)")
+    assert f"{LIMITS}:" in news.message and "nothing_of_that_name" in news.message
+    assert run_limits(ctx, program) == 2.0
+    edit_shader_file(shaders / LIMITS, "nothing_of_that_name", "vec3(3.0)")
     clock.tick()
-    assert reload.poll() is not None and limited(ctx, program) == 3.0
+    assert reload.poll() is not None and run_limits(ctx, program) == 3.0
 
 
-def test_an_included_file_and_a_vanished_one(ctx: Device, shaders: Path) -> None:
+def test_reload_follows_included_file_and_reports_missing_one(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), ComputeProgram(ctx, "defocus/fragments_far.comp.glsl")
     reload = ShaderReload(clock)
-    edit(shaders / "lib" / "tone.lib.glsl", "0.98", "0.97")
+    edit_shader_file(shaders / "lib" / "tone.lib.glsl", "0.98", "0.97")
     clock.tick()
     news = reload.poll()
     assert news is not None and news.programs == 1
     (shaders / "lib" / "tone.lib.glsl").unlink()
-    edit(shaders / "defocus/fragments_far.comp.glsl", "0.1", "0.2")
+    edit_shader_file(shaders / "defocus/fragments_far.comp.glsl", "0.1", "0.2")
     clock.tick()
     news = reload.poll()
-    assert news is not None and "tone.lib.glsl" in news.sentence
+    assert news is not None and "tone.lib.glsl" in news.message
     with pytest.raises(ShaderError):
         program.rebuild()
 
 
-def test_what_was_laid_out_is_drawn_with_the_new_program(ctx: Device, shaders: Path) -> None:
+def test_vertex_array_draws_with_reloaded_program(ctx: Device, shaders: Path) -> None:
     clock, program = Clock(), DrawProgram(ctx, "display/picture")
     quad, reload = program.vertex_array([]), ShaderReload(clock)
     source, out = new_texture(ctx, (1, 1), 4), ctx.texture((1, 1), 4, dtype="f4")
@@ -109,17 +109,17 @@ def test_what_was_laid_out_is_drawn_with_the_new_program(ctx: Device, shaders: P
         return float(np.frombuffer(out.read(), np.float32)[0])
 
     assert drawn() == 1.0
-    edit(
+    edit_shader_file(
         shaders / "display/picture.frag.glsl",
         "out_color = is_nearest ?",
         "out_color = 5.0 * is_nearest ?",
     )
     clock.tick()
-    assert "display/picture.frag.glsl:" in reload.poll().sentence and drawn() == 1.0  # a mistake
-    edit(shaders / "display/picture.frag.glsl", "5.0 * is_nearest", "is_nearest")
-    edit(
+    assert "display/picture.frag.glsl:" in reload.poll().message and drawn() == 1.0  # a mistake
+    edit_shader_file(shaders / "display/picture.frag.glsl", "5.0 * is_nearest", "is_nearest")
+    edit_shader_file(
         shaders / "display/picture.frag.glsl",
-        "texture(picture_tx, place);",
+        "texture(picture_tx, texture_uv);",
         "vec4(0.0); out_color *= 5.0;",
     )
     clock.tick()
@@ -131,7 +131,7 @@ def test_what_was_laid_out_is_drawn_with_the_new_program(ctx: Device, shaders: P
     target.release()
 
 
-def test_nothing_is_watched_unless_asked(
+def test_reload_watches_nothing_without_its_variable(
     ctx: Device, shaders: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv(VARIABLE)

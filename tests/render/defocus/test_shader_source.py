@@ -1,4 +1,4 @@
-"""Includes, defines and the way back from a driver's line number."""
+"""Assembled shader sources: includes, defines, constants and line numbers of driver logs."""
 
 import json
 import re
@@ -34,45 +34,49 @@ print(json.dumps([[name, defines, sha256(text.encode()).hexdigest()]
 """
 
 
-def write(folder: Path, **files: str) -> None:
+def write_shaders(folder: Path, **files: str) -> None:
     for name, text in files.items():
         (folder / f"{name}.glsl").write_text(text)
 
 
-def test_include_is_in_place_and_only_once(tmp_path: Path) -> None:
-    write(tmp_path, a='first\n#include "b.glsl"\n#include "b.glsl"\nlast\n', b="inside\n")
+def test_assemble_includes_file_in_place_and_once(tmp_path: Path) -> None:
+    write_shaders(tmp_path, a='first\n#include "b.glsl"\n#include "b.glsl"\nlast\n', b="inside\n")
     text = assemble(tmp_path, "a.glsl").text
     assert text.count("inside") == 1
     assert text.index("first") < text.index("inside") < text.index("last")
 
 
-def test_include_by_define(tmp_path: Path) -> None:
-    write(tmp_path, a="#include SYSTEM\n", b="inside\n")
+def test_assemble_includes_file_named_by_define(tmp_path: Path) -> None:
+    write_shaders(tmp_path, a="#include SYSTEM\n", b="inside\n")
     assert "inside" in assemble(tmp_path, "a.glsl", {"SYSTEM": "b.glsl"}).text
 
 
-def test_defines_come_after_the_version(tmp_path: Path) -> None:
-    write(tmp_path, a="body\n")
+def test_assemble_puts_defines_after_version(tmp_path: Path) -> None:
+    write_shaders(tmp_path, a="body\n")
     lines = assemble(tmp_path, "a.glsl", {"POLES": 4}).text.splitlines()
     assert lines[:2] == ["#version 430 core", "#define POLES 4"]
 
 
-def test_line_numbers_map_back(tmp_path: Path) -> None:
-    write(tmp_path, a='one\n#include "b.glsl"\nthree\n', b="x\ny\n")
+def test_explain_log_maps_lines_to_files(tmp_path: Path) -> None:
+    write_shaders(tmp_path, a='one\n#include "b.glsl"\nthree\n', b="x\ny\n")
     source = assemble(tmp_path, "a.glsl")
-    assert source.explained("0:10002(3): error: no") == "b.glsl:2(3): error: no"
-    assert source.explained("0:3(1): error: no") == "a.glsl:3(1): error: no"
-    assert source.explained("0(10002) : error C7586: no") == "b.glsl:2 : error C7586: no"  # NVIDIA
+    assert source.explain_log("0:10002(3): error: no") == "b.glsl:2(3): error: no"
+    assert source.explain_log("0:3(1): error: no") == "a.glsl:3(1): error: no"
+    assert (
+        source.explain_log("0(10002) : error C7586: no") == "b.glsl:2 : error C7586: no"
+    )  # NVIDIA
     assert "#line 3" in source.text
 
 
-def test_an_include_that_is_there_already_still_counts_as_a_line(tmp_path: Path) -> None:
-    write(tmp_path, a='#include "b.glsl"\n#include "b.glsl"\nlast\n', b="inside\n")
+def test_assemble_counts_repeated_include_as_a_line(tmp_path: Path) -> None:
+    write_shaders(tmp_path, a='#include "b.glsl"\n#include "b.glsl"\nlast\n', b="inside\n")
     assert assemble(tmp_path, "a.glsl").text.endswith("#line 3\nlast\n")
 
 
-def test_constants_that_are_mentioned_are_defined(tmp_path: Path) -> None:
-    write(tmp_path, a='#include "b.glsl"\n', b="float side = TILE; vec3 color = OVERLAY_NEAR;\n")
+def test_assemble_defines_only_constants_in_use(tmp_path: Path) -> None:
+    write_shaders(
+        tmp_path, a='#include "b.glsl"\n', b="float side = TILE; vec3 color = OVERLAY_NEAR;\n"
+    )
     defines = assemble(tmp_path, "a.glsl").text.split("#line", 1)[0].splitlines()[1:]
     near = ", ".join(map(str, next(overlay_of("zones").tints())))
     assert sorted(defines) == [
@@ -81,14 +85,14 @@ def test_constants_that_are_mentioned_are_defined(tmp_path: Path) -> None:
     ]
 
 
-def test_a_define_that_is_given_stands_before_a_constant(tmp_path: Path) -> None:
-    write(tmp_path, a="float side = TILE;\n")
+def test_assemble_prefers_given_define_over_constant(tmp_path: Path) -> None:
+    write_shaders(tmp_path, a="float side = TILE;\n")
     text = assemble(tmp_path, "a.glsl", {"TILE": 7}).text
     assert "#define TILE 7\n" in text and text.count("#define") == 1
 
 
-def test_every_shader_has_the_same_text_in_each_start() -> None:
-    """Otherwise a driver finds none of the shaders that it has compiled before."""
+def test_shader_texts_do_not_depend_on_hash_seed() -> None:
+    """Check two hash seeds: a driver's cache of compiled shaders needs the same text each time."""
     command = [sys.executable, "-c", _EVERY_TEXT]
     first, second = (
         subprocess.check_output(command, text=True, env=ENVIRONMENT | {"PYTHONHASHSEED": seed})
@@ -99,7 +103,7 @@ def test_every_shader_has_the_same_text_in_each_start() -> None:
     assert built >= shader_names()
 
 
-def test_no_shader_defines_a_constant_again() -> None:
+def test_shader_files_do_not_redefine_constants() -> None:
     paths = sorted(data_dir("shaders").rglob("*.glsl"))
     assert len(paths) > 50
     tints = (name for overlay in OVERLAYS for name in overlay.colors)
@@ -109,14 +113,14 @@ def test_no_shader_defines_a_constant_again() -> None:
         assert not set(defined) & constants, path.name
 
 
-def test_constants_that_follow_from_each_other() -> None:
+def test_derived_constants_match_their_sources() -> None:
     assert len(list(overlay_of("layers").tints())) == LAYERS_MAX + 1
     growth = 2**shader_constants.SCATTER_GROWTH_LOG2
     assert growth == pytest.approx(shader_constants.SCATTER_GROWTH, rel=1e-6)
 
 
-def test_missing_include_names_the_file(tmp_path: Path) -> None:
-    write(tmp_path, a='#include "gone.glsl"\n')
+def test_assemble_error_names_missing_include(tmp_path: Path) -> None:
+    write_shaders(tmp_path, a='#include "gone.glsl"\n')
     with pytest.raises(ShaderError, match=r"gone\.glsl"):
         assemble(tmp_path, "a.glsl")
 
@@ -124,8 +128,8 @@ def test_missing_include_names_the_file(tmp_path: Path) -> None:
 def test_compile_error_names_file_and_line(
     ctx: Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write(tmp_path, a='layout(local_size_x = 1) in;\n#include "b.glsl"\nvoid main() {}\n')
-    write(tmp_path, b="\nfloat f() { return nothing_of_that_name; }\n")
+    write_shaders(tmp_path, a='layout(local_size_x = 1) in;\n#include "b.glsl"\nvoid main() {}\n')
+    write_shaders(tmp_path, b="\nfloat f() { return nothing_of_that_name; }\n")
     monkeypatch.setattr("heatlens.render.gpu.program.data_dir", lambda _: tmp_path)
     with pytest.raises(ShaderError, match=r"b\.glsl:2"):
         ComputeProgram(ctx, "a.glsl")

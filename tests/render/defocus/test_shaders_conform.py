@@ -18,14 +18,14 @@ from heatlens.render.gpu.shader_source import assemble
 SHADERS = data_dir("shaders")
 
 
-def test_every_overlay_has_its_function() -> None:
+def test_overlay_shader_has_function_of_every_overlay() -> None:
     text = (SHADERS / "display/overlay.comp.glsl").read_text()
     functions = re.findall(r"^vec4 (\w+)\(ivec2 at, float", text, re.M)
     assert sorted(functions) == sorted(it.function for it in overlays_by_name().values())
 
 
 @pytest.mark.parametrize("builds", [solver_builds(), pass_builds()], ids=["solvers", "passes"])
-def test_reference_compiler_takes_it(builds: list, tmp_path: Path) -> None:
+def test_reference_compiler_accepts_every_build(builds: list, tmp_path: Path) -> None:
     assert shutil.which("glslangValidator"), "apt-get install glslang-tools"
     by_file = {}
     for number, (name, defines) in enumerate(builds):
@@ -36,6 +36,6 @@ def test_reference_compiler_takes_it(builds: list, tmp_path: Path) -> None:
         by_file[str(file)] = (name, defines, source)
     run = subprocess.run(["glslangValidator", *by_file], capture_output=True, text=True)
     for file, (name, defines, source) in by_file.items():
-        assert f"ERROR: {file}" not in run.stdout, (name, defines, source.explained(run.stdout))
+        assert f"ERROR: {file}" not in run.stdout, (name, defines, source.explain_log(run.stdout))
     assert run.returncode == 0, run.stdout
     assert len(by_file) > 10

@@ -1,7 +1,7 @@
-"""Every network of lines keeps the contract that shaders/README.md states for a SYSTEM.
+"""Every line system fulfills the contract that shaders/README.md states for a SYSTEM.
 
-A solver stands in that solves nothing: it builds a shader that calls each function of the contract
-with the types written there, and gives back the numbers in which its laws can be seen.
+A fake solver solves nothing: it builds a shader that calls each function of the contract with the
+types written there, and returns the numbers by which the tests check its laws.
 """
 
 import shutil
@@ -91,7 +91,7 @@ void main() {{
 
 
 class ContractProbe(LineSolver):
-    """Calls what a strategy would call, and keeps the numbers of each axis."""
+    """A line solver that runs the contract shader and stores its numbers by axis."""
 
     name = "probe"
 
@@ -113,10 +113,10 @@ class ContractProbe(LineSolver):
         laws = self._ctx.buffer(bytes(4 * NUMBERS * band.count * band.length))
         program.dispatch(
             (1, band.count),
-            textures=band.given.textures,
-            images=band.given.images,
-            buffers={"laws_block": laws, **band.given.buffers},
-            uniforms=band.given.uniforms,
+            textures=band.bindings.textures,
+            images=band.bindings.images,
+            buffers={"laws_block": laws, **band.bindings.buffers},
+            uniforms=band.bindings.uniforms,
         )
         numbers = np.frombuffer(laws.read(), np.float32)
         self.seen[band.axis] = numbers.reshape(band.count, band.length, NUMBERS)[:, :-2]
@@ -124,19 +124,19 @@ class ContractProbe(LineSolver):
         program.release()
 
 
-def blurred(ctx: Device, probe: ContractProbe, kernel_name: str, rng) -> None:
-    """Have the probe solve the lines of a blur."""
+def probe_blur(ctx: Device, probe: ContractProbe, kernel_name: str, rng) -> None:
+    """Run the probe on the lines of a blur with kernel `kernel_name`."""
     color, coc, out = (new_texture(ctx, SIZE, channels) for channels in (4, 1, 4))
     upload(color, rng.random((*SIZE[::-1], 4), np.float32))
     upload(coc, (12 * rng.random(SIZE[::-1]) - 6).astype(np.float32))
     kernel = named_kernel(kernel_name)
     poles = new_array(ctx, SIZE, pole_layers(kernel), 4, PACKED)
-    what = Diffusion(color, coc, kernel, (1.0, 1.3))
-    BlurPass(probe).run(what, BlurTargets(poles, out))
+    diffusion = Diffusion(color, coc, kernel, (1.0, 1.3))
+    BlurPass(probe).run(diffusion, BlurTargets(poles, out))
 
 
-def filled(ctx: Device, probe: ContractProbe, rng) -> None:
-    """Have the probe solve the lines that extend a circle of confusion."""
+def probe_coc_fill(ctx: Device, probe: ContractProbe, rng) -> None:
+    """Run the probe on the lines of a coc fill."""
     state, out = (new_texture(ctx, SIZE, channels) for channels in (2, 1))
     upload(state, rng.random((*SIZE[::-1], 2), np.float32) * np.float32([9.0, 1.0]))
     words = CocFillPass.rows_bytes(SIZE) // 4
@@ -149,12 +149,12 @@ def filled(ctx: Device, probe: ContractProbe, rng) -> None:
 SYSTEMS = ("heat", "disc_2", "disc_3", "fill")
 
 
-def asked(ctx: Device, system: str, parts: dict[str, int], rng) -> ContractProbe:
+def probe_system(ctx: Device, system: str, parts: dict[str, int], rng) -> ContractProbe:
     probe = ContractProbe(ctx, parts)
     if system == "fill":
-        filled(ctx, probe, rng)
+        probe_coc_fill(ctx, probe, rng)
     else:
-        blurred(ctx, probe, system, rng)
+        probe_blur(ctx, probe, system, rng)
     return probe
 
 
@@ -174,11 +174,11 @@ def contract(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 @pytest.mark.parametrize("form", ["whole", "in parts"])
 @pytest.mark.parametrize("system", SYSTEMS)
-def test_a_system_has_all_functions_and_keeps_their_laws(ctx, contract, rng, system, form) -> None:
+def test_system_has_all_functions_and_fulfills_their_laws(ctx, contract, rng, system, form) -> None:
     contract(WHOLE if form == "whole" else IN_PARTS)
     complex_parts = 2 if system.startswith("disc") else 1
     parts = {} if form == "whole" else {"IN_PARTS": 1, "PARTS": complex_parts}
-    probe = asked(ctx, system, parts, rng)
+    probe = probe_system(ctx, system, parts, rng)
     assert set(probe.seen) == {"rows", "columns"}
     for numbers in probe.seen.values():
         b_in, back, heat, nothing, off = np.moveaxis(numbers, -1, 0)
@@ -190,8 +190,8 @@ def test_a_system_has_all_functions_and_keeps_their_laws(ctx, contract, rng, sys
         assert (off < 1e-6).all()  # one repeated pixel more changes nothing
 
 
-def test_every_system_file_is_held_against_the_contract(ctx, contract, rng) -> None:
+def test_contract_is_tested_for_every_system_file(ctx, contract, rng) -> None:
     contract(WHOLE)
-    held = {file for system in SYSTEMS for file in asked(ctx, system, {}, rng).files}
+    tested_files = {file for system in SYSTEMS for file in probe_system(ctx, system, {}, rng).files}
     files = data_dir("shaders").glob("lib/*_system.lib.glsl")
-    assert held == {f"lib/{file.name}" for file in files}
+    assert tested_files == {f"lib/{file.name}" for file in files}

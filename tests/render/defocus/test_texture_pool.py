@@ -1,4 +1,4 @@
-"""Memory of the GPU that there is not enough of is said where it is asked for."""
+"""TexturePool reports missing GPU memory where it is requested; NaN fill of new memory."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ FAR_TOO_MUCH = 600 * 10**9
 
 
 @pytest.mark.parametrize("before", [0, 64])
-def test_a_buffer_without_memory_is_refused(ctx: Device, before: int) -> None:
+def test_pool_buffer_without_memory_raises_gpu_error(ctx: Device, before: int) -> None:
     if not is_software(ctx):
         pytest.skip("drivers of GPUs find the memory for a buffer when it is used")
     pool = TexturePool(ctx)
@@ -23,20 +23,20 @@ def test_a_buffer_without_memory_is_refused(ctx: Device, before: int) -> None:
     pool.release()
 
 
-def test_an_error_of_an_earlier_call_is_not_taken_for_missing_memory(ctx: Device) -> None:
+def test_pool_texture_ignores_earlier_opengl_error(ctx: Device) -> None:
     ctx.buffer(reserve=FAR_TOO_MUCH).release()  # leaves OpenGL's error behind
     pool = TexturePool(ctx)
     assert pool.texture("small", (4, 4), 4).size == (4, 4)
     pool.release()
 
 
-@pytest.mark.parametrize("given", [b"four", memoryview(b"four"), np.zeros(1, np.uint32)])
-def test_only_what_has_no_content_is_filled_with_nan(
-    ctx: Device, given: Data, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("content", [b"four", memoryview(b"four"), np.zeros(1, np.uint32)])
+def test_fills_nan_fills_only_memory_without_content(
+    ctx: Device, content: Data, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ctx, "fills_nan", True)
-    for made in (ctx.buffer(given), ctx.buffer(data=given), ctx.texture((1, 1), 4, given)):
-        assert made.read() == bytes(memoryview(given).cast("B"))
+    for filled in (ctx.buffer(content), ctx.buffer(data=content), ctx.texture((1, 1), 4, content)):
+        assert filled.read() == bytes(memoryview(content).cast("B"))
     empty = ctx.buffer(reserve=4)
     assert empty.read() == b"\xff" * 4
     empty.clear()

@@ -1,4 +1,4 @@
-"""Layers are worked on in the tiles where they show; that leaves the picture as it is."""
+"""TilePass: layers are computed only in tiles where they are visible, without visible change."""
 
 from dataclasses import replace
 
@@ -16,7 +16,12 @@ from heatlens.render.defocus.layer_plan import layer_plans
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.pixel_list import Slices
 from heatlens.render.defocus.scratch import Scratch
-from heatlens.render.defocus.tile_mask import TileMask, seen_bytes, seen_words, tile_count
+from heatlens.render.defocus.tile_mask import (
+    TileMask,
+    tile_count,
+    visibility_bytes,
+    visibility_words,
+)
 from heatlens.render.defocus.tile_pass import SeenBitsPass, TilePass
 from heatlens.render.gpu.program import groups_for
 from heatlens.render.gpu.shader_constants import HIDDEN_DIRECTIONS, TILE
@@ -38,10 +43,10 @@ def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, fl
     optics = Optics(None, np.unique(coc).astype(np.float64))
     plans = layer_plans(ladder_of(optics.occupied_px), optics, size)
     tiles_of, pool = TilePass(ctx), Scratch(ctx)
-    found = tiles_of.look_through(picture, plans, pool)
+    found = tiles_of.find_content(picture, plans, pool)
     masks = []
-    for plan, tiles in zip(plans, tiles_of.find(found, plans, optics, pool), strict=True):
-        mask, listed = tiles.mask, tiles.listed
+    for plan, tiles in zip(plans, tiles_of.find_active(found, plans, optics, pool), strict=True):
+        mask, listed = tiles.mask, tiles.tile_list
         across, down = tile_count(plan.size(size))
         words = np.frombuffer(mask.words.read()[: 4 * across * down], np.uint32).reshape(
             down, across
@@ -54,7 +59,7 @@ def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, fl
     return masks
 
 
-def test_every_pixel_of_a_layer_lies_in_an_active_tile(ctx, rng):
+def test_active_tiles_contain_every_pixel_of_layer(ctx, rng):
     coc = rng.choice([-90.0, -30.0, -6.0, 0.0, 2.0, 25.0], (200, 331), p=[0.01] * 5 + [0.95])
     for mask, (low, high), reduction in active_tiles(ctx, coc):
         rows, columns = np.nonzero((coc > low) & (coc < high))
@@ -62,7 +67,7 @@ def test_every_pixel_of_a_layer_lies_in_an_active_tile(ctx, rng):
         assert len(rows) and mask[rows // side, columns // side].all()
 
 
-def test_a_gpu_finds_the_same_tiles(ctx, rng, monkeypatch):
+def test_active_tiles_are_the_same_on_gpu_and_software(ctx, rng, monkeypatch):
     coc = np.repeat(np.repeat(rng.choice([-90.0, -6.0, 0.0, 25.0], (13, 21)), 16, 0), 16, 1)
     one_by_one = active_tiles(ctx, coc[:200, :331])
     monkeypatch.setattr("heatlens.render.defocus.tile_pass.is_software", lambda _: False)
@@ -72,18 +77,18 @@ def test_a_gpu_finds_the_same_tiles(ctx, rng, monkeypatch):
         assert layer == same
 
 
-def test_what_is_far_from_a_layer_is_left_out(ctx):
+def test_active_tiles_leave_out_tiles_far_from_layer(ctx):
     coc = np.zeros((320, 640))
     coc[:, :20] = -8.0
     masks = active_tiles(ctx, coc)
     assert len(masks) == 2
-    focus, near = (mask for mask, *_ in masks)
-    assert near[:, :2].all() and not near[:, 4:].any()
-    assert focus[:, 1:].all()
+    focus_mask, near_mask = (mask for mask, *_ in masks)
+    assert near_mask[:, :2].all() and not near_mask[:, 4:].any()
+    assert focus_mask[:, 1:].all()
 
 
-def test_the_tiles_of_a_blur_are_those_that_it_reaches(ctx):
-    """A point in the middle: the tiles within its coc, and none beyond twice that."""
+def test_active_tiles_of_blurred_point_are_within_its_reach(ctx):
+    """Check a point in the middle: tiles within its coc are active, none beyond twice its coc."""
     coc = np.zeros((512, 512))
     coc[256, 256] = -20.0
     (near,) = (mask for mask, (_, high), _ in active_tiles(ctx, coc) if high < 0)
@@ -96,19 +101,21 @@ def test_the_tiles_of_a_blur_are_those_that_it_reaches(ctx):
     ("coc_px", "quality"),
     [(6.0, Quality.FILM), (25.0, Quality.DRAFT), (70.0, Quality.PREVIEW), (70.0, Quality.FILM)],
 )
-def test_leaving_tiles_out_changes_nothing_to_see(ctx, renderer, monkeypatch, coc_px, quality):
+def test_active_tiles_only_give_same_picture_as_all_tiles(
+    ctx, renderer, monkeypatch, coc_px, quality
+):
     color, depth = room(400, 230)
     renderer.load(plate_of(color, depth))
     shot = Shot(lens_blurring(coc_px, 400), DefocusSettings(quality=quality))
-    where_it_shows = renderer.pixels(shot)
+    active_only = renderer.pixels(shot)
     monkeypatch.setattr("heatlens.render.defocus.tile_pass.SPREAD", 1e4)
     everywhere = renderer.pixels(shot)
-    off = np.abs(np.clip(where_it_shows, 0, 1) - np.clip(everywhere, 0, 1))
-    assert off.max() < 4 / 255 and off.mean() < 1e-4
+    difference = np.abs(np.clip(active_only, 0, 1) - np.clip(everywhere, 0, 1))
+    assert difference.max() < 4 / 255 and difference.mean() < 1e-4
 
 
-def test_a_known_surface_is_worked_on_only_where_something_uncovers_it(ctx, renderer, monkeypatch):
-    """A wall is known behind a near one, which covers it but for a gap at the right."""
+def test_hidden_surface_is_active_only_where_uncovered(ctx, renderer, monkeypatch):
+    """Put a known wall behind a near one, which covers all of it but a gap at the right."""
     width, height = 480, 200
     color, depth = room(width, height)
     depth[:], depth[:, 420:] = 1.0, 8.0
@@ -120,8 +127,10 @@ def test_a_known_surface_is_worked_on_only_where_something_uncovers_it(ctx, rend
     )
     renderer.load(replace(plate_of(color, depth), fragments=lists))
     found, active = [], []
-    find = TilePass.find
-    monkeypatch.setattr(TilePass, "find", lambda it, *a: found.append(find(it, *a)) or found[-1])
+    find = TilePass.find_active
+    monkeypatch.setattr(
+        TilePass, "find_active", lambda it, *a: found.append(find(it, *a)) or found[-1]
+    )
     pictures = []
     for spread in (1.0, 1e4):
         for module in ("tile_pass", "layer_plan"):
@@ -131,11 +140,11 @@ def test_a_known_surface_is_worked_on_only_where_something_uncovers_it(ctx, rend
         words = np.frombuffer(found[-1][0].mask.words.read()[: 4 * across * down], np.uint32)
         active.append((words != 0).reshape(down, across).any(axis=0))
     assert active[1].all() and not active[0][: active[0].size // 2].any()
-    off = np.abs(np.clip(pictures[0], 0, 1) - np.clip(pictures[1], 0, 1))
-    assert off.max() < 4 / 255 and off.mean() < 1e-4
+    difference = np.abs(np.clip(pictures[0], 0, 1) - np.clip(pictures[1], 0, 1))
+    assert difference.max() < 4 / 255 and difference.mean() < 1e-4
 
 
-def looks_into_a_room(width: int, height: int, has_window: bool) -> Plate:
+def room_behind_wall(width: int, height: int, has_window: bool) -> Plate:
     """Return a plate of a near thing at the left and a wall, behind which a room is known.
 
     The wall goes on behind the near thing, beside whose edge it may have a hidden window.
@@ -153,14 +162,14 @@ def looks_into_a_room(width: int, height: int, has_window: bool) -> Plate:
 
 
 @pytest.mark.parametrize("has_window", [False, True])
-def test_what_a_known_wall_hides_is_worked_on_only_at_its_windows(
-    ctx, renderer, monkeypatch, has_window
-):
-    """The near thing's blurred edge uncovers the wall, and the room only where it has a window."""
-    renderer.load(looks_into_a_room(480, 200, has_window))
+def test_room_behind_known_wall_is_active_only_at_window(ctx, renderer, monkeypatch, has_window):
+    """Check that the near thing's blurred edge uncovers the room only at a window of the wall."""
+    renderer.load(room_behind_wall(480, 200, has_window))
     found, active, pictures, cuts_px = [], [], [], tile_pass._cuts_px
-    find = TilePass.find
-    monkeypatch.setattr(TilePass, "find", lambda it, *a: found.append(find(it, *a)) or found[-1])
+    find = TilePass.find_active
+    monkeypatch.setattr(
+        TilePass, "find_active", lambda it, *a: found.append(find(it, *a)) or found[-1]
+    )
     for closes in (True, False):
         if not closes:  # no surface covers a layer in full
             opened = lambda cuts: tuple((a, -1e30, c, d) for a, _, c, d in cuts_px(cuts))  # noqa: E731
@@ -176,28 +185,28 @@ def test_what_a_known_wall_hides_is_worked_on_only_at_its_windows(
         assert active[0][4:8, 14:16].all()
 
 
-def test_a_scene_without_blur_keeps_every_bit(ctx, renderer):
+def test_plate_in_focus_is_unchanged_bit_for_bit(ctx, renderer):
     color, depth = room(131, 77)
     renderer.load(plate_of(color, np.where(depth < 1.0, 2.0, 2.0).astype(np.float32)))
     picture = renderer.pixels(Shot(Lens(50.0, 2.0, 2.0, 36.0), DefocusSettings()))
     assert np.array_equal(picture[..., :3], color)
 
 
-def seen_by_bits(bits: np.ndarray, k: int, size: tuple[int, int]) -> np.ndarray:
+def visible_pixels(bits: np.ndarray, k: int, size: tuple[int, int]) -> np.ndarray:
     """Return which pixels are visible by the masks of one of the four directions."""
     width, height = size
-    words = seen_words(size)
+    words = visibility_words(size)
     per_line = groups_for(width if k == 0 else height, 32)
     y, x = np.mgrid[:height, :width]
-    line, place = ((y, x), (x, y), (x - y + height, y), (x + y, y))[k]
-    found = bits[sum(words[:k]) + line * per_line + place // 32]
-    return (found >> (place % 32) & 1).astype(bool)
+    line, position = ((y, x), (x, y), (x - y + height, y), (x + y, y))[k]
+    word = bits[sum(words[:k]) + line * per_line + position // 32]
+    return (word >> (position % 32) & 1).astype(bool)
 
 
-def test_all_pixels_of_active_tiles_are_marked_as_seen_along_every_direction(ctx, rng):
+def test_seen_bits_mark_active_tiles_in_every_direction(ctx, rng):
     sizes = [(331, 77), (45, 150), (16, 16)]
     tiles = [rng.random(tile_count(size)[::-1]) < 0.5 for size in sizes]
-    need, room_for = (max(map(f, sizes)) for f in (TileMask.bytes_for, seen_bytes))
+    need, room_for = (max(map(f, sizes)) for f in (TileMask.bytes_for, visibility_bytes))
     masks, bits = (
         BufferParts(ctx.buffer(b"\xa5" * (3 * each)), each)
         for each in map(BufferParts.bytes_for, (need, room_for))
@@ -206,16 +215,16 @@ def test_all_pixels_of_active_tiles_are_marked_as_seen_along_every_direction(ctx
         masks.whole.write(active.astype(np.uint32).tobytes(), offset=masks[layer].first)
     SeenBitsPass(ctx).mark(sizes, masks, bits)
     for layer, (size, active) in enumerate(zip(sizes, tiles, strict=True)):
-        words = np.frombuffer(bits[layer].read(), np.uint32)[: seen_bytes(size) // 4]
+        words = np.frombuffer(bits[layer].read(), np.uint32)[: visibility_bytes(size) // 4]
         expected = np.kron(active, np.ones((TILE, TILE)))[: size[1], : size[0]] != 0
         for k in range(HIDDEN_DIRECTIONS):
-            np.testing.assert_array_equal(seen_by_bits(words, k, size), expected)
+            np.testing.assert_array_equal(visible_pixels(words, k, size), expected)
         counted = np.unpackbits(words.view(np.uint8)).sum()
         assert counted == HIDDEN_DIRECTIONS * expected.sum()  # none beyond the edge
 
 
 @pytest.mark.parametrize("reduction", [1, 2, 4])
-def test_only_what_the_farthest_layer_leaves_is_made_black(ctx, rng, reduction):
+def test_composite_begin_blackens_inactive_tiles_only(ctx, rng, reduction):
     size = 150, 70
     optics = Optics(None, np.array([-3.0, 0.0, 2.0]))
     (plan, *_) = layer_plans(ladder_of(optics.occupied_px), optics, size)
@@ -228,5 +237,5 @@ def test_only_what_the_farthest_layer_leaves_is_made_black(ctx, rng, reduction):
     upload(out, before)
     CompositePass(ctx).begin(plan, TileMask(words, (across, down), words, words), out)
     side = TILE * reduction
-    kept = active.repeat(side, axis=0).repeat(side, axis=1)[: size[1], : size[0], None]
-    np.testing.assert_array_equal(download(out), np.where(kept, before, (0.0, 0.0, 0.0, 1.0)))
+    is_kept = active.repeat(side, axis=0).repeat(side, axis=1)[: size[1], : size[0], None]
+    np.testing.assert_array_equal(download(out), np.where(is_kept, before, (0.0, 0.0, 0.0, 1.0)))

@@ -25,7 +25,7 @@ from heatlens.render.gpu.program import ComputeProgram
 from heatlens.render.gpu.shader_source import assemble
 from heatlens.render.gpu.textures import download, new_texture, upload
 from support.cube_config import cube_config
-from support.rounding import within
+from support.rounding import tolerance_for
 
 TOLERANCE = 1e-3
 # PQ is endlessly steep at 0, where two CPU paths of the library itself lie 1.2e-3 apart.
@@ -78,7 +78,7 @@ def texture_of(ctx: Device, rgb: np.ndarray) -> Texture:
     return texture
 
 
-def shown(ctx: Device, screen: DisplayPass, rgb: np.ndarray, **view: float) -> np.ndarray:
+def display_values(ctx: Device, screen: DisplayPass, rgb: np.ndarray, **view: float) -> np.ndarray:
     """Return display values (H, W, 3), not rounded."""
     out = new_texture(ctx, (rgb.shape[1], rgb.shape[0]), 4)
     screen.run(texture_of(ctx, rgb), out, **view)
@@ -88,49 +88,49 @@ def shown(ctx: Device, screen: DisplayPass, rgb: np.ndarray, **view: float) -> n
 
 
 def difference(
-    ctx: Device, screen: DisplayPass, a: np.ndarray, b: np.ndarray, **view: float
+    ctx: Device, screen: DisplayPass, first: np.ndarray, second: np.ndarray, **view: float
 ) -> np.ndarray:
-    out = new_texture(ctx, (a.shape[1], a.shape[0]), 4)
-    screen.run_difference(texture_of(ctx, a), texture_of(ctx, b), out, **view)
+    out = new_texture(ctx, (first.shape[1], first.shape[0]), 4)
+    screen.run_difference(texture_of(ctx, first), texture_of(ctx, second), out, **view)
     return download(out)[..., :3]
 
 
-def test_every_view_of_the_built_in_config_is_the_cpus(ctx, screen, config):
-    seen = set()
+def test_gpu_matches_cpu_for_every_view_of_built_in_config(ctx, screen, config):
+    transform_keys = set()
     for display in config.displays():
         for view in config.views(display):
             transform = view_transform(config, display, view, config.default_input_space)
             screen.set_transform(transform)
-            drawn, expected = shown(ctx, screen, RAMP), transform.apply_cpu(RAMP)
-            apart = np.abs(drawn - expected)
-            seen_apart = apart[np.maximum(drawn, expected) > BLACK]
-            assert seen_apart.max() < TOLERANCE, (display, view)
-            assert apart.mean() < 0.01 * TOLERANCE, (display, view)
-            seen.add(transform.key)
-    assert len(seen) > 15
+            displayed, expected = display_values(ctx, screen, RAMP), transform.apply_cpu(RAMP)
+            deviation = np.abs(displayed - expected)
+            visible_deviation = deviation[np.maximum(displayed, expected) > BLACK]
+            assert visible_deviation.max() < TOLERANCE, (display, view)
+            assert deviation.mean() < 0.01 * TOLERANCE, (display, view)
+            transform_keys.add(transform.key)
+    assert len(transform_keys) > 15
 
 
 @pytest.mark.parametrize("space", ["ACEScg", "Linear Rec.2020"])
-def test_other_input_spaces_are_the_cpus(ctx, screen, config, space):
+def test_gpu_matches_cpu_for_other_input_spaces(ctx, screen, config, space):
     transform = view_transform(config, config.default_display, config.default_view, space)
     screen.set_transform(transform)
     np.testing.assert_allclose(
-        shown(ctx, screen, RAMP), transform.apply_cpu(RAMP), rtol=0, atol=TOLERANCE
+        display_values(ctx, screen, RAMP), transform.apply_cpu(RAMP), rtol=0, atol=TOLERANCE
     )
 
 
 @pytest.mark.parametrize("view", ["linear", "tetrahedral", "curve"])
-def test_tables_in_files_are_the_cpus(ctx, screen, tmp_path, view):
+def test_gpu_matches_cpu_for_luts_from_files(ctx, screen, tmp_path, view):
     transform = view_transform(cube_config(tmp_path), "Screen", view, "plain")
     assert [lut.values.ndim for lut in transform.luts] == [3 if view == "curve" else 4]
     screen.set_transform(transform)
-    atol = within(ctx, TOLERANCE, 4e-3)
+    atol = tolerance_for(ctx, TOLERANCE, 4e-3)
     np.testing.assert_allclose(
-        shown(ctx, screen, RAMP), transform.apply_cpu(RAMP), rtol=0, atol=atol
+        display_values(ctx, screen, RAMP), transform.apply_cpu(RAMP), rtol=0, atol=atol
     )
 
 
-def test_another_table_of_the_same_name_is_another_transform(ctx, screen, tmp_path):
+def test_set_transform_replaces_lut_of_same_name(ctx, screen, tmp_path):
     folders = [tmp_path / name for name in ("first", "second")]
     for folder in folders:
         folder.mkdir()
@@ -142,65 +142,68 @@ def test_another_table_of_the_same_name_is_another_transform(ctx, screen, tmp_pa
     screen.set_transform(first)
     screen.set_transform(second)
     light = np.full((1, 1, 3), 0.5, np.float32)
-    np.testing.assert_allclose(shown(ctx, screen, light), 0.25, atol=1e-4)
+    np.testing.assert_allclose(display_values(ctx, screen, light), 0.25, atol=1e-4)
 
 
-def test_it_starts_with_the_plain_curve(ctx, screen):
+def test_display_pass_applies_srgb_transform(ctx, screen):
     expected = srgb_transform().apply_cpu(RAMP)
-    np.testing.assert_allclose(shown(ctx, screen, RAMP), expected, rtol=0, atol=1e-4)
+    np.testing.assert_allclose(display_values(ctx, screen, RAMP), expected, rtol=0, atol=1e-4)
 
 
 @pytest.mark.parametrize(
     ("exposure_stops", "gamma"), [(-2.0, 1.0), (1.5, 1.0), (0.0, 1.8), (1, 0.7)]
 )
-def test_exposure_and_gamma_are_live(ctx, screen, film, exposure_stops, gamma):
+def test_gpu_matches_cpu_for_exposure_and_gamma(ctx, screen, film, exposure_stops, gamma):
     screen.set_transform(film)
     view = {"exposure_stops": exposure_stops, "gamma": gamma}
     light = RAMP[np.abs(RAMP).min(axis=2) > 0.01].reshape(1, -1, 3)  # 1/gamma is steep at black
     np.testing.assert_allclose(
-        shown(ctx, screen, light, **view), film.apply_cpu(light, **view), rtol=0, atol=TOLERANCE
+        display_values(ctx, screen, light, **view),
+        film.apply_cpu(light, **view),
+        rtol=0,
+        atol=TOLERANCE,
     )
 
 
-def test_gamma_keeps_the_sign_of_what_is_below_black(ctx, screen, config):
+def test_gamma_keeps_sign_of_negative_values(ctx, screen, config):
     raw = view_transform(config, "sRGB - Display", "Raw", config.default_input_space)
     screen.set_transform(raw)
     light = np.array([[[-0.25, 0.0, 4.0]]], np.float32)
     np.testing.assert_allclose(
-        shown(ctx, screen, light, gamma=2.0), [[[-0.5, 0, 2]]], rtol=0, atol=1e-4
+        display_values(ctx, screen, light, gamma=2.0), [[[-0.5, 0, 2]]], rtol=0, atol=1e-4
     )
 
 
 WILD = np.array([[[np.nan] * 3, [np.inf] * 3, [0, 0, 0], [6e4, 6e4, 6e4]]], np.float32)
 
 
-def test_no_number_is_black_and_infinity_is_white(ctx, screen, film):
+def test_bounded_view_shows_nan_black_and_infinity_white(ctx, screen, film):
     for transform in (srgb_transform(), film):
         screen.set_transform(transform)
-        pixels = shown(ctx, screen, WILD, exposure_stops=3.0)
+        pixels = display_values(ctx, screen, WILD, exposure_stops=3.0)
         np.testing.assert_array_equal(pixels[0, 0], pixels[0, 2])
         np.testing.assert_allclose(pixels[0, 1], pixels[0, 3], atol=1e-4)
 
 
-def test_an_unbounded_view_shows_no_number_as_nothing_and_infinity_finite(ctx, screen, config):
+def test_unbounded_view_shows_nan_as_zero_and_infinity_finite(ctx, screen, config):
     raw = view_transform(config, "sRGB - Display", "Raw", config.default_input_space)
     screen.set_transform(raw)
-    pixels = shown(ctx, screen, WILD, exposure_stops=1.0)
+    pixels = display_values(ctx, screen, WILD, exposure_stops=1.0)
     np.testing.assert_allclose(pixels[0, :, 0], [0, 2 * LIGHT_MAX, 0, 1.2e5], rtol=1e-5)
     np.testing.assert_allclose(raw.apply_cpu(WILD, 1.0), pixels, rtol=1e-5)
 
 
-def test_eight_bits_are_the_nearest(ctx, screen):
+def test_display_pass_rounds_to_nearest_8_bit_value(ctx, screen):
     light = np.geomspace(1e-4, 2, 30 * 41 * 3).astype(np.float32).reshape(30, 41, 3)
     out = ctx.texture((41, 30), 4)
     screen.run(texture_of(ctx, light), out)
     pixels = np.frombuffer(out.read(), np.uint8).reshape(30, 41, 4)
     exact = 255 * srgb_transform().apply_cpu(light)
-    assert np.abs(pixels[..., :3] - exact).max() < 0.5 + within(ctx, 0.01, 0.07)
+    assert np.abs(pixels[..., :3] - exact).max() < 0.5 + tolerance_for(ctx, 0.01, 0.07)
     np.testing.assert_array_equal(pixels[..., 3], 255)
 
 
-def test_switching_back_compiles_nothing(ctx, film, config, monkeypatch):
+def test_set_transform_reuses_compiled_program(ctx, film, config, monkeypatch):
     compiled = []
 
     def counted(*arguments, **named):
@@ -210,53 +213,53 @@ def test_switching_back_compiles_nothing(ctx, film, config, monkeypatch):
     monkeypatch.setattr(display_pass, "ComputeProgram", counted)
     screen = DisplayPass(ctx)
     screen.set_transform(film)
-    first = shown(ctx, screen, RAMP[:2])
+    first = display_values(ctx, screen, RAMP[:2])
     screen.set_transform(srgb_transform())
     screen.set_transform(film)
     assert len(compiled) == 2
-    np.testing.assert_array_equal(shown(ctx, screen, RAMP[:2]), first)
+    np.testing.assert_array_equal(display_values(ctx, screen, RAMP[:2]), first)
     screen.release()
 
 
-def test_a_view_not_used_for_long_still_draws(ctx, screen, config):
+def test_set_transform_draws_again_after_many_other_views(ctx, screen, config):
     light = RAMP[:2]
     views = [(d, "Un-tone-mapped") for d in config.displays()]
     transforms = [view_transform(config, *v, config.default_input_space) for v in views]
     for transform in [*transforms, transforms[0]]:
         screen.set_transform(transform)
         np.testing.assert_allclose(
-            shown(ctx, screen, light), transform.apply_cpu(light), rtol=0, atol=TOLERANCE
+            display_values(ctx, screen, light), transform.apply_cpu(light), rtol=0, atol=TOLERANCE
         )
 
 
-def test_glsl_that_the_driver_refuses_is_named_and_the_view_stays(ctx, screen):
-    before = shown(ctx, screen, RAMP)
+def test_set_transform_with_bad_glsl_raises_and_keeps_view(ctx, screen):
+    before = display_values(ctx, screen, RAMP)
     broken = replace(srgb_transform(), key="broken", glsl="vec4 view_transform(vec4 a) {\nb;\n}")
     with pytest.raises(ShaderError, match="generated GLSL:2"):
         screen.set_transform(broken)
-    np.testing.assert_array_equal(shown(ctx, screen, RAMP), before)
+    np.testing.assert_array_equal(display_values(ctx, screen, RAMP), before)
 
 
-def test_a_picture_does_not_differ_from_itself(ctx, screen, film):
+def test_difference_of_equal_pictures_is_black(ctx, screen, film):
     black = np.zeros((1, 1, 3), np.float32)
     for transform in (srgb_transform(), film):
         screen.set_transform(transform)
         pixels = difference(ctx, screen, RAMP, RAMP, gain=1000.0)
         np.testing.assert_array_equal(
-            pixels, np.broadcast_to(shown(ctx, screen, black), RAMP.shape)
+            pixels, np.broadcast_to(display_values(ctx, screen, black), RAMP.shape)
         )
 
 
-def test_a_difference_is_light_times_gain_seen_through_the_view(ctx, screen, rng):
+def test_difference_shows_absolute_difference_times_gain(ctx, screen, rng):
     a, b = rng.uniform(0, 1, (2, 37, 21, 3)).astype(np.float32)
     view = {"exposure_stops": 0.5, "gamma": 1.2}
-    expected = shown(ctx, screen, 3 * np.abs(a - b), **view)
+    expected = display_values(ctx, screen, 3 * np.abs(a - b), **view)
     pixels = difference(ctx, screen, a, b, gain=3.0, **view)
-    np.testing.assert_allclose(pixels, expected, rtol=0, atol=within(ctx, 1e-5, 1e-4))
+    np.testing.assert_allclose(pixels, expected, rtol=0, atol=tolerance_for(ctx, 1e-5, 1e-4))
     np.testing.assert_array_equal(pixels, difference(ctx, screen, b, a, gain=3.0, **view))
 
 
-def test_a_plain_picture_may_have_another_size(ctx, screen):
+def test_difference_accepts_uniform_pictures_of_two_sizes(ctx, screen):
     a = np.full((40, 30, 3), 0.7, np.float32)
     for size in ((1, 1), (7, 13), (80, 61)):
         pixels = difference(ctx, screen, a, np.full((*size, 3), 0.2, np.float32), gain=2.0)
@@ -271,19 +274,19 @@ def slope(width: int, height: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("size", [(20, 15), (60, 45), (33, 90)])
-def test_a_slope_of_another_size_lies_on_itself(ctx, screen, size):
+def test_difference_aligns_pictures_of_two_sizes(ctx, screen, size):
     pixels = difference(ctx, screen, slope(40, 30), slope(*size))
     inside = pixels[3:-3, 3:-3]  # half a pixel of the coarser one from the edge it is flat
     np.testing.assert_allclose(inside, 0, atol=1e-4)
 
 
-def test_the_reference_compiler_takes_what_is_drawn(film, tmp_path):
+def test_reference_compiler_accepts_display_shaders(film, tmp_path):
     assert shutil.which("glslangValidator"), "apt-get install glslang-tools"
     transforms = [srgb_transform(), film, *cube_views(tmp_path)]
     files = []
     for number, transform in enumerate(transforms):
         for name in ("display/display.comp.glsl", "display/display_difference.comp.glsl"):
-            source = assemble(data_dir("shaders"), name).followed_by(transform.glsl)
+            source = assemble(data_dir("shaders"), name).append_functions(transform.glsl)
             files.append(tmp_path / f"{number}{Path(name).name.removesuffix('.comp.glsl')}.comp")
             files[-1].write_text(source.text)
     for file in files:  # -l links: the transform that a shader declares must be there

@@ -1,4 +1,4 @@
-"""What of a plate is in focus, at the size of a preview."""
+"""FocusMeanPass: the mean color of the plate's pixels in focus, at the size of a preview."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def color(rng) -> np.ndarray:
 
 
 @pytest.mark.parametrize("line", [None, LINE])
-def test_each_pixel_is_the_mean_of_what_is_in_focus_under_it(ctx, rng, color, line):
+def test_focus_mean_weights_pixels_by_focus(ctx, rng, color, line):
     coc = rng.choice([0.0, -1.0, 4.0, -6.0, 30.0], color.shape[:2])
     t = np.clip(np.abs(coc) / TIMES - 0.5, 0, 1)
     share = (1 - t * t * (3 - 2 * t))[..., None]
@@ -43,12 +43,12 @@ def test_each_pixel_is_the_mean_of_what_is_in_focus_under_it(ctx, rng, color, li
 
 
 @pytest.mark.parametrize("coc_px", [0.0, 2.0, -40.0])
-def test_it_is_the_plain_mean_where_all_or_nothing_is_in_focus(ctx, color, coc_px):
-    found = focus_mean(ctx, color, np.full(color.shape[:2], coc_px))
-    np.testing.assert_allclose(found, blocks(color), atol=1e-6)
+def test_focus_mean_is_plain_mean_for_equal_coc(ctx, color, coc_px):
+    focused_mean = focus_mean(ctx, color, np.full(color.shape[:2], coc_px))
+    np.testing.assert_allclose(focused_mean, blocks(color), atol=1e-6)
 
 
-def test_a_blurred_object_leaves_no_light_where_something_is_in_focus(ctx, rng, color):
+def test_focus_mean_excludes_blurred_pixels_beside_sharp_ones(ctx, rng, color):
     coc = np.zeros(color.shape[:2])
     coc[:, ::2] = -30.0  # in each pixel of the preview
     repainted = color.copy()

@@ -1,4 +1,4 @@
-"""Overlays against the same formulas in NumPy, for plates of distances and of blur."""
+"""Overlays compared with the same formulas in NumPy, for depth plates and coc plates."""
 
 import math
 from dataclasses import replace
@@ -48,7 +48,7 @@ def room_plate(width: int = 77, height: int = 53) -> Plate:
 
 
 def coc_room(width: int = 77, height: int = 53) -> Plate:
-    """Return the same room, its blur in the file."""
+    """Return the same room as a coc plate."""
     color, depth = room(width, height)
     return coc_plate_of(color, coc_px(depth, coc_line(LENS, width)))
 
@@ -59,7 +59,7 @@ def coc_of(plate: Plate, lens: Lens = LENS) -> np.ndarray:
     return coc_px(plate.depth_m, coc_line(lens, plate.display_window.width))
 
 
-def drawn(
+def draw_overlay(
     overlays: OverlayPass,
     ctx: Device,
     overlay: str,
@@ -82,10 +82,10 @@ def drawn(
     upload(color, np.ascontiguousarray(rgba, np.float32))
     overlays.run(overlay, depth, optics, sharp, limits, out, color, peaking)
     color.release()
-    found = np.frombuffer(out.read(), np.uint8).reshape(*values.shape, 4)
+    pixels = np.frombuffer(out.read(), np.uint8).reshape(*values.shape, 4)
     depth.release()
     out.release()
-    return found
+    return pixels
 
 
 PLATES = pytest.mark.parametrize("make", [room_plate, coc_room], ids=["distances", "coc"])
@@ -98,20 +98,20 @@ LENSES = pytest.mark.parametrize(
 
 @PLATES
 @LENSES
-def test_zones_are_the_sign_of_the_blur_and_what_counts_as_sharp(ctx, overlays, make, lens):
+def test_zones_show_sign_of_coc_and_acceptable_sharpness(ctx, overlays, make, lens):
     plate = make()
     coc, sharp = coc_of(plate, lens), sharp_px(lens, 77)
-    found = drawn(overlays, ctx, "zones", plate, lens)
-    assert np.all(found[..., 3] == TINT)
-    sure = abs(abs(coc) - sharp) > 1e-5 * (1 + abs(coc))
+    zones = draw_overlay(overlays, ctx, "zones", plate, lens)
+    assert np.all(zones[..., 3] == TINT)
+    is_certain = abs(abs(coc) - sharp) > 1e-5 * (1 + abs(coc))
     expected = np.where((abs(coc) <= sharp)[..., None], YELLOW, BLUE)
     expected = np.where((coc < -sharp)[..., None], ORANGE, expected)
-    np.testing.assert_array_equal(found[sure][:, :3], expected[sure])
-    assert sure.mean() > 0.99
+    np.testing.assert_array_equal(zones[is_certain][:, :3], expected[is_certain])
+    assert is_certain.mean() > 0.99
 
 
-def test_all_three_zones_are_seen_in_the_room(ctx, overlays):
-    found = drawn(overlays, ctx, "zones", room_plate())
+def test_zones_overlay_of_room_has_three_colors(ctx, overlays):
+    found = draw_overlay(overlays, ctx, "zones", room_plate())
     assert {tuple(color) for color in found.reshape(-1, 4)[:, :3]} == {ORANGE, YELLOW, BLUE}
 
 
@@ -125,28 +125,28 @@ def seen_lab(display: tuple[float, ...], cones: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("cones", EYES.values(), ids=EYES)
-def test_zones_are_told_apart_by_people_who_cannot_tell_red_from_green(cones):
+def test_zone_colors_differ_for_color_blind_eyes(cones):
     colors = overlay_of("zones").tints()
     zones = [seen_lab(color, np.array(cones)) for color in colors]
-    apart = [float(np.linalg.norm(a - b)) for a, b in combinations(zones, 2)]
-    assert min(apart) > 30
+    distances = [float(np.linalg.norm(a - b)) for a, b in combinations(zones, 2)]
+    assert min(distances) > 30
 
 
-def test_a_blur_of_exactly_what_counts_as_sharp_is_sharp(ctx, overlays):
+def test_zones_count_limit_coc_as_sharp(ctx, overlays):
     limit = np.float32(sharp_px(LENS, 4))
     beyond = np.nextafter(limit, np.float32(9))
     plate = coc_plate_of(
         np.zeros((1, 4, 3), np.float32), np.array([[-beyond, -limit, limit, beyond]])
     )
-    found = drawn(overlays, ctx, "zones", plate)[0, :, :3]
+    found = draw_overlay(overlays, ctx, "zones", plate)[0, :, :3]
     np.testing.assert_array_equal(found, [ORANGE, YELLOW, YELLOW, BLUE])
 
 
 @LENSES
-def test_depth_is_grey_and_darker_the_farther(ctx, overlays, lens):
-    """Over dioptres, white at the nearest surface, whatever the lens; the sky is black."""
+def test_depth_overlay_is_grey_and_linear_in_dioptres(ctx, overlays, lens):
+    """Check that depth is linear in dioptres for any lens: nearest surface white, sky black."""
     plate = room_plate()
-    found = drawn(overlays, ctx, "depth", plate, lens)
+    found = draw_overlay(overlays, ctx, "depth", plate, lens)
     dioptres = 1.0 / plate.depth_m.astype(np.float64)
     np.testing.assert_allclose(found[..., 0], 255 * dioptres / dioptres.max(), atol=0.6)
     assert np.all(found[..., :3] == found[..., :1]) and np.all(found[..., 3] == 255)
@@ -154,24 +154,24 @@ def test_depth_is_grey_and_darker_the_farther(ctx, overlays, lens):
     assert np.all(np.diff(found[..., 0].ravel()[order].astype(int)) <= 0)
 
 
-def test_depth_of_a_coc_plate_is_white_in_front(ctx, overlays):
+def test_depth_overlay_of_coc_plate_is_white_in_front(ctx, overlays):
     plate = coc_room()
-    found = drawn(overlays, ctx, "depth", plate)[..., 0]
+    found = draw_overlay(overlays, ctx, "depth", plate)[..., 0]
     low, high = plate.coc_px.min(), plate.coc_px.max()
     np.testing.assert_allclose(found, 255 * (high - plate.coc_px) / (high - low), atol=0.6)
 
 
-def test_depth_of_a_wall_is_one_grey(ctx, overlays):
+def test_depth_overlay_of_wall_is_uniform(ctx, overlays):
     wall = plate_of(np.zeros((5, 7, 3), np.float32), np.full((5, 7), 3.0, np.float32))
-    assert len(np.unique(drawn(overlays, ctx, "depth", wall)[..., 0])) == 1
+    assert len(np.unique(draw_overlay(overlays, ctx, "depth", wall)[..., 0])) == 1
 
 
 @PLATES
 @pytest.mark.parametrize("limits", [LIMITS, (), (0.0,)])
-def test_layers_are_the_limits_passed(ctx, overlays, make, limits):
+def test_layers_overlay_tints_each_layer_between_limits(ctx, overlays, make, limits):
     plate = make()
     coc = coc_of(plate)
-    found = drawn(overlays, ctx, "layers", plate, limits=limits)
+    found = draw_overlay(overlays, ctx, "layers", plate, limits=limits)
     colors, layer = np.unique(found.reshape(-1, 4), axis=0, return_inverse=True)
     expected = np.searchsorted(np.array(limits), coc.ravel())
     sure = np.all([abs(coc.ravel() - limit) > 1e-4 for limit in (*limits, 1e9)], axis=0)
@@ -180,31 +180,31 @@ def test_layers_are_the_limits_passed(ctx, overlays, make, limits):
     assert np.all(found[..., 3] == 140)
 
 
-def test_as_many_layers_as_there_can_be_have_a_tint_each(ctx, overlays):
+def test_layers_overlay_has_tint_for_each_of_eight_layers(ctx, overlays):
     coc = np.arange(-4, 4, dtype=np.float32).reshape(1, 8)
     plate = coc_plate_of(np.zeros((1, 8, 3), np.float32), coc)
     limits = tuple(np.arange(-3.5, 3.5))
-    found = drawn(overlays, ctx, "layers", plate, limits=limits)
+    found = draw_overlay(overlays, ctx, "layers", plate, limits=limits)
     assert len(np.unique(found.reshape(8, 4), axis=0)) == 8
 
 
-def test_the_limits_of_the_renderer_are_ascending_and_fit(ctx, overlays):
-    """What the window passes: the cuts between the layers of this plate."""
+def test_layers_overlay_fits_limits_of_renderer(ctx, overlays):
+    """Pass the cuts between the plate's layers, as the window does."""
     plate = room_plate(192, 108)
     optics = optics_of(plate, plate.bins, replace(LENS, f_stop=0.7))
     cuts = layer_cuts(optics.occupied_px, optics.gaps_px, 7)
     limits = tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
-    found = drawn(overlays, ctx, "layers", plate, replace(LENS, f_stop=0.7), limits)
+    found = draw_overlay(overlays, ctx, "layers", plate, replace(LENS, f_stop=0.7), limits)
     assert len(limits) == len(cuts) - 1 >= 3
     assert len(np.unique(found.reshape(-1, 4), axis=0)) == len(cuts)
 
 
 @PLATES
-def test_the_widest_blur_has_the_fullest_colour(ctx, overlays, make):
-    """Amber in front, blue behind, on a logarithmic scale; dark green where sharp."""
+def test_coc_overlay_color_grows_with_coc(ctx, overlays, make):
+    """Check amber before and blue behind the focus, on a logarithmic scale, dark green if sharp."""
     plate = make()
     coc, sharp = coc_of(plate), sharp_px(LENS, 77)
-    found = drawn(overlays, ctx, "coc", plate).astype(float)
+    found = draw_overlay(overlays, ctx, "coc", plate).astype(float)
     part = np.log2(1 + abs(coc)) / np.log2(1 + max(abs(coc).max(), 2 * sharp))
     hue = np.where((coc < 0)[..., None], (1.0, 0.55, 0.12), (0.2, 0.6, 1.0))
     expected = 0.06 + part[..., None] * (hue - 0.06)
@@ -221,9 +221,9 @@ def ramp_plate(width: int = 240) -> Plate:
 
 
 @pytest.mark.parametrize("focus_m", [1.25, 2.0, 3.3])
-def test_the_plane_in_focus_is_a_line_where_the_floor_passes_it(ctx, overlays, focus_m):
+def test_focus_plane_overlay_is_a_line_at_focus_distance(ctx, overlays, focus_m):
     lens = replace(LENS, focus_distance_m=focus_m, acceptable_coc_mm=0.05)
-    alpha = drawn(overlays, ctx, "focus plane", ramp_plate(), lens)[..., 3]
+    alpha = draw_overlay(overlays, ctx, "focus plane", ramp_plate(), lens)[..., 3]
     column = (1.0 - 1.0 / focus_m) / 0.8 * 239
     lit = np.flatnonzero(alpha[2] > 200)
     assert abs(alpha.max() - PLANE) <= 0.5 and np.all(alpha == alpha[0])
@@ -232,30 +232,30 @@ def test_the_plane_in_focus_is_a_line_where_the_floor_passes_it(ctx, overlays, f
     assert alpha[2, far_from].max() == 0
 
 
-def test_the_plane_is_a_thin_unbroken_line_whatever_the_f_stop(ctx, overlays):
+def test_focus_plane_line_is_unbroken_at_any_f_stop(ctx, overlays):
     for f_stop in (0.7, 2.8, 11.0):
         lens = replace(LENS, f_stop=f_stop, focus_distance_m=2.0)
-        alpha = drawn(overlays, ctx, "focus plane", ramp_plate(), lens)[..., 3]
+        alpha = draw_overlay(overlays, ctx, "focus plane", ramp_plate(), lens)[..., 3]
         assert abs(alpha[:, 147:152].max(axis=1).min() - PLANE) <= 0.5, f_stop
 
 
-def test_no_line_where_two_surfaces_meet_in_front_of_and_behind_the_plane(ctx, overlays):
+def test_focus_plane_overlay_ignores_depth_steps_across_focus(ctx, overlays):
     coc = np.where(np.arange(20) < 10, -12.0, 12.0) * np.ones((4, 1))
     plate = coc_plate_of(np.zeros((4, 20, 3), np.float32), coc)
-    assert drawn(overlays, ctx, "focus plane", plate)[..., 3].max() == 0
+    assert draw_overlay(overlays, ctx, "focus plane", plate)[..., 3].max() == 0
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 200), (301, 7)])
 @pytest.mark.parametrize("overlay", [it.name for it in OVERLAYS])
-def test_every_size_is_covered_to_its_last_pixel(ctx, overlays, size, overlay):
+def test_overlay_covers_picture_of_any_size(ctx, overlays, size, overlay):
     plate = plate_of(np.zeros((size[1], size[0], 3), np.float32), np.full(size[::-1], 2.0))
-    found = drawn(overlays, ctx, overlay, plate)
+    found = draw_overlay(overlays, ctx, overlay, plate)
     assert np.all(found == found[0, 0]) and found[0, 0, 3] > 0
 
 
 @pytest.mark.parametrize("stops", [0.25, 1.0])
-def test_peaking_colours_contrasts_of_light_where_it_is_in_focus(ctx, overlays, stops):
-    """Against the same formula in NumPy, on one flat wall: in focus, and out of it."""
+def test_peaking_marks_contrast_only_in_focus(ctx, overlays, stops):
+    """Compare a flat wall in focus with the same formula in NumPy; out of focus nothing shows."""
     light = np.random.default_rng(1).uniform(0.01, 1.0, (9, 13, 3)).astype(np.float32)
     plate = plate_of(light, np.full((9, 13), 2.0))
     log = np.log2(light @ np.array([0.2126, 0.7152, 0.0722]) + 0.002)
@@ -265,57 +265,59 @@ def test_peaking_colours_contrasts_of_light_where_it_is_in_focus(ctx, overlays, 
     part = np.clip(edge / stops - 1.0, 0.0, 1.0)
     expected = part * part * (3.0 - 2.0 * part)
     peaking = Peaking(stops=stops)
-    found = drawn(overlays, ctx, "none", plate, LENS, peaking=peaking)
+    found = draw_overlay(overlays, ctx, "none", plate, LENS, peaking=peaking)
     np.testing.assert_allclose(found[..., 3] / 255, expected, atol=0.01)
     blurred = replace(LENS, focus_distance_m=0.5)
-    assert not drawn(overlays, ctx, "none", plate, blurred, peaking=peaking)[..., 3].any()
+    assert not draw_overlay(overlays, ctx, "none", plate, blurred, peaking=peaking)[..., 3].any()
 
 
-def test_peaking_by_distance_needs_no_edge_and_goes_as_far_as_its_blur(ctx, overlays):
+def test_peaking_on_depth_marks_pixels_up_to_its_blur(ctx, overlays):
     depth = np.broadcast_to(np.linspace(1.5, 3.0, 40, dtype=np.float32), (5, 40))
     plate = plate_of(np.full((5, 40, 3), 0.5, np.float32), depth)
     coc, sharp = np.abs(coc_of(plate)), sharp_px(LENS, 40)
     for blur in (0.5, 1.0, 3.0):
         peaking = Peaking(PeakingOn.DEPTH, blur=blur)
-        found = drawn(overlays, ctx, "none", plate, peaking=peaking)[..., 3] / 255
+        found = draw_overlay(overlays, ctx, "none", plate, peaking=peaking)[..., 3] / 255
         far = np.abs(coc - blur * sharp) > 1e-4
         np.testing.assert_array_equal((found > 0)[far], (coc < blur * sharp)[far])
         inside = (coc < blur * sharp) & far
         np.testing.assert_allclose(
             found[inside], (0.7 - 0.4 * coc / (blur * sharp))[inside], atol=0.01
         )
-    assert not drawn(overlays, ctx, "none", plate, peaking=USUAL_PEAKING)[
+    assert not draw_overlay(overlays, ctx, "none", plate, peaking=USUAL_PEAKING)[
         ..., 3
     ].any()  # there is no edge
 
 
 @pytest.mark.parametrize("name", PEAKING_COLORS)
-def test_peaking_has_the_colour_that_was_chosen(ctx, overlays, name):
-    found = drawn(overlays, ctx, "none", room_plate(), peaking=Peaking(color=name))
+def test_peaking_uses_chosen_color(ctx, overlays, name):
+    found = draw_overlay(overlays, ctx, "none", room_plate(), peaking=Peaking(color=name))
     colors = found[found[..., 3] > 0][:, :3]
     assert len(colors)
     np.testing.assert_allclose(colors / 255, [PEAKING_COLORS[name]] * len(colors), atol=0.005)
 
 
-def test_peaking_finds_the_edges_of_the_picture_it_is_given(ctx, overlays):
-    """Also where that is smaller than the plate; where it is blurred there are none."""
+def test_peaking_finds_edges_of_given_picture(ctx, overlays):
+    """Check a picture smaller than the plate: its edge is marked, a soft ramp has no edges."""
     plate = plate_of(np.full((32, 48, 3), 0.2, np.float32), np.full((32, 48), 2.0))
     light = np.full((16, 24, 3), 0.1, np.float32)
     light[:, 12:] = 0.8
-    found = drawn(overlays, ctx, "none", plate, peaking=USUAL_PEAKING, light=light)[..., 3]
+    found = draw_overlay(overlays, ctx, "none", plate, peaking=USUAL_PEAKING, light=light)[..., 3]
     assert set(np.flatnonzero(found[10])) == {22, 23, 24, 25}
     soft = np.broadcast_to(np.geomspace(0.1, 0.8, 24, dtype=np.float32)[None, :, None], (16, 24, 3))
-    assert not drawn(overlays, ctx, "none", plate, peaking=USUAL_PEAKING, light=soft)[..., 3].any()
+    assert not draw_overlay(overlays, ctx, "none", plate, peaking=USUAL_PEAKING, light=soft)[
+        ..., 3
+    ].any()
 
 
 @PLATES
 @pytest.mark.parametrize("overlay", list(overlays_by_name()))
-def test_peaking_lies_over_any_overlay(ctx, overlays, make, overlay):
-    """Both laid over a grey picture one after the other are what they are together."""
+def test_peaking_is_composited_over_any_overlay(ctx, overlays, make, overlay):
+    """Check over a grey picture that both drawn together equal overlay, then peaking, on top."""
     plate, grey = make(), np.full(3, 100.0)
     peaking = Peaking(PeakingOn.DEPTH, blur=2.0)
     base, peaks, both = (
-        drawn(overlays, ctx, *of[:1], plate, peaking=of[1]).astype(float)
+        draw_overlay(overlays, ctx, *of[:1], plate, peaking=of[1]).astype(float)
         for of in ((overlay, None), ("none", peaking), (overlay, peaking))
     )
     assert (peaks[..., 3] > 0).any() and (peaks[..., 3] == 0).any()

@@ -1,4 +1,4 @@
-"""Pictures on the screen against arrays: where they lie, what covers what, squares and light."""
+"""PicturePass against arrays: position, clip, compositing, nearest and smooth sampling."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.focus.coc import CocLine
 from heatlens.render.display.picture_pass import Detail, EnlargePass, PicturePass, PlacedPicture
 from heatlens.render.gpu.device import Device, Sampling, Texture
-from support.rounding import within
+from support.rounding import tolerance_for
 
 SCREEN = 64, 40
 ALL = Box(0, 0, *SCREEN)
@@ -24,17 +24,17 @@ def texture_of(ctx: Device, pixels: np.ndarray) -> Texture:
     return texture
 
 
-def painted(ctx: Device, pictures: PicturePass, *placed: PlacedPicture, size=SCREEN) -> np.ndarray:
+def paint(ctx: Device, pictures: PicturePass, *placed: PlacedPicture, size=SCREEN) -> np.ndarray:
     """Return (H, W, 4) bytes drawn over a screen of (10, 20, 30, 255), top row first."""
     texture = ctx.texture(size, 4)
     target = ctx.framebuffer([texture])
     target.clear(10 / 255, 20 / 255, 30 / 255, 1.0)
     pictures.run(placed, target, size)
-    found = np.frombuffer(texture.read(), np.uint8).reshape(size[1], size[0], 4)[::-1]
+    pixels = np.frombuffer(texture.read(), np.uint8).reshape(size[1], size[0], 4)[::-1]
     ctx.simple_framebuffer((1, 1)).use()
-    for made in (target, texture):
-        made.release()
-    return found
+    for resource in (target, texture):
+        resource.release()
+    return pixels
 
 
 def noise(rng: np.random.Generator, height: int, width: int, alpha: int = 255) -> np.ndarray:
@@ -44,11 +44,11 @@ def noise(rng: np.random.Generator, height: int, width: int, alpha: int = 255) -
 
 
 @pytest.mark.parametrize("zoom", [1, 2, 3, 5])
-def test_squares_are_the_pixels_themselves(ctx, pictures, rng, zoom):
+def test_nearest_picture_repeats_pixels_at_whole_zoom(ctx, pictures, rng, zoom):
     pixels = noise(rng, 7, 9)
     last = 4 + 9 * zoom, 3 + 7 * zoom
     placed = PlacedPicture(texture_of(ctx, pixels), (4, 3), last, ALL, True, True)
-    found = painted(ctx, pictures, placed)
+    found = paint(ctx, pictures, placed)
     expected = pixels.repeat(zoom, axis=0).repeat(zoom, axis=1)
     np.testing.assert_array_equal(found[3 : last[1], 4 : last[0]], expected)
     outside = np.ones(SCREEN[::-1], bool)
@@ -56,11 +56,11 @@ def test_squares_are_the_pixels_themselves(ctx, pictures, rng, zoom):
     assert np.all(found[outside] == (10, 20, 30, 255))
 
 
-def test_squares_of_no_whole_size_are_the_nearest_pixels(ctx, pictures, rng):
+def test_nearest_picture_samples_nearest_pixels_at_any_zoom(ctx, pictures, rng):
     pixels = noise(rng, 7, 9)
     first, zoom = (-3.3, 2.7), 4.6
     last = first[0] + 9 * zoom, first[1] + 7 * zoom
-    found = painted(
+    found = paint(
         ctx, pictures, PlacedPicture(texture_of(ctx, pixels), first, last, ALL, True, True)
     )
     x, y = np.arange(SCREEN[0]) + 0.5, np.arange(SCREEN[1]) + 0.5
@@ -68,33 +68,31 @@ def test_squares_of_no_whole_size_are_the_nearest_pixels(ctx, pictures, rng):
     inside = ((row >= 0) & (row < 7))[:, None] & ((column >= 0) & (column < 9))
     rows, columns = np.clip(row.astype(int), 0, 6), np.clip(column.astype(int), 0, 8)
     expected = np.where(inside[..., None], pixels[rows][:, columns], (10, 20, 30, 255))
-    off = within(ctx, 0.0, 0.02)  # pixels whose middle is at an edge between two texels
+    off = tolerance_for(ctx, 0.0, 0.02)  # pixels whose middle is at an edge between two texels
     assert (found != expected).any(axis=-1).mean() <= off
 
 
-def test_nothing_is_drawn_outside_the_clip(ctx, pictures, rng):
+def test_picture_is_drawn_inside_clip_only(ctx, pictures, rng):
     pixels = noise(rng, 40, 64)
     texture = texture_of(ctx, pixels)
     clip = Box(5, 9, 31, 33)
-    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, clip, True, True))
+    found = paint(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, clip, True, True))
     expected = np.full_like(pixels, (10, 20, 30, 255))
     expected[9:33, 5:31] = pixels[9:33, 5:31]
     np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("clip", [Box(5, 5, 5, 20), Box(20, 5, 10, 20), Box(0, 30, 64, 10)])
-def test_an_empty_clip_draws_nothing(ctx, pictures, rng, clip):
+def test_picture_with_empty_clip_draws_nothing(ctx, pictures, rng, clip):
     texture = texture_of(ctx, noise(rng, 40, 64))
-    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, clip, True, True))
+    found = paint(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, clip, True, True))
     assert np.all(found == (10, 20, 30, 255))
 
 
-def test_the_later_lies_over_the_earlier_by_its_alpha_and_the_screen_stays_opaque(
-    ctx, pictures, rng
-):
+def test_later_picture_is_composited_by_alpha_on_opaque_screen(ctx, pictures, rng):
     below, above = noise(rng, 40, 64), noise(rng, 40, 64)
     above[..., 3] = rng.integers(0, 256, (40, 64))
-    found = painted(
+    screen = paint(
         ctx,
         pictures,
         PlacedPicture(texture_of(ctx, below), (0, 0), SCREEN, ALL, True, True),
@@ -102,45 +100,45 @@ def test_the_later_lies_over_the_earlier_by_its_alpha_and_the_screen_stays_opaqu
     )
     alpha = above[..., 3:] / 255
     expected = below[..., :3] * (1 - alpha) + above[..., :3] * alpha
-    assert abs(found[..., :3] - expected).max() <= 1
-    assert np.all(found[..., 3] == 255)
+    assert abs(screen[..., :3] - expected).max() <= 1
+    assert np.all(screen[..., 3] == 255)
 
 
-def test_an_opaque_picture_asks_no_alpha(ctx, pictures, rng):
+def test_opaque_picture_ignores_alpha(ctx, pictures, rng):
     pixels = noise(rng, 40, 64, alpha=0)
-    found = painted(
+    found = paint(
         ctx, pictures, PlacedPicture(texture_of(ctx, pixels), (0, 0), SCREEN, ALL, True, True)
     )
     np.testing.assert_array_equal(found[..., :3], pixels[..., :3])
 
 
-def test_a_small_picture_is_the_mean_of_its_pixels_where_its_filter_says_so(ctx, pictures, rng):
-    """ImGui's own sampler would take four pixels of each sixty-four."""
+def test_mipmapped_picture_drawn_small_is_mean_of_pixels(ctx, pictures, rng):
+    """Check mipmapped sampling; ImGui's own sampler would take four pixels of each sixty-four."""
     pixels = noise(rng, 320, 512)
     texture = texture_of(ctx, pixels)
     texture.build_mipmaps()
     texture.sampling = Sampling.MIPMAPPED
-    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, ALL, False, True))
+    found = paint(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, ALL, False, True))
     means = pixels[..., :3].reshape(40, 8, 64, 8, 3).mean(axis=(1, 3))
     assert abs(found[..., :3] - means).max() <= 4  # three halvings, each of them rounded
 
 
-def test_a_smooth_picture_passes_from_pixel_to_pixel(ctx, pictures):
+def test_linear_picture_interpolates_pixels(ctx, pictures):
     pixels = np.full((1, 2, 4), 255, np.uint8)
     pixels[0, 0, :3] = 0
     texture = texture_of(ctx, pixels)
     texture.sampling = Sampling.LINEAR
-    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, ALL, False, True))
+    found = paint(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, ALL, False, True))
     x = (np.arange(64) + 0.5) / 32 - 0.5
     np.testing.assert_allclose(found[0, :, 0], 255 * np.clip(x, 0, 1), atol=1)
 
 
-def test_a_picture_much_larger_than_the_screen_is_still_its_pixels(ctx, pictures, rng):
+def test_picture_much_larger_than_screen_keeps_its_pixels(ctx, pictures, rng):
     pixels = noise(rng, 60, 8192)
     zoom, column = 256.0, 8000
     first = (32 - zoom * (column + 0.5), 20 - zoom * 30.5)
     last = first[0] + zoom * 8192, first[1] + zoom * 60
-    found = painted(
+    found = paint(
         ctx, pictures, PlacedPicture(texture_of(ctx, pixels), first, last, ALL, True, True)
     )
     assert np.all(found[20, 20:44] == pixels[30, column])
@@ -151,10 +149,10 @@ def texture_of_depths(ctx: Device, depth: np.ndarray) -> Texture:
 
 
 @pytest.mark.parametrize("line", [None, CocLine(at_infinity_px=20.0, per_dioptre_px=-40.0)])
-def test_a_preview_has_the_plates_detail_where_its_focus_is(ctx, pictures, rng, line):
-    """The preview's own light stays: what is missing in it is added, and only in focus.
+def test_preview_gets_detail_of_plate_where_in_focus(ctx, pictures, rng, line):
+    """Check that the preview keeps its light and gets the plate's missing detail, only in focus.
 
-    It is not added where something nearer spills over the focus, so that the preview is another.
+    No detail is added where the preview differs, because something nearer spills over the focus.
     """
     height, width = SCREEN[1], SCREEN[0]
     plate, coarse = (rng.integers(100, 130, (height, width, 4)) for _ in range(2))
@@ -166,18 +164,18 @@ def test_a_preview_has_the_plates_detail_where_its_focus_is(ctx, pictures, rng, 
         texture.sampling = Sampling.NEAREST
     detail = Detail(textures[0], textures[1], texture_of_depths(ctx, depth), line, texel_px=3.0)
     placed = PlacedPicture(textures[2], (0, 0), SCREEN, ALL, False, True, detail)
-    found = painted(ctx, pictures, placed)[..., :3].astype(float)
+    found = paint(ctx, pictures, placed)[..., :3].astype(float)
     t = np.clip(np.abs(coc) / 3.0 - 0.5, 0, 1)
     share = (1 - t * t * (3 - 2 * t))[..., None]
     apart = np.abs(preview - coarse)[..., :3].max(axis=-1, keepdims=True) / 255
     t = np.clip((apart - 0.06) / (0.25 - 0.06), 0, 1)
     share = share * (1 - t * t * (3 - 2 * t))
     expected = preview[..., :3] + share * (plate - coarse)[..., :3]
-    np.testing.assert_allclose(found, expected, atol=within(ctx, 0.51, 0.6))
+    np.testing.assert_allclose(found, expected, atol=tolerance_for(ctx, 0.51, 0.6))
     assert share.min() == 0 and share.max() > 0.99
 
 
-def test_a_picture_ready_to_be_enlarged_keeps_its_light(ctx, rng):
+def test_enlarge_pass_adds_half_of_the_detail(ctx, rng):
     pixels = noise(rng, 20, 30)
     pixels[..., :3] = 60 + pixels[..., :3] // 4
     out = ctx.texture((30, 20), 4)
@@ -188,17 +186,17 @@ def test_a_picture_ready_to_be_enlarged_keeps_its_light(ctx, rng):
         a, b, c = (np.take(around, range(i, around.shape[axis] - 2 + i), axis) for i in range(3))
         around = (a + 2 * b + c) / 4
     expected = pixels[..., :3] + 0.5 * (pixels[..., :3] - around)
-    np.testing.assert_allclose(found, expected, atol=within(ctx, 0.51, 0.6))
+    np.testing.assert_allclose(found, expected, atol=tolerance_for(ctx, 0.51, 0.6))
 
 
-def test_enlarging_brings_back_what_it_takes(ctx, rng):
-    """Waves of six pixels drawn four times as large: nearer to the wave than without."""
+def test_enlarge_pass_halves_error_of_linear_enlarging(ctx, rng):
+    """Enlarge waves of six pixels four times: the error is under half of that without the pass."""
     x = np.arange(30) + 0.5
     pixels = np.full((8, 30, 4), 255, np.uint8)
     mean = np.sinc(1 / 6)  # of a wave over a pixel
     pixels[..., :3] = np.round(128 + 80 * mean * np.sin(2 * np.pi * x / 6))[:, None]
-    ready = ctx.texture((30, 8), 4)
-    EnlargePass(ctx).run(texture_of(ctx, pixels), ready)
+    sharpened = ctx.texture((30, 8), 4)
+    EnlargePass(ctx).run(texture_of(ctx, pixels), sharpened)
     large = (np.arange(120) + 0.5) / 4
     wave = 128 + 80 * np.sin(2 * np.pi * large / 6)
 
@@ -206,4 +204,4 @@ def test_enlarging_brings_back_what_it_takes(ctx, rng):
         row = np.frombuffer(texture.read(), np.uint8).reshape(8, 30, 4)[4, :, 0]
         return float(np.abs(np.interp(large, x, row) - wave)[12:-12].mean())
 
-    assert error(ready) < 0.5 * error(texture_of(ctx, pixels))
+    assert error(sharpened) < 0.5 * error(texture_of(ctx, pixels))

@@ -1,4 +1,4 @@
-"""Frames in the colours of the screen: drawn once for a look, and within a bound."""
+"""ScreenFrames: frames in display color, drawn once for a look, within a memory limit."""
 
 import numpy as np
 from hypothesis import HealthCheck, given, settings
@@ -22,21 +22,21 @@ USE = st.lists(
 
 @settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, 3000), USE)
-def test_what_is_held_is_within_its_bound_and_drawn_for_the_look_that_is_asked(ctx, most, use):
-    frames = ScreenFrames(ctx, most)
-    for key, size, look, wanted in use:
+def test_screen_frames_keep_limit_and_draw_each_look_once(ctx, limit_bytes, use):
+    frames = ScreenFrames(ctx, limit_bytes)
+    for key, size, look, wanted_keys in use:
         drawn = []
 
         def draw(out: Texture, value: int = 40 * ord(key) % 251 + look) -> None:
             drawn.append(out)  # noqa: B023  # called before the loop goes on
             out.write(bytes([value]) * (4 * out.width * out.height))
 
-        was_there = frames.holds(key, (look,))
-        found = frames.texture(key, (look,), size, wanted | {key}, draw)
-        assert frames.bytes_in_use <= most
-        if found is not None:
-            assert found.size == size and frames.holds(key, (look,))
-            pixels = np.frombuffer(found.read(), np.uint8)
+        was_there = frames.has_frame(key, (look,))
+        texture = frames.texture(key, (look,), size, wanted_keys | {key}, draw)
+        assert frames.bytes_in_use <= limit_bytes
+        if texture is not None:
+            assert texture.size == size and frames.has_frame(key, (look,))
+            pixels = np.frombuffer(texture.read(), np.uint8)
             assert (pixels == 40 * ord(key) % 251 + look).all()
             assert was_there or len(drawn) == 1
     frames.clear()

@@ -1,4 +1,4 @@
-"""A focus for each colour: every colour of a picture is that of a lens with this focus for all."""
+"""Axial color: each color channel equals that of a lens focused at the channel's own distance."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ def plate(rng: np.random.Generator) -> Plate:
     return plate_of(color + rng.random(color.shape, np.float32), depth)
 
 
-def seen(
+def render_plate(
     renderer: FrameRenderer, plate: Plate, lens: Lens, settings: DefocusSettings = PREVIEW
 ) -> FloatArray:
     renderer.load(plate)
@@ -36,17 +36,17 @@ def seen(
 
 
 @pytest.mark.parametrize("method", [Method.DIFFUSION, Method.PYRAMID])
-def test_each_colour_is_that_of_a_lens_with_its_focus(
+def test_axial_color_channel_equals_lens_with_its_focus(
     ctx: Device, renderer: FrameRenderer, rng: np.random.Generator, method: Method
 ) -> None:
-    """Green bit for bit; the others up to the rounding of their focus."""
+    """Compare green bit for bit, red and blue up to the rounding of their focus distance."""
     room_plate, settings = plate(rng), replace(PREVIEW, method=method)
-    picture = seen(renderer, room_plate, LENS, settings)
+    picture = render_plate(renderer, room_plate, LENS, settings)
     assert abs(axial_px(LENS, 96)) > 1.0
     for channel in range(3):
         dioptres = 1 / LENS.focus_distance_m + (channel - 1) * axial_dioptres(LENS)
         alone = replace(LENS, axial_colour_mm=0.0, focus_distance_m=1 / dioptres)
-        expected = seen(renderer, room_plate, alone, settings)[..., channel]
+        expected = render_plate(renderer, room_plate, alone, settings)[..., channel]
         if channel == 1:
             assert np.array_equal(picture[..., channel], expected)
         else:
@@ -54,14 +54,14 @@ def test_each_colour_is_that_of_a_lens_with_its_focus(
             assert np.abs(picture[..., channel] - picture[..., 1]).max() > 0.05
 
 
-def test_one_layer_agrees_with_float64(
+def test_axial_color_in_one_layer_agrees_with_float64(
     ctx: Device, renderer: FrameRenderer, rng: np.random.Generator
 ) -> None:
-    """Also where the plate brings its circle of confusion, which each colour shifts."""
+    """Compare a coc plate in one layer with the float64 oracle, its coc shifted by channel."""
     color = rng.random((20, 30, 3), np.float32)
     coc = (12 * rng.random((20, 30), np.float32) - 4).astype(np.float32)
     lens, settings = replace(LENS, axial_colour_mm=1.0), replace(PREVIEW, layers=1)
-    picture = seen(renderer, coc_plate_of(color, coc), lens, settings)
+    picture = render_plate(renderer, coc_plate_of(color, coc), lens, settings)
     kernel = rim_kernel("disc_3", 0.0)
     for channel in range(3):
         shifted = coc.astype(np.float64) + (channel - 1) * axial_px(lens, 30)
@@ -70,44 +70,44 @@ def test_one_layer_agrees_with_float64(
         np.testing.assert_allclose(picture[..., channel], expected, atol=2e-3)
 
 
-def test_one_colour_stays_and_a_wall_keeps_its_light(
+def test_axial_color_keeps_uniform_color_and_light_of_wall(
     ctx: Device, renderer: FrameRenderer, rng: np.random.Generator
 ) -> None:
     _, depth = room()
     tint = np.array([0.25, 0.75, 8.0], np.float32)
-    even = seen(renderer, plate_of(np.broadcast_to(tint, (*depth.shape, 3)), depth), LENS)
+    even = render_plate(renderer, plate_of(np.broadcast_to(tint, (*depth.shape, 3)), depth), LENS)
     np.testing.assert_allclose(even[..., :3] / tint, 1.0, atol=2e-3)
     wall = rng.random((40, 60, 3), np.float32) + 0.5
-    blurred = seen(renderer, plate_of(wall, np.full((40, 60), 2.0, np.float32)), LENS)
-    kept = blurred[..., :3].sum((0, 1), np.float64) / wall.sum((0, 1), np.float64)
-    np.testing.assert_allclose(kept, 1.0, atol=1e-3)
+    blurred = render_plate(renderer, plate_of(wall, np.full((40, 60), 2.0, np.float32)), LENS)
+    light_ratio = blurred[..., :3].sum((0, 1), np.float64) / wall.sum((0, 1), np.float64)
+    np.testing.assert_allclose(light_ratio, 1.0, atol=1e-3)
 
 
-def test_what_is_in_focus_in_a_colour_keeps_it_bit_for_bit(
+def test_axial_color_keeps_channel_that_is_in_focus(
     ctx: Device, renderer: FrameRenderer, rng: np.random.Generator
 ) -> None:
     color = rng.random((24, 32, 3), np.float32)
     lens = replace(LENS, axial_colour_mm=1.5)
     for channel in range(3):
         coc = np.full((24, 32), (1 - channel) * axial_px(lens, 32), np.float32)
-        picture = seen(renderer, coc_plate_of(color, coc), lens)
+        picture = render_plate(renderer, coc_plate_of(color, coc), lens)
         assert np.array_equal(picture[..., channel], color[..., channel])
         assert not np.array_equal(picture[..., (channel + 1) % 3], color[..., (channel + 1) % 3])
 
 
-def test_alpha_goes_with_green(ctx: Device, renderer: FrameRenderer) -> None:
+def test_axial_color_leaves_alpha_unchanged(ctx: Device, renderer: FrameRenderer) -> None:
     covered = plate_of(*covered_room(), has_alpha=True)
-    plain = seen(renderer, covered, replace(LENS, axial_colour_mm=0.0))
-    assert np.array_equal(seen(renderer, covered, LENS)[..., 3], plain[..., 3])
+    plain = render_plate(renderer, covered, replace(LENS, axial_colour_mm=0.0))
+    assert np.array_equal(render_plate(renderer, covered, LENS)[..., 3], plain[..., 3])
     assert np.ptp(plain[..., 3]) > 0.1
 
 
-def test_layers_are_counted_over_all_colours(
+def test_progress_with_axial_color_increases_over_all_colors(
     ctx: Device, renderer: FrameRenderer, rng: np.random.Generator
 ) -> None:
-    told: list[tuple[int, int]] = []
-    renderer.listen(lambda done, layers: told.append((done, layers)))
-    seen(renderer, plate(rng), LENS)
-    renderer.listen(None)
-    shares = [done / layers for done, layers in told]
+    reports: list[tuple[int, int]] = []
+    renderer.set_layer_callback(lambda done, layers: reports.append((done, layers)))
+    render_plate(renderer, plate(rng), LENS)
+    renderer.set_layer_callback(None)
+    shares = [done / layers for done, layers in reports]
     assert shares == sorted(shares) and shares[0] == 0.0 and shares[-1] < 1.0

@@ -1,4 +1,4 @@
-"""The picture of a lens that breathes: a plate is cut or scaled, a scene is drawn as it is seen."""
+"""Focus breathing: a plate is cropped or scaled; cameras and headers get the effective length."""
 
 from dataclasses import replace
 
@@ -32,37 +32,39 @@ def gradient() -> np.ndarray:
     return np.dstack([10 + x - WIDTH / 2 + WIDTH, 10 + y - HEIGHT / 2 + HEIGHT, np.ones_like(x)])
 
 
-def seen(renderer, lens: Lens) -> np.ndarray:
+def render_gradient(renderer, lens: Lens) -> np.ndarray:
     renderer.load(plate_of_arrays(gradient(), np.full((HEIGHT, WIDTH), 0.5, np.float32)))
     return renderer.pixels(Shot(lens, QUICK))
 
 
 @pytest.mark.parametrize("ratio", [0.9, 0.75])
-def test_a_plate_is_cut_about_its_middle(renderer, ratio):
-    still = seen(renderer, PINHOLE)
-    cut = seen(renderer, replace(PINHOLE, breathing=ratio))
+def test_breathing_crops_plate_about_its_middle(renderer, ratio):
+    still = render_gradient(renderer, PINHOLE)
+    cut = render_gradient(renderer, replace(PINHOLE, breathing=ratio))
     for channel in (0, 1):
         middle = float(still[..., channel].mean())
         expected = middle + ratio * (still[..., channel] - middle)
         np.testing.assert_allclose(cut[4:-4, 4:-4, channel], expected[4:-4, 4:-4], atol=2e-2)
 
 
-def test_at_infinity_and_without_breathing_not_a_bit_changes(renderer):
+def test_breathing_at_infinity_changes_nothing(renderer):
     far = replace(PINHOLE, focus_distance_m=float("inf"))
-    np.testing.assert_array_equal(seen(renderer, replace(far, breathing=0.9)), seen(renderer, far))
+    np.testing.assert_array_equal(
+        render_gradient(renderer, replace(far, breathing=0.9)), render_gradient(renderer, far)
+    )
 
 
-def test_a_view_that_widens_is_scaled_where_there_is_no_room(renderer):
+def test_breathing_above_one_enlarges_picture_at_infinity(renderer):
     far = replace(PINHOLE, focus_distance_m=float("inf"), breathing=1.1)
-    still, enlarged = seen(renderer, PINHOLE), seen(renderer, far)
+    still, enlarged = render_gradient(renderer, PINHOLE), render_gradient(renderer, far)
     middle = float(still[..., 0].mean())
     expected = middle + (still[..., 0] - middle) / 1.1
     np.testing.assert_allclose(enlarged[4:-4, 4:-4, 0], expected[4:-4, 4:-4], atol=2e-2)
     at_close = replace(far, focus_distance_m=0.5)
-    np.testing.assert_array_equal(seen(renderer, at_close), still)
+    np.testing.assert_array_equal(render_gradient(renderer, at_close), still)
 
 
-def test_a_camera_has_the_length_that_is_seen_at_each_frame():
+def test_camera_of_breathing_lens_has_effective_focal_lengths():
     shot = Shot(Lens(50.0, 2.0, 2.0, 36.0, close_focus_m=0.5, breathing=0.9))
     shot = shot.with_key(1, LensParameter.FOCUS_DISTANCE, 0.5)
     shot = shot.with_key(11, LensParameter.FOCUS_DISTANCE, 5.0)
@@ -74,7 +76,7 @@ def test_a_camera_has_the_length_that_is_seen_at_each_frame():
     assert openings == pytest.approx([25.0] * 11)
 
 
-def test_the_header_of_a_picture_has_the_length_that_is_seen():
+def test_header_of_breathing_lens_has_effective_focal_length():
     plate = plate_of_arrays(gradient(), np.full((HEIGHT, WIDTH), 0.5, np.float32))
     header = lens_header(plate, replace(PINHOLE, breathing=0.8))
     assert header["pinholeFocalLength"] == pytest.approx(62.5)

@@ -1,4 +1,4 @@
-"""What is guessed behind a blurred foreground is calm: no light of lamps, no jumps in a pull."""
+"""Fill guessed behind a blurred foreground: no light of lamps, no jumps in a focus pull."""
 
 from dataclasses import replace
 
@@ -33,51 +33,53 @@ def flame_by_a_leaf(light: float) -> tuple[Image, Image]:
     return mean, depth_m[finer // 2 :: finer, finer // 2 :: finer]
 
 
-def pulled(renderer, frames: int = 12) -> list[Image]:
-    """Pull through the flame."""
+def render_pull(renderer, frames: int = 12) -> list[Image]:
+    """Return the frames of a focus pull from 1.7 m to 2.4 m past the flame."""
     renderer.load(plate_of(*flame_by_a_leaf(LAMP)))
     distances_m = 1.0 / np.linspace(1 / 1.7, 1 / 2.4, frames)
-    return [through(renderer, float(distance_m)) for distance_m in distances_m]
+    return [render_at_focus(renderer, float(distance_m)) for distance_m in distances_m]
 
 
-def through(renderer, focus_m: float) -> Image:
-    """Return what is loaded through the lens that is 24 px blurred at FAR_M from FOCUS_M."""
+def render_at_focus(renderer, focus_m: float) -> Image:
+    """Render the loaded plate at `focus_m`; focused at FOCUS_M, the lens has 24 px coc at FAR_M."""
     lens = replace(lens_blurring(24.0, WIDTH), focus_distance_m=focus_m)
     return renderer.pixels(Shot(lens, DefocusSettings()))[..., :3].copy()
 
 
-def test_a_flame_in_focus_leaves_no_light_behind_the_leaf(ctx, renderer):
-    """The leaf is dark, and all that is guessed behind it is as dim as the wall."""
+def test_flame_in_focus_adds_no_light_behind_leaf(ctx, renderer):
+    """Check that the dark leaf stays dark: the fill guessed behind it is as dim as the wall."""
     renderer.load(plate_of(*flame_by_a_leaf(LAMP)))
-    picture = through(renderer, FOCUS_M)
+    picture = render_at_focus(renderer, FOCUS_M)
     assert picture[:, : EDGE - 4].max() < 0.5
     assert picture[HEIGHT // 2, EDGE + 1].mean() > 0.2 * LAMP
 
 
-def test_a_pull_through_a_flame_behind_a_leaf_is_calm(ctx, renderer):
-    assert unrest(pulled(renderer)) < 2.0
+def test_focus_pull_past_flame_behind_leaf_has_no_jumps(ctx, renderer):
+    assert unrest(render_pull(renderer)) < 2.0
 
 
-def test_a_surface_that_passes_from_layer_to_layer_is_calm(ctx, renderer):
-    """A card before a wall: in the pull it leaves the wall's layer for that in front of it.
+def test_focus_pull_of_card_changing_its_layer_has_no_jumps(ctx, renderer):
+    """Pull focus so that a card passes from the wall's layer to the one in front of it.
 
-    Handed on in a seventh of the cut's transition, the card made this pull jump by 84.
+    Moved within a seventh of the cut's transition, the card made this pull jump by 84.
     """
     y, x = np.mgrid[:HEIGHT, :WIDTH]
     card = (abs(x - WIDTH / 2 + 0.5) < 24) & (abs(y - HEIGHT / 2 + 0.5) < 20)
     color = np.where(card[..., None], 0.8, 0.1).repeat(3, axis=-1)
     renderer.load(plate_of(color, np.where(card, 2.6, WALL_M)))
     distances_m = 1.0 / np.linspace(1 / 1.85, 1 / 2.3, 30)
-    assert unrest([through(renderer, float(distance_m)) for distance_m in distances_m]) < 20.0
+    assert (
+        unrest([render_at_focus(renderer, float(distance_m)) for distance_m in distances_m]) < 20.0
+    )
 
 
 @pytest.mark.parametrize("focus_m", [1.9, FOCUS_M, 2.1])
-def test_the_rim_of_a_flame_has_the_blur_of_the_flame(ctx, renderer, focus_m):
-    """No pixel is lit but those near the flame; its rim shows a leaf blurred by 50 pixels."""
+def test_edge_of_flame_before_leaf_has_coc_of_flame(ctx, renderer, focus_m):
+    """Check that only pixels near the flame are lit, though the leaf at its edge has 50 px coc."""
     renderer.load(plate_of(*flame_by_a_leaf(LAMP)))
-    lit = through(renderer, focus_m)
+    lit = render_at_focus(renderer, focus_m)
     renderer.load(plate_of(*flame_by_a_leaf(0.08)))
-    dark = through(renderer, focus_m)
+    dark = render_at_focus(renderer, focus_m)
     y, x = np.mgrid[:HEIGHT, :WIDTH]
     coc_px = 48.0 * abs(1 - focus_m / FLAME_M)
     away = np.hypot(x - EDGE, y - HEIGHT / 2) > 5.0 + coc_px / 2 + 2.0
@@ -103,8 +105,8 @@ def vase_and_ball(height: int = 180, width: int = 320) -> tuple[Image, Image]:
     return color.astype(np.float32), depth_m.astype(np.float32)
 
 
-def test_a_pull_behind_a_large_near_vase_is_calm(ctx, renderer):
-    """From the ball's front to the wall: no cut, and no bend of the blur, shows on the way."""
+def test_focus_pull_behind_near_vase_has_no_jumps(ctx, renderer):
+    """Pull focus from the ball's front to the wall: no cut and no bend of the blur is visible."""
     renderer.load(plate_of(*vase_and_ball()))
     shots = [
         Shot(Lens(50.0, 1.4, float(1 / dioptres), 36.0), DefocusSettings())
@@ -115,10 +117,10 @@ def test_a_pull_behind_a_large_near_vase_is_calm(ctx, renderer):
     assert flash(frames) < 1.5
 
 
-def test_a_wall_that_comes_into_focus_behind_a_post_is_calm(ctx, renderer):
-    """It leaves the far layer on the way; all that is known of it behind the post goes along.
+def test_focus_pull_to_wall_behind_post_has_no_jumps(ctx, renderer):
+    """Pull focus so that the wall leaves the far layer with all that is known behind the post.
 
-    Given back by the far layer before the nearer one covered it, it was dark behind the post.
+    Released by the far layer before the nearer one covered it, the wall was dark behind the post.
     """
     rng = np.random.default_rng(5)
     color = np.kron(0.3 + 0.3 * rng.random((16, 22, 3)), np.ones((6, 6, 1)))[:HEIGHT, :WIDTH]
@@ -127,11 +129,13 @@ def test_a_wall_that_comes_into_focus_behind_a_post_is_calm(ctx, renderer):
     depth_m = np.broadcast_to(np.where(is_post, LEAF_M, WALL_M), (HEIGHT, WIDTH))
     renderer.load(plate_of(color.astype(np.float32), depth_m.astype(np.float32)))
     distances_m = 1.0 / np.linspace(1 / 5.0, 1 / 5.9, 30)
-    assert unrest([through(renderer, float(distance_m)) for distance_m in distances_m]) < 4.0
+    assert (
+        unrest([render_at_focus(renderer, float(distance_m)) for distance_m in distances_m]) < 4.0
+    )
 
 
-def test_a_wall_that_comes_into_focus_behind_wires_is_calm(ctx, renderer):
-    """It passes the far cut slowly: what is guessed behind the wires changes with the layer.
+def test_focus_pull_to_wall_behind_wires_has_no_jumps(ctx, renderer):
+    """Pull focus so that the wall passes the far cut: the fill behind the wires changes with it.
 
     Passed in three quarters of that range, the wall made this pull jump by 1.66.
     """
@@ -143,4 +147,6 @@ def test_a_wall_that_comes_into_focus_behind_wires_is_calm(ctx, renderer):
     depth_m = np.where(is_wire, 3.0, WALL_M)
     renderer.load(plate_of(color.astype(np.float32), depth_m.astype(np.float32)))
     distances_m = 1.0 / np.linspace(1 / 4.5, 1 / 5.9, 30)
-    assert unrest([through(renderer, float(distance_m)) for distance_m in distances_m]) < 1.58
+    assert (
+        unrest([render_at_focus(renderer, float(distance_m)) for distance_m in distances_m]) < 1.58
+    )

@@ -1,4 +1,4 @@
-"""What is known behind a picture: laws of the lens, and nearer to the truth than a guess."""
+"""Known surfaces behind a picture: they follow the laws of the lens and beat a guessed fill."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ KINDS = [(bokeh, quality) for bokeh in Bokeh for quality in Quality]
 WIDTH, HEIGHT = 160, 96
 
 
-def through(renderer, plate: Plate, coc_px: float, *settings: object) -> Image:
+def render_through_lens(renderer, plate: Plate, coc_px: float, *settings: object) -> Image:
     renderer.load(plate)
     lens = lens_blurring(coc_px, plate.display_window.width)
     return renderer.pixels(Shot(lens, DefocusSettings(*settings)))
@@ -56,53 +56,56 @@ def disc(diameter: float, samples: int = 16) -> Image:
 
 
 @pytest.mark.parametrize(("bokeh", "quality"), KINDS)
-def test_what_is_behind_does_not_show_in_focus(ctx, renderer, bokeh, quality):
+def test_hidden_surfaces_do_not_change_plate_in_focus(ctx, renderer, bokeh, quality):
     color, _ = room()
     flat = plate_of(color, np.full(color.shape[:2], FOCUS_M, np.float32))
-    told = with_behind(flat, [wall(5.0, FAR_M, color.shape[:2])])
-    assert told.fragments is not None
+    plate = with_behind(flat, [wall(5.0, FAR_M, color.shape[:2])])
+    assert plate.fragments is not None
     for coc_px in (0.5, 12.0):
-        expected = through(renderer, flat, coc_px, bokeh, quality)
-        assert np.array_equal(through(renderer, told, coc_px, bokeh, quality), expected)
+        expected = render_through_lens(renderer, flat, coc_px, bokeh, quality)
+        assert np.array_equal(
+            render_through_lens(renderer, plate, coc_px, bokeh, quality), expected
+        )
 
 
 @pytest.mark.parametrize("coc_px", [3.0, 12.0, 40.0])
 @pytest.mark.parametrize(("bokeh", "quality"), KINDS)
-def test_a_constant_stays_a_constant(ctx, renderer, bokeh, quality, coc_px):
+def test_uniform_color_with_hidden_surfaces_stays_uniform(ctx, renderer, bokeh, quality, coc_px):
     _, depth_m = room()
     tint = np.array([0.25, 0.75, 1.0], np.float32)
     flat = plate_of(np.broadcast_to(tint, (*depth_m.shape, 3)), depth_m)
     behind = [wall(tint, 3.0, depth_m.shape), wall(tint, 9.0, depth_m.shape)]
-    picture = through(renderer, with_behind(flat, behind), coc_px, bokeh, quality)
+    picture = render_through_lens(renderer, with_behind(flat, behind), coc_px, bokeh, quality)
     assert np.abs(picture[..., :3] / tint - 1).max() < 4 * HALF_ROUNDING
 
 
-def test_an_opaque_surface_given_twice_changes_nothing(ctx, renderer):
+def test_hidden_copy_of_the_plate_changes_nothing(ctx, renderer):
     color, depth_m = room()
     flat = plate_of(color, depth_m)
-    expected = through(renderer, flat, 12.0)
-    assert np.array_equal(through(renderer, with_behind(flat, [flat]), 12.0), expected)
+    expected = render_through_lens(renderer, flat, 12.0)
+    assert np.array_equal(render_through_lens(renderer, with_behind(flat, [flat]), 12.0), expected)
 
 
-def test_the_order_of_what_is_behind_does_not_matter(ctx, renderer):
+def test_order_of_hidden_surfaces_does_not_matter(ctx, renderer):
     color, depth_m = room()
     flat = plate_of(color, depth_m)
     behind = [wall(0.2, 3.5, depth_m.shape), wall(0.7, 9.0, depth_m.shape)]
     pictures = [
-        through(renderer, with_behind(flat, order), 12.0) for order in (behind, behind[::-1])
+        render_through_lens(renderer, with_behind(flat, order), 12.0)
+        for order in (behind, behind[::-1])
     ]
     assert np.array_equal(*pictures)
 
 
-def test_a_known_wall_in_focus_shows_through_the_blurred_card(ctx, renderer):
-    """The truth: the card's blurred coverage over the sharp wall, in closed form."""
+def test_known_wall_behind_blurred_card_is_nearer_to_truth(ctx, renderer):
+    """Compare guessed and known fill with the card's blurred coverage over the sharp wall."""
     back, coc_px = stripes(), 24.0
     flat, clean = card_before(back, FOCUS_M)
     is_card = (flat.depth_m == NEAR_M).astype(np.float32)
     cover = convolve(is_card, disc(coc_px), mode="nearest")[..., None]
     truth = cover * 0.4 + (1 - cover) * back
-    guessed = through(renderer, flat, coc_px)[..., :3]
-    known = through(renderer, with_behind(flat, [clean]), coc_px)[..., :3]
+    guessed = render_through_lens(renderer, flat, coc_px)[..., :3]
+    known = render_through_lens(renderer, with_behind(flat, [clean]), coc_px)[..., :3]
     inside = np.s_[20:-20, 62:98]  # of the card, where the wall is uncovered
     errors = [np.abs(picture - truth)[inside].mean() for picture in (guessed, known)]
     assert errors[1] < 0.35 * errors[0]
@@ -111,8 +114,8 @@ def test_a_known_wall_in_focus_shows_through_the_blurred_card(ctx, renderer):
     assert np.abs(known - truth)[outside].max() < 0.01
 
 
-def test_a_highlight_behind_the_card_keeps_to_where_the_lens_sees_it(ctx, renderer):
-    """A lamp hidden in the middle of the card, too deep for the lens, leaves no light."""
+def test_highlight_hidden_by_middle_of_card_adds_no_light(ctx, renderer):
+    """Hide a lamp behind the middle of the card, where no part of the lens sees it."""
     back = np.full((HEIGHT, WIDTH, 3), 0.1, np.float32)
     flat, _ = card_before(back, FAR_M)
     lit = back.copy()
@@ -120,18 +123,21 @@ def test_a_highlight_behind_the_card_keeps_to_where_the_lens_sees_it(ctx, render
     dark, bright = (
         with_behind(flat, [wall(light, FAR_M, (HEIGHT, WIDTH))]) for light in (back, lit)
     )
-    pictures = [through(renderer, plate, 12.0)[..., :3] for plate in (dark, bright)]
+    pictures = [render_through_lens(renderer, plate, 12.0)[..., :3] for plate in (dark, bright)]
     assert np.abs(pictures[1] - pictures[0]).max() < 0.01
 
 
-def test_a_hidden_highlight_beside_the_rim_shows_as_half_a_disc(ctx, renderer):
+def test_highlight_hidden_at_edge_of_card_shows_half_its_disc(ctx, renderer):
     back = np.full((HEIGHT, WIDTH, 3), 0.1, np.float32)
     flat, _ = card_before(back, FAR_M)
     lit = back.copy()
     lit[HEIGHT // 2, 60] = 500.0  # behind the card's first column
-    told = with_behind(flat, [wall(lit, FAR_M, (HEIGHT, WIDTH))])
-    base = with_behind(flat, [wall(back, FAR_M, (HEIGHT, WIDTH))])
-    light = through(renderer, told, 16.0)[..., 0] - through(renderer, base, 16.0)[..., 0]
+    lit_plate = with_behind(flat, [wall(lit, FAR_M, (HEIGHT, WIDTH))])
+    dark_plate = with_behind(flat, [wall(back, FAR_M, (HEIGHT, WIDTH))])
+    light = (
+        render_through_lens(renderer, lit_plate, 16.0)[..., 0]
+        - render_through_lens(renderer, dark_plate, 16.0)[..., 0]
+    )
     assert 0.3 * 500 < light.sum() < 0.7 * 500
     assert light[:, :60].sum() > 10 * light[:, 62:].sum()
 
@@ -153,18 +159,18 @@ def half_covered(is_measured: bool) -> Plate:
 
 @pytest.mark.parametrize("is_measured", [False, True])
 @pytest.mark.parametrize("coc_px", [0.5, 9.0, 30.0])
-def test_a_veil_everywhere_is_the_mean_of_both(ctx, renderer, coc_px, is_measured):
+def test_even_half_veil_gives_mean_of_both_surfaces(ctx, renderer, coc_px, is_measured):
     plate = half_covered(is_measured)
-    picture = through(renderer, plate, coc_px)
+    picture = render_through_lens(renderer, plate, coc_px)
     assert np.abs(picture[..., :3] - plate.color[..., :3]).max() < 2e-3
 
 
-def test_a_smaller_picture_takes_lists_too(ctx, renderer):
+def test_proxy_with_lists_is_near_mean_of_whole_picture(ctx, renderer):
     back = stripes()
     flat, clean = card_before(back, FOCUS_M)
-    told = with_behind(flat, [clean])
-    whole = through(renderer, told, 24.0)[..., :3]
-    renderer.load(told)
+    plate = with_behind(flat, [clean])
+    whole = render_through_lens(renderer, plate, 24.0)[..., :3]
+    renderer.load(plate)
     lens = lens_blurring(24.0, WIDTH)
     half = renderer.pixels(Shot(lens, DefocusSettings(proxy=0.5)))[..., :3]
     mean = whole.reshape(HEIGHT // 2, 2, WIDTH // 2, 2, 3).mean((1, 3))

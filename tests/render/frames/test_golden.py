@@ -40,7 +40,7 @@ SHOTS = {
 
 
 @pytest.mark.parametrize("name", SHOTS)
-def test_it_looks_as_it_did(ctx, request, tmp_path, name):
+def test_picture_matches_golden(ctx, request, tmp_path, name):
     plate, shot = SHOTS[name]
     renderer = FrameRenderer(ctx)
     renderer.load(plate_of(*plate(*SIZE)))
@@ -50,11 +50,11 @@ def test_it_looks_as_it_did(ctx, request, tmp_path, name):
     compare_with_golden(picture, GOLDEN / f"{name}.exr", ctx, is_updating, tmp_path)
 
 
-def test_every_golden_picture_has_its_shot():
+def test_golden_files_match_shots():
     assert {path.stem for path in GOLDEN.glob("*")} == set(SHOTS)
 
 
-def test_a_difference_is_found_and_shown(tmp_path):
+def test_check_is_golden_reports_difference_and_saves_evidence(tmp_path):
     golden, evidence = tmp_path / "golden" / "grey.exr", tmp_path / "evidence"
     golden.parent.mkdir()
     evidence.mkdir()
@@ -68,7 +68,7 @@ def test_a_difference_is_found_and_shown(tmp_path):
     assert {path.name for path in evidence.iterdir()} == {"grey.exr", "grey_difference.png"}
 
 
-def test_another_renderer_is_skipped_at_home_and_fails_on_a_runner(monkeypatch):
+def test_require_llvmpipe_skips_locally_and_fails_in_ci(monkeypatch):
     monkeypatch.delenv("CI", raising=False)
     with pytest.raises(pytest.skip.Exception, match="RTX"):
         require_llvmpipe("NVIDIA GeForce RTX 4090/PCIe/SSE2")

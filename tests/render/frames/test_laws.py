@@ -1,4 +1,4 @@
-"""The laws of a lens, on the renderer as it is used: layers, lamps and all."""
+"""Laws of a lens, tested on the whole renderer with its layers and highlights."""
 
 import math
 from dataclasses import replace
@@ -9,7 +9,16 @@ import pytest
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import LAYERS_MAX, Bokeh, DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
-from support.lamps import DIM, HALF_ROUNDING, KINDS, LAMP, SIZE, grey_for, point_plate, through
+from support.lamps import (
+    DIM,
+    HALF_ROUNDING,
+    KINDS,
+    LAMP,
+    SIZE,
+    grey_for,
+    point_plate,
+    render_plate_with_lens,
+)
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, moments, plate_of, room
 
 # A constant stays constant
@@ -25,31 +34,36 @@ TINT = np.array([0.25, 0.75, 8.0], np.float32)  # its mean is below the limit of
         for layers in ([1] if bokeh is Bokeh.DISC else [None, *range(1, LAYERS_MAX + 1)])
     ],
 )
-def test_one_colour_over_many_depths_stays_that_colour(ctx, renderer, bokeh, quality, layers):
-    _stays(TINT, renderer, bokeh, quality, layers)
+def test_blur_of_uniform_color_over_depths_is_uniform(ctx, renderer, bokeh, quality, layers):
+    _check_tint_stays(TINT, renderer, bokeh, quality, layers)
 
 
 @pytest.mark.parametrize("times", [1.1, 1.5, 4.0])
-def test_a_bright_surface_is_no_highlight(ctx, renderer, times):
-    """Discs of its light would lack what is hidden, and what lies outside the frame."""
-    _stays(times * TINT, renderer, Bokeh.DISC, Quality.FILM, None)
+def test_blur_of_bright_uniform_color_is_uniform(ctx, renderer, times):
+    """Check that a bright uniform surface stays uniform: it must not be drawn as highlight discs.
+
+    Discs of its light would lack what is hidden, and what lies outside the frame.
+    """
+    _check_tint_stays(times * TINT, renderer, Bokeh.DISC, Quality.FILM, None)
 
 
-def _stays(tint, renderer, bokeh, quality, layers):
+def _check_tint_stays(tint, renderer, bokeh, quality, layers):
     _, depth = room()
     plate = plate_of(np.broadcast_to(tint, (*depth.shape, 3)), depth)
     for lens in (lens_blurring(1.5, 96), lens_blurring(40.0, 96)):
-        picture = through(renderer, plate, lens, bokeh, quality, layers)
+        picture = render_plate_with_lens(renderer, plate, lens, bokeh, quality, layers)
         deviation = np.abs(picture[..., :3] / tint - 1.0)
         assert deviation.max() < 4 * HALF_ROUNDING
         np.testing.assert_allclose(picture[..., 3], 1.0, atol=1e-5)
 
 
 @pytest.mark.parametrize("bokeh", Bokeh)
-def test_black_stays_black(ctx, renderer, bokeh):
+def test_blur_of_black_plate_is_black(ctx, renderer, bokeh):
     _, depth = room()
     plate = plate_of(np.zeros((*depth.shape, 3), np.float32), depth)
-    assert not through(renderer, plate, lens_blurring(20.0, 96), bokeh)[..., :3].any()
+    assert not render_plate_with_lens(renderer, plate, lens_blurring(20.0, 96), bokeh)[
+        ..., :3
+    ].any()
 
 
 # Light is kept
@@ -57,20 +71,20 @@ def test_black_stays_black(ctx, renderer, bokeh):
 
 @pytest.mark.parametrize("depth_m", [NEAR_M, FAR_M], ids=["near", "far"])
 @pytest.mark.parametrize(("bokeh", "quality"), KINDS)
-def test_the_light_of_a_wall_is_kept(ctx, renderer, rng, bokeh, quality, depth_m):
-    """Of the whole picture, since nothing flows over its borders."""
+def test_blur_keeps_light_of_wall(ctx, renderer, rng, bokeh, quality, depth_m):
+    """Check the sum of the whole picture; no light flows over its borders."""
     color = rng.random((60, 80, 3), np.float32) + 0.5
     plate = plate_of(color, np.full((60, 80), depth_m, np.float32))
-    picture = through(renderer, plate, lens_blurring(11.0, 80), bokeh, quality)
-    kept = picture[..., :3].sum((0, 1), np.float64) / color.sum((0, 1), np.float64)
-    np.testing.assert_allclose(kept, 1.0, atol=HALF_ROUNDING)
+    picture = render_plate_with_lens(renderer, plate, lens_blurring(11.0, 80), bokeh, quality)
+    light_ratio = picture[..., :3].sum((0, 1), np.float64) / color.sum((0, 1), np.float64)
+    np.testing.assert_allclose(light_ratio, 1.0, atol=HALF_ROUNDING)
 
 
 @pytest.mark.parametrize("coc_px", [3.0, 8.0, 13.0, 16.0, 21.0, 40.0])
 @pytest.mark.parametrize(("bokeh", "quality"), KINDS)
-def test_the_light_of_a_lamp_is_kept(ctx, renderer, bokeh, quality, coc_px):
+def test_blur_keeps_light_of_lamp(ctx, renderer, bokeh, quality, coc_px):
     plate = point_plate(bokeh, LAMP)
-    picture = through(renderer, plate, lens_blurring(coc_px, SIZE), bokeh, quality)
+    picture = render_plate_with_lens(renderer, plate, lens_blurring(coc_px, SIZE), bokeh, quality)
     mean, _, _ = moments(picture - np.float32(grey_for(bokeh)))
     assert mean / LAMP == pytest.approx(1.0, abs=0.005)
 
@@ -80,27 +94,31 @@ def test_the_light_of_a_lamp_is_kept(ctx, renderer, bokeh, quality, coc_px):
 
 @pytest.mark.parametrize("layers", [None, 1])
 @pytest.mark.parametrize(("bokeh", "quality"), KINDS)
-def test_a_plate_in_focus_comes_back_bit_for_bit(ctx, renderer, rng, bokeh, quality, layers):
+def test_plate_in_focus_is_unchanged_bit_for_bit(ctx, renderer, rng, bokeh, quality, layers):
     color = (rng.random((33, 47, 3)) * 10.0 ** rng.integers(-4, 4, (33, 47, 1))).astype(np.float32)
     plate = plate_of(color, np.full((33, 47), FOCUS_M, np.float32))
     for f_stop in (1e-2, 1.4, 64.0):
         lens = Lens(50.0, f_stop, FOCUS_M, 36.0)
-        assert np.array_equal(through(renderer, plate, lens, bokeh, quality, layers), plate.color)
+        assert np.array_equal(
+            render_plate_with_lens(renderer, plate, lens, bokeh, quality, layers), plate.color
+        )
 
 
 @pytest.mark.parametrize("bokeh", Bokeh)
-def test_focus_at_infinity_keeps_the_sky_bit_for_bit(ctx, renderer, rng, bokeh):
+def test_sky_with_focus_at_infinity_is_unchanged_bit_for_bit(ctx, renderer, rng, bokeh):
     color = rng.random((33, 47, 3), np.float32)
     plate = plate_of(color, np.full((33, 47), np.inf, np.float32))
     lens = Lens(50.0, 1.4, math.inf, 36.0)
-    assert np.array_equal(through(renderer, plate, lens, bokeh), plate.color)
+    assert np.array_equal(render_plate_with_lens(renderer, plate, lens, bokeh), plate.color)
 
 
 @pytest.mark.parametrize("bokeh", Bokeh)
-def test_a_pinhole_changes_nothing_to_see(ctx, renderer, bokeh):
-    """f/100000: no circle of confusion reaches a thousandth of a pixel."""
+def test_pinhole_lens_leaves_plate_nearly_unchanged(ctx, renderer, bokeh):
+    """Render at f/100000, where no circle of confusion reaches a thousandth of a pixel."""
     color, depth = room()
-    picture = through(renderer, plate_of(color, depth), Lens(50.0, 1e5, FOCUS_M, 36.0), bokeh)
+    picture = render_plate_with_lens(
+        renderer, plate_of(color, depth), Lens(50.0, 1e5, FOCUS_M, 36.0), bokeh
+    )
     np.testing.assert_allclose(picture[..., :3], color, rtol=1e-3, atol=1e-3)
 
 
@@ -110,8 +128,8 @@ def test_a_pinhole_changes_nothing_to_see(ctx, renderer, bokeh):
 PIXEL_VARIANCE = 2 / 12
 
 
-def rising(picture: Image, bokeh: Bokeh, coc_px: float) -> Image:
-    """What is brighter than the grey, so near the point that rounding elsewhere does not count."""
+def light_above_grey(picture: Image, bokeh: Bokeh, coc_px: float) -> Image:
+    """Return the light above the grey, cropped around the point to exclude rounding elsewhere."""
     centre, reach = picture.shape[0] // 2, int(2.5 * coc_px) + 2
     near = slice(max(0, centre - reach), centre + reach + 1)
     return picture[near, near, :3] - np.float32(grey_for(bokeh))
@@ -121,24 +139,26 @@ def rising(picture: Image, bokeh: Bokeh, coc_px: float) -> Image:
 @pytest.mark.parametrize("coc_px", [4.0, 12.0, 24.0])
 @pytest.mark.parametrize("light", [DIM, LAMP])
 @pytest.mark.parametrize(("bokeh", "quality"), KINDS)
-def test_a_point_spreads_as_a_disc_does(ctx, renderer, bokeh, quality, light, coc_px, depth_m):
+def test_blurred_point_has_variance_of_disc(ctx, renderer, bokeh, quality, light, coc_px, depth_m):
     plate = point_plate(bokeh, light, depth_m=depth_m)
-    picture = through(renderer, plate, lens_blurring(coc_px, SIZE), bokeh, quality)
-    _, *found = moments(rising(picture, bokeh, coc_px))
+    picture = render_plate_with_lens(renderer, plate, lens_blurring(coc_px, SIZE), bokeh, quality)
+    _, *variances = moments(light_above_grey(picture, bokeh, coc_px))
     pixel = PIXEL_VARIANCE if light == LAMP else 0.0
-    np.testing.assert_allclose(found, coc_px**2 / 16, rtol=0.02, atol=pixel)
+    np.testing.assert_allclose(variances, coc_px**2 / 16, rtol=0.02, atol=pixel)
 
 
 @pytest.mark.parametrize("light", [DIM, LAMP])
 @pytest.mark.parametrize("proxy", [0.5, 0.25])
 @pytest.mark.parametrize(("bokeh", "quality"), KINDS)
-def test_blur_scales_with_the_proxy(ctx, renderer, bokeh, quality, proxy, light):
+def test_blur_radius_scales_with_proxy(ctx, renderer, bokeh, quality, proxy, light):
     size, coc_px = 256, 40.0
     plate = point_plate(bokeh, light / proxy**2, size)
-    picture = through(renderer, plate, lens_blurring(coc_px, size), bokeh, quality, None, proxy)
-    _, *found = moments(rising(picture, bokeh, proxy * coc_px))
+    picture = render_plate_with_lens(
+        renderer, plate, lens_blurring(coc_px, size), bokeh, quality, None, proxy
+    )
+    _, *variances = moments(light_above_grey(picture, bokeh, proxy * coc_px))
     pixel = PIXEL_VARIANCE if light == LAMP else 0.0
-    np.testing.assert_allclose(found, (proxy * coc_px) ** 2 / 16, rtol=0.05, atol=pixel)
+    np.testing.assert_allclose(variances, (proxy * coc_px) ** 2 / 16, rtol=0.05, atol=pixel)
 
 
 @pytest.mark.parametrize("light", [DIM, LAMP])
@@ -146,14 +166,18 @@ def test_blur_scales_with_the_proxy(ctx, renderer, bokeh, quality, proxy, light)
     ("squeeze", "aspect"), [(2.0, 1.0), (1.33, 1.0), (1.0, 0.5), (1.0, 2.0), (2.0, 2.0)]
 )
 @pytest.mark.parametrize("bokeh", Bokeh)
-def test_squeeze_narrows_the_disc_and_wide_pixels_lower_it(
+def test_squeeze_narrows_disc_and_pixel_aspect_changes_its_height(
     ctx, renderer, bokeh, squeeze, aspect, light
 ):
-    """x / squeeze; y times the pixel's width over its height, as a length covers more of them."""
+    """Check the variances: coc / squeeze along x, coc times the pixel aspect ratio along y."""
     coc_px = 14.0
     plate = replace(point_plate(bokeh, light), pixel_aspect_ratio=aspect)
     lens = lens_blurring(coc_px, SIZE, squeeze)
-    _, x, y = moments(rising(through(renderer, plate, lens, bokeh), bokeh, coc_px * aspect))
+    _, x, y = moments(
+        light_above_grey(
+            render_plate_with_lens(renderer, plate, lens, bokeh), bokeh, coc_px * aspect
+        )
+    )
     slender = max(
         squeeze * aspect, 1 / (squeeze * aspect)
     )  # a rim of a pixel adds more at its tips
@@ -163,11 +187,15 @@ def test_squeeze_narrows_the_disc_and_wide_pixels_lower_it(
 
 
 @pytest.mark.parametrize("bokeh", Bokeh)
-def test_half_the_f_stop_is_twice_the_blur(ctx, renderer, bokeh):
+def test_half_f_stop_doubles_coc(ctx, renderer, bokeh):
     plate, lens = point_plate(bokeh, DIM), lens_blurring(6.0, SIZE)
     wider = replace(lens, f_stop=lens.f_stop / 2)
-    _, *narrow = moments(rising(through(renderer, plate, lens, bokeh), bokeh, 6.0))
-    _, *wide = moments(rising(through(renderer, plate, wider, bokeh), bokeh, 12.0))
+    _, *narrow = moments(
+        light_above_grey(render_plate_with_lens(renderer, plate, lens, bokeh), bokeh, 6.0)
+    )
+    _, *wide = moments(
+        light_above_grey(render_plate_with_lens(renderer, plate, wider, bokeh), bokeh, 12.0)
+    )
     np.testing.assert_allclose(np.divide(wide, narrow), 4.0, rtol=0.02)
 
 
@@ -176,11 +204,13 @@ def test_half_the_f_stop_is_twice_the_blur(ctx, renderer, bokeh):
 
 @pytest.mark.parametrize("flip", [(slice(None), slice(None, None, -1)), (slice(None, None, -1),)])
 @pytest.mark.parametrize(("bokeh", "quality"), KINDS)
-def test_a_mirrored_plate_gives_the_mirrored_picture(ctx, renderer, bokeh, quality, flip):
+def test_blur_of_mirrored_plate_is_mirrored(ctx, renderer, bokeh, quality, flip):
     color, depth = room(97, 55)
-    plain = through(renderer, plate_of(color, depth), lens_blurring(12.0, 97), bokeh, quality)
+    plain = render_plate_with_lens(
+        renderer, plate_of(color, depth), lens_blurring(12.0, 97), bokeh, quality
+    )
     mirrored = plate_of(color[flip], depth[flip])
-    picture = through(renderer, mirrored, lens_blurring(12.0, 97), bokeh, quality)
+    picture = render_plate_with_lens(renderer, mirrored, lens_blurring(12.0, 97), bokeh, quality)
     difference = np.abs(np.clip(picture[flip], 0, 1) - np.clip(plain, 0, 1))
     assert difference.mean() < 2e-3
 
@@ -190,10 +220,10 @@ def test_a_mirrored_plate_gives_the_mirrored_picture(ctx, renderer, bokeh, quali
 
 @pytest.mark.parametrize(("from_m", "to_m"), [(0.8, 1.0), (1.5, 2.6)])
 @pytest.mark.parametrize(("bokeh", "quality"), KINDS)
-def test_a_focus_pull_does_not_pop(ctx, renderer, bokeh, quality, from_m, to_m):
-    """Equal steps over dioptres are equal steps of blur, so no step changes much more than others.
+def test_focus_pull_changes_picture_evenly(ctx, renderer, bokeh, quality, from_m, to_m):
+    """Check that no step of a pull, even in dioptres and so in blur, changes much more than others.
 
-    What is bright is clipped as on a screen: popping is what an eye sees.
+    Frames are clipped to 0..1 as on a screen, because popping is what an eye sees.
     """
     renderer.load(plate_of(*room()))
     frames = [
@@ -212,11 +242,11 @@ def test_a_focus_pull_does_not_pop(ctx, renderer, bokeh, quality, from_m, to_m):
 
 @pytest.mark.parametrize("size", [(32, 18), (96, 54), (131, 77)])
 @pytest.mark.parametrize("quality", Quality)
-def test_a_picture_does_not_depend_on_those_before_it(ctx, renderer, quality, size):
-    """Textures are used again and lists are in another order each time: every bit stays."""
+def test_picture_does_not_depend_on_earlier_pictures(ctx, renderer, quality, size):
+    """Render in reverse order, with reused textures and other list orders: all bits are equal."""
     renderer.load(plate_of(*room(*size)))
     shots = [Shot(lens_blurring(c, size[0]), DefocusSettings(quality=quality)) for c in (3, 12, 40)]
     first = [renderer.pixels(shot) for shot in shots]
     backwards = [renderer.pixels(shot) for shot in reversed(shots)]
-    for one, other in zip(first, reversed(backwards), strict=True):
-        assert np.array_equal(one, other)
+    for picture, picture_again in zip(first, reversed(backwards), strict=True):
+        assert np.array_equal(picture, picture_again)

@@ -1,7 +1,8 @@
 """A term of the lens's geometry stands in one place: one that is added here arrives everywhere.
 
-Fields of `Lean` and GLSL cannot be extended from outside, so the tests edit a copy of the program:
-a field of the opening, what it adds to `Lean`, and its line of GLSL. All else is found by itself.
+Fields of `FocusOffset` and GLSL cannot be extended from outside, so the tests edit a copy of the
+program: a field of the opening, what it adds to `FocusOffset`, and its line of GLSL. All else is
+found by itself.
 The term bends the surface that is sharp to an S: its dioptres go with the square of the way from
 the middle of the picture, and change their sign there.
 """
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from support.program_copies import copied, run_in
+from support.program_copies import copy_program, run_in_copy
 
 _FIELD = """
     split_dioptres: float = option_field("""
@@ -24,26 +25,30 @@ _NEW_FIELD = """
 _COC = {
     "    split: float = 0.0\n": "    split: float = 0.0\n    bow: Triple = (0.0, 0.0, 0.0)\n",
     "        return self.slope, self.edge\n": "        return self.slope, self.edge, self.bow\n",
-    "tilted, part = (": "tilted, part, bow = (",
+    "tilted, split_part = (": "tilted, split_part, bow = (",
     "np.asarray(tilted + ": "np.asarray(tilted + bow * np.abs(bow) + ",
     "slope, edge = ((a, b, c -": "slope, edge, bow = ((a, b, c -",
     "slope, edge = ((a / scale": "slope, edge, bow = ((a / scale",
     "slope=slope, edge=edge)": "slope=slope, edge=edge, bow=bow)",
     "self.slope[0] * x + self.slope[1] * y for": """self.slope[0] * x + self.slope[1] * y
             + (self.bow[0] * x + self.bow[2]) * abs(self.bow[0] * x + self.bow[2]) for""",
-    'return {"lean_slope": slope,': """root = math.copysign(abs(per_dioptre) ** 0.5, per_dioptre)
-        bow = tuple(root * it for it in self.bow)
-        return {"lean_bow": bow, "lean_slope": slope,""",
-    "    level = Lean(": """    bow = lens.bow_dioptres
+    'return {\n            "focus_offset_slope": slope,': """sign = math.copysign(1.0, per_dioptre)
+        bow = tuple(sign * abs(per_dioptre) ** 0.5 * it for it in self.bow)
+        return {
+            "focus_offset_bow": bow, "focus_offset_slope": slope,""",
+    "    centered = FocusOffset(": """    bow = lens.bow_dioptres
     bow = math.copysign(abs(bow) ** 0.5, bow)
-    level = Lean(""",
-    "(*edge, middle), lens.split_dioptres)": """(*edge, middle), lens.split_dioptres,
+    centered = FocusOffset(""",
+    "edge_at_middle), lens.split_dioptres)": """edge_at_middle), lens.split_dioptres,
         (bow / (width / 2), 0.0, 0.0))""",
 }
 _GLSL = {
-    "\nfloat lean_at(vec2 px) {": "\nuniform vec3 lean_bow;\n\nfloat lean_at(vec2 px) {",
-    "return dot(lean_slope, place) +": """return dot(lean_slope, place)
-        + dot(lean_bow, place) * abs(dot(lean_bow, place)) +""",
+    "\nfloat focus_offset_at(vec2 px) {": """
+uniform vec3 focus_offset_bow;
+
+float focus_offset_at(vec2 px) {""",
+    "return dot(focus_offset_slope, position) +": """return dot(focus_offset_slope, position)
+        + dot(focus_offset_bow, position) * abs(dot(focus_offset_bow, position)) +""",
 }
 
 _BEGIN = """
@@ -61,17 +66,17 @@ def copy(tmp_path_factory) -> Path:
     edits = {
         f"{model}/lens/opening_fields.py": {_FIELD: _NEW_FIELD + _FIELD},
         f"{model}/focus/coc.py": _COC,
-        "shaders/lib/lean.lib.glsl": _GLSL,
+        "shaders/lib/focus_offset.lib.glsl": _GLSL,
     }
-    return copied(tmp_path_factory.mktemp("copy"), edits)
+    return copy_program(tmp_path_factory.mktemp("copy"), edits)
 
 
 def run(copy: Path, program: str) -> subprocess.CompletedProcess[str]:
-    """Run a program that knows the term."""
-    return run_in(copy, _BEGIN + textwrap.dedent(program))
+    """Run `program` in the edited copy, after code that makes the lenses `lens` and `level`."""
+    return run_in_copy(copy, _BEGIN + textwrap.dedent(program))
 
 
-def test_each_method_draws_it_or_refuses_it_in_words(copy):
+def test_every_method_draws_or_refuses_added_term(copy):
     run(
         copy,
         """
@@ -95,8 +100,8 @@ def test_each_method_draws_it_or_refuses_it_in_words(copy):
     )
 
 
-def test_the_command_line_takes_it_and_refuses_it_in_words(copy):
-    done = run(
+def test_render_command_accepts_option_of_added_term(copy):
+    process = run(
         copy,
         """
         from heatlens.fronts.commands.main import main
@@ -105,40 +110,40 @@ def test_the_command_line_takes_it_and_refuses_it_in_words(copy):
         assert not Path("a.exr").exists()
         """,
     )
-    assert "no bow: use raytraced" in done.stderr
+    assert "no bow: use raytraced" in process.stderr
 
 
-def test_a_mark_is_sharp_where_the_focus_goes(copy):
+def test_focus_on_mark_accounts_for_added_term(copy):
     run(
         copy,
         """
         from heatlens.core.model.boxes import Box
-        from heatlens.core.model.focus.coc import coc_line, coc_px, lean_coc_px
+        from heatlens.core.model.focus.coc import coc_line, coc_px, focus_offset_coc_px
         from heatlens.media.plate.coc_line import line_of
-        from support.evening import LEFT, begun, settled, write_plates
-        session = begun(folder / "preferences", write_plates(folder))
-        settled(session)
+        from support.evening import LEFT, begin_session, run_until_settled, write_plates
+        session = begin_session(folder / "preferences", write_plates(folder))
+        run_until_settled(session)
         marks = session.time.marks
         marks.set_point(LEFT)
         session.editing.edit_lens(replace(session.editing.lens, bow_dioptres=0.5))
-        marks.go(session.editing.shot.mark_named("A"))
+        marks.focus_on(session.editing.shot.mark_named("A"))
         now, plate = session.editing.lens, session.source.plate
         assert abs(now.focus_distance_m - 2.0) > 0.1, now
         line = line_of(plate, now)
         window, (x, y) = plate.data_window, LEFT
-        bow_px = lean_coc_px(line, Box(0, 0, window.width, window.height))
+        bow_px = focus_offset_coc_px(line, Box(0, 0, window.width, window.height))
         assert abs(coc_px(2.0, line) + bow_px[y, x]) < 1e-6
         session.close()
         """,
     )
 
 
-def test_files_carry_it(copy):
-    """Shots, kits and cameras; other programs are told what it is, or that it is lost."""
+def test_files_store_added_term(copy):
+    """Check shots, kits and cameras; for formats of others the term is written or named as lost."""
     run(
         copy,
         """
-        from heatlens.media.camera.camera_file import left_out_of, read_camera, write_camera
+        from heatlens.media.camera.camera_file import unsupported_notes, read_camera, write_camera
         from heatlens.media.documents.lens_kits import kit_text, read_kit
         from heatlens.media.documents.shot_file import read_shot, write_shot
         from heatlens.core.model.curves.frames import FrameRange
@@ -156,12 +161,12 @@ def test_files_carry_it(copy):
         for name in ("cam.csv", "cam.json"):
             assert read_camera(str(folder / name)).opening["bow_dioptres"] == (0.2, 0.2)
         assert "bow" in (folder / "cam.usda").read_text()
-        assert "bow" in left_out_of("cam.nk", camera)[0]
+        assert "bow" in unsupported_notes("cam.nk", camera)[0]
         """,
     )
 
 
-def test_python_and_the_panel_have_it(copy):
+def test_python_api_and_panel_have_added_term(copy):
     run(
         copy,
         """

@@ -1,4 +1,4 @@
-"""What pictures cost and which one is made: no better than wished, never another amount of blur."""
+"""Preview levels and their cost model: cheaper levels change resolution and poles, not the blur."""
 
 import math
 from dataclasses import replace
@@ -18,7 +18,7 @@ from heatlens.core.model.shot.settings import (
 )
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.quality import layers_for
-from heatlens.render.preview.level_choice import CostModel, between, cheaper
+from heatlens.render.preview.level_choice import CostModel, cheaper_levels, intermediate_level
 from support.plates import FAR_M, NEAR_M, lens_blurring, moments, plate_of
 
 SETTINGS = st.builds(
@@ -33,75 +33,75 @@ WIDTH, HEIGHT = 192, 120  # divisible by every proxy scale, so that a pixel stay
 
 
 @given(SETTINGS)
-def test_a_quicker_picture_is_in_nothing_better_than_the_wished_one(wished):
-    rungs = cheaper(wished)
-    assert rungs[0] == wished and len(set(rungs)) == len(rungs)
-    for rung in (*rungs, between(wished)):
-        assert rung.bokeh is wished.bokeh
-        assert RANK(rung.quality) <= RANK(wished.quality)
-        assert layers_for(rung) <= layers_for(wished)
-        assert PROXY_MIN <= rung.proxy <= wished.proxy
+def test_cheaper_levels_are_never_better_than_settings(settings):
+    levels = cheaper_levels(settings)
+    assert levels[0] == settings and len(set(levels)) == len(levels)
+    for level in (*levels, intermediate_level(settings)):
+        assert level.bokeh is settings.bokeh
+        assert RANK(level.quality) <= RANK(settings.quality)
+        assert layers_for(level) <= layers_for(settings)
+        assert PROXY_MIN <= level.proxy <= settings.proxy
 
 
 @given(SETTINGS, st.integers(1, 10**7))
-def test_no_rung_is_predicted_to_cost_more_than_the_wished_picture(wished, pixels):
-    """But for rounding: kinds that were not met are guessed from the one that was."""
+def test_cheaper_levels_are_not_predicted_to_cost_more(settings, pixels):
+    """Allow 5 percent for rounding; costs of levels never rendered follow from the learned one."""
     cost = CostModel()
-    cost.learn(wished, 1000, 1.0)
-    rungs = cheaper(wished)
-    seconds = [cost.predicted(rung, max(1, round(pixels * rung.proxy**2))) for rung in rungs]
+    cost.learn(settings, 1000, 1.0)
+    levels = cheaper_levels(settings)
+    seconds = [cost.predict_seconds(rung, max(1, round(pixels * rung.proxy**2))) for rung in levels]
     assert min(seconds) >= 0 and math.isfinite(max(seconds))
     assert max(seconds) == pytest.approx(seconds[0], rel=0.05)
 
 
-def test_nothing_is_known_before_a_picture_was_made():
-    assert CostModel().predicted(DefocusSettings(), 100) == math.inf
+def test_predict_seconds_is_infinite_before_learning():
+    assert CostModel().predict_seconds(DefocusSettings(), 100) == math.inf
 
 
 @given(SETTINGS, st.integers(1, 10**7), st.floats(1e-6, 10), st.integers(1, 10**7))
-def test_what_was_learnt_is_predicted_by_the_pixel(settings, pixels, seconds, other_pixels):
+def test_predict_seconds_scales_learned_time_by_pixels(settings, pixels, seconds, other_pixels):
     cost = CostModel()
     for _ in range(3):
         cost.learn(settings, pixels, seconds)
     expected = seconds / pixels * other_pixels
-    assert cost.predicted(settings, other_pixels) == pytest.approx(expected)
+    assert cost.predict_seconds(settings, other_pixels) == pytest.approx(expected)
 
 
 @given(SETTINGS, st.floats(1e-3, 1.0), st.floats(1e-3, 1.0))
-def test_a_machine_that_changes_its_pace_is_followed(settings, before, after):
+def test_cost_model_follows_changed_speed(settings, first_s, later_s):
     cost = CostModel()
-    cost.learn(settings, 100, before)
+    cost.learn(settings, 100, first_s)
     for _ in range(30):
-        cost.learn(settings, 100, after)
-    assert cost.predicted(settings, 100) == pytest.approx(after, rel=1e-3)
+        cost.learn(settings, 100, later_s)
+    assert cost.predict_seconds(settings, 100) == pytest.approx(later_s, rel=1e-3)
 
 
 @given(SETTINGS, st.floats(1e-3, 1.0), st.floats(1.1, 20.0))
-def test_sizes_cost_what_they_cost_and_share_the_pace_of_the_machine(settings, seconds, slower):
-    """Small pictures may cost more by the pixel; what slows one down slows down all."""
+def test_cost_model_keeps_ratio_of_sizes_and_shares_speed(settings, seconds, slower):
+    """Check that sizes keep their own cost per pixel, and that a slowdown applies to all sizes."""
     cost, small = CostModel(), replace(settings, proxy=PROXY_MIN / 2 + settings.proxy / 2)
     assume(small.proxy < settings.proxy)
     cost.learn(settings, 100, seconds)
     cost.learn(small, 100, 3 * seconds)
-    ratio = cost.predicted(small, 100) / cost.predicted(settings, 100)
+    ratio = cost.predict_seconds(small, 100) / cost.predict_seconds(settings, 100)
     assert ratio == pytest.approx(3.0)
     for _ in range(30):
         cost.learn(small, 100, 3 * slower * seconds)
-    assert cost.predicted(settings, 100) == pytest.approx(slower * seconds, rel=1e-3)
+    assert cost.predict_seconds(settings, 100) == pytest.approx(slower * seconds, rel=1e-3)
 
 
 @given(SETTINGS, SETTINGS)
-def test_one_slow_picture_does_not_decide(settings, other):
+def test_cost_model_damps_one_slow_picture(settings, other):
     cost = CostModel()
     for _ in range(5):
         cost.learn(settings, 100, 1.0)
     cost.learn(settings, 100, 10.0)
-    assert 1.0 < cost.predicted(settings, 100) < 5.5
+    assert 1.0 < cost.predict_seconds(settings, 100) < 5.5
 
 
 @pytest.fixture(scope="module", params=[FAR_M, NEAR_M], ids=["behind", "in front"])
 def lamp(request, renderer):
-    """Return a point of light over a grey in which no ripple of the kernel falls below black."""
+    """Load a lamp on a grey so bright that no ripple of the kernel falls below black."""
     color = np.full((HEIGHT, WIDTH, 3), 0.5, np.float32)
     color[60, 96] += 1000.0
     renderer.load(plate_of(color, np.full((HEIGHT, WIDTH), request.param, np.float32)))
@@ -109,26 +109,28 @@ def lamp(request, renderer):
 
 
 @pytest.mark.parametrize("bokeh", list(Bokeh))
-def test_light_and_width_of_a_point_are_the_same_on_every_rung(ctx, lamp, bokeh):
-    """In full-size pixels, against a disc's variance: the diameter squared over 16.
+def test_lamp_has_same_light_and_variance_at_every_level(ctx, lamp, bokeh):
+    """Compare variances in full-size pixels with a disc's, the squared diameter over 16.
 
     Large pixels add their own extent, once as they gather light and once as they are filled.
     """
     lens = lens_blurring(40.0, WIDTH)
-    for rung in cheaper(DefocusSettings(bokeh)):
-        picture = lamp.pixels(Shot(lens, rung)) - np.float32(0.5)
+    for level in cheaper_levels(DefocusSettings(bokeh)):
+        picture = lamp.pixels(Shot(lens, level)) - np.float32(0.5)
         scale = WIDTH / picture.shape[1]
         light, across, down = moments(picture)
         area = WIDTH * HEIGHT / (picture.shape[0] * picture.shape[1])
-        assert light * area == pytest.approx(1000.0, rel=0.01), rung
+        assert light * area == pytest.approx(1000.0, rel=0.01), level
         for width in (across, down):
-            assert 98.5 <= width * scale**2 <= 101.5 + (scale**2 - 1) / 6, rung
+            assert 98.5 <= width * scale**2 <= 101.5 + (scale**2 - 1) / 6, level
 
 
 @given(SETTINGS)
-def test_levels_differ_in_resolution_and_poles_alone(wished):
-    layers = layers_for(replace(wished, method=Method.DIFFUSION))
-    for rung in (*cheaper(wished)[1:], between(wished)):
-        assert layers_for(rung) == layers, "the cuts would move"
-        same = replace(rung, quality=wished.quality, layers=wished.layers, proxy=wished.proxy)
-        assert same == wished
+def test_levels_differ_in_proxy_and_quality_only(settings):
+    layers = layers_for(replace(settings, method=Method.DIFFUSION))
+    for level in (*cheaper_levels(settings)[1:], intermediate_level(settings)):
+        assert layers_for(level) == layers, "the cuts would move"
+        restored = replace(
+            level, quality=settings.quality, layers=settings.layers, proxy=settings.proxy
+        )
+        assert restored == settings

@@ -5,7 +5,7 @@ import pytest
 
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
-from heatlens.render.preview.level_choice import cheaper
+from heatlens.render.preview.level_choice import cheaper_levels
 from support.plates import FAR_M, NEAR_M, lens_blurring, plate_of
 
 WIDTH, HEIGHT = 384, 240  # divisible by the scale of every level
@@ -22,47 +22,51 @@ def lamp(request, renderer):
     return renderer
 
 
-def enlarged(picture: np.ndarray) -> np.ndarray:
+def enlarge(picture: np.ndarray) -> np.ndarray:
     """Enlarge a smaller picture to (HEIGHT, WIDTH), bilinear as in the window."""
     for axis, side in enumerate((HEIGHT, WIDTH)):
-        few = picture.shape[axis]
-        at = (np.arange(side) + 0.5) * few / side
-        known = np.arange(few) + 0.5
+        count = picture.shape[axis]
+        positions = (np.arange(side) + 0.5) * count / side
+        centres = np.arange(count) + 0.5
         picture = np.apply_along_axis(
-            lambda line, at=at, x=known: np.interp(at, x, line), axis, picture
+            lambda line, positions=positions, x=centres: np.interp(positions, x, line),
+            axis,
+            picture,
         )
     return picture
 
 
 @pytest.mark.parametrize(
-    "level", cheaper(DefocusSettings()), ids=lambda it: f"{it.quality} {it.proxy:.3f}"
+    "level", cheaper_levels(DefocusSettings()), ids=lambda it: f"{it.quality} {it.proxy:.3f}"
 )
-def test_a_lamp_has_the_same_disc_at_every_level(ctx, lamp, level):
-    """Only the edge of the disc knows how large the pixels are."""
+def test_lamp_has_same_disc_at_every_preview_level(ctx, lamp, level):
+    """Check light, brightness and radius of the disc; only the edge's width varies by level."""
     picture = lamp.pixels(Shot(lens_blurring(BLUR_PX, WIDTH), level))[..., 1]
     pixel = WIDTH / picture.shape[1]
-    light = enlarged(picture) - AROUND
+    light = enlarge(picture) - AROUND
     assert light.sum() == pytest.approx(LIGHT, rel=0.01)
     y, x = np.indices(light.shape) + 0.5
     away = np.hypot(x - (WIDTH + 1) / 2, y - (HEIGHT + 1) / 2)
     plateau = float(np.median(light[away < 0.3 * BLUR_PX]))
     assert plateau == pytest.approx(LIGHT / (np.pi * BLUR_PX**2 / 4), rel=0.025)
-    half, rim, inner = (np.sqrt((light > part * plateau).sum() / np.pi) for part in (0.5, 0.1, 0.9))
-    assert half == pytest.approx(BLUR_PX / 2, abs=max(0.35, 0.09 * pixel))
-    assert rim - inner <= 0.5 + 1.5 * pixel
+    half_radius, outer_radius, inner_radius = (
+        np.sqrt((light > part * plateau).sum() / np.pi) for part in (0.5, 0.1, 0.9)
+    )
+    assert half_radius == pytest.approx(BLUR_PX / 2, abs=max(0.35, 0.09 * pixel))
+    assert outer_radius - inner_radius <= 0.5 + 1.5 * pixel
 
 
 @pytest.mark.parametrize("blur_px", [14.0, 40.0])
 @pytest.mark.parametrize("proxy", [1 / 2, 1 / 4, 1 / 8])
-def test_a_lamp_keeps_its_place_in_a_smaller_picture(ctx, renderer, proxy, blur_px):
-    """Wherever it stands in a pixel there, whose middle may be 5 pixels away."""
-    for aside in (0, 3, 5):
+def test_lamp_keeps_its_position_in_proxy(ctx, renderer, proxy, blur_px):
+    """Check any position of the lamp in a proxy pixel, whose middle may be 5 pixels away."""
+    for offset in (0, 3, 5):
         color = np.full((HEIGHT, WIDTH, 3), AROUND, np.float32)
-        color[HEIGHT // 2 + aside, WIDTH // 2 + 7 - aside] += LIGHT
+        color[HEIGHT // 2 + offset, WIDTH // 2 + 7 - offset] += LIGHT
         renderer.load(plate_of(color, np.full((HEIGHT, WIDTH), FAR_M, np.float32)))
         shot = Shot(lens_blurring(blur_px, WIDTH), DefocusSettings(proxy=proxy))
-        light = enlarged(renderer.pixels(shot)[..., 1]) - AROUND
+        light = enlarge(renderer.pixels(shot)[..., 1]) - AROUND
         y, x = np.indices(light.shape)
-        middle = [(light * at).sum() / light.sum() for at in (y, x)]
-        place = [HEIGHT // 2 + aside, WIDTH // 2 + 7 - aside]
-        np.testing.assert_allclose(middle, place, atol=0.6)
+        centroid = [(light * at).sum() / light.sum() for at in (y, x)]
+        lamp_position = [HEIGHT // 2 + offset, WIDTH // 2 + 7 - offset]
+        np.testing.assert_allclose(centroid, lamp_position, atol=0.6)

@@ -1,4 +1,4 @@
-"""Lists of a smaller picture: coverage averaged, light kept, and nothing else changed."""
+"""Fragment lists of a proxy picture: coverage is averaged and light is kept."""
 
 from dataclasses import replace
 
@@ -7,13 +7,17 @@ import pytest
 
 from heatlens.core.model.shot.settings import Bokeh, DefocusSettings
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.plate.deep.stacked import Surface, stacked
+from heatlens.media.plate.deep.stacked import Surface, stack_surfaces
 from heatlens.media.plate.fragments import FragmentLists
 from heatlens.media.plate.plate import Plate
 from heatlens.render.defocus import reduced_plate
 from heatlens.render.defocus.listed_fragments import FragmentBuffers
 from heatlens.render.defocus.plate_passes import proxy_size
-from heatlens.render.defocus.reduced_plate import FRAGMENT_BYTES, ProxyListRoom, proxy_list_capacity
+from heatlens.render.defocus.reduced_plate import (
+    FRAGMENT_BYTES,
+    ProxyListMemory,
+    proxy_list_capacity,
+)
 from heatlens.render.gpu.textures import download, new_texture, upload
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of, room
 
@@ -29,11 +33,11 @@ def plate_with(layers: list[Layer], has_alpha: bool, is_measured: bool = True) -
     surfaces = []
     for light, cover, depth_m in layers:
         rgba = np.stack([light * cover] * 3 + [cover], axis=2).astype(np.float32)
-        there_m = np.where(cover > 0, np.float32(depth_m), np.float32(np.inf))
-        surfaces.append(Surface(rgba, there_m))
-    made = stacked(surfaces, is_measured)
-    plate = plate_of(made.color, made.depth_m, has_alpha=has_alpha)
-    return replace(plate, fragments=made.lists)
+        surface_m = np.where(cover > 0, np.float32(depth_m), np.float32(np.inf))
+        surfaces.append(Surface(rgba, surface_m))
+    stack = stack_surfaces(surfaces, is_measured)
+    plate = plate_of(stack.color, stack.depth_m, has_alpha=has_alpha)
+    return replace(plate, fragments=stack.lists)
 
 
 @pytest.fixture
@@ -41,8 +45,8 @@ def passes(ctx, renderer):
     return renderer._passes
 
 
-def reduced(ctx, passes, plate: Plate, proxy: float) -> tuple[Image, Image, FragmentLists]:
-    """Return colour, depth and lists of the smaller picture."""
+def reduce_plate(ctx, passes, plate: Plate, proxy: float) -> tuple[Image, Image, FragmentLists]:
+    """Return color, depth and fragment lists of `plate` at the scale `proxy`."""
     lists, size = plate.fragments, (WIDTH, HEIGHT)
     color, depth = new_texture(ctx, size, 4), new_texture(ctx, size, 1)
     upload(color, plate.color)
@@ -57,23 +61,23 @@ def reduced(ctx, passes, plate: Plate, proxy: float) -> tuple[Image, Image, Frag
     buffers = ctx.buffer(reserve=4 * (pixels + 1)), ctx.buffer(reserve=FRAGMENT_BYTES * capacity)
     held = FragmentBuffers(*buffers, small, lists.is_measured)
     passes.proxy_lists.merge(
-        color, depth, whole, ProxyListRoom(held, capacity, ctx.buffer(reserve=4)), out_depth
+        color, depth, whole, ProxyListMemory(held, capacity, ctx.buffer(reserve=4)), out_depth
     )
     made = np.frombuffer(buffers[0].read(), np.uint32)
     found = np.frombuffer(buffers[1].read(), np.uint32).reshape(-1, 3)[: made[-1] >> 1]
     return download(out_color), download(out_depth), FragmentLists(made, found)
 
 
-def flattened(color: Image, lists: FragmentLists) -> Image:
-    """Return premultiplied RGBA (P, 4): the lists over each other, the picture without lists."""
+def flatten_lists(color: Image, lists: FragmentLists) -> Image:
+    """Return premultiplied RGBA (P, 4): composited lists, or `color` where a pixel has no list."""
     out = color.reshape(-1, 4).copy()
     cover, light = lists.coverage.astype(np.float32), lists.color.astype(np.float32)
     for pixel in np.flatnonzero(lists.starts[:-1] & 1):
-        seen, left = np.zeros(4), 1.0
+        composite, transmittance = np.zeros(4), 1.0
         for i in range(lists.starts[pixel] >> 1, lists.starts[pixel + 1] >> 1):
-            seen += left * cover[i] * np.append(light[i], 1.0)
-            left *= 1 - cover[i]
-        out[pixel] = seen
+            composite += transmittance * cover[i] * np.append(light[i], 1.0)
+            transmittance *= 1 - cover[i]
+        out[pixel] = composite
     return out
 
 
@@ -86,21 +90,21 @@ def many_surfaces(rng: np.random.Generator) -> list[Layer]:
 
 
 @pytest.mark.parametrize("proxy", [0.5, 0.25, 0.4])
-def test_light_and_coverage_are_those_of_the_mean(ctx, passes, rng, proxy):
+def test_proxy_lists_composite_to_mean_color(ctx, passes, rng, proxy):
     plate = plate_with(many_surfaces(rng), has_alpha=True)
-    color, _, lists = reduced(ctx, passes, plate, proxy)
-    np.testing.assert_allclose(flattened(color, lists), color.reshape(-1, 4), atol=3e-3)
+    color, _, lists = reduce_plate(ctx, passes, plate, proxy)
+    np.testing.assert_allclose(flatten_lists(color, lists), color.reshape(-1, 4), atol=3e-3)
     assert (lists.starts[:-1] & 1).mean() > 0.9
     counts = np.diff(lists.starts >> 1)
     assert counts.max() <= 8
 
 
-def test_coverage_is_averaged_over_four_pixels(ctx, passes):
-    """A card over a half of each footprint, before a wall: a half of each."""
+def test_proxy_lists_average_coverage_over_footprint(ctx, passes):
+    """Put a card over half of each footprint before a wall: both are listed, the card with 0.5."""
     card = everywhere(0.0)
     card[:, 1::2] = 1.0
     plate = plate_with([(0.8, card, NEAR_M), (0.2, everywhere(1.0), FAR_M)], has_alpha=False)
-    _, depth, lists = reduced(ctx, passes, plate, 0.5)
+    _, depth, lists = reduce_plate(ctx, passes, plate, 0.5)
     assert (np.diff(lists.starts >> 1) == 2).all() and (lists.starts[:-1] & 1).all()
     np.testing.assert_allclose(
         lists.coverage.reshape(-1, 2), [[0.5, 1.0]] * (len(lists.starts) - 1)
@@ -109,41 +113,41 @@ def test_coverage_is_averaged_over_four_pixels(ctx, passes):
     np.testing.assert_allclose(depth, NEAR_M, rtol=1e-6)
 
 
-def test_what_is_hidden_is_known_behind_the_smaller_picture(ctx, passes):
-    """Nothing tells the coverage of what is seen: the picture is a flat one, with a wall behind."""
+def test_proxy_lists_without_coverage_keep_hidden_wall(ctx, passes):
+    """Check lists without measured coverage: the proxy is flat, only the wall is listed behind."""
     near = (0.5, everywhere(1.0), NEAR_M)
     twin = (0.5, everywhere(1.0), 1.01 * NEAR_M)  # so close behind that it is the same surface
     layers = [near, twin, (0.3, everywhere(1.0), FAR_M)]
     plate = plate_with(layers, has_alpha=False, is_measured=False)
-    _, depth, lists = reduced(ctx, passes, plate, 0.5)
+    _, depth, lists = reduce_plate(ctx, passes, plate, 0.5)
     assert not (lists.starts & 1).any() and (np.diff(lists.starts >> 1) == 1).all()
     np.testing.assert_allclose(lists.coverage, 1.0)
     np.testing.assert_allclose(lists.dioptres, 1 / FAR_M, rtol=1e-6)
     assert (depth == np.float32(NEAR_M)).all()
 
 
-def test_what_is_behind_the_farther_pixels_is_not_behind_the_nearer_one(ctx, passes):
-    """Beside a wire the wall is seen, with a room behind it: behind the wire is the wall alone."""
+def test_proxy_lists_put_wall_behind_wire_not_room(ctx, passes):
+    """Put a wire before a wall with a room behind it: behind the wire only the wall comes first."""
     wire = everywhere(0.0)
     wire[:, 1::2] = 1.0  # where a footprint's depth is sampled
     layers = [(0.5, wire, NEAR_M), (0.3, everywhere(1.0), 3.0), (0.9, everywhere(1.0), FAR_M)]
     plate = plate_with(layers, has_alpha=False, is_measured=False)
-    _, depth, lists = reduced(ctx, passes, plate, 0.5)
+    _, depth, lists = reduce_plate(ctx, passes, plate, 0.5)
     assert (depth == np.float32(NEAR_M)).all()
     first = lists.starts[:-1] >> 1
     np.testing.assert_allclose(lists.dioptres[first], 1 / 3.0, rtol=1e-6)
     np.testing.assert_allclose(lists.coverage[first], 1.0)
 
 
-def through(renderer, plate: Plate, coc_px: float, **settings: object) -> Image:
+def render_through_lens(renderer, plate: Plate, coc_px: float, **settings: object) -> Image:
     renderer.load(plate)
     lens = lens_blurring(coc_px, plate.display_window.width)
     return renderer.pixels(Shot(lens, DefocusSettings(**settings)))
 
 
 @pytest.mark.parametrize("is_measured", [False, True])
-def test_one_opaque_surface_a_pixel_is_the_flat_picture_bit_for_bit(ctx, renderer, is_measured):
-    """Lists that are empty change nothing where there is no silhouette to be told of."""
+def test_proxy_with_empty_lists_equals_flat_picture(ctx, renderer, is_measured):
+    """Check that empty lists change nothing in a picture without silhouettes."""
     height, width = 48, 72
     color, _ = room(width, height)
     flat = plate_of(color, np.full((height, width), FAR_M, np.float32))
@@ -151,22 +155,22 @@ def test_one_opaque_surface_a_pixel_is_the_flat_picture_bit_for_bit(ctx, rendere
         np.zeros(height * width + 1, np.uint32), np.zeros((1, 3), np.uint32), is_measured
     )
     listed = replace(flat, fragments=lists)
-    pictures = [through(renderer, plate, 12.0, proxy=0.5) for plate in (flat, listed)]
+    pictures = [render_through_lens(renderer, plate, 12.0, proxy=0.5) for plate in (flat, listed)]
     assert np.array_equal(*pictures)
 
 
 @pytest.mark.parametrize("proxy", [1.0, 0.5, 0.25])
-def test_a_constant_stays_a_constant(ctx, renderer, rng, proxy):
+def test_uniform_color_with_lists_stays_uniform(ctx, renderer, rng, proxy):
     covers = rng.random((5, HEIGHT, WIDTH), np.float32) ** 2
     covers[:, ::3, ::2] = 1.0  # hides what is behind it
     layers = [(0.4, covers[k], 1.0 + 0.6 * k) for k in range(5)]
     plate = plate_with([*layers, (0.4, everywhere(1.0), FAR_M)], has_alpha=False)
-    picture = through(renderer, plate, 8.0, proxy=proxy, bokeh=Bokeh.HEAT)
+    picture = render_through_lens(renderer, plate, 8.0, proxy=proxy, bokeh=Bokeh.HEAT)
     np.testing.assert_allclose(picture[..., :3], 0.4, rtol=5e-3)
 
 
-def test_a_small_lamp_keeps_its_depth(ctx, passes):
-    """The lamp is beside the sample of depth; without it the pixel is the wall's."""
+def test_proxy_pass_keeps_depth_of_small_lamp(ctx, passes):
+    """Put a lamp beside the depth sample: the proxy pixel has its depth, a dim pixel the wall's."""
     color, depth = np.full((HEIGHT, WIDTH, 4), 0.1, np.float32), everywhere(FAR_M)
     color[..., 3] = 1.0
     for lamp, expected in ((0.1, FAR_M), (50.0, FOCUS_M)):
@@ -182,11 +186,11 @@ def test_a_small_lamp_keeps_its_depth(ctx, passes):
         assert (np.delete(found.ravel(), 2 * (WIDTH // 4) + 3) == np.float32(FAR_M)).all()
 
 
-def test_lists_that_are_summed_up_in_parts_are_the_same(ctx, passes, rng, monkeypatch):
+def test_proxy_lists_summed_in_parts_are_the_same(ctx, passes, rng, monkeypatch):
     layers = [(0.2 + k, (rng.random((HEIGHT, WIDTH)) < 0.5) * 0.6, 2.0 + k) for k in range(3)]
     plate = plate_with(layers, has_alpha=True)
-    *_, expected = reduced(ctx, passes, plate, 0.7)
-    monkeypatch.setattr(reduced_plate, "_PIXELS_A_SUM", 37)
-    *_, found = reduced(ctx, passes, plate, 0.7)
-    np.testing.assert_array_equal(found.starts, expected.starts)
-    np.testing.assert_array_equal(found.words, expected.words)
+    *_, expected = reduce_plate(ctx, passes, plate, 0.7)
+    monkeypatch.setattr(reduced_plate, "_PIXELS_PER_SUM", 37)
+    *_, lists_in_parts = reduce_plate(ctx, passes, plate, 0.7)
+    np.testing.assert_array_equal(lists_in_parts.starts, expected.starts)
+    np.testing.assert_array_equal(lists_in_parts.words, expected.words)

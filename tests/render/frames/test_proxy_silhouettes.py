@@ -1,4 +1,4 @@
-"""A smaller picture of a plate without lists keeps what is near and far apart in each pixel."""
+"""Proxy of a plate without lists: near and far surfaces of each pixel at silhouettes are listed."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,11 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.fragments import FragmentLists
 from heatlens.render.defocus.listed_fragments import FragmentBuffers
-from heatlens.render.defocus.reduced_plate import FRAGMENT_BYTES, ProxyListRoom, proxy_list_capacity
+from heatlens.render.defocus.reduced_plate import (
+    FRAGMENT_BYTES,
+    ProxyListMemory,
+    proxy_list_capacity,
+)
 from heatlens.render.gpu.textures import download, new_texture, upload
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of
 
@@ -20,7 +24,9 @@ def passes(ctx, renderer):
     return renderer._passes
 
 
-def listed(ctx, passes, color: Image, depth_m: Image) -> tuple[Image, Image, FragmentLists]:
+def reduce_and_list(
+    ctx, passes, color: Image, depth_m: Image
+) -> tuple[Image, Image, FragmentLists]:
     """Return colour, depth and lists at a quarter of the size."""
     whole = [new_texture(ctx, (WIDTH, HEIGHT), n) for n in (4, 1)]
     for texture, pixels in zip(whole, (color, depth_m), strict=True):
@@ -29,8 +35,10 @@ def listed(ctx, passes, color: Image, depth_m: Image) -> tuple[Image, Image, Fra
     passes.proxy.run(*whole, 1.0, *small)
     capacity, pixels = proxy_list_capacity(ctx, None, SMALL), SMALL[0] * SMALL[1]
     buffers = ctx.buffer(reserve=4 * (pixels + 1)), ctx.buffer(reserve=FRAGMENT_BYTES * capacity)
-    room = ProxyListRoom(FragmentBuffers(*buffers, SMALL, True), capacity, ctx.buffer(reserve=4))
-    passes.proxy_lists.list_silhouettes(*whole, small[2], room, small[1])
+    list_memory = ProxyListMemory(
+        FragmentBuffers(*buffers, SMALL, True), capacity, ctx.buffer(reserve=4)
+    )
+    passes.proxy_lists.list_silhouettes(*whole, small[2], list_memory, small[1])
     starts = np.frombuffer(buffers[0].read(), np.uint32)
     words = np.frombuffer(buffers[1].read(), np.uint32).reshape(-1, 3)[: starts[-1] >> 1]
     return download(small[0]), download(small[1]), FragmentLists(starts, words)
@@ -44,40 +52,40 @@ def two_surfaces(rng: np.random.Generator, alpha: Image) -> tuple[Image, Image]:
 
 
 @pytest.mark.parametrize("has_alpha", [False, True])
-def test_the_two_over_each_other_are_the_mean(ctx, passes, rng, has_alpha):
+def test_silhouette_lists_composite_to_mean_color(ctx, passes, rng, has_alpha):
     shape = HEIGHT, WIDTH
     alpha = rng.random(shape, np.float32) if has_alpha else np.ones(shape, np.float32)
     color, depth_m = two_surfaces(rng, alpha)
-    mean, near_m, lists = listed(ctx, passes, color, depth_m)
+    mean, near_m, lists = reduce_and_list(ctx, passes, color, depth_m)
     first = lists.starts[:-1] >> 1
     is_listed = np.diff(lists.starts >> 1) == 2
     assert 0.1 < is_listed.mean() < 0.9
     first, cover = first[is_listed], lists.coverage.astype(np.float32)
     light = np.concatenate([lists.color, np.ones((len(lists.color), 1))], axis=1)
-    seen = cover[first, None] * light[first]
-    seen += ((1 - cover[first]) * cover[first + 1])[:, None] * light[first + 1]
-    np.testing.assert_allclose(seen, mean.reshape(-1, 4)[is_listed], atol=3e-3)
+    composite = cover[first, None] * light[first]
+    composite += ((1 - cover[first]) * cover[first + 1])[:, None] * light[first + 1]
+    np.testing.assert_allclose(composite, mean.reshape(-1, 4)[is_listed], atol=3e-3)
     np.testing.assert_allclose(1 / lists.dioptres[first], NEAR_M, rtol=1e-5)
     np.testing.assert_allclose(1 / lists.dioptres[first + 1], FAR_M, rtol=1e-5)
     np.testing.assert_allclose(near_m.ravel()[is_listed], NEAR_M, rtol=1e-5)
 
 
-def test_a_slope_and_a_highlight_are_one_surface(ctx, passes):
-    """A floor that leads away has no silhouettes, and a highlight outshines what is beside it."""
+def test_silhouette_lists_skip_slopes_and_highlights(ctx, passes):
+    """Check that a receding floor has no silhouettes, nor a pixel whose highlight outshines it."""
     color = np.full((HEIGHT, WIDTH, 4), 0.1, np.float32)
     color[..., 3] = 1.0
     rows = np.repeat(np.linspace(1.0, 0.25, HEIGHT, dtype=np.float32)[:, None], WIDTH, axis=1)
-    assert not listed(ctx, passes, color, 1 / rows)[2].starts.any()
+    assert not reduce_and_list(ctx, passes, color, 1 / rows)[2].starts.any()
     depth_m = np.full((HEIGHT, WIDTH), FAR_M, np.float32)
     depth_m[9, 13] = FOCUS_M
-    assert listed(ctx, passes, color, depth_m)[2].starts.max() == 4
+    assert reduce_and_list(ctx, passes, color, depth_m)[2].starts.max() == 4
     color[9, 13, :3] = 80.0
-    assert not listed(ctx, passes, color, depth_m)[2].starts.any()
+    assert not reduce_and_list(ctx, passes, color, depth_m)[2].starts.any()
 
 
 @pytest.mark.parametrize("proxy", [1.0, 0.25])
-def test_wires_narrower_than_a_pixel_become_a_veil(renderer, proxy):
-    """Far from focus, thin wires before a wall in focus dim it evenly, at every size."""
+def test_thin_blurred_wires_dim_wall_evenly(renderer, proxy):
+    """Check that thin blurred wires before a wall in focus dim it evenly, at both proxy sizes."""
     height, width, apart = 96, 144, 8
     color = np.ones((height, width, 4), np.float32)
     depth_m = np.full((height, width), FOCUS_M, np.float32)

@@ -1,4 +1,4 @@
-"""Frames rendered ahead: by what they are known, in which order they come, and what is made."""
+"""Frames rendered ahead: their keys, their order, and the work of FrameFiller and StampBook."""
 
 import time
 from dataclasses import replace
@@ -33,9 +33,9 @@ from heatlens.render.rendered_frames.frame_key import (
     runs_of,
     shot_key,
 )
-from heatlens.render.rendered_frames.kept_pictures import half_of
+from heatlens.render.rendered_frames.kept_pictures import to_half
 from heatlens.render.rendered_frames.stamp_book import StampBook
-from heatlens.render.source.source import StampedFile, stamped
+from heatlens.render.source.source import StampedFile, stamp_files
 from support.frame_caches import PATIENCE_S
 from support.session_files import LENS, room_file
 
@@ -59,17 +59,17 @@ def key(shot: Shot, frame: int) -> str:
         replace(LENS, squeeze=1.5),
     ],
 )
-def test_another_lens_is_another_picture(changed):
+def test_frame_key_changes_with_lens(changed):
     assert frame_key("shot", SOURCE, changed) != frame_key("shot", SOURCE, LENS)
 
 
 @pytest.mark.parametrize("advice", ["acceptable_coc_mm", "close_focus_m", "t_stop"])
-def test_what_leaves_every_pixel_as_it_is_is_no_other_picture(advice):
-    told = replace(LENS, **{advice: 1.5})
-    assert frame_key("shot", SOURCE, told) == frame_key("shot", SOURCE, LENS)
+def test_frame_key_ignores_lens_fields_without_effect_on_pixels(advice):
+    lens = replace(LENS, **{advice: 1.5})
+    assert frame_key("shot", SOURCE, lens) == frame_key("shot", SOURCE, LENS)
 
 
-def test_another_file_scene_sight_or_shot_is_another_picture():
+def test_frame_key_changes_with_shot_source_and_scene_sight():
     keys = {
         frame_key("shot", SOURCE, LENS),
         frame_key("other", SOURCE, LENS),
@@ -84,7 +84,7 @@ def test_another_file_scene_sight_or_shot_is_another_picture():
     assert len(keys) == 9
 
 
-def test_how_it_is_rendered_and_read_counts(ctx, renderer):
+def test_shot_key_changes_with_maker_options_and_settings(ctx, renderer):
     keys = {
         shot_key(("a",), PlateOptions(), DRAFT),
         shot_key(("b",), PlateOptions(), DRAFT),
@@ -97,46 +97,48 @@ def test_how_it_is_rendered_and_read_counts(ctx, renderer):
 
 
 @given(st.integers(0, 3), st.floats(0.5, 20.0))
-def test_a_moved_key_changes_only_the_frames_that_it_reaches(at, distance_m):
-    """Keys at 1, 13, 25 and 37: one of them takes another value."""
-    places = (1, 13, 25, 37)
+def test_frame_key_changes_only_where_a_moved_key_reaches(index, distance_m):
+    """Change one of four keys at frames 1, 13, 25 and 37, and compare the frame keys."""
+    key_frames = (1, 13, 25, 37)
     shot = Shot(LENS)
-    for frame, metres in zip(places, (2.0, 5.0, 3.0, 8.0), strict=True):
+    for frame, metres in zip(key_frames, (2.0, 5.0, 3.0, 8.0), strict=True):
         shot = shot.with_key(frame, LensParameter.FOCUS_DISTANCE, metres)
-    other = shot.with_key(places[at], LensParameter.FOCUS_DISTANCE, distance_m)
+    changed_shot = shot.with_key(key_frames[index], LensParameter.FOCUS_DISTANCE, distance_m)
     # A smooth path at the keys beside it follows it too, and so one span more on either side.
-    low = -inf if at == 0 else places[max(at - 2, 0)]
-    high = inf if at == 3 else places[min(at + 2, 3)]
+    low = -inf if index == 0 else key_frames[max(index - 2, 0)]
+    high = inf if index == 3 else key_frames[min(index + 2, 3)]
     for frame in range(-5, 60):
         if not low < frame < high:
-            assert key(shot, frame) == key(other, frame)
-        if shot.lens_at(frame) != other.lens_at(frame):
-            assert key(shot, frame) != key(other, frame)
+            assert key(shot, frame) == key(changed_shot, frame)
+        if shot.lens_at(frame) != changed_shot.lens_at(frame):
+            assert key(shot, frame) != key(changed_shot, frame)
 
 
 @given(
     st.integers(-50, 50), st.integers(1, 40), st.integers(-60, 60), st.sampled_from((1, -1)),
     st.integers(1, 60),
 )  # fmt: skip
-def test_frames_come_from_the_playhead_on_and_each_once(first, count, playhead, direction, most):
+def test_play_order_starts_at_playhead_and_has_each_frame_once(
+    first, count, playhead, direction, most
+):
     played = FrameRange(first, first + count - 1)
     order = PlayOrder(playhead, direction, played, most).frames
     assert len(order) == len(set(order)) == min(most, count)
     assert set(order) <= set(played)
     start = playhead if playhead in played else (played.first if direction > 0 else played.last)
     assert order[0] == start
-    for one, following in pairwise(order):
-        assert (following - one - direction) % count == 0
+    for frame, following in pairwise(order):
+        assert (following - frame - direction) % count == 0
 
 
 @given(st.frozensets(st.integers(-30, 30)))
-def test_runs_are_the_frames(frames):
+def test_runs_of_covers_frames_without_adjacent_runs(frames):
     runs = runs_of(frames)
     assert [frame for run in runs for frame in run] == sorted(frames)
     assert all(b.first > a.last + 1 for a, b in pairwise(runs))
 
 
-def filled(filler: FrameFiller, job: FrameJob, slice_s: float = 10.0):
+def fill_frame(filler: FrameFiller, job: FrameJob, slice_s: float = 10.0):
     for _ in range(100_000):
         picture = filler.work(job, None, slice_s)
         if picture is not None:
@@ -147,101 +149,104 @@ def filled(filler: FrameFiller, job: FrameJob, slice_s: float = 10.0):
 
 @pytest.fixture
 def filler(ctx, renderer):
-    made = FrameFiller(renderer.beside())
-    yield made
-    made.close()
+    frame_filler = FrameFiller(renderer.make_sibling())
+    yield frame_filler
+    frame_filler.close()
 
 
 def job_of(path, frame: int = 4, key: str = "k") -> FrameJob:
     shot = pull(Shot(LENS, DRAFT), 2.0, 5.0, 1, 8)
-    return FrameJob(key, shot, frame, PlateFile(stamped((path,)), PlateOptions(), read_plate))
+    return FrameJob(key, shot, frame, PlateFile(stamp_files((path,)), PlateOptions(), read_plate))
 
 
-def test_a_kept_frame_is_what_the_renderer_gives_in_half_floats(filler, renderer, tmp_path):
+def test_filled_frame_equals_rendered_half_floats(filler, renderer, tmp_path):
     path = room_file(tmp_path / "room.exr")
     renderer.load(read_plate(path))
     for frame in (1, 4, 9):
         job = job_of(path, frame, f"k{frame}")
-        picture = filled(filler, job).kept()
+        picture = fill_frame(filler, job).as_kept()
         assert picture.pixels.shape == (32, 48, 4)
-        np.testing.assert_array_equal(picture.pixels, half_of(renderer.pixels(job.shot, frame)))
+        np.testing.assert_array_equal(picture.pixels, to_half(renderer.pixels(job.shot, frame)))
         assert (picture.data_window.width, picture.display_window.height) == (96, 64)
 
 
-def test_slices_of_no_time_come_to_the_same_picture(filler, renderer, tmp_path):
+def test_fill_in_short_slices_gives_same_picture(filler, renderer, tmp_path):
     path = room_file(tmp_path / "room.exr")
     ticks = iter(range(10**9))
     filler._clock = lambda: float(next(ticks))
-    picture = filled(filler, job_of(path), 0.5).kept()
+    picture = fill_frame(filler, job_of(path), 0.5).as_kept()
     renderer.load(read_plate(path))
-    expected = half_of(renderer.pixels(job_of(path).shot, 4))
+    expected = to_half(renderer.pixels(job_of(path).shot, 4))
     np.testing.assert_array_equal(picture.pixels, expected)
 
 
-def test_another_job_begins_anew_and_what_was_let_go_comes_back(filler, renderer, tmp_path):
-    one, two = room_file(tmp_path / "one.exr"), room_file(tmp_path / "two.exr", 80, 48)
+def test_filler_renders_same_picture_after_other_job_and_unload(filler, renderer, tmp_path):
+    first_path, second_path = (
+        room_file(tmp_path / "one.exr"),
+        room_file(tmp_path / "two.exr", 80, 48),
+    )
     ticks = iter(range(10**9))
     filler._clock = lambda: float(next(ticks))
     for _ in range(50):
-        filler.work(job_of(one), job_of(two, key="2"), 2.0)
-    renderer.load(read_plate(two))
-    expected = half_of(renderer.pixels(job_of(two).shot, 4))
+        filler.work(job_of(first_path), job_of(second_path, key="2"), 2.0)
+    renderer.load(read_plate(second_path))
+    expected = to_half(renderer.pixels(job_of(second_path).shot, 4))
     for _ in range(2):
-        picture = filled(filler, job_of(two, key="2"), 3.0).kept()
+        picture = fill_frame(filler, job_of(second_path, key="2"), 3.0).as_kept()
         np.testing.assert_array_equal(picture.pixels, expected)
-        filler.let_go()
+        filler.unload()
 
 
-def test_another_job_and_letting_go_end_the_steps_of_the_job_before(filler, tmp_path):
-    """Even if something still refers to them, as a traceback does."""
+def test_other_job_and_unload_close_steps_of_earlier_job(filler, tmp_path):
+    """Check that the generator is closed even while something, like a traceback, refers to it."""
     path = room_file(tmp_path / "room.exr")
-    for end in (lambda: filler.work(job_of(path, key="2"), None, 0.0), filler.let_go):
+    for end in (lambda: filler.work(job_of(path, key="2"), None, 0.0), filler.unload):
         filler.work(job_of(path), None, 0.0)
         before = filler._steps
         end()
         assert getgeneratorstate(before) == GEN_CLOSED
 
 
-def test_a_plate_that_was_written_again_is_not_taken_for_the_one_before(filler, tmp_path):
+def test_fill_rejects_plate_changed_since_its_stamp(filler, tmp_path):
     path = room_file(tmp_path / "room.exr")
     job = job_of(path)
     room_file(path, 80, 48)
     with pytest.raises(InputError, match=r"room\.exr has changed"):
-        filled(filler, job)
+        fill_frame(filler, job)
 
 
-def test_a_damaged_plate_is_refused_and_the_next_one_rendered(filler, tmp_path):
+def test_fill_rejects_damaged_plate_and_renders_next(filler, tmp_path):
     bad, good = tmp_path / "bad.exr", room_file(tmp_path / "good.exr")
     bad.write_bytes(b"no picture")
     with pytest.raises(InputError, match=r"bad\.exr"):
-        filled(filler, job_of(bad))
-    assert filled(filler, job_of(good, key="2")).pixels.shape == (32, 48, 4)
+        fill_frame(filler, job_of(bad))
+    assert fill_frame(filler, job_of(good, key="2")).pixels.shape == (32, 48, 4)
 
 
-def test_stamps_are_those_of_the_files_and_news_is_counted(tmp_path):
+def test_stamp_book_stamps_files_and_wakes_on_change(tmp_path):
     woken = []
     book = StampBook(lambda: woken.append(True))
     path, gone = room_file(tmp_path / "room.exr"), tmp_path / "gone.exr"
     files = {1: (path, gone), 2: ()}
     assert book.files(1) is None
-    states = [book.looked_up]
+    states = [book.latest]
     for count, change in (
         (1, lambda: None),
         (1, lambda: None),
         (2, lambda: path.write_bytes(b"x")),
     ):
         change()
-        book.look(files, files.__getitem__)
-        book._looking.result()
+        book.start_look_up(files, files.__getitem__)
+        book._pending.result()
         assert book.files(1) == (StampedFile(path, stamp_of(path)), StampedFile(gone, None))
         assert book.files(2) == () and book.files(3) is None
-        states += [book.looked_up] if book.looked_up is not states[-1] else []
+        states += [book.latest] if book.latest is not states[-1] else []
         assert len(states) == count + 1 and len(woken) == count
     book.close()
 
 
-def test_files_are_looked_up_on_a_thread_and_those_of_another_source_forgotten(tmp_path):
-    """A network folder that does not answer holds up nobody who looks into the book."""
+def test_stamp_book_looks_up_on_thread_and_drops_forgotten_source(tmp_path):
+    """Check that a folder that does not answer blocks no reader, and its late answer is dropped."""
     answers, threads, path = Event(), [], tmp_path / "a.exr"
 
     def files_at(_frame):
@@ -250,12 +255,12 @@ def test_files_are_looked_up_on_a_thread_and_those_of_another_source_forgotten(t
         return (path,)
 
     book = StampBook()
-    book.look([1, 2], files_at)
-    late = book._looking
+    book.start_look_up([1, 2], files_at)
+    late = book._pending
     assert book.files(1) is None
     book.forget()
-    book.look([1], lambda _frame: ())  # of another source, whose folder answers
-    book._looking.result(PATIENCE_S)
+    book.start_look_up([1], lambda _frame: ())  # of another source, whose folder answers
+    book._pending.result(PATIENCE_S)
     assert book.files(1) == () and not answers.is_set()
     answers.set()
     late.result(PATIENCE_S)

@@ -1,4 +1,4 @@
-"""Discs with a bright or a soft rim in what is diffused."""
+"""Bright and soft disc rims in pictures blurred by diffusion."""
 
 from dataclasses import replace
 
@@ -17,7 +17,10 @@ SIDE, COC_PX = 96, 32.0
 
 
 def disc_of(renderer: FrameRenderer, depth_m: float, rim: float) -> tuple[FloatArray, float]:
-    """Return what a dot, too dim to be drawn as a lamp, adds to a wall at a depth; and its coc."""
+    """Return the light of a blurred dot, too dim to be drawn as a lamp, above a wall; and its coc.
+
+    The light is (SIDE, SIDE), the coc in pixels.
+    """
     wall = np.ones((SIDE, SIDE, 3), np.float32)
     wall[SIDE // 2, SIDE // 2] = 2.5
     renderer.load(plate_of(wall, np.full((SIDE, SIDE), depth_m, np.float32)))
@@ -27,14 +30,17 @@ def disc_of(renderer: FrameRenderer, depth_m: float, rim: float) -> tuple[FloatA
 
 
 @pytest.mark.parametrize(("depth_m", "rim"), [(FAR_M, 0.8), (NEAR_M, -0.8), (FAR_M, -0.8)])
-def test_a_disc_has_the_profile_of_its_side(
+def test_rim_is_bright_on_its_side_of_focus_and_soft_on_other(
     ctx: Device, renderer: FrameRenderer, depth_m: float, rim: float
 ) -> None:
-    """Bright behind the focus for a positive rim, in front of it for a negative one."""
+    """Check a bright rim behind the focus if `rim` is positive, before the focus if negative."""
     light, coc = disc_of(renderer, depth_m, rim)
     y, x = np.indices(light.shape) - SIDE // 2
-    part = np.hypot(x, y) / (abs(coc) / 2)
-    inner, outer = light[part < 0.4].mean(), light[(part > 0.7) & (part < 0.95)].mean()
+    relative_radius = np.hypot(x, y) / (abs(coc) / 2)
+    inner, outer = (
+        light[relative_radius < 0.4].mean(),
+        light[(relative_radius > 0.7) & (relative_radius < 0.95)].mean(),
+    )
     is_bright = (coc > 0) == (rim > 0)
     assert outer > 2.0 * inner if is_bright else inner > 2.0 * outer
     # The kernels' own ripple beyond the disc, on a picture whose border some of it is turned at.

@@ -1,4 +1,4 @@
-"""A picture in steps is the picture; what is looked at is left alone while the next comes about."""
+"""FrameRenderer.steps: same picture as `pixels`, independent slots, early close, stopwatch."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ import pytest
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.core.model.shot.shot import Shot
-from heatlens.render.frame_renderer import FrameRenderer, drained
+from heatlens.render.frame_renderer import FrameRenderer, run_all_steps
 from heatlens.render.gpu.textures import download
 from support.plates import plate_of, room
 
@@ -21,47 +21,47 @@ def loaded(ctx, renderer: FrameRenderer) -> FrameRenderer:
     return renderer
 
 
-def test_steps_make_the_picture_of_render(loaded):
+def test_steps_give_picture_of_pixels(loaded):
     whole = loaded.pixels(SHOT)
-    assert np.array_equal(download(drained(loaded.steps(SHOT, slot=1))), whole)
+    assert np.array_equal(download(run_all_steps(loaded.steps(SHOT, slot=1))), whole)
 
 
-def test_slots_do_not_disturb_each_other(loaded):
+def test_steps_in_one_slot_keep_picture_of_other_slot(loaded):
     nearer = replace(SHOT, lens=replace(SHOT.lens, focus_distance_m=0.8))
-    shown = drained(loaded.steps(SHOT, slot=0))
-    before = download(shown)
-    between = loaded.steps(nearer, slot=1)
+    texture = run_all_steps(loaded.steps(SHOT, slot=0))
+    before = download(texture)
+    nearer_steps = loaded.steps(nearer, slot=1)
     for _ in range(5):
-        next(between)
-    assert np.array_equal(download(shown), before)
-    drained(between)
-    assert np.array_equal(download(shown), before)
+        next(nearer_steps)
+    assert np.array_equal(download(texture), before)
+    run_all_steps(nearer_steps)
+    assert np.array_equal(download(texture), before)
 
 
-def test_steps_left_early_leave_nothing_behind(loaded):
+def test_steps_closed_early_do_not_change_next_picture(loaded):
     expected = loaded.pixels(SHOT)
-    left = loaded.steps(replace(SHOT, lens=replace(SHOT.lens, f_stop=2.8)))
+    unfinished_steps = loaded.steps(replace(SHOT, lens=replace(SHOT.lens, f_stop=2.8)))
     for _ in range(7):
-        next(left)
-    left.close()
+        next(unfinished_steps)
+    unfinished_steps.close()
     assert np.array_equal(loaded.pixels(SHOT), expected)
 
 
-def test_the_stopwatch_counts_a_pass_once_whatever_its_steps(loaded):
+def test_stopwatch_counts_each_pass_run_once(loaded):
     loaded.stopwatch.times.clear()
-    loaded.stopwatch.on = True
+    loaded.stopwatch.is_on = True
     try:
         expected = loaded.pixels(SHOT)
     finally:
-        loaded.stopwatch.on = False
+        loaded.stopwatch.is_on = False
     times = loaded.stopwatch.times
     assert times["coc"].runs == 1
     assert times["blur"].runs == times["layer split"].runs > 1
     assert np.array_equal(loaded.pixels(SHOT), expected)
 
 
-def test_a_smaller_picture_is_of_the_plate_that_is_loaded(loaded):
-    """The plate at proxy size is kept from picture to picture, but not from plate to plate."""
+def test_proxy_picture_follows_loaded_plate(loaded):
+    """Check that the cached plate at proxy size is not reused for another loaded plate."""
     half = replace(SHOT, defocus=replace(SHOT.defocus, proxy=0.5))
     first = loaded.pixels(half)
     color, depth = room()

@@ -1,7 +1,7 @@
-"""A kind of source is one record: one that a test makes up works everywhere, without other changes.
+"""A new kind of source, declared in one SourceKind record, works in all parts of the program.
 
-Its frames come from a formula. The record is all that heatlens learns of it: it opens in a session,
-plays, is exported, and is refused in words for what it does not do.
+Its frames come from a formula. The record is all that heatlens knows of it: it opens in a session,
+plays and is exported, and is refused with a message for what it cannot do.
 """
 
 import inspect
@@ -22,13 +22,13 @@ from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.header.header_lens import start_lens
 from heatlens.media.plate.of_arrays import plate_of_arrays
 from heatlens.render.source import kinds
-from heatlens.render.source.kinds import KINDS, SourceKind, kind_of, refused
+from heatlens.render.source.kinds import KINDS, SourceKind, kind_of, refuse_source
 from heatlens.render.source.opened import Opened
 from heatlens.render.source.source import Origin
 from heatlens.studio.session.files.start_choices import word_of
 from heatlens.studio.session.opened.picture_feed import PictureFeed
 from support.command_line import stderr_of_run
-from support.evening import begun, settled, until
+from support.evening import begin_session, run_until, run_until_settled
 
 FORMULA = "formula:waves"
 FRAMES = FrameRange(1, 4)
@@ -57,7 +57,7 @@ class Formula:
         return FRAMES
 
     def frames_of(self, shot):
-        return tuple(shot.played or FRAMES)
+        return tuple(shot.played_frames or FRAMES)
 
     def check(self, shot, frames, missing):
         pass
@@ -81,10 +81,10 @@ class FormulaLoader:
 
 
 class OpenedFormula(Opened):
-    """What a session asks of an open source; the rest is that of the base."""
+    """The open formula in a session; overrides only what the base class cannot know."""
 
     def __init__(self, opening):
-        self._opening, self.frame, self.again = opening, FRAMES.first, Formula(opening.text)
+        self._opening, self.frame, self.render_source = opening, FRAMES.first, Formula(opening.text)
 
     text = property(lambda self: self._opening.text)
     options = property(lambda self: self._opening.options)
@@ -113,7 +113,7 @@ class FormulaFeed(PictureFeed):
             self._load(playhead.frame)
 
     def _load(self, frame):
-        self.picture.ask(frame)
+        self.picture.request(frame)
         self.picture.load(plate_at(frame))
         self.picture.is_settled = True
 
@@ -133,17 +133,17 @@ def commands():
 MADE_UP = SourceKind(
     word=lambda _text: "Formula",
     article_word="a formula",
-    takes=lambda text: text.startswith("formula:"),
+    matches=lambda text: text.startswith("formula:"),
     has_camera=False,
     reads_plates=False,
     refusal=NOT_ALONE,
-    again=lambda text, _options, _timing: Formula(text),
-    alone=refused,
-    opened=OpenedFormula,
+    make_source=lambda text, _options, _timing: Formula(text),
+    make_single_source=refuse_source,
+    open_source=OpenedFormula,
     camera=camera_before_plates,
     feed=FormulaFeed,
     commands=commands,
-    python=refused,
+    python=refuse_source,
 )
 
 
@@ -152,10 +152,10 @@ def made_up(monkeypatch):
     monkeypatch.setattr(kinds, "KINDS", [MADE_UP, *KINDS])
 
 
-def test_it_opens_and_plays_in_a_session(tmp_path):
-    session = begun(tmp_path / "preferences", FORMULA)
+def test_session_opens_and_plays_added_kind(tmp_path):
+    session = begin_session(tmp_path / "preferences", FORMULA)
     try:
-        settled(session)
+        run_until_settled(session)
         assert session.facts.shot.source == FORMULA and session.time.timeline.frames == FRAMES
         assert not session.facts.has_camera
         lights = set()
@@ -165,13 +165,13 @@ def test_it_opens_and_plays_in_a_session(tmp_path):
             return lights == set(FRAMES)
 
         session.time.timeline.play(1)
-        until(session, has_shown_all, "each frame")
+        run_until(session, has_shown_all, "each frame")
         assert session.files.exports.why_not == "" and word_of(FORMULA) == "Formula"
     finally:
         session.close()
 
 
-def test_its_frames_are_exported(tmp_path, capsys):
+def test_export_writes_frames_of_added_kind(tmp_path, capsys):
     stderr_of_run(capsys, 0, "export", FORMULA, "-o", tmp_path / "out.####.exr")
     for frame in FRAMES:
         ((_, channels),) = read_parts(tmp_path / f"out.{frame:04}.exr")
@@ -186,33 +186,40 @@ def test_its_frames_are_exported(tmp_path, capsys):
         ("shot", "new", FORMULA, "-o", "a.heatlens.json"),
     ],
 )
-def test_what_it_cannot_do_is_refused_in_words(capsys, tmp_path, monkeypatch, words):
+def test_commands_refuse_added_kind_with_its_message(capsys, tmp_path, monkeypatch, words):
     monkeypatch.chdir(tmp_path)
     assert NOT_ALONE in stderr_of_run(capsys, 2, *words)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_options_of_other_kinds_are_refused_by_its_name(capsys, tmp_path):
+def test_export_refuses_options_of_other_kinds_by_article_word(capsys, tmp_path):
     for option in (("--scene-camera", "left"), ("--depth-channel", "Z")):
-        said = stderr_of_run(capsys, 2, "export", FORMULA, "-o", tmp_path / "o.####.exr", *option)
-        assert f"{FORMULA} is a formula, but this option is for" in said and option[0] in said
+        message = stderr_of_run(
+            capsys, 2, "export", FORMULA, "-o", tmp_path / "o.####.exr", *option
+        )
+        assert f"{FORMULA} is a formula, but this option is for" in message and option[0] in message
 
 
-def test_python_and_files_alone_are_refused_in_words():
-    for asked in (lambda: heatlens.open(FORMULA), lambda: MADE_UP.alone(FORMULA, PlateOptions())):
+def test_python_api_refuses_added_kind_with_its_message():
+    for open_formula in (
+        lambda: heatlens.open(FORMULA),
+        lambda: MADE_UP.make_single_source(FORMULA, PlateOptions()),
+    ):
         with pytest.raises((InputError, heatlens.HeatlensError), match=NOT_ALONE):
-            asked()
+            open_formula()
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.article_word)
-def test_whatever_a_record_imports_on_use_is_there(kind):
-    """What is written as text cannot be checked by mypy: each name is found and can be called."""
-    doors = [value for name in fields(kind) if isinstance(value := getattr(kind, name.name), OnUse)]
-    assert doors
-    for door in doors:
-        assert callable(door.found) and inspect.signature(door.found), door
+def test_lazy_imports_of_source_kinds_resolve(kind):
+    """Check that each `OnUse` name, written as text that mypy cannot check, is a callable."""
+    lazy_imports = [
+        value for name in fields(kind) if isinstance(value := getattr(kind, name.name), OnUse)
+    ]
+    assert lazy_imports
+    for lazy_import in lazy_imports:
+        assert callable(lazy_import.target) and inspect.signature(lazy_import.target), lazy_import
 
 
-def test_every_name_is_of_some_kind():
+def test_kind_of_falls_back_to_last_kind():
     assert kind_of("anything at all") is KINDS[-1]
     assert kind_of(FORMULA) is MADE_UP

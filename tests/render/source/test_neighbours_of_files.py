@@ -1,4 +1,4 @@
-"""Which neighbours a plate is read with: by itself, by option, in parts, of damaged files."""
+"""Neighbor frames used for hidden surfaces: by default, by option, in parts, of damaged files."""
 
 import json
 import shutil
@@ -30,11 +30,11 @@ def dolly(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def untold(tmp_path_factory):
-    """The same without the camera in the headers."""
+    """Write the same sequence without the camera in the headers."""
     return write_dolly(tmp_path_factory.mktemp("untold"), has_camera=False)
 
 
-def source(pattern, **options):
+def plate_source(pattern, **options):
     return PlateSource(pattern, find_sequence(pattern), PlateOptions(**options))
 
 
@@ -42,101 +42,105 @@ def path_of(pattern, frame):
     return Path(pattern.replace("####", f"{frame:04d}"))
 
 
-def hidden(plate):
-    """Return what the plate knows of hidden surfaces, as bytes."""
+def hidden_bytes(plate):
+    """Return the plate's hidden surfaces as bytes, None if it has none."""
     return None if plate.fragments is None else plate.fragments.words.tobytes()
 
 
-def test_a_sequence_whose_headers_tell_the_camera_knows_what_is_hidden(dolly):
-    plates = source(dolly)
+def test_sequence_with_camera_headers_has_hidden_surfaces(dolly):
+    plates = plate_source(dolly)
     assert plates.read.neighbourhood.count == 2
     plate = plates.read(path_of(dolly, 4))
-    assert hidden(plate) is not None and plate.behind[0].hidden_part > 0.05
-    none = source(dolly, neighbours=0).read(path_of(dolly, 4))
-    alone = read_plate(path_of(dolly, 4))
-    assert hidden(none) is None
-    assert none.color.tobytes() == alone.color.tobytes() == plate.color.tobytes()
+    assert hidden_bytes(plate) is not None and plate.behind[0].hidden_part > 0.05
+    without_neighbours = plate_source(dolly, neighbours=0).read(path_of(dolly, 4))
+    single_plate = read_plate(path_of(dolly, 4))
+    assert hidden_bytes(without_neighbours) is None
+    assert (
+        without_neighbours.color.tobytes() == single_plate.color.tobytes() == plate.color.tobytes()
+    )
 
 
-def test_without_a_camera_nothing_is_used_unless_asked_and_then_it_is_told_why(untold):
-    assert source(untold).read.neighbourhood.count == 0
-    near = source(untold, neighbours=2).read.neighbourhood
+def test_sequence_without_camera_uses_no_neighbours_and_says_why(untold):
+    assert plate_source(untold).read.neighbourhood.count == 0
+    near = plate_source(untold, neighbours=2).read.neighbourhood
     assert near.count == 0 and "worldToCamera" in near.words
-    assert hidden(source(untold, neighbours=2).read(path_of(untold, 4))) is None
+    assert hidden_bytes(plate_source(untold, neighbours=2).read(path_of(untold, 4))) is None
 
 
-def test_a_camera_that_stands_needs_no_header(tmp_path):
+def test_sequence_of_still_camera_uses_neighbours_without_header(tmp_path):
     still = write_dolly(tmp_path, has_camera=False, moves=False)
-    near = source(still, neighbours=2).read.neighbourhood
+    near = plate_source(still, neighbours=2).read.neighbourhood
     assert near.count == 2 and "stands still" in near.words
 
 
-def test_a_single_file_uses_none_by_itself(dolly, tmp_path):
+def test_single_file_uses_no_neighbours(dolly, tmp_path):
     shutil.copy(path_of(dolly, 4), tmp_path / "one.0004.exr")
-    assert source(str(tmp_path / "one.0004.exr")).read.neighbourhood.count == 0
-    assert source(str(tmp_path / "one.0004.exr"), neighbours=2).read.neighbourhood.count == 0
+    assert plate_source(str(tmp_path / "one.0004.exr")).read.neighbourhood.count == 0
+    assert plate_source(str(tmp_path / "one.0004.exr"), neighbours=2).read.neighbourhood.count == 0
 
 
-def test_the_files_of_a_frame_are_those_of_its_neighbours_too(dolly):
-    files = source(dolly, neighbours=1).files_of(path_of(dolly, 4))
+def test_files_of_frame_include_its_neighbours(dolly):
+    files = plate_source(dolly, neighbours=1).files_of(path_of(dolly, 4))
     assert files[0] == path_of(dolly, 4) and set(files[1:]) <= {path_of(dolly, it) for it in ALL}
     assert len(files) == 3
-    assert source(dolly, neighbours=0).files_of(path_of(dolly, 4)) == (path_of(dolly, 4),)
+    assert plate_source(dolly, neighbours=0).files_of(path_of(dolly, 4)) == (path_of(dolly, 4),)
     # Where a side is missing, as many in all.
-    assert len(source(dolly, neighbours=1).files_of(path_of(dolly, FIRST))) == 3
+    assert len(plate_source(dolly, neighbours=1).files_of(path_of(dolly, FIRST))) == 3
 
 
-def test_the_whole_and_its_parts_are_equal_in_any_order(dolly):
-    whole = {frame: hidden(source(dolly).read(path_of(dolly, frame))) for frame in ALL}
-    backwards = source(dolly).read
-    assert {it: hidden(backwards(path_of(dolly, it))) for it in reversed(ALL)} == whole
+def test_hidden_surfaces_do_not_depend_on_read_order(dolly):
+    whole = {frame: hidden_bytes(plate_source(dolly).read(path_of(dolly, frame))) for frame in ALL}
+    backwards = plate_source(dolly).read
+    assert {it: hidden_bytes(backwards(path_of(dolly, it))) for it in reversed(ALL)} == whole
 
 
-def test_each_plate_is_read_once_and_the_memory_is_bounded(dolly, monkeypatch):
-    read, real = [], sequence_reader.read_plate
+def test_neighbour_reader_reads_each_plate_once_within_memory(dolly, monkeypatch):
+    read_names, real_read_plate = [], sequence_reader.read_plate
 
     def counted(path, options=None):
-        read.append(path.name)
-        return real(path, options)
+        read_names.append(path.name)
+        return real_read_plate(path, options)
 
     monkeypatch.setattr(sequence_reader, "read_plate", counted)
     plates = NeighbourReader(PlateOptions(), find_sequence(dolly))
     for frame in ALL:
         plates(path_of(dolly, frame))
-    assert sorted(read) == sorted(set(read))
-    monkeypatch.setattr(sequence_reader, "_SHELF_BYTES", 2 * plate_bytes(real(path_of(dolly, 1))))
-    small = NeighbourReader(PlateOptions(), find_sequence(dolly))
+    assert sorted(read_names) == sorted(set(read_names))
+    monkeypatch.setattr(
+        sequence_reader, "_SHELF_BYTES", 2 * plate_bytes(real_read_plate(path_of(dolly, 1)))
+    )
+    small_reader = NeighbourReader(PlateOptions(), find_sequence(dolly))
     for frame in ALL:
-        small(path_of(dolly, frame))
-        assert small._shelf.held.bytes_in_use <= sequence_reader._SHELF_BYTES
+        small_reader(path_of(dolly, frame))
+        assert small_reader._plate_cache.plates.bytes_in_use <= sequence_reader._SHELF_BYTES
 
 
-def test_a_frame_that_is_written_again_is_read_again(tmp_path):
+def test_neighbour_reader_rereads_changed_frame(tmp_path):
     pattern = write_dolly(tmp_path)
     plates = NeighbourReader(PlateOptions(), find_sequence(pattern))
-    before = plates.alone(path_of(pattern, 4))
-    assert plates.alone(path_of(pattern, 4)) is before
+    before = plates.read_alone(path_of(pattern, 4))
+    assert plates.read_alone(path_of(pattern, 4)) is before
     shutil.copy(path_of(pattern, 5), path_of(pattern, 4))
-    assert plates.alone(path_of(pattern, 4)).color.tobytes() != before.color.tobytes()
+    assert plates.read_alone(path_of(pattern, 4)).color.tobytes() != before.color.tobytes()
 
 
-def test_a_damaged_neighbour_is_named_and_the_others_serve(tmp_path):
+def test_damaged_neighbour_is_noted_and_others_are_used(tmp_path):
     pattern = write_dolly(tmp_path)
     data = path_of(pattern, 5).read_bytes()
     path_of(pattern, 5).write_bytes(data[: len(data) // 2])
     plates = NeighbourReader(PlateOptions(), find_sequence(pattern))
-    found = plates.found(plates.alone(path_of(pattern, 4)))
-    assert found.frames and 5 not in found.frames
-    (note,) = (note for note in found.plate.notes if "Frame 5 is not used" in note)
+    hidden_surfaces = plates.add_hidden_surfaces(plates.read_alone(path_of(pattern, 4)))
+    assert hidden_surfaces.frames and 5 not in hidden_surfaces.frames
+    (note,) = (note for note in hidden_surfaces.plate.notes if "Frame 5 is not used" in note)
     assert "dolly.0005.exr" in note
 
 
-def test_a_named_frame_takes_them_from_its_sequence_only_if_asked(dolly, tmp_path, capsys):
+def test_render_of_named_frame_uses_neighbours_only_with_option(dolly, tmp_path, capsys):
     frame, shared = path_of(dolly, 4), ("render", path_of(dolly, 4), *LENS)
-    said = stderr_of_run(capsys, 0, *shared, "-o", tmp_path / "with.exr", "--neighbours", "2")
-    assert "2 frames on either side" in said and "show" in said
-    said = stderr_of_run(capsys, 0, *shared, "-o", tmp_path / "alone.exr")
-    assert "neighbour" not in said.lower()
+    stderr = stderr_of_run(capsys, 0, *shared, "-o", tmp_path / "with.exr", "--neighbours", "2")
+    assert "2 frames on either side" in stderr and "show" in stderr
+    stderr = stderr_of_run(capsys, 0, *shared, "-o", tmp_path / "alone.exr")
+    assert "neighbour" not in stderr.lower()
     stderr_of_run(capsys, 0, *shared, "-o", tmp_path / "off.exr", "--neighbours", "0")
     pictures = {
         name: read_plate(tmp_path / f"{name}.exr", PlateOptions(depth_source=str(frame))).color
@@ -146,7 +150,7 @@ def test_a_named_frame_takes_them_from_its_sequence_only_if_asked(dolly, tmp_pat
     assert not np.array_equal(pictures["with"], pictures["off"])
 
 
-def test_what_was_found_can_be_written_and_read_as_pictures_behind(dolly, tmp_path, capsys):
+def test_behind_out_file_gives_same_picture_as_neighbours(dolly, tmp_path, capsys):
     shared = ("render", path_of(dolly, 4), *LENS)
     out, clean = tmp_path / "with.exr", tmp_path / "clean.####.exr"
     stderr_of_run(capsys, 0, *shared, "-o", out, "--neighbours", "2", "--behind-out", clean)
@@ -167,20 +171,20 @@ def test_what_was_found_can_be_written_and_read_as_pictures_behind(dolly, tmp_pa
         (("--neighbours", "-1"), "0 to 64"),
     ],
 )
-def test_what_cannot_be_written_is_refused(dolly, tmp_path, capsys, words, told):
+def test_render_refuses_invalid_neighbour_options(dolly, tmp_path, capsys, words, told):
     shared = ("render", path_of(dolly, 4), "-o", tmp_path / "o.exr", *LENS)
     assert told in stderr_of_run(capsys, 2, *shared, *words)
     assert not (tmp_path / "o.exr").exists()
 
 
-def test_nothing_hidden_is_no_picture(tmp_path, capsys):
+def test_behind_out_without_hidden_surfaces_fails(tmp_path, capsys):
     still = path_of(write_dolly(tmp_path, moves=False), 4)
     words = ("--neighbours", "2", "--behind-out", tmp_path / "clean.exr")
-    said = stderr_of_run(capsys, 2, "render", still, "-o", tmp_path / "o.exr", *LENS, *words)
-    assert "clean.exr" in said and not (tmp_path / "clean.exr").exists()
+    stderr = stderr_of_run(capsys, 2, "render", still, "-o", tmp_path / "o.exr", *LENS, *words)
+    assert "clean.exr" in stderr and not (tmp_path / "clean.exr").exists()
 
 
-def test_info_tells_which_neighbours_are_used_and_what_they_show(dolly, untold, capsys):
+def test_info_reports_neighbours_in_use(dolly, untold, capsys):
     assert main(["info", dolly, "--json"]) == 0
     near = json.loads(capsys.readouterr().out)["neighbours"]
     assert near["count"] == 2 and near["step"] >= 1 and 0.1 < near["found"] <= 1
@@ -190,13 +194,13 @@ def test_info_tells_which_neighbours_are_used_and_what_they_show(dolly, untold, 
     assert "either side" not in capsys.readouterr().out
 
 
-def test_a_damaged_first_frame_does_not_keep_the_others_from_it(tmp_path):
+def test_damaged_first_frame_does_not_prevent_hidden_surfaces(tmp_path):
     pattern = write_dolly(tmp_path)
     path_of(pattern, FIRST).write_bytes(b"damaged")
-    assert hidden(source(pattern).read(path_of(pattern, 4))) is not None
+    assert hidden_bytes(plate_source(pattern).read(path_of(pattern, 4))) is not None
 
 
-def test_an_export_in_parts_is_the_export_as_a_whole(dolly, tmp_path, capsys):
+def test_export_with_neighbours_in_parts_equals_whole_export(dolly, tmp_path, capsys):
     words = ("export", dolly, *LENS)
     assert main([*words, "-o", str(tmp_path / "whole.####.exr"), "--frames", "3-5"]) == 0
     for part in ("3", "4-5"):
@@ -208,7 +212,7 @@ def test_an_export_in_parts_is_the_export_as_a_whole(dolly, tmp_path, capsys):
     capsys.readouterr()
 
 
-def test_python_takes_them_as_the_command_does(dolly):
+def test_python_api_uses_neighbours_unless_set_to_zero(dolly):
     values = {"focal_length_mm": 120, "sensor_width_mm": 36, "f_stop": 1.4, "focus_distance_m": 9}
     with heatlens.open(dolly) as usual, heatlens.open(dolly, neighbours=0) as none:
         pictures = [it.render(frame=4, **values) for it in (usual, none)]

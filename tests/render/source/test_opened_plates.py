@@ -1,4 +1,4 @@
-"""Plates that were opened: which frame comes first, what is said of it, and what is refused."""
+"""Opened plates and SourceOpener: first frame, metadata, refused files and canceled openings."""
 
 from fractions import Fraction
 
@@ -11,7 +11,7 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.media.plate.plate import Plate
 from heatlens.media.scene.placing import Placing
 from heatlens.render.source.opened import Opening
-from heatlens.render.source.opened_plates import opened_plates
+from heatlens.render.source.opened_plates import open_plates
 from heatlens.render.source.opener import SourceOpener
 from heatlens.render.source.scene_source import SceneSource
 from support.session_files import LENS, room_file, write_scene
@@ -26,12 +26,12 @@ def pattern(tmp_path):
     return str(tmp_path / "shot.####.exr")
 
 
-def opened(text, frame=None, wake=lambda: None):
-    return opened_plates(Opening(str(text), PlateOptions(), frame, wake=wake))
+def open_plates_named(text, frame=None, wake=lambda: None):
+    return open_plates(Opening(str(text), PlateOptions(), frame, wake=wake))
 
 
 @pytest.mark.parametrize(
-    ("name", "wanted", "first"),
+    ("name", "requested_frame", "first"),
     [
         ("shot.####.exr", None, 3),
         ("shot.####.exr", 6, 6),
@@ -41,103 +41,105 @@ def opened(text, frame=None, wake=lambda: None):
         ("shot.0004.exr", 9, 4),
     ],
 )
-def test_the_wanted_frame_comes_first_else_that_of_the_name(pattern, tmp_path, name, wanted, first):
-    found = opened(tmp_path / name, wanted)
-    found.close()
-    assert found.frame == first and found.plate.path.name == f"shot.{first:04}.exr"
+def test_open_plates_starts_at_requested_frame_or_that_of_name(
+    pattern, tmp_path, name, requested_frame, first
+):
+    plates = open_plates_named(tmp_path / name, requested_frame)
+    plates.close()
+    assert plates.frame == first and plates.plate.path.name == f"shot.{first:04}.exr"
 
 
-def test_what_is_opened_tells_its_frames_files_and_lens(pattern, tmp_path):
-    found = opened(pattern)
+def test_opened_plates_have_frames_files_and_lens(pattern, tmp_path):
+    plates = open_plates_named(pattern)
     try:
-        assert found.text == pattern and found.frames == FrameRange(3, 6)
-        assert found.files_at(4, "stop") == (tmp_path / "shot.0004.exr",)
-        assert found.files_at(5, "hold") == (tmp_path / "shot.0004.exr",)
-        assert found.files_at(5, "black") == () == found.files_at(5, "stop")
-        assert found.notes == found.plate.notes and found.attributes == found.plate.attributes
-        assert found.scene is found.timing is None and found.stamps == ()
-        assert found.settled.depth_convention is found.plate.depth.convention
-        start = found.lens({})
+        assert plates.text == pattern and plates.frames == FrameRange(3, 6)
+        assert plates.files_at(4, "stop") == (tmp_path / "shot.0004.exr",)
+        assert plates.files_at(5, "hold") == (tmp_path / "shot.0004.exr",)
+        assert plates.files_at(5, "black") == () == plates.files_at(5, "stop")
+        assert plates.notes == plates.plate.notes and plates.attributes == plates.plate.attributes
+        assert plates.scene is plates.timing is None and plates.stamps == ()
+        assert plates.settled_options.depth_convention is plates.plate.depth.convention
+        start = plates.lens({})
         assert start.lens == LENS
-        shot = found.shot(start.lens, DefocusSettings())
+        shot = plates.shot(start.lens, DefocusSettings())
         assert (shot.frames, shot.source) == (FrameRange(3, 6), pattern)
-        assert shot.plate_options == found.options
+        assert shot.plate_options == plates.options
     finally:
-        found.close()
+        plates.close()
 
 
-def test_the_rate_of_the_header_is_that_of_the_shot_and_24_without_one(tmp_path):
+def test_shot_has_frame_rate_of_header_or_24(tmp_path):
     rates = []
     for name, attributes in (("a", {"framesPerSecond": Fraction(30)}), ("b", {})):
-        found = opened(room_file(tmp_path / f"{name}.exr", 8, 6, **attributes))
-        rates.append(found.shot(LENS, DefocusSettings()).frames_per_second)
-        assert found.frames is None
-        found.close()
+        plates = open_plates_named(room_file(tmp_path / f"{name}.exr", 8, 6, **attributes))
+        rates.append(plates.shot(LENS, DefocusSettings()).frames_per_second)
+        assert plates.frames is None
+        plates.close()
     assert rates == [30.0, 24.0]
 
 
-def test_frames_that_are_read_ahead_are_news_and_wake_the_loop(pattern):
+def test_read_ahead_counts_changes_and_wakes_loop(pattern):
     woken = []
-    found = opened(pattern, wake=lambda: woken.append(True))
+    plates = open_plates_named(pattern, wake=lambda: woken.append(True))
     try:
-        before = found.news
-        assert isinstance(found.cache.wait(6, window=0), Plate)
-        assert found.news > before and len(woken) == found.news
+        count_before = plates.change_count
+        assert isinstance(plates.cache.read_and_wait(6, window=0), Plate)
+        assert plates.change_count > count_before and len(woken) == plates.change_count
     finally:
-        found.close()
+        plates.close()
 
 
-def test_a_first_frame_that_cannot_be_read_is_named(pattern, tmp_path):
+def test_open_plates_error_names_unreadable_first_frame(pattern, tmp_path):
     (tmp_path / "shot.0003.exr").write_bytes(b"damaged")
     with pytest.raises(InputError, match=r"shot\.0003\.exr"):
-        opened(pattern)
-    opened(tmp_path / "shot.0004.exr").close()
+        open_plates_named(pattern)
+    open_plates_named(tmp_path / "shot.0004.exr").close()
 
 
-def waited(opener):
-    opener._coming.wait()
+def wait_for_source(opener):
+    opener._current.wait()
     return opener.poll()
 
 
-def test_a_refusal_is_kept_until_something_else_is_opened(pattern, tmp_path):
+def test_opener_keeps_failure_until_next_open(pattern, tmp_path):
     woken = []
     opener = SourceOpener(lambda: woken.append(True))
     missing, options = str(tmp_path / "missing.exr"), PlateOptions(scene_unit_m=0.01)
     opener.open(missing, options)
-    assert opener.opening == missing and opener.refused is None
+    assert opener.opening == missing and opener.failure is None
     with pytest.raises(HeatlensError, match="missing"):
-        waited(opener)
+        wait_for_source(opener)
     assert opener.opening is None and woken
-    assert (opener.refused.text, opener.refused.options) == (missing, options)
-    assert "missing" in opener.refused.sentence
+    assert (opener.failure.text, opener.failure.options) == (missing, options)
+    assert "missing" in opener.failure.message
     opener.open(pattern, PlateOptions(), frame=6)
-    assert opener.refused is None
-    found = waited(opener)
-    assert found.frame == 6 and opener.opening is None and opener.poll() is None
-    found.close()
+    assert opener.failure is None
+    plates = wait_for_source(opener)
+    assert plates.frame == 6 and opener.opening is None and opener.poll() is None
+    plates.close()
     opener.close()
 
 
-def test_a_cancelled_opening_brings_nothing_and_stops_reading(pattern):
+def test_opener_cancel_stops_reading_and_returns_nothing(pattern):
     opener = SourceOpener(lambda: None)
     opener.open(pattern, PlateOptions())
     stop = opener._stop
     opener.cancel()
-    assert opener.opening is None and stop._is_asked and opener.poll() is None
+    assert opener.opening is None and stop._is_requested and opener.poll() is None
     opener.open(pattern, PlateOptions())
     assert opener._stop is not stop
-    waited(opener).close()
+    wait_for_source(opener).close()
 
 
-def test_a_scene_is_placed_as_the_user_said_of_it(tmp_path):
-    path, asked = write_scene(tmp_path / "a.glb"), []
+def test_opener_asks_placing_of_scene(tmp_path):
+    path, requested_names = write_scene(tmp_path / "a.glb"), []
 
     def placing_of(text):
-        asked.append(text)
+        requested_names.append(text)
         return Placing()
 
     opener = SourceOpener(lambda: None, placing_of=placing_of)
     opener.open(str(path), PlateOptions(), frame=7)
-    found = waited(opener)
-    assert asked == [str(path)] and isinstance(found.again, SceneSource)
-    found.close()
+    scene = wait_for_source(opener)
+    assert requested_names == [str(path)] and isinstance(scene.render_source, SceneSource)
+    scene.close()

@@ -1,4 +1,4 @@
-"""Plates that are rendered again: what each frame is made of, and how missing ones are replaced."""
+"""PlateSource: the files of each frame, replacements of missing frames, and the loader."""
 
 import threading
 from dataclasses import replace
@@ -23,14 +23,14 @@ LENS = Lens(50.0, 2.0, 2.0, 36.0)
 ALL = Shot(LENS, frames=FrameRange(1, 9))
 
 
-def sequence(folder, *frames):
+def sequence_source(folder, *frames):
     for frame in frames:
         room_file(folder / f"shot.{frame:04}.exr", 8, 6)
     return source_named(str(folder / "shot.####.exr"))
 
 
-class Taking:
-    """The part of the renderer that takes plates."""
+class FakeRenderer:
+    """A fake renderer that records the plates loaded into it."""
 
     def __init__(self):
         self.taken = []
@@ -39,19 +39,19 @@ class Taking:
         self.taken.append(plate)
 
 
-def loaded(source, origins):
-    taking = Taking()
-    loader = source.loader(ALL, origins, taking)
+def load_origins(source, origins):
+    fake_renderer = FakeRenderer()
+    loader = source.loader(ALL, origins, fake_renderer)
     try:
         for origin in origins:
             loader.load(origin)
     finally:
         loader.close()
-    return taking.taken
+    return fake_renderer.taken
 
 
-def test_gaps_are_named_before_a_render_stops_at_them(tmp_path):
-    source = sequence(tmp_path, 1, 2, 5)
+def test_check_lists_missing_frames_unless_replaced(tmp_path):
+    source = sequence_source(tmp_path, 1, 2, 5)
     source.check(ALL, (1, 2, 5), "stop")
     with pytest.raises(InputError) as error:
         source.check(ALL, (1, 2, 3, 4, 5), "stop")
@@ -72,13 +72,15 @@ def test_gaps_are_named_before_a_render_stops_at_them(tmp_path):
         (1, "black", 2, True),
     ],
 )
-def test_a_missing_frame_is_made_of_the_one_before(tmp_path, frame, missing, read, is_black):
-    origin = sequence(tmp_path, 2, 5).origin(ALL, frame, missing)
+def test_origin_of_missing_frame_is_earlier_or_nearest_frame(
+    tmp_path, frame, missing, read, is_black
+):
+    origin = sequence_source(tmp_path, 2, 5).origin(ALL, frame, missing)
     assert (origin.frame, origin.is_black) == (read, is_black)
     assert [file.path.name for file in origin.files] == [f"shot.{read:04}.exr"]
 
 
-def test_a_still_is_shown_at_every_frame_and_misses_none(tmp_path):
+def test_still_has_every_frame_and_numbered_file_only_its_own(tmp_path):
     room_file(tmp_path / "still.exr", 8, 6)
     room_file(tmp_path / "alone.0007.exr", 8, 6)
     still, numbered = (source_named(str(tmp_path / n)) for n in ("still.exr", "alone.0007.exr"))
@@ -92,60 +94,60 @@ def test_a_still_is_shown_at_every_frame_and_misses_none(tmp_path):
         numbered.check(ALL, (7, 8), "stop")
 
 
-def test_frames_that_the_pattern_names_are_kept_within_the_played_ones(tmp_path):
-    everything = sequence(tmp_path, *range(1, 8))
+def test_frames_of_pattern_range_are_limited_to_frames_of_shot(tmp_path):
+    everything = sequence_source(tmp_path, *range(1, 8))
     chosen = source_named(str(tmp_path / "shot.1-7x3####.exr"))
-    part = Shot(LENS, frames=FrameRange(2, 9))
+    played_shot = Shot(LENS, frames=FrameRange(2, 9))
     assert everything.frames_of(Shot(LENS)) == tuple(range(1, 8))
-    assert everything.frames_of(part) == tuple(range(2, 10))
+    assert everything.frames_of(played_shot) == tuple(range(2, 10))
     assert chosen.frames_of(Shot(LENS)) == (1, 4, 7)
-    assert chosen.frames_of(part) == (4, 7)
+    assert chosen.frames_of(played_shot) == (4, 7)
 
 
-def test_a_loader_loads_each_frame_and_an_unchanged_one_only_once(tmp_path):
-    source = sequence(tmp_path, 1, 2, 3, 4)
+def test_loader_loads_unchanged_frame_once(tmp_path):
+    source = sequence_source(tmp_path, 1, 2, 3, 4)
     origins = tuple(source.origin(ALL, frame, "hold") for frame in (1, 2, 2, 3, 4, 5))
-    names = [plate.path.name for plate in loaded(source, origins)]
+    names = [plate.path.name for plate in load_origins(source, origins)]
     assert names == [f"shot.{frame:04}.exr" for frame in (1, 2, 3, 4)]
 
 
-def test_a_black_frame_after_its_plate_is_loaded_for_itself(tmp_path):
-    source = sequence(tmp_path, 1, 3)
+def test_loader_loads_black_frame_for_missing_one(tmp_path):
+    source = sequence_source(tmp_path, 1, 3)
     origins = tuple(source.origin(ALL, frame, "black") for frame in (1, 2, 3))
-    lights = [float(plate.color[..., :3].max()) for plate in loaded(source, origins)]
+    lights = [float(plate.color[..., :3].max()) for plate in load_origins(source, origins)]
     assert lights[1] == 0.0 < min(lights[0], lights[2])
 
 
-def test_files_that_vanish_or_break_are_named_when_they_are_loaded(tmp_path):
-    source = sequence(tmp_path, 1, 2, 3)
+def test_loader_error_names_missing_or_damaged_file(tmp_path):
+    source = sequence_source(tmp_path, 1, 2, 3)
     origins = tuple(source.origin(ALL, frame, "stop") for frame in (1, 2, 3))
     (tmp_path / "shot.0001.exr").unlink()
     (tmp_path / "shot.0002.exr").write_bytes(b"no picture")
     for origin in origins[:2]:
         with pytest.raises(InputError, match=rf"shot\.000{origin.frame}\.exr"):
-            loaded(source, (origin,))
+            load_origins(source, (origin,))
 
 
-def test_two_plates_are_read_ahead_and_none_after_the_last(tmp_path, monkeypatch):
-    asked = []
-    source = sequence(tmp_path, 1, 2, 3, 4, 5)
+def test_loader_reads_two_plates_ahead_and_none_after_last(tmp_path, monkeypatch):
+    requests = []
+    source = sequence_source(tmp_path, 1, 2, 3, 4, 5)
     origins = tuple(source.origin(ALL, frame, "stop") for frame in range(1, 6))
-    loader = source.loader(ALL, origins, Taking())
-    wait = loader._cache.wait
+    loader = source.loader(ALL, origins, FakeRenderer())
+    wait = loader._cache.read_and_wait
 
     def noted(frame, window):
-        asked.append((frame, window))
+        requests.append((frame, window))
         return wait(frame, window=window)
 
-    monkeypatch.setattr(loader._cache, "wait", noted)
+    monkeypatch.setattr(loader._cache, "read_and_wait", noted)
     for origin in origins:
         loader.load(origin)
     loader.close()
-    assert asked == [(1, 2), (2, 2), (3, 2), (4, 1), (5, 0)]
+    assert requests == [(1, 2), (2, 2), (3, 2), (4, 1), (5, 0)]
     assert threading.active_count() < 50
 
 
-def test_black_has_no_light_and_no_surface():
+def test_black_plate_has_no_light_and_no_surface():
     color, depth = np.ones((4, 6, 3), np.float32), np.full((4, 6), 2.0, np.float32)
     opaque = black_plate(plate_of(color, depth))
     assert (opaque.color[..., :3] == 0).all() and (opaque.color[..., 3] == 1).all()
@@ -156,33 +158,33 @@ def test_black_has_no_light_and_no_surface():
     assert (sharp.coc_px == 0).all() and sharp.depth_m is None and (sharp.color[..., 3] == 1).all()
 
 
-def test_one_file_alone_has_no_neighbours_and_is_read_only_when_it_is_loaded(tmp_path):
-    sequence(tmp_path, 1, 2)
+def test_single_source_reads_its_one_file_when_loaded(tmp_path):
+    sequence_source(tmp_path, 1, 2)
     alone = single_source(tmp_path / "shot.0002.exr", PlateOptions())
     assert alone.frames is None and alone.files == tmp_path / "shot.0002.exr"
     assert alone.frames_of(Shot(LENS)) == (1,) and not alone.has_many_views
-    (plate,) = loaded(alone, (alone.origin(Shot(LENS), 1, "stop"),))
+    (plate,) = load_origins(alone, (alone.origin(Shot(LENS), 1, "stop"),))
     np.testing.assert_array_equal(plate.color, read_plate(tmp_path / "shot.0002.exr").color)
     assert single_source(tmp_path / "not_there.exr", PlateOptions()).text.endswith("not_there.exr")
 
 
-def test_the_sizes_of_the_ends_and_of_the_next_frames_decide(tmp_path):
-    found = sequence(tmp_path, 1, 3, 5, 7, 9).sequence
-    assert _neighbours(found, 5) == {1, 3, 7, 9}
-    assert _neighbours(found, 1) == {1, 3, 9}
-    assert _neighbours(found, 9) == {1, 7, 9}
-    assert _neighbours(found, None) == {1, 3, 9}
+def test_neighbours_are_next_frames_and_ends_of_sequence(tmp_path):
+    found_sequence = sequence_source(tmp_path, 1, 3, 5, 7, 9).sequence
+    assert _neighbours(found_sequence, 5) == {1, 3, 7, 9}
+    assert _neighbours(found_sequence, 1) == {1, 3, 9}
+    assert _neighbours(found_sequence, 9) == {1, 7, 9}
+    assert _neighbours(found_sequence, None) == {1, 3, 9}
 
 
 @pytest.mark.parametrize("other", [(9, 6), (8, 7)])
-def test_a_next_frame_of_another_width_or_height_parts_a_file_from_it(tmp_path, other):
-    sequence(tmp_path, 1, 2)
+def test_sequence_of_one_size_excludes_next_frame_of_other_size(tmp_path, other):
+    sequence_source(tmp_path, 1, 2)
     room_file(tmp_path / "shot.0003.exr", *other)
     assert sequence_of_one_size(str(tmp_path / "shot.0002.exr")).present == (2,)
 
 
-def test_the_size_is_that_of_the_display_window(tmp_path):
-    """Renderers crop each frame to what changed in it: the frames are still one picture."""
+def test_sequence_of_one_size_compares_display_windows(tmp_path):
+    """Check frames with one display window, each cropped by its renderer to what changed."""
     grey = np.zeros((6, 8), np.float16)
     for frame, (x0, y0) in enumerate([(0, 0), (4, 2)], start=1):
         part = Box(x0, y0, 8, 6)

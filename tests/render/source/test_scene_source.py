@@ -1,4 +1,4 @@
-"""A 3D scene as a source: every frame exists, and its picture is drawn on request."""
+"""3D scenes as sources: frames, timing, drawing on request; SceneOnGpu and PlateOnGpu."""
 
 from dataclasses import replace
 
@@ -14,13 +14,13 @@ from heatlens.core.model.shot.settings import DefocusSettings, Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.scene_read import read_scene
 from heatlens.render.defocus.steps import Steps
-from heatlens.render.frame_renderer import drained
+from heatlens.render.frame_renderer import run_all_steps
 from heatlens.render.source.kinds import plates_word
 from heatlens.render.source.named import camera_of_shot, single_source, source_named, source_of
 from heatlens.render.source.opened import Opening
 from heatlens.render.source.plate_on_gpu import PlateOnGpu
 from heatlens.render.source.scene_on_gpu import SceneOnGpu
-from heatlens.render.source.scene_source import opened_scene
+from heatlens.render.source.scene_source import open_scene_source
 from support.fragment_lists import packed_lists
 from support.plates import plate_of, room
 from support.session_files import write_scene
@@ -33,8 +33,8 @@ def path(tmp_path_factory):
     return write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
 
 
-class Drawing:
-    """The part of the renderer that draws scenes, which writes down what it was asked."""
+class FakeRenderer:
+    """A fake renderer that records the scenes loaded and the frames drawn."""
 
     def __init__(self):
         self.scenes, self.looks = [], []
@@ -42,11 +42,11 @@ class Drawing:
     def load_scene(self, scene):
         self.scenes.append(scene)
 
-    def look(self, shot, frame=0, views=None, is_for_file=False):
+    def load_pinhole(self, shot, frame=0, views=None, is_for_file=False):
         self.looks.append((frame, is_for_file))
 
 
-def test_the_frames_are_those_of_the_shot_else_those_in_which_something_moves(path):
+def test_scene_source_has_frames_of_shot_or_of_its_animation(path):
     source = source_named(str(path), timing=SceneTiming(frames_per_second=24.0))
     assert source.frames == FrameRange(1, 25)
     played = Shot(LENS, frames=FrameRange(3, 5))
@@ -56,19 +56,19 @@ def test_the_frames_are_those_of_the_shot_else_those_in_which_something_moves(pa
     assert source.first_file is None and source.has_many_views and source.files == path
 
 
-def test_a_scene_in_which_nothing_moves_has_one_frame(path, monkeypatch):
+def test_scene_source_without_animation_has_one_frame(path, monkeypatch):
     source = source_named(str(path))
     monkeypatch.setitem(vars(source), "scene", replace(source.scene, frames=None))
     assert source.frames_of(Shot(LENS)) == (1,)
 
 
-def test_its_timing_comes_from_the_shot(path):
+def test_scene_source_uses_timing_of_shot(path):
     shot = Shot(LENS, source=str(path), framing=Framing(timing=SceneTiming(frames_per_second=48.0)))
     assert source_of(shot).frames.count == 49
 
 
-def test_a_scene_is_uploaded_once_and_drawn_at_each_frame(path):
-    source, drawing = source_named(str(path)), Drawing()
+def test_scene_loader_uploads_once_and_draws_each_frame(path):
+    source, drawing = source_named(str(path)), FakeRenderer()
     origins = tuple(source.origin(Shot(LENS), frame, "stop") for frame in (2, 5))
     loader = source.loader(Shot(LENS), origins, drawing, is_for_file=True)
     for origin in origins:
@@ -79,7 +79,7 @@ def test_a_scene_is_uploaded_once_and_drawn_at_each_frame(path):
     assert drawing.looks[-1] == (2, False)
 
 
-def test_a_scene_that_is_gone_is_named_before_a_render(tmp_path):
+def test_check_error_names_missing_scene_file(tmp_path):
     path = write_scene(tmp_path / "gone.glb")
     source = single_source(path, PlateOptions())
     source.check(Shot(LENS), (1, 2), "stop")
@@ -88,11 +88,11 @@ def test_a_scene_that_is_gone_is_named_before_a_render(tmp_path):
         source.check(Shot(LENS), (1, 2), "stop")
 
 
-def test_what_is_opened_tells_what_the_file_holds(path):
+def test_opened_scene_has_options_frames_and_notes_of_file(path):
     timing, options = SceneTiming(frames_per_second=12.0), PlateOptions(scene_unit_m=0.5)
-    opened = opened_scene(Opening(str(path), options, timing=timing))
+    opened = open_scene_source(Opening(str(path), options, timing=timing))
     assert (opened.options, opened.timing, opened.frames) == (options, timing, opened.scene.frames)
-    assert opened.frames.count == 13 and opened.settled == options
+    assert opened.frames.count == 13 and opened.settled_options == options
     assert opened.notes == read_scene(path).notes and len(opened.stamps) == 1
     assert opened.stamps[0][1] == path.stat().st_size
     start = opened.lens({"f_stop": 8.0})
@@ -100,74 +100,92 @@ def test_what_is_opened_tells_what_the_file_holds(path):
     assert opened.shot(start.lens, DefocusSettings()).lens.f_stop == 8.0
 
 
-def test_its_picture_is_drawn_once_for_each_frame(ctx, path):
-    held = SceneOnGpu(ctx, read_scene(path))
+def test_scene_on_gpu_draws_each_frame_once(ctx, path):
+    scene_on_gpu = SceneOnGpu(ctx, read_scene(path))
     shot = Shot(LENS, framing=Framing(48, 32, "main"))
     try:
-        assert held.size(shot) == (48, 32) and held.size(Shot(LENS)) == Framing().size
-        assert held.scene.frames == FrameRange(1, 25)
-        first = drained(held.look(shot, 1, None))
-        assert drained(held.look(shot, 1, None)) is first and first.color.size == (48, 32)
-        later = drained(held.look(shot, 20, None))
-        assert later is not first and np.nanmin(later.plate.depth_m) > 0.0
+        assert (
+            scene_on_gpu.size(shot) == (48, 32) and scene_on_gpu.size(Shot(LENS)) == Framing().size
+        )
+        assert scene_on_gpu.scene.frames == FrameRange(1, 25)
+        first = run_all_steps(scene_on_gpu.pinhole_steps(shot, 1, None))
+        assert run_all_steps(
+            scene_on_gpu.pinhole_steps(shot, 1, None)
+        ) is first and first.color.size == (
+            48,
+            32,
+        )
+        later_pinhole = run_all_steps(scene_on_gpu.pinhole_steps(shot, 20, None))
+        assert later_pinhole is not first and np.nanmin(later_pinhole.plate.depth_m) > 0.0
         for method in Method:
-            held.check_method(method)
+            scene_on_gpu.check_method(method)
         # `near` moves 2 m from the camera at z = 3 in the first second.
-        depths = [held.depth_m_at(shot, frame, 20, 16) for frame in (1, 25)]
+        depths = [scene_on_gpu.depth_m_at(shot, frame, 20, 16) for frame in (1, 25)]
         assert depths[1] - depths[0] == pytest.approx(2.0, abs=1e-3)
-        assert held.pose_at(shot, 1.0).position_m[2] == pytest.approx(3.0)
-        held.pace(0.5)
-        beside = held.beside()
-        assert drained(beside.look(shot, 1, None)) is not first
-        beside.release()
+        assert scene_on_gpu.pose_at(shot, 1.0).position_m[2] == pytest.approx(3.0)
+        scene_on_gpu.set_step_size(0.5)
+        shared_scene = scene_on_gpu.share()
+        assert run_all_steps(shared_scene.pinhole_steps(shot, 1, None)) is not first
+        shared_scene.release()
     finally:
-        held.release()
+        scene_on_gpu.release()
 
 
-def test_a_plate_on_the_gpu_refuses_what_only_a_scene_can_do(ctx):
-    held = PlateOnGpu(ctx)
+def test_plate_on_gpu_refuses_scene_methods(ctx):
+    plate_on_gpu = PlateOnGpu(ctx)
     with pytest.raises(InputError, match="No plate"):
-        held.held  # noqa: B018
+        plate_on_gpu.loaded  # noqa: B018
     color, depth = room(24, 16)
-    first = drained(held.loading(plate_of(color, depth)))
+    first = run_all_steps(plate_on_gpu.load_steps(plate_of(color, depth)))
     try:
-        assert held.size(Shot(LENS)) == (24, 16) and held.scene is None and not held.has_many_views
-        assert drained(held.look(Shot(LENS), 9, None)) is first is held.held
-        assert held.pose_at(Shot(LENS), 1.0) is None
-        for asked in (held.beside, lambda: held.depth_m_at(Shot(LENS), 1, 0, 0)):
+        assert (
+            plate_on_gpu.size(Shot(LENS)) == (24, 16)
+            and plate_on_gpu.scene is None
+            and not plate_on_gpu.has_many_views
+        )
+        assert (
+            run_all_steps(plate_on_gpu.pinhole_steps(Shot(LENS), 9, None))
+            is first
+            is plate_on_gpu.loaded
+        )
+        assert plate_on_gpu.pose_at(Shot(LENS), 1.0) is None
+        for scene_call in (
+            plate_on_gpu.share,
+            lambda: plate_on_gpu.depth_m_at(Shot(LENS), 1, 0, 0),
+        ):
             with pytest.raises(InputError, match="No scene"):
-                asked()
+                scene_call()
         for method in Method:
             shot = Shot(LENS, DefocusSettings(method=method))
-            through = held.through_lens(shot, 1, (24, 16), first.color)
+            through = plate_on_gpu.through_lens(shot, 1, (24, 16), first.color)
             if method.needs_scene:
                 with pytest.raises(InputError, match=f"{method}.*{first.plate.path.name}"):
-                    drained(through)
+                    run_all_steps(through)
             else:
-                drained(through)
+                run_all_steps(through)
     finally:
-        held.release()
+        plate_on_gpu.release()
 
 
-def test_the_next_plate_of_the_same_size_takes_the_same_textures(ctx):
-    held = PlateOnGpu(ctx)
+def test_plate_on_gpu_reuses_textures_for_same_size(ctx):
+    plate_on_gpu = PlateOnGpu(ctx)
     color, depth = room(24, 16)
     try:
-        first = drained(held.loading(plate_of(color, depth)))
-        again = drained(held.loading(plate_of(color * 0.5, depth)))
-        assert again.color is first.color and again.depth is first.depth and again is not first
-        other = drained(held.loading(plate_of(*room(26, 16))))
-        assert other.color is not first.color
-        coming: Steps = held.loading(plate_of(*room(26, 16)))
-        next(coming)
-        coming.close()  # what is not completed is not loaded
+        first = run_all_steps(plate_on_gpu.load_steps(plate_of(color, depth)))
+        second = run_all_steps(plate_on_gpu.load_steps(plate_of(color * 0.5, depth)))
+        assert second.color is first.color and second.depth is first.depth and second is not first
+        larger = run_all_steps(plate_on_gpu.load_steps(plate_of(*room(26, 16))))
+        assert larger.color is not first.color
+        unfinished_steps: Steps = plate_on_gpu.load_steps(plate_of(*room(26, 16)))
+        next(unfinished_steps)
+        unfinished_steps.close()  # what is not completed is not loaded
         with pytest.raises(InputError, match="No plate"):
-            held.size(Shot(LENS))
+            plate_on_gpu.size(Shot(LENS))
     finally:
-        held.release()
+        plate_on_gpu.release()
 
 
-def test_the_camera_of_a_scene_is_that_of_its_file_and_that_of_plates_stands_still(path):
+def test_camera_of_shot_differs_for_scene_and_plates(path):
     shot = Shot(LENS, source=str(path), framing=Framing(48, 32, "main"))
     frames = FrameRange(1, 3)
     of_scene = camera_of_shot(shot, "cam", frames)
@@ -191,21 +209,26 @@ def test_the_camera_of_a_scene_is_that_of_its_file_and_that_of_plates_stands_sti
         ("f#lder/a.exr", "Plate"),
     ],
 )
-def test_a_name_alone_tells_a_plate_from_a_sequence(name, word):
+def test_plates_word_tells_plate_from_sequence_by_name(name, word):
     assert plates_word(name) == word
 
 
-def test_lists_of_fragments_go_to_the_gpu_as_they_are_and_with_their_plate(ctx):
+def test_plate_on_gpu_uploads_fragment_lists_unchanged(ctx):
     color, depth = room(24, 16)
-    held, plain = PlateOnGpu(ctx), plate_of(color, depth)
+    plate_on_gpu, plain = PlateOnGpu(ctx), plate_of(color, depth)
     rgba, ones = np.ones((24 * 16, 4), np.float32), np.ones(24 * 16, np.uint32)
     try:
         for is_measured in (True, False):
             lists = packed_lists(ones, ones > 0, rgba, depth.ravel(), is_measured)
-            sent = drained(held.loading(replace(plain, fragments=lists))).fragments
-            assert sent.words.read() == lists.words.tobytes()
-            assert sent.starts.read() == lists.starts.tobytes()
-            assert (sent.size, sent.is_measured, sent.is_exact) == ((24, 16), *[is_measured] * 2)
-        assert drained(held.loading(plain)).fragments is None
+            gpu_fragments = run_all_steps(
+                plate_on_gpu.load_steps(replace(plain, fragments=lists))
+            ).fragments
+            assert gpu_fragments.words.read() == lists.words.tobytes()
+            assert gpu_fragments.starts.read() == lists.starts.tobytes()
+            assert (gpu_fragments.size, gpu_fragments.is_measured, gpu_fragments.is_exact) == (
+                (24, 16),
+                *[is_measured] * 2,
+            )
+        assert run_all_steps(plate_on_gpu.load_steps(plain)).fragments is None
     finally:
-        held.release()
+        plate_on_gpu.release()

@@ -1,4 +1,4 @@
-"""What every source answers, whatever stands before the lens."""
+"""Common interface of all sources: plates, scenes and streams."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.export.job import ExportJob
 from heatlens.deliver.export.output import parse_output
-from heatlens.deliver.export.plan import planned
+from heatlens.deliver.export.plan import plan_export
 from heatlens.media.plate.read import read_plate
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.source.kinds import PLATES, SCENES, STREAMS, kind_of
@@ -40,18 +40,18 @@ LENS = Lens(50.0, 2.0, 2.0, 36.0)
         ("tev://127.0.0.1:14158", STREAMS),
     ],
 )
-def test_a_name_tells_the_kind(text, kind, tmp_path, monkeypatch):
+def test_kind_of_tells_kind_from_name(text, kind, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert kind_of(text) is kind
 
 
-def test_a_file_called_demo_goes_before_the_scene_of_the_program(tmp_path, monkeypatch):
+def test_kind_of_prefers_file_named_demo_to_demo_scene(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     room_file(tmp_path / "demo")
     assert kind_of("demo") is PLATES
 
 
-def test_a_sequence_tells_its_frames_and_a_still_has_none(tmp_path):
+def test_sequence_source_has_frames_and_still_has_none(tmp_path):
     for frame in (7, 9):
         room_file(tmp_path / f"shot.{frame:04}.exr", 8, 6)
     still = room_file(tmp_path / "still.exr", 8, 6)
@@ -64,7 +64,7 @@ def test_a_sequence_tells_its_frames_and_a_still_has_none(tmp_path):
     assert alone.first_file == tmp_path / "shot.0009.exr" and alone.frames is None
 
 
-def test_an_origin_names_the_depth_that_lies_apart(tmp_path):
+def test_origin_includes_separate_depth_file(tmp_path):
     image = np.zeros((4, 4), np.float32)
     for frame in (1, 2):
         write_file(tmp_path / f"rgb.{frame:04}.exr", dict.fromkeys("RGB", image))
@@ -79,7 +79,7 @@ def test_an_origin_names_the_depth_that_lies_apart(tmp_path):
         source.origin(Shot(LENS), 2, "stop")
 
 
-def test_an_export_does_not_replace_the_depth_that_it_reads(tmp_path):
+def test_plan_export_refuses_to_overwrite_its_depth_file(tmp_path):
     room_file(tmp_path / "rgb.exr", 8, 6)
     depth = room_file(tmp_path / "depth.exr", 8, 6)
     shot = Shot(
@@ -87,12 +87,12 @@ def test_an_export_does_not_replace_the_depth_that_it_reads(tmp_path):
         source=str(tmp_path / "rgb.exr"),
         plate_options=PlateOptions(depth_source=str(depth)),
     )
-    planned(ExportJob(shot, (1,), parse_output(tmp_path / "out.exr")))
+    plan_export(ExportJob(shot, (1,), parse_output(tmp_path / "out.exr")))
     with pytest.raises(InputError, match=r"depth\.exr is an input of this export"):
-        planned(ExportJob(shot, (1,), parse_output(depth)))
+        plan_export(ExportJob(shot, (1,), parse_output(depth)))
 
 
-def test_a_scene_is_made_of_one_set_of_files(tmp_path):
+def test_scene_source_has_same_files_at_every_frame(tmp_path):
     scene = write_scene(tmp_path / "scene.glb")
     source = source_named(str(scene))
     assert source.origin(Shot(LENS), 3, "stop").files == source.origin(Shot(LENS), 9, "stop").files
@@ -103,33 +103,33 @@ def test_a_scene_is_made_of_one_set_of_files(tmp_path):
         source.require()
 
 
-def test_the_demo_needs_no_file():
+def test_demo_source_has_no_files():
     source = source_named("demo")
     source.require()
     assert source.files is None and source.origin(Shot(LENS), 1, "stop").files == ()
 
 
-def test_a_stream_cannot_be_rendered_again():
+def test_stream_is_refused_as_source_of_a_render():
     stream = StreamSource("127.0.0.1", 0)
     try:
-        for asked in (
+        for open_stream in (
             lambda: source_of(Shot(LENS, source=stream.text)),
             lambda: source_named(stream.text),
-            lambda: kind_of(stream.text).opened(Opening(stream.text, PlateOptions())),
+            lambda: kind_of(stream.text).open_source(Opening(stream.text, PlateOptions())),
             lambda: heatlens.open(stream.text),
         ):
             with pytest.raises(HeatlensError, match="come from a renderer"):
-                asked()
+                open_stream()
     finally:
         stream.close()
 
 
-def test_a_shot_without_a_source_says_so():
+def test_source_of_shot_without_source_raises_input_error():
     with pytest.raises(InputError, match="The shot names no plate"):
         source_of(Shot(LENS))
 
 
-def test_only_what_has_many_views_allows_methods_that_need_them(ctx, tmp_path):
+def test_renderer_offers_scene_methods_for_scenes_only(ctx, tmp_path):
     renderer = FrameRenderer(ctx)
     renderer.load(read_plate(room_file(tmp_path / "room.exr", 16, 12)))
     of_plates = set(renderer.methods)
@@ -139,35 +139,35 @@ def test_only_what_has_many_views_allows_methods_that_need_them(ctx, tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["plates", "scene"])
-def test_what_is_opened_answers_alike(tmp_path, kind):
-    """The window asks the same of each kind, and begins a shot that finds the source again."""
+def test_opened_plates_and_scene_share_interface(tmp_path, kind):
+    """Check the interface that the window uses, and that the new shot finds its source again."""
     path = room_file(tmp_path / "a.exr") if kind == "plates" else write_scene(tmp_path / "a.glb")
-    opened = _opened(str(path))
+    opened = _open_source(str(path))
     try:
         shot = opened.shot(opened.lens({"f_stop": 4.0}).lens, Shot(LENS).defocus)
         assert shot.lens.f_stop == 4.0 and shot.source == opened.text == str(path)
         assert source_of(shot).has_many_views is (opened.scene is not None)
         assert (opened.cache is None) is (opened.scene is not None)
-        assert Path(opened.again.files) == path
+        assert Path(opened.render_source.files) == path
     finally:
         opened.close()
 
 
-def _opened(text: str):
+def _open_source(text: str):
     opener = SourceOpener(lambda: None)
     opener.open(text, PlateOptions())
-    opener._coming.wait()
-    found = opener.poll()
+    opener._current.wait()
+    opened = opener.poll()
     opener.close()
-    return found
+    return opened
 
 
-def test_a_mark_is_measured_on_every_plate_and_a_missing_one_is_that_before_it(tmp_path):
+def test_distances_m_of_mark_uses_earlier_plate_for_missing_frame(tmp_path):
     for frame, depth_m in ((1001, 2.0), (1002, 3.0), (1004, 5.0)):
         depth = np.full((8, 12), depth_m, np.float32)
         color = {name: np.ones((8, 12), np.float32) for name in "RGB"}
         write_file(tmp_path / f"wall.{frame}.exr", color | {"Z": depth})
-    source, told = source_named(str(tmp_path / "wall.####.exr"), PlateOptions()), []
-    found = source.distances_m(Shot(LENS), PointMark("wall", 4, 4), told.append)
-    assert found == pytest.approx({1001: 2.0, 1002: 3.0, 1003: 3.0, 1004: 5.0})
-    assert ["wall" in line for line in told] == [True] * 4 and "1003" in told[2]
+    source, progress_lines = source_named(str(tmp_path / "wall.####.exr"), PlateOptions()), []
+    distances_m = source.distances_m(Shot(LENS), PointMark("wall", 4, 4), progress_lines.append)
+    assert distances_m == pytest.approx({1001: 2.0, 1002: 3.0, 1003: 3.0, 1004: 5.0})
+    assert ["wall" in line for line in progress_lines] == [True] * 4 and "1003" in progress_lines[2]

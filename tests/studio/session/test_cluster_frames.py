@@ -12,18 +12,18 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.view.view_geometry import Viewport
 from heatlens.deliver.farm import connection, frame_cluster
-from heatlens.deliver.farm.connection import met
-from heatlens.deliver.farm.frame_worker import _rendered
+from heatlens.deliver.farm.connection import identify_scheduler_safely
+from heatlens.deliver.farm.frame_worker import _render_frame
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from heatlens.render.rendered_frames.frame_filler import FrameFiller
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.export_place import ExportPlace, Where
-from heatlens.studio.session.settings.preferences import Preferences, Remembered
+from heatlens.studio.session.settings.preferences import Preferences, PreferenceValues
 from heatlens.studio.session.shot.start import Start
 from heatlens.studio.session.speed import Speed
 from support.dask_cluster import children_of, dask_cluster, wait_for
-from support.evening import settled, turn, until
+from support.evening import run_loop_once, run_until, run_until_settled
 from support.sequences import FIRST, sequence_files
 from support.session_files import HEIGHT, QUICK, WIDTH, room_file, scene_shot
 
@@ -51,11 +51,11 @@ def begin(ctx, renderer):
 
     def begun(source, address="", is_agreed=True, **more):
         place = ExportPlace(Where.CLUSTER, scheduler=address, **more) if address else ExportPlace()
-        cluster = agreed_to(address) if is_agreed else None
-        preferences = Preferences(Remembered(export_place=place, cluster=cluster))
+        cluster = find_agreed_scheduler(address) if is_agreed else None
+        preferences = Preferences(PreferenceValues(export_place=place, cluster=cluster))
         made.append(Session(renderer, Start(str(source), defocus=QUICK), preferences=preferences))
         made[-1].begin()
-        settled(made[-1])
+        run_until_settled(made[-1])
         made[-1].pictures.view.viewport = Viewport((0.0, 0.0), (float(WIDTH), float(HEIGHT)))
         return made[-1]
 
@@ -64,75 +64,83 @@ def begin(ctx, renderer):
         session.close()
 
 
-def agreed_to(address):
+def find_agreed_scheduler(address):
     """Return the scheduler that answers there, as if the user had agreed to it."""
     try:
-        return met(address)
+        return identify_scheduler_safely(address)
     except InputError:
         return None
 
 
-def filled(session, count=6):
-    turn(session)
-    until(session, lambda: len(session.time.pull.progress.rendered) == count, f"{count} frames")
-    session.time.pull.store.wait()
-    turn(session)
-    pull = session.time.pull
+def wait_for_all_frames(session, count=6):
+    """Run the session until `count` frames are rendered; return their pixels by frame key."""
+    run_loop_once(session)
+    run_until(
+        session,
+        lambda: len(session.time.frames_ahead.progress.rendered_frames) == count,
+        f"{count} frames",
+    )
+    session.time.frames_ahead.store.wait()
+    run_loop_once(session)
+    pull = session.time.frames_ahead
     return {key: pull.store.memory.get(key).pixels for key in pull.progress.keys}
 
 
-def at_work(session):
-    until(session, lambda: session.time.pull.cluster.is_at_work, "a worker")
+def wait_for_worker(session):
+    """Run the session until a worker of the cluster is there."""
+    run_until(session, lambda: session.time.frames_ahead.cluster.renders_ahead, "a worker")
 
 
-def test_frames_of_a_cluster_are_those_rendered_here(begin, cluster, tmp_path):
+def test_cluster_frames_equal_frames_rendered_here(begin, cluster, tmp_path):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    here = filled(begin(pattern))
+    here = wait_for_all_frames(begin(pattern))
     session = begin(pattern, cluster.address)
-    session.time.pull._rests_at = np.inf  # nothing is rendered before a worker is there
-    at_work(session)
-    session.time.pull._rests_at = 0.0
-    there = filled(session)
-    assert session.time.pull._filler is None
+    session.time.frames_ahead._rest_from_s = np.inf  # nothing is rendered before a worker is there
+    wait_for_worker(session)
+    session.time.frames_ahead._rest_from_s = 0.0
+    there = wait_for_all_frames(session)
+    assert session.time.frames_ahead._filler is None
     assert here.keys() == there.keys() and len(here) == len(FRAMES)
     for key, pixels in here.items():
         np.testing.assert_array_equal(pixels, there[key])
 
 
-def test_frames_of_a_moving_scene_come_too(begin, cluster, tmp_path):
+def test_cluster_renders_same_frames_of_moving_scene(begin, cluster, tmp_path):
     shot = scene_shot(tmp_path / "s.heatlens.json", 48, 27, in_out=FrameRange(2, 5))
-    here, session = filled(begin(shot), 4), begin(shot, cluster.address)
-    session.time.pull.clear()
-    session.time.pull._rests_at = np.inf
-    at_work(session)
-    session.time.pull._rests_at = 0.0
-    there = filled(session, 4)
+    here, session = wait_for_all_frames(begin(shot), 4), begin(shot, cluster.address)
+    session.time.frames_ahead.clear()
+    session.time.frames_ahead._rest_from_s = np.inf
+    wait_for_worker(session)
+    session.time.frames_ahead._rest_from_s = 0.0
+    there = wait_for_all_frames(session, 4)
     assert here.keys() == there.keys()
     assert all(np.array_equal(pixels, there[key]) for key, pixels in here.items())
 
 
-def test_changed_keys_recall_what_is_under_way_and_keep_no_frame_of_it(
+def test_changed_lens_recalls_running_frames_and_stores_none_of_them(
     begin, cluster, tmp_path, monkeypatch
 ):
     session = begin(sequence_files(tmp_path, FIRST, LAST), cluster.address)
-    pull, stored, sent = session.time.pull, [], []
+    pull, stored, sent = session.time.frames_ahead, [], []
     monkeypatch.setattr(pull.store, "put", lambda key, _: stored.append((key, pull.progress.keys)))
-    at_work(session)
-    ask = pull.cluster._cluster.ask
+    wait_for_worker(session)
+    ask = pull.cluster._cluster.request_frames
     monkeypatch.setattr(
-        pull.cluster._cluster, "ask", lambda wishes: ask(sent.append([*wishes]) or sent[-1])
+        pull.cluster._cluster,
+        "request_frames",
+        lambda wishes: ask(sent.append([*wishes]) or sent[-1]),
     )
     for step in range(12):
         session.lens.commands.step_f_stop(1 if step % 2 else -1)
         session.lens.commands.focus(1.5 + step / 10)
-        pull.touched()
-        turn(session)
+        pull.note_input()
+        run_loop_once(session)
         assert not sent or not sent[-1]  # the hand moves: all is recalled, and nothing asked
-        pull._rests_at = 0.0
-        turn(session)
-        until(session, lambda: sent and sent[-1], "the question")
+        pull._rest_from_s = 0.0
+        run_loop_once(session)
+        run_until(session, lambda: sent and sent[-1], "the question")
         assert {wish.key for wish in sent[-1]} <= pull.progress.keys
-    until(
+    run_until(
         session,
         lambda: len({key for key, _ in stored} & pull.progress.keys) == len(FRAMES),
         "frames",
@@ -140,14 +148,14 @@ def test_changed_keys_recall_what_is_under_way_and_keep_no_frame_of_it(
     assert all(key in keys for key, keys in stored)
 
 
-def test_a_running_frame_that_is_recalled_is_given_up_between_two_steps(begin, renderer, tmp_path):
+def test_worker_stops_recalled_frame_between_two_steps(begin, renderer, tmp_path):
     session = begin(sequence_files(tmp_path, FIRST, LAST))
-    filled(session)
+    wait_for_all_frames(session)
     states = {"frame": SimpleNamespace(state="executing")}
     worker = SimpleNamespace(
         get_current_task=lambda: "frame", state=SimpleNamespace(tasks=states), address="w"
     )
-    filler, slices = FrameFiller(renderer.beside()), []
+    filler, slices = FrameFiller(renderer.make_sibling()), []
     work = filler.work
 
     def worked(job, following, _):
@@ -157,94 +165,106 @@ def test_a_running_frame_that_is_recalled_is_given_up_between_two_steps(begin, r
             states["frame"].state = "cancelled"
 
     filler.work = worked
-    job = session.time.pull.jobs.of(FIRST)
-    assert _rendered(job, filler, worker) is None
+    job = session.time.frames_ahead.jobs.job_of(FIRST)
+    assert _render_frame(job, filler, worker) is None
     assert len(slices) == 3 and slices == [None] * 3 and filler._steps is None
 
 
 @pytest.mark.parametrize("lost", ["worker 0", "scheduler"])
-def test_the_window_renders_what_is_missing_once_the_cluster_has_gone(begin, own, tmp_path, lost):
+def test_lost_cluster_leaves_missing_frames_to_this_machine(begin, own, tmp_path, lost):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    here = filled(begin(pattern))
+    here = wait_for_all_frames(begin(pattern))
     session = begin(pattern, own.address)
-    at_work(session)
+    wait_for_worker(session)
     own.kill(lost)
-    until(session, lambda: not session.time.pull.cluster.is_at_work, "the loss")
-    said = "No worker is at" if lost == "worker 0" else "The scheduler at"
-    until(session, lambda: session.messages.text.startswith(said), "the sentence")
+    run_until(session, lambda: not session.time.frames_ahead.cluster.renders_ahead, "the loss")
+    expected_start = "No worker is at" if lost == "worker 0" else "The scheduler at"
+    run_until(session, lambda: session.messages.text.startswith(expected_start), "the sentence")
     assert session.messages.text.endswith("Frames are rendered on this machine.")
-    session.time.pull.clear()
-    there = filled(session)
+    session.time.frames_ahead.clear()
+    there = wait_for_all_frames(session)
     assert all(np.array_equal(pixels, there[key]) for key, pixels in here.items())
 
 
 @pytest.mark.parametrize("moment", range(3))
-def test_a_worker_killed_in_the_middle_loses_no_frame(begin, own, tmp_path, moment):
+def test_killed_worker_loses_no_frame(begin, own, tmp_path, moment):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    here = filled(begin(pattern))
+    here = wait_for_all_frames(begin(pattern))
     session = begin(pattern, own.address)
-    until(session, lambda: len(session.time.pull.progress.rendered) >= moment, "some frames")
+    run_until(
+        session,
+        lambda: len(session.time.frames_ahead.progress.rendered_frames) >= moment,
+        "some frames",
+    )
     own.kill("worker 0")
-    there = filled(session)
+    there = wait_for_all_frames(session)
     assert here.keys() == there.keys()
     assert all(np.array_equal(pixels, there[key]) for key, pixels in here.items())
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense"])
-def test_without_a_scheduler_the_window_says_so_once_and_renders(
+def test_missing_scheduler_is_reported_once_and_frames_are_rendered_here(
     begin, tmp_path, monkeypatch, address
 ):
     monkeypatch.setattr(connection, "PATIENCE_S", 1)
     session = begin(sequence_files(tmp_path, FIRST, LAST), address)
-    filled(session)
-    until(session, lambda: "No Dask scheduler" in session.messages.text, "the sentence")
+    wait_for_all_frames(session)
+    run_until(session, lambda: "No Dask scheduler" in session.messages.text, "the sentence")
     session.messages.clear()
-    turn(session)
+    run_loop_once(session)
     assert session.messages.text == ""
 
 
-def test_a_plate_that_no_worker_can_read_is_rendered_here(begin, cluster, tmp_path, monkeypatch):
+def test_frame_whose_plate_no_worker_can_read_is_rendered_here(
+    begin, cluster, tmp_path, monkeypatch
+):
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    real = frame_cluster.sent
+    real_sent = frame_cluster.job_to_send
 
     def elsewhere(job):
         """Return the job as it is on a machine where one plate is missing."""
-        sent = real(job)
+        sent_job = real_sent(job)
         if job.frame != FIRST + 2:
-            return sent
-        files = tuple(replace(it, path=tmp_path / "no" / it.path.name) for it in sent.plate.files)
-        return replace(sent, plate=replace(sent.plate, files=files))
+            return sent_job
+        files = tuple(
+            replace(file, path=tmp_path / "no" / file.path.name) for file in sent_job.plate.files
+        )
+        return replace(sent_job, plate=replace(sent_job.plate, files=files))
 
-    monkeypatch.setattr(frame_cluster, "sent", elsewhere)
+    monkeypatch.setattr(frame_cluster, "job_to_send", elsewhere)
     session = begin(pattern, cluster.address)
-    at_work(session)
-    said = []
-    monkeypatch.setattr(session.time.pull.cluster, "_say", said.append)
-    session.time.pull.clear()
-    filled(session)
-    assert len(said) == 1 and "worker tcp://" in said[0] and f"{FIRST + 2}" in said[0]
+    wait_for_worker(session)
+    messages = []
+    monkeypatch.setattr(session.time.frames_ahead.cluster, "_say", messages.append)
+    session.time.frames_ahead.clear()
+    wait_for_all_frames(session)
+    assert len(messages) == 1 and "worker tcp://" in messages[0] and f"{FIRST + 2}" in messages[0]
 
 
-def test_workers_that_draw_otherwise_have_keys_of_their_own(begin, own, tmp_path, monkeypatch):
-    """All frames of a shot come from one driver; what was rendered here is not replaced."""
+def test_workers_with_another_driver_have_frame_keys_of_their_own(
+    begin, own, tmp_path, monkeypatch
+):
+    """All frames of a shot come from one driver; frames rendered here are not replaced."""
     pattern = sequence_files(tmp_path, FIRST, LAST)
-    here = filled(begin(pattern))
+    here = wait_for_all_frames(begin(pattern))
     session = begin(pattern)
-    monkeypatch.setattr(type(session.time.pull.jobs), "driver", ("another driver", "4.6", "sweep"))
+    monkeypatch.setattr(
+        type(session.time.frames_ahead.jobs), "driver", ("another driver", "4.6", "sweep")
+    )
     place = ExportPlace(Where.CLUSTER, scheduler=own.address)
-    session.preferences.change(export_place=place, cluster=agreed_to(own.address))
-    at_work(session)
-    until(session, lambda: session.time.pull.jobs.program, "the program of the worker")
-    there = filled(session)
+    session.preferences.change(export_place=place, cluster=find_agreed_scheduler(own.address))
+    wait_for_worker(session)
+    run_until(session, lambda: session.time.frames_ahead.jobs.program, "the program of the worker")
+    there = wait_for_all_frames(session)
     assert not here.keys() & there.keys()
     own.kill("worker 0")
-    until(session, lambda: not session.time.pull.jobs.program, "the loss")
-    assert filled(session).keys() == here.keys()
+    run_until(session, lambda: not session.time.frames_ahead.jobs.program, "the loss")
+    assert wait_for_all_frames(session).keys() == here.keys()
 
 
-def test_a_worker_that_dies_with_its_answer_is_not_awaited(begin, own, tmp_path, monkeypatch):
+def test_worker_that_dies_with_its_answer_is_not_waited_for(begin, own, tmp_path, monkeypatch):
     """The scheduler would wait for it for ever; the frames are rendered here."""
-    choose = frame_cluster._Service._choose
+    choose = frame_cluster._SchedulerConnection._choose_workers
 
     def worker_dies_first(service):
         if "worker 0" in own._running and any(
@@ -255,160 +275,165 @@ def test_a_worker_that_dies_with_its_answer_is_not_awaited(begin, own, tmp_path,
         choose(service)
 
     monkeypatch.setattr(connection, "PATIENCE_S", 1)
-    monkeypatch.setattr(frame_cluster._Service, "_choose", worker_dies_first)
+    monkeypatch.setattr(frame_cluster._SchedulerConnection, "_choose_workers", worker_dies_first)
     session = begin(sequence_files(tmp_path, FIRST, LAST), own.address)
-    until(session, lambda: "No worker" in session.time.pull.cluster.told, "the loss")
-    filled(session)
+    run_until(
+        session, lambda: "No worker" in session.time.frames_ahead.cluster.status_text, "the loss"
+    )
+    wait_for_all_frames(session)
 
 
 @pytest.fixture
 def uploaded(monkeypatch):
     """Count the whole pictures that came from a worker; the first answers are small ones."""
-    found, upload = [], FrameRenderer.uploading
+    found, upload = [], FrameRenderer.upload_steps
     monkeypatch.setattr(
-        FrameRenderer, "uploading", lambda self, *of: found.append(of) or upload(self, *of)
+        FrameRenderer, "upload_steps", lambda self, *of: found.append(of) or upload(self, *of)
     )
     monkeypatch.setattr(Speed, "budget_s", 1e-9)
     return found
 
 
-def large(folder):
+def write_large_still(folder):
     return room_file(folder / "room.exr", 480, 320)
 
 
-def large_sequence(folder):
+def write_large_sequence(folder):
     for frame in (FIRST, FIRST + 1):
         room_file(folder / f"room.{frame}.exr", 480, 320)
     return folder / "room.####.exr"
 
 
-def resting(begin, source, cluster):
+def begin_with_pictures_from_workers(begin, source, cluster):
     """Return a session whose whole pictures come from workers, and none of its frames."""
     session = begin(source, cluster.address, ahead=False, at_rest=True)
-    until(session, lambda: session.time.pull.cluster.has_workers, "a worker")
+    run_until(session, lambda: session.time.frames_ahead.cluster.has_workers, "a worker")
     return session
 
 
-def whole(session, focus_m):
+def download_whole_picture(session, focus_m):
+    """Focus at `focus_m`, wait for the whole picture and return its pixels."""
     session.lens.commands.focus(focus_m)
     session.editing.settle()
-    turn(session)
-    settled(session)
-    assert session.pictures.live.shown.is_whole
-    assert session.pictures.live.shown.shot == session.facts.shot
-    return download(session.pictures.live.shown.texture)
+    run_loop_once(session)
+    run_until_settled(session)
+    assert session.pictures.live.output.is_whole
+    assert session.pictures.live.output.shot == session.facts.shot
+    return download(session.pictures.live.output.texture)
 
 
 @pytest.mark.parametrize("kind", ["still", "sequence", "scene"])
-def test_a_whole_picture_of_a_worker_is_that_of_this_machine(
+def test_whole_picture_from_worker_equals_that_of_this_machine(
     begin, cluster, tmp_path, uploaded, kind
 ):
     source_of = {
-        "still": lambda name: large(tmp_path),
-        "sequence": lambda name: large_sequence(tmp_path),
+        "still": lambda name: write_large_still(tmp_path),
+        "sequence": lambda name: write_large_sequence(tmp_path),
         "scene": lambda name: scene_shot(
             tmp_path / f"{name}.heatlens.json", 480, 320, in_out=FrameRange(1, 2)
         ),
     }[kind]
     first = begin(source_of("here"))
-    here = [whole(first, focus_m) for focus_m in (1.3, 2.7)]
+    here = [download_whole_picture(first, focus_m) for focus_m in (1.3, 2.7)]
     assert not uploaded
-    session = resting(begin, source_of("there"), cluster)
+    session = begin_with_pictures_from_workers(begin, source_of("there"), cluster)
     for number, focus_m in enumerate((1.3, 2.7)):
-        np.testing.assert_array_equal(here[number], whole(session, focus_m))
+        np.testing.assert_array_equal(here[number], download_whole_picture(session, focus_m))
         assert len(uploaded) > number
-    assert not session.time.pull.cluster.is_at_work  # its frames are rendered here
+    assert not session.time.frames_ahead.cluster.renders_ahead  # its frames are rendered here
 
 
-def stopped(cluster):
+def stop_worker(cluster):
     """Stop a worker, so that its pictures do not come; return its process."""
     (worker,) = children_of(cluster.process("worker 0"))
     os.kill(worker, signal.SIGSTOP)
     return worker
 
 
-def test_a_hand_that_moves_recalls_the_whole_picture(begin, cluster, tmp_path, uploaded):
-    session = resting(begin, large(tmp_path), cluster)
-    settled(session)
-    worker, there = stopped(cluster), session.time.pull.cluster._cluster
+def test_focus_change_recalls_whole_picture_from_worker(begin, cluster, tmp_path, uploaded):
+    session = begin_with_pictures_from_workers(begin, write_large_still(tmp_path), cluster)
+    run_until_settled(session)
+    worker, there = stop_worker(cluster), session.time.frames_ahead.cluster._cluster
     live, before = session.pictures.live, len(uploaded)
     for step in range(4):
         session.lens.commands.focus(1.3 + step)
         session.editing.settle()
-        turn(session)
-        assert not there.wanted() and not live.elsewhere.is_waiting  # the hand moves
-        assert live.shown.shot == session.facts.shot and not live.shown.is_whole
-        until(session, lambda: live.elsewhere.is_waiting, "rest")
-        assert [it.is_kept for it in there.wanted()] == [False]
-        assert not live.wants_work()  # the loop may sleep
+        run_loop_once(session)
+        assert not there.open_requests() and not live.remote.is_waiting  # the hand moves
+        assert live.output.shot == session.facts.shot and not live.output.is_whole
+        run_until(session, lambda: live.remote.is_waiting, "rest")
+        assert [it.is_kept for it in there.open_requests()] == [False]
+        assert not live.has_work()  # the loop may sleep
     os.kill(worker, signal.SIGCONT)
-    settled(session)
-    assert live.shown.is_whole and len(uploaded) == before + 1
+    run_until_settled(session)
+    assert live.output.is_whole and len(uploaded) == before + 1
 
 
-def test_a_worker_that_dies_leaves_the_whole_picture_to_this_machine(
-    begin, own, tmp_path, uploaded
-):
-    here = whole(begin(large(tmp_path)), 1.3)
-    session = resting(begin, tmp_path / "room.exr", own)
-    settled(session)
-    stopped(own)
+def test_killed_worker_leaves_whole_picture_to_this_machine(begin, own, tmp_path, uploaded):
+    here = download_whole_picture(begin(write_large_still(tmp_path)), 1.3)
+    session = begin_with_pictures_from_workers(begin, tmp_path / "room.exr", own)
+    run_until_settled(session)
+    stop_worker(own)
     before = len(uploaded)
     session.lens.commands.focus(1.3)
-    until(session, lambda: session.pictures.live.elsewhere.is_waiting, "rest")
+    run_until(session, lambda: session.pictures.live.remote.is_waiting, "rest")
     own.kill("worker 0")
-    np.testing.assert_array_equal(here, whole(session, 1.3))
+    np.testing.assert_array_equal(here, download_whole_picture(session, 1.3))
     assert len(uploaded) == before
 
 
-def test_no_turn_of_the_loop_waits_for_the_network(begin, cluster, tmp_path):
+def test_session_loop_never_waits_for_stopped_scheduler(begin, cluster, tmp_path):
     """The scheduler stands still; a turn that asked it would never end."""
     session = begin(sequence_files(tmp_path, FIRST, LAST), cluster.address, at_rest=True)
-    at_work(session)
+    wait_for_worker(session)
     os.kill(cluster.process("scheduler"), signal.SIGSTOP)
     try:
         for step in range(8):
             session.lens.commands.focus(1.3 + step / 10)
             session.editing.settle()
-            session.time.pull._rests_at = 0.0
-            turn(session)
+            session.time.frames_ahead._rest_from_s = 0.0
+            run_loop_once(session)
         session.preferences.change(export_place=ExportPlace())
-        filled(session)
+        wait_for_all_frames(session)
     finally:
         os.kill(cluster.process("scheduler"), signal.SIGCONT)
 
 
-def test_a_scheduler_is_used_once_the_user_agrees_to_it(begin, own, tmp_path):
-    """Not one that is new, nor another at the same address, nor the same in another network."""
+def test_scheduler_is_used_only_after_user_agrees_to_it(begin, own, tmp_path):
+    """A new scheduler, another one at the same address and one in another network all ask first."""
     session = begin(sequence_files(tmp_path, FIRST, LAST), own.address, is_agreed=False)
-    cluster = session.time.pull.cluster
-    until(session, lambda: cluster.asks, "the question")
-    assert "is new to this window: agree to it" in cluster.told and not cluster.has_workers
+    cluster = session.time.frames_ahead.cluster
+    run_until(session, lambda: cluster.awaits_consent, "the question")
+    assert "is new to this window: agree to it" in cluster.status_text and not cluster.has_workers
     cluster.agree()
-    until(session, lambda: cluster.has_workers and not cluster.asks, "a worker")
-    known = session.preferences.now.cluster
-    assert known == met(own.address)
+    run_until(session, lambda: cluster.has_workers and not cluster.awaits_consent, "a worker")
+    known = session.preferences.values.cluster
+    assert known == identify_scheduler_safely(own.address)
     own.kill("worker 0")
     own.kill("scheduler")
     own.schedule()
     own.work("worker 0")
     cluster.close()
-    until(session, lambda: cluster.asks, "the question")
-    assert "another than before" in cluster.told and not cluster.has_workers
-    elsewhere = replace(met(own.address), own_host="192.0.2.1")
+    run_until(session, lambda: cluster.awaits_consent, "the question")
+    assert "another than before" in cluster.status_text and not cluster.has_workers
+    elsewhere = replace(identify_scheduler_safely(own.address), own_host="192.0.2.1")
     session.preferences.change(cluster=elsewhere)
     cluster.close()
-    until(session, lambda: "192.0.2.1" in cluster.told, "the question")
-    assert cluster.asks and not cluster.has_workers
+    run_until(session, lambda: "192.0.2.1" in cluster.status_text, "the question")
+    assert cluster.awaits_consent and not cluster.has_workers
     cluster.agree()
-    until(session, lambda: cluster.has_workers, "a worker")
+    run_until(session, lambda: cluster.has_workers, "a worker")
 
 
 @pytest.mark.parametrize("how", ["runs", "fails and runs", "a text", "no answer", "deep"])
-def test_no_answer_of_a_worker_runs_code_in_the_window(begin, own, tmp_path, how):
+def test_answers_of_lying_worker_run_no_code_in_the_window(begin, own, tmp_path, how):
     own.kill("worker 0")
     own.lie("liar", how, RAN=str(tmp_path / "ran"))
     session = begin(sequence_files(tmp_path, FIRST, LAST), own.address)
-    until(session, lambda: "same version" in session.time.pull.cluster.told, "the sentence")
-    filled(session)
+    run_until(
+        session,
+        lambda: "same version" in session.time.frames_ahead.cluster.status_text,
+        "the sentence",
+    )
+    wait_for_all_frames(session)
     assert not (tmp_path / f"ran.{os.getpid()}").exists()

@@ -16,7 +16,7 @@ from heatlens.media.plate.coc_line import focused_at
 from heatlens.studio.session.keys.key_rows import CAMERA, RowChoice
 from heatlens.studio.session.messages import SHOWN_S, Messages, Problem
 from heatlens.studio.session.session import Session
-from heatlens.studio.session.shot.start import GivenOptions, Start
+from heatlens.studio.session.shot.start import CommandLineOptions, Start
 from support.fake_renderer import FakeRenderer
 
 
@@ -29,42 +29,42 @@ def session() -> Iterator[Session]:
     session.close()
 
 
-def test_a_sentence_stays_as_long_as_it_takes_to_read_it():
-    now = [0.0]
-    messages = Messages(lambda: now[0])
+def test_message_fades_after_its_reading_time():
+    clock_s = [0.0]
+    messages = Messages(lambda: clock_s[0])
     messages.say("Give the ends with --near.")
     assert messages.text == "Give the ends with near." and messages.seconds_until_needed() > 0
-    now[0] = SHOWN_S
+    clock_s[0] = SHOWN_S
     messages.fade()
     assert messages.text
-    now[0] = SHOWN_S + 0.1
+    clock_s[0] = SHOWN_S + 0.1
     messages.fade()
     assert not messages.text and messages.seconds_until_needed() is None
 
 
-def test_a_problem_stays_where_it_is_kept_and_good_news_do_not():
-    now = [0.0]
-    messages = Messages(lambda: now[0])
+def test_message_fade_keeps_problems_only_with_keeps_problem():
+    clock_s = [0.0]
+    messages = Messages(lambda: clock_s[0])
     for sentence, stays in ((Problem("It cannot be read."), True), ("It is saved.", False)):
         messages.say(sentence)
-        now[0] += SHOWN_S + 0.1
+        clock_s[0] += SHOWN_S + 0.1
         messages.fade(keeps_problem=True)
         assert bool(messages.text) is stays and messages.seconds_until_needed() is None
     messages.say(Problem("It cannot be read."))
-    now[0] += SHOWN_S + 0.1
+    clock_s[0] += SHOWN_S + 0.1
     messages.fade(keeps_problem=False)
     assert not messages.text
 
 
 @given(st.floats(4.0, 300.0), st.floats(0.0, 300.0))
-def test_focus_in_dioptres_is_never_within_the_focal_length(focal_mm, dioptres):
+def test_focused_at_never_focuses_within_the_focal_length(focal_mm, dioptres):
     lens = focused_at(Lens(focal_mm, 2.8, 400.0, 36.0), dioptres)
     assert lens.focus_distance_m > 1e-3 * focal_mm
     if 1e-4 < dioptres < 1 / (1.1e-3 * focal_mm):
         assert lens.focus_distance_m == pytest.approx(1 / dioptres)
 
 
-def test_one_thing_is_compared_at_a_time_and_the_same_again_is_none(session):
+def test_toggling_same_overlay_or_comparison_again_turns_it_off(session):
     view = session.pictures.commands
     for command, field, off in (
         (view.toggle_overlay, "overlay", ("zones", "depth", "none")),
@@ -76,7 +76,7 @@ def test_one_thing_is_compared_at_a_time_and_the_same_again_is_none(session):
             assert getattr(session.facts.view, field) == expected
 
 
-def test_gains_go_from_one_to_the_next_and_stay_at_the_ends(session):
+def test_step_gain_walks_through_gains_and_stops_at_the_last(session):
     for _ in DIFFERENCE_GAINS:
         session.pictures.commands.step_gain(1)
     assert session.facts.view.difference_gain == DIFFERENCE_GAINS[-1]
@@ -84,7 +84,7 @@ def test_gains_go_from_one_to_the_next_and_stay_at_the_ends(session):
     assert session.facts.view.difference_gain == DIFFERENCE_GAINS[-2]
 
 
-def test_b_is_no_reference_while_none_is_loaded(session):
+def test_swap_b_without_loaded_reference_changes_nothing(session):
     session.pictures.commands.compare_with(Method.GATHER)
     assert (
         session.facts.view.against is Against.METHOD and session.facts.view.compare is Compare.WIPE
@@ -94,7 +94,7 @@ def test_b_is_no_reference_while_none_is_loaded(session):
     assert session.facts.view == before and "No reference is loaded" in session.messages.text
 
 
-def test_what_is_not_open_can_neither_be_saved_nor_copied(session):
+def test_save_and_copy_are_refused_while_nothing_is_open(session):
     for key in ("save", "save shot"):
         assert (
             not session.files.commands.may_choose(key)
@@ -106,29 +106,29 @@ def test_what_is_not_open_can_neither_be_saved_nor_copied(session):
     assert session.files.commands.may_choose("open")
 
 
-def test_the_cameras_row_is_chosen_only_where_it_is_seen():
+def test_row_choice_drops_camera_row_without_a_camera():
     has_camera = [True]
     rows = RowChoice(lambda: has_camera[0])
-    rows.choose(LensParameter.F_STOP)
-    rows.choose(CAMERA)
-    assert rows.chosen is CAMERA and rows.curve_of is LensParameter.F_STOP
+    rows.select(LensParameter.F_STOP)
+    rows.select(CAMERA)
+    assert rows.selected_row is CAMERA and rows.curve_parameter is LensParameter.F_STOP
     rows.toggle_curve()
-    assert rows.chosen is LensParameter.F_STOP
+    assert rows.selected_row is LensParameter.F_STOP
     rows.toggle_curve()
     has_camera[0] = False
-    assert rows.chosen is LensParameter.F_STOP
+    assert rows.selected_row is LensParameter.F_STOP
 
 
 @pytest.mark.parametrize(("source", "first"), [("", "a.exr"), ("b.exr", "b.exr")])
-def test_options_of_the_command_line_are_for_one_source(source, first):
-    given = GivenOptions(Start(source, lens={"f_stop": 1.4}))
-    assert given.are_for(first) and given.lens_of(first) == {"f_stop": 1.4}
-    given.opened(first)
-    assert given.has_opened and given.are_for(first)
-    assert not given.are_for("c.exr") and given.lens_of("c.exr") == {}
+def test_command_line_options_apply_only_to_the_first_source(source, first):
+    options = CommandLineOptions(Start(source, lens={"f_stop": 1.4}))
+    assert options.apply_to(first) and options.lens_of(first) == {"f_stop": 1.4}
+    options.note_opened(first)
+    assert options.has_opened and options.apply_to(first)
+    assert not options.apply_to("c.exr") and options.lens_of("c.exr") == {}
 
 
-def test_an_export_that_cannot_be_made_is_said(session, tmp_path: Path):
+def test_write_camera_reports_folder_that_cannot_be_made(session, tmp_path: Path):
     (tmp_path / "file").write_text("")
     wish = session.files.exports.settings.__class__(str(tmp_path / "file" / "folder"), "name")
     session.files.exports.settings = wish

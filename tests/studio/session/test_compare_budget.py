@@ -19,10 +19,10 @@ BESIDE = ViewState(compare=Compare.WIPE, against=Against.METHOD, b_method=Method
 
 
 class TimedPicture:
-    """Answers each request at once and tells how long that took."""
+    """Stand-in for a live picture that answers each request at once in `seconds`."""
 
     def __init__(self, seconds: float) -> None:
-        self.shown = SimpleNamespace(seconds=seconds)
+        self.output = SimpleNamespace(seconds=seconds)
         self.is_answering = False
         self.budgets: list[float] = []
 
@@ -30,12 +30,12 @@ class TimedPicture:
         self.budgets.append(budget_s)
         return True
 
-    def pause(self) -> None:
+    def drop_work(self) -> None:
         """Nothing is in progress."""
 
 
-def shared(a_took_s: float, budget_s: float) -> tuple[list[float], list[float]]:
-    """Return the budgets of A and of B."""
+def request_with_budget(a_took_s: float, budget_s: float) -> tuple[list[float], list[float]]:
+    """Request both sides of a comparison; return the budgets in seconds that A and B got."""
     sides = CompareSides(cast(Any, SimpleNamespace(has_many_views=False, ctx=FakeContext())))
     a, b = TimedPicture(a_took_s), TimedPicture(0.0)
     sides.a, sides.b = cast(Any, a), cast(Any, b)
@@ -44,11 +44,13 @@ def shared(a_took_s: float, budget_s: float) -> tuple[list[float], list[float]]:
 
 
 @given(st.floats(0.0, 1.0), st.floats(0.001, 1.0))
-def test_b_gets_what_a_left_but_at_least_a_quarter(a_took_s: float, budget_s: float) -> None:
-    of_a, of_b = shared(a_took_s, budget_s)
+def test_compare_budget_of_b_is_rest_of_a_but_at_least_a_quarter(
+    a_took_s: float, budget_s: float
+) -> None:
+    of_a, of_b = request_with_budget(a_took_s, budget_s)
     assert of_a == [budget_s]
     assert of_b == [pytest.approx(max(budget_s - a_took_s, budget_s / 4))]
 
 
-def test_a_slow_a_leaves_b_a_quarter_of_the_time() -> None:
-    assert shared(0.5, 0.04)[1] == [pytest.approx(0.01)]
+def test_compare_budget_of_b_is_a_quarter_when_a_is_slow() -> None:
+    assert request_with_budget(0.5, 0.04)[1] == [pytest.approx(0.01)]

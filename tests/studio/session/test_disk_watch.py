@@ -7,7 +7,7 @@ from heatlens.studio.session.opened import open_source
 
 
 class Cache:
-    """Counts how often the disk was scanned; the first time it cannot be."""
+    """Counts how often the disk was scanned; the first scan fails."""
 
     sequence = SimpleNamespace(frames=())
 
@@ -21,8 +21,8 @@ class Cache:
         self.again.set()
 
 
-def test_the_disk_is_scanned_again_and_again_until_it_is_closed(monkeypatch):
-    monkeypatch.setattr(open_source, "_EVERY_S", 0.001)
+def test_disk_watch_scans_repeatedly_until_closed_even_after_an_error(monkeypatch):
+    monkeypatch.setattr(open_source, "_MIN_PAUSE_S", 0.001)
     watch = open_source.DiskWatch()
     (thread,) = (it for it in threading.enumerate() if it.name == "disk-watch")
     assert thread.daemon  # a disk that hangs does not keep the program
@@ -35,7 +35,7 @@ def test_the_disk_is_scanned_again_and_again_until_it_is_closed(monkeypatch):
     assert not thread.is_alive()
 
 
-def test_a_folder_of_very_many_frames_is_scanned_less_often():
+def test_disk_watch_pauses_longer_for_ten_thousand_frames():
     watch = open_source.DiskWatch()
     try:
         assert watch._pause_s() == 2.0

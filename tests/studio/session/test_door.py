@@ -18,12 +18,12 @@ from heatlens.studio.board.requests import (
     Save,
     TakeLook,
 )
-from support.evening import begun, settled, turn, write_plates
+from support.evening import begin_session, run_loop_once, run_until_settled, write_plates
 
 
 @pytest.fixture
 def session(tmp_path):
-    session = begun(tmp_path / "preferences")
+    session = begin_session(tmp_path / "preferences")
     yield session
     session.close()
 
@@ -32,7 +32,7 @@ def session(tmp_path):
 def door(session, tmp_path):
     door = Board(session)
     door.do(Open(write_plates(tmp_path)))
-    settled(session)
+    run_until_settled(session)
     return door
 
 
@@ -40,7 +40,7 @@ def commands(door):
     return {command.name: command for command in door.state().commands}
 
 
-def test_a_pull_is_made_and_saved_through_the_door_alone(session, door, tmp_path):
+def test_door_makes_and_saves_a_focus_pull(session, door, tmp_path):
     first = door.state()
     assert first.source.endswith("walls.####.exr") and first.first < first.last
     assert first.size_px is not None and first.is_whole and first.near_m < first.far_m
@@ -52,27 +52,27 @@ def test_a_pull_is_made_and_saved_through_the_door_alone(session, door, tmp_path
     assert mark.distance_m is not None and mark.distance_m != near
     door.do(Pull(mark.name, 2))
     door.do(Go(first.first + 2))
-    settled(session)
+    run_until_settled(session)
     assert door.state().lens.focus_distance_m == pytest.approx(mark.distance_m)
     assert door.state().title.endswith("*")
     door.do(Save(str(tmp_path / "walls.shot"), "save shot"))
-    settled(session)
+    run_until_settled(session)
     assert (tmp_path / "walls.shot").is_file() and not door.state().title.endswith("*")
 
 
-def test_the_number_of_the_picture_changes_with_it_alone(session, door):
+def test_door_picture_number_changes_only_with_the_picture(session, door):
     before = door.state().picture
     assert door.state().picture == before
     door.do(Focus(door.state().lens.focus_distance_m / 2))
-    settled(session)
+    run_until_settled(session)
     assert door.state().picture > before
 
 
-def test_named_commands_are_done_and_told(door):
+def test_door_runs_named_commands_and_reports_their_state(door):
     assert commands(door)["Undo"].barred
     before = door.state().lens
     door.do("Open 1/3 stop")
-    turn(door._session)
+    run_loop_once(door._session)
     assert door.state().lens.f_stop < before.f_stop
     assert not commands(door)["Undo"].barred and commands(door)["Undo"].is_on is None
     door.do("Undo")
@@ -82,14 +82,17 @@ def test_named_commands_are_done_and_told(door):
     assert not commands(door)["Depth of field"].is_on and not door.state().view.depth_of_field
 
 
-def test_json_says_the_same_as_values(door):
-    said = door.answer({"do": "Focus", "distance_m": 3.5})
-    assert said["state"]["lens"]["focus_distance_m"] == 3.5
-    said = door.answer({"change": "lens", "f_stop": 2, "focal_length_mm": 35})
-    assert (said["state"]["lens"]["f_stop"], said["state"]["lens"]["focal_length_mm"]) == (2, 35)
-    said = door.answer({"change": "blur", "quality": "draft"})
+def test_door_answer_in_json_agrees_with_state_values(door):
+    answer = door.answer({"do": "Focus", "distance_m": 3.5})
+    assert answer["state"]["lens"]["focus_distance_m"] == 3.5
+    answer = door.answer({"change": "lens", "f_stop": 2, "focal_length_mm": 35})
+    assert (answer["state"]["lens"]["f_stop"], answer["state"]["lens"]["focal_length_mm"]) == (
+        2,
+        35,
+    )
+    answer = door.answer({"change": "blur", "quality": "draft"})
     assert (
-        door.state().blur.quality is Quality.DRAFT and said["state"]["blur"]["quality"] == "draft"
+        door.state().blur.quality is Quality.DRAFT and answer["state"]["blur"]["quality"] == "draft"
     )
     assert door.answer({"change": "view", "exposure_stops": 1.5})["state"]["view"]
     assert door.state().view.exposure_stops == 1.5
@@ -117,10 +120,10 @@ def test_json_says_the_same_as_values(door):
         ({"undo": True}, ["'do'"]),
     ],
 )
-def test_what_is_wrong_is_answered_in_a_sentence_and_changes_nothing(door, message, words):
+def test_door_answers_wrong_message_with_problem_and_changes_nothing(door, message, words):
     before = door._session.facts.shot
-    said = door.answer(message)
-    assert set(said) == {"problem"} and all(word in said["problem"] for word in words)
+    answer = door.answer(message)
+    assert set(answer) == {"problem"} and all(word in answer["problem"] for word in words)
     assert door._session.facts.shot == before
 
 
@@ -128,10 +131,12 @@ _LEAVES = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.tex
 _VALUES = st.recursive(_LEAVES, lambda inner: st.lists(inner, max_size=3), max_leaves=4)
 
 
-def test_no_message_gets_past_the_answer(session, door):
-    """Whatever arrives is answered; nothing else comes out of the door."""
-    kept = [name for name in REQUESTS if name not in ("Open", "Save")]  # which touch the disk
-    names = st.sampled_from([*kept, "Undo", "Next frame"]) | st.text(max_size=8)
+def test_door_answers_any_message_with_state_or_problem(session, door):
+    """Each random message gets a state or a problem; no exception leaves `answer`."""
+    request_names = [
+        name for name in REQUESTS if name not in ("Open", "Save")
+    ]  # which touch the disk
+    names = st.sampled_from([*request_names, "Undo", "Next frame"]) | st.text(max_size=8)
     entries = st.sampled_from(["distance_m", "frame", "x_px", "y_px", "f_stop", "zoom", "quality"])
     message = st.one_of(
         _VALUES,
@@ -144,15 +149,15 @@ def test_no_message_gets_past_the_answer(session, door):
     )
 
     @given(message)
-    def answered(message):
+    def check_answer(message):
         assert set(door.answer(message)) in ({"state"}, {"problem"})
 
-    answered()
-    turn(session)
+    check_answer()
+    run_loop_once(session)
     assert door.state().lens is not None
 
 
-def test_a_look_is_taken_by_its_name(door):
+def test_take_look_restores_lens_by_the_name_of_the_look(door):
     door.do("Keep this look")
     before = door.state()
     door.do(Focus(1.25))

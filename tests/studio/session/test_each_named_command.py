@@ -14,9 +14,9 @@ from heatlens.studio.board.command import Command
 from heatlens.studio.board.commands import named_commands
 from heatlens.studio.session.files import window_door
 from heatlens.studio.session.live import pull_recording
-from support.evening import FIRST, LAST, settled
+from support.evening import FIRST, LAST, run_until_settled
 
-AT = FIRST + 10
+START_FRAME = FIRST + 10
 
 
 def focus_of(session):
@@ -27,13 +27,13 @@ def f_stop_of(session):
     return round(session.facts.lens.f_stop, 3)
 
 
-def frames(session):
+def focus_key_frames(session):
     return [key.frame for key in session.editing.shot.curves.focus_distance_m.keys]
 
 
-# name -> what is different, before and after the command
-DONE = {
-    "Start screen...": (lambda s: s.files.start_choices.is_wanted, False, True),
+# Name of a command: a function that reads a value of the session, its value before and after.
+EXPECTED_CHANGES = {
+    "Start screen...": (lambda s: s.files.start_choices.is_shown, False, True),
     "Open 1/3 stop": (f_stop_of, 2.8, 2.5),
     "Close 1/3 stop": (f_stop_of, 2.8, 3.2),
     "Focus at infinity": (focus_of, 4.0, float("inf")),
@@ -42,14 +42,14 @@ DONE = {
     "Keep this look": (lambda s: len(s.editing.shot.looks), 0, 1),
     "Play or stop": (lambda s: s.time.timeline.playback.direction, 0, 1),
     "Play backwards": (lambda s: s.time.timeline.playback.direction, 0, -1),
-    "Next frame": (lambda s: s.editing.frame, AT, AT + 1),
-    "Previous frame": (lambda s: s.editing.frame, AT, AT - 1),
-    "First frame": (lambda s: s.editing.frame, AT, FIRST),
-    "Last frame": (lambda s: s.editing.frame, AT, LAST),
-    "Set in point": (lambda s: s.time.timeline.played.first, FIRST, AT),
-    "Set out point": (lambda s: s.time.timeline.played.last, LAST, AT),
-    "Set key": (frames, [], [AT]),
-    "Hold the focus from here": (frames, [], [AT]),
+    "Next frame": (lambda s: s.editing.frame, START_FRAME, START_FRAME + 1),
+    "Previous frame": (lambda s: s.editing.frame, START_FRAME, START_FRAME - 1),
+    "First frame": (lambda s: s.editing.frame, START_FRAME, FIRST),
+    "Last frame": (lambda s: s.editing.frame, START_FRAME, LAST),
+    "Set in point": (lambda s: s.time.timeline.played.first, FIRST, START_FRAME),
+    "Set out point": (lambda s: s.time.timeline.played.last, LAST, START_FRAME),
+    "Set key": (focus_key_frames, [], [START_FRAME]),
+    "Hold the focus from here": (focus_key_frames, [], [START_FRAME]),
     "Set mark here": (lambda s: len(s.editing.shot.marks), 0, 1),
     "Fit": (lambda s: s.facts.view.zoom, None, None),
     "1:1": (lambda s: s.facts.view.zoom, None, 1.0),
@@ -71,7 +71,7 @@ DONE = {
 
 @pytest.fixture
 def session(walls):
-    walls.time.timeline.go(AT)
+    walls.time.timeline.go_to(START_FRAME)
     return walls
 
 
@@ -80,28 +80,28 @@ def commands(session):
     return {command.name: command for command in named_commands(session)}
 
 
-def test_names_are_unique_and_each_has_a_menu(session, commands):
-    made = named_commands(session)
-    assert len(made) == len(commands) and DONE.keys() < commands.keys()
+def test_named_commands_have_unique_names_and_known_menus(session, commands):
+    all_commands = named_commands(session)
+    assert len(all_commands) == len(commands) and EXPECTED_CHANGES.keys() < commands.keys()
     menus = {"File", "Edit", "Lens", "Play", "Animate", "View", "Compare"}
-    assert {command.menu for command in made} == menus
+    assert {command.menu for command in all_commands} == menus
     assert {f"Interpolate {how} after key" for how in Interpolation} < commands.keys()
     assert {f"Look {number}" for number in range(1, 10)} < commands.keys()
 
 
-@pytest.mark.parametrize("name", DONE)
-def test_a_command_does_what_its_name_says(session, commands, name):
-    told, before, after = DONE[name]
+@pytest.mark.parametrize("name", EXPECTED_CHANGES)
+def test_named_command_changes_the_value_it_names(session, commands, name):
+    read_value, before, after = EXPECTED_CHANGES[name]
     if name == "Next bokeh":
-        kinds = list(type(told(session)))
-        before = told(session)
+        kinds = list(type(read_value(session)))
+        before = read_value(session)
         after = kinds[(kinds.index(before) + 1) % len(kinds)]
-    assert told(session) == before
+    assert read_value(session) == before
     commands[name].do()
-    assert told(session) == after
+    assert read_value(session) == after
 
 
-def test_focus_goes_nearer_and_farther(session, commands):
+def test_focus_nearer_farther_and_reset_lens_commands_move_focus(session, commands):
     commands["Focus nearer"].run()
     assert focus_of(session) < 4.0
     commands["Focus farther"].run()
@@ -111,7 +111,7 @@ def test_focus_goes_nearer_and_farther(session, commands):
     assert focus_of(session) == 4.0
 
 
-def test_every_switch_goes_on_and_off(session, commands):
+def test_every_switch_command_turns_on_and_off(session, commands):
     session.editing.do(replace(session.editing.shot, grade=Grade()))
     switches = [command for command in commands.values() if command.is_on is not None]
     assert len(switches) > 20
@@ -124,7 +124,7 @@ def test_every_switch_goes_on_and_off(session, commands):
             assert command.is_on() is state, command.name
 
 
-def test_overlays_exclude_each_other(session, commands):
+def test_overlay_commands_exclude_each_other(session, commands):
     for name in ("Depth", "Layers", "Circle of confusion", "Plane in focus", "Near, in focus, far"):
         commands[name].run()
         assert (
@@ -134,8 +134,8 @@ def test_overlays_exclude_each_other(session, commands):
     assert session.facts.view.overlay == "zones"
 
 
-def test_undo_names_what_it_undoes_and_is_barred_without(session, commands):
-    settled(session)
+def test_undo_command_names_its_step_and_is_barred_without_one(session, commands):
+    run_until_settled(session)
     undo, redo = commands["Undo"], commands["Redo"]
     assert undo.shown == "Undo" and "nothing to undo" in undo.why_not()
     Board(session).do(undo)
@@ -149,28 +149,28 @@ def test_undo_names_what_it_undoes_and_is_barred_without(session, commands):
     assert focus_of(session) == 4.0 and redo.why_not() == "" and redo.shown.startswith("Redo ")
 
 
-def test_keys_are_copied_pasted_moved_and_deleted_by_name(session, commands):
+def test_key_commands_copy_paste_move_and_delete_keys(session, commands):
     commands["Set key"].run()
     commands["Select all keys"].run()
     commands["Copy keys"].run()
-    session.time.timeline.go(AT + 3)
+    session.time.timeline.go_to(START_FRAME + 3)
     commands["Paste keys"].run()
-    assert frames(session) == [AT, AT + 3]
+    assert focus_key_frames(session) == [START_FRAME, START_FRAME + 3]
     commands["Move keys later"].run()
-    assert frames(session) == [AT, AT + 4]
+    assert focus_key_frames(session) == [START_FRAME, START_FRAME + 4]
     commands["Move keys earlier"].run()
-    session.time.timeline.go(FIRST)
+    session.time.timeline.go_to(FIRST)
     commands["Next key"].run()
-    assert session.editing.frame == AT
+    assert session.editing.frame == START_FRAME
     commands["Next key"].run()
     commands["Previous key"].run()
-    assert session.editing.frame == AT
+    assert session.editing.frame == START_FRAME
     commands["Select all keys"].run()
     commands["Delete keys"].run()
-    assert frames(session) == []
+    assert focus_key_frames(session) == []
 
 
-def test_what_needs_a_scene_is_barred_by_name(session, commands):
+def test_scene_commands_are_barred_while_a_plate_is_open(session, commands):
     follow = "Camera follows the focal length", "Focal length follows the camera"
     for name in ("Set camera key", "Frame selected", *follow):
         assert "Only a scene" in commands[name].why_not()
@@ -179,14 +179,14 @@ def test_what_needs_a_scene_is_barred_by_name(session, commands):
         assert bool(why) is method.needs_scene
 
 
-def test_a_command_without_a_bar_is_always_there():
+def test_command_without_a_bar_can_always_run():
     done = []
     plain = Command("A", lambda: done.append(1))
     plain.do()
     assert done == [1] and plain.why_not() == "" and plain.shown == "A"
 
 
-def test_documented_limits():
+def test_documented_limits_of_door_and_pull_recording():
     assert (window_door._CLIENTS_MOST, window_door._NAMES_MOST) == (64, 1000)
     assert window_door._REQUEST_MOST == 1 << 20
     assert window_door.door_path().stem.startswith("window-")
@@ -194,7 +194,7 @@ def test_documented_limits():
     assert (pull_recording.TOLERANCE_LEAST, pull_recording.TOLERANCE_MOST) == (1e-4, 1.0)
 
 
-def test_the_lens_is_freed_of_a_kit_with_a_word(session):
+def test_choosing_no_kit_frees_the_lens_and_shows_a_message(session):
     kits = session.lens.commands.kits
     kits.choose(next(iter(kits.shelf.kits)))
     mounted = session.messages.text
@@ -203,26 +203,29 @@ def test_the_lens_is_freed_of_a_kit_with_a_word(session):
     assert session.editing.shot.kit is None and session.messages.text not in ("", mounted)
 
 
-def test_what_was_tried_at_a_frame_becomes_keys_once(session):
+def test_set_key_turns_tried_focus_into_one_key(session):
     session.time.keys.set_here()
     session.editing.toggle_auto_key()
-    session.time.timeline.go(AT + 5)
+    session.time.timeline.go_to(START_FRAME + 5)
     session.lens.commands.focus(3.0)
-    assert session.editing.tried and frames(session) == [AT]
+    assert session.editing.trial_parameters and focus_key_frames(session) == [START_FRAME]
     session.time.keys.set_here()
-    assert frames(session) == [AT, AT + 5] and not session.editing.tried
-    assert session.editing.shot.lens_at(AT + 5).focus_distance_m == 3.0
+    assert (
+        focus_key_frames(session) == [START_FRAME, START_FRAME + 5]
+        and not session.editing.trial_parameters
+    )
+    assert session.editing.shot.lens_at(START_FRAME + 5).focus_distance_m == 3.0
 
 
-def test_undo_and_redo_drop_what_was_only_tried(session):
+def test_undo_and_redo_drop_a_tried_focus(session):
     session.time.keys.set_here()
     session.time.keys.set_here()
     session.lens.commands.step_f_stop(1)
     session.editing.settle()
     session.editing.toggle_auto_key()
     for step in (session.editing.undo, session.editing.redo):
-        session.time.timeline.go(AT + 5)
+        session.time.timeline.go_to(START_FRAME + 5)
         session.lens.commands.focus(3.0)
-        assert session.editing.tried and focus_of(session) == 3.0
+        assert session.editing.trial_parameters and focus_of(session) == 3.0
         step()
-        assert not session.editing.tried and focus_of(session) == 4.0
+        assert not session.editing.trial_parameters and focus_of(session) == 4.0

@@ -17,7 +17,7 @@ evening(Path(sys.argv[1]))
 """
 
 
-def test_an_evenings_work_needs_no_window(tmp_path):
+def test_session_script_runs_without_imgui_glfw_and_opengl(tmp_path):
     paths = [Path(heatlens.__file__).parents[1], Path(__file__).parents[2]]
     environ = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, paths))}
     line = [sys.executable, "-c", _EVENING, str(tmp_path)]

@@ -11,22 +11,30 @@ from heatlens.core.model.depth_words import DepthConvention
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.sequence.folder_list import Entry
 from heatlens.studio.session.files.file_commands import PURPOSES
-from heatlens.studio.session.files.folder_walk import Chosen, FolderWalk
-from heatlens.studio.session.files.plate_reading import _lacks_ends
-from support.evening import FIRST, LAST, begun, settled, turn, until, write_plates
+from heatlens.studio.session.files.folder_walk import ChosenFile, FolderWalk
+from heatlens.studio.session.files.plate_reading import _lacks_depth_ends
+from support.evening import (
+    FIRST,
+    LAST,
+    begin_session,
+    run_loop_once,
+    run_until,
+    run_until_settled,
+    write_plates,
+)
 from support.exr_files import write_file
 from support.session_files import room_file
 from support.tev_peers import wait_until
 
 
-def walk(folder, key="open", name=""):
-    made = FolderWalk(PURPOSES[key], folder, name, lambda: None)
-    polled(made)
-    return made
+def begin_walk(folder, key="open", name=""):
+    folder_walk = FolderWalk(PURPOSES[key], folder, name, lambda: None)
+    read_folder(folder_walk)
+    return folder_walk
 
 
-def polled(walk):
-    """Return what the folder that is being read brings."""
+def read_folder(walk):
+    """Wait until the folder of the walk is read; return the chosen file, or None."""
     walk._reader.wait()
     return walk.poll()
 
@@ -43,87 +51,104 @@ def folder(tmp_path) -> Path:
     return top
 
 
-def test_folders_come_first_then_pictures_a_sequence_as_one(folder):
-    found = walk(folder)
-    assert found.rows[:2] == ["a", "b"] and not found.is_reading
-    entries = [row for row in found.rows if isinstance(row, Entry)]
+def test_folder_walk_lists_folders_first_and_a_sequence_as_one_row(folder):
+    folder_walk = begin_walk(folder)
+    assert folder_walk.rows[:2] == ["a", "b"] and not folder_walk.is_reading
+    entries = [row for row in folder_walk.rows if isinstance(row, Entry)]
     assert [entry.path.name for entry in entries] == ["shot.####.exr", "still.exr"]
-    assert found.row == -1 and not found.can_take and found.typed == str(folder)
-    assert found.take() is None
-    found.list_single(True)
-    polled(found)
-    assert [entry.name for entry in found.rows[2:]] == [
+    assert (
+        folder_walk.row == -1
+        and not folder_walk.can_confirm
+        and folder_walk.typed_path == str(folder)
+    )
+    assert folder_walk.confirm() is None
+    folder_walk.list_single(True)
+    read_folder(folder_walk)
+    assert [entry.name for entry in folder_walk.rows[2:]] == [
         *("shot.0001.exr", "shot.0002.exr", "still.exr")
     ]
-    assert found.is_single
+    assert folder_walk.is_single
 
 
-def test_a_folder_is_entered_and_left_with_the_row_that_one_came_from(folder):
-    found = walk(folder)
-    found.choose(1)
-    assert found.can_take and found.take() is None and found.is_reading
-    polled(found)
-    assert found.typed == str(folder / "b") and found.rows == [] and found.row == -1
-    found.go("..")
-    polled(found)
-    assert found.typed == str(folder) and found.rows[found.row] == "b"
-    found.go(str(folder.parent.parent))
-    polled(found)
-    assert found.row == -1
+def test_folder_walk_selects_the_left_folder_after_going_up(folder):
+    folder_walk = begin_walk(folder)
+    folder_walk.select(1)
+    assert folder_walk.can_confirm and folder_walk.confirm() is None and folder_walk.is_reading
+    read_folder(folder_walk)
+    assert (
+        folder_walk.typed_path == str(folder / "b")
+        and folder_walk.rows == []
+        and folder_walk.row == -1
+    )
+    folder_walk.go("..")
+    read_folder(folder_walk)
+    assert folder_walk.typed_path == str(folder) and folder_walk.rows[folder_walk.row] == "b"
+    folder_walk.go(str(folder.parent.parent))
+    read_folder(folder_walk)
+    assert folder_walk.row == -1
 
 
-def test_a_row_stays_among_the_rows(folder):
-    found = walk(folder)
-    found.choose(99)
-    assert found.row == 3 and found.take().path == folder / "still.exr"
-    found.choose(-5)
-    assert found.row == 0
-    found.rename("x")
-    assert found.row == -1 and not found.can_take  # nothing is saved here
+def test_folder_walk_clamps_chosen_row(folder):
+    folder_walk = begin_walk(folder)
+    folder_walk.select(99)
+    assert folder_walk.row == 3 and folder_walk.confirm().path == folder / "still.exr"
+    folder_walk.select(-5)
+    assert folder_walk.row == 0
+    folder_walk.type_name("x")
+    assert folder_walk.row == -1 and not folder_walk.can_confirm  # nothing is saved here
 
 
-def test_what_is_typed_is_a_folder_a_file_or_a_pattern(folder):
-    found = walk(folder)
-    found.go("still.exr")
-    assert polled(found) == Chosen(PURPOSES["open"], folder / "still.exr")
-    found.go("shot.####.exr")
-    assert polled(found).path == folder / "shot.####.exr"
-    found.go("missing.exr")
+def test_folder_walk_accepts_typed_folder_file_or_pattern(folder):
+    folder_walk = begin_walk(folder)
+    folder_walk.go("still.exr")
+    assert read_folder(folder_walk) == ChosenFile(PURPOSES["open"], folder / "still.exr")
+    folder_walk.go("shot.####.exr")
+    assert read_folder(folder_walk).path == folder / "shot.####.exr"
+    folder_walk.go("missing.exr")
     with pytest.raises(HeatlensError, match="missing"):
-        polled(found)
-    assert "missing" in found.problem and found.poll() is None
-    found.go("a")
-    assert found.problem == "" and polled(found) is None
+        read_folder(folder_walk)
+    assert "missing" in folder_walk.problem and folder_walk.poll() is None
+    folder_walk.go("a")
+    assert folder_walk.problem == "" and read_folder(folder_walk) is None
 
 
-def test_a_folder_that_is_gone_begins_at_the_nearest(folder):
-    assert walk(folder / "a" / "gone" / "deeper").typed == str(folder / "a")
+def test_folder_walk_begins_at_nearest_existing_folder(folder):
+    assert begin_walk(folder / "a" / "gone" / "deeper").typed_path == str(folder / "a")
 
 
-def test_a_name_to_save_gets_its_suffix_and_asks_before_it_replaces(folder):
-    found = walk(folder, "save", "new")
-    assert found.can_take and found.take() == Chosen(PURPOSES["save"], folder / "new.exr")
-    found.rename(" new.PNG ")
-    assert found.take().path == folder / "new.PNG"
-    found.rename("still")
-    assert found.take() is None and found.overwrites == folder / "still.exr"
-    assert found.overwrite() == Chosen(PURPOSES["save"], folder / "still.exr")
-    found.choose(2)  # another row: the question is gone, and its name is taken
-    assert found.overwrites is None is found.overwrite() and found.name == "shot.0001.exr"
-    found.rename("  ")
-    assert not found.can_take and found.take() is None
+def test_save_walk_adds_suffix_and_asks_before_overwriting(folder):
+    folder_walk = begin_walk(folder, "save", "new")
+    assert folder_walk.can_confirm and folder_walk.confirm() == ChosenFile(
+        PURPOSES["save"], folder / "new.exr"
+    )
+    folder_walk.type_name(" new.PNG ")
+    assert folder_walk.confirm().path == folder / "new.PNG"
+    folder_walk.type_name("still")
+    assert folder_walk.confirm() is None and folder_walk.existing_file == folder / "still.exr"
+    assert folder_walk.overwrite() == ChosenFile(PURPOSES["save"], folder / "still.exr")
+    folder_walk.select(2)  # another row: the question is gone, and its name is taken
+    assert (
+        folder_walk.existing_file is None is folder_walk.overwrite()
+        and folder_walk.name == "shot.0001.exr"
+    )
+    folder_walk.type_name("  ")
+    assert not folder_walk.can_confirm and folder_walk.confirm() is None
 
 
-def test_a_typed_path_to_save_is_the_name_in_its_folder(folder):
-    found = walk(folder, "save", "new")
-    found.go("a/other.exr")
-    assert polled(found) is None
-    assert found.typed == str(folder / "a") and found.name == "other.exr"
-    assert found.take().path == folder / "a" / "other.exr"
+def test_save_walk_splits_typed_path_into_folder_and_name(folder):
+    folder_walk = begin_walk(folder, "save", "new")
+    folder_walk.go("a/other.exr")
+    assert read_folder(folder_walk) is None
+    assert folder_walk.typed_path == str(folder / "a") and folder_walk.name == "other.exr"
+    assert folder_walk.confirm().path == folder / "a" / "other.exr"
 
 
-def test_each_purpose_says_what_it_takes():
-    assert {key for key, one in PURPOSES.items() if one.is_save} == {"save", "sheet", "save shot"}
+def test_each_dialog_purpose_lists_its_file_suffixes():
+    assert {key for key, purpose in PURPOSES.items() if purpose.is_save} == {
+        "save",
+        "sheet",
+        "save shot",
+    }
     for purpose in PURPOSES.values():
         assert purpose.suffixes and all(s == s.lower() and s[0] == "." for s in purpose.suffixes)
     assert PURPOSES["save shot"].suffixes == (".heatlens.json",)
@@ -137,8 +162,8 @@ def files(walls):
     return walls.files.commands
 
 
-def test_what_can_be_chosen_without_an_open_picture(tmp_path):
-    session = begun(tmp_path / "preferences")
+def test_only_open_may_be_chosen_without_an_open_picture(tmp_path):
+    session = begin_session(tmp_path / "preferences")
     try:
         files = session.files.commands
         assert files.may_choose("open") and not session.messages.text
@@ -152,7 +177,7 @@ def test_what_can_be_chosen_without_an_open_picture(tmp_path):
         session.close()
 
 
-def test_dialogs_begin_beside_the_plate_and_where_one_was_last(walls, files, tmp_path):
+def test_dialogs_begin_beside_the_plate_or_in_the_last_folder(walls, files, tmp_path):
     assert all(map(files.may_choose, PURPOSES))
     for key in ("open", "save", "save shot"):
         assert files.first_folder(key) == tmp_path
@@ -161,156 +186,156 @@ def test_dialogs_begin_beside_the_plate_and_where_one_was_last(walls, files, tmp
     assert files.first_name("save shot") == "walls.heatlens.json"
     other = tmp_path / "other"
     other.mkdir()
-    walls.preferences.looked_in("save", other)
+    walls.preferences.remember_folder("save", other)
     assert files.first_folder("save") == other and files.first_folder("open") == tmp_path
     walls.files.documents.save_as(other / "walls.heatlens.json")
     assert files.first_folder("save shot") == other
-    settled(walls)
+    run_until_settled(walls)
 
 
-def test_a_dropped_picture_takes_its_depth_file_along(walls, files, tmp_path):
+def test_open_dropped_pairs_picture_with_its_depth_file(walls, files, tmp_path):
     color = np.full((6, 8), 0.5, np.float32)
     write_file(tmp_path / "hero.exr", {name: color for name in "RGB"})
     write_file(tmp_path / "hero_depth.exr", {"Z": color + 2})
     files.open_dropped([str(tmp_path / "hero_depth.exr"), str(tmp_path / "hero.exr")])
-    until(walls, lambda: walls.editing.shot.source == str(tmp_path / "hero.exr"), "the picture")
+    run_until(walls, lambda: walls.editing.shot.source == str(tmp_path / "hero.exr"), "the picture")
     assert walls.editing.shot.plate_options.depth_source == str(tmp_path / "hero_depth.exr")
     files.open_dropped([str(tmp_path / f"walls.{FIRST}.exr"), "a.txt"])
-    until(walls, lambda: "walls" in walls.editing.shot.source, "the first one")
+    run_until(walls, lambda: "walls" in walls.editing.shot.source, "the first one")
 
 
-def test_a_choice_opens_adds_or_begins_to_read(walls, files, tmp_path):
+def test_take_opens_plate_adds_plate_behind_or_saves_shot(walls, files, tmp_path):
     still = room_file(tmp_path / "still.exr", 8, 6)
-    files.take(Chosen(PURPOSES["open"], still))
-    until(walls, lambda: walls.editing.shot.source == str(still), "the still")
-    assert walls.preferences.now.recent[0] == str(still)
+    files.apply_choice(ChosenFile(PURPOSES["open"], still))
+    run_until(walls, lambda: walls.editing.shot.source == str(still), "the still")
+    assert walls.preferences.values.recent[0] == str(still)
     behind = room_file(tmp_path / "behind.exr", 8, 6)
-    files.take(Chosen(PURPOSES["behind"], behind))
-    until(
+    files.apply_choice(ChosenFile(PURPOSES["behind"], behind))
+    run_until(
         walls, lambda: walls.editing.shot.plate_options.behind == (str(behind),), "the one behind"
     )
-    files.take(Chosen(PURPOSES["behind"], behind))
+    files.apply_choice(ChosenFile(PURPOSES["behind"], behind))
     assert files.reading.options.behind == (str(behind),)  # once is enough
-    files.take(Chosen(PURPOSES["save shot"], tmp_path / "a.heatlens.json"))
-    settled(walls)
+    files.apply_choice(ChosenFile(PURPOSES["save shot"], tmp_path / "a.heatlens.json"))
+    run_until_settled(walls)
     assert (tmp_path / "a.heatlens.json").is_file()
     walls.editing.do(replace(walls.editing.shot, marks=()))
-    files.take(Chosen(PURPOSES["shot"], tmp_path / "a.heatlens.json"))
-    until(walls, lambda: walls.files.documents.is_saved, "the shot")
+    files.apply_choice(ChosenFile(PURPOSES["shot"], tmp_path / "a.heatlens.json"))
+    run_until(walls, lambda: walls.files.documents.is_saved, "the shot")
 
 
-def test_an_opening_and_a_camera_are_read_into_the_shot(walls, files, tmp_path):
-    files.take(Chosen(PURPOSES["opening"], room_file(tmp_path / "heart.exr", 16, 16)))
-    until(walls, lambda: walls.facts.lens.aperture_image is not None, "the opening")
+def test_take_reads_lens_opening_and_camera_into_the_shot(walls, files, tmp_path):
+    files.apply_choice(ChosenFile(PURPOSES["opening"], room_file(tmp_path / "heart.exr", 16, 16)))
+    run_until(walls, lambda: walls.facts.lens.aperture_image is not None, "the opening")
     assert "heart.exr" in walls.messages.text
     walls.editing.undo()
     assert walls.facts.lens.aperture_image is None
     table = tmp_path / "lens.csv"
     table.write_text("frame,focal_length_mm,f_stop,focus_distance_m\n1001,35,4,3\n1010,35,4,5\n")
-    files.take(Chosen(PURPOSES["camera"], table))
-    until(walls, lambda: walls.facts.lens.focal_length_mm == 35.0, "the camera")
+    files.apply_choice(ChosenFile(PURPOSES["camera"], table))
+    run_until(walls, lambda: walls.facts.lens.focal_length_mm == 35.0, "the camera")
     assert "lens.csv" in walls.messages.text
     assert walls.editing.shot.lens_at(1010).focus_distance_m == pytest.approx(5.0)
     for key, name in (("opening", "words.exr"), ("camera", "words.json")):
         (tmp_path / name).write_text("no file of that kind")
         before = walls.editing.shot
-        files.take(Chosen(PURPOSES[key], tmp_path / name))
-        until(walls, lambda name=name: name in walls.messages.text, "the refusal")
+        files.apply_choice(ChosenFile(PURPOSES[key], tmp_path / name))
+        run_until(walls, lambda name=name: name in walls.messages.text, "the refusal")
         assert walls.editing.shot == before
 
 
-def test_options_that_a_user_chose_are_remembered_for_the_folder(walls, files, tmp_path):
+def test_chosen_plate_options_are_remembered_for_the_folder(walls, files, tmp_path):
     reading = files.reading
     chosen = PlateOptions(depth_convention=DepthConvention.DISTANCE, scene_unit_m=0.5)
-    assert reading.is_possible and reading.read == walls.source.opened.options
+    assert reading.is_possible and reading.read_options == walls.source.opened.options
     walls.editing.frame = FIRST + 3
     reading.change(chosen)
     reading.change(chosen)
-    until(walls, lambda: walls.source.opened.options == chosen, "the plate")
+    run_until(walls, lambda: walls.source.opened.options == chosen, "the plate")
     assert walls.editing.shot.plate_options == chosen and reading.problem == ""
     assert walls.source.plate.depth_m.max() == 4.0 and walls.editing.frame == FIRST + 3
     assert files.options_for(str(tmp_path / "another.####.exr")) == chosen
     walls.editing.undo()
-    until(walls, lambda: walls.source.opened.options == PlateOptions(), "the plate before")
+    run_until(walls, lambda: walls.source.opened.options == PlateOptions(), "the plate before")
     assert reading.options == PlateOptions()
 
 
-def test_options_that_cannot_be_read_are_told_and_leave_the_plate(walls, files):
+def test_wrong_plate_options_are_reported_and_plate_stays(walls, files):
     reading = files.reading
     wrong = PlateOptions(depth_channel="no such channel")
     reading.change(wrong)
-    until(walls, lambda: walls.source.opener.refused is not None, "the refusal")
+    run_until(walls, lambda: walls.source.opener.failure is not None, "the refusal")
     assert "no such channel" in reading.problem and reading.options == wrong
-    assert walls.source.opened.options == PlateOptions() == reading.read
+    assert walls.source.opened.options == PlateOptions() == reading.read_options
     ends = PlateOptions(depth_convention=DepthConvention.NORMALIZED)
     reading.change(ends)
     assert walls.source.opener.opening is None and "near and far" in reading.problem
     reading.change(replace(ends, near_m=1.0))
     assert "near and far" in reading.problem
-    assert _lacks_ends(replace(ends, far_m=1.0)) and not _lacks_ends(PlateOptions())
+    assert _lacks_depth_ends(replace(ends, far_m=1.0)) and not _lacks_depth_ends(PlateOptions())
     reading.change(replace(ends, near_m=1.0, far_m=9.0))
-    until(walls, lambda: walls.source.opened.options.far_m == 9.0, "the plate")
+    run_until(walls, lambda: walls.source.opened.options.far_m == 9.0, "the plate")
 
 
-def test_a_shot_of_another_plate_leaves_this_one_as_it_is(walls):
+def test_shot_of_another_plate_does_not_reread_this_plate(walls):
     options = PlateOptions(scene_unit_m=0.01)
     other = replace(walls.editing.shot, source="/gone.exr", plate_options=options)
     walls.editing.begin(other)
-    turn(walls)
+    run_loop_once(walls)
     assert not walls.source.opener.opening and walls.source.opened.options == PlateOptions()
 
 
-def test_a_file_is_read_again_at_the_same_frame(walls, files, tmp_path):
-    walls.time.timeline.go(FIRST + 4)
-    settled(walls)
+def test_reload_stays_at_the_current_frame(walls, files, tmp_path):
+    walls.time.timeline.go_to(FIRST + 4)
+    run_until_settled(walls)
     before = walls.source.opened
     (tmp_path / f"walls.{LAST}.exr").unlink()
     files.reload()
-    until(walls, lambda: walls.source.opened is not before, "it")
+    run_until(walls, lambda: walls.source.opened is not before, "it")
     assert walls.editing.frame == FIRST + 4
     assert walls.time.timeline.frames.last == LAST - 1
 
 
-def test_a_reload_keeps_what_was_changed(walls, files):
+def test_reload_keeps_changed_focus(walls, files):
     walls.lens.commands.focus(3.0)
     walls.editing.settle()
     before = walls.source.opened
     files.reload()
-    until(walls, lambda: walls.source.opened is not before, "it")
+    run_until(walls, lambda: walls.source.opened is not before, "it")
     assert walls.facts.lens.focus_distance_m == 3.0
 
 
 # The start screen
 
 
-def test_the_start_screen_shows_choices_and_leaves_with_the_first_picture(tmp_path):
-    session = begun(tmp_path / "preferences")
+def test_start_screen_shows_cards_until_a_picture_is_open(tmp_path):
+    session = begin_session(tmp_path / "preferences")
     start = session.files.start_choices
     try:
-        assert start.is_wanted and start.has_nothing
+        assert start.is_shown and start.is_nothing_open
         demo, still, other = start.cards()
         assert (demo.text, other.text) == ("demo", None) and still.picture == "focus_fruit.png"
-        assert not start.take(other) and session.source.opener.opening is None
+        assert not start.open_card(other) and session.source.opener.opening is None
         start.leave()
-        assert start.is_wanted  # there is nothing to go back to
-        assert start.take(replace(other, text=write_plates(tmp_path)))
-        settled(session)
-        assert not start.is_wanted and not start.has_nothing
+        assert start.is_shown  # there is nothing to go back to
+        assert start.open_card(replace(other, text=write_plates(tmp_path)))
+        run_until_settled(session)
+        assert not start.is_shown and not start.is_nothing_open
         start.show()
-        assert start.is_wanted and session.time.timeline.playback.direction == 0
+        assert start.is_shown and session.time.timeline.playback.direction == 0
         start.leave()
-        assert not start.is_wanted
+        assert not start.is_shown
     finally:
         session.close()
 
 
-def test_recent_files_are_at_most_six_and_none_twice(tmp_path):
+def test_start_screen_lists_at_most_six_recent_files(tmp_path):
     preferences = tmp_path / "preferences"
-    session = begun(preferences, "")
+    session = begin_session(preferences, "")
     plates = [str(room_file(tmp_path / f"p{number}.exr", 8, 6)) for number in range(8)]
     for plate in plates:
-        session.preferences.opened(plate)
-    session.preferences.opened("demo")
+        session.preferences.remember_opened(plate)
+    session.preferences.remember_opened("demo")
     start = session.files.start_choices
     try:
         start.show()
@@ -323,12 +348,12 @@ def test_recent_files_are_at_most_six_and_none_twice(tmp_path):
         session.close()
 
 
-def test_a_file_of_the_command_line_that_cannot_be_opened_shows_the_start_screen(tmp_path):
-    session = begun(tmp_path / "preferences", str(tmp_path / "missing.exr"))
+def test_start_screen_shows_when_command_line_file_cannot_be_opened(tmp_path):
+    session = begin_session(tmp_path / "preferences", str(tmp_path / "missing.exr"))
     start = session.files.start_choices
     try:
-        assert not start.is_wanted
-        until(session, lambda: start.is_wanted, "the start screen")
+        assert not start.is_shown
+        run_until(session, lambda: start.is_shown, "the start screen")
         assert "missing.exr" in session.messages.text
     finally:
         session.close()

@@ -11,16 +11,16 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.core.model.shot.lens_parameter import FOCUS_SCALES, LensParameter
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.time.focus_track import FocusTrack, MarkTracks, ThingDistances, mark_m
+from heatlens.studio.session.time.focus_track import FocusTrack, MarkTracks, MatteDistances, mark_m
 from heatlens.studio.session.time.timeline import Run
-from support.evening import FIRST, LEFT, RIGHT, until
+from support.evening import FIRST, LEFT, RIGHT, run_until
 from support.plates import plate_of
 
 FOCUS, FOCAL = LensParameter.FOCUS_DISTANCE, LensParameter.FOCAL_LENGTH
 SHOT = Shot(Lens(50.0, 2.8, 2.0, 36.0, close_focus_m=1.0))
 
 
-def test_samples_are_evenly_spaced_and_lie_at_each_key():
+def test_focus_track_samples_evenly_and_at_each_key():
     shot = SHOT.with_key(3.3, FOCUS, 2.0).with_key(8, FOCUS, 4.0).with_key(99, FOCUS, 4.0)
     track = FocusTrack()
     samples = track.samples(shot, 0, 10, 5)
@@ -35,28 +35,28 @@ def test_samples_are_evenly_spaced_and_lie_at_each_key():
     assert track.samples(shot, 0, 10, 6) is not samples
 
 
-def test_an_impossible_lens_is_at_infinity_in_the_track():
+def test_focus_track_puts_impossible_lens_at_infinity():
     far = Curve((Key(0, 2.0), Key(20, 2.0)), FOCUS_SCALES["dioptres"])
     zoom = Curve((Key(0, 50.0), Key(20, 2500.0)), Scale.LOGARITHMIC)
     shot = SHOT.with_curve(FOCAL, zoom).with_curve(FOCUS, far)
     last = FocusTrack().samples(shot, 0, 20, 2)[-1]
     assert (last.focus, last.near, last.far) == (0.0, 0.0, 0.0)
-    assert FocusTrack().too_close(shot, FrameRange(0, 20)) == ()
+    assert FocusTrack().too_close_frames(shot, FrameRange(0, 20)) == ()
 
 
-def test_frames_nearer_than_the_close_focus_are_warned_of():
+def test_too_close_lists_frames_nearer_than_the_close_focus():
     shot = SHOT.with_key(0, FOCUS, 2.0).with_key(10, FOCUS, 0.5)
     track = FocusTrack()
-    found = track.too_close(shot, FrameRange(0, 10))
-    assert found and found[-1] == 10 and 0 not in found
-    assert all(shot.lens_at(frame).focus_distance_m < 1.0 for frame in found)
-    assert track.too_close(shot, FrameRange(0, 10)) is found
-    assert track.too_close(shot, FrameRange(0, 0)) == ()
-    assert 10 in track.too_close(shot, FrameRange(0, 1999))
-    assert track.too_close(shot, FrameRange(0, 2000)) == ()
+    warned_frames = track.too_close_frames(shot, FrameRange(0, 10))
+    assert warned_frames and warned_frames[-1] == 10 and 0 not in warned_frames
+    assert all(shot.lens_at(frame).focus_distance_m < 1.0 for frame in warned_frames)
+    assert track.too_close_frames(shot, FrameRange(0, 10)) is warned_frames
+    assert track.too_close_frames(shot, FrameRange(0, 0)) == ()
+    assert 10 in track.too_close_frames(shot, FrameRange(0, 1999))
+    assert track.too_close_frames(shot, FrameRange(0, 2000)) == ()
 
 
-def test_a_mark_is_measured_on_the_plate_it_lies_in():
+def test_mark_m_measures_point_mark_on_its_plate():
     depth = np.full((4, 6), 2.0, np.float32)
     depth[:, 3:] = 8.0
     plate = plate_of(np.ones((4, 6, 3), np.float32), depth)
@@ -68,13 +68,13 @@ def test_a_mark_is_measured_on_the_plate_it_lies_in():
     assert mark_m(plate, PointMark("B", 60.0, 1.0)) is None
 
 
-def test_marks_have_tracks_over_the_frames_in_memory(walls):
+def test_mark_tracks_cover_the_frames_in_memory(walls):
     for pixel in (LEFT, RIGHT):
         walls.time.marks.set_point(pixel)
     walls.time.marks.set_here()
     timeline = walls.time.timeline
     last = FIRST + 7
-    until(walls, lambda: timeline.cache.get(last) is not None, "eight frames")
+    run_until(walls, lambda: timeline.cache.get(last) is not None, "eight frames")
     near, far = walls.time.mark_tracks()
     assert (near.name, far.name) == ("A", "B")
     for track, distance_m in ((near, 2.0), (far, 8.0)):
@@ -83,9 +83,9 @@ def test_marks_have_tracks_over_the_frames_in_memory(walls):
     assert walls.time.mark_tracks() == (near, far)
 
 
-def test_a_track_has_gaps_where_frames_are_not_in_memory(walls):
-    tracks, cache = MarkTracks(ThingDistances(lambda: None)), walls.time.timeline.cache
-    until(walls, lambda: cache.get(FIRST + 3) is not None, "some frames")
+def test_mark_track_has_gaps_where_frames_are_not_in_memory(walls):
+    tracks, cache = MarkTracks(MatteDistances(lambda: None)), walls.time.timeline.cache
+    run_until(walls, lambda: cache.get(FIRST + 3) is not None, "some frames")
     marks = (PointMark("A", *map(float, LEFT)), DistanceMark("B", 3.0))
     assert tracks.tracks(None, (), marks) == ()
     runs = (Run(FIRST, FIRST + 1, "ready"), Run(FIRST + 2, FIRST + 2, "waiting"))

@@ -14,37 +14,35 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys import key_choice
 from heatlens.studio.session.keys.key_choice import KeyId, all_keys, keys_at
 from heatlens.studio.session.keys.key_commands import KeyCommands
-from heatlens.studio.session.keys.key_drag import KeyDrag, inside, nearest
-from heatlens.studio.session.keys.key_rows import CAMERA, RowChoice, key_count, with_pasted
+from heatlens.studio.session.keys.key_drag import KeyDrag, keys_in_box, nearest_key
+from heatlens.studio.session.keys.key_rows import CAMERA, RowChoice, key_count, paste_into_row
 from heatlens.studio.session.shot.editing import Editing
 from support.shared import shared_of
 
-FOCUS, STOP, FOCAL = (
-    LensParameter.FOCUS_DISTANCE,
-    LensParameter.F_STOP,
-    LensParameter.FOCAL_LENGTH,
-)
+FOCUS = LensParameter.FOCUS_DISTANCE
+STOP = LensParameter.F_STOP
+FOCAL = LensParameter.FOCAL_LENGTH
 PLAIN = Shot(Lens(50.0, 2.8, 2.0, 36.0))
 
 
-def posed(*frames):
+def framing_with_keys(*frames):
     keys = tuple(PoseKey(frame, Pose((float(frame), 0.0, 0.0))) for frame in frames)
     return Framing(track=CameraTrack(keys))
 
 
 KEYED = PLAIN.with_key(10, FOCUS, 2.0).with_key(20, FOCUS, 4.0).with_key(20, STOP, 8.0)
-FILMED = replace(KEYED, framing=posed(10, 30))
+FILMED = replace(KEYED, framing=framing_with_keys(10, 30))
 
 
-class Desk:
-    """Key commands on an editing of their own, and what they say."""
+class KeyDesk:
+    """Key commands on an editing of their own, with the messages that they show."""
 
     def __init__(self, shot, has_camera=False):
-        self.said, self.camera_keys = [], []
-        self.now = 0.0
-        self.editing = Editing(shot, self.said.append, clock=lambda: self.now)
+        self.messages, self.camera_keys = [], []
+        self.clock_s = 0.0
+        self.editing = Editing(shot, self.messages.append, clock=lambda: self.clock_s)
         self.keys = KeyCommands(
-            shared_of(self.editing, self.said.append),
+            shared_of(self.editing, self.messages.append),
             RowChoice(lambda: has_camera),
             lambda: self.camera_keys.append(self.editing.frame),
         )
@@ -57,98 +55,98 @@ class Desk:
         return [key.frame for key in self.shot.curves.of(row).keys]
 
 
-def test_keys_are_known_by_row_and_frame():
+def test_all_keys_identifies_keys_by_row_and_frame():
     assert all_keys(FILMED) == {
         KeyId(FOCUS, 10), KeyId(FOCUS, 20), KeyId(STOP, 20), KeyId(CAMERA, 10), KeyId(CAMERA, 30),
     }  # fmt: skip
     assert keys_at(FILMED, 20) == {KeyId(FOCUS, 20), KeyId(STOP, 20)}
     assert keys_at(FILMED, 20.0009) and not keys_at(FILMED, 20.0011)
     assert key_count(FILMED) == 5 and key_count(KEYED) == 3 and key_count(PLAIN) == 0
-    assert key_count(replace(PLAIN, framing=posed(7))) == 1
+    assert key_count(replace(PLAIN, framing=framing_with_keys(7))) == 1
     assert key_choice.key_of(FILMED, KeyId(STOP, 20)).value == 8.0
     assert key_choice.key_of(FILMED, KeyId(CAMERA, 10)) is None
 
 
-def test_commands_mean_the_chosen_keys_else_those_at_the_playhead():
-    desk = Desk(KEYED)
+def test_key_commands_apply_to_chosen_keys_else_keys_at_playhead():
+    desk = KeyDesk(KEYED)
     desk.editing.frame = 20
-    assert desk.keys.meant == keys_at(KEYED, 20) and desk.keys.chosen == frozenset()
-    desk.keys.choose_between(FOCUS, 10, 19)
-    assert desk.keys.meant == {KeyId(FOCUS, 10)} == desk.keys.chosen
-    desk.keys.choose_between(FOCUS, 10, 20)
-    assert len(desk.keys.chosen) == 2
-    desk.keys.choose_all()
-    assert desk.keys.chosen == all_keys(KEYED)
+    assert desk.keys.target_keys == keys_at(KEYED, 20) and desk.keys.selection == frozenset()
+    desk.keys.select_between(FOCUS, 10, 19)
+    assert desk.keys.target_keys == {KeyId(FOCUS, 10)} == desk.keys.selection
+    desk.keys.select_between(FOCUS, 10, 20)
+    assert len(desk.keys.selection) == 2
+    desk.keys.select_all()
+    assert desk.keys.selection == all_keys(KEYED)
     desk.editing.do(PLAIN)
-    assert desk.keys.chosen == frozenset()
+    assert desk.keys.selection == frozenset()
 
 
-def test_moved_keys_stay_chosen_and_tell_what_made_room():
-    desk = Desk(KEYED.with_key(25, FOCUS, 6.0))
-    desk.keys.choose_between(FOCUS, 20, 20)
+def test_moved_keys_stay_chosen_and_report_replaced_keys():
+    desk = KeyDesk(KEYED.with_key(25, FOCUS, 6.0))
+    desk.keys.select_between(FOCUS, 20, 20)
     desk.keys.move(0)
     assert desk.frames() == [10, 20, 25]
     desk.keys.move(3)
-    assert desk.frames() == [10, 23, 25] and desk.keys.chosen == {KeyId(FOCUS, 23)}
-    assert desk.frames(STOP) == [20] and not desk.said
+    assert desk.frames() == [10, 23, 25] and desk.keys.selection == {KeyId(FOCUS, 23)}
+    assert desk.frames(STOP) == [20] and not desk.messages
     desk.keys.move(2)
-    assert desk.frames() == [10, 25] and desk.said[-1].startswith("One key")
+    assert desk.frames() == [10, 25] and desk.messages[-1].startswith("One key")
     desk.editing.undo()
     assert desk.frames() == [10, 23, 25]
-    desk.keys.choose_between(FOCUS, 10, 23)
+    desk.keys.select_between(FOCUS, 10, 23)
     desk.keys.move(2)
     assert desk.frames() == [12, 25]
 
 
-def test_keys_are_deleted_and_the_last_one_leaves_its_value():
-    desk = Desk(FILMED)
+def test_deleting_all_keys_keeps_value_at_the_playhead():
+    desk = KeyDesk(FILMED)
     desk.editing.frame = 15
     here = desk.editing.lens
-    desk.keys.choose_all()
+    desk.keys.select_all()
     desk.keys.delete()
     assert not desk.shot.key_frames and desk.editing.lens == here
     assert desk.shot.framing.track.pose_at(99) == FILMED.framing.track.pose_at(15)
     desk.editing.undo()
-    desk.keys.choose_between(FOCUS, 10, 10)
+    desk.keys.select_between(FOCUS, 10, 10)
     desk.keys.delete()
     assert desk.frames() == [20] and desk.frames(STOP) == [20]
 
 
-def test_copied_keys_are_pasted_from_the_playhead_on():
-    desk = Desk(KEYED)
+def test_copied_keys_are_pasted_from_playhead_on():
+    desk = KeyDesk(KEYED)
     desk.keys.paste()
-    assert "No keys" in desk.said[-1]
+    assert "No keys" in desk.messages[-1]
     desk.keys.copy()  # nothing is chosen, and no key lies at the playhead
     desk.keys.paste()
     assert desk.shot == KEYED
-    desk.keys.choose_all()
+    desk.keys.select_all()
     desk.keys.copy()
-    assert desk.said[-1].startswith("3 ")
+    assert desk.messages[-1].startswith("3 ")
     desk.editing.frame = 100
     desk.keys.paste()
     assert desk.frames() == [10, 20, 100, 110] and desk.frames(STOP) == [20, 110]
-    assert desk.keys.chosen == {KeyId(FOCUS, 100), KeyId(FOCUS, 110), KeyId(STOP, 110)}
+    assert desk.keys.selection == {KeyId(FOCUS, 100), KeyId(FOCUS, 110), KeyId(STOP, 110)}
     assert desk.shot.lens_at(110).f_stop == 8.0 and desk.shot.lens_at(100).focus_distance_m == 2.0
 
 
-def test_keys_of_a_camera_are_pasted_into_a_scene_alone():
+def test_camera_keys_are_pasted_only_into_a_scene():
     poses = (PoseKey(0.0, Pose((1.0, 0.0, 0.0))), PoseKey(5.0, Pose((2.0, 0.0, 0.0))))
     with pytest.raises(InputError, match="open a scene"):
-        with_pasted(PLAIN, CAMERA, poses, 7.0)
-    new = with_pasted(replace(PLAIN, framing=Framing()), CAMERA, poses, 7.0)
+        paste_into_row(PLAIN, CAMERA, poses, 7.0)
+    new = paste_into_row(replace(PLAIN, framing=Framing()), CAMERA, poses, 7.0)
     assert [key.frame for key in new.framing.track.keys] == [7.0, 12.0]
-    more = with_pasted(replace(PLAIN, framing=posed(1)), CAMERA, poses, 7.0)
+    more = paste_into_row(replace(PLAIN, framing=framing_with_keys(1)), CAMERA, poses, 7.0)
     assert [key.frame for key in more.framing.track.keys] == [1.0, 7.0, 12.0]
-    desk = Desk(FILMED)
-    desk.keys.choose_between(CAMERA, 0, 99)
+    desk = KeyDesk(FILMED)
+    desk.keys.select_between(CAMERA, 0, 99)
     desk.keys.copy()
     desk.editing.do(PLAIN)
     desk.keys.paste()
-    assert desk.shot == PLAIN and "scene" in desk.said[-1]
+    assert desk.shot == PLAIN and "scene" in desk.messages[-1]
 
 
-def test_a_key_is_set_or_removed_at_the_playhead():
-    desk = Desk(KEYED)
+def test_toggle_here_and_set_here_edit_keys_at_playhead():
+    desk = KeyDesk(KEYED)
     desk.editing.frame = 15
     desk.keys.toggle_here(STOP)
     assert desk.frames(STOP) == [15, 20]
@@ -159,8 +157,8 @@ def test_a_key_is_set_or_removed_at_the_playhead():
     assert desk.frames() == [10, 15, 20] and desk.frames(STOP) == [15, 20]
     assert desk.frames(FOCAL) == [] and desk.shot.lens_at(15) == before
     assert desk.camera_keys == []
-    of_camera = Desk(KEYED, has_camera=True)
-    of_camera.keys.rows.choose(CAMERA)
+    of_camera = KeyDesk(KEYED, has_camera=True)
+    of_camera.keys.rows.select(CAMERA)
     of_camera.keys.set_here()
     assert of_camera.camera_keys == [0] and of_camera.shot == KEYED
     of_camera.keys.rows.toggle_curve()  # the camera has no curve, so the focus is chosen
@@ -168,36 +166,36 @@ def test_a_key_is_set_or_removed_at_the_playhead():
     assert of_camera.frames() == [0, 10, 20]
 
 
-def test_rows_are_chosen_and_the_camera_only_where_there_is_one():
+def test_row_choice_refuses_camera_row_without_a_scene():
     rows = RowChoice(lambda: False)
-    rows.choose(CAMERA)
-    assert rows.chosen is FOCUS and not rows.has_camera and not rows.shows_curve
-    rows.choose(STOP)
-    assert rows.chosen is STOP
+    rows.select(CAMERA)
+    assert rows.selected_row is FOCUS and not rows.has_camera and not rows.shows_curve
+    rows.select(STOP)
+    assert rows.selected_row is STOP
     with_scene = RowChoice(lambda: True)
-    with_scene.choose(CAMERA)
-    assert with_scene.chosen is CAMERA and with_scene.has_camera
+    with_scene.select(CAMERA)
+    assert with_scene.selected_row is CAMERA and with_scene.has_camera
     with_scene.toggle_curve()
-    assert with_scene.shows_curve and with_scene.chosen is FOCUS
+    assert with_scene.shows_curve and with_scene.selected_row is FOCUS
     assert CAMERA.words == "camera"
 
 
-def test_interpolation_is_set_after_each_of_the_keys():
-    desk = Desk(KEYED)
-    desk.keys.choose_between(FOCUS, 10, 10)
+def test_interpolate_sets_segment_after_each_chosen_key():
+    desk = KeyDesk(KEYED)
+    desk.keys.select_between(FOCUS, 10, 10)
     values = [desk.shot.lens_at(frame).focus_distance_m for frame in range(10, 21)]
     desk.keys.interpolate(Interpolation.BEZIER)
     first, second = desk.shot.curves.focus_distance_m.keys
     assert first.interpolation is Interpolation.BEZIER is not second.interpolation
-    bent = [desk.shot.lens_at(frame).focus_distance_m for frame in range(10, 21)]
-    assert bent == pytest.approx(values, rel=1e-6)  # on the same path
+    bezier_values = [desk.shot.lens_at(frame).focus_distance_m for frame in range(10, 21)]
+    assert bezier_values == pytest.approx(values, rel=1e-6)  # on the same path
     desk.keys.interpolate(Interpolation.HOLD)
     assert desk.shot.lens_at(19).focus_distance_m == 2.0
 
 
-def test_an_ease_bends_the_segment_on_its_side():
-    desk = Desk(KEYED.with_key(30, FOCUS, 2.0))
-    desk.keys.choose_between(FOCUS, 20, 20)
+def test_ease_bends_only_the_segment_on_its_side_of_the_key():
+    desk = KeyDesk(KEYED.with_key(30, FOCUS, 2.0))
+    desk.keys.select_between(FOCUS, 20, 20)
     desk.keys.ease(70.0, is_out=True)
     before, middle, after = desk.shot.curves.focus_distance_m.keys
     assert middle.ease_out.influence_percent == 70.0
@@ -208,143 +206,145 @@ def test_an_ease_bends_the_segment_on_its_side():
     assert before.interpolation is Interpolation.BEZIER is not after.interpolation
     assert desk.editing.is_unsettled  # a drag of the number is one step
     desk.keys.ease(140.0, is_out=True)
-    assert "0 to 100 %" in desk.said[-1]
-    desk.keys.choose_between(FOCUS, 10, 10)
+    assert "0 to 100 %" in desk.messages[-1]
+    desk.keys.select_between(FOCUS, 10, 10)
     desk.keys.ease(40.0, is_out=False)  # nothing lies before the first key
     assert desk.shot.curves.focus_distance_m.keys[0].ease_in.influence_percent == 40.0
 
 
-def test_an_impossible_lens_between_two_keys_is_refused_with_its_frame():
+def test_checked_names_frame_of_impossible_lens_between_keys():
     near = Curve((Key(0, 0.5), Key(10, 0.3)), FOCUS_SCALES["dioptres"])
     shot = PLAIN.with_key(0, FOCAL, 50.0).with_key(20, FOCAL, 700.0)
     with pytest.raises(LensError, match="Frame 20"):
-        key_choice.checked(shot.with_curve(FOCUS, near))
-    assert key_choice._between(KEYED) == range(0)
-    long = PLAIN.with_key(0, FOCAL, 50.0).with_key(5000, FOCAL, 60.0)
-    assert key_choice._between(long) == range(0, 5001, 6)
-    assert key_choice._between(PLAIN.with_key(0.5, FOCAL, 50.0).with_key(9.5, FOCAL, 60.0)) == (
-        range(11)
-    )
-    bent = key_choice.interpolated(KEYED, keys_at(KEYED, 10), Interpolation.BEZIER)
-    assert key_choice._between(bent) == range(10, 21)
+        key_choice.check_shot(shot.with_curve(FOCUS, near))
+    assert key_choice._frames_to_check(KEYED) == range(0)
+    long_shot = PLAIN.with_key(0, FOCAL, 50.0).with_key(5000, FOCAL, 60.0)
+    assert key_choice._frames_to_check(long_shot) == range(0, 5001, 6)
+    assert key_choice._frames_to_check(
+        PLAIN.with_key(0.5, FOCAL, 50.0).with_key(9.5, FOCAL, 60.0)
+    ) == (range(11))
+    bezier_shot = key_choice.interpolate_keys(KEYED, keys_at(KEYED, 10), Interpolation.BEZIER)
+    assert key_choice._frames_to_check(bezier_shot) == range(10, 21)
 
 
-# The hand of the mouse: a key lies at 10 units a frame, focus at height 50 and f-stop at 80.
+# Keys dragged with the mouse: a key lies at 10 units a frame, focus at height 50, f-stop at 80.
 
 
-def places(shot):
+def key_positions(shot):
     return {key: (10.0 * key.frame, 50.0 if key.row is FOCUS else 80.0) for key in all_keys(shot)}
 
 
 def slide(shot, chosen, frames, up):
-    return key_choice.moved(shot, chosen, frames)
+    return key_choice.move_keys(shot, chosen, frames)
 
 
-class Hand(Desk):
+class MouseDesk(KeyDesk):
+    """A key desk whose keys are pressed and dragged with the mouse."""
+
     def __init__(self, shot=KEYED):
         super().__init__(shot)
-        self.drag = KeyDrag(self.editing, self.keys, self.said.append)
+        self.drag = KeyDrag(self.editing, self.keys, self.messages.append)
 
     def press(self, x, y, shift=False, ctrl=False):
-        self.drag.press((x, y), places(self.shot), 6.0, shift, ctrl)
+        self.drag.press((x, y), key_positions(self.shot), 6.0, shift, ctrl)
 
     def move(self, x, y, move=slide):
-        self.drag.drag((x, y), places(self.shot), 10.0, move)
+        self.drag.drag((x, y), key_positions(self.shot), 10.0, move)
 
 
-def test_the_nearest_key_within_reach_is_taken():
+def test_nearest_and_inside_find_keys_by_position():
     at = {KeyId(FOCUS, 1): (0.0, 0.0), KeyId(FOCUS, 2): (5.0, 0.0)}
-    assert nearest((2.0, 0.0), at, 6.0) == KeyId(FOCUS, 1)
-    assert nearest((3.0, 0.0), at, 6.0) == KeyId(FOCUS, 2)
-    assert nearest((0.0, 6.0), at, 6.0) == KeyId(FOCUS, 1)
-    assert nearest((0.0, 6.1), at, 6.0) is None is nearest((-6.1, 0.0), at, 6.0)
-    assert inside((5.0, 1.0), (0.0, 0.0), at) == set(at) and inside((4, 1), (0, 0), at) == {
-        KeyId(FOCUS, 1)
-    }
-    assert inside((0, 1), (5, 2), at) == frozenset()
+    assert nearest_key((2.0, 0.0), at, 6.0) == KeyId(FOCUS, 1)
+    assert nearest_key((3.0, 0.0), at, 6.0) == KeyId(FOCUS, 2)
+    assert nearest_key((0.0, 6.0), at, 6.0) == KeyId(FOCUS, 1)
+    assert nearest_key((0.0, 6.1), at, 6.0) is None is nearest_key((-6.1, 0.0), at, 6.0)
+    assert keys_in_box((5.0, 1.0), (0.0, 0.0), at) == set(at) and keys_in_box(
+        (4, 1), (0, 0), at
+    ) == {KeyId(FOCUS, 1)}
+    assert keys_in_box((0, 1), (5, 2), at) == frozenset()
 
 
-def test_a_click_chooses_a_key_and_its_row_and_shift_toggles():
-    hand = Hand()
+def test_click_chooses_key_and_row_and_shift_click_toggles():
+    hand = MouseDesk()
     hand.press(202, 78)
-    assert hand.keys.chosen == {KeyId(STOP, 20)} and hand.keys.rows.chosen is STOP
-    assert hand.drag.is_holding and hand.drag.box_from is None
+    assert hand.keys.selection == {KeyId(STOP, 20)} and hand.keys.rows.selected_row is STOP
+    assert hand.drag.is_dragging and hand.drag.box_corner is None
     hand.drag.release()
-    assert not hand.drag.is_holding
+    assert not hand.drag.is_dragging
     hand.press(100, 50, shift=True)
-    assert hand.keys.chosen == {KeyId(STOP, 20), KeyId(FOCUS, 10)}
+    assert hand.keys.selection == {KeyId(STOP, 20), KeyId(FOCUS, 10)}
     hand.drag.release()
     hand.press(100, 50, shift=True)
-    assert hand.keys.chosen == {KeyId(STOP, 20)}
+    assert hand.keys.selection == {KeyId(STOP, 20)}
     hand.drag.release()
     hand.press(500, 500)
     hand.drag.release()
-    assert hand.keys.chosen == frozenset()
+    assert hand.keys.selection == frozenset()
 
 
-def test_a_drag_moves_the_chosen_keys_from_where_they_began():
-    hand = Hand(KEYED.with_key(25, FOCUS, 6.0))
+def test_drag_moves_chosen_keys_relative_to_their_start():
+    hand = MouseDesk(KEYED.with_key(25, FOCUS, 6.0))
     hand.press(200, 50)
     hand.move(251, 50)  # over the key at 25
     assert hand.frames() == [10, 25]
     hand.move(234, 50)
-    assert hand.frames() == [10, 23, 25] and hand.keys.chosen == {KeyId(FOCUS, 23)}
+    assert hand.frames() == [10, 23, 25] and hand.keys.selection == {KeyId(FOCUS, 23)}
     hand.move(251, 50)
     hand.drag.release()
-    assert "One key" in hand.said[-1] and not hand.editing.is_unsettled
+    assert "One key" in hand.messages[-1] and not hand.editing.is_unsettled
     hand.editing.undo()
     assert hand.frames() == [10, 20, 25]
     hand.move(300, 50)  # nothing is held
     assert hand.frames() == [10, 20, 25]
 
 
-def test_a_drag_tells_how_far_up_it_goes():
+def test_drag_passes_frames_and_height_to_its_move_function():
     ups = []
 
     def lift(shot, chosen, frames, up):
         ups.append((frames, up))
         return shot, chosen
 
-    hand = Hand()
+    hand = MouseDesk()
     hand.press(200, 50)
     hand.move(214, 20, lift)
     hand.move(216, 60, lift)
     assert ups == [(1, 30), (2, -10)]
 
 
-def test_ctrl_moves_all_later_keys_and_stops_before_the_one_before():
-    hand = Hand(KEYED.with_key(25, FOCUS, 6.0))
+def test_ctrl_drag_moves_all_later_keys_and_stops_at_earlier_key():
+    hand = MouseDesk(KEYED.with_key(25, FOCUS, 6.0))
     hand.press(200, 50, ctrl=True)
     hand.move(240, 50)
     assert hand.frames() == [10, 24, 29] and hand.frames(STOP) == [24]
     hand.move(0, 50)
-    assert hand.frames() == [10, 11, 16] and hand.keys.chosen == frozenset()
+    assert hand.frames() == [10, 11, 16] and hand.keys.selection == frozenset()
     hand.drag.release()
     hand.press(100, 50, ctrl=True)
     hand.move(-900, 50)  # nothing lies before the first
     assert hand.frames()[0] == -90
 
 
-def test_a_box_chooses_and_with_shift_adds():
-    hand = Hand()
+def test_box_drag_chooses_keys_and_shift_adds_to_them():
+    hand = MouseDesk()
     hand.press(90, 40)
-    assert hand.drag.box_from == (90, 40)
+    assert hand.drag.box_corner == (90, 40)
     hand.move(110, 60)
-    assert hand.keys.chosen == {KeyId(FOCUS, 10)}
+    assert hand.keys.selection == {KeyId(FOCUS, 10)}
     hand.drag.release()
     hand.press(190, 70, shift=True)
     hand.move(210, 90)
-    assert hand.keys.chosen == {KeyId(FOCUS, 10), KeyId(STOP, 20)}
+    assert hand.keys.selection == {KeyId(FOCUS, 10), KeyId(STOP, 20)}
     hand.drag.release()
     assert hand.shot == KEYED
 
 
-def test_a_drag_to_an_impossible_lens_says_why():
-    hand = Hand()
+def test_drag_to_impossible_lens_reports_and_changes_nothing():
+    hand = MouseDesk()
     hand.press(200, 50)
 
     def too_near(shot, chosen, frames, up):
         return shot.with_curve(FOCUS, shot.curves.of(FOCUS).with_key(Key(20, 0.01))), chosen
 
-    hand.move(210, 50, lambda *args: (key_choice.checked(too_near(*args)[0]), args[1]))
-    assert hand.said and hand.shot == KEYED
+    hand.move(210, 50, lambda *args: (key_choice.check_shot(too_near(*args)[0]), args[1]))
+    assert hand.messages and hand.shot == KEYED

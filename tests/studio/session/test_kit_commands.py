@@ -27,7 +27,7 @@ def kits(editing, said) -> KitCommands:
     return KitCommands(shared_of(editing, said.append))
 
 
-def test_choosing_a_kit_takes_the_nearest_lens_in_one_step(kits, editing, said):
+def test_choosing_a_kit_mounts_its_nearest_lens_in_one_undo_step(kits, editing, said):
     before = editing.shot
     kits.choose("modern-primes")
     lens = editing.lens
@@ -37,7 +37,7 @@ def test_choosing_a_kit_takes_the_nearest_lens_in_one_step(kits, editing, said):
     assert editing.shot == before
 
 
-def test_what_the_hand_asks_beyond_is_bounded_and_said(kits, editing, said):
+def test_lens_edit_beyond_the_kit_is_clamped_and_reported(kits, editing, said):
     kits.choose("modern-primes")
     editing.edit_lens(replace(editing.lens, f_stop=1.0))
     assert editing.lens.f_stop == 1.7
@@ -48,30 +48,30 @@ def test_what_the_hand_asks_beyond_is_bounded_and_said(kits, editing, said):
     assert (editing.lens.focal_length_mm, editing.lens.close_focus_m) == (65.0, 0.6)
 
 
-def test_another_lens_of_the_kit_is_mounted(kits, editing):
+def test_mount_takes_another_lens_of_the_kit(kits, editing):
     kits.choose("modern-primes")
     kits.mount(editing.shot.kit.lenses[-1])
     assert editing.lens.focal_length_mm == 135.0
     assert editing.lens.focus_distance_m == 1.3
-    assert kits.mounted == editing.shot.kit.lenses[-1]
+    assert kits.mounted_lens == editing.shot.kit.lenses[-1]
 
 
-def test_without_a_kit_everything_is_allowed_again(kits, editing):
+def test_choosing_no_kit_lifts_its_limits(kits, editing):
     kits.choose("modern-primes")
     kits.choose(None)
     editing.edit_lens(replace(editing.lens, f_stop=1.0))
     assert editing.shot.kit is None and editing.lens.f_stop == 1.0
-    assert kits.mounted is None
+    assert kits.mounted_lens is None
 
 
-def test_a_keyed_focus_gets_a_key_within_the_kit(kits, editing):
+def test_edit_of_keyed_focus_sets_key_clamped_to_the_kit(kits, editing):
     editing.do(editing.shot.with_key(0, LensParameter.FOCUS_DISTANCE, 2.0))
     kits.choose("modern-primes")
     editing.edit_lens(replace(editing.lens, focus_distance_m=0.1))
     assert editing.shot.curves.focus_distance_m.key_at(0).value == 0.45
 
 
-def test_a_kit_of_another_machine_is_still_named(kits, editing):
+def test_kit_unknown_to_this_machine_stays_listed_and_chosen(kits, editing):
     kits.choose("macro")
     foreign = replace(editing.shot.kit, name="foreign")
     editing.do(replace(editing.shot, kit=foreign))

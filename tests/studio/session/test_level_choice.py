@@ -6,16 +6,16 @@ from hypothesis import strategies as st
 from heatlens.core.model.shot.settings import DefocusSettings, Quality
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.preview.level_choice import (
-    cheaper,
+    cheaper_levels,
     level_at_rest,
     level_while_moving,
-    recognisable,
+    useful_levels,
 )
 
 SIZE = (1920, 1080)
-WISHED = DefocusSettings(quality=Quality.FILM)
-LEVELS = cheaper(WISHED)
-BUDGETS = st.floats(1e-4, 1.0)
+REQUESTED = DefocusSettings(quality=Quality.FILM)
+LEVELS = cheaper_levels(REQUESTED)
+BUDGETS_S = st.floats(1e-4, 1.0)
 
 
 def predict(per_px_s: float):
@@ -28,49 +28,51 @@ def predict(per_px_s: float):
     return seconds
 
 
-PRICES = st.floats(1e-12, 1e-5).map(predict)
+TIME_MODELS = st.floats(1e-12, 1e-5).map(predict)
 
 
-@given(PRICES, BUDGETS)
-def test_while_something_moves_the_best_level_that_fits_is_taken(price, budget_s):
-    found = level_while_moving(LEVELS, None, budget_s, price)
-    fitting = [level for level in LEVELS if price(level) <= budget_s]
-    assert found == (fitting[0] if fitting else LEVELS[-1])
+@given(TIME_MODELS, BUDGETS_S)
+def test_level_while_moving_is_the_best_within_the_budget(seconds_of, budget_s):
+    chosen_level = level_while_moving(LEVELS, None, budget_s, seconds_of)
+    fitting = [level for level in LEVELS if seconds_of(level) <= budget_s]
+    assert chosen_level == (fitting[0] if fitting else LEVELS[-1])
 
 
-@given(PRICES, BUDGETS, st.sampled_from(LEVELS), st.floats(0.8, 1.25))
-def test_a_level_that_was_chosen_is_kept_while_the_time_changes_little(
-    price, budget_s, held, factor
+@given(TIME_MODELS, BUDGETS_S, st.sampled_from(LEVELS), st.floats(0.8, 1.25))
+def test_level_while_moving_stays_when_budget_changes_little(
+    seconds_of, budget_s, previous_level, factor
 ):
-    settled = level_while_moving(LEVELS, held, budget_s, price)
+    chosen_level = level_while_moving(LEVELS, previous_level, budget_s, seconds_of)
     for _ in range(2):  # there and back: neither step may make it flicker
-        after = level_while_moving(LEVELS, settled, budget_s, price)
-        assert after == settled
-    if price(settled) <= budget_s:
-        back = level_while_moving(LEVELS, settled, budget_s * max(factor, 1 / 1.3 + 1e-9), price)
-        assert LEVELS.index(back) <= LEVELS.index(settled)
+        next_level = level_while_moving(LEVELS, chosen_level, budget_s, seconds_of)
+        assert next_level == chosen_level
+    if seconds_of(chosen_level) <= budget_s:
+        level_with_other_budget = level_while_moving(
+            LEVELS, chosen_level, budget_s * max(factor, 1 / 1.3 + 1e-9), seconds_of
+        )
+        assert LEVELS.index(level_with_other_budget) <= LEVELS.index(chosen_level)
 
 
-@given(PRICES)
-def test_a_quick_machine_goes_to_the_whole_picture_at_once(price):
-    found = level_at_rest(WISHED, LEVELS[-1], True, price)
-    assert found is not None
-    if price(WISHED) <= 3.0:
-        assert found == WISHED
-    elif found != WISHED:
-        assert 3.0 * price(found) < price(WISHED)
+@given(TIME_MODELS)
+def test_level_at_rest_is_the_whole_picture_on_a_quick_machine(seconds_of):
+    level = level_at_rest(REQUESTED, LEVELS[-1], True, seconds_of)
+    assert level is not None
+    if seconds_of(REQUESTED) <= 3.0:
+        assert level == REQUESTED
+    elif level != REQUESTED:
+        assert 3.0 * seconds_of(level) < seconds_of(REQUESTED)
 
 
-@given(PRICES)
-def test_of_a_plate_that_will_be_finer_nothing_slow_is_rendered(price):
-    found = level_at_rest(WISHED, LEVELS[-1], False, price)
-    if found == WISHED:
-        assert price(WISHED) <= 0.25
+@given(TIME_MODELS)
+def test_level_at_rest_is_quick_while_the_plate_will_become_finer(seconds_of):
+    level = level_at_rest(REQUESTED, LEVELS[-1], False, seconds_of)
+    if level == REQUESTED:
+        assert seconds_of(REQUESTED) <= 0.25
 
 
 @given(st.integers(8, 4000))
-def test_levels_are_large_enough_or_the_largest_there_are(width):
-    found = recognisable(WISHED, (width, width))
-    assert found
-    small = [it for it in found if proxy_size((width, width), it.proxy)[0] < 160]
-    assert not small or {it.proxy for it in found} == {LEVELS[0].proxy}
+def test_recognisable_levels_are_large_enough_or_at_largest_proxy(width):
+    levels = useful_levels(REQUESTED, (width, width))
+    assert levels
+    small_levels = [it for it in levels if proxy_size((width, width), it.proxy)[0] < 160]
+    assert not small_levels or {it.proxy for it in levels} == {LEVELS[0].proxy}

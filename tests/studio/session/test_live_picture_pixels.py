@@ -34,40 +34,40 @@ def loaded(session_context, renderer) -> FrameRenderer:
     ],
     ids=lambda d: f"{d.bokeh} {d.quality}",
 )
-def test_the_whole_picture_is_the_renderers_bit_for_bit(ctx, loaded, defocus):
-    """In short slices, after a drag, and beside the picture of another slot."""
+def test_whole_live_picture_equals_the_renderers_bit_for_bit(ctx, loaded, defocus):
+    """The picture is rendered in short slices, after a drag, beside that of the other slot."""
     live = LivePicture(loaded)
     for focus_m in (1.0, 1.5, 2.5):
         shot = Shot(replace(LENS, f_stop=0.5, focus_distance_m=focus_m), defocus)
         live.request(shot, 0, 1e-4)
-        quick = live.shown
+        quick = live.output
         np.testing.assert_array_equal(
             download(quick.texture), loaded.pixels(replace(shot, defocus=quick.settings))
         )
         live.request(shot, 0, 1e-4)
     while live.is_working:
         live.work(1e-4)
-    assert live.shown.settings == defocus
-    np.testing.assert_array_equal(download(live.shown.texture), loaded.pixels(shot))
+    assert live.output.settings == defocus
+    np.testing.assert_array_equal(download(live.output.texture), loaded.pixels(shot))
 
 
-def test_answers_in_slices_of_one_step_are_the_renderers_bit_for_bit(ctx, loaded):
-    """Also those of a drag, each of which comes late, and beside which B waits for its turn."""
-    sides, seen = CompareSides(loaded), []
+def test_answers_in_one_step_slices_equal_the_renderers_bit_for_bit(ctx, loaded):
+    """Each answer of the drag comes late, and the picture of B waits for its turn."""
+    sides, shown_shots = CompareSides(loaded), []
     view = ViewState(compare=Compare.WIPE, against=Against.METHOD, b_method=Method.GATHER)
     shots = [Shot(replace(LENS, focus_distance_m=1.0 + 0.01 * at)) for at in range(400)]
     for shot in shots:
         sides.request(view, shot, 0, 1e-4, within_s=1e-4)
         assert sides.a.is_answering or sides.b.is_working
-        if sides.a.shown is not None and sides.a.shown.shot not in seen:
-            seen.append(sides.a.shown.shot)
-            quick = replace(seen[-1], defocus=sides.a.shown.settings)
-            np.testing.assert_array_equal(download(sides.a.shown.texture), loaded.pixels(quick))
-    assert seen and len(seen) < len(shots)
-    while any(side.is_working for side in sides.rendered):
+        if sides.a.output is not None and sides.a.output.shot not in shown_shots:
+            shown_shots.append(sides.a.output.shot)
+            quick = replace(shown_shots[-1], defocus=sides.a.output.settings)
+            np.testing.assert_array_equal(download(sides.a.output.texture), loaded.pixels(quick))
+    assert shown_shots and len(shown_shots) < len(shots)
+    while any(side.is_working for side in sides.active_sides):
         sides.work(0, 1e-4)
         sides.request(view, shot, 0, 1e-4, within_s=1e-4)
         sides.work(1, 1e-4)
-    np.testing.assert_array_equal(download(sides.a.shown.texture), loaded.pixels(shot))
-    other = replace(shot, defocus=replace(shot.defocus, method=Method.GATHER))
-    np.testing.assert_array_equal(download(sides.b.shown.texture), loaded.pixels(other))
+    np.testing.assert_array_equal(download(sides.a.output.texture), loaded.pixels(shot))
+    gather_shot = replace(shot, defocus=replace(shot.defocus, method=Method.GATHER))
+    np.testing.assert_array_equal(download(sides.b.output.texture), loaded.pixels(gather_shot))

@@ -13,7 +13,7 @@ from heatlens.core.model.shot.look import Look
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.view import Against, Compare
 from heatlens.media.documents.shot_file import read_shot, write_shot
-from heatlens.render.preview.level_choice import quickest
+from heatlens.render.preview.level_choice import fastest_settings
 from heatlens.render.preview.shown import PictureKey
 from heatlens.studio.session.pictures.look_commands import LookCommands
 from heatlens.studio.session.pictures.look_pictures import _Tile
@@ -34,7 +34,7 @@ def looks(said) -> LookCommands:
     return LookCommands(shared_of(Editing(Shot(LENS), said.append), said.append), PictureView())
 
 
-def test_a_look_is_kept_come_back_to_and_undone(looks, said):
+def test_look_commands_keep_go_delete_and_undo(looks, said):
     editing = looks._editing
     looks.keep()
     assert looks.looks == (Look("A", LENS, 0),) and "Ctrl+1" in said[-1]
@@ -42,20 +42,20 @@ def test_a_look_is_kept_come_back_to_and_undone(looks, said):
     editing.edit_lens(wide)
     editing.settle()
     looks.keep()
-    looks.go(0)
+    looks.use_number(0)
     assert editing.lens == LENS
     editing.undo()
     assert editing.lens == wide
-    looks.go(1)
+    looks.use_number(1)
     looks.delete(looks.looks[0])
     assert [look.name for look in looks.looks] == ["B"]
     editing.undo()
     assert [look.name for look in looks.looks] == ["A", "B"]
-    looks.go(7)
+    looks.use_number(7)
     assert "2 looks" in said[-1]
 
 
-def test_names_are_free_letters_and_no_two_are_alike(looks, said):
+def test_kept_looks_get_free_letters_and_rename_refuses_duplicates(looks, said):
     for _ in range(3):
         looks.keep()
     looks.rename(looks.looks[1], "wide open")
@@ -67,7 +67,7 @@ def test_names_are_free_letters_and_no_two_are_alike(looks, said):
         assert looks.looks == before and "look" in said[-1].lower()
 
 
-def test_looks_are_in_the_shot_file_and_a_shot_without_any_reads_as_before(tmp_path):
+def test_shot_file_keeps_looks_and_omits_them_when_there_are_none(tmp_path):
     path = tmp_path / "a.heatlens.json"
     shot = Shot(LENS, looks=(Look("A", LENS, 7), Look("B", replace(LENS, f_stop=8.0), 9)))
     write_shot(path, shot)
@@ -78,19 +78,21 @@ def test_looks_are_in_the_shot_file_and_a_shot_without_any_reads_as_before(tmp_p
         Shot(LENS, looks=(Look("A", LENS), Look("A", LENS)))
 
 
-def test_b_is_the_frame_through_a_look(looks):
+def test_compare_shows_the_frame_through_a_look_as_b(looks):
     looks.keep()
     looks.compare(looks.looks[0])
     state = looks._view.state
     assert (state.against, state.b_look, state.compare) == (Against.LOOK, "A", Compare.WIPE)
     keyed = Shot(LENS).with_key(1, LensParameter.FOCUS_DISTANCE, 9.0)
-    assert keyed.through(Look("A", LENS)).lens_at(1) == LENS
+    assert keyed.with_look(Look("A", LENS)).lens_at(1) == LENS
 
 
-def test_the_quick_picture_of_a_look_is_a_part_of_its_size_and_never_none():
+def test_quick_picture_of_a_look_is_a_quarter_size_but_never_empty():
     for framing, size in ((Framing(96, 54), (24, 14)), (None, None), (Framing(1, 1), (1, 1))):
         shot = Shot(LENS, framing=framing)
         quick = _Tile(PictureKey(1, 7, shot, shot.defocus)).quick_key
         whole = (framing or Framing()).size
         assert quick.shot.framing.size == (size or tuple(round(side / 4) for side in whole))
-        assert quick.frame == 7 and quick.settings == quick.shot.defocus == quickest(shot.defocus)
+        assert quick.frame == 7 and quick.settings == quick.shot.defocus == fastest_settings(
+            shot.defocus
+        )

@@ -15,13 +15,13 @@ from heatlens.core.model.view.view import Against, Compare, ViewState
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.render.gpu.textures import download
 from heatlens.studio.session.pictures.look_commands import LookCommands, pixels_of_still, still_of
-from heatlens.studio.session.pictures.picture_commands import copy_png, tools
+from heatlens.studio.session.pictures.picture_commands import clipboard_tools, copy_png
 from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.editing import Editing
 from heatlens.studio.session.shot.start import Start
-from support.evening import begun, settled, turn, until
+from support.evening import begin_session, run_loop_once, run_until, run_until_settled
 from support.session_files import QUICK, room_file
 from support.shared import shared_of
 
@@ -39,77 +39,77 @@ def looks(said):
     return LookCommands(shared_of(Editing(shot, said.append), said.append), PictureView())
 
 
-def state(looks):
+def view_state(looks):
     return looks._view.state
 
 
-def test_back_goes_to_and_fro(looks, said):
-    looks.back()
+def test_back_alternates_between_the_last_two_lenses(looks, said):
+    looks.use_previous_lens()
     assert "lens" in said[-1]
     other = replace(LENS, f_stop=8.0)
     looks._editing.edit_lens(other)
-    looks.go(0)
+    looks.use_number(0)
     assert looks._editing.lens == LENS and not looks._editing.is_unsettled
     for lens in (other, LENS, other):
-        looks.back()
+        looks.use_previous_lens()
         assert looks._editing.lens == lens
-    looks.go_to("C")
+    looks.use_named("C")
     assert looks._editing.lens == LENS
-    looks.go_to("none")
-    looks.go_to("C")  # the same again is no way back to itself
-    looks.back()
+    looks.use_named("none")
+    looks.use_named("C")  # the same again is no way back to itself
+    looks.use_previous_lens()
     assert looks._editing.lens == other
 
 
-def test_only_nine_looks_have_a_key(looks, said):
+def test_only_the_first_nine_looks_get_a_shortcut(looks, said):
     for number in range(6, 11):
         looks.keep()
         assert (f"Ctrl+{number}" in said[-1]) is (number <= 9)
-    looks.still_now = lambda: "abc"
+    looks.make_still = lambda: "abc"
     looks.keep()
     assert looks.looks[-1].still == "abc"
 
 
-def test_two_looks_are_compared_and_stay_different(looks, said):
+def test_compare_and_compare_as_a_keep_the_two_looks_different(looks, said):
     a, b, c, *_ = looks.looks
     looks.compare(b)
     looks.compare_as_a(a)
-    assert (state(looks).a_look, state(looks).b_look) == ("A", "B")
+    assert (view_state(looks).a_look, view_state(looks).b_look) == ("A", "B")
     looks.compare_as_a(b)
-    assert (state(looks).a_look, state(looks).b_look) == ("B", "A")
+    assert (view_state(looks).a_look, view_state(looks).b_look) == ("B", "A")
     looks.compare_as_a(b)
-    assert state(looks).a_look == "" and state(looks).compare is Compare.WIPE
+    assert view_state(looks).a_look == "" and view_state(looks).compare is Compare.WIPE
     looks.compare_as_a(c)
     looks.compare(c)
-    assert (state(looks).a_look, state(looks).b_look) == ("", "C")
-    looks._view.state = replace(state(looks), compare=Compare.DIFFERENCE, a_look="A")
+    assert (view_state(looks).a_look, view_state(looks).b_look) == ("", "C")
+    looks._view.state = replace(view_state(looks), compare=Compare.DIFFERENCE, a_look="A")
     looks.compare(b)
-    assert state(looks).compare is Compare.DIFFERENCE and state(looks).a_look == "A"
+    assert view_state(looks).compare is Compare.DIFFERENCE and view_state(looks).a_look == "A"
     looks._view.state = ViewState(a_look="A")  # left from before
     looks.compare(b)
-    assert state(looks).a_look == "" and state(looks).against is Against.LOOK
+    assert view_state(looks).a_look == "" and view_state(looks).against is Against.LOOK
     looks._editing.do(replace(looks._editing.shot, looks=(a,)))
     looks.compare_as_a(a)
-    assert "look" in said[-1] and state(looks).a_look == ""
+    assert "look" in said[-1] and view_state(looks).a_look == ""
 
 
-def test_the_grid_has_four_looks_and_a_fifth_replaces_the_first(looks, said):
+def test_grid_holds_four_looks_and_a_fifth_replaces_the_first(looks, said):
     looks.toggle_grid()
-    assert state(looks).compare is Compare.GRID
+    assert view_state(looks).compare is Compare.GRID
     looks.toggle_in_grid(looks.looks[4])
-    assert state(looks).grid == ("B", "C", "D", "E")
+    assert view_state(looks).grid == ("B", "C", "D", "E")
     looks.toggle_in_grid(looks.looks[2])
-    assert state(looks).grid == ("B", "D", "E")
+    assert view_state(looks).grid == ("B", "D", "E")
     looks.toggle_in_grid(looks.looks[0])
-    assert state(looks).grid == ("B", "D", "E", "A")
+    assert view_state(looks).grid == ("B", "D", "E", "A")
     looks.toggle_grid()
-    assert state(looks).compare is Compare.OFF
+    assert view_state(looks).compare is Compare.OFF
     looks._editing.do(Shot(LENS))
     looks.toggle_grid()
-    assert state(looks).compare is Compare.OFF and "look" in said[-1]
+    assert view_state(looks).compare is Compare.OFF and "look" in said[-1]
 
 
-def test_a_still_is_a_small_jpeg():
+def test_still_of_look_is_a_small_jpeg_and_wrong_data_is_refused():
     pixels = np.zeros((20, 30, 3), np.uint8)
     pixels[:, 15:] = (200, 100, 50)
     back = pixels_of_still(still_of(pixels))
@@ -129,7 +129,7 @@ def grid(ctx, renderer, tmp_path):
         preferences=Preferences.load(tmp_path / "preferences"),
     )
     session.begin()
-    settled(session)
+    run_until_settled(session)
     shot = session.editing.shot
     looks = (Look(name, replace(shot.lens, f_stop=f_stop)) for name, f_stop in (("A", 2), ("B", 8)))
     session.editing.do(replace(shot, looks=tuple(looks)))
@@ -138,75 +138,80 @@ def grid(ctx, renderer, tmp_path):
     session.close()
 
 
-def test_a_grid_shows_the_frame_through_each_look(grid, renderer):
+def test_grid_renders_the_frame_through_each_look(grid, renderer):
     pictures = grid.pictures.sides.looks
-    settled(grid)
-    until(grid, lambda: None not in map(pictures.of, "AB"), "both looks")
-    until(grid, lambda: not any(map(pictures.is_coming, "AB")), "whole pictures")
+    run_until_settled(grid)
+    run_until(grid, lambda: None not in map(pictures.picture_of, "AB"), "both looks")
+    run_until(grid, lambda: not any(map(pictures.is_unfinished, "AB")), "whole pictures")
     shot = grid.editing.shot
     for look in shot.looks:
-        shown = pictures.of(look.name)
-        own = renderer.pixels(shot.through(look))
-        np.testing.assert_allclose(download(shown.texture), own, atol=2e-3, rtol=2e-3)
-    assert len(pictures.shown) == 2 and pictures.of("C") is None
-    assert not pictures.is_working and not pictures.wants_work()
-    first = pictures.of("A")
+        shown = pictures.picture_of(look.name)
+        expected = renderer.pixels(shot.with_look(look))
+        np.testing.assert_allclose(download(shown.texture), expected, atol=2e-3, rtol=2e-3)
+    assert len(pictures.output) == 2 and pictures.picture_of("C") is None
+    assert not pictures.is_working and not pictures.has_work()
+    first = pictures.picture_of("A")
     grid.editing.do(replace(shot, looks=shot.looks[1:]))
-    turn(grid)
-    assert pictures.of("A") is None and pictures.of("B") is not None and first is not None
+    run_loop_once(grid)
+    assert (
+        pictures.picture_of("A") is None
+        and pictures.picture_of("B") is not None
+        and first is not None
+    )
     grid.pictures.looks.toggle_grid()
-    turn(grid)
-    assert pictures.shown == ()
+    run_loop_once(grid)
+    assert pictures.output == ()
 
 
 # Saving and copying
 
 
-def test_the_whole_picture_is_saved_as_the_renderer_makes_it(grid, renderer, tmp_path):
+def test_saved_picture_equals_the_render_and_never_overwrites_source(grid, renderer, tmp_path):
     grid.pictures.looks.toggle_grid()
     saving = grid.pictures.saving
     saving.save(tmp_path / "out.exr")
     assert saving.is_busy and "saving out.exr" in grid.messages.text
-    until(grid, lambda: not saving.is_busy, "the file")
+    run_until(grid, lambda: not saving.is_busy, "the file")
     assert grid.messages.text == f"Saved {tmp_path / 'out.exr'}."
     ((_, channels),) = read_parts(tmp_path / "out.exr")
     saved = np.stack([channels[name] for name in "RGB"], axis=-1)
     np.testing.assert_allclose(saved, renderer.pixels(grid.editing.shot)[..., :3], rtol=2e-3)
     source = grid.editing.shot.source
     saving.save(type(tmp_path)(source))
-    until(grid, lambda: not saving.is_busy, "the refusal")
+    run_until(grid, lambda: not saving.is_busy, "the refusal")
     assert "room.exr" in grid.messages.text and "Saved" not in grid.messages.text
     saving.save(tmp_path / "left.exr")
     grid.editing.frame += 1
-    turn(grid)
+    run_loop_once(grid)
     assert "left.exr" in grid.messages.text and not (tmp_path / "left.exr").exists()
 
 
-def test_nothing_is_copied_where_nothing_is_open(tmp_path):
+def test_copy_reports_when_nothing_is_open(tmp_path):
 
-    session = begun(tmp_path / "preferences")
+    session = begin_session(tmp_path / "preferences")
     session.pictures.saving.copy()
     assert session.messages.text and not session.pictures.saving.is_busy
     session.close()
 
 
-def tool(folder, name, script):
+def write_tool(folder, name, script):
+    """Write an executable shell script, and return its path."""
     path = folder / name
     path.write_text(f"#!/bin/sh\n{script}\n")
     path.chmod(path.stat().st_mode | stat.S_IXUSR)
     return str(path)
 
 
-def test_each_system_has_its_tool(tmp_path):
+def test_clipboard_tools_for_each_system(tmp_path):
     path = tmp_path / 'a "b" c.png'
-    (mac,) = tools(path, "darwin", {})
+    (mac,) = clipboard_tools(path, "darwin", {})
     assert mac.argv[:2] == ("osascript", "-e") and '\\"b\\"' in mac.argv[2] and not mac.reads_stdin
-    (windows,) = tools(tmp_path / "it's.png", "win32", {})
+    (windows,) = clipboard_tools(tmp_path / "it's.png", "win32", {})
     assert windows.argv[0] == "powershell" and "it''s.png" in windows.argv[-1]
-    assert [t.argv[0] for t in tools(path, "linux", {"DISPLAY": ":0"})] == ["xclip"]
-    both = tools(path, "linux", {"DISPLAY": ":0", "WAYLAND_DISPLAY": "w"})
+    assert [t.argv[0] for t in clipboard_tools(path, "linux", {"DISPLAY": ":0"})] == ["xclip"]
+    both = clipboard_tools(path, "linux", {"DISPLAY": ":0", "WAYLAND_DISPLAY": "w"})
     assert [t.argv[0] for t in both] == ["wl-copy", "xclip"] and all(t.reads_stdin for t in both)
-    assert tools(path, "linux", {"DISPLAY": ""}) == ()
+    assert clipboard_tools(path, "linux", {"DISPLAY": ""}) == ()
 
 
 @pytest.mark.parametrize(
@@ -219,21 +224,21 @@ def test_each_system_has_its_tool(tmp_path):
         ("linux", {}, "no desktop"),
     ],
 )
-def test_a_missing_tool_is_named(tmp_path, platform, environ, word):
+def test_copy_png_names_the_missing_clipboard_tool(tmp_path, platform, environ, word):
     with pytest.raises(InputError, match=word):
         copy_png(tmp_path / "a.png", platform, environ, lambda name: None)
 
 
-def test_the_picture_goes_to_the_first_tool_that_takes_it(tmp_path, monkeypatch):
+def test_copy_png_uses_the_first_clipboard_tool_that_works(tmp_path, monkeypatch):
     picture = tmp_path / "a.png"
     Image.new("RGB", (2, 2)).save(picture)
     monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
     environ = {"DISPLAY": ":0", "WAYLAND_DISPLAY": "w"}
-    tool(tmp_path, "wl-copy", "echo no compositor; exit 3")
-    tool(tmp_path, "xclip", f"cat > {tmp_path}/copied")
+    write_tool(tmp_path, "wl-copy", "echo no compositor; exit 3")
+    write_tool(tmp_path, "xclip", f"cat > {tmp_path}/copied")
     copy_png(picture, "linux", environ, lambda name: name)
     assert (tmp_path / "copied").read_bytes() == picture.read_bytes()
-    tool(tmp_path, "xclip", "exit 4")
+    write_tool(tmp_path, "xclip", "exit 4")
     with pytest.raises(InputError, match="wl-copy: no compositor"):
         copy_png(picture, "linux", environ, lambda name: name)
     with pytest.raises(InputError, match="xclip: exit code 4"):

@@ -10,19 +10,19 @@ from support.plates import plate_of
 from support.shared import shared_of
 
 
-def test_a_sentence_is_said_once_and_again_for_another_source():
-    said: list[str] = []
+def test_lost_surfaces_are_reported_once_for_each_source():
+    messages: list[str] = []
     source = SimpleNamespace(plate=None)
-    lost = LostSurfaces(shared_of(None, said.append, source))
-    whole = plate_of(np.zeros((2, 2, 3), np.float32), np.ones((2, 2), np.float32))
-    cut = replace(whole, surfaces_lost="Some were left out.")
-    for plate in (None, whole, cut, cut, whole, cut):
+    lost_surfaces = LostSurfaces(shared_of(None, messages.append, source))
+    whole_plate = plate_of(np.zeros((2, 2, 3), np.float32), np.ones((2, 2), np.float32))
+    cut_plate = replace(whole_plate, surfaces_lost="Some were left out.")
+    for plate in (None, whole_plate, cut_plate, cut_plate, whole_plate, cut_plate):
         source.plate = plate
-        lost.poll()
-    assert said == ["Some were left out."]
-    lost.begin(())
-    lost.poll()
-    assert len(said) == 2
-    lost.begin(("Some were left out.",))  # has just been said with the other notes
-    lost.poll()
-    assert len(said) == 2
+        lost_surfaces.poll()
+    assert messages == ["Some were left out."]
+    lost_surfaces.restart(())
+    lost_surfaces.poll()
+    assert len(messages) == 2
+    lost_surfaces.restart(("Some were left out.",))  # has just been said with the other notes
+    lost_surfaces.poll()
+    assert len(messages) == 2

@@ -1,4 +1,4 @@
-"""A kind of mark is one class: one that a test makes up reaches every place that knows marks.
+"""A kind of mark is one class: a new kind defined here works everywhere that handles marks.
 
 It stands on a row of the picture, and its distance is that of the nearest surface of the row.
 """
@@ -12,11 +12,11 @@ import pytest
 
 from heatlens.core.model.marks import marks
 from heatlens.core.model.marks.mark import Mark
-from heatlens.deliver.export.sheet_page import distances
+from heatlens.deliver.export.sheet_page import mark_distances
 from heatlens.fronts.commands.main import main
 from heatlens.media.documents.shot_file import read_shot
 from support.command_line import stderr_of_run
-from support.evening import FIRST, LAST, NEAR_M, until, write_plates
+from support.evening import FIRST, LAST, NEAR_M, run_until, write_plates
 
 
 class NearestInRow:
@@ -33,15 +33,15 @@ class RowMark(Mark):
     row: int
 
     help = "on a row of the picture as NAME=row:ROW"
-    begins = "=row:"
+    prefix_pattern = "=row:"
     entry = "row"
     on_plate = NearestInRow()
 
     @classmethod
-    def typed(cls, name: str, place: str) -> Self:
+    def parse(cls, name: str, place: str) -> Self:
         return cls(name, int(place))
 
-    def where(self, distance: Callable[[float], str]) -> str:
+    def location_words(self, distance: Callable[[float], str]) -> str:
         return f"row {self.row}"
 
     @property
@@ -54,7 +54,7 @@ def kinds(monkeypatch):
     monkeypatch.setattr(marks, "KINDS", (RowMark, *marks.KINDS))
 
 
-def test_it_is_typed_written_read_listed_and_followed(tmp_path, capsys):
+def test_new_kind_of_mark_works_in_command_line_and_shot_file(tmp_path, capsys):
     out, lens = tmp_path / "s.heatlens.json", ("--f-stop", "2", "--follow", "A=row:3")
     stderr_of_run(capsys, 0, "shot", "new", write_plates(tmp_path), "-o", out, *lens)
     shot = read_shot(out)
@@ -67,16 +67,16 @@ def test_it_is_typed_written_read_listed_and_followed(tmp_path, capsys):
     assert "NAME=row:ROW" in "".join(capsys.readouterr().out.split("\n"))
 
 
-def test_it_is_measured_in_the_window_and_on_the_pull_sheet(walls):
+def test_new_kind_of_mark_is_measured_in_window_and_pull_sheet(walls):
     mark, desk = RowMark("A", 3), walls.time
     walls.editing.do(replace(walls.editing.shot, marks=(mark,)))
-    assert desk.marks.distances.of_m(mark) == NEAR_M
-    until(walls, lambda: desk.timeline.cache.get(FIRST + 3) is not None, "some frames")
+    assert desk.marks.distances.distance_m(mark) == NEAR_M
+    run_until(walls, lambda: desk.timeline.cache.get(FIRST + 3) is not None, "some frames")
     (track,) = desk.mark_tracks()
     assert track.name == "A" and track.lines[0][0] == (FIRST, 1 / NEAR_M)
     desk.marks.follow(mark)
-    until(walls, lambda: walls.editing.shot.curves.focus_distance_m.keys, "the focus")
+    run_until(walls, lambda: walls.editing.shot.curves.focus_distance_m.keys, "the focus")
     assert walls.editing.shot.lens_at(LAST).focus_distance_m == pytest.approx(NEAR_M, rel=1e-3)
     renderer = SimpleNamespace(scene=None, pose_at=lambda shot, frame: None)
-    sheet = distances(walls.editing.shot, renderer, walls.facts.plate, FIRST)
+    sheet = mark_distances(walls.editing.shot, renderer, walls.facts.plate, FIRST)
     assert sheet == [("A", NEAR_M)]

@@ -5,7 +5,7 @@ import pytest
 
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.marks.marks import MatteMark, PointMark, WorldMark
-from support.evening import begun, settled, until
+from support.evening import begin_session, run_until, run_until_settled
 from support.mattes import matte_plate
 from support.walks import WALL_M, Walk
 
@@ -16,103 +16,103 @@ HIDDEN = 4
 
 @pytest.fixture
 def walk(tmp_path):
-    """A session with a hero who walks away, behind something in the middle."""
+    """Return a session with a hero who walks away and is hidden at frame `HIDDEN`."""
     for frame, distance_m in DISTANCES_M.items():
         seen_m = None if frame == HIDDEN else distance_m
         matte_plate(tmp_path / f"walk.{frame:04d}.exr", seen_m)
-    session = begun(tmp_path / "preferences", str(tmp_path / "walk.####.exr"))
-    settled(session)
+    session = begin_session(tmp_path / "preferences", str(tmp_path / "walk.####.exr"))
+    run_until_settled(session)
     yield session
     session.close()
 
 
-def marked(session, pixel):
+def set_mark(session, pixel):
     session.time.marks.set_point(pixel)
-    until(session, lambda: session.editing.shot.marks, "the mark")
+    run_until(session, lambda: session.editing.shot.marks, "the mark")
     return session.editing.shot.marks[-1]
 
 
-def test_a_click_on_a_thing_marks_the_thing(walk):
-    hero = marked(walk, (14, 10))
+def test_click_on_matte_object_sets_a_matte_mark(walk):
+    hero = set_mark(walk, (14, 10))
     assert hero == MatteMark("A", "Crypto:hero")
     marks = walk.time.marks
-    until(walk, lambda: marks.distances.of_m(hero) is not None, "its distance")
-    assert marks.distances.of_m(hero) == pytest.approx(DISTANCES_M[FIRST], rel=1e-6)
+    run_until(walk, lambda: marks.distances.distance_m(hero) is not None, "its distance")
+    assert marks.distances.distance_m(hero) == pytest.approx(DISTANCES_M[FIRST], rel=1e-6)
     walk.editing.undo()
     assert walk.editing.shot.marks == ()
 
 
-def test_a_click_beside_all_things_marks_the_point(walk):
-    assert marked(walk, (2, 2)) == PointMark("A", 2.0, 2.0)
+def test_click_beside_all_matte_objects_sets_a_point_mark(walk):
+    assert set_mark(walk, (2, 2)) == PointMark("A", 2.0, 2.0)
 
 
-def test_a_click_tells_what_is_never_blurred(walk):
+def test_pick_thing_click_sets_the_matte_that_is_never_blurred(walk):
     reading = walk.files.commands.reading
-    walk.time.marks.pick_thing(reading.take_thing, "never_blur")
+    walk.time.marks.pick_matte(reading.change_matte, "never_blur")
     walk.time.marks.set_point((14, 10))
-    until(walk, lambda: walk.source.plate.cutout is not None, "the cutout")
+    run_until(walk, lambda: walk.source.plate.cutout is not None, "the cutout")
     assert walk.editing.shot.plate_options.never_blur == "Crypto:hero"
     assert walk.editing.shot.marks == ()
-    walk.time.marks.pick_thing(reading.take_thing, "never_blur")
+    walk.time.marks.pick_matte(reading.change_matte, "never_blur")
     walk.time.marks.set_point((2, 2))
-    until(walk, lambda: "No Cryptomatte" in walk.messages.text, "the answer")
-    assert isinstance(marked(walk, (2, 2)), PointMark)  # the click after it sets a mark
+    run_until(walk, lambda: "No Cryptomatte" in walk.messages.text, "the answer")
+    assert isinstance(set_mark(walk, (2, 2)), PointMark)  # the click after it sets a mark
 
 
-def test_the_distances_of_a_thing_are_drawn_with_a_gap_where_it_is_hidden(walk):
-    marked(walk, (14, 10))
+def test_track_of_matte_mark_has_a_gap_where_the_object_is_hidden(walk):
+    set_mark(walk, (14, 10))
 
     def frames():
         (track,) = walk.time.mark_tracks()
         return [frame for line in track.lines for frame, _ in line]
 
-    until(walk, lambda: len(frames()) == COUNT - 1, "all frames")
+    run_until(walk, lambda: len(frames()) == COUNT - 1, "all frames")
     assert frames() == [frame for frame in DISTANCES_M if frame != HIDDEN]
 
 
-def test_the_focus_follows_a_thing_and_goes_on_while_it_is_hidden(walk):
-    mark = marked(walk, (14, 10))
+def test_follow_keeps_focus_on_matte_object_while_it_is_hidden(walk):
+    mark = set_mark(walk, (14, 10))
     walk.time.marks.follow(mark)
-    until(walk, lambda: not walk.time.marks.is_reading, "all frames")
+    run_until(walk, lambda: not walk.time.marks.is_reading, "all frames")
     assert "follows A" in walk.messages.text
     for frame, distance_m in DISTANCES_M.items():
         lens = walk.editing.shot.lens_at(frame)
         assert abs(1 / lens.focus_distance_m - 1 / distance_m) <= 0.51 * sharp_dioptres(lens)
 
 
-def test_an_unknown_thing_is_told(walk):
+def test_follow_reports_unknown_matte(walk):
     walk.time.marks.follow(MatteMark("Z", "cryptomatte:nobody"))
-    until(walk, lambda: not walk.time.marks.is_reading, "the end")
+    run_until(walk, lambda: not walk.time.marks.is_reading, "the end")
     assert "nobody" in walk.messages.text and not walk.editing.shot.key_frames
 
 
 @pytest.fixture
 def card(tmp_path):
-    """A session with a card that walks behind a post, without ids, and the card."""
+    """Yield a session of plates without ids of objects, and their card, which passes a post."""
     walk = Walk(frames=10, end=(0.4, 0.0, 3.4), post=(150.0, 165.0))
     for frame in range(1, walk.frames + 1):
         walk.write(tmp_path / f"card.{frame:04d}.exr", frame)
-    session = begun(tmp_path / "preferences", str(tmp_path / "card.####.exr"))
-    settled(session)
+    session = begin_session(tmp_path / "preferences", str(tmp_path / "card.####.exr"))
+    run_until_settled(session)
     yield session, walk
     session.close()
 
 
-def tracked(session):
-    until(session, lambda: not session.time.marks.is_reading, "the track")
+def wait_for_track(session):
+    run_until(session, lambda: not session.time.marks.is_reading, "the track")
     return session.editing.shot.marks[-1]
 
 
-def test_a_point_becomes_a_tracked_surface_that_the_focus_follows(card):
+def test_track_turns_point_mark_into_a_surface_that_focus_follows(card):
     session, walk = card
     marks = session.time.marks
     x, y = walk.pixel(1)
-    point = marked(session, (round(x), round(y)))
+    point = set_mark(session, (round(x), round(y)))
     marks.track(point, point)
-    mark = tracked(session)
+    mark = wait_for_track(session)
     assert [place.frame for place in mark.places] == list(range(1, 11))
     assert "seen" in session.messages.text
-    assert marks.distances.of_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
+    assert marks.distances.distance_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
     (track,) = session.time.mark_tracks()
     assert len(track.lines) == 2 == 1 + len(track.bridges)  # hidden in the middle
     marks.follow(mark)
@@ -123,47 +123,49 @@ def test_a_point_becomes_a_tracked_surface_that_the_focus_follows(card):
     assert session.editing.shot.marks == (point,)
 
 
-def test_a_click_corrects_a_tracked_surface(card):
+def test_correct_moves_tracked_surface_to_the_clicked_point(card):
     session, walk = card
     marks = session.time.marks
-    wall = marked(session, (20, 20))
+    wall = set_mark(session, (20, 20))
     marks.track(wall, wall)
-    mark = tracked(session)
-    assert marks.distances.of_m(mark, 10) == pytest.approx(WALL_M)
-    session.time.timeline.go(10)
-    until(session, lambda: session.source.is_settled_at(10), "the last frame")
-    settled(session)
+    mark = wait_for_track(session)
+    assert marks.distances.distance_m(mark, 10) == pytest.approx(WALL_M)
+    session.time.timeline.go_to(10)
+    run_until(session, lambda: session.source.is_settled_at(10), "the last frame")
+    run_until_settled(session)
     marks.correct(mark)
     x, y = walk.pixel(10)
     session.time.marks.set_point((round(x), round(y)))
-    mark = tracked(session)
+    mark = wait_for_track(session)
     assert [click.frame for click in mark.clicks] == [1, 10]
-    assert marks.distances.of_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
+    assert marks.distances.distance_m(mark, 10) == pytest.approx(walk.at(10)[2], rel=0.01)
     assert len(session.editing.shot.marks) == 1
 
 
-def test_a_point_is_put_on_its_place_in_the_world(tmp_path):
+def test_place_turns_point_mark_into_a_world_mark(tmp_path):
     """The camera goes back by half a metre a frame, and looks along the axis of the world."""
     walk, axes = Walk(frames=4), np.diag([1.0, 1.0, -1.0, 1.0])
     for frame in range(1, walk.frames + 1):
         matrix = np.eye(4)
         matrix[2, 3] = -0.5 * frame
-        told = {"worldToCamera": np.ascontiguousarray((axes @ matrix).T, np.float32)}
-        walk.write(tmp_path / f"card.{frame:04d}.exr", frame, **told)
-    session = begun(tmp_path / "preferences", str(tmp_path / "card.####.exr"))
-    settled(session)
+        header = {"worldToCamera": np.ascontiguousarray((axes @ matrix).T, np.float32)}
+        walk.write(tmp_path / f"card.{frame:04d}.exr", frame, **header)
+    session = begin_session(tmp_path / "preferences", str(tmp_path / "card.####.exr"))
+    run_until_settled(session)
     marks = session.time.marks
     assert marks.has_world
-    marks.place(marked(session, (20, 20)))
+    marks.fix_in_world(set_mark(session, (20, 20)))
     (mark,) = session.editing.shot.marks
     assert isinstance(mark, WorldMark)
-    session.time.timeline.go(4)
-    settled(session)
-    until(
-        session, lambda: marks.distances.of_m(mark) == pytest.approx(WALL_M + 1.5), "the last frame"
+    session.time.timeline.go_to(4)
+    run_until_settled(session)
+    run_until(
+        session,
+        lambda: marks.distances.distance_m(mark) == pytest.approx(WALL_M + 1.5),
+        "the last frame",
     )
     marks.follow(mark)
-    until(session, lambda: not marks.is_reading, "all frames")
+    run_until(session, lambda: not marks.is_reading, "all frames")
     assert "follows A" in session.messages.text
     assert session.editing.shot.lens_at(1).focus_distance_m == pytest.approx(WALL_M, rel=0.1)
     session.close()

@@ -1,4 +1,4 @@
-"""What neighbouring frames show comes into the window's picture when the playhead rests."""
+"""Hidden surfaces that neighboring frames show are added to the picture at rest."""
 
 import threading
 
@@ -7,12 +7,12 @@ import pytest
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.frame_cache.sequence_reader import NeighbourReader
 from support.dolly_plates import FIRST, write_dolly
-from support.evening import session_of, settled, until
+from support.evening import run_until, run_until_settled, session_of
 
 
-def opened(folder, pattern, **options):
+def open_session(folder, pattern, **options):
     session = session_of(folder, source=pattern, plate_options=PlateOptions(**options))
-    until(session, lambda: session.source.plate is not None, "the first picture")
+    run_until(session, lambda: session.source.plate is not None, "the first picture")
     return session
 
 
@@ -21,50 +21,52 @@ def dolly(tmp_path_factory):
     return write_dolly(tmp_path_factory.mktemp("dolly"))
 
 
-def test_the_first_picture_comes_without_and_then_with(dolly, tmp_path):
-    session = opened(tmp_path, dolly)
+def test_first_picture_gets_hidden_surfaces_from_neighbors_later(dolly, tmp_path):
+    session = open_session(tmp_path, dolly)
     try:
         assert session.source.plate.fragments is None
-        until(session, lambda: session.source.plate.fragments is not None, "what is hidden")
-        settled(session)
-        session.time.timeline.go(FIRST + 3)
-        until(session, lambda: session.source.plate.path.name == "dolly.0004.exr", "the frame")
-        until(session, lambda: session.source.plate.fragments is not None, "what is hidden")
+        run_until(session, lambda: session.source.plate.fragments is not None, "what is hidden")
+        run_until_settled(session)
+        session.time.timeline.go_to(FIRST + 3)
+        run_until(session, lambda: session.source.plate.path.name == "dolly.0004.exr", "the frame")
+        run_until(session, lambda: session.source.plate.fragments is not None, "what is hidden")
     finally:
         session.close()
 
 
-def test_nothing_is_looked_for_if_it_is_switched_off(dolly, tmp_path):
-    session = opened(tmp_path, dolly, neighbours=0)
+def test_neighbors_zero_adds_no_hidden_surfaces(dolly, tmp_path):
+    session = open_session(tmp_path, dolly, neighbours=0)
     try:
-        settled(session)
-        until(session, lambda: session.source.feed._found is not None, "the end of the search")
+        run_until_settled(session)
+        run_until(
+            session, lambda: session.source.feed._searched_pair is not None, "the end of the search"
+        )
         assert session.source.plate.fragments is None
     finally:
         session.close()
 
 
-def test_one_search_runs_at_a_time_however_many_frames_a_hand_passes(dolly, tmp_path, monkeypatch):
-    running, most, gate = [], [], threading.Event()
-    real = NeighbourReader.found
+def test_only_one_neighbor_search_runs_while_playhead_moves(dolly, tmp_path, monkeypatch):
+    running, running_counts, gate = [], [], threading.Event()
+    real_found = NeighbourReader.add_hidden_surfaces
 
-    def slow(self, plate):
+    def find_slowly(self, plate):
         running.append(plate)
-        most.append(len(running))
+        running_counts.append(len(running))
         gate.wait(10)
         running.remove(plate)
-        return real(self, plate)
+        return real_found(self, plate)
 
-    monkeypatch.setattr(NeighbourReader, "found", slow)
-    session = opened(tmp_path, dolly)
+    monkeypatch.setattr(NeighbourReader, "add_hidden_surfaces", find_slowly)
+    session = open_session(tmp_path, dolly)
     try:
         for frame in (FIRST + 1, FIRST + 2, FIRST + 3):
-            session.time.timeline.go(frame)
+            session.time.timeline.go_to(frame)
             name = f"dolly.{frame:04d}.exr"
-            until(session, lambda n=name: session.source.plate.path.name == n, "the frame")
+            run_until(session, lambda n=name: session.source.plate.path.name == n, "the frame")
         gate.set()
-        until(session, lambda: session.source.plate.fragments is not None, "what is hidden")
-        assert session.source.plate.path.name == "dolly.0004.exr" and max(most) == 1
+        run_until(session, lambda: session.source.plate.fragments is not None, "what is hidden")
+        assert session.source.plate.path.name == "dolly.0004.exr" and max(running_counts) == 1
     finally:
         gate.set()
         session.close()

@@ -1,4 +1,4 @@
-"""A reel in a session: one shot is open, the next is a step away, and nothing done is lost."""
+"""A reel in a session: one shot is open, a step opens the next, and no edit is lost."""
 
 import pytest
 
@@ -13,7 +13,15 @@ from heatlens.render.source import opener
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.requests import Focus
 from heatlens.studio.session.time.playback import Ending
-from support.evening import FIRST, LAST, begun, settled, turn, until, write_plates
+from support.evening import (
+    FIRST,
+    LAST,
+    begin_session,
+    run_loop_once,
+    run_until,
+    run_until_settled,
+    write_plates,
+)
 
 GRADE = Grade((1.5, 1.0, 0.7), (0.02, 0.0, -0.02), (1.0, 1.1, 0.9), 0.5)
 CUT = FrameRange(1005, 1010)
@@ -35,75 +43,75 @@ def reel(tmp_path):
 
 @pytest.fixture
 def session(tmp_path, reel):
-    session = begun(tmp_path / "preferences", str(reel))
-    settled(session)
+    session = begin_session(tmp_path / "preferences", str(reel))
+    run_until_settled(session)
     yield session
     session.close()
 
 
-def shown(session, name: str) -> None:
+def wait_for_shot_file(session, name: str) -> None:
     """Wait until the shot file of this name is open."""
 
     def is_open() -> bool:
         path = session.files.documents.path
         return path is not None and path.name == name
 
-    until(session, is_open, name)
-    settled(session)
+    run_until(session, is_open, name)
+    run_until_settled(session)
 
 
-def test_a_reel_opens_its_first_shot_with_the_part_of_the_cut(session):
-    opened = session.files.reel
-    assert opened.at == 0 and session.editing.shot.in_out == CUT
+def test_reel_opens_first_shot_with_its_frames_of_the_cut(session):
+    open_reel = session.files.reel
+    assert open_reel.number == 0 and session.editing.shot.in_out == CUT
     assert session.editing.frame == CUT.first
 
 
-def test_steps_pass_missing_media_and_end_with_a_sentence(session):
-    opened, door = session.files.reel, Board(session)
+def test_reel_steps_skip_missing_media_and_report_the_last_shot(session):
+    open_reel, door = session.files.reel, Board(session)
     door.do("Next shot")
-    shown(session, "s3.heatlens.json")
-    assert opened.at == 2
+    wait_for_shot_file(session, "s3.heatlens.json")
+    assert open_reel.number == 2
     door.do("Next shot")
-    assert opened.at == 2 and "last shot" in session.messages.text
+    assert open_reel.number == 2 and "last shot" in session.messages.text
     door.do("Previous shot")
-    settled(session)
-    assert opened.at == 0 and session.editing.shot.in_out == CUT
-    opened.go(1)
-    assert opened.at == 0 and "/nowhere" in session.messages.text
+    run_until_settled(session)
+    assert open_reel.number == 0 and session.editing.shot.in_out == CUT
+    open_reel.go(1)
+    assert open_reel.number == 0 and "/nowhere" in session.messages.text
 
 
-def test_going_on_saves_a_shot_that_has_a_file(session, reel):
-    opened, door = session.files.reel, Board(session)
-    opened.go(2)
-    shown(session, "s3.heatlens.json")
+def test_reel_step_saves_the_open_shot_file(session, reel):
+    open_reel, door = session.files.reel, Board(session)
+    open_reel.go(2)
+    wait_for_shot_file(session, "s3.heatlens.json")
     door.do(Focus(5.0))
-    settled(session)
-    opened.go(0)
-    settled(session)
+    run_until_settled(session)
+    open_reel.go(0)
+    run_until_settled(session)
     assert read_shot(reel.parent / "s3.heatlens.json").lens.focus_distance_m == 5.0
-    assert opened.focus_of(2).first_m == 5.0
+    assert open_reel.focus_of(2).first_m == 5.0
 
 
-def test_the_focus_of_both_sides_of_a_cut_is_known_before_a_shot_is_opened(session):
-    opened = session.files.reel
-    assert opened.focus_of(2).first_m == opened.focus_of(2).last_m == 3.0
-    assert opened.focus_of(0).last_m == session.editing.shot.lens_at(CUT.last).focus_distance_m
+def test_focus_of_reads_focus_at_a_cut_before_the_shot_is_opened(session):
+    open_reel = session.files.reel
+    assert open_reel.focus_of(2).first_m == open_reel.focus_of(2).last_m == 3.0
+    assert open_reel.focus_of(0).last_m == session.editing.shot.lens_at(CUT.last).focus_distance_m
 
 
-def test_without_a_reel_there_is_no_other_shot(walls):
+def test_next_shot_is_barred_without_a_reel(walls):
     commands = {command.name: command for command in Board(walls).commands}
     assert commands["Next shot"].why_not() and not commands["Next shot"].is_on
 
 
-def test_another_file_can_be_opened_beside_the_reel(session, tmp_path):
-    """Then the list stays, and its next shot is opened as before."""
+def test_reel_stays_when_another_file_is_opened(session, tmp_path):
+    """The list of shots stays, and its next shot is opened as before."""
     (tmp_path / "other").mkdir()
     other = write_plates(tmp_path / "other")
     session.files.commands.open(other)
-    until(session, lambda: session.editing.shot.source == other, "the other plates")
+    run_until(session, lambda: session.editing.shot.source == other, "the other plates")
     session.files.reel.go(2)
-    shown(session, "s3.heatlens.json")
-    assert session.files.reel.at == 2
+    wait_for_shot_file(session, "s3.heatlens.json")
+    assert session.files.reel.number == 2
 
 
 @pytest.fixture
@@ -125,130 +133,134 @@ def cut(tmp_path):
     )
     path = tmp_path / "cut.heatreel.json"
     write_reel(path, Reel("cut", shots))
-    session = begun(tmp_path / "preferences", str(path))
-    settled(session)
+    session = begin_session(tmp_path / "preferences", str(path))
+    run_until_settled(session)
     yield session
     session.close()
 
 
-def played(session, count: int) -> list[tuple[str, int]]:
+def collect_played_frames(session, count: int) -> list[tuple[str, int]]:
     """Play on until the playhead was on `count` frames; return them with their plates."""
-    seen: list[tuple[str, int]] = []
+    played_frames: list[tuple[str, int]] = []
 
     def has_all() -> bool:
-        now = session.editing.shot.source.split("/")[-2], session.editing.frame
-        if not seen or seen[-1] != now:
-            seen.append(now)
-        return len(seen) == count
+        current = session.editing.shot.source.split("/")[-2], session.editing.frame
+        if not played_frames or played_frames[-1] != current:
+            played_frames.append(current)
+        return len(played_frames) == count
 
-    until(session, has_all, "the end")
-    return seen
-
-
-THROUGH = [("a", 1005), ("a", 1006), ("b", 1010), ("b", 1011), ("c", 1003), ("c", 1004)]
+    run_until(session, has_all, "the end")
+    return played_frames
 
 
-def test_playback_goes_on_across_cuts_and_begins_again(cut):
+ALL_FRAMES = [("a", 1005), ("a", 1006), ("b", 1010), ("b", 1011), ("c", 1003), ("c", 1004)]
+
+
+def test_reel_playback_crosses_cuts_and_starts_over(cut):
     timeline = cut.time.timeline
     timeline.playback.ending = Ending.REEL
     timeline.play(1)
-    assert played(cut, 8) == [*THROUGH, *THROUGH[:2]]
-    assert timeline.playback.direction == 1 and cut.files.reel.at == 0
+    assert collect_played_frames(cut, 8) == [*ALL_FRAMES, *ALL_FRAMES[:2]]
+    assert timeline.playback.direction == 1 and cut.files.reel.number == 0
 
 
-def test_other_endings_stay_in_the_shot(cut):
+def test_loop_playback_stays_within_the_shot_of_the_reel(cut):
     cut.time.timeline.play(1)
-    assert played(cut, 4) == [*THROUGH[:2], *THROUGH[:2]]
+    assert collect_played_frames(cut, 4) == [*ALL_FRAMES[:2], *ALL_FRAMES[:2]]
 
 
-def test_playback_stops_where_the_next_shot_cannot_be_opened(cut, tmp_path):
+def test_reel_playback_stops_when_next_shot_cannot_be_opened(cut, tmp_path):
     cut.files.reel.go(2)
-    settled(cut)
+    run_until_settled(cut)
     (tmp_path / "c.heatlens.json").write_text("{")
     timeline = cut.time.timeline
     timeline.playback.ending = Ending.REEL
     timeline.play(1)
-    until(cut, lambda: timeline.playback.direction == 0, "the stop")
+    run_until(cut, lambda: timeline.playback.direction == 0, "the stop")
     assert "c.heatlens.json" in cut.messages.text
     assert cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr")
 
 
-def test_the_next_shot_is_opened_before_it_is_asked_for(cut, tmp_path, monkeypatch):
+def test_reel_opens_the_next_shot_ahead(cut, tmp_path, monkeypatch):
     """Its first plate is read while the shot before is open, and not once more at the cut."""
-    prepared = cut.source.opener._ahead
-    until(cut, lambda: prepared._coming is not None and prepared._coming.done(), "the next plate")
-    monkeypatch.setattr(opener, "_opened", lambda _: pytest.fail("opened once more"))
+    prepared = cut.source.opener._prepared
+    run_until(
+        cut, lambda: prepared._future is not None and prepared._future.done(), "the next plate"
+    )
+    monkeypatch.setattr(opener, "_open", lambda _: pytest.fail("opened once more"))
     cut.files.reel.step(1)
-    turn(cut)
+    run_loop_once(cut)
     assert cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr")
     assert cut.editing.frame == 1010
 
 
-def test_the_part_of_the_cut_is_no_change_of_the_user(cut, tmp_path):
-    """Nothing of it is offered after a crash, and nothing asks in the middle of playback."""
+def test_in_out_of_the_cut_does_not_count_as_a_change(cut, tmp_path):
+    """No copy for recovery is written, and no question to save appears during playback."""
     assert cut.editing.shot.in_out == FrameRange(1005, 1006)
     assert not cut.files.documents.window_title.endswith("*")
     assert not cut.editing.history.past
-    settled(cut)
+    run_until_settled(cut)
     assert not list(tmp_path.rglob("unsaved/*"))
 
 
-def test_the_part_of_the_cut_counts_for_a_shot_with_a_file_too(session):
-    """It plays what the reel shows of it, from its first frame, and that is no change."""
+def test_in_out_of_the_cut_applies_to_a_shot_file(session):
+    """The shot plays the frames that the reel shows of it, and is not marked as changed."""
     session.files.reel.go(2)
-    shown(session, "s3.heatlens.json")
+    wait_for_shot_file(session, "s3.heatlens.json")
     assert session.editing.shot.in_out == CUT and session.editing.frame == CUT.first
     assert session.time.timeline.played == CUT
     assert session.files.documents.is_saved and not session.editing.history.past
 
 
-def test_a_shot_opened_by_itself_keeps_its_own_part(session, reel):
+def test_shot_file_opened_outside_the_reel_has_its_own_in_out(session, reel):
     session.files.reel.go(2)
-    shown(session, "s3.heatlens.json")
+    wait_for_shot_file(session, "s3.heatlens.json")
     session.files.commands.open(str(reel.parent / "s3.heatlens.json"))
-    until(session, lambda: session.editing.shot.in_out is None, "the whole shot")
+    run_until(session, lambda: session.editing.shot.in_out is None, "the whole shot")
 
 
-def test_a_shot_without_a_file_comes_back_as_it_was_left(cut, tmp_path):
-    """With its focus and its keys, and without a question as after a crash."""
-    opened, door = cut.files.reel, Board(cut)
+def test_reel_shot_without_a_file_keeps_its_edits_across_steps(cut, tmp_path):
+    """It keeps its focus and its keys, and asks no question about recovery."""
+    open_reel, door = cut.files.reel, Board(cut)
     door.do(Focus(3.0))
     cut.files.reel.step(1)
-    until(cut, lambda: cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr"), "b")
-    settled(cut)
+    run_until(cut, lambda: cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr"), "b")
+    run_until_settled(cut)
     door.do("Set key")
-    opened.step(-1)
-    until(cut, lambda: cut.editing.shot.source == str(tmp_path / "a" / "walls.####.exr"), "a")
-    settled(cut)
+    open_reel.step(-1)
+    run_until(cut, lambda: cut.editing.shot.source == str(tmp_path / "a" / "walls.####.exr"), "a")
+    run_until_settled(cut)
     assert cut.editing.shot.lens.focus_distance_m == 3.0
     assert cut.editing.shot.in_out == FrameRange(1005, 1006)
-    opened.step(1)
-    until(cut, lambda: cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr"), "b again")
-    settled(cut)
+    open_reel.step(1)
+    run_until(
+        cut, lambda: cut.editing.shot.source == str(tmp_path / "b" / "walls.####.exr"), "b again"
+    )
+    run_until_settled(cut)
     assert cut.editing.shot.key_frames == (1010.0,)
     assert cut.files.documents.offer is None and not cut.files.documents.is_reading
 
 
-def test_a_clip_is_shown_with_the_grade_of_the_edit(tmp_path):
-    """And with the switch off without it; the export then leaves it out too."""
+def test_reel_shot_is_shown_with_its_grade_unless_switched_off(tmp_path):
+    """With "Grade of the shot" off, window and export leave the grade out."""
     source, path = write_plates(tmp_path), tmp_path / "cut.heatreel.json"
     write_reel(
         path, Reel("cut", (ReelShot("s1", source, CUT, grade=GRADE), ReelShot("s2", source)))
     )
-    session = begun(tmp_path / "preferences", str(path))
-    settled(session)
+    session = begin_session(tmp_path / "preferences", str(path))
+    run_until_settled(session)
     try:
         assert session.editing.shot.grade == GRADE and not session.editing.history.past
         color, screen = session.pictures.color, Screen()
         color.apply(session.facts.view, screen, session.facts.shot.grade)
         graded = color.transform.key
-        assert session.pictures.look.options().cdl is None
+        assert session.pictures.display.options().cdl is None
         Board(session).do("Grade of the shot")
         color.apply(session.facts.view, screen, session.facts.shot.grade)
         assert color.transform.key != graded
-        assert session.pictures.look.options().cdl == "none"
+        assert session.pictures.display.options().cdl == "none"
         session.files.reel.go(1)
-        settled(session)
+        run_until_settled(session)
         assert session.editing.shot.grade is None
         assert {c.name: c for c in Board(session).commands}["Grade of the shot"].why_not()
     finally:
@@ -268,7 +280,7 @@ class Screen:
         """Take any transform."""
 
 
-def test_a_grade_is_imported_as_one_step(session, tmp_path):
+def test_import_of_a_grade_is_one_undo_step(session, tmp_path):
     path = tmp_path / "a.cc"
     path.write_text(
         "<ColorCorrection><SOPNode><Slope>1.5 1 0.7</Slope><Offset>0.02 0 -0.02</Offset>"
@@ -276,7 +288,7 @@ def test_a_grade_is_imported_as_one_step(session, tmp_path):
         "</ColorCorrection>"
     )
     session.files.commands.grades.begin(path)
-    until(session, lambda: session.editing.shot.grade is not None, "the grade")
+    run_until(session, lambda: session.editing.shot.grade is not None, "the grade")
     assert session.editing.shot.grade == GRADE and "a.cc" in session.messages.text
     session.editing.undo()
     assert session.editing.shot.grade is None

@@ -1,4 +1,4 @@
-"""How a picture is looked at, measured and compared, without a window."""
+"""How a picture is viewed, measured and compared, without a window."""
 
 import math
 from dataclasses import replace
@@ -19,7 +19,7 @@ from heatlens.studio.session.pictures.picture_view import ColorChoice
 from heatlens.studio.session.pictures.ruler import Intrinsics
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader
 from heatlens.studio.session.speed import Speed
-from support.evening import FIRST, HEIGHT, LEFT, RIGHT, WIDTH, begun, settled
+from support.evening import FIRST, HEIGHT, LEFT, RIGHT, WIDTH, begin_session, run_until_settled
 from support.exr_files import write_file
 from support.plates import coc_plate_of, plate_of
 from support.session_files import room_file
@@ -37,7 +37,7 @@ def view(walls):
 # The ruler
 
 
-def test_a_pixel_lies_where_a_pinhole_camera_sees_it():
+def test_point_m_places_pixel_as_seen_by_a_pinhole_camera():
     camera = Intrinsics(50.0, 36.0, PictureShape(36, 24))
     # One pixel is 1 mm of the sensor: at 50 m a metre.
     assert camera.point_m((18, 12), 50.0) == pytest.approx((0.5, 0.5, 50.0))
@@ -46,20 +46,20 @@ def test_a_pixel_lies_where_a_pinhole_camera_sees_it():
     assert wide.point_m((19, 11), 50.0) == pytest.approx((1.5, -0.25, 50.0))
 
 
-def test_two_presses_measure_the_distance_in_space(walls, view):
+def test_ruler_measures_distance_in_space_between_two_presses(walls, view):
     ruler = view.ruler
     view.toggle_ruler()
     assert ruler.is_on and ruler.why_not() == "" and not walls.messages.text
     ruler.press(LEFT)
-    assert ruler.points == (LEFT,) and ruler.measured() is None
+    assert ruler.points == (LEFT,) and ruler.measure() is None
     across = (RIGHT[0] - LEFT[0], 0)
     pitch = 36.0 / WIDTH / 50.0
-    x0, x1 = ((at[0] + 0.5 - WIDTH / 2) * pitch for at in (LEFT, RIGHT))
-    wanted = math.dist((2 * x0, 0.0, 2.0), (8 * x1, 0.0, 8.0))
-    for measured in (ruler.measured(RIGHT), ruler.press(RIGHT) or ruler.measured()):
-        assert measured.depths_m == (2.0, 8.0)
-        assert measured.distance_m == pytest.approx(wanted, rel=1e-2)
-    assert across and ruler.measured(LEFT) == ruler.measured()  # two points are enough
+    x0, x1 = ((pixel[0] + 0.5 - WIDTH / 2) * pitch for pixel in (LEFT, RIGHT))
+    expected_m = math.dist((2 * x0, 0.0, 2.0), (8 * x1, 0.0, 8.0))
+    for measurement in (ruler.measure(RIGHT), ruler.press(RIGHT) or ruler.measure()):
+        assert measurement.depths_m == (2.0, 8.0)
+        assert measurement.distance_m == pytest.approx(expected_m, rel=1e-2)
+    assert across and ruler.measure(LEFT) == ruler.measure()  # two points are enough
     ruler.press((20, 20))
     assert ruler.points == ((20, 20),)
     ruler.drag((20, 20))
@@ -69,24 +69,24 @@ def test_two_presses_measure_the_distance_in_space(walls, view):
     assert ruler.points == ((20, 20), (22, 20))
     ruler.drag((9999, 20))
     ruler.press((9999, 20))
-    assert ruler.points == ((20, 20), (22, 20)) and ruler.measured((9999, 20)) is not None
+    assert ruler.points == ((20, 20), (22, 20)) and ruler.measure((9999, 20)) is not None
     view.toggle_ruler()
     assert not ruler.is_on and ruler.points == ()
-    assert not view.leave()
+    assert not view.leave_mode()
 
 
-def test_escape_leaves_the_ruler_before_the_grid(walls, view):
+def test_leave_closes_the_ruler_before_the_grid(walls, view):
     view.toggle_compare(Compare.GRID)
     view.toggle_ruler()
     assert walls.facts.view.compare is Compare.OFF and view.ruler.is_on
     view.change(compare=Compare.GRID)
-    assert view.leave() and not view.ruler.is_on and walls.facts.view.compare is Compare.GRID
-    assert view.leave() and walls.facts.view.compare is Compare.OFF
+    assert view.leave_mode() and not view.ruler.is_on and walls.facts.view.compare is Compare.GRID
+    assert view.leave_mode() and walls.facts.view.compare is Compare.OFF
     view.toggle_compare(Compare.WIPE)
-    assert not view.leave() and walls.facts.view.compare is Compare.WIPE
+    assert not view.leave_mode() and walls.facts.view.compare is Compare.WIPE
 
 
-def test_what_cannot_be_measured_says_why(walls, view):
+def test_ruler_says_why_it_cannot_measure(walls, view):
     ruler, picture = view.ruler, walls.source.picture
     grey = np.ones((4, 6, 3), np.float32)
     picture.plate = coc_plate_of(grey, np.ones((4, 6), np.float32))
@@ -95,19 +95,19 @@ def test_what_cannot_be_measured_says_why(walls, view):
     sky[:, :3] = 2.0
     picture.plate = plate_of(grey, sky)
     ruler.points = ((1, 1), (4, 1))
-    assert ruler.measured() is None or math.isinf(ruler.measured().distance_m)
-    ruler.leave()
+    assert ruler.measure() is None or math.isinf(ruler.measure().distance_m)
+    ruler.switch_off()
     ruler.toggle()
     assert "lens" in walls.messages.text
     picture.plate = None
-    assert "distances" not in ruler.why_not() != "" and ruler.measured((1, 1)) is None
+    assert "distances" not in ruler.why_not() != "" and ruler.measure((1, 1)) is None
     assert not ruler.is_inside((1, 1))
 
 
 # The view
 
 
-def test_exposure_goes_in_quarter_stops_and_comes_back(walls, view):
+def test_expose_steps_by_quarter_stops_and_reset_restores(walls, view):
     view.expose(3)
     assert walls.facts.view.exposure_stops == 0.75
     view.expose(-1)
@@ -117,7 +117,7 @@ def test_exposure_goes_in_quarter_stops_and_comes_back(walls, view):
     assert (walls.facts.view.exposure_stops, walls.facts.view.gamma) == (0.0, 1.0)
 
 
-def test_units_guides_and_switches_toggle(walls, view):
+def test_unit_matte_guide_and_peaking_toggle(walls, view):
     for unit in ("ft", "m"):
         view.toggle_unit()
         assert walls.facts.view.unit == unit
@@ -130,7 +130,7 @@ def test_units_guides_and_switches_toggle(walls, view):
         assert walls.facts.view.guides.thirds is is_on is walls.facts.view.is_peaking
 
 
-def test_zoom_is_about_the_middle_and_one_to_one_is_one_pixel(walls, view):
+def test_zoom_keeps_the_middle_and_one_to_one_is_zoom_one(walls, view):
     walls.pictures.view.viewport = Viewport((0.0, 0.0), (96.0, 64.0))
     view.one_to_one()
     assert walls.facts.view.zoom == 1.0
@@ -141,7 +141,7 @@ def test_zoom_is_about_the_middle_and_one_to_one_is_one_pixel(walls, view):
     assert walls.facts.view.zoom is None is walls.facts.view.center_px
 
 
-def test_b_is_the_pinhole_a_method_or_a_reference(walls, view):
+def test_b_can_be_pinhole_method_or_loaded_reference(walls, view):
     view.compare_with(Method.SCATTER)
     state = walls.facts.view
     assert (state.compare, state.against, state.b_method) == (
@@ -160,26 +160,30 @@ def test_b_is_the_pinhole_a_method_or_a_reference(walls, view):
     walls.pictures.references.current = None
 
 
-def test_a_reference_is_read_and_the_one_before_stays_where_it_fails(ctx, tmp_path):
-    said = []
+def test_reference_loader_keeps_last_reference_when_reading_fails(ctx, tmp_path):
+    messages = []
     picture = SimpleNamespace(renderer=SimpleNamespace(ctx=ctx))
     source = SimpleNamespace(picture=picture)
-    loader = ReferenceLoader(shared_of(None, said.append, source))
+    loader = ReferenceLoader(shared_of(None, messages.append, source))
     loader.poll()
     assert loader.current is None
     path = room_file(tmp_path / "r.exr", 8, 6)
     loader.open(path)
     wait_until(lambda: loader.poll() or loader.current is not None)
-    found = loader.current
-    assert found.path == path and said == ["B is r.exr."] and found.texture.size == (8, 6)
-    np.testing.assert_allclose(download(found.texture), read_plate(path).color, rtol=1e-3)
+    first_reference = loader.current
+    assert (
+        first_reference.path == path
+        and messages == ["B is r.exr."]
+        and first_reference.texture.size == (8, 6)
+    )
+    np.testing.assert_allclose(download(first_reference.texture), read_plate(path).color, rtol=1e-3)
     (tmp_path / "bad.exr").write_bytes(b"damaged")
     loader.open(tmp_path / "bad.exr")
     with pytest.raises(HeatlensError, match=r"bad\.exr"):
         wait_until(lambda: loader.poll() or False)
-    assert loader.current is found
+    assert loader.current is first_reference
     loader.open(room_file(tmp_path / "s.exr", 9, 6))
-    wait_until(lambda: loader.poll() or loader.current is not found)
+    wait_until(lambda: loader.poll() or loader.current is not first_reference)
     assert loader.current.texture.size == (9, 6)
     loader.current.texture.release()
 
@@ -187,7 +191,7 @@ def test_a_reference_is_read_and_the_one_before_stays_where_it_fails(ctx, tmp_pa
 # The lens, the time of the window, the picture on the GPU
 
 
-def test_focus_is_nudged_by_a_share_of_the_bar_and_reset(walls):
+def test_lens_commands_nudge_reset_and_cycle_values(walls):
     lens = walls.lens.commands
     start = walls.facts.lens
     most = walls.source.picture.histogram.most_dioptres
@@ -206,14 +210,14 @@ def test_focus_is_nudged_by_a_share_of_the_bar_and_reset(walls):
         ([None, *Quality], lens.next_quality, "quality"),
     ):
         before = getattr(walls.editing.shot.defocus, field)
-        seen = []
+        chosen_values = []
         for _ in values:
             command()
-            seen.append(getattr(walls.editing.shot.defocus, field))
-        assert set(seen) == set(values) and seen[-1] is before
+            chosen_values.append(getattr(walls.editing.shot.defocus, field))
+        assert set(chosen_values) == set(values) and chosen_values[-1] is before
 
 
-def test_what_is_left_of_a_frame_is_for_the_picture():
+def test_speed_gives_the_picture_the_rest_of_a_frame():
     gpu = Speed()
     assert gpu.budget_s == 0.012 and gpu.mean_ms() is None is gpu.pictures_per_second()
     assert math.isinf(gpu.answer_s)
@@ -223,80 +227,82 @@ def test_what_is_left_of_a_frame_is_for_the_picture():
     assert slow.budget_s == pytest.approx(0.068 - 0.02)
     slow.is_for_ring = True
     assert slow.budget_s == pytest.approx(0.04 - 0.02)
-    slow.frame(0.1, 0.05, is_held=False)
+    slow.note_frame(0.1, 0.05, is_dragging=False)
     assert slow.window_s == pytest.approx(0.02 + 0.2 * (0.05 - 0.02))
     slow.window_s = 1.0
     assert slow.budget_s == 0.012
-    slow.frame(0.3, 0.0, is_held=True)
+    slow.note_frame(0.3, 0.0, is_dragging=True)
     assert slow.mean_ms() == pytest.approx(200.0) and slow.pictures_per_second() is None
-    slow.frame(0.2, 0.1, is_held=True)
+    slow.note_frame(0.2, 0.1, is_dragging=True)
     assert slow.pictures_per_second() == pytest.approx(5.0)
     for _ in range(40):
-        slow.frame(0.1, 0.0, is_held=False)
+        slow.note_frame(0.1, 0.0, is_dragging=False)
     assert len(slow.frames_s) == 30
 
 
-def test_an_error_while_drawing_is_a_problem_of_the_frame(renderer):
+def test_gpu_picture_keeps_version_axis_and_problem_of_its_frame(renderer):
     picture = GpuPicture(renderer)
     assert not (picture.is_finer or picture.is_black or picture.is_settled) and not picture.version
     grey, depth = np.ones((4, 6, 3), np.float32), np.full((4, 6), 2.0, np.float32)
-    picture.count_again()
+    picture.mark_changed()
     assert picture.version == 0  # there is none yet
     picture.load(plate_of(grey, depth))
     assert picture.version == 1 and picture.histogram is not None and picture.upload_s > 0
     axis = picture.histogram.most_dioptres
-    picture.reach(0.1)
+    picture.extend_axis(0.1)
     longer = picture.histogram.most_dioptres
     assert longer > axis
-    picture.reach(1.0)
+    picture.extend_axis(1.0)
     assert picture.histogram.most_dioptres == longer  # never shorter
-    picture.begin_axis()
+    picture.reset_axis()
     picture.load(plate_of(grey, depth))
     assert picture.histogram.most_dioptres == axis
-    picture.count_again()
+    picture.mark_changed()
     assert picture.version == 3
     plate = picture.plate
-    with picture.drawing():
+    with picture.draw_safely():
         raise InputError("no lens")
     assert picture.problem == "no lens" and picture.plate is plate
-    with picture.drawing():
+    with picture.draw_safely():
         renderer.load(plate_of(grey, depth))
     assert picture.plate is renderer.loaded.plate is not plate and picture.version == 4
-    with picture.drawing():
+    with picture.draw_safely():
         raise GpuError("no memory")
     assert picture.plate is None and picture.problem == "no memory"
-    picture.ask(7)
+    picture.request(7)
     assert (picture.problem, picture.frame, picture.is_black) == ("", 7, False)
     picture.load(coc_plate_of(grey, depth))
     assert picture.histogram is None
 
 
-def test_a_view_keeps_names_that_the_config_has():
-    said = []
-    color = ColorChoice(None, said.append)
-    assert color.displays() and color.input_spaces() is not None and not said
-    view = color.with_names(ViewState(display="no display", view="no view", input_space="none"))
+def test_with_names_replaces_names_unknown_to_the_color_config():
+    messages = []
+    color = ColorChoice(None, messages.append)
+    assert color.displays() and color.input_spaces() is not None and not messages
+    view = color.limit_to_config(
+        ViewState(display="no display", view="no view", input_space="none")
+    )
     assert view.display in color.displays() and view.view in color.views(view.display)
     assert view.input_space == "" and view.view == color.usual_view(view.display)
-    assert color.with_names(view) == view and color.chosen_view(view) == ""
-    (*_, other) = color.views(view.display)
-    chosen = replace(view, view=other)
-    assert color.with_names(chosen) == chosen and color.chosen_view(chosen) == other
-    assert color.of_plate(chosen, {}) == chosen  # a chosen one stays
+    assert color.limit_to_config(view) == view and color.chosen_view(view) == ""
+    (*_, other_view) = color.views(view.display)
+    chosen = replace(view, view=other_view)
+    assert color.limit_to_config(chosen) == chosen and color.chosen_view(chosen) == other_view
+    assert color.adapt_to_plate(chosen, {}) == chosen  # a chosen one stays
     with pytest.raises(HeatlensError):
-        ColorChoice("/no/such/config.ocio", said.append)
+        ColorChoice("/no/such/config.ocio", messages.append)
 
 
-def test_the_first_frame_is_where_the_walls_begin(walls):
+def test_session_opens_at_the_first_frame_of_the_sequence(walls):
     assert walls.editing.frame == FIRST
 
 
-def test_a_click_takes_the_blurred_foreground_and_a_key_the_other(tmp_path):
+def test_focus_at_takes_blurred_foreground_and_focus_on_other_toggles(tmp_path):
     depth, color = np.full((60, 360), 3.0, np.float32), np.full((60, 360), 0.5, np.float32)
     depth[:, np.arange(360) % 8 >= 3] = 0.9
     write_file(tmp_path / "twigs.exr", dict.fromkeys("RGB", color) | {"Z": depth})
-    session = begun(tmp_path / "preferences", str(tmp_path / "twigs.exr"))
-    settled(session)
+    session = begin_session(tmp_path / "preferences", str(tmp_path / "twigs.exr"))
+    run_until_settled(session)
     lens, editing, hole = session.lens.commands, session.editing, (41, 30)
     editing.edit_lens(Lens(50.0, 1.4, 3.0, 36.0))
     editing.settle()
@@ -311,7 +317,7 @@ def test_a_click_takes_the_blurred_foreground_and_a_key_the_other(tmp_path):
     assert session.facts.lens.focus_distance_m == pytest.approx(0.9)
     editing.undo()
     session.time.marks.set_point(hole)
-    assert session.time.marks.distances.of_m(editing.shot.marks[-1]) == pytest.approx(0.9)
+    assert session.time.marks.distances.distance_m(editing.shot.marks[-1]) == pytest.approx(0.9)
     editing.edit_lens(Lens(50.0, 16.0, 3.0, 36.0))
     lens.focus_on_other()
     assert "no other" in session.messages.text

@@ -12,7 +12,7 @@ RATE = 24.0
 
 
 class Clock:
-    """Stands still unless it is moved."""
+    """A clock that stands still until the test sets `now_s`."""
 
     def __init__(self) -> None:
         self.now_s = 100.0
@@ -21,19 +21,20 @@ class Clock:
         return self.now_s
 
 
-def playing(ending: Ending, direction: int = 1, frame: int = 1001, every: bool = True):
+def start_playback(ending: Ending, direction: int = 1, frame: int = 1001, every: bool = True):
     clock = Clock()
     playback = Playback(clock)
     playback.ending, playback.is_every_frame = ending, every
     return clock, playback, playback.play(direction, frame, FRAMES)
 
 
-def seen(ending: Ending, direction: int, frame: int, count: int) -> list[int]:
-    clock, playback, frame = playing(ending, direction, frame)
+def collect_played_frames(ending: Ending, direction: int, frame: int, count: int) -> list[int]:
+    """Play `count` frames at the exact rate; return the first frame and each later one."""
+    clock, playback, frame = start_playback(ending, direction, frame)
     frames = [frame]
     for _ in range(count):
         clock.now_s += 1 / RATE
-        frames.append(playback.moved(frames[-1], FRAMES, RATE, is_ready=True))
+        frames.append(playback.next_frame(frames[-1], FRAMES, RATE, is_ready=True))
     return frames
 
 
@@ -51,35 +52,39 @@ def seen(ending: Ending, direction: int, frame: int, count: int) -> list[int]:
         (Ending.LOOP, -1, 1009, [5, 4]),
     ],
 )
-def test_it_ends_as_it_shall_and_begins_inside(ending, direction, start, last_digits):
-    assert seen(ending, direction, start, len(last_digits) - 1) == [1000 + d for d in last_digits]
+def test_playback_follows_its_ending_and_begins_within_the_range(
+    ending, direction, start, last_digits
+):
+    assert collect_played_frames(ending, direction, start, len(last_digits) - 1) == [
+        1000 + d for d in last_digits
+    ]
 
 
-def test_once_it_stops_at_the_end():
-    clock, playback, frame = playing(Ending.ONCE, 1, 1004)
+def test_playback_once_stops_at_the_last_frame():
+    clock, playback, frame = start_playback(Ending.ONCE, 1, 1004)
     clock.now_s += 1 / RATE
-    assert playback.moved(frame, FRAMES, RATE, is_ready=True) == 1005
+    assert playback.next_frame(frame, FRAMES, RATE, is_ready=True) == 1005
     assert playback.direction == 0 and playback.seconds_until_due(RATE) is None
 
 
-def test_every_frame_waits_for_the_one_before_and_does_not_rush_afterwards():
-    clock, playback, frame = playing(Ending.LOOP)
+def test_every_frame_playback_waits_and_does_not_catch_up():
+    clock, playback, frame = start_playback(Ending.LOOP)
     clock.now_s += 2.0
-    assert playback.moved(frame, FRAMES, RATE, is_ready=False) == 1001
-    assert playback.moved(frame, FRAMES, RATE, is_ready=True) == 1002
+    assert playback.next_frame(frame, FRAMES, RATE, is_ready=False) == 1001
+    assert playback.next_frame(frame, FRAMES, RATE, is_ready=True) == 1002
     clock.now_s += 0.5 / RATE
-    late = playback.moved(1002, FRAMES, RATE, is_ready=True)
-    assert (late, playback.moved(late, FRAMES, RATE, is_ready=True)) == (1003, 1003)
+    late = playback.next_frame(1002, FRAMES, RATE, is_ready=True)
+    assert (late, playback.next_frame(late, FRAMES, RATE, is_ready=True)) == (1003, 1003)
 
 
 @given(seconds=st.floats(0.0, 10.0), rate=st.sampled_from([12.0, 24000 / 1001, 60.0]))
-def test_in_real_time_the_frame_is_that_of_the_clock_however_often_it_is_asked(seconds, rate):
-    clock, playback, frame = playing(Ending.LOOP, every=False)
-    for part in (0.3, 0.31, 0.9, 1.0):
-        clock.now_s = 100.0 + part * seconds
-        frame = playback.moved(frame, FRAMES, rate, is_ready=False)
-    gone = seconds * rate
-    expected = {1001 + int(gone + rounding) % 5 for rounding in (-1e-4, 0.0, 1e-4)}
+def test_real_time_playback_shows_the_frame_of_the_clock(seconds, rate):
+    clock, playback, frame = start_playback(Ending.LOOP, every=False)
+    for fraction in (0.3, 0.31, 0.9, 1.0):
+        clock.now_s = 100.0 + fraction * seconds
+        frame = playback.next_frame(frame, FRAMES, rate, is_ready=False)
+    frames_passed = seconds * rate
+    expected = {1001 + int(frames_passed + rounding) % 5 for rounding in (-1e-4, 0.0, 1e-4)}
     assert frame in expected
 
 
@@ -91,7 +96,7 @@ def test_in_real_time_the_frame_is_that_of_the_clock_however_often_it_is_asked(s
     every=st.booleans(),
     count=st.integers(1, 6),
 )
-def test_no_frame_outside_is_ever_seen(ending, direction, start, steps, every, count):
+def test_playback_never_leaves_its_frame_range(ending, direction, start, steps, every, count):
     clock, frames = Clock(), FrameRange(1001, 1000 + count)
     playback = Playback(clock)
     playback.ending, playback.is_every_frame = ending, every
@@ -99,11 +104,11 @@ def test_no_frame_outside_is_ever_seen(ending, direction, start, steps, every, c
     for step in steps:
         clock.now_s += step
         assert frame in frames
-        frame = playback.moved(frame, frames, RATE, is_ready=True)
+        frame = playback.next_frame(frame, frames, RATE, is_ready=True)
 
 
-def test_the_loop_sleeps_until_the_next_frame_is_due():
-    clock, playback, _ = playing(Ending.LOOP)
+def test_seconds_until_due_counts_down_to_the_next_frame():
+    clock, playback, _ = start_playback(Ending.LOOP)
     assert playback.seconds_until_due(RATE) == pytest.approx(1 / RATE)
     assert not playback.is_due(RATE)
     clock.now_s += 1 / RATE
@@ -111,28 +116,30 @@ def test_the_loop_sleeps_until_the_next_frame_is_due():
 
 
 @pytest.mark.parametrize("every", [True, False])
-def test_late_playback_of_every_frame_drops_none_before_a_cut(every):
+def test_late_every_frame_playback_drops_no_frame_before_a_cut(every):
     """At 1004 and 0.2 s late: every frame shows 1005 before the next shot, real time does not."""
-    clock, playback, frame = playing(Ending.REEL, 1, 1004, every)
+    clock, playback, frame = start_playback(Ending.REEL, 1, 1004, every)
     cuts = []
     playback.next_shot = lambda: not cuts.append(clock.now_s)
     clock.now_s += 0.2
-    frame = playback.moved(frame, FRAMES, RATE, is_ready=True)
+    frame = playback.next_frame(frame, FRAMES, RATE, is_ready=True)
     assert (frame, len(cuts)) == ((1005, 0) if every else (1004, 1))
 
 
-def test_the_wait_for_the_next_shot_drops_none_of_its_frames():
-    clock, playback, frame = playing(Ending.REEL, 1, 1005, every=False)
+def test_waiting_for_the_next_shot_drops_none_of_its_frames():
+    clock, playback, frame = start_playback(Ending.REEL, 1, 1005, every=False)
     playback.next_shot = lambda: True
     clock.now_s += 5.0
-    assert playback.moved(frame, FRAMES, RATE, is_ready=True) == 1005
+    assert playback.next_frame(frame, FRAMES, RATE, is_ready=True) == 1005
     clock.now_s += 5.0  # until it has arrived
-    assert playback.moved(1001, FRAMES, RATE, is_ready=True) == 1001
+    assert playback.next_frame(1001, FRAMES, RATE, is_ready=True) == 1001
     clock.now_s += 1 / RATE
-    assert playback.moved(1001, FRAMES, RATE, is_ready=True) == 1002
+    assert playback.next_frame(1001, FRAMES, RATE, is_ready=True) == 1002
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_without_a_next_shot_it_begins_again(direction):
+def test_reel_playback_without_a_next_shot_starts_over(direction):
     start = 1004 if direction > 0 else 1002
-    assert seen(Ending.REEL, direction, start, 2)[-1] == (1001 if direction > 0 else 1005)
+    assert collect_played_frames(Ending.REEL, direction, start, 2)[-1] == (
+        1001 if direction > 0 else 1005
+    )

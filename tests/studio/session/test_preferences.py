@@ -1,4 +1,4 @@
-"""What is remembered from one start to the next, and files that say something else."""
+"""Preferences that are kept from one start to the next, and damaged or wrong files of them."""
 
 import json
 import os
@@ -19,9 +19,9 @@ from heatlens.media.live.ring.channel_map import ChannelMap, Ring
 from heatlens.studio.session.settings.preferences import (
     FILE_NAME,
     Preferences,
-    Remembered,
+    PreferenceValues,
     Theme,
-    merged,
+    merge_changes,
 )
 from heatlens.studio.session.time.playback import Ending
 from support.command_line import ENVIRONMENT
@@ -37,7 +37,7 @@ OPTIONS = st.builds(
     far_m=st.none() | st.floats(10, 1e6),
 )
 REMEMBERED = st.builds(
-    Remembered,
+    PreferenceValues,
     recent=st.lists(st.text(), max_size=4).map(tuple),
     folders=st.dictionaries(st.text(), st.text(), max_size=3),
     plates=st.dictionaries(st.text(), OPTIONS, max_size=3),
@@ -72,18 +72,20 @@ REMEMBERED = st.builds(
         max_size=3,
     ).map(tuple),
 )
-FULL = Remembered(("/a/b.exr",), {"open": "/a"}, {"/a": PlateOptions(near_m=1.0)}, "D", "V", "ft")
+FULL = PreferenceValues(
+    ("/a/b.exr",), {"open": "/a"}, {"/a": PlateOptions(near_m=1.0)}, "D", "V", "ft"
+)
 
 
 def write(preferences: Preferences) -> None:
-    saving = preferences.saving()
+    saving = preferences.save_function()
     if saving is not None:
         saving()
 
 
-def saved(folder: Path, now: Remembered) -> Path:
+def save_preferences(folder: Path, remembered: PreferenceValues) -> Path:
     preferences = Preferences.load(folder)
-    preferences.now = now
+    preferences.values = remembered
     write(preferences)
     return folder / FILE_NAME
 
@@ -92,30 +94,30 @@ def saved(folder: Path, now: Remembered) -> Path:
 
 
 @given(REMEMBERED)
-def test_what_is_saved_is_what_is_loaded(tmp_path_factory, now):
+def test_loaded_preferences_equal_the_saved_ones(tmp_path_factory, remembered):
     folder = tmp_path_factory.mktemp("config")
-    saved(folder, now)
+    save_preferences(folder, remembered)
     loaded = Preferences.load(folder)
-    assert (loaded.now, loaded.problem) == (now, "")
+    assert (loaded.values, loaded.problem) == (remembered, "")
 
 
-def test_without_a_file_all_is_as_in_the_beginning(tmp_path):
+def test_missing_preferences_file_loads_defaults_and_writes_nothing(tmp_path):
     loaded = Preferences.load(tmp_path / "not" / "there")
-    assert (loaded.now, loaded.problem) == (Remembered(), "")
+    assert (loaded.values, loaded.problem) == (PreferenceValues(), "")
     write(loaded)
     assert list(tmp_path.iterdir()) == []  # nothing changed, nothing written
 
 
-def test_only_the_user_may_read_what_was_opened(tmp_path):
+def test_preferences_file_is_readable_by_its_user_only(tmp_path):
     preferences = Preferences.load(tmp_path)
-    preferences.opened("/somewhere/private.exr")
+    preferences.remember_opened("/somewhere/private.exr")
     write(preferences)
     assert preferences.path is not None
     assert preferences.path.stat().st_mode & 0o777 == 0o600
 
 
-def test_nothing_is_written_that_was_written_already(tmp_path):
-    path = saved(tmp_path, FULL)
+def test_unchanged_preferences_are_not_written_again(tmp_path):
+    path = save_preferences(tmp_path, FULL)
     preferences = Preferences.load(tmp_path)
     path.unlink()
     write(preferences)
@@ -125,10 +127,10 @@ def test_nothing_is_written_that_was_written_already(tmp_path):
     assert path.exists()
 
 
-def test_in_memory_nothing_is_written(tmp_path, monkeypatch):
+def test_preferences_in_memory_write_no_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     preferences = Preferences()
-    preferences.opened("a.exr")
+    preferences.remember_opened("a.exr")
     write(preferences)
     assert list(tmp_path.iterdir()) == []
 
@@ -137,10 +139,10 @@ DAMAGED = [b"", b"{", b"[]", b"null", b"\xff\xfe\x00", b'{"unit": "m"', b'{"unit
 
 
 @pytest.mark.parametrize("content", DAMAGED)
-def test_a_damaged_file_is_told_and_set_aside(tmp_path, content):
+def test_damaged_preferences_file_is_reported_and_set_aside(tmp_path, content):
     (tmp_path / FILE_NAME).write_bytes(content)
     loaded = Preferences.load(tmp_path)
-    assert loaded.now == Remembered()
+    assert loaded.values == PreferenceValues()
     assert FILE_NAME in loaded.problem and "settings are reset" in loaded.problem
     aside = tmp_path / "preferences.damaged.json"
     assert aside.exists() is bool(content) is (aside.name in loaded.problem)
@@ -148,7 +150,7 @@ def test_a_damaged_file_is_told_and_set_aside(tmp_path, content):
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
-def test_a_pipe_or_device_is_told_and_not_read(tmp_path, make):
+def test_preferences_at_a_pipe_or_device_are_reported_and_not_read(tmp_path, make):
     make(tmp_path / FILE_NAME)
     assert "it is not a file" in Preferences.load(tmp_path).problem
 
@@ -156,72 +158,79 @@ def test_a_pipe_or_device_is_told_and_not_read(tmp_path, make):
 # Two windows
 
 
-def test_two_windows_keep_the_changes_of_both(tmp_path):
-    saved(tmp_path, replace(FULL, recent=tuple(f"/old/{k}" for k in range(10)), folders={"a": "/"}))
-    one, two = Preferences.load(tmp_path), Preferences.load(tmp_path)
-    one.opened("/one.exr")
-    one.change(unit="m", ui_scales={"left": 1.5})
-    one.read_so(Path("/one"), PlateOptions(near_m=2.0))
-    write(one)
-    two.opened("/two.exr")
-    two.change(layout="mine", ui_scales={"right": 2.0}, folders={})
-    write(two)
-    write(one)  # nothing has changed since
-    now = Preferences.load(tmp_path).now
-    assert now.recent[:3] == ("/two.exr", "/one.exr", "/old/0") and len(now.recent) == 10
-    assert (now.unit, now.layout, now.view) == ("m", "mine", FULL.view)
-    assert now.ui_scales == {"left": 1.5, "right": 2.0} and now.folders == {}
-    assert set(now.plates) == {"/a", "/one"}
+def test_preferences_of_two_windows_keep_the_changes_of_both(tmp_path):
+    save_preferences(
+        tmp_path, replace(FULL, recent=tuple(f"/old/{k}" for k in range(10)), folders={"a": "/"})
+    )
+    first_window, second_window = Preferences.load(tmp_path), Preferences.load(tmp_path)
+    first_window.remember_opened("/one.exr")
+    first_window.change(unit="m", ui_scales={"left": 1.5})
+    first_window.remember_options(Path("/one"), PlateOptions(near_m=2.0))
+    write(first_window)
+    second_window.remember_opened("/two.exr")
+    second_window.change(layout="mine", ui_scales={"right": 2.0}, folders={})
+    write(second_window)
+    write(first_window)  # nothing has changed since
+    loaded = Preferences.load(tmp_path).values
+    assert loaded.recent[:3] == ("/two.exr", "/one.exr", "/old/0") and len(loaded.recent) == 10
+    assert (loaded.unit, loaded.layout, loaded.view) == ("m", "mine", FULL.view)
+    assert loaded.ui_scales == {"left": 1.5, "right": 2.0} and loaded.folders == {}
+    assert set(loaded.plates) == {"/a", "/one"}
 
 
 @given(REMEMBERED, REMEMBERED, REMEMBERED)
-def test_what_is_merged_has_what_changed_and_else_what_was_there(theirs, before, now):
-    theirs, before, now = (replace(of, recent=()) for of in (theirs, before, now))
-    assert merged(before, before, now) == now and merged(theirs, now, now) == theirs
-    found = merged(theirs, before, now)
+def test_merged_takes_own_changes_and_otherwise_their_values(theirs, before, after):
+    theirs, before, after = (replace(values, recent=()) for values in (theirs, before, after))
+    assert (
+        merge_changes(before, before, after) == after
+        and merge_changes(theirs, after, after) == theirs
+    )
+    merged_values = merge_changes(theirs, before, after)
     for name in ("display", "layout", "guides", "theme", "ring_maps"):
-        changed = getattr(now, name) != getattr(before, name)
-        assert getattr(found, name) == getattr(now if changed else theirs, name)
-    for name in now.plates:
-        of = now if now.plates[name] != before.plates.get(name) else theirs
-        assert found.plates.get(name) == of.plates.get(name)
+        changed = getattr(after, name) != getattr(before, name)
+        assert getattr(merged_values, name) == getattr(after if changed else theirs, name)
+    for name in after.plates:
+        expected = after if after.plates[name] != before.plates.get(name) else theirs
+        assert merged_values.plates.get(name) == expected.plates.get(name)
 
 
 NAMES = st.lists(st.sampled_from([f"/p/{i}.exr" for i in range(14)]), max_size=10, unique=True)
 
 
 @given(NAMES, NAMES, st.lists(st.sampled_from(["/a", "/b", "/c"])))
-def test_files_that_were_opened_come_first_and_others_stay(theirs, before, opened):
-    mine = Preferences(Remembered(recent=tuple(before)))
+def test_merged_recent_files_begin_with_those_opened_here(theirs, before, opened):
+    mine = Preferences(PreferenceValues(recent=tuple(before)))
     for name in opened:
-        mine.opened(name)
-    found = merged(Remembered(recent=tuple(theirs)), Remembered(recent=tuple(before)), mine.now)
+        mine.remember_opened(name)
+    merged_values = merge_changes(
+        PreferenceValues(recent=tuple(theirs)), PreferenceValues(recent=tuple(before)), mine.values
+    )
     latest = list(dict.fromkeys(reversed(opened)))
-    rest = [name for name in theirs if name not in latest]
-    assert list(found.recent) == (latest + rest)[:10]
+    other_files = [name for name in theirs if name not in latest]
+    assert list(merged_values.recent) == (latest + other_files)[:10]
 
 
-def test_windows_that_write_at_the_same_time_lose_nothing(tmp_path):
-    """Each is a process of its own, as windows are."""
+def test_preferences_written_by_two_processes_lose_nothing(tmp_path):
+    """Two processes write to one preferences file, as two windows do."""
     code = (
         "import sys; from pathlib import Path\n"
         "from heatlens.studio.session.settings.preferences import Preferences\n"
         "preferences = Preferences.load(Path(sys.argv[1]))\n"
         "for k in range(20):\n"
-        "    preferences.looked_in(f'{sys.argv[2]} {k}', Path('/there'))\n"
-        "    preferences.saving()()\n"
+        "    preferences.remember_folder(f'{sys.argv[2]} {k}', Path('/there'))\n"
+        "    preferences.save_function()()\n"
     )
     command = [sys.executable, "-c", code, str(tmp_path)]
     windows = [subprocess.Popen([*command, name], env=ENVIRONMENT) for name in ("one", "two")]
     assert [window.wait(60) for window in windows] == [0, 0]
-    assert len(Preferences.load(tmp_path).now.folders) == 40
+    assert len(Preferences.load(tmp_path).values.folders) == 40
 
 
-def test_a_window_that_was_stopped_holds_up_no_other(tmp_path, monkeypatch):
-    monkeypatch.setattr(atomic_file, "_PATIENCE_S", 0.1)
-    with atomic_file.locked(tmp_path / "preferences.lock"):
-        saved(tmp_path, FULL)
-    assert Preferences.load(tmp_path).now == FULL
+def test_held_lock_delays_saving_only_for_a_limited_time(tmp_path, monkeypatch):
+    monkeypatch.setattr(atomic_file, "_LOCK_WAIT_S", 0.1)
+    with atomic_file.lock_file(tmp_path / "preferences.lock"):
+        save_preferences(tmp_path, FULL)
+    assert Preferences.load(tmp_path).values == FULL
 
 
 WRONG = [
@@ -254,31 +263,31 @@ WRONG = [
 
 
 @pytest.mark.parametrize("wrong", WRONG)
-def test_one_wrong_entry_costs_no_other(tmp_path, wrong):
-    path = saved(tmp_path, FULL)
+def test_wrong_preference_entry_is_reset_and_the_others_are_kept(tmp_path, wrong):
+    path = save_preferences(tmp_path, FULL)
     (name,) = wrong
     path.write_text(json.dumps(json.loads(path.read_text()) | wrong))
     loaded = Preferences.load(tmp_path)
-    for field in Remembered.__dataclass_fields__:
-        of = Remembered() if field == name else FULL
-        assert getattr(loaded.now, field) == getattr(of, field)
+    for field in PreferenceValues.__dataclass_fields__:
+        expected = PreferenceValues() if field == name else FULL
+        assert getattr(loaded.values, field) == getattr(expected, field)
     assert name in loaded.problem
 
 
-def test_entries_of_another_version_are_passed_over(tmp_path):
-    path = saved(tmp_path, FULL)
+def test_unknown_preference_entries_are_ignored(tmp_path):
+    path = save_preferences(tmp_path, FULL)
     path.write_text(json.dumps(json.loads(path.read_text()) | {"phase of the moon": "full"}))
     loaded = Preferences.load(tmp_path)
-    assert (loaded.now, loaded.problem) == (FULL, "")
+    assert (loaded.values, loaded.problem) == (FULL, "")
 
 
-def test_where_nothing_can_be_written_it_is_said_once(tmp_path):
+def test_failed_write_of_preferences_is_reported_once(tmp_path):
     (tmp_path / "file").write_text("")
     preferences = Preferences.load(tmp_path / "file" / "heatlens")
-    preferences.opened("a.exr")
+    preferences.remember_opened("a.exr")
     with pytest.raises(InputError, match="Preferences cannot be saved"):
         write(preferences)
-    preferences.opened("b.exr")
+    preferences.remember_opened("b.exr")
     write(preferences)
 
 
@@ -286,35 +295,35 @@ def test_where_nothing_can_be_written_it_is_said_once(tmp_path):
 
 
 @given(st.lists(st.sampled_from([f"/p/{i}.exr" for i in range(14)]), max_size=40))
-def test_recent_files_are_the_last_ten_different_ones(opened):
+def test_recent_files_are_the_last_ten_different_ones_opened(opened):
     preferences = Preferences()
     for text in opened:
-        preferences.opened(text)
-    assert list(preferences.now.recent) == list(dict.fromkeys(reversed(opened)))[:10]
+        preferences.remember_opened(text)
+    assert list(preferences.values.recent) == list(dict.fromkeys(reversed(opened)))[:10]
 
 
-def test_options_count_for_the_files_of_their_folder_alone(tmp_path):
+def test_options_for_applies_only_to_files_of_the_same_folder(tmp_path):
     preferences, options = Preferences(), PlateOptions(scene_unit_m=0.01)
-    preferences.read_so(tmp_path, options)
+    preferences.remember_options(tmp_path, options)
     for text in (tmp_path / "a.exr", tmp_path / "a.####.exr", tmp_path):
         assert preferences.options_for(str(text)) == options
     for text in (tmp_path / "sub" / "a.exr", tmp_path.parent / "a.exr"):
         assert preferences.options_for(str(text)) == PlateOptions()
-    preferences.read_so(tmp_path, PlateOptions())
-    assert preferences.now == Remembered()
+    preferences.remember_options(tmp_path, PlateOptions())
+    assert preferences.values == PreferenceValues()
 
 
 @given(OPTIONS, st.sampled_from(["auto", "distance", "inverse", "normalized", "disparity", "coc"]))
-def test_ends_are_remembered_where_the_depth_has_ends(options, convention):
-    """Files of earlier versions may hold others; these are dropped once, and told."""
+def test_near_and_far_are_kept_only_for_conventions_that_use_them(options, convention):
+    """Ends of other conventions, from files of earlier versions, are dropped and reported once."""
     options = replace(options, depth_convention=convention)
-    preferences = Preferences(Remembered(plates={"/a": options}))
-    found = preferences.options_for("/a/b.exr")
+    preferences = Preferences(PreferenceValues(plates={"/a": options}))
+    restored_options = preferences.options_for("/a/b.exr")
     takes_ends = convention in ("auto", "normalized", "disparity")
     ends = (options.near_m, options.far_m) if takes_ends else (None, None)
-    assert found == replace(options, near_m=ends[0], far_m=ends[1])
-    assert bool(preferences.problem) is (found != options)
+    assert restored_options == replace(options, near_m=ends[0], far_m=ends[1])
+    assert bool(preferences.problem) is (restored_options != options)
     preferences.problem = ""
-    assert preferences.options_for("/a/c.exr") == found and not preferences.problem
-    preferences.read_so(Path("/a"), options)
-    assert preferences.options_for("/a/c.exr") == found and not preferences.problem
+    assert preferences.options_for("/a/c.exr") == restored_options and not preferences.problem
+    preferences.remember_options(Path("/a"), options)
+    assert preferences.options_for("/a/c.exr") == restored_options and not preferences.problem

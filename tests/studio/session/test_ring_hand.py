@@ -1,4 +1,4 @@
-"""The lens follows the ring, and the hand in the window wins until the ring is turned again."""
+"""The lens follows the ring; a value set in the window stays until the ring is turned again."""
 
 from dataclasses import replace
 
@@ -7,18 +7,18 @@ import pytest
 from heatlens.core.model.lens.lens import Lens, MeasuredFrom
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.live.ring.channel_map import Ring
-from heatlens.media.live.ring.sources import Heard, LensSample
+from heatlens.media.live.ring.sources import LensSample, SourceState
 from heatlens.studio.session.live.ring_hand import RingHand
 from heatlens.studio.session.shot.editing import Editing
 
 
 class FakeReceiver:
-    """What a receiver would have heard."""
+    """Stand-in for a receiver, whose samples the test sets."""
 
     def __init__(self) -> None:
-        self.now = Heard(None, (), 0.0, 0.0, 0)
+        self.now = SourceState(None, (), 0.0, 0.0, 0)
 
-    def heard(self, source: str | None = None) -> Heard:
+    def source_state(self, source: str | None = None) -> SourceState:
         return self.now
 
     def seconds_until_due(self) -> None:
@@ -27,7 +27,7 @@ class FakeReceiver:
     def hears(self, age_s: float = 0.0, **values: float) -> None:
         before = self.now.sample or LensSample()
         sample = replace(before, source="A", **values)
-        self.now = Heard(sample, ("A",), 50.0, age_s, self.now.version + 1)
+        self.now = SourceState(sample, ("A",), 50.0, age_s, self.now.version + 1)
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def hand(receiver, editing, said) -> RingHand:
     return RingHand(receiver, editing, said.append)
 
 
-def test_what_the_ring_tells_is_the_lens_and_the_rest_stays(hand, receiver, editing):
+def test_ring_sets_the_lens_values_it_sends_and_no_others(hand, receiver, editing):
     receiver.hears(focus_distance_m=1.4)
     hand.poll()
     assert editing.lens == Lens(50.0, 2.8, 1.4, 36.0)
@@ -59,7 +59,7 @@ def test_what_the_ring_tells_is_the_lens_and_the_rest_stays(hand, receiver, edit
     assert editing.lens == Lens(85.0, 1.4, 1.4, 36.0)
 
 
-def test_a_value_set_by_hand_stays_until_the_ring_is_turned(hand, receiver, editing):
+def test_focus_set_in_the_window_stays_until_the_ring_is_turned(hand, receiver, editing):
     receiver.hears(focus_distance_m=1.4)
     hand.poll()
     editing.edit_lens(replace(editing.lens, focus_distance_m=5.0))
@@ -71,7 +71,7 @@ def test_a_value_set_by_hand_stays_until_the_ring_is_turned(hand, receiver, edit
     assert editing.lens.focus_distance_m == 1.5
 
 
-def test_a_turn_is_one_step_of_undo(hand, receiver, editing):
+def test_turn_of_the_ring_is_one_undo_step(hand, receiver, editing):
     before = editing.shot
     for distance_m in (1.9, 1.8, 1.7):
         receiver.hears(focus_distance_m=distance_m)
@@ -81,7 +81,7 @@ def test_a_turn_is_one_step_of_undo(hand, receiver, editing):
     assert editing.shot == before
 
 
-def test_silence_is_said_once_and_the_lens_stays(hand, receiver, editing, said):
+def test_silent_ring_is_reported_once_and_the_lens_stays(hand, receiver, editing, said):
     receiver.hears(focus_distance_m=1.4)
     hand.poll()
     for _ in range(3):
@@ -93,7 +93,7 @@ def test_silence_is_said_once_and_the_lens_stays(hand, receiver, editing, said):
     assert hand.seconds_until_needed() is None
 
 
-def test_an_impossible_lens_is_said_and_not_taken(hand, receiver, editing, said):
+def test_impossible_lens_from_the_ring_is_reported_and_ignored(hand, receiver, editing, said):
     before = editing.lens
     receiver.hears(focus_distance_m=0.01)
     hand.poll()
@@ -101,7 +101,7 @@ def test_an_impossible_lens_is_said_and_not_taken(hand, receiver, editing, said)
     assert "cannot be used" in said[-1]
 
 
-def test_a_ring_that_is_not_followed_changes_nothing(hand, receiver, editing):
+def test_ring_that_is_not_followed_changes_nothing(hand, receiver, editing):
     hand.is_followed = False
     before = editing.shot
     receiver.hears(focus_distance_m=1.4)
@@ -109,12 +109,12 @@ def test_a_ring_that_is_not_followed_changes_nothing(hand, receiver, editing):
     assert editing.shot == before
 
 
-def test_a_channel_is_learnt_and_turns_the_lens(hand, receiver, editing, said):
+def test_learned_channel_turns_the_iris(hand, receiver, editing, said):
     receiver.hears(channels={"/1/fader1": 0.2})
     hand.learn(Ring.IRIS)
     before = editing.lens
-    for turned in (0.2, 0.6, 1.0):
-        receiver.hears(channels={"/1/fader1": turned})
+    for value in (0.2, 0.6, 1.0):
+        receiver.hears(channels={"/1/fader1": value})
         hand.poll()
     assert editing.lens == before  # it waits while the control is learnt
     hand.end_learning()
@@ -122,75 +122,75 @@ def test_a_channel_is_learnt_and_turns_the_lens(hand, receiver, editing, said):
     receiver.hears(channels={"/1/fader1": 1.0})
     hand.poll()
     assert editing.lens.f_stop == 22.0
-    hand.map(Ring.IRIS, None)
+    hand.set_map(Ring.IRIS, None)
     receiver.hears(channels={"/1/fader1": 0.2})
     hand.poll()
     assert editing.lens.f_stop == 22.0
 
 
-def test_where_nothing_was_turned_it_is_said(hand, receiver, said):
+def test_learning_without_a_turn_is_reported(hand, receiver, said):
     hand.learn(Ring.FOCUS)
     hand.end_learning()
     assert "none was learnt" in said[-1] and hand.maps == ()
 
 
-def test_the_time_to_the_picture_is_from_the_first_turn_to_the_picture_of_the_last(
-    receiver, editing, said
-):
-    now = [10.0]
-    hand = RingHand(receiver, editing, said.append, clock=lambda: now[0])
+def test_to_picture_s_runs_from_first_turn_to_picture_of_the_last(receiver, editing, said):
+    clock_s = [10.0]
+    hand = RingHand(receiver, editing, said.append, clock=lambda: clock_s[0])
     before = editing.lens
-    assert hand.to_picture_s is None
+    assert hand.median_latency_s is None
     receiver.hears(focus_distance_m=1.4, age_s=0.003)
     hand.poll()
-    now[0] = 10.02
-    hand.seen(before)  # the picture of the lens before is still there
+    clock_s[0] = 10.02
+    hand.note_shown_lens(before)  # the picture of the lens before is still there
     receiver.hears(focus_distance_m=1.5)
     hand.poll()
-    now[0] = 10.037
-    hand.seen(editing.lens)
-    assert hand.to_picture_s == pytest.approx(0.040)
-    hand.seen(editing.lens)  # the same picture counts once
-    assert hand.to_picture_s == pytest.approx(0.040)
+    clock_s[0] = 10.037
+    hand.note_shown_lens(editing.lens)
+    assert hand.median_latency_s == pytest.approx(0.040)
+    hand.note_shown_lens(editing.lens)  # the same picture counts once
+    assert hand.median_latency_s == pytest.approx(0.040)
 
 
-def test_without_a_ring_there_is_nothing_to_wait_for(editing, said):
+def test_ring_hand_without_a_ring_waits_for_nothing(editing, said):
     hand = RingHand(None, editing, said.append)
     hand.poll()
     assert hand.heard is None and hand.seconds_until_needed() is None
 
 
-def test_the_thread_that_hears_the_ring_wakes_the_window_for_a_turn(receiver, editing, said):
-    woken: list[int] = []
-    hand = RingHand(receiver, editing, said.append, wake=lambda: woken.append(1))
+def test_ring_news_wakes_the_window_only_for_a_changed_lens(receiver, editing, said):
+    wake_calls: list[int] = []
+    hand = RingHand(receiver, editing, said.append, wake=lambda: wake_calls.append(1))
     receiver.hears(focus_distance_m=1.4)
     receiver.on_news()
-    assert woken == [1] and hand.news.is_due
+    assert wake_calls == [1] and hand.news.is_due
     hand.poll()
     assert not hand.news.is_due
     receiver.hears(focus_distance_m=1.4)  # the same again, as a camera sends it all the time
     receiver.on_news()
-    assert woken == [1]
+    assert wake_calls == [1]
 
 
-def test_a_ring_is_turning_for_a_moment_after_each_turn(receiver, editing, said):
-    now = [10.0]
-    hand = RingHand(receiver, editing, said.append, clock=lambda: now[0])
+def test_is_turning_lasts_a_moment_after_each_turn(receiver, editing, said):
+    clock_s = [10.0]
+    hand = RingHand(receiver, editing, said.append, clock=lambda: clock_s[0])
     assert not hand.is_turning
     receiver.hears(focus_distance_m=1.4)
     hand.poll()
-    now[0] += 0.1
+    clock_s[0] += 0.1
     hand.poll()
     assert hand.is_turning
-    now[0] += 1.0
+    clock_s[0] += 1.0
     hand.poll()
     assert not hand.is_turning
 
 
-@pytest.mark.parametrize("told", [{}, {"pupil_offset_mm": 120.0}])
-def test_a_ring_measured_from_the_film_plane_is_nearer_to_the_pupil(hand, receiver, editing, told):
+@pytest.mark.parametrize("more_values", [{}, {"pupil_offset_mm": 120.0}])
+def test_ring_distance_from_film_plane_is_converted_to_the_pupil(
+    hand, receiver, editing, more_values
+):
     offset = {"measured_from": MeasuredFrom.FILM, "pupil_offset_mm": 120.0}
     editing.edit_lens(replace(editing.lens, **offset))
-    receiver.hears(focus_distance_m=2.0, **told)
+    receiver.hears(focus_distance_m=2.0, **more_values)
     hand.poll()
     assert editing.lens.focus_distance_m == pytest.approx(1.88)

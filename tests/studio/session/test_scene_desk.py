@@ -14,27 +14,27 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.studio.session.scenes import following
 from heatlens.studio.session.scenes.clip_choice import ALL_CLIPS
-from heatlens.studio.session.scenes.following import Following
+from heatlens.studio.session.scenes.following import PointMeasurement
 from heatlens.studio.session.scenes.scene_commands import CameraDrag
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.start import Start
-from support.evening import settled, turn, until
+from support.evening import run_loop_once, run_until, run_until_settled
 from support.gltf_files import GltfWriter
 from support.session_files import QUICK, room_file, write_scene
 
 
-def opened(renderer, folder, path):
+def open_small_session(renderer, folder, path):
     session = Session(
         renderer,
         Start(str(path), defocus=QUICK),
         preferences=Preferences.load(folder / "preferences"),
     )
     session.begin()
-    until(session, lambda: session.source.opened is not None, "the scene")
+    run_until(session, lambda: session.source.opened is not None, "the scene")
     small = replace(session.editing.shot.framing, width_px=48, height_px=32)
     session.editing.begin(replace(session.editing.shot, framing=small))
-    settled(session)
+    run_until_settled(session)
     return session
 
 
@@ -45,7 +45,7 @@ def path(tmp_path_factory):
 
 @pytest.fixture
 def session(ctx, renderer: FrameRenderer, tmp_path, path):
-    session = opened(renderer, tmp_path, path)
+    session = open_small_session(renderer, tmp_path, path)
     yield session
     session.close()
 
@@ -67,32 +67,32 @@ def assert_focused_at(shot, distances_m):
         assert off <= 0.51 * sharp_dioptres(lens), frame
 
 
-def test_a_drag_orbits_about_the_focus_and_keeps_the_distance(session, scenes):
+def test_orbit_drag_turns_about_the_focus_at_a_constant_distance(session, scenes):
     session.lens.commands.focus(3.0)
     start = position(scenes)
     pivot = start - (0.0, 0.0, 3.0)  # it looks along the axis
     scenes.move(CameraDrag("orbit", 0.25, 0.0))  # a quarter of the height: 45 degrees
-    moved = position(scenes)
-    assert np.linalg.norm(moved - pivot) == pytest.approx(3.0)
-    turned = math.degrees(math.acos((start - pivot) @ (moved - pivot) / 9.0))
-    assert turned == pytest.approx(45.0) and moved[1] == pytest.approx(start[1])
-    assert moved[0] < start[0]
+    end = position(scenes)
+    assert np.linalg.norm(end - pivot) == pytest.approx(3.0)
+    angle_deg = math.degrees(math.acos((start - pivot) @ (end - pivot) / 9.0))
+    assert angle_deg == pytest.approx(45.0) and end[1] == pytest.approx(start[1])
+    assert end[0] < start[0]
     scenes.move(CameraDrag("orbit", 0.0, 0.1))
     assert position(scenes)[1] > start[1]  # down takes the camera up
     session.editing.undo()
     assert position(scenes) == pytest.approx(start)
 
 
-def test_a_drag_trucks_what_is_in_focus_along_with_the_pointer(session, scenes):
+def test_truck_drag_moves_the_focus_plane_with_the_pointer(session, scenes):
     session.lens.commands.focus(3.0)
     start, lens = position(scenes), session.editing.lens
     height_m = 3.0 * lens.sensor_width_mm / lens.focal_length_mm / (48 / 32)
     scenes.move(CameraDrag("truck", 0.5, 0.25))
-    wanted = start + np.array([-0.5 * height_m, 0.25 * height_m, 0.0])
-    assert position(scenes) == pytest.approx(wanted)
+    expected = start + np.array([-0.5 * height_m, 0.25 * height_m, 0.0])
+    assert position(scenes) == pytest.approx(expected)
 
 
-def test_a_notch_dollies_by_a_share_of_the_distance(session, scenes):
+def test_dolly_notch_moves_by_twelve_percent_of_the_focus_distance(session, scenes):
     session.lens.commands.focus(2.0)
     start = position(scenes)
     scenes.move(CameraDrag("dolly", down=1.0))
@@ -104,13 +104,13 @@ def test_a_notch_dollies_by_a_share_of_the_distance(session, scenes):
     assert session.editing.shot == before
 
 
-def test_an_object_or_the_whole_scene_is_framed_as_one_step(session, scenes):
+def test_frame_of_object_or_scene_is_one_undo_step(session, scenes):
     start = position(scenes)
-    scenes.frame("near")
+    scenes.frame_objects("near")
     near = position(scenes)
     assert not session.editing.is_unsettled and near != pytest.approx(start)
     assert scenes.object_m("near") is not None
-    scenes.frame(None)
+    scenes.frame_objects(None)
     assert position(scenes)[2] > near[2]  # farther away
     session.editing.undo()
     assert position(scenes) == pytest.approx(near)
@@ -118,19 +118,19 @@ def test_an_object_or_the_whole_scene_is_framed_as_one_step(session, scenes):
     scenes.frame_selected()
     assert position(scenes) == pytest.approx(near)
     before = session.editing.shot
-    scenes.frame("nothing")
+    scenes.frame_objects("nothing")
     assert session.editing.shot == before and "nothing" in session.messages.text
 
 
-def test_an_object_is_focused_on_marked_and_followed(session, scenes):
+def test_scene_object_can_be_focused_on_marked_and_followed(session, scenes):
     scenes.focus_on("near")
     assert session.editing.lens.focus_distance_m == pytest.approx(3.0)
     assert scenes.object_m("near", 25) == pytest.approx(5.0)
     assert scenes.object_m("nothing") is None
-    scenes.mark("near")
+    scenes.set_mark("near")
     (mark,) = session.editing.shot.marks
     assert mark == ObjectMark("A", "near")
-    assert session.time.marks.distances.of_m(mark, 25) == pytest.approx(5.0)
+    assert session.time.marks.distances.distance_m(mark, 25) == pytest.approx(5.0)
     session.time.marks.follow(mark)
     assert "follows near from 1" in session.messages.text
     assert_focused_at(session.editing.shot, {1: 3.0, 13: 4.0, 25: 5.0})
@@ -138,7 +138,7 @@ def test_an_object_is_focused_on_marked_and_followed(session, scenes):
     assert "nothing" in session.messages.text and session.editing.shot.key_frames
 
 
-def test_another_camera_brings_its_lens_and_says_what_stays(session, scenes):
+def test_look_through_camera_takes_its_focal_length_and_reports(session, scenes):
     before = session.editing.lens
     scenes.set_key()
     assert scenes.key_frames == (1,)
@@ -147,25 +147,25 @@ def test_another_camera_brings_its_lens_and_says_what_stays(session, scenes):
     assert position(scenes)[0] == pytest.approx(1.5)
     lens = session.editing.lens
     assert lens.focal_length_mm != before.focal_length_mm and lens.f_stop == before.f_stop
-    said = session.messages.text
-    assert said.startswith("Through side:") and f"{lens.focal_length_mm:.4g} mm" in said
-    assert f"f/{lens.f_stop:.3g} and focus at" in said and "stay" in said
+    message = session.messages.text
+    assert message.startswith("Through side:") and f"{lens.focal_length_mm:.4g} mm" in message
+    assert f"f/{lens.f_stop:.3g} and focus at" in message and "stay" in message
     session.editing.undo()
     assert scenes.key_frames == (1,)
 
 
-def test_unit_and_up_axis_are_placed_and_the_focus_with_them(session, scenes):
+def test_place_changes_unit_and_up_axis_and_scales_the_focus(session, scenes):
     session.lens.commands.focus(3.0)
     session.editing.settle()
     before = session.editing.shot
-    scenes.place(before.framing.up_axis, before.framing.meters_per_unit)
+    scenes.set_axis_and_unit(before.framing.up_axis, before.framing.meters_per_unit)
     assert session.editing.shot is before
-    scenes.place(WorldAxis.Z, 0.5)
+    scenes.set_axis_and_unit(WorldAxis.Z, 0.5)
     framing = scenes.framing
     assert (framing.up_axis, framing.meters_per_unit) == (WorldAxis.Z, 0.5)
     assert framing.camera is None is framing.track
     assert session.editing.lens.focus_distance_m == pytest.approx(1.5)
-    scenes.place(WorldAxis.Z, 0.5e-3)  # no lens focuses within two of its lengths
+    scenes.set_axis_and_unit(WorldAxis.Z, 0.5e-3)  # no lens focuses within two of its lengths
     focal_mm = session.editing.lens.focal_length_mm
     assert session.editing.lens.focus_distance_m == pytest.approx(2e-3 * focal_mm)
     session.editing.undo()
@@ -173,15 +173,15 @@ def test_unit_and_up_axis_are_placed_and_the_focus_with_them(session, scenes):
     assert session.editing.shot == before
 
 
-def test_the_camera_has_keys_where_they_are_set(session, scenes):
+def test_camera_keys_are_set_toggled_and_deleted_at_the_playhead(session, scenes):
     assert scenes.key_frames == ()
     scenes.toggle_key()
-    session.time.timeline.go(9)
+    session.time.timeline.go_to(9)
     scenes.move(CameraDrag("dolly", down=2.0))
     session.editing.settle()
     scenes.toggle_key()
     assert 9 in scenes.key_frames or scenes.key_frames == (1,)
-    session.time.timeline.go(12)
+    session.time.timeline.go_to(12)
     scenes.set_key()
     assert 12 in scenes.key_frames
     scenes.toggle_key()
@@ -191,33 +191,33 @@ def test_the_camera_has_keys_where_they_are_set(session, scenes):
     assert session.editing.shot.framing.track == before.framing.track
 
 
-def test_a_point_is_followed_through_a_scene(session, scenes, monkeypatch):
+def test_follow_of_point_mark_measures_every_frame_of_the_scene(session, scenes, monkeypatch):
     monkeypatch.setattr(following, "_SLICE_S", 0.0)  # one frame a turn
     mark = PointMark("A", 20.0, 16.0)
     marks = session.time.marks
     marks.follow(mark)
     assert marks.is_reading and "0 of 25" in session.messages.text
-    turn(session)
+    run_loop_once(session)
     assert "1 of 25" in session.messages.text
-    until(session, lambda: not marks.is_reading, "all frames")
+    run_until(session, lambda: not marks.is_reading, "all frames")
     assert_focused_at(session.editing.shot, {1: 3.0, 13: 4.0, 25: 5.0})
     assert "follows A from 1" in session.messages.text
 
 
-def test_following_ends_where_another_scene_is_opened(session, scenes):
-    following = scenes.following(PointMark("A", 20.0, 16.0), FrameRange(1, 3))
+def test_following_ends_when_another_scene_is_open(session, scenes):
+    following = scenes.measure_point(PointMark("A", 20.0, 16.0), FrameRange(1, 3))
     assert not following.is_done
-    other = replace(following, scene=replace(following.scene, notes=("another",)))
-    assert isinstance(other, Following)
-    session.time.marks._following = other
-    turn(session)
+    stale_following = replace(following, scene=replace(following.scene, notes=("another",)))
+    assert isinstance(stale_following, PointMeasurement)
+    session.time.marks._scene_measurement = stale_following
+    run_loop_once(session)
     assert "scene" in session.messages.text
     assert not session.time.marks.is_reading
 
 
-def test_tracks_of_a_scene_are_measured_while_it_rests(session, scenes):
+def test_scene_tracks_are_measured_on_request_while_playback_rests(session, scenes):
     tracks = session.time.scene_tracks
-    scenes.mark("near")
+    scenes.set_mark("near")
     session.editing.do(
         replace(
             session.editing.shot,
@@ -229,7 +229,7 @@ def test_tracks_of_a_scene_are_measured_while_it_rests(session, scenes):
             ),
         )
     )
-    settled(session)
+    run_until_settled(session)
     assert not tracks.is_due and tracks.seconds_until_needed() is None  # nobody asked
     for track in tracks.tracks():
         assert track.lines == ()
@@ -237,20 +237,20 @@ def test_tracks_of_a_scene_are_measured_while_it_rests(session, scenes):
     session.time.timeline.play(1)
     assert not tracks.is_due
     session.time.timeline.play(1)
-    session.time.timeline.go(1)
-    settled(session)
+    session.time.timeline.go_to(1)
+    run_until_settled(session)
 
     def is_complete():
         tracks.tracks()
-        return len(tracks._known) == 3 and all(len(k) == 25 for k in tracks._known.values())
+        return len(tracks._measured) == 3 and all(len(k) == 25 for k in tracks._measured.values())
 
-    until(session, is_complete, "all distances")
+    run_until(session, is_complete, "all distances")
     a, b, c = session.time.mark_tracks()
     for track in (a, b):
         (line,) = track.lines
         assert [frame for frame, _ in line] == list(range(1, 26))
-        found = [1 / dioptres for frame, dioptres in line if frame in (1, 13, 25)]
-        assert found == pytest.approx([3.0, 4.0, 5.0], rel=1e-3)
+        distances_m = [1 / dioptres for frame, dioptres in line if frame in (1, 13, 25)]
+        assert distances_m == pytest.approx([3.0, 4.0, 5.0], rel=1e-3)
     assert c.lines == () and not tracks.is_due
     session.lens.commands.focus(7.0)  # which moves nothing
     assert session.time.mark_tracks() == (a, b, c)
@@ -258,7 +258,7 @@ def test_tracks_of_a_scene_are_measured_while_it_rests(session, scenes):
     assert all(track.lines == () for track in session.time.mark_tracks())
 
 
-def test_a_long_film_is_measured_at_some_frames(session):
+def test_scene_tracks_of_a_long_scene_skip_frames(session):
     tracks = session.time.scene_tracks
     assert tracks._frames == tuple(range(1, 26))
     session.editing.do(replace(session.editing.shot, frames=FrameRange(1, 25)))
@@ -272,20 +272,20 @@ def test_a_long_film_is_measured_at_some_frames(session):
     assert tracks._frames == tuple(range(1, 241))
 
 
-def test_plates_have_no_camera_to_move(ctx, renderer, tmp_path):
+def test_scene_commands_do_nothing_on_a_plate(ctx, renderer, tmp_path):
     path = room_file(tmp_path / "still.exr", 8, 6)
     session = Session(renderer, Start(str(path), defocus=QUICK))
     session.begin()
-    settled(session)
+    run_until_settled(session)
     try:
         before = session.editing.shot
         scenes = session.scenes
         assert scenes.scene is None and scenes.framing == Framing() and scenes.key_frames == ()
         scenes.set_key()
         scenes.look_through("main")
-        scenes.frame("near")
+        scenes.frame_objects("near")
         assert session.editing.shot == before and scenes.object_m("near") is None
-        assert scenes.following(PointMark("A", 1, 1), FrameRange(1, 2)) is None
+        assert scenes.measure_point(PointMark("A", 1, 1), FrameRange(1, 2)) is None
         assert scenes.clips.names == {}
     finally:
         session.close()
@@ -309,53 +309,62 @@ def clips_path(tmp_path_factory):
     return writer.write(tmp_path_factory.mktemp("clips") / "clips.glb")
 
 
-def test_a_clip_is_chosen_read_and_undone(ctx, renderer, tmp_path, clips_path):
-    session = opened(renderer, tmp_path, clips_path)
+def test_clip_choice_reads_the_clip_and_can_be_undone(ctx, renderer, tmp_path, clips_path):
+    session = open_small_session(renderer, tmp_path, clips_path)
     clips = session.scenes.clips
     try:
         assert clips.names == {
             ALL_CLIPS: None, "walk (1)": "1", "run": "run", "walk (3)": "3",
         }  # fmt: skip
-        assert clips.now == ALL_CLIPS
+        assert clips.current_name == ALL_CLIPS
         whole = session.time.timeline.frames
         clips.choose(ALL_CLIPS)
         assert session.source.opener.opening is None  # it is the one that plays
         clips.choose("run")
-        until(session, lambda: clips.now == "run", "the clip")
+        run_until(session, lambda: clips.current_name == "run", "the clip")
         assert session.time.timeline.frames.count == 49 and session.editing.shot.frames.count == 49
         clips.choose("walk (1)")
-        until(session, lambda: clips.now == "walk (1)", "the clip")
+        run_until(session, lambda: clips.current_name == "walk (1)", "the clip")
         assert session.time.timeline.frames.count == 25
         session.editing.undo()
-        until(session, lambda: session.time.timeline.frames.count == 49, "the clip before")
-        assert clips.now == "run"
+        run_until(session, lambda: session.time.timeline.frames.count == 49, "the clip before")
+        assert clips.current_name == "run"
         session.editing.undo()
-        until(session, lambda: session.time.timeline.frames == whole, "all clips")
-        assert clips.now == ALL_CLIPS
+        run_until(session, lambda: session.time.timeline.frames == whole, "all clips")
+        assert clips.current_name == ALL_CLIPS
     finally:
         session.close()
 
 
-def test_a_clip_that_is_not_there_is_asked_for_once(ctx, renderer, tmp_path, clips_path):
-    session = opened(renderer, tmp_path, clips_path)
+def test_missing_clip_is_requested_once(ctx, renderer, tmp_path, clips_path):
+    session = open_small_session(renderer, tmp_path, clips_path)
     try:
         framing = replace(session.editing.shot.framing, timing=SceneTiming("jump"))
-        asked = []
-        read = session.scenes.clips._read
-        session.scenes.clips._read = lambda timing: asked.append(timing) or read(timing)
+        requested_timings = []
+        real_read = session.scenes.clips._read_scene
+        session.scenes.clips._read_scene = lambda timing: (
+            requested_timings.append(timing) or real_read(timing)
+        )
         session.editing.do(replace(session.editing.shot, framing=framing))
-        assert session.scenes.clips.now == "jump"
-        until(session, lambda: asked and session.source.opener.opening is None, "the answer")
+        assert session.scenes.clips.current_name == "jump"
+        run_until(
+            session,
+            lambda: requested_timings and session.source.opener.opening is None,
+            "the answer",
+        )
         for _ in range(20):
-            turn(session)
-        assert len(asked) == 1
+            run_loop_once(session)
+        assert len(requested_timings) == 1
         session.editing.undo()
-        turn(session)
-        assert session.scenes.clips.now == ALL_CLIPS and session.scenes.clips._asked is None
+        run_loop_once(session)
+        assert (
+            session.scenes.clips.current_name == ALL_CLIPS
+            and session.scenes.clips._tried_timing is None
+        )
     finally:
         session.close()
 
 
-def test_the_focal_length_of_a_camera_is_not_keyed_by_a_drag(session, scenes):
+def test_truck_drag_sets_no_focal_length_key(session, scenes):
     scenes.move(CameraDrag("truck", 0.1, 0.0))
     assert not session.editing.shot.curves.of(LensParameter.FOCAL_LENGTH).keys

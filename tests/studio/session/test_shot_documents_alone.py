@@ -1,4 +1,4 @@
-"""Shot files of a session: opened, saved, kept beside, offered after a crash, and named."""
+"""Shot files of a session: opened, saved, autosaved, offered after a crash, and named."""
 
 import hashlib
 from dataclasses import replace
@@ -12,7 +12,15 @@ from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.shot_store import proposed_name, unnamed_path
 from heatlens.studio.session.shot.start import Start
-from support.evening import FIRST, LAST, begun, settled, turn, until, write_plates
+from support.evening import (
+    FIRST,
+    LAST,
+    begin_session,
+    run_loop_once,
+    run_until,
+    run_until_settled,
+    write_plates,
+)
 from support.fake_renderer import FakeRenderer
 from support.session_files import LENS, room_file
 
@@ -24,45 +32,45 @@ def documents(walls):
     return walls.files.documents
 
 
-def marked(session, *marks):
+def set_marks(session, *marks):
     session.editing.do(replace(session.editing.shot, marks=marks))
 
 
-def saved(session, path):
+def save_shot(session, path):
     session.files.documents.save_as(path)
-    settled(session)
+    run_until_settled(session)
 
 
-def test_a_star_stands_for_what_is_not_in_the_file(walls, documents, tmp_path):
+def test_title_has_a_star_while_changes_are_unsaved(walls, documents, tmp_path):
     assert (documents.title, documents.shot_name, documents.window_title) == (
         *("", "", "walls.####.exr"),
     )
     assert not documents.is_saved and not documents.save()
-    marked(walls, MARK)
+    set_marks(walls, MARK)
     assert documents.window_title == "walls.####.exr *"
     path = tmp_path / "walls.v1.heatlens.json"
-    saved(walls, path)
+    save_shot(walls, path)
     assert documents.title == path.name == documents.window_title and documents.is_saved
     assert documents.shot_name == "walls" and documents.proposed_name() == path.name
     assert f"Saved {path}" in walls.messages.text
-    marked(walls)
+    set_marks(walls)
     assert documents.title == f"{path.name} *" == documents.window_title
     walls.editing.undo()
     assert documents.title == path.name
-    marked(walls)
+    set_marks(walls)
     assert documents.save()
-    settled(walls)
+    run_until_settled(walls)
     assert read_shot(path) == walls.editing.shot and documents.is_saved
-    assert walls.preferences.now.recent[0] == str(path)
+    assert walls.preferences.values.recent[0] == str(path)
 
 
-def test_the_frames_of_a_sequence_are_saved_and_those_of_a_still_are_not(walls, tmp_path):
+def test_shot_file_keeps_frames_of_a_sequence_but_not_of_a_still(walls, tmp_path):
     path = tmp_path / "a.heatlens.json"
-    saved(walls, path)
+    save_shot(walls, path)
     assert tuple(read_shot(path).frames) == tuple(range(FIRST, LAST + 1))
-    still = begun(tmp_path / "others", str(room_file(tmp_path / "still.exr", 8, 6)))
-    settled(still)
-    saved(still, tmp_path / "b.heatlens.json")
+    still = begin_session(tmp_path / "others", str(room_file(tmp_path / "still.exr", 8, 6)))
+    run_until_settled(still)
+    save_shot(still, tmp_path / "b.heatlens.json")
     assert read_shot(tmp_path / "b.heatlens.json").frames is None
     assert still.files.documents.proposed_name() == "b.heatlens.json"
     still.close()
@@ -79,208 +87,209 @@ def test_the_frames_of_a_sequence_are_saved_and_those_of_a_still_are_not(walls, 
         ("1001.exr", True, "1001"),
     ],
 )
-def test_a_shot_is_named_after_its_plate(tmp_path, plate, is_numbered, name):
+def test_proposed_name_of_a_shot_comes_from_its_plate(tmp_path, plate, is_numbered, name):
     assert proposed_name(tmp_path / plate, is_numbered) == f"{name}.heatlens.json"
 
 
-def test_changes_are_kept_beside_the_file_and_dropped_when_it_is_saved(walls, documents, tmp_path):
+def test_autosave_holds_unsaved_changes_and_is_deleted_on_save(walls, documents, tmp_path):
     path = tmp_path / "a.heatlens.json"
-    saved(walls, path)
+    save_shot(walls, path)
     assert not autosave_path(path).exists()
-    marked(walls, MARK)
-    settled(walls)
+    set_marks(walls, MARK)
+    run_until_settled(walls)
     assert read_shot(autosave_path(path)).marks == (MARK,) and read_shot(path).marks == ()
     walls.editing.undo()
-    settled(walls)
+    run_until_settled(walls)
     assert not autosave_path(path).exists()
     walls.editing.redo()
-    settled(walls)
+    run_until_settled(walls)
     documents.save()
-    settled(walls)
-    assert not autosave_path(path).exists() and not documents.is_behind
+    run_until_settled(walls)
+    assert not autosave_path(path).exists() and not documents.needs_autosave
 
 
-def test_a_gesture_is_kept_when_it_ends_or_at_once_after_a_fault(walls, documents, tmp_path):
+def test_autosave_waits_for_the_end_of_a_gesture_unless_keep_now(walls, documents, tmp_path):
     path = tmp_path / "a.heatlens.json"
-    saved(walls, path)
+    save_shot(walls, path)
     walls.editing.edit(replace(walls.editing.shot, marks=(MARK,)))
-    assert documents.is_behind
+    assert documents.needs_autosave
     documents.poll()
     assert not autosave_path(path).exists()  # the hand still moves
-    documents.keep_now()
+    documents.autosave_now()
     assert read_shot(autosave_path(path)).marks == (MARK,)
-    written = autosave_path(path).stat().st_mtime_ns
-    documents.keep_now()
-    assert autosave_path(path).stat().st_mtime_ns == written  # nothing is new
+    written_ns = autosave_path(path).stat().st_mtime_ns
+    documents.autosave_now()
+    assert autosave_path(path).stat().st_mtime_ns == written_ns  # nothing is new
 
 
-def test_a_shot_without_marks_or_keys_leaves_nothing_behind(tmp_path):
+def test_close_deletes_autosave_of_unnamed_shot_without_marks(tmp_path):
     pattern, preferences = write_plates(tmp_path), tmp_path / "preferences"
-    kept = autosave_path(unnamed_path(preferences, pattern))
+    autosave = autosave_path(unnamed_path(preferences, pattern))
     for marks in ((), (MARK,)):
-        session = begun(preferences, pattern)
-        settled(session)
+        session = begin_session(preferences, pattern)
+        run_until_settled(session)
         session.lens.commands.focus(3.0)
         session.editing.settle()
-        marked(session, *marks)
-        settled(session)
-        assert kept.exists()
+        set_marks(session, *marks)
+        run_until_settled(session)
+        assert autosave.exists()
         session.close()
-        assert kept.exists() is bool(marks)
+        assert autosave.exists() is bool(marks)
 
 
-def crashed(tmp_path, marks=(MARK,), keeps=True):
-    """Return a shot file whose unsaved changes are kept beside it."""
+def write_crashed_shot(tmp_path, marks=(MARK,), has_autosave=True):
+    """Write a shot file with an autosave of unsaved changes beside it; return its path."""
     pattern, path = write_plates(tmp_path), tmp_path / "a.heatlens.json"
     write_shot(path, Shot(LENS, source=pattern))
-    if keeps:
+    if has_autosave:
         write_autosave(path, replace(read_shot(path), marks=marks))
     return path
 
 
-def offered(tmp_path, path):
-    session = begun(tmp_path / "preferences", str(path))
-    until(session, lambda: session.files.documents.offer is not None, "the offer")
+def open_with_offer(tmp_path, path):
+    """Open the shot file and wait until its unsaved changes are offered; return the session."""
+    session = begin_session(tmp_path / "preferences", str(path))
+    run_until(session, lambda: session.files.documents.offer is not None, "the offer")
     return session
 
 
-def test_unsaved_changes_are_offered_and_taken(tmp_path):
-    path = crashed(tmp_path)
-    session = offered(tmp_path, path)
+def test_autosaved_changes_are_offered_and_can_be_restored(tmp_path):
+    path = write_crashed_shot(tmp_path)
+    session = open_with_offer(tmp_path, path)
     documents = session.files.documents
-    assert not documents.is_behind and session.source.plate is None
-    documents.answer(goes_on=True)
+    assert not documents.needs_autosave and session.source.plate is None
+    documents.answer(recovers=True)
     assert documents.offer is None
-    settled(session)
+    run_until_settled(session)
     assert session.editing.shot.marks == (MARK,) and documents.path == path
     assert not documents.is_saved and documents.title.endswith("*")
-    documents.answer(goes_on=False)  # nothing is offered any more
+    documents.answer(recovers=False)  # nothing is offered any more
     assert session.editing.shot.marks == (MARK,)
     session.close()
 
 
-def test_unsaved_changes_are_dropped_where_nobody_wants_them(tmp_path):
-    path = crashed(tmp_path)
-    session = offered(tmp_path, path)
-    session.files.documents.answer(goes_on=False)
-    settled(session)
+def test_refused_autosave_is_deleted(tmp_path):
+    path = write_crashed_shot(tmp_path)
+    session = open_with_offer(tmp_path, path)
+    session.files.documents.answer(recovers=False)
+    run_until_settled(session)
     assert session.editing.shot.marks == () and session.files.documents.is_saved
     assert not autosave_path(path).exists()
     session.close()
 
 
-def test_what_is_the_same_as_the_file_is_not_offered(tmp_path):
-    path = crashed(tmp_path, marks=())
-    session = begun(tmp_path / "preferences", str(path))
-    settled(session)
+def test_autosave_equal_to_its_file_is_not_offered(tmp_path):
+    path = write_crashed_shot(tmp_path, marks=())
+    session = begin_session(tmp_path / "preferences", str(path))
+    run_until_settled(session)
     assert session.files.documents.offer is None and session.files.documents.path == path
     session.close()
 
 
-def test_unsaved_changes_without_their_file_are_offered(tmp_path):
-    path = crashed(tmp_path)
+def test_autosave_is_offered_when_its_shot_file_is_gone(tmp_path):
+    path = write_crashed_shot(tmp_path)
     path.unlink()
-    session = offered(tmp_path, path)
-    session.files.documents.answer(goes_on=True)
-    settled(session)
+    session = open_with_offer(tmp_path, path)
+    session.files.documents.answer(recovers=True)
+    run_until_settled(session)
     assert session.editing.shot.marks == (MARK,)
     session.close()
 
 
-def test_an_unnamed_shot_is_taken_up_again_or_let_go(tmp_path):
+def test_autosave_of_unnamed_shot_is_restored_or_dropped(tmp_path):
     pattern, preferences = write_plates(tmp_path), tmp_path / "preferences"
-    session = begun(preferences, pattern)
-    settled(session)
-    marked(session, MARK)
-    settled(session)
+    session = begin_session(preferences, pattern)
+    run_until_settled(session)
+    set_marks(session, MARK)
+    run_until_settled(session)
     session.close()
     for goes_on in (True, False):
-        session = offered(tmp_path, pattern)
+        session = open_with_offer(tmp_path, pattern)
         session.files.documents.answer(goes_on)
         assert session.editing.shot.marks == ((MARK,) if goes_on else ())
-        settled(session)
+        run_until_settled(session)
         session.close()
-    session = begun(preferences, pattern)
-    settled(session)
+    session = begin_session(preferences, pattern)
+    run_until_settled(session)
     assert session.files.documents.offer is None
     session.close()
 
 
-def test_files_that_are_no_shots_are_told(walls, tmp_path):
+def test_unreadable_shot_file_is_reported_and_changes_nothing(walls, tmp_path):
     path = tmp_path / "bad.heatlens.json"
     path.write_text("no shot")
     before = walls.editing.shot
     walls.files.commands.open(str(path))
-    until(walls, lambda: "bad.heatlens.json" in walls.messages.text, "the refusal")
+    run_until(walls, lambda: "bad.heatlens.json" in walls.messages.text, "the refusal")
     assert walls.editing.shot == before
     nameless = tmp_path / "nameless.heatlens.json"
     write_shot(nameless, Shot(LENS))
     walls.files.commands.open(str(nameless))
-    until(walls, lambda: "nameless" in walls.messages.text, "the refusal")
+    run_until(walls, lambda: "nameless" in walls.messages.text, "the refusal")
     assert walls.editing.shot == before
 
 
-def test_a_shot_that_cannot_be_written_is_told_and_stays_unsaved(walls, documents, tmp_path):
+def test_failed_save_is_reported_and_shot_stays_unsaved(walls, documents, tmp_path):
     folder = tmp_path / "gone"
     documents.save_as(folder / "a.heatlens.json")
-    until(walls, lambda: "gone" in walls.messages.text, "the refusal")
+    run_until(walls, lambda: "gone" in walls.messages.text, "the refusal")
     assert not documents.is_saved and documents.title.endswith("*")
 
 
-def test_a_shot_begins_at_its_in_point_with_its_own_options(walls, tmp_path):
-    walls.time.timeline.go(FIRST + 5)
+def test_opened_shot_begins_at_its_in_point(walls, tmp_path):
+    walls.time.timeline.go_to(FIRST + 5)
     walls.time.timeline.set_in()
     path = tmp_path / "a.heatlens.json"
-    saved(walls, path)
-    session = begun(tmp_path / "others", str(path))
-    settled(session)
+    save_shot(walls, path)
+    session = begin_session(tmp_path / "others", str(path))
+    run_until_settled(session)
     assert session.editing.frame == FIRST + 5 and session.editing.shot.in_out.first == FIRST + 5
     session.close()
 
 
-def test_another_source_begins_another_shot(walls, documents, tmp_path):
-    saved(walls, tmp_path / "a.heatlens.json")
+def test_opening_another_source_begins_an_unnamed_shot(walls, documents, tmp_path):
+    save_shot(walls, tmp_path / "a.heatlens.json")
     walls.files.commands.open(str(room_file(tmp_path / "still.exr", 8, 6)))
-    until(walls, lambda: walls.editing.shot.source.endswith("still.exr"), "the still")
+    run_until(walls, lambda: walls.editing.shot.source.endswith("still.exr"), "the still")
     assert documents.path is None and documents.title == ""
     assert documents.window_title == "still.exr"
     walls.files.commands.open(str(tmp_path / "a.heatlens.json"))
-    until(walls, lambda: documents.path is not None, "the shot")
-    settled(walls)
+    run_until(walls, lambda: documents.path is not None, "the shot")
+    run_until_settled(walls)
     assert documents.is_saved and walls.time.timeline.frames.count == LAST - FIRST + 1
 
 
-def test_a_lens_of_the_command_line_goes_over_that_of_the_shot_file(tmp_path):
-    path = crashed(tmp_path, keeps=False)
+def test_command_line_lens_overrides_lens_of_the_shot_file(tmp_path):
+    path = write_crashed_shot(tmp_path, has_autosave=False)
     session = Session(
         FakeRenderer(),
         Start(str(path), lens={"f_stop": 11.0}),
         preferences=Preferences.load(tmp_path / "preferences"),
     )
     session.begin()
-    settled(session)
+    run_until_settled(session)
     assert session.facts.lens.f_stop == 11.0
     assert session.facts.lens.focal_length_mm == LENS.focal_length_mm
     assert session.files.documents.title.endswith("*")
     session.close()
 
 
-def test_a_shot_that_is_not_waited_for_any_more_is_forgotten(walls, documents, tmp_path):
+def test_opening_another_file_cancels_the_shot_being_opened(walls, documents, tmp_path):
     path = tmp_path / "a.heatlens.json"
-    saved(walls, path)
-    marked(walls, MARK)
-    settled(walls)
+    save_shot(walls, path)
+    set_marks(walls, MARK)
+    run_until_settled(walls)
     documents.open(path)
     still = room_file(tmp_path / "still.exr", 8, 6)
     walls.files.commands.open(str(still))
-    until(walls, lambda: walls.editing.shot.source == str(still), "the still")
+    run_until(walls, lambda: walls.editing.shot.source == str(still), "the still")
     for _ in range(20):
-        turn(walls)
+        run_loop_once(walls)
     assert documents.offer is None and documents.path is None
 
 
-def test_an_unnamed_shot_is_kept_under_sixteen_digits_of_its_source(tmp_path):
-    """The names stay what they are, or shots of earlier versions would not be found."""
+def test_unnamed_path_is_sixteen_hash_digits_of_the_source(tmp_path):
+    """The names must not change: autosaves of earlier versions are found by them."""
     path = unnamed_path(tmp_path, "walls.####.exr")
     assert path.parent == tmp_path / "unsaved" and path.name == (
         f"{hashlib.sha256(b'walls.####.exr').hexdigest()[:16]}.heatlens.json"

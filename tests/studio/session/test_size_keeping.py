@@ -1,4 +1,4 @@
-"""A session in which a change of the focal length keeps the size of what is on a mark."""
+"""A change of the focal length moves the camera so that a marked subject keeps its size."""
 
 from dataclasses import replace
 
@@ -13,28 +13,28 @@ from heatlens.studio.session.scenes.scene_commands import CameraDrag
 from heatlens.studio.session.session import Session
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.start import Start
-from support.evening import settled, until
+from support.evening import run_until, run_until_settled
 from support.session_files import QUICK, room_file, write_scene
 
 
-def opened(renderer, folder, path):
+def open_with_marks(renderer, folder, path):
     session = Session(
         renderer, Start(str(path), defocus=QUICK), preferences=Preferences.load(folder / "kept")
     )
     session.begin()
-    until(session, lambda: session.source.opened is not None, "the source")
+    run_until(session, lambda: session.source.opened is not None, "the source")
     shot = replace(session.editing.shot, marks=(DistanceMark("A", 3.0), DistanceMark("B", 40.0)))
     if shot.framing is not None:  # a small picture is whole soon
         shot = replace(shot, framing=replace(shot.framing, width_px=320, height_px=180))
     lens = replace(shot.lens, focal_length_mm=35.0, focus_distance_m=4.0)
     session.editing.begin(replace(shot, lens=lens))
-    settled(session)
+    run_until_settled(session)
     return session
 
 
 @pytest.fixture
 def session(ctx, renderer, tmp_path):
-    session = opened(renderer, tmp_path, write_scene(tmp_path / "a.glb"))
+    session = open_with_marks(renderer, tmp_path, write_scene(tmp_path / "a.glb"))
     yield session
     session.close()
 
@@ -44,7 +44,7 @@ def zoom(session, length_mm: float) -> None:
     session.editing.edit_lens(replace(lens, focal_length_mm=length_mm))
 
 
-def test_a_zoom_moves_the_camera_while_a_mark_is_chosen(session):
+def test_zoom_moves_camera_to_keep_size_at_the_chosen_mark(session):
     size, pose = session.scenes.size, session.scenes.pose
     zoom(session, 50.0)
     assert session.scenes.pose == pose and session.facts.shot.marks[0].distance_m == 3.0
@@ -61,7 +61,7 @@ def test_a_zoom_moves_the_camera_while_a_mark_is_chosen(session):
     assert session.scenes.pose == pose and session.facts.lens.focal_length_mm == 50.0
 
 
-def test_moving_the_camera_changes_the_length_the_other_way_round(session):
+def test_dolly_changes_focal_length_to_keep_size_at_the_mark(session):
     session.scenes.size.chosen = "A"
     session.scenes.move(CameraDrag("dolly", down=1.0))
     lens, mark = session.facts.lens, session.facts.shot.marks[0]
@@ -71,7 +71,7 @@ def test_moving_the_camera_changes_the_length_the_other_way_round(session):
     assert session.facts.lens == lens
 
 
-def test_a_mark_on_a_point_is_measured_in_the_scene(session):
+def test_size_keeping_measures_a_point_mark_in_the_scene(session):
     shot = session.facts.shot
     x, y = (side // 2 for side in shot.framing.size)
     session.editing.do(replace(shot, marks=(PointMark("P", float(x), float(y)),)))
@@ -83,14 +83,14 @@ def test_a_mark_on_a_point_is_measured_in_the_scene(session):
     )
 
 
-def test_what_the_camera_would_pass_is_told_and_nothing_changes(session):
+def test_zoom_that_passes_another_mark_is_refused_and_reported(session):
     session.scenes.size.chosen = "B"
     shot = session.facts.shot
     zoom(session, 20.0)
     assert "past mark A at 3 m" in session.messages.text and session.facts.shot == shot
 
 
-def test_dolly_zooms_are_commands(session):
+def test_dolly_zoom_keys_focal_length_along_the_camera_track(session):
     size, shot = session.scenes.size, session.facts.shot
     size.dolly_zoom("camera")
     assert "Choose what keeps its size" in session.messages.text and session.facts.shot == shot
@@ -107,7 +107,7 @@ def test_dolly_zooms_are_commands(session):
     )
 
 
-def test_one_command_takes_the_mark_nearest_to_the_focus(session):
+def test_keep_size_command_toggles_mark_nearest_to_the_focus(session):
     command = next(it for it in named_commands(session) if it.name == "Keep the size of a mark")
     command.do()
     assert session.scenes.size.chosen == "A"
@@ -121,7 +121,7 @@ def test_one_command_takes_the_mark_nearest_to_the_focus(session):
     assert "Set a mark first" in session.messages.text and session.scenes.size.chosen is None
 
 
-def test_a_mark_that_is_gone_is_no_longer_chosen(session):
+def test_deleted_mark_is_no_longer_chosen_for_size_keeping(session):
     session.scenes.size.chosen = "A"
     session.editing.do(replace(session.facts.shot, marks=()))
     assert session.scenes.size.chosen is None
@@ -129,8 +129,8 @@ def test_a_mark_that_is_gone_is_no_longer_chosen(session):
     assert session.facts.lens.focal_length_mm == 70.0
 
 
-def test_a_plate_says_why_not_and_frames_what_would_be_seen(ctx, renderer, tmp_path):
-    session = opened(renderer, tmp_path, room_file(tmp_path / "a.exr"))
+def test_size_keeping_on_a_plate_is_refused_and_shows_the_crop(ctx, renderer, tmp_path):
+    session = open_with_marks(renderer, tmp_path, room_file(tmp_path / "a.exr"))
     session.scenes.size.chosen = "A"
     zoom(session, 70.0)
     assert session.facts.lens.focal_length_mm == 35.0

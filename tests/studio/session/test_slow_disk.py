@@ -1,7 +1,7 @@
-"""A disk that does not answer: the loop of the window goes on, and so does the end of the program.
+"""A disk that does not answer stops neither the loop of the window nor the end of the program.
 
-`SlowDisk` holds every read of a file whose name has "slow" in it until the test lets it go. A loop
-that waited for such a read would never get to the line that does.
+`SlowDisk` blocks every read of a file whose name has "slow" in it until the test sets `answers`.
+A loop that waited for such a read would never reach the line that sets it.
 """
 
 import os
@@ -14,7 +14,7 @@ from threading import Event, current_thread
 
 import pytest
 
-from heatlens.core.base.background import Threads, is_at_work
+from heatlens.core.base.background import Threads, has_busy_threads
 from heatlens.core.model.depth_words import DepthConvention
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.plate_options import PlateOptions
@@ -45,7 +45,7 @@ KNOWN = PlateOptions(depth_convention=DepthConvention.DISTANCE)
 
 
 class SlowDisk:
-    """Reads plates, and holds the slow ones until `answers` is set."""
+    """Reads plates, and blocks reads of files named "slow" until `answers` is set."""
 
     def __init__(self) -> None:
         self.answers, self.is_asked = Event(), Event()
@@ -78,60 +78,58 @@ def source(renderer, ctx, woken):
     made.close()
 
 
-def arrived(source: OpenSource, woken: Event) -> Opened:
-    """Wait as the loop does, which sleeps until a thread wakes it."""
-    while (opened := source.arrived()) is None:
+def wait_for_source(source: OpenSource, woken: Event) -> Opened:
+    """Return the opened source; sleep until a thread wakes the loop, as the window does."""
+    while (opened := source.switch_source()) is None:
         assert woken.wait(PATIENCE_S)
         woken.clear()
     return opened
 
 
-def test_another_sequence_opens_while_a_frame_of_the_one_before_is_read(
+def test_another_source_opens_while_a_frame_of_the_last_is_being_read(
     source, disk, woken, tmp_path
 ):
     for number in (1, 2, 3):
         plate_file(tmp_path / f"slow.{number}.exr")
     disk.answers.set()
     source.opener.open(str(tmp_path / "slow.#.exr"), KNOWN)
-    before = arrived(source, woken)
+    before = wait_for_source(source, woken)
     disk.answers.clear()
     disk.is_asked.clear()
     source.feed.show(Shot(Lens(50.0, 2.8, 2.0, 36.0)), Playhead(2))
     assert disk.is_asked.wait(PATIENCE_S)
 
     source.opener.open(str(plate_file(tmp_path / "other.exr")), KNOWN)
-    after = arrived(source, woken)
+    after = wait_for_source(source, woken)
     assert after is source.opened is not before and not disk.answers.is_set()
 
 
-def test_a_file_that_hangs_bars_neither_the_next_nor_the_end(source, disk, woken, tmp_path):
+def test_file_that_hangs_blocks_neither_next_file_nor_close(source, disk, woken, tmp_path):
     slow, other = plate_file(tmp_path / "slow.exr"), plate_file(tmp_path / "other.exr")
     source.opener.open(str(slow), KNOWN)
     assert disk.is_asked.wait(PATIENCE_S)
     source.opener.open(str(other), KNOWN)
-    assert arrived(source, woken).text == str(other)
+    assert wait_for_source(source, woken).text == str(other)
     source.opener.open(str(slow), KNOWN)
     source.close()
     assert not disk.answers.is_set()
 
 
-def test_the_depths_of_a_plate_are_counted_by_the_thread_that_reads_it(
-    source, woken, tmp_path, monkeypatch
-):
-    counting, bins_of = [], plate_module.bins_of
+def test_depth_histogram_is_counted_on_the_reading_thread(source, woken, tmp_path, monkeypatch):
+    counting_threads, bins_of = [], plate_module.bin_values
 
-    def recorded(values):
-        counting.append(current_thread())
+    def record_thread(values):
+        counting_threads.append(current_thread())
         return bins_of(values)
 
-    monkeypatch.setattr(plate_module, "bins_of", recorded)
+    monkeypatch.setattr(plate_module, "bin_values", record_thread)
     source.opener.open(str(plate_file(tmp_path / "a.exr")), KNOWN)
-    arrived(source, woken)
+    wait_for_source(source, woken)
     assert source.picture.histogram is not None
-    assert counting and current_thread() not in counting
+    assert counting_threads and current_thread() not in counting_threads
 
 
-def test_a_source_that_arrives_too_late_is_closed(source, disk, woken, tmp_path, monkeypatch):
+def test_source_that_arrives_after_cancel_is_closed(source, disk, woken, tmp_path, monkeypatch):
     closed = Event()
     monkeypatch.setattr(
         "heatlens.render.source.opened_plates.OpenedPlates.close",
@@ -142,18 +140,18 @@ def test_a_source_that_arrives_too_late_is_closed(source, disk, woken, tmp_path,
     source.opener.cancel()
     disk.answers.set()
     assert closed.wait(PATIENCE_S)
-    assert source.arrived() is None
+    assert source.switch_source() is None
 
 
-def test_a_shot_file_that_hangs_holds_up_no_autosave(monkeypatch, tmp_path):
+def test_shot_file_read_that_hangs_does_not_delay_a_save(monkeypatch, tmp_path):
     answers, is_asked = Event(), Event()
 
-    def hangs(path: Path) -> Shot:
+    def block(path: Path) -> Shot:
         is_asked.set()
         assert answers.wait(PATIENCE_S)
         return SHOT
 
-    monkeypatch.setattr(shot_store, "read_shot", hangs)
+    monkeypatch.setattr(shot_store, "read_shot", block)
     store, path = ShotStore(lambda: None), tmp_path / "a.heatlens.json"
     path.touch()
     reading = store.read(path)
@@ -165,45 +163,47 @@ def test_a_shot_file_that_hangs_holds_up_no_autosave(monkeypatch, tmp_path):
     assert reading.result(PATIENCE_S).saved == SHOT
 
 
-def test_preferences_are_written_in_order_while_the_loop_goes_on(renderer, monkeypatch, tmp_path):
+def test_preferences_are_written_in_order_without_blocking_the_loop(
+    renderer, monkeypatch, tmp_path
+):
     answers, is_asked, write_whole = Event(), Event(), preferences.write_whole
 
-    def hangs(*words):
+    def block(*words):
         is_asked.set()
         assert answers.wait(PATIENCE_S)
         write_whole(*words)
 
-    monkeypatch.setattr(preferences, "write_whole", hangs)
+    monkeypatch.setattr(preferences, "write_whole", block)
     session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path))
     session.begin()
     for name in ("/a.exr", "/b.exr"):
-        session.preferences.opened(name)
-        session.remember()
+        session.preferences.remember_opened(name)
+        session.save_preferences()
         assert is_asked.wait(PATIENCE_S)
     assert not (tmp_path / preferences.FILE_NAME).exists()
     answers.set()
     session.close()
-    assert Preferences.load(tmp_path).now.recent == ("/b.exr", "/a.exr")
+    assert Preferences.load(tmp_path).values.recent == ("/b.exr", "/a.exr")
 
 
-def test_preferences_that_cannot_be_written_are_said_once(renderer, tmp_path):
+def test_failed_write_of_preferences_is_shown_once_in_a_session(renderer, tmp_path):
     (tmp_path / "file").touch()
     session = Session(renderer, Start(""), preferences=Preferences.load(tmp_path / "file" / "in"))
     session.begin()
-    said: list[str] = []
-    session.files.documents._say = lambda sentence: said.append(str(sentence))
+    messages: list[str] = []
+    session.files.documents._say = lambda sentence: messages.append(str(sentence))
     for name in ("/a.exr", "/b.exr"):
-        session.preferences.opened(name)
-        session.remember()
+        session.preferences.remember_opened(name)
+        session.save_preferences()
     session.files.documents.store.write(lambda: None).result(PATIENCE_S)
     session.poll()
-    assert len(said) == 1 and "Preferences cannot be saved" in said[0]
+    assert len(messages) == 1 and "Preferences cannot be saved" in messages[0]
     session.close()
 
 
 @pytest.mark.parametrize("source", ["", "plate.exr"])
-def test_damaged_preferences_are_told_until_something_else_is_said(renderer, tmp_path, source):
-    """They were told once, and only with a plate, while a slow machine still drew its window."""
+def test_damaged_preferences_message_stays_until_the_next_message(renderer, tmp_path, source):
+    """The message stays for any time that the first window takes, with or without a plate."""
     (tmp_path / "preferences.json").write_text("{")
     start = Start(source and str(plate_file(tmp_path / source)))
     session = Session(renderer, start, preferences=Preferences.load(tmp_path))
@@ -225,25 +225,25 @@ def test_damaged_preferences_are_told_until_something_else_is_said(renderer, tmp
 
 
 @pytest.mark.parametrize("hours", [-1, 0, 1])
-def test_an_autosave_is_found_whatever_the_clock_says(tmp_path, hours):
-    """A clock that went back, or that of a server, must not lose what was not saved."""
+def test_autosave_is_found_whatever_its_modification_time(tmp_path, hours):
+    """Unsaved changes are found even if a clock went back or a server's clock differs."""
     store, path = ShotStore(lambda: None), tmp_path / "a.heatlens.json"
     store.save(path, SHOT)
-    store.keep(path, replace(SHOT, marks=())).result(PATIENCE_S)
+    store.autosave(path, replace(SHOT, marks=())).result(PATIENCE_S)
     at_ns = path.stat().st_mtime_ns + hours * 3600 * 10**9
     os.utime(autosave_path(path), ns=(at_ns, at_ns))
     assert store.read(path).result(PATIENCE_S).unsaved == replace(SHOT, marks=())
     store.close()
 
 
-def test_a_read_sees_what_was_written_before(tmp_path):
+def test_shot_store_reads_what_was_saved_before(tmp_path):
     store, path = ShotStore(lambda: None), tmp_path / "a.heatlens.json"
     store.save(path, SHOT)
     assert store.read(path).result(PATIENCE_S).saved == SHOT
     store.close()
 
 
-def test_threads_drop_what_has_not_begun_and_end_when_they_are_idle():
+def test_threads_close_cancels_waiting_jobs_and_finishes_the_running_one():
     begun, goes_on, threads = Event(), Event(), Threads("test-threads")
 
     def first() -> str:
@@ -252,7 +252,7 @@ def test_threads_drop_what_has_not_begun_and_end_when_they_are_idle():
         return "done"
 
     running, waiting = threads.submit(first), threads.submit(lambda: "never")
-    assert begun.wait(PATIENCE_S) and is_at_work()
+    assert begun.wait(PATIENCE_S) and has_busy_threads()
     threads.close()
     assert waiting.cancelled() and not running.done()
     goes_on.set()
@@ -261,14 +261,14 @@ def test_threads_drop_what_has_not_begun_and_end_when_they_are_idle():
         threads.submit(first)
 
 
-def test_an_error_of_a_job_is_that_of_its_future():
+def test_error_of_a_job_is_the_exception_of_its_future():
     threads = Threads("test-threads")
     assert isinstance(threads.submit(lambda: [][0]).exception(PATIENCE_S), IndexError)
     assert threads.submit(lambda: 3).result(PATIENCE_S) == 3
 
 
-def test_a_process_ends_while_a_thread_waits_for_a_disk():
-    """With its exit code, what it printed, and what was to be done at the end of the program."""
+def test_process_ends_normally_while_a_thread_is_blocked():
+    """It returns its exit code, prints its output and runs its `atexit` function."""
     code = (
         "import atexit, sys, threading\n"
         "from heatlens.core.base.background import Threads\n"
@@ -283,5 +283,5 @@ def test_a_process_ends_while_a_thread_waits_for_a_disk():
         "main.main = run\n"
         "sys.exit(launch.main())\n"
     )
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (ended.returncode, ended.stdout, ended.stderr) == (7, "said and its end\n", "")
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (process.returncode, process.stdout, process.stderr) == (7, "said and its end\n", "")

@@ -1,4 +1,4 @@
-"""With auto key off, what has keys is tried at a frame; nothing is refused, and nothing kept."""
+"""With auto key off, edits of keyed values are tried at the current frame and set no key."""
 
 from dataclasses import replace
 
@@ -27,23 +27,25 @@ def editing(said) -> Editing:
     return editing
 
 
-def test_a_tried_focus_is_seen_and_changes_no_key(editing, said):
+def test_tried_focus_is_shown_and_changes_no_key(editing, said):
     before = editing.shot
     editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
-    assert editing.lens.focus_distance_m == 7.0 and editing.tried == {FOCUS}
+    assert editing.lens.focus_distance_m == 7.0 and editing.trial_parameters == {FOCUS}
     assert editing.seen_shot.lens_at(5).focus_distance_m == 7.0
     assert editing.shot == before and "K keeps it" in said[-1]
 
 
-def test_another_frame_drops_it(editing):
+def test_tried_focus_is_dropped_at_another_frame(editing):
     keyed = editing.lens
     editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
     editing.frame = 6
     editing.frame = 5
-    assert editing.lens == keyed and not editing.tried and editing.seen_shot == editing.shot
+    assert (
+        editing.lens == keyed and not editing.trial_parameters and editing.seen_shot == editing.shot
+    )
 
 
-def test_what_has_no_keys_is_kept_beside_what_is_tried(editing):
+def test_edit_of_unkeyed_f_stop_is_kept_beside_a_tried_focus(editing):
     editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
     editing.edit_lens(replace(editing.lens, f_stop=4.0))
     assert editing.shot.lens.f_stop == 4.0
@@ -53,19 +55,19 @@ def test_what_has_no_keys_is_kept_beside_what_is_tried(editing):
     assert editing.lens.f_stop == 4.0
 
 
-def test_a_key_keeps_it(editing):
+def test_keep_tried_sets_a_key_of_the_tried_focus(editing):
     editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
-    editing.keep_tried()
-    assert editing.shot.lens_at(5).focus_distance_m == 7.0 and not editing.tried
+    editing.key_trial_values()
+    assert editing.shot.lens_at(5).focus_distance_m == 7.0 and not editing.trial_parameters
 
 
-def test_undo_drops_it(editing):
+def test_undo_drops_the_tried_focus(editing):
     editing.edit_lens(replace(editing.lens, focus_distance_m=7.0))
     editing.undo()
-    assert not editing.tried
+    assert not editing.trial_parameters
 
 
-def test_the_first_change_in_a_shot_of_several_frames_says_what_it_does(said):
+def test_first_edit_in_a_sequence_reports_which_frames_it_changes(said):
     frames = [1]
     editing = Editing(Shot(LENS), said.append, is_sequence=lambda: len(frames) > 1)
     editing.edit_lens(replace(LENS, focus_distance_m=4.0))

@@ -1,4 +1,4 @@
-"""A running window takes the names of a later command line, and of nobody else."""
+"""A running window opens the files named by a later command line, and takes no other requests."""
 
 import json
 import os
@@ -40,19 +40,23 @@ def door(monkeypatch, tmp_path, woken) -> Iterator[WindowDoor]:
     opened.close()
 
 
-def test_names_arrive_once_and_in_order(door, woken):
-    assert door.take() == []
+def test_handed_over_names_arrive_once_and_in_order(door, woken):
+    assert door.pop_names() == []
     assert hand_over(["/a.exr", "/b.exr"]) and hand_over(["demo"])
     assert woken.wait(10)
-    assert [door.take(), door.take(), door.take()] == [["/a.exr", "/b.exr"], ["demo"], []]
+    assert [door.pop_names(), door.pop_names(), door.pop_names()] == [
+        ["/a.exr", "/b.exr"],
+        ["demo"],
+        [],
+    ]
 
 
-def test_only_the_user_may_read_where_it_listens(door):
+def test_door_file_and_folder_are_readable_by_the_user_only(door):
     assert stat.S_IMODE(door_path().stat().st_mode) == 0o600
     assert stat.S_IMODE(door_path().parent.stat().st_mode) == 0o700
 
 
-def test_a_file_that_others_may_read_is_not_trusted(door):
+def test_hand_over_refuses_a_door_file_that_others_may_read(door):
     door_path().chmod(0o644)
     assert not hand_over(["/a.exr"])
 
@@ -66,7 +70,7 @@ def secret_of_door() -> bytes:
 
 
 @pytest.mark.parametrize("secret, names", [(b"0" * 64, b"/a.exr"), (b"", b"/a.exr"), (None, b"")])
-def test_whoever_does_not_know_the_secret_or_names_nothing_is_not_answered(door, secret, names):
+def test_door_answers_no_client_with_a_wrong_secret_or_no_names(door, secret, names):
     with (
         pytest.raises((OSError, EOFError, AuthenticationError)),
         Client(
@@ -75,34 +79,34 @@ def test_whoever_does_not_know_the_secret_or_names_nothing_is_not_answered(door,
     ):
         line.send_bytes(names)
         line.recv_bytes()
-    assert door.take() == []
+    assert door.pop_names() == []
     assert hand_over(["/a.exr"])  # it goes on
 
 
 HUGE = b"\x7f\xff\xff\xff"
 
 
-@pytest.mark.parametrize("said", [b"[" * 200_000, b"[" * 200_000 + b"\n", b"\0" * 9, HUGE, b""])
-def test_nothing_that_strangers_say_closes_it(door, said):
-    """The first of these was once parsed before the secret was looked at, and ended its thread."""
+@pytest.mark.parametrize("message", [b"[" * 200_000, b"[" * 200_000 + b"\n", b"\0" * 9, HUGE, b""])
+def test_door_survives_malformed_messages(door, message):
+    """A deeply nested message must not be parsed before the secret is checked."""
     with socket.create_connection(("127.0.0.1", port_of_door()), 10) as line, suppress(OSError):
-        line.sendall(said)
+        line.sendall(message)
         line.shutdown(socket.SHUT_WR)
         while line.recv(1 << 16):
             pass
-    assert hand_over(["/a.exr"]) and door.take() == ["/a.exr"]
+    assert hand_over(["/a.exr"]) and door.pop_names() == ["/a.exr"]
 
 
-def test_clients_that_say_nothing_do_not_hold_up_others(door, monkeypatch):
+def test_silent_clients_do_not_block_other_clients_of_the_door(door, monkeypatch):
     monkeypatch.setattr(window_door, "_PATIENCE_S", 60.0)
     with ExitStack() as stack:
         for _ in range(8):
             stack.enter_context(socket.create_connection(("127.0.0.1", port_of_door()), 10))
-        assert hand_over(["/a.exr"]) and door.take() == ["/a.exr"]
+        assert hand_over(["/a.exr"]) and door.pop_names() == ["/a.exr"]
 
 
-def test_who_speaks_slowly_is_cut_off(door, monkeypatch):
-    """Each byte comes in time, so only a limit of the whole ends it."""
+def test_door_closes_a_client_that_sends_too_slowly(door, monkeypatch):
+    """Each byte comes in time, so only a limit for the whole message ends the connection."""
     monkeypatch.setattr(window_door, "_PATIENCE_S", 0.2)
     with (
         socket.create_connection(("127.0.0.1", port_of_door()), 10) as line,
@@ -113,20 +117,20 @@ def test_who_speaks_slowly_is_cut_off(door, monkeypatch):
             time.sleep(0.05)
 
 
-def test_a_program_that_took_the_port_learns_no_secret_and_gets_no_names(monkeypatch, tmp_path):
-    """A window that was killed leaves its file, and its port may be anybody's later."""
+def test_hand_over_tells_a_stranger_on_the_port_no_secret_and_no_names(monkeypatch, tmp_path):
+    """A killed window leaves its door file, and another program may take its port later."""
     monkeypatch.setenv("HEATLENS_RUNTIME_DIR", str(tmp_path))
-    heard = []
+    received = []
     with Listener(("127.0.0.1", 0)) as stranger:
 
         def listen() -> None:
             with stranger.accept() as line, suppress(EOFError, OSError):
                 line.send_bytes(b"#CHALLENGE#" + bytes(20))
-                heard.append(line.recv_bytes())
+                received.append(line.recv_bytes())
                 line.send_bytes(b"#WELCOME#")
                 line.recv_bytes()  # the challenge of the other side, which it cannot answer
                 line.send_bytes(bytes(16))
-                heard.append(line.recv_bytes())
+                received.append(line.recv_bytes())
 
         thread = threading.Thread(target=listen)
         thread.start()
@@ -134,11 +138,11 @@ def test_a_program_that_took_the_port_learns_no_secret_and_gets_no_names(monkeyp
         door_path().chmod(0o600)
         assert not hand_over(["/secret/plate.exr"])
         thread.join(10)
-    assert b"ffff" not in b"".join(heard) and b"plate" not in b"".join(heard)
+    assert b"ffff" not in b"".join(received) and b"plate" not in b"".join(received)
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
-def test_a_pipe_or_device_in_the_place_of_its_file_is_not_read(monkeypatch, tmp_path, make):
+def test_pipe_or_device_in_place_of_the_door_file_is_not_read(monkeypatch, tmp_path, make):
     monkeypatch.setenv("HEATLENS_RUNTIME_DIR", str(tmp_path))
     make(door_path())
     assert not hand_over(["/a.exr"])
@@ -146,7 +150,7 @@ def test_a_pipe_or_device_in_the_place_of_its_file_is_not_read(monkeypatch, tmp_
     opened.close()
 
 
-def test_a_link_in_the_place_of_its_file_is_replaced_and_not_followed(monkeypatch, tmp_path):
+def test_link_in_place_of_the_door_file_is_replaced_not_followed(monkeypatch, tmp_path):
     monkeypatch.setenv("HEATLENS_RUNTIME_DIR", str(tmp_path))
     victim = tmp_path / "victim"
     victim.write_text("mine")
@@ -157,9 +161,7 @@ def test_a_link_in_the_place_of_its_file_is_replaced_and_not_followed(monkeypatc
     opened.close()
 
 
-def test_another_user_who_took_the_runtime_folder_keeps_no_window_from_opening(
-    monkeypatch, tmp_path
-):
+def test_window_door_opens_without_the_usual_runtime_folder(monkeypatch, tmp_path):
     def usual(self) -> str:
         raise PermissionError("/tmp/runtime-0 is a symlink")
 
@@ -167,11 +169,11 @@ def test_another_user_who_took_the_runtime_folder_keeps_no_window_from_opening(
     monkeypatch.delenv("HEATLENS_RUNTIME_DIR", raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
     opened = WindowDoor(lambda: None)
-    assert hand_over(["/a.exr"]) and opened.take() == ["/a.exr"]
+    assert hand_over(["/a.exr"]) and opened.pop_names() == ["/a.exr"]
     opened.close()
 
 
-def test_without_a_window_nothing_is_handed_over(door):
+def test_hand_over_fails_without_a_window(door):
     door.close()
     assert not door_path().exists() and not hand_over(["/a.exr"])
     door_path().write_text('{"port": 1, "secret": "x"}')  # left behind by one that was killed
@@ -179,48 +181,48 @@ def test_without_a_window_nothing_is_handed_over(door):
     assert not hand_over(["/a.exr"])
 
 
-def test_the_later_of_two_windows_is_asked_and_keeps_its_file(door, woken):
+def test_hand_over_reaches_the_later_of_two_windows(door, woken):
     later = WindowDoor(woken.set)
     door.close()
-    assert hand_over(["/a.exr"]) and later.take() == ["/a.exr"] and door.take() == []
+    assert hand_over(["/a.exr"]) and later.pop_names() == ["/a.exr"] and door.pop_names() == []
     later.close()
 
 
-def test_windows_with_other_preferences_do_not_know_of_each_other(door, monkeypatch, tmp_path):
+def test_hand_over_ignores_windows_with_other_preferences(door, monkeypatch, tmp_path):
     monkeypatch.setenv("HEATLENS_CONFIG_DIR", str(tmp_path / "other"))
     assert not hand_over(["/a.exr"])
 
 
-def test_the_command_hands_over_what_is_named_without_options(door, monkeypatch, tmp_path, capsys):
+def test_command_without_options_hands_its_file_to_the_window(door, monkeypatch, tmp_path, capsys):
     plate_file(tmp_path)
     monkeypatch.chdir(tmp_path)
     assert main(["room.exr"]) == 0
-    assert door.take() == [str(tmp_path / "room.exr")]
+    assert door.pop_names() == [str(tmp_path / "room.exr")]
     assert "--new-window" in capsys.readouterr().err
-    assert main(["view", "gone.exr"]) == 2 and door.take() == []
-    assert main(["demo"]) == 0 and door.take() == ["demo"]
+    assert main(["view", "gone.exr"]) == 2 and door.pop_names() == []
+    assert main(["demo"]) == 0 and door.pop_names() == ["demo"]
 
 
 @pytest.mark.parametrize("words", [("--new-window",), ("--f-stop", "2")])
-def test_with_options_a_window_of_its_own_opens(door, monkeypatch, tmp_path, words):
-    seen: list[Path] = []
+def test_command_with_options_opens_a_window_of_its_own(door, monkeypatch, tmp_path, words):
+    opened_plates: list[Path] = []
     monkeypatch.setattr(
-        "heatlens.fronts.commands.view._open", lambda args: seen.append(args.plate) or 0
+        "heatlens.fronts.commands.view._open", lambda args: opened_plates.append(args.plate) or 0
     )
     assert main([str(plate_file(tmp_path)), *words]) == 0
-    assert door.take() == [] and len(seen) == 1
+    assert door.pop_names() == [] and len(opened_plates) == 1
 
 
-def test_a_folder_that_cannot_be_made_is_done_without(monkeypatch, tmp_path):
+def test_window_door_works_without_a_folder_for_its_file(monkeypatch, tmp_path):
     (tmp_path / "file").write_text("")
     opened = WindowDoor(lambda: None, tmp_path / "file" / "window.json")
-    assert opened.take() == []
+    assert opened.pop_names() == []
     opened.close()
     with pytest.raises(OSError):
         window_door._read_door(tmp_path / "file" / "window.json")
 
 
-def test_a_login_without_a_runtime_folder_has_one_all_the_same(monkeypatch):
+def test_runtime_dir_exists_without_environment_variables(monkeypatch):
     monkeypatch.delenv("HEATLENS_RUNTIME_DIR", raising=False)
     monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
     assert runtime_dir().is_absolute()

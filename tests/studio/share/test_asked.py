@@ -1,4 +1,4 @@
-"""What a page may ask: never a file, and of the rest only what is listed."""
+"""Messages that a shared page may send: no access to files, and only the listed commands."""
 
 import json
 
@@ -10,24 +10,24 @@ from heatlens.core.base.errors import InputError
 from heatlens.studio.board.board import REQUESTS, Board
 from heatlens.studio.share.page_message import parsed
 from heatlens.studio.share.shared import SharedSession
-from support.evening import begun, settled, write_plates
+from support.evening import begin_session, run_until_settled, write_plates
 
 
 @pytest.fixture
 def door(tmp_path):
-    session = begun(tmp_path / "preferences", write_plates(tmp_path))
-    settled(session)
+    session = begin_session(tmp_path / "preferences", write_plates(tmp_path))
+    run_until_settled(session)
     yield Board(session)
     session.close()
 
 
-def asked(door, *messages):
-    """Return what is answered to the messages of one page."""
-    shared, said = SharedSession(), []
+def answers_to(door, *messages):
+    """Send messages of one page to the session; return the answers."""
+    shared, answers = SharedSession(), []
     for message in messages:
-        shared.ask("tablet 1", message, said.append)
-    shared.follow(door)
-    return said
+        shared.queue_message("tablet 1", message, answers.append)
+    shared.follow_messages(door)
+    return answers
 
 
 @pytest.mark.parametrize(
@@ -54,10 +54,10 @@ def asked(door, *messages):
         {"do": "Focus", "distance_m": "near"},
     ],
 )
-def test_what_is_refused_gets_a_sentence_and_changes_nothing(door, message):
+def test_refused_page_message_is_answered_and_changes_nothing(door, message):
     before = door.state()
-    (said,) = asked(door, message)
-    assert said.endswith((".", "'", "missing", ")")) or " " in said
+    (answer,) = answers_to(door, message)
+    assert answer.endswith((".", "'", "missing", ")")) or " " in answer
     assert door.state() == before
 
 
@@ -69,7 +69,10 @@ def test_requests_that_name_a_file_are_not_remote(door):
 
 
 def test_commands_on_files_and_sources_are_not_remote(door):
-    """Those that open, write or delete files, or choose between sources, stay in the window."""
+    """Commands that open, write or delete files, or choose sources, are for the window only.
+
+    A new command has to be put into one of the two sets.
+    """
     kept = {"Render frames ahead", "Clear rendered frames", "Next shot", "Previous shot"}
     own = {command.name for command in door.commands if command.menu == "File"}
     remote = {command.name for command in door.remote_commands}
@@ -77,8 +80,8 @@ def test_commands_on_files_and_sources_are_not_remote(door):
     assert not remote & (own | kept)
 
 
-def test_what_is_allowed_is_done(door):
-    said = asked(
+def test_allowed_page_messages_change_lens_marks_and_view(door):
+    answers = answers_to(
         door,
         {"do": "Focus", "distance_m": 2.5},
         {"change": "lens", "f_stop": 4},
@@ -86,18 +89,18 @@ def test_what_is_allowed_is_done(door):
         {"change": "view", "exposure_stops": 1},
     )
     state = door.state()
-    assert said == [] and (state.lens.focus_distance_m, state.lens.f_stop) == (2.5, 4)
+    assert answers == [] and (state.lens.focus_distance_m, state.lens.f_stop) == (2.5, 4)
     assert len(state.marks) == 1 and state.view.exposure_stops == 1
 
 
-def test_two_hands_do_not_turn_at_once(door):
-    shared, said = SharedSession(), []
-    shared.ask("Ann (1)", {"do": "Focus", "distance_m": 2.5}, said.append)
-    shared.ask("Bob (2)", {"do": "Focus", "distance_m": 9.0}, said.append)
-    shared.ask("Bob (2)", {"change": "view", "gamma": 1.1}, said.append)
-    shared.follow(door)
+def test_second_page_cannot_turn_the_lens_while_the_first_holds_it(door):
+    shared, answers = SharedSession(), []
+    shared.queue_message("Ann (1)", {"do": "Focus", "distance_m": 2.5}, answers.append)
+    shared.queue_message("Bob (2)", {"do": "Focus", "distance_m": 9.0}, answers.append)
+    shared.queue_message("Bob (2)", {"change": "view", "gamma": 1.1}, answers.append)
+    shared.follow_messages(door)
     assert door.state().lens.focus_distance_m == 2.5 and door.state().view.gamma == 1.1
-    assert said == ["Ann (1) has the lens."]
+    assert answers == ["Ann (1) has the lens."]
 
 
 def test_commands_of_the_view_need_no_hand(door):
@@ -116,7 +119,7 @@ _MESSAGES = st.dictionaries(st.sampled_from(["do", "change", "f_stop", "name", "
 @given(
     st.one_of(st.text(), _VALUES.map(json.dumps), st.binary().map(lambda b: b.decode("latin-1")))
 )
-def test_any_text_is_an_object_or_refused(text):
+def test_parsed_returns_an_object_or_refuses_any_text(text):
     try:
         assert isinstance(parsed(text), dict)
     except InputError as error:
@@ -125,14 +128,14 @@ def test_any_text_is_an_object_or_refused(text):
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(_MESSAGES)
-def test_any_object_is_allowed_or_refused_in_a_sentence(door, message):
+def test_check_refuses_any_wrong_object_with_a_sentence(door, message):
     try:
         door.check_remote(message)
     except InputError as error:
         assert str(error).endswith(".")
 
 
-def test_nesting_is_limited():
+def test_parsed_refuses_deep_nesting():
     with pytest.raises(InputError):
         parsed('{"a":' + "[" * 9 + "]" * 9 + "}")
     with pytest.raises(InputError):

@@ -1,4 +1,4 @@
-"""The client in the manual runs as it stands there, against `heatlens serve`."""
+"""The example client in the manual runs unchanged against `heatlens serve`."""
 
 import re
 import subprocess
@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from support.browser import Served
+from support.browser import ServeProcess
 
 MANUAL = Path(__file__).parents[3] / "app" / "MANUAL.md"
 
 
-def test_it_pulls_the_focus_and_saves_pictures(tmp_path):
+def test_client_of_the_manual_pulls_focus_and_saves_pictures(tmp_path):
     codes = re.findall(r"```python\n(.*?)```", MANUAL.read_text(encoding="utf-8"), re.DOTALL)
     (code,) = (code for code in codes if "aiohttp" in code)
     (tmp_path / "client.py").write_text(code)
-    served = Served(tmp_path / "own", Path("assets/still_life.exr").absolute())
+    served = ServeProcess(tmp_path / "own", Path("assets/still_life.exr").absolute())
     try:
         run = subprocess.run(
             [sys.executable, "client.py", served.hand],
@@ -30,6 +30,6 @@ def test_it_pulls_the_focus_and_saves_pictures(tmp_path):
     finally:
         served.stop()
     assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
-    found = [np.asarray(Image.open(tmp_path / f"focus_{m}m.png")) for m in ("1.2", "2", "4")]
-    assert {picture.shape for picture in found} == {(360, 640, 3)}
-    assert all((a != b).mean() > 0.1 for a, b in pairwise(found))
+    pictures = [np.asarray(Image.open(tmp_path / f"focus_{m}m.png")) for m in ("1.2", "2", "4")]
+    assert {picture.shape for picture in pictures} == {(360, 640, 3)}
+    assert all((a != b).mean() > 0.1 for a, b in pairwise(pictures))

@@ -1,4 +1,4 @@
-"""The page as files: what it loads, and that its keys and words are those of the window."""
+"""The files of the page: they load nothing else, and use the keys and commands of the window."""
 
 import re
 from pathlib import Path
@@ -16,22 +16,22 @@ LIBRARY = "http://www.w3.org/2000/svg"  # the name of a format, which nothing lo
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
-def test_nothing_comes_from_elsewhere(file):
+def test_page_file_loads_nothing_from_elsewhere(file):
     text = file.read_text(encoding="utf-8").replace(LIBRARY, "")
     assert not re.search(r"https?://|//cdn|@import|eval\(|innerHTML", text)
     assert len(text.splitlines()) <= LINES_MOST
 
 
-def test_every_file_is_used_and_there():
+def test_page_references_exactly_its_files():
     text = "".join(file.read_text(encoding="utf-8") for file in FILES)
-    named = set(re.findall(r'(?:href|src|from) ?=? ?"(?:\./)?([\w.-]+)"', text))
-    assert named | {"index.html"} == {file.name for file in FILES}
+    referenced_files = set(re.findall(r'(?:href|src|from) ?=? ?"(?:\./)?([\w.-]+)"', text))
+    assert referenced_files | {"index.html"} == {file.name for file in FILES}
 
 
 def test_page_has_keys_and_buttons_from_the_table_of_commands(walls):
     """Its script of keys names no command; its sheet offers those that have a heading."""
     board = Board(walls)
-    table = PageState(walls, board).now()["table"]
+    table = PageState(walls, board).entries()["table"]
     assert [name for name, _, _ in table] == [it.name for it in board.remote_commands]
     keyed = {key: name for name, key, sheet in table if key and sheet is not None}
     assert len(keyed) > 25 and keyed["Ctrl+Z"] == "Undo" and "Ctrl+1" not in keyed

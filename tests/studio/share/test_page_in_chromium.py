@@ -1,4 +1,4 @@
-"""The page in a real browser, with fingers: it shows the picture, and turns the lens."""
+"""The page in Chromium, driven by touch: it shows the picture and turns the lens."""
 
 import re
 import threading
@@ -12,7 +12,7 @@ from PIL import Image
 
 from heatlens.core.model.view.overlays import OVERLAYS
 from heatlens.fronts.commands.main import main
-from support.browser import Served, chromium
+from support.browser import ServeProcess, chromium
 from support.evening import write_plates
 
 PLATE = "assets/still_life.exr"
@@ -35,7 +35,7 @@ def browser():
 
 @pytest.fixture(scope="module")
 def still(browser, tmp_path_factory):
-    served = Served(tmp_path_factory.mktemp("still"), PLATE, "--f-stop", "1.4")
+    served = ServeProcess(tmp_path_factory.mktemp("still"), PLATE, "--f-stop", "1.4")
     yield served
     served.stop()
 
@@ -43,7 +43,7 @@ def still(browser, tmp_path_factory):
 @pytest.fixture(scope="module")
 def sequence(browser, tmp_path_factory):
     folder = tmp_path_factory.mktemp("walls")
-    served = Served(folder, write_plates(folder))
+    served = ServeProcess(folder, write_plates(folder))
     yield served
     served.stop()
 
@@ -57,30 +57,30 @@ def page(browser, still):
     assert browser.complaints() == []
 
 
-def rendered(tmp_path, *words):
+def render_pixels(tmp_path, *words):
     out = tmp_path / "render.png"
     assert main(["render", PLATE, "-o", str(out), "--f-stop", "1.4", *words]) == 0
     return np.asarray(Image.open(out).convert("RGB")).astype(int)
 
 
-def test_the_picture_at_rest_is_that_of_render(page, tmp_path):
-    """In the canvas, pixel for pixel, once it is shown at its own size."""
+def test_page_picture_at_rest_equals_the_render(page, tmp_path):
+    """The pixels of the canvas at 1:1 differ by at most 1 from those of `heatlens render`."""
     page.until(lambda: page.text("numbers"), "the lens")
     page.run("dispatchEvent(new KeyboardEvent('keydown', {code: 'Digit1', key: '1'}))")
     metres = re.fullmatch(r"([\d.]+) m", page.focus)[1]
-    wanted = rendered(tmp_path)
-    height, width = wanted.shape[:2]
+    expected = render_pixels(tmp_path)
+    height, width = expected.shape[:2]
 
     def is_same():
         shown = page.pixels().astype(int)
         rows, columns = np.nonzero((shown != (15, 15, 16)).any(-1))
-        part = shown[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
-        return part.shape[:2] == (height, width) and np.abs(part - wanted).max() <= 1
+        region = shown[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
+        return region.shape[:2] == (height, width) and np.abs(region - expected).max() <= 1
 
     page.until(is_same, f"the picture of {metres} m without loss")
 
 
-def test_a_tap_focuses_on_what_lies_under_it(page):
+def test_page_tap_and_drag_focus_on_the_point_under_the_finger(page):
     before = page.focus
     _, _, x1, y1 = page.box("picture")
     page.touch([(0.2 * x1, 0.35 * y1)])
@@ -90,7 +90,7 @@ def test_a_tap_focuses_on_what_lies_under_it(page):
     page.until(lambda: page.focus != tapped, "the drag")
 
 
-def test_the_wheel_turns_under_a_finger_before_any_answer(page):
+def test_page_wheel_turns_before_the_session_answers(page):
     x0, y0, x1, y1 = page.box("wheel")
     x, y = (x0 + x1) / 2, (y0 + y1) / 2
     before = page.turned
@@ -106,7 +106,7 @@ def test_the_wheel_turns_under_a_finger_before_any_answer(page):
     page.until(lambda: page.focus == page.turned, "the session that follows")
 
 
-def test_every_overlay_has_a_button_and_its_key(page):
+def test_page_has_a_button_and_a_key_for_every_overlay(page):
     buttons = "return [...document.querySelectorAll('#more button')].map((it) => it.textContent)"
     page.until(lambda: {it.words for it in OVERLAYS} <= set(page.run(buttons)), "the buttons")
     for it in OVERLAYS:
@@ -123,7 +123,7 @@ def is_pressed(page, words, is_on):
     )
 
 
-def test_two_fingers_zoom_and_do_not_focus(page):
+def test_page_pinch_zooms_and_does_not_focus(page):
     before, picture = page.focus, page.pixels()
     pairs = [[(500 - 10 * i, 400), (600 + 10 * i, 400)] for i in range(12)]
     page.touch(*pairs)
@@ -131,7 +131,7 @@ def test_two_fingers_zoom_and_do_not_focus(page):
     assert page.focus == before
 
 
-def test_the_aperture_turns_in_thirds_and_keys_are_those_of_the_window(page):
+def test_page_aperture_steps_in_thirds_by_button_and_key(page):
     assert page.text("f-stop") == "f/1.4"
     page.run("document.getElementById('close').click()")
     page.until(lambda: page.text("f-stop") == "f/1.6", "a third")
@@ -142,7 +142,7 @@ def test_the_aperture_turns_in_thirds_and_keys_are_those_of_the_window(page):
     page.until(lambda: page.focus != before, "the focus")
 
 
-def test_a_held_eye_shows_the_pinhole_picture(page):
+def test_page_eye_button_shows_the_pinhole_picture_while_held(page):
     before = page.at_rest()
     x0, y0, x1, y1 = page.box("eye")
     point = [{"x": (x0 + x1) / 2, "y": (y0 + y1) / 2}]
@@ -152,7 +152,7 @@ def test_a_held_eye_shows_the_pinhole_picture(page):
     page.until(lambda: np.abs(page.pixels().astype(int) - before).mean() < 1, "the lens again")
 
 
-def test_a_looker_turns_nothing(page, still):
+def test_page_with_look_link_cannot_turn_the_lens(page, still):
     page.open(still.look)
     page.until(lambda: page.has_class("look") and page.focus, "the look")
     before = page.focus
@@ -165,9 +165,9 @@ def test_a_looker_turns_nothing(page, still):
 
 
 @pytest.mark.parametrize("size", [SIZES["tablet lying"], SIZES["small phone"]])
-def test_the_end_of_the_server_is_told_in_a_sentence(browser, tmp_path, size):
+def test_page_shows_a_message_when_the_server_ends(browser, tmp_path, size):
     browser.size(*size)
-    served = Served(tmp_path, PLATE)
+    served = ServeProcess(tmp_path, PLATE)
     browser.open(served.hand)
     browser.until(lambda: browser.focus, "the numbers")
     assert not browser.run("return document.getElementById('cut').offsetParent")
@@ -181,7 +181,7 @@ def test_the_end_of_the_server_is_told_in_a_sentence(browser, tmp_path, size):
 
 
 @pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)
-def test_everything_lies_within_reach_on_every_screen(browser, sequence, size):
+def test_page_controls_lie_within_every_screen_size(browser, sequence, size):
     browser.size(*size)
     browser.open(sequence.hand)
     browser.until(lambda: browser.focus and not browser.has_class("still"), "the frames")
@@ -201,7 +201,7 @@ def test_everything_lies_within_reach_on_every_screen(browser, sequence, size):
     assert browser.run("return document.documentElement.scrollWidth") <= width
 
 
-def test_frames_are_scrubbed_and_played(browser, sequence):
+def test_page_scrubs_and_plays_frames(browser, sequence):
     browser.size(1180, 820)
     browser.open(sequence.hand)
     browser.until(lambda: browser.focus and not browser.has_class("still"), "the frames")
@@ -217,7 +217,7 @@ def test_frames_are_scrubbed_and_played(browser, sequence):
     browser.until(lambda: not browser.has_class("playing"), "the stop")
 
 
-def test_a_mark_is_a_flag_and_a_tap_on_it_pulls(browser, sequence):
+def test_page_tap_on_the_flag_of_a_mark_pulls_focus_to_it(browser, sequence):
     browser.size(1180, 820)
     browser.open(sequence.hand)
     browser.until(lambda: browser.focus and not browser.has_class("still"), "the frames")
@@ -236,8 +236,8 @@ def test_a_mark_is_a_flag_and_a_tap_on_it_pulls(browser, sequence):
     browser.until(lambda: browser.focus == marked, "the mark at the end of the pull")
 
 
-def test_the_page_comes_back_when_the_server_does(browser, tmp_path):
-    served = Served(tmp_path, PLATE)
+def test_page_reconnects_when_the_server_is_back(browser, tmp_path):
+    served = ServeProcess(tmp_path, PLATE)
     browser.size(1180, 820)
     browser.open(served.hand)
     browser.until(lambda: browser.focus, "the numbers")
@@ -246,20 +246,20 @@ def test_the_page_comes_back_when_the_server_does(browser, tmp_path):
     browser.until(lambda: browser.focus != before, "the focus")
     served.stop()
     browser.until(lambda: browser.has_class("waiting"), "the cut")
-    again = Served(tmp_path, PLATE, address=f":{served.port}")
+    again = ServeProcess(tmp_path, PLATE, address=f":{served.port}")
     assert again.hand == served.hand
     browser.until(lambda: not browser.has_class("waiting"), "the line")
     again.stop()
 
 
-class Quiet(SimpleHTTPRequestHandler):
+class QuietHandler(SimpleHTTPRequestHandler):
     def log_message(self, *_):
         """Say nothing."""
 
 
-def test_a_page_of_another_origin_is_refused(browser, still, tmp_path):
+def test_browser_page_of_another_origin_is_refused(browser, still, tmp_path):
     (tmp_path / "index.html").write_text("<!doctype html><title>stranger</title>")
-    stranger = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(tmp_path)))
+    stranger = ThreadingHTTPServer(("127.0.0.1", 0), partial(QuietHandler, directory=str(tmp_path)))
     threading.Thread(target=stranger.serve_forever, daemon=True).start()
     browser.driver.get(f"http://127.0.0.1:{stranger.server_port}/")
     script = """

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from support.browser import PATIENCE_S, Served
+from support.browser import PATIENCE_S, ServeProcess
 from support.x_server import Screen
 
 BROWSERS = sorted(Path("/usr/lib").glob("*/webkit2gtk-4.*/MiniBrowser"))
@@ -46,14 +46,14 @@ def until(condition: Callable[[], object], what: str) -> None:
         time.sleep(0.05)
 
 
-def test_pointer_keys_and_wheel_turn_the_lens(driver, tmp_path):
+def test_page_in_webkit_turns_the_lens_by_pointer_keys_and_wheel(driver, tmp_path):
     from selenium.webdriver.common.action_chains import ActionChains
 
     def focus() -> str:
         script = "return document.querySelector('#numbers b')?.textContent || ''"
         return driver.execute_script(script)
 
-    served = Served(tmp_path, "assets/still_life.exr")
+    served = ServeProcess(tmp_path, "assets/still_life.exr")
     try:
         driver.get(served.hand)
         until(focus, "the numbers")

@@ -1,4 +1,4 @@
-"""Files of what lies behind a plate, chosen in its panel."""
+"""Pictures behind a plate, chosen in the Plate panel."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from heatlens.media.documents.shot_file import read_shot
 from heatlens.media.sequence.folder_list import list_folder
 from heatlens.studio.session.files.file_commands import PURPOSES
-from heatlens.studio.session.files.folder_walk import Chosen
+from heatlens.studio.session.files.folder_walk import ChosenFile
 from support.gui import gui_of
 from support.plates import room
 from support.session_files import HEIGHT, WIDTH, room_file, write_plate
@@ -29,20 +29,20 @@ def gui(ctx, tmp_path):
         yield gui
 
 
-def add(gui, path):
-    gui.session.files.commands.take(Chosen(PURPOSES["behind"], path))
-    answered(gui)
+def add_picture_behind(gui, path):
+    gui.session.files.commands.apply_choice(ChosenFile(PURPOSES["behind"], path))
+    wait_for_answer(gui)
 
 
-def answered(gui):
+def wait_for_answer(gui):
     gui.until(lambda: not gui.session.source.opener.opening, "an answer", 90.0)
     gui.drawn.clear()
     gui.frame(3)
 
 
-def test_a_file_is_added_told_kept_and_taken_away(gui, tmp_path):
+def test_picture_behind_is_added_reported_saved_and_removed(gui, tmp_path):
     wall = wall_file(tmp_path / "wall.exr")
-    add(gui, wall)
+    add_picture_behind(gui, wall)
     plate, (report,) = gui.session.source.plate, gui.session.source.plate.behind
     assert (
         gui.session.facts.shot.plate_options.behind == (str(wall),)
@@ -53,33 +53,33 @@ def test_a_file_is_added_told_kept_and_taken_away(gui, tmp_path):
     gui.until(lambda: (tmp_path / "a.heatlens.json").exists(), "the shot")
     assert read_shot(tmp_path / "a.heatlens.json").plate_options.behind == (str(wall),)
     gui.click(gui.middle(f"remove {wall}"))
-    answered(gui)
+    wait_for_answer(gui)
     assert gui.session.source.plate.fragments is None
     gui.rest()
     gui.do("Undo")
     gui.until(lambda: gui.session.source.plate.fragments is not None, "what lies behind", 90.0)
 
 
-def test_a_file_that_cannot_be_is_refused_beside_its_field(gui, tmp_path):
+def test_picture_behind_without_depth_is_refused_beside_its_field(gui, tmp_path):
     plate = gui.session.source.plate
-    add(gui, write_plate(tmp_path / "flat.exr", plate.color))
+    add_picture_behind(gui, write_plate(tmp_path / "flat.exr", plate.color))
     assert "flat.exr has no depth" in gui.session.files.commands.reading.problem
     _, y0, _, y1 = gui.rect("behind problem")
     assert y1 - y0 > 10 and gui.rect("Add a picture behind")[1] >= y1
     assert gui.session.source.plate is plate and gui.session.facts.shot.plate_options.behind == ()
 
 
-def test_the_button_asks_for_a_file(gui):
+def test_add_picture_behind_button_opens_the_file_dialog(gui):
     gui.click(gui.middle("Add a picture behind"))
     gui.frame(2)
     assert gui.ui.dialogs.walk.purpose is PURPOSES["behind"]
 
 
-def test_of_a_sequence_a_still_takes_one_file(gui, tmp_path):
+def test_still_takes_the_first_file_of_a_sequence_behind_it(gui, tmp_path):
     for frame in (1, 2):
         wall_file(tmp_path / f"wall.{frame:04}.exr")
     entries = list_folder(tmp_path, (".exr",)).entries
     entry = next(entry for entry in entries if entry.name.startswith("wall"))
-    gui.session.files.commands.take(Chosen(PURPOSES["behind"], entry.path, entry))
-    answered(gui)
+    gui.session.files.commands.apply_choice(ChosenFile(PURPOSES["behind"], entry.path, entry))
+    wait_for_answer(gui)
     assert gui.session.facts.shot.plate_options.behind == (str(tmp_path / "wall.0001.exr"),)

@@ -28,7 +28,7 @@ from heatlens.fronts.commands.main import main
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.exr.exr_write import write_exr
 from heatlens.render.gpu.textures import download
-from heatlens.studio.session.exports.export_process import ExportState, _take
+from heatlens.studio.session.exports.export_process import ExportState, _read_event
 from heatlens.studio.session.exports.export_settings import (
     ExportSettings,
     frame_kinds,
@@ -46,8 +46,8 @@ FOCUS = LensParameter.FOCUS_DISTANCE
 WAIT_S = 90.0  # a bound for what must come
 
 
-def written(folder: Path) -> Path:
-    """Return three small plates; the pattern of their names."""
+def write_plates(folder: Path) -> Path:
+    """Write three small plates; return the pattern of their names."""
     color, depth = room(48, 32)
     box = Box(0, 0, 48, 32)
     for number, frame in enumerate(FRAMES):
@@ -60,21 +60,22 @@ def written(folder: Path) -> Path:
 @pytest.fixture
 def gui(session_context, tmp_path: Path) -> Iterator[Gui]:
     draft = DefocusSettings(quality=Quality.DRAFT)
-    with gui_of(session_context, written(tmp_path), defocus=draft, size=TALL) as window:
+    with gui_of(session_context, write_plates(tmp_path), defocus=draft, size=TALL) as window:
         window.do("Export...")
         yield window
 
 
-def wait_for(gui: Gui, is_true: Callable[[], bool], told: Callable[[], object]) -> None:
-    """Draw few frames, which leaves the processors to what is waited for."""
+def wait_for(gui: Gui, is_true: Callable[[], bool], failure_note: Callable[[], object]) -> None:
+    """Draw a frame every 0.05 s, which leaves the processors free, until `is_true()`."""
     end = time.monotonic() + WAIT_S
     while not is_true():
-        assert time.monotonic() < end, told()
+        assert time.monotonic() < end, failure_note()
         gui.frame()
         time.sleep(0.05)
 
 
-def ended(gui: Gui) -> ExportState:
+def wait_for_end(gui: Gui) -> ExportState:
+    """Wait until the export process has ended; return its state."""
     run = gui.session.files.exports.run
     wait_for(gui, lambda: not run.is_busy, lambda: run.state)
     gui.frame(2)
@@ -87,14 +88,14 @@ def pixels(path: Path) -> np.ndarray:
     return np.stack([channels[name] for name in "RGB"], axis=-1)
 
 
-def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) -> None:
+def test_exported_frames_equal_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) -> None:
     exporter = gui.session.files.exports
     assert (
         exporter.settings.folder == str(tmp_path / "room_dof") and exporter.settings.name == "room"
     )
     gui.click(gui.middle("Export"))
-    state = ended(gui)
-    assert (state.code, state.done, state.frames) == (0, 3, 3)
+    state = wait_for_end(gui)
+    assert (state.code, state.done_frames, state.frames) == (0, 3, 3)
     assert gui.session.messages.text.startswith("Done")
     lens = gui.session.facts.lens
     words = ["--focal-length", lens.focal_length_mm, "--f-stop", lens.f_stop, "--quality", "draft"]
@@ -107,7 +108,7 @@ def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) 
     capsys.readouterr()
 
 
-def test_what_a_tip_tells_leaves_the_button_under_it_free(gui: Gui) -> None:
+def test_tooltip_of_export_option_does_not_cover_it(gui: Gui) -> None:
     exporter = gui.session.files.exports
     exporter.settings = replace(exporter.settings, kind="PNG, as it looks")
     gui.frame(2)
@@ -122,7 +123,7 @@ def _open_windows() -> list[Any]:
     return [window for window in imgui.get_current_context().windows if window.active]
 
 
-def test_the_text_of_the_burn_in_has_the_width_of_the_panel(gui: Gui) -> None:
+def test_burn_in_text_field_is_as_wide_as_the_panel(gui: Gui) -> None:
     exporter = gui.session.files.exports
     exporter.settings = replace(exporter.settings, kind="PNG, as it looks", burn_in=True)
     gui.frame(2)
@@ -131,12 +132,12 @@ def test_the_text_of_the_burn_in_has_the_width_of_the_panel(gui: Gui) -> None:
     assert x1 - x0 > 0.95 * (panel.max.x - panel.min.x)
 
 
-def test_the_lens_goes_out_as_a_camera(gui: Gui, tmp_path: Path) -> None:
+def test_write_camera_exports_the_lens(gui: Gui, tmp_path: Path) -> None:
     exporter = gui.session.files.exports
     exporter.settings = ExportSettings(str(tmp_path), "cam", camera_kind="JSON")
     gui.frame(2)
     gui.click(gui.middle("Write camera"))
-    assert ended(gui).code == 0, gui.session.messages.text
+    assert wait_for_end(gui).code == 0, gui.session.messages.text
     assert (
         str(gui.session.facts.lens.focal_length_mm).rstrip("0").rstrip(".")
         in (tmp_path / "cam.json").read_text()
@@ -144,46 +145,50 @@ def test_the_lens_goes_out_as_a_camera(gui: Gui, tmp_path: Path) -> None:
     json.loads((tmp_path / "cam.json").read_text())
 
 
-def test_files_of_other_programs_are_replaced_if_that_is_ticked(gui: Gui, tmp_path: Path) -> None:
+def test_export_overwrites_files_of_other_programs_only_if_ticked(gui: Gui, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     theirs = tmp_path / "out" / "x.1002.exr"
     theirs.write_bytes((tmp_path / "room.1002.exr").read_bytes())
     gui.session.files.exports.settings = ExportSettings(str(tmp_path / "out"), "x", frames="1002")
     gui.frame(2)
     gui.click(gui.middle("Export"))
-    refused = ended(gui)
-    assert refused.code == 2 and "overwrite" in refused.said
+    refused = wait_for_end(gui)
+    assert refused.code == 2 and "overwrite" in refused.last_sentence
     assert theirs.read_bytes() == (tmp_path / "room.1002.exr").read_bytes()
     gui.click(gui.middle("overwrite files of other programs"))
     gui.click(gui.middle("Export"))
-    assert ended(gui).code == 0
+    assert wait_for_end(gui).code == 0
     assert theirs.read_bytes() != (tmp_path / "room.1002.exr").read_bytes()
 
 
-def test_what_cannot_be_exported_is_said_in_red(gui: Gui, tmp_path: Path) -> None:
+def test_failed_export_shows_its_message(gui: Gui, tmp_path: Path) -> None:
     exporter = gui.session.files.exports
     exporter.settings = ExportSettings(str(tmp_path / "out"), "x", frames="2001-2010")
     gui.frame(2)
     gui.click(gui.middle("Export"))
-    state = ended(gui)
-    assert state.code == 2 and "2001" in state.said
-    assert gui.session.messages.text == window_words(state.said)
+    state = wait_for_end(gui)
+    assert state.code == 2 and "2001" in state.last_sentence
+    assert gui.session.messages.text == window_words(state.last_sentence)
 
 
-def test_a_shot_that_tells_no_frames_is_exported_with_those_on_disk(
+def test_shot_without_frames_is_exported_with_those_on_disk(
     gui: Gui, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    session, sent = gui.session, []
+    session, exported_shots = gui.session, []
     session.editing.begin(replace(session.facts.shot, frames=None).with_key(1002, FOCUS, 2.0))
     gui.frame(2)
     assert session.files.exports.played == FrameRange(FRAMES[0], FRAMES[-1])
     assert session.files.exports.settings.output.endswith("room.####.exr")
-    monkeypatch.setattr(session.files.exports.run, "export", lambda shot, *_: sent.append(shot))
+    monkeypatch.setattr(
+        session.files.exports.run, "export", lambda shot, *_: exported_shots.append(shot)
+    )
     gui.click(gui.middle("Export"))
-    assert sent[0].played == session.files.exports.played  # and not only the frames with keys
+    assert (
+        exported_shots[0].played_frames == session.files.exports.played
+    )  # and not only the frames with keys
 
 
-def test_a_still_needs_a_number_once_it_has_keys(gui: Gui, tmp_path: Path) -> None:
+def test_export_name_of_a_still_has_a_number_once_it_has_keys(gui: Gui, tmp_path: Path) -> None:
     still = tmp_path / "room_alone.exr"
     still.write_bytes((tmp_path / f"room.{FRAMES[0]}.exr").read_bytes())
     gui.open(still)
@@ -194,18 +199,18 @@ def test_a_still_needs_a_number_once_it_has_keys(gui: Gui, tmp_path: Path) -> No
     assert gui.session.files.exports.settings.output.endswith("room_alone.####.exr")
 
 
-def test_a_stopped_export_leaves_whole_files(gui: Gui, tmp_path: Path) -> None:
+def test_canceled_export_leaves_only_whole_files(gui: Gui, tmp_path: Path) -> None:
     exporter = gui.session.files.exports
     gui.click(gui.middle("Export"))
     exporter.run.cancel()
-    state = ended(gui)
+    state = wait_for_end(gui)
     assert state.code in (0, 128 + signal.SIGTERM, -signal.SIGTERM)
-    found = sorted((tmp_path / "room_dof").iterdir())
-    assert all(path.suffix == ".exr" and pixels(path).shape == (32, 48, 3) for path in found)
+    paths = sorted((tmp_path / "room_dof").iterdir())
+    assert all(path.suffix == ".exr" and pixels(path).shape == (32, 48, 3) for path in paths)
 
 
 @pytest.mark.parametrize("look", [{"gamma": 1.5}, {"input_space": "ACEScg"}, {}])
-def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, look: dict) -> None:
+def test_exported_png_equals_the_displayed_picture(gui: Gui, tmp_path: Path, look: dict) -> None:
     gui.session.pictures.view.state = replace(gui.session.facts.view, **look)
     gui.settled()
     exporter = gui.session.files.exports
@@ -214,25 +219,25 @@ def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, loo
     )
     gui.frame(2)
     gui.click(gui.middle("Export"))
-    assert ended(gui).code == 0, gui.session.messages.text
-    light = download(gui.session.pictures.live.shown.texture)[..., :3]
+    assert wait_for_end(gui).code == 0, gui.session.messages.text
+    light = download(gui.session.pictures.live.output.texture)[..., :3]
     stops = gui.session.facts.view.exposure_stops + gui.session.facts.lens.transmission_stops
-    seen = gui.session.pictures.color.transform.apply_cpu(
+    displayed = gui.session.pictures.color.transform.apply_cpu(
         light, stops, gui.session.facts.view.gamma
     )
     file = np.asarray(Image.open(tmp_path / "out" / "x.1001.png"), float)
-    assert np.abs(file - 255 * np.clip(seen, 0, 1)).max() <= 1.0
+    assert np.abs(file - 255 * np.clip(displayed, 0, 1)).max() <= 1.0
 
 
-def test_a_wish_is_a_job_for_the_command(tmp_path) -> None:
-    def told(wish: ExportSettings, guides: Guides = NO_GUIDES) -> tuple:
-        (tmp_path / "job.json").write_text(wish.job(seen, guides))
+def test_export_settings_write_the_job_for_the_command(tmp_path) -> None:
+    def job_of(settings: ExportSettings, guides: Guides = NO_GUIDES) -> tuple:
+        (tmp_path / "job.json").write_text(settings.job(display, guides))
         return read_job(tmp_path / "job.json")
 
-    wish = proposed_settings(tmp_path / "bar.v2.1001.exr")
-    seen = DisplayOptions(display="sRGB", view="ACES", exposure_stops=0.5)
-    assert wish.output == str(tmp_path / "bar_dof" / "bar.####.exr")
-    assert told(wish) == (ExportOptions(),)
+    settings = proposed_settings(tmp_path / "bar.v2.1001.exr")
+    display = DisplayOptions(display="sRGB", view="ACES", exposure_stops=0.5)
+    assert settings.output == str(tmp_path / "bar_dof" / "bar.####.exr")
+    assert job_of(settings) == (ExportOptions(),)
     single = replace(proposed_settings(tmp_path / "still.exr"), is_single=True)
     assert single.output == str(tmp_path / "still_dof" / "still.exr")
     several = replace(single, frames="1-3")
@@ -242,18 +247,18 @@ def test_a_wish_is_a_job_for_the_command(tmp_path) -> None:
     look = ExportSettings("/a", "b", "ProRes movie", "film", frames="1-5", burn_in=True)
     assert look.output == "/a/b.mov"
     options = ExportOptions(frames="1-5", burn_in=True)
-    assert told(look) == (options, seen, Guides())
+    assert job_of(look) == (options, display, Guides())
     guides = Guides(aspect=2.39, thirds=True, desqueeze=2.0)
-    assert told(replace(look, with_guides=True), guides) == (options, seen, guides)
-    assert told(look, guides) == (options, seen, Guides())
+    assert job_of(replace(look, with_guides=True), guides) == (options, display, guides)
+    assert job_of(look, guides) == (options, display, Guides())
     faint = Guides(opacity=0.5, centre=True)  # without a matte there is nothing faint
-    drawn = told(replace(look, with_guides=True), faint)[2]
+    drawn = job_of(replace(look, with_guides=True), faint)[2]
     assert drawn == Guides(centre=True)
     linear = ExportSettings("/a", "b", with_guides=True, with_depth=True, burn_in=True)
-    assert told(linear, guides) == (ExportOptions(with_depth=True),)
+    assert job_of(linear, guides) == (ExportOptions(with_depth=True),)
 
 
-def test_news_of_the_process_are_taken_and_other_lines_left() -> None:
+def test_export_state_takes_events_and_ignores_other_lines() -> None:
     state = ExportState("export")
     for line in (
         '{"event": "begin", "output": "x", "frames": 7}\n',
@@ -261,50 +266,52 @@ def test_news_of_the_process_are_taken_and_other_lines_left() -> None:
         '{"event": "frame", "frame": 3, "done": 2, "frames": 7, "pace": "slow"}\n',
         '{"event": "frame", "frame": 4, "done": 3, "frames": 7, "seconds_left": 3.5}\n',
     ):
-        _take(line, state)
-    assert (state.done, state.frames, state.left_s, state.pace) == (3, 7, 3.5, "slow")
+        _read_event(line, state)
+    assert (state.done_frames, state.frames, state.remaining_s, state.pace) == (3, 7, 3.5, "slow")
 
 
-def test_what_comes_with_the_program_is_exported_to_the_users_pictures(monkeypatch, tmp_path):
+def test_assets_are_exported_to_the_users_pictures_folder(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_PICTURES_DIR", str(tmp_path))
-    own = proposed_settings(data_dir("assets") / "still_life.exr")
-    assert Path(own.folder) == tmp_path / "still_life_dof"
+    for_asset = proposed_settings(data_dir("assets") / "still_life.exr")
+    assert Path(for_asset.folder) == tmp_path / "still_life_dof"
     assert folder_to_write_in(data_dir("assets") / "still_life.exr") == tmp_path
-    beside = proposed_settings(tmp_path / "room.exr")
-    assert Path(beside.folder) == tmp_path / "room_dof"
+    for_own_plate = proposed_settings(tmp_path / "room.exr")
+    assert Path(for_own_plate.folder) == tmp_path / "room_dof"
 
 
-def test_frames_by_several_processes_are_those_of_one(gui: Gui, tmp_path: Path) -> None:
+def test_frames_exported_by_two_processes_equal_those_of_one(gui: Gui, tmp_path: Path) -> None:
     exporter = gui.session.files.exports
     gui.click(gui.middle("Export"))
-    assert ended(gui).code == 0
+    assert wait_for_end(gui).code == 0
     place = ExportPlace(processes=2)
-    there = str(tmp_path / "two")
-    exporter.settings = replace(exporter.settings, folder=there, place=place)
+    folder = str(tmp_path / "two")
+    exporter.settings = replace(exporter.settings, folder=folder, place=place)
     gui.frame(2)
     gui.click(gui.middle("Export"))
-    assert ended(gui).code == 0
+    assert wait_for_end(gui).code == 0
     for frame in FRAMES:
         name = f"room.{frame}.exr"
-        one, two = (tmp_path / folder / name for folder in ("room_dof", "two"))
-        assert one.read_bytes() == two.read_bytes()
+        alone, by_two = (tmp_path / sub / name for sub in ("room_dof", "two"))
+        assert alone.read_bytes() == by_two.read_bytes()
 
 
 @pytest.mark.parametrize("where", [Where.SLURM, Where.BUNDLE])
-def test_a_job_is_saved_with_its_shot_and_can_be_run_without_the_window(
+def test_export_to_a_farm_saves_a_job_that_runs_without_the_window(
     gui: Gui, tmp_path: Path, where: Where
 ) -> None:
-    """What it says is a sentence for the farm; the frames are made when it runs."""
+    """The export writes only the job and its shot; the job renders the frames when it runs."""
     exporter = gui.session.files.exports
     exporter.settings = replace(exporter.settings, place=ExportPlace(where), with_depth=True)
     gui.frame(2)
     gui.click(gui.middle("Export"))
-    state = ended(gui)
-    assert state.code == 0 and "3 frames in 1 task." in gui.session.messages.text, state.said
+    state = wait_for_end(gui)
+    assert state.code == 0 and "3 frames in 1 task." in gui.session.messages.text, (
+        state.last_sentence
+    )
     out = tmp_path / "room_dof"
-    named = {path.name for path in out.iterdir()}
+    file_names = {path.name for path in out.iterdir()}
     job = "room.job.sh" if where is Where.SLURM else "room.job"
-    assert named == {"room.job.heatlens.json", job}
+    assert file_names == {"room.job.heatlens.json", job}
     if where is Where.SLURM:
         subprocess.run(["sh", "-n", out / job], check=True)
         assert "--with-depth" in (out / job).read_text()
@@ -316,37 +323,37 @@ def test_a_job_is_saved_with_its_shot_and_can_be_run_without_the_window(
     assert len(list(out.glob("room.*.exr"))) == 3
 
 
-def test_a_cluster_makes_the_frames_and_its_workers_are_counted(gui: Gui, tmp_path: Path) -> None:
+def test_export_on_a_cluster_counts_frames_by_worker(gui: Gui, tmp_path: Path) -> None:
     exporter = gui.session.files.exports
     with dask_cluster(tmp_path / "cluster", workers=1) as cluster:
         place = ExportPlace(Where.CLUSTER, scheduler=cluster.address)
         exporter.settings = replace(exporter.settings, place=place)
         gui.frame(2)
         gui.click(gui.middle("Export"))
-        state = ended(gui)
-    assert (state.code, state.done) == (0, 3), state.said
-    ((worker, count),) = state.made_by.items()
+        state = wait_for_end(gui)
+    assert (state.code, state.done_frames) == (0, 3), state.last_sentence
+    ((worker, count),) = state.frames_by_worker.items()
     assert worker.startswith("tcp://127.0.0.1") and count == 3
     assert len(list((tmp_path / "room_dof").glob("*.exr"))) == 3
 
 
-def test_what_was_chosen_last_stays(gui: Gui) -> None:
-    """It is there for another plate, and in the preferences of the next evening."""
+def test_export_place_is_kept_for_other_plates_and_in_preferences(gui: Gui) -> None:
+    """The place of export is used for another plate and saved in the preferences."""
     exporter = gui.session.files.exports
     place = ExportPlace(Where.CLUSTER, scheduler="nonsense")
     exporter.settings = replace(exporter.settings, place=place)
     gui.frame(2)
     gui.click(gui.middle("Export"))
-    assert ended(gui).code == 2 and "No Dask scheduler" in gui.session.messages.text
-    exporter._of = "another plate"
+    assert wait_for_end(gui).code == 2 and "No Dask scheduler" in gui.session.messages.text
+    exporter._proposed_source = "another plate"
     gui.frame(2)
     assert exporter.settings.place == place
-    assert gui.session.preferences.now.export_place == place
+    assert gui.session.preferences.values.export_place == place
 
 
-def test_a_cluster_that_is_chosen_renders_the_frames_ahead(gui: Gui, tmp_path: Path) -> None:
-    """The address counts once it is typed; the tab tells how many workers are there."""
-    exporter, pull = gui.session.files.exports, gui.session.time.pull
+def test_chosen_cluster_renders_frames_ahead_after_agreement(gui: Gui, tmp_path: Path) -> None:
+    """The typed address is used after Enter and `agree`; the tab shows the number of workers."""
+    exporter, pull = gui.session.files.exports, gui.session.time.frames_ahead
     with dask_cluster(tmp_path / "cluster", workers=1) as cluster:
         exporter.change(replace(exporter.settings, place=ExportPlace(Where.CLUSTER)))
         gui.frame(2)
@@ -355,17 +362,21 @@ def test_a_cluster_that_is_chosen_renders_the_frames_ahead(gui: Gui, tmp_path: P
         gui.key(imgui.Key.a, ctrl=True)
         gui.type(cluster.address)
         gui.key(imgui.Key.enter)
-        assert gui.session.preferences.now.export_place.scheduler == cluster.address
-        wait_for(gui, lambda: "agree" in gui.drawn, lambda: pull.cluster.told)
-        assert "agree to it in the Export tab" in pull.cluster.told and not pull.progress.rendered
+        assert gui.session.preferences.values.export_place.scheduler == cluster.address
+        wait_for(gui, lambda: "agree" in gui.drawn, lambda: pull.cluster.status_text)
+        assert (
+            "agree to it in the Export tab" in pull.cluster.status_text
+            and not pull.progress.rendered_frames
+        )
         gui.click(gui.middle("agree"))
         wait_for(
             gui,
             lambda: (
-                pull.cluster.told == "1 worker ready" and len(pull.progress.rendered) == len(FRAMES)
+                pull.cluster.status_text == "1 worker ready"
+                and len(pull.progress.rendered_frames) == len(FRAMES)
             ),
-            lambda: pull.cluster.told,
+            lambda: pull.cluster.status_text,
         )
         gui.click(gui.middle("frames ahead (the blue bar)"))
         gui.frame(2)
-        assert pull.cluster._cluster is None and pull.cluster.told == ""
+        assert pull.cluster._cluster is None and pull.cluster.status_text == ""

@@ -15,7 +15,7 @@ from support.gui import gui_of
 K = imgui.Key
 
 
-def written(path, near=1.0):
+def write_plate(path, near=1.0):
     path.parent.mkdir(exist_ok=True)
     depth = np.linspace(near, 9, 24 * 36, dtype=np.float32).reshape(24, 36)
     return write_file(path, rgb(24, 36) | {"Z": depth})
@@ -24,10 +24,10 @@ def written(path, near=1.0):
 @pytest.fixture
 def plates(tmp_path):
     """Return a folder with a still, a sequence and a folder that holds another still."""
-    written(tmp_path / "still.exr")
+    write_plate(tmp_path / "still.exr")
     for frame in (1001, 1002, 1004):
-        written(tmp_path / f"shot.{frame}.exr", frame / 1000)
-    written(tmp_path / "takes" / "inside.exr")
+        write_plate(tmp_path / f"shot.{frame}.exr", frame / 1000)
+    write_plate(tmp_path / "takes" / "inside.exr")
     return tmp_path
 
 
@@ -43,83 +43,83 @@ def gui(ctx, plates, preferences):
 
 
 def browse(gui, action):
-    """Open the dialog, its folder read."""
+    """Open the file dialog by an action, and wait until its folder is read."""
     gui.do(action)
-    read(gui)
+    wait_for_folder(gui)
 
 
-def read(gui):
+def wait_for_folder(gui):
     gui.until(lambda: not gui.ui.dialogs.walk.is_reading, "the folder")
     gui.frame(2)
 
 
 def double_click(gui, name):
-    at = gui.middle(name)
-    gui.click(at)
-    gui.click(at)
+    position = gui.middle(name)
+    gui.click(position)
+    gui.click(position)
 
 
-def opened(gui, path):
+def wait_for_plate(gui, path):
     gui.until(lambda: gui.session.source.plate.path == Path(path), f"the plate {path}")
     assert not gui.ui.dialogs.is_open
 
 
 def shown_folder(gui):
-    return gui.ui.dialogs.walk.typed
+    return gui.ui.dialogs.walk.typed_path
 
 
 # Opening
 
 
-def test_a_double_click_opens_a_sequence_as_one(gui, plates, preferences):
+def test_double_click_opens_a_sequence_as_one(gui, plates, preferences):
     browse(gui, "Open...")
     double_click(gui, "file shot.####.exr")
-    opened(gui, plates / "shot.1001.exr")
+    wait_for_plate(gui, plates / "shot.1001.exr")
     assert gui.session.source.opened.cache.sequence.present == (1001, 1002, 1004)
-    assert preferences.now.recent[0] == str(plates / "shot.####.exr")
+    assert preferences.values.recent[0] == str(plates / "shot.####.exr")
 
 
-def test_a_click_chooses_and_the_button_opens(gui, plates):
+def test_open_button_opens_the_clicked_file(gui, plates):
     browse(gui, "Open...")
     gui.click(gui.middle("browser Open"))  # nothing is chosen yet: a dead button
     assert gui.ui.dialogs.is_open
     gui.click(gui.middle("file shot.####.exr"))
     gui.click(gui.middle("browser Open"))
-    opened(gui, plates / "shot.1001.exr")
+    wait_for_plate(gui, plates / "shot.1001.exr")
 
 
-def test_into_a_folder_and_up_again(gui, plates):
+def test_browser_enters_a_folder_and_goes_up_again(gui, plates):
     browse(gui, "Open...")
     double_click(gui, "file takes/")
-    read(gui)
+    wait_for_folder(gui)
     assert shown_folder(gui) == str(plates / "takes")
     gui.click(gui.middle("browser Up"))
-    read(gui)
+    wait_for_folder(gui)
     assert shown_folder(gui) == str(plates)
     gui.key(K.enter)  # the folder one comes from is chosen
-    read(gui)
+    wait_for_folder(gui)
     gui.key(K.backspace)
-    read(gui)
+    wait_for_folder(gui)
     assert shown_folder(gui) == str(plates)
 
 
-def test_arrows_and_enter_open(gui, plates):
+def test_browser_arrow_keys_and_enter_open_a_file(gui, plates):
     browse(gui, "Open...")
     gui.key(K.down_arrow)
     gui.key(K.down_arrow)
     gui.key(K.enter)
-    opened(gui, plates / "shot.1001.exr")
+    wait_for_plate(gui, plates / "shot.1001.exr")
 
 
-def test_home_is_the_home_of_the_user(gui, monkeypatch, tmp_path):
+def test_browser_home_button_shows_the_home_folder(gui, monkeypatch, tmp_path):
     monkeypatch.setenv("HOME", str(tmp_path / "takes"))
     browse(gui, "Open...")
     gui.click(gui.middle("browser Home"))
-    read(gui)
+    wait_for_folder(gui)
     assert shown_folder(gui) == str(tmp_path / "takes")
 
 
-def typed(gui, text):
+def type_path(gui, text):
     gui.click(gui.middle("browser path"))
     gui.key(K.a, ctrl=True)
     gui.type(text)
@@ -129,26 +129,26 @@ def typed(gui, text):
 @pytest.mark.parametrize(
     "text", ["takes/inside.exr", "{folder}/takes/inside.exr", "takes/../takes"]
 )
-def test_a_typed_path_goes_there(gui, plates, text):
+def test_typed_path_opens_the_file_or_folder(gui, plates, text):
     browse(gui, "Open...")
-    typed(gui, text.format(folder=plates))
+    type_path(gui, text.format(folder=plates))
     if text.endswith(".exr"):
-        opened(gui, plates / "takes" / "inside.exr")
+        wait_for_plate(gui, plates / "takes" / "inside.exr")
     else:
-        read(gui)
+        wait_for_folder(gui)
         assert shown_folder(gui) == str(plates / "takes")
 
 
-def test_a_typed_pattern_opens_a_sequence(gui, plates):
+def test_typed_pattern_opens_a_sequence(gui, plates):
     browse(gui, "Open...")
-    typed(gui, "shot.%04d.exr")
-    opened(gui, plates / "shot.1001.exr")
+    type_path(gui, "shot.%04d.exr")
+    wait_for_plate(gui, plates / "shot.1001.exr")
 
 
-def test_what_is_not_there_is_said_and_the_dialog_stays(gui, plates):
+def test_missing_typed_file_is_reported_and_the_dialog_stays(gui, plates):
     browse(gui, "Open...")
-    typed(gui, "stil.exr")
-    read(gui)
+    type_path(gui, "stil.exr")
+    wait_for_folder(gui)
     assert (
         "stil.exr" in gui.session.messages.text and "still.exr" in gui.session.messages.text
     )  # a near name
@@ -158,15 +158,15 @@ def test_what_is_not_there_is_said_and_the_dialog_stays(gui, plates):
 
 
 @pytest.mark.parametrize("text", ["~nouser9/a.exr", "~nouser9", "n" * 400, "still.exr/a.exr", " "])
-def test_paths_that_cannot_be_are_said(gui, text):
+def test_impossible_typed_path_is_reported(gui, text):
     browse(gui, "Open...")
-    typed(gui, text)
-    read(gui)
+    type_path(gui, text)
+    wait_for_folder(gui)
     assert gui.ui.dialogs.is_open
     assert text.strip() in gui.session.messages.text or text == " "
 
 
-def test_typed_letters_run_no_shortcuts(gui):
+def test_letters_typed_in_the_browser_run_no_shortcuts(gui):
     browse(gui, "Open...")
     before = gui.session.facts.view
     gui.key(K.d)
@@ -176,22 +176,22 @@ def test_typed_letters_run_no_shortcuts(gui):
 
 
 @pytest.mark.parametrize("leave", ["browser Cancel", "escape"])
-def test_leaving_opens_nothing_and_remembers_nothing(gui, preferences, leave):
+def test_canceled_browser_opens_and_remembers_nothing(gui, preferences, leave):
     browse(gui, "Open...")
     gui.click(gui.middle("file shot.####.exr"))
     gui.key(K.escape) if leave == "escape" else gui.click(gui.middle(leave))
     gui.frame(3)
     assert not gui.ui.dialogs.is_open and not gui.session.source.opener.opening
-    assert preferences.now.folders == {}
+    assert preferences.values.folders == {}
 
 
-def test_the_last_folder_is_remembered_for_each_purpose(gui, plates, preferences):
+def test_browser_remembers_the_last_folder_of_each_purpose(gui, plates, preferences):
     browse(gui, "Open...")
-    typed(gui, "takes/inside.exr")
-    opened(gui, plates / "takes" / "inside.exr")
-    assert preferences.now.folders == {"open": str(plates / "takes")}
+    type_path(gui, "takes/inside.exr")
+    wait_for_plate(gui, plates / "takes" / "inside.exr")
+    assert preferences.values.folders == {"open": str(plates / "takes")}
     gui.session.files.commands.open(str(plates / "still.exr"))
-    opened(gui, plates / "still.exr")
+    wait_for_plate(gui, plates / "still.exr")
     browse(gui, "Open...")
     assert shown_folder(gui) == str(plates / "takes")
     gui.key(K.escape)
@@ -200,9 +200,9 @@ def test_the_last_folder_is_remembered_for_each_purpose(gui, plates, preferences
     assert shown_folder(gui) == str(plates)
 
 
-def test_the_reference_of_a_sequence_is_the_file_of_the_frame(gui, plates):
+def test_reference_from_a_sequence_is_the_file_of_the_frame(gui, plates):
     gui.session.files.commands.open(str(plates / "shot.1002.exr"))
-    opened(gui, plates / "shot.1002.exr")
+    wait_for_plate(gui, plates / "shot.1002.exr")
     browse(gui, "Open reference...")
     double_click(gui, "file shot.####.exr")
     gui.until(lambda: gui.session.facts.reference is not None, "the reference")
@@ -212,7 +212,7 @@ def test_the_reference_of_a_sequence_is_the_file_of_the_frame(gui, plates):
 # Saving
 
 
-def test_a_name_gets_its_suffix_and_a_typed_folder_counts(gui, plates):
+def test_saved_name_gets_its_suffix_and_its_typed_folder(gui, plates):
     browse(gui, "Save picture...")
     gui.key(K.a, ctrl=True)  # the name has the focus
     gui.type("takes/mine")
@@ -221,14 +221,14 @@ def test_a_name_gets_its_suffix_and_a_typed_folder_counts(gui, plates):
     assert (plates / "takes" / "mine.exr").exists()
 
 
-def test_nothing_is_written_over_without_asking(gui, plates):
+def test_save_overwrites_a_file_only_after_the_question(gui, plates):
     before = (plates / "takes" / "inside.exr").read_bytes()
     browse(gui, "Save picture...")
-    typed(gui, "takes/inside.exr")
-    read(gui)
+    type_path(gui, "takes/inside.exr")
+    wait_for_folder(gui)
     assert gui.ui.dialogs.walk.name == "inside.exr"
     double_click(gui, "browser Save")  # in one place: the second one keeps what is there
-    assert gui.ui.dialogs.walk.overwrites is None
+    assert gui.ui.dialogs.walk.existing_file is None
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Keep it"))
     gui.settled()
@@ -240,7 +240,7 @@ def test_nothing_is_written_over_without_asking(gui, plates):
     assert (plates / "takes" / "inside.exr").read_bytes() != before
 
 
-def test_the_plate_is_never_written_over(gui, plates):
+def test_save_never_overwrites_the_plate(gui, plates):
     before = (plates / "still.exr").read_bytes()
     browse(gui, "Save picture...")
     gui.click(gui.middle("file still.exr"))
@@ -253,21 +253,21 @@ def test_the_plate_is_never_written_over(gui, plates):
 # A disk that does not answer
 
 
-def test_a_slow_folder_holds_up_nothing_and_the_newest_wish_counts(gui, plates, monkeypatch):
-    answer, real = threading.Event(), folder_walk.list_folder
+def test_slow_folder_does_not_block_and_the_last_request_counts(gui, plates, monkeypatch):
+    answer, real_list_folder = threading.Event(), folder_walk.list_folder
 
-    def slow(folder, *how):
+    def list_slowly(folder, *how):
         if folder.name == "takes":
             assert answer.wait(20)
-        return real(folder, *how)
+        return real_list_folder(folder, *how)
 
-    monkeypatch.setattr(folder_walk, "list_folder", slow)
+    monkeypatch.setattr(folder_walk, "list_folder", list_slowly)
     browse(gui, "Open...")
     double_click(gui, "file takes/")
     gui.frame(5)  # drawn although the folder is not read
     assert gui.ui.dialogs.walk.is_reading and shown_folder(gui) == str(plates)
     gui.click(gui.middle("browser Up"))
-    read(gui)
+    wait_for_folder(gui)
     answer.set()
     gui.frame(5)
     assert shown_folder(gui) == str(plates.parent)

@@ -13,39 +13,39 @@ from support.session_files import BALL_M, HEIGHT, WIDTH
 K = imgui.Key
 
 
-def inside(gui) -> np.ndarray:
+def picture_pixels(gui) -> np.ndarray:
     """Return the pixels of the screen where the picture lies."""
     (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
     return gui.screenshot()[round(y0) : round(y1), round(x0) : round(x1)].astype(int)
 
 
-def test_a_matte_darkens_what_it_cuts_off_and_nothing_else(gui):
+def test_matte_darkens_only_what_lies_outside_its_aspect(gui):
     gui.settled()
-    before = inside(gui)
+    before = picture_pixels(gui)
     gui.do("Matte 2.39")
     x0, y0, x1, y1 = gui.rect("matte in the picture")
     assert (x1 - x0) / (y1 - y0) == pytest.approx(2.39, rel=1e-3)
-    after, top = inside(gui), round(y0 - gui.at_picture(0, 0)[1])
+    after, top = picture_pixels(gui), round(y0 - gui.at_picture(0, 0)[1])
     height = round(y1 - y0)
     assert top > 10
-    kept = slice(top + 2, top + height - 2)
-    np.testing.assert_array_equal(after[kept, 3:-3], before[kept, 3:-3])
+    inner_rows = slice(top + 2, top + height - 2)
+    np.testing.assert_array_equal(after[inner_rows, 3:-3], before[inner_rows, 3:-3])
     assert after[: top - 2].mean() < 0.5 * before[: top - 2].mean()
     gui.do("Matte 2.39")
-    np.testing.assert_array_equal(inside(gui), before)
+    np.testing.assert_array_equal(picture_pixels(gui), before)
 
 
-def test_lines_are_drawn_from_the_panel_and_from_the_menu(gui):
+def test_guide_actions_draw_and_remove_their_lines(gui):
     gui.settled()
-    before = inside(gui)
+    before = picture_pixels(gui)
     for name in ("Safe areas", "Thirds", "Centre cross"):
         gui.do(name)
-        assert np.any(inside(gui) != before), name
+        assert np.any(picture_pixels(gui) != before), name
         gui.do(name)
-    np.testing.assert_array_equal(inside(gui), before)
+    np.testing.assert_array_equal(picture_pixels(gui), before)
 
 
-def test_peaking_colours_edges_in_focus_and_only_those(gui):
+def test_peaking_colors_only_edges_in_focus(gui):
     gui.session.lens.commands.focus(BALL_M)
     gui.rest()
     gui.key(K.p, shift=True)
@@ -62,19 +62,19 @@ def test_peaking_colours_edges_in_focus_and_only_those(gui):
     assert not np.any((overlay_alpha(gui) > 0) & colored)
 
 
-def test_peaking_changes_no_picture(gui):
+def test_peaking_is_drawn_over_the_picture_without_changing_it(gui):
     gui.settled()
-    shown = gui.session.pictures.live.shown
+    shown = gui.session.pictures.live.output
     for on in PeakingOn:
         gui.session.pictures.commands.change(is_peaking=True, peaking=Peaking(on))
         gui.frame(3)
         assert overlay_alpha(gui).any()
         assert (
-            gui.session.pictures.live.shown is shown
+            gui.session.pictures.live.output is shown
         )  # what is saved and exported is rendered without
 
 
-def test_zones_and_peaking_are_seen_together_and_left_one_by_one(gui):
+def test_zones_and_peaking_overlays_combine_and_toggle_separately(gui):
     gui.session.lens.commands.focus(BALL_M)
     gui.rest()
     gui.key(K.p, shift=True)
@@ -82,12 +82,14 @@ def test_zones_and_peaking_are_seen_together_and_left_one_by_one(gui):
     edges = overlay_alpha(gui)
     gui.key(K.z)
     gui.frame(2)
-    view, both = gui.session.facts.view, overlay_alpha(gui)
+    view, combined = gui.session.facts.view, overlay_alpha(gui)
     assert view.is_peaking and view.overlay == "zones"
-    assert (both > 0).all() and (both[edges > 200] >= edges[edges > 200]).all()
+    assert (combined > 0).all() and (combined[edges > 200] >= edges[edges > 200]).all()
     gui.key(K.p, shift=True)
     gui.frame(2)
-    assert gui.session.facts.view.overlay == "zones" and (overlay_alpha(gui) == both.min()).all()
+    assert (
+        gui.session.facts.view.overlay == "zones" and (overlay_alpha(gui) == combined.min()).all()
+    )
     gui.key(K.z)
     gui.frame(2)
     assert gui.screen.picture.pictures.overlay is None
@@ -99,14 +101,14 @@ def overlay_alpha(gui) -> np.ndarray:
     return pixels.reshape(texture.height, texture.width, 4)[..., 3]
 
 
-def test_the_zoom_is_told(gui):
+def test_zoom_words_show_the_zoom_in_percent(gui):
     gui.do("1:1")
     gui.frame()
     assert zoom_words(gui.session.pictures.view.zoom) == "100 %"
     assert (zoom_words(16.0), zoom_words(0.045)) == ("1600 %", "4.5 %")
 
 
-def test_the_panel_sets_matte_lines_and_peaking(gui):
+def test_guides_panel_sets_matte_lines_and_peaking(gui):
     imgui.set_window_focus("Guides")
     gui.frame(3)
     gui.click(gui.middle("thirds"))
@@ -125,7 +127,7 @@ def test_the_panel_sets_matte_lines_and_peaking(gui):
     assert gui.session.facts.view.guides.aspect == 2.2
 
 
-def test_a_desqueeze_widens_the_picture_and_the_pointer_follows(gui):
+def test_desqueeze_widens_the_picture_and_maps_the_pointer(gui):
     gui.settled()
     (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
     imgui.set_window_focus("Guides")
@@ -136,17 +138,17 @@ def test_a_desqueeze_widens_the_picture_and_the_pointer_follows(gui):
     gui.settled()
     (u0, v0), (u1, v1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
     assert (u1 - u0) / (v1 - v0) == pytest.approx(2 * (x1 - x0) / (y1 - y0))
-    place = gui.session.pictures.view.viewport
-    assert u1 - u0 <= place.size[0] + 1  # the whole picture still fits
-    at = gui.at_picture(20.5, 40.5)
-    gui.move(at)
+    viewport = gui.session.pictures.view.viewport
+    assert u1 - u0 <= viewport.size[0] + 1  # the whole picture still fits
+    position = gui.at_picture(20.5, 40.5)
+    gui.move(position)
     gui.frame()
-    assert gui.screen.picture.hovered == (20, 40)
-    gui.wheel(at, 3)
-    assert gui.at_picture(20.5, 40.5) == pytest.approx(at, abs=1.0)
+    assert gui.screen.picture.hovered_px == (20, 40)
+    gui.wheel(position, 3)
+    assert gui.at_picture(20.5, 40.5) == pytest.approx(position, abs=1.0)
 
 
-def test_the_squeeze_of_the_lens_is_offered_as_desqueeze(gui):
+def test_guides_panel_offers_the_squeeze_of_the_lens_as_desqueeze(gui):
     session = gui.session
     session.editing.edit_lens(replace(session.facts.lens, squeeze=1.75))
     gui.rest()
@@ -158,7 +160,7 @@ def test_the_squeeze_of_the_lens_is_offered_as_desqueeze(gui):
     assert session.facts.view.guides.desqueeze == 1.75
 
 
-def test_framing_lines_are_drawn_and_put_away(gui):
+def test_framing_lines_are_drawn_and_removed(gui):
     view, line = gui.session.pictures.view, FrameLine("239", (0.25, 0.25, 0.75, 0.75))
     canvas = Canvas(10.0 * WIDTH, 10.0 * HEIGHT, (line,))
     view.state = replace(view.state, guides=replace(view.state.guides, canvases=(canvas,)))

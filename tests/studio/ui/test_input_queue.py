@@ -1,4 +1,4 @@
-"""Input that comes faster than frames: what repeats itself is thinned, nothing else is lost."""
+"""Input that comes faster than frames: repeated events are merged, and no other is lost."""
 
 import glfw
 import pytest
@@ -26,12 +26,12 @@ _BITS = {K.left_shift: SHIFT, K.left_ctrl: CTRL}
 _MOST_FRAMES = 500
 
 
-class Hand:
-    """Types as GLFW tells it: each event with the modifiers that were held."""
+class QueuedInput:
+    """Puts events into an `InputQueue` as GLFW does, each with the modifiers held down."""
 
     def __init__(self, gui) -> None:
         self.gui, self.mods = gui, 0
-        self.queue = InputQueue(gui.screen.opens)
+        self.queue = InputQueue(gui.screen.must_wait_after)
 
     def down(self, key: K, text: str = "") -> None:
         self.mods |= _BITS.get(key, 0)
@@ -54,18 +54,18 @@ class Hand:
     def frame(self) -> bool:
         """Run a frame as the window does; return whether it was drawn."""
         self.queue.hand_out()
-        self.gui.screen.typed = self.queue.typed
-        is_seen = not self.queue.waits
-        if is_seen:
+        self.gui.screen.typed_keys = self.queue.typed_keys
+        is_drawn = not self.queue.has_waiting
+        if is_drawn:
             self.gui.frame()
         else:
             imgui.backends.opengl3_new_frame()
             imgui.new_frame()
-            self.gui.screen.draw(is_seen=False)
+            self.gui.screen.draw(is_visible=False)  # handles the input and shows no frame
             imgui.end_frame()
-        return is_seen
+        return is_drawn
 
-    def worked_off(self) -> int:
+    def run_until_empty(self) -> int:
         """Run frames until nothing waits; return how many it took, of which one was drawn."""
         for count in range(1, _MOST_FRAMES):
             if self.frame():
@@ -74,67 +74,67 @@ class Hand:
 
 
 @pytest.fixture
-def hand(gui) -> Hand:
+def hand(gui) -> QueuedInput:
     gui.frame(3)
-    made = Hand(gui)
-    made.worked_off()
-    made.worked_off()
-    return made
+    queued_input = QueuedInput(gui)
+    queued_input.run_until_empty()
+    queued_input.run_until_empty()
+    return queued_input
 
 
 @pytest.mark.parametrize("count", [1, 2, 10])
-def test_question_marks_between_two_frames(hand, count):
-    """Shift is let go of before the key, as people and xdotool do."""
-    gui, seen, last = hand.gui, 0, hand.gui.ui.shows_keys
+def test_each_question_mark_between_two_frames_toggles_the_keys_window(hand, count):
+    """Each `?` toggles the window of keys; Shift is released before the key, as people do."""
+    gui, toggle_count, was_shown = hand.gui, 0, hand.gui.ui.shows_keys
     for _ in range(count):
         hand.down(K.left_shift)
         hand.down(K.slash, "?")
         hand.up(K.left_shift)
         hand.up(K.slash)
-    while not hand.frame() or seen == 0:
-        seen, last = seen + (gui.ui.shows_keys != last), gui.ui.shows_keys
-    seen += gui.ui.shows_keys != last
-    assert seen == count
+    while not hand.frame() or toggle_count == 0:
+        toggle_count, was_shown = toggle_count + (gui.ui.shows_keys != was_shown), gui.ui.shows_keys
+    toggle_count += gui.ui.shows_keys != was_shown
+    assert toggle_count == count
     gui.ui.shows_keys = False
     gui.frame(2)
 
 
-def test_a_modifier_that_comes_behind_a_key_is_not_held_with_it(hand):
-    """S, then Ctrl, before the next frame: no Ctrl+S."""
+def test_modifier_pressed_after_a_key_does_not_apply_to_it(hand):
+    """S and then Ctrl in one frame do not run the action of Ctrl+S."""
     gui = hand.gui
     name = next(a.name for a in gui.screen.commands if a.key == "Ctrl+S")
     for act in (hand.down, hand.up):
         act(K.s)
         act(K.left_ctrl)
-    done = []
-    is_seen = False
-    while not is_seen:
-        is_seen = hand.frame()
-        done += [a.name for a in pressed(gui.screen.commands)]
-    assert name not in done and not gui.ui.dialogs.is_open
+    run_actions = []
+    is_drawn = False
+    while not is_drawn:
+        is_drawn = hand.frame()
+        run_actions += [a.name for a in pressed(gui.screen.commands)]
+    assert name not in run_actions and not gui.ui.dialogs.is_open
 
 
-def test_a_key_has_the_modifiers_of_its_own_event(hand):
-    """GLFW may leave out the press of Ctrl, or tell that it went up before the key did."""
+def test_key_uses_the_modifiers_of_its_own_event(hand):
+    """GLFW may omit the press of Ctrl, or send its release before that of the key."""
     view = hand.gui.session.facts.view
     for _ in range(3):
         hand.queue.add(Press(K.up_arrow, CTRL))
         hand.queue.add(Release(K.up_arrow, 0))
-    hand.worked_off()
+    hand.run_until_empty()
     assert hand.gui.session.facts.view.exposure_stops == view.exposure_stops + 3 / 4
     hand.gui.session.pictures.view.state = view
 
 
-def test_every_key_of_a_shortcut_is_known(gui):
+def test_imgui_key_knows_every_key_of_a_shortcut(gui):
     shortcuts = {chord_of(command.key)[0] for command in gui.screen.commands if command.key}
-    known = {imgui_key(key) for key in range(glfw.KEY_SPACE, glfw.KEY_LAST + 1)}
-    assert shortcuts <= known
+    known_keys = {imgui_key(key) for key in range(glfw.KEY_SPACE, glfw.KEY_LAST + 1)}
+    assert shortcuts <= known_keys
     assert KEY_NAMES.keys() | {"?"} == set(NAMED_KEYS)
-    assert {K.enter, K.keypad_enter, K.escape, K.left_alt, K.right_ctrl, K.page_up} <= known
+    assert {K.enter, K.keypad_enter, K.escape, K.left_alt, K.right_ctrl, K.page_up} <= known_keys
 
 
 @pytest.mark.parametrize(
-    ("place", "printed", "key"),
+    ("key_code", "printed", "key"),
     [
         (glfw.KEY_Y, "z", K.z),  # German
         (glfw.KEY_Q, "a", K.a),  # French
@@ -145,11 +145,11 @@ def test_every_key_of_a_shortcut_is_known(gui):
         (glfw.KEY_LEFT, None, K.left_arrow),
     ],
 )
-def test_a_key_means_what_the_users_layout_has_on_it(place, printed, key):
-    assert imgui_key(place, printed) == key
+def test_imgui_key_follows_the_keyboard_layout(key_code, printed, key):
+    assert imgui_key(key_code, printed) == key
 
 
-def test_a_click_that_comes_with_its_movement_reaches_a_tab(hand):
+def test_click_in_the_same_frame_as_its_movement_reaches_a_tab(hand):
     def at_tab(name: str) -> tuple[float, float]:
         window = imgui.internal.find_window_by_name(name)
         box = window.dc.dock_tab_item_rect
@@ -160,27 +160,27 @@ def test_a_click_that_comes_with_its_movement_reaches_a_tab(hand):
         hand.queue.add(Motion(at_tab(name)))
         hand.queue.add(Button(0, True))
         hand.queue.add(Button(0, False))
-        hand.worked_off()
+        hand.run_until_empty()
         hand.gui.frame(2)
         assert not imgui.internal.find_window_by_name(name).hidden, name
 
 
-def test_typed_text_shares_a_frame(hand):
+def test_typed_text_is_handled_in_few_frames(hand):
     gui, text = hand.gui, "sssss of"
     hand.tap(K.p, "", K.left_ctrl)  # no command
     hand.queue.add(Press(K.p, CTRL | SHIFT))
     hand.queue.add(Release(K.p, 0))
     for letter in text:
         hand.tap(imgui.Key(int(K.a) + ord(letter) - ord("a")) if letter != " " else K.space, letter)
-    assert hand.worked_off() <= 12
+    assert hand.run_until_empty() <= 12
     gui.frame(2)
     assert gui.ui.palette._text == text
     gui.key(K.escape)
     gui.frame(2)
 
 
-def test_keys_typed_before_a_box_is_drawn_wait_for_it(hand):
-    """A mark, the box of the pull, its frames, Enter, and the next key to the window again."""
+def test_keys_typed_before_the_pull_box_is_drawn_reach_it(hand):
+    """Shift+M opens the box of the pull, which takes 18 and Enter; W then goes to the window."""
     gui = hand.gui
     session = gui.session
     session.time.marks.set_here()
@@ -190,23 +190,23 @@ def test_keys_typed_before_a_box_is_drawn_wait_for_it(hand):
         hand.tap(imgui.Key(int(K._0) + int(digit)), digit)
     hand.tap(K.enter)
     hand.tap(K.w, "w")
-    hand.worked_off()
+    hand.run_until_empty()
     assert session.time.marks.pulls.frames == 18
     assert session.facts.view.compare is Compare.WIPE is not wiped
     assert session.editing.frame == frame and not imgui.get_io().want_text_input
     gui.begin_again()
 
 
-def test_different_keys_share_a_frame_in_their_order(hand):
+def test_different_keys_are_handled_in_one_frame_in_order(hand):
     gui = hand.gui
     for key in (K.v, K.c, K.w, K.p):  # the overlay that was asked for last stays
         hand.tap(key)
-    assert hand.worked_off() <= 2
+    assert hand.run_until_empty() <= 2
     assert gui.session.facts.view.overlay == "focus plane"
     assert gui.session.facts.view.compare is Compare.WIPE
     for key in (K.p, K.c, K.w):
         hand.tap(key)
-    assert hand.worked_off() <= 2
+    assert hand.run_until_empty() <= 2
     assert gui.session.facts.view.overlay == "coc"
     gui.begin_again()
 
@@ -218,9 +218,9 @@ _ACTS = st.lists(
 
 
 @given(acts=_ACTS)
-def test_nothing_that_differs_is_lost_and_one_frame_in_many_is_drawn(window_hand, acts):
+def test_input_queue_loses_no_distinct_event_and_draws_few_frames(window_hand, acts):
     hand, session = window_hand, window_hand.gui.session
-    view, undone = session.facts.view, session.editing.history
+    view, history = session.facts.view, session.editing.history
     notches = 0
     for number, act in enumerate(acts):
         if act == "move":
@@ -230,37 +230,37 @@ def test_nothing_that_differs_is_lost_and_one_frame_in_many_is_drawn(window_hand
         else:
             hand.tap(act)
             notches += (act == K.left_bracket) - (act == K.right_bracket)
-    assert hand.worked_off() <= len(acts) + 3
+    assert hand.run_until_empty() <= len(acts) + 3
     for key, field in _SWITCHES.items():
         is_other = acts.count(key) % 2 == 1
         assert getattr(session.facts.view, field) == (getattr(view, field) != is_other)
-    session.pictures.view.state, session.editing.history = view, undone
+    session.pictures.view.state, session.editing.history = view, history
 
 
 @pytest.fixture(scope="module")
-def window_hand(room_window) -> Hand:
+def window_hand(room_window) -> QueuedInput:
     room_window.begin_again()
-    made = Hand(room_window)
-    made.worked_off()
-    made.worked_off()
-    return made
+    queued_input = QueuedInput(room_window)
+    queued_input.run_until_empty()
+    queued_input.run_until_empty()
+    return queued_input
 
 
-def test_hundreds_of_movements_and_repeats_are_one_frame(hand):
+def test_hundreds_of_movements_and_wheel_repeats_take_two_frames(hand):
     for number in range(900):
         hand.queue.add(Motion((300.0 + number / 3, 400.0)))
     hand.queue.add(Wheel(0.0, 1.0))
     for _ in range(300):
         hand.queue.add(Wheel(0.0, 0.0))
-    assert hand.worked_off() == 2
+    assert hand.run_until_empty() == 2
     assert imgui.get_io().mouse_pos.x == 599.0
     hand.gui.begin_again()
 
 
 @pytest.mark.parametrize("before", [0, 600])
-def test_closing_goes_first_but_behind_a_save(hand, monkeypatch, before):
-    gui, saved = hand.gui, []
-    monkeypatch.setattr(gui.session.files.documents, "save", lambda: saved.append(1) or True)
+def test_quit_is_handled_before_other_keys_but_after_a_save(hand, monkeypatch, before):
+    gui, save_calls = hand.gui, []
+    monkeypatch.setattr(gui.session.files.documents, "save", lambda: save_calls.append(1) or True)
     for number in range(before):
         hand.tap((K.v, K.enter, K.left_arrow)[number % 3])
     hand.tap(K.s, "", K.left_ctrl)
@@ -272,12 +272,12 @@ def test_closing_goes_first_but_behind_a_save(hand, monkeypatch, before):
         hand.frame()
         count += 1
         assert count <= 12 + 3 * before
-    assert saved
+    assert save_calls
     gui.ui.is_over = False
     gui.begin_again()
 
 
-def test_escape_ends_what_waits_and_leaves_nothing_held(hand):
+def test_escape_drops_waiting_input_and_releases_keys_and_buttons(hand):
     gui = hand.gui
     before = gui.session.facts.view.overlay
     hand.queue.add(Button(0, True))
@@ -289,28 +289,28 @@ def test_escape_ends_what_waits_and_leaves_nothing_held(hand):
         hand.queue.add(Button(0, False))
     hand.up(K.left_shift)
     hand.tap(K.escape)
-    assert hand.worked_off() <= 12  # releases and the last movement are kept
+    assert hand.run_until_empty() <= 12  # releases and the last movement are kept
     assert gui.session.facts.view.overlay is before
     assert not imgui.is_mouse_down(0) and not imgui.get_io().key_shift
     assert tuple(imgui.get_io().mouse_pos) == (500.0, 400.0)
     gui.begin_again()
 
 
-def test_the_close_button_waits_for_a_save_alone(hand):
+def test_hurry_drops_waiting_input_except_a_save(hand):
     hand.tap(K.s, "", K.left_ctrl)
     for _ in range(40):
         hand.tap(K.v)
-    hand.queue.hurry()
-    assert hand.queue.saves
-    hand.worked_off()
-    assert not hand.queue.saves
+    hand.queue.drop_after_save()
+    assert hand.queue.has_waiting_save
+    hand.run_until_empty()
+    assert not hand.queue.has_waiting_save
     hand.gui.key(K.escape)
     hand.gui.begin_again()
 
 
-def test_the_keyboard_goes_elsewhere_in_its_turn(hand):
+def test_lost_keyboard_focus_releases_the_modifiers(hand):
     hand.down(K.left_shift)
     hand.queue.add(Focus(False))
     hand.queue.add(Focus(True))
-    hand.worked_off()
+    hand.run_until_empty()
     assert not imgui.get_io().key_shift

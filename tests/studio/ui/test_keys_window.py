@@ -1,47 +1,52 @@
-"""The window of keys: all of it on the screen, and true of what is open."""
+"""The window of keys: it fits the screen, and lists the keys of the open source."""
 
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.studio.ui.keys_window import in_columns, sections
+from heatlens.studio.ui.keys_window import distribute_in_columns, sections
 from support.commands import listed_commands
 
 ALL = listed_commands()
 
 
-def told(has_camera: bool) -> dict[str, tuple[tuple[str, str], ...]]:
+def rows_by_section(has_camera: bool) -> dict[str, tuple[tuple[str, str], ...]]:
     return {section.title: section.rows for section in sections(ALL, has_camera)}
 
 
-def test_every_shortcut_is_told_once():
-    rows = [row for rows in told(False).values() for row in rows]
+def test_keys_window_lists_every_shortcut_once():
+    rows = [row for rows in rows_by_section(False).values() for row in rows]
     for action in ALL:
         assert rows.count((action.key, action.name)) == bool(action.key)
 
 
-def test_the_camera_is_told_of_where_there_is_one():
-    plate, scene = told(False), told(True)
+def test_keys_window_has_camera_section_only_for_scenes():
+    plate, scene = rows_by_section(False), rows_by_section(True)
     assert set(scene) - set(plate) == {"Mouse in the scene"}
     keys = [key for key, _ in scene["Mouse in the scene"]]
     assert keys == ["right drag", "Ctrl+right drag", "Ctrl+wheel"]
 
 
-def test_what_pans_is_true_of_plates_and_of_scenes():
-    pans = {has: [k for k, what in told(has)["Mouse"] if "pan" in what] for has in (False, True)}
+def test_keys_window_lists_the_pan_buttons_of_plates_and_scenes():
+    pans = {
+        has_camera: [k for k, words in rows_by_section(has_camera)["Mouse"] if "pan" in words]
+        for has_camera in (False, True)
+    }
     assert pans == {False: ["middle or right drag"], True: ["middle drag"]}
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_columns_hold_every_section_and_are_about_as_high(count):
-    found = sections(ALL, True)
-    columns = in_columns(found, count)
+def test_in_columns_balances_the_heights_of_all_sections(count):
+    all_sections = sections(ALL, True)
+    columns = distribute_in_columns(all_sections, count)
     assert len(columns) == count and columns[0][0].title == "Mouse"
-    assert sorted(s.title for column in columns for s in column) == sorted(s.title for s in found)
+    assert sorted(s.title for column in columns for s in column) == sorted(
+        s.title for s in all_sections
+    )
     heights = [sum(2 + len(section.rows) for section in column) for column in columns]
     assert max(heights) - min(heights) <= 0.2 * sum(heights) / count
 
 
-def test_it_lies_in_the_middle_of_the_screen_with_room_around(gui):
+def test_keys_window_is_centered_with_a_margin(gui):
     em, screen = imgui.get_font_size(), imgui.get_main_viewport()
     gui.key(imgui.Key.slash, shift=True)
     gui.frame(4)
@@ -54,7 +59,7 @@ def test_it_lies_in_the_middle_of_the_screen_with_room_around(gui):
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.5, 2.0])
-def test_no_words_are_cut_at_the_right(gui, scale):
+def test_keys_window_cuts_no_words_at_any_scale(gui, scale):
     gui.session.preferences.change(ui_scales={"": scale})
     gui.key(imgui.Key.slash, shift=True)
     gui.frame(4)
@@ -65,7 +70,7 @@ def test_no_words_are_cut_at_the_right(gui, scale):
     gui.frame(4)
 
 
-def test_on_a_small_screen_it_can_be_scrolled(gui):
+def test_keys_window_scrolls_on_a_small_screen(gui):
     em, size = imgui.get_font_size(), gui.io.display_size
     gui.io.display_size = 700, 420
     try:

@@ -14,19 +14,19 @@ def gui(session_context, tmp_path_factory):
         yield made
 
 
-def picked(gui, name: str, item: str) -> None:
+def pick_item(gui, name: str, item: str) -> None:
     gui.click(gui.middle(name))
     gui.frame(2)
     gui.click(gui.middle(f"{name}: {item}"))
     gui.frame(2)
 
 
-def test_a_kit_and_its_lens_are_chosen_and_bound_the_sliders(gui):
-    picked(gui, "kit", "modern-primes")
+def test_chosen_kit_and_its_lens_limit_the_lens_sliders(gui):
+    pick_item(gui, "kit", "modern-primes")
     assert gui.session.facts.shot.kit.name == "modern-primes"
     assert gui.session.facts.lens.focal_length_mm == 85.0
     assert gui.session.facts.lens.f_stop == 1.7  # the plate had f/1
-    picked(gui, "lens", "50 mm")
+    pick_item(gui, "lens", "50 mm")
     assert gui.session.facts.lens.focal_length_mm == 50.0
     gui.click(gui.middle("breathing"))
     assert gui.session.facts.lens.breathing == 0.975

@@ -1,6 +1,6 @@
-"""What is told of a keyed parameter lies with the member: no list elsewhere names several of them.
+"""All facts of a keyed parameter are in `LensParameter`: no list elsewhere names several members.
 
-Read from the syntax trees of the program, so that a member that is added cannot be left out.
+The test reads the syntax trees of the program, so a new member cannot be left out.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.fronts.commands.shots.shot_new import add_shot_options
-from heatlens.fronts.commands.shots.typed_keys import KEYED, keys_of
+from heatlens.fronts.commands.shots.typed_keys import PARAMETER_BY_NAME, parse_keys
 from heatlens.studio.session.keys.key_rows import ROWS, shown_rows
 from heatlens.studio.ui.setting_places import SETTINGS
 from heatlens.studio.ui.timeline import dope_sheet
@@ -45,40 +45,42 @@ def members_in(node: ast.AST) -> set[str]:
     }
 
 
-def test_a_list_of_members_is_found():
+def test_lists_in_finds_lists_of_two_or_more_members():
     assert lists_in("A = {LensParameter.TILT: 1,\n LensParameter.SPLIT: 2}") == [1]
     assert lists_in("A = LensParameter.TILT, LensParameter.SPLIT") == [1]
     assert lists_in("f(LensParameter.TILT, 1)\nB = (LensParameter.TILT, 2)") == []
 
 
-def test_no_list_of_members_stands_outside_their_home():
-    found = {
+def test_no_list_of_lens_parameters_outside_their_module():
+    lists_by_path = {
         str(path.relative_to(PACKAGE)): lines
         for path in PACKAGE.rglob("*.py")
         if path != HOME and (lines := lists_in(path.read_text()))
     }
-    assert found == {}
+    assert lists_by_path == {}
     assert lists_in(HOME.read_text())
 
 
 @pytest.mark.parametrize("parameter", LensParameter)
-def test_each_is_in_every_place(parameter):
-    """The rows, the curves, `--key`, its option, and the panel, whose labels a test draws."""
+def test_each_lens_parameter_has_row_curve_option_and_control(parameter):
+    """Check the rows, the curves and their axes, `--key`, the option and the Lens panel."""
     value = VALUES.get(parameter, 0.5)
     shot = Shot(Lens(50.0, 2.0, 2.0, 36.0)).with_key(1, parameter, value)
     assert parameter in ROWS and parameter in shown_rows(shot, has_camera=False)
     axis = AXES[parameter]
     assert axis.value_at(axis.place_of(value)) == pytest.approx(value)
     assert axis.visible_labels(*sorted((axis.place_of(value), axis.place_of(1.1 * value))), 0.01)
-    assert keys_of([f"{parameter.typed}@1={value}"]) == {parameter: [Key(1.0, value)]}
+    assert parse_keys([f"{parameter.typed}@1={value}"]) == {parameter: [Key(1.0, value)]}
     parser = argparse.ArgumentParser()
     add_shot_options(parser)
-    assert hasattr(parser.parse_args([]), parameter.attribute) and parameter.typed in KEYED
+    assert (
+        hasattr(parser.parse_args([]), parameter.attribute) and parameter.typed in PARAMETER_BY_NAME
+    )
     assert parameter.control in SETTINGS["Lens"] and str(parameter) in options_of(Lens)
     assert LensCurves().of(parameter).scale is parameter.facts.scales[0]
 
 
-def test_a_dot_stands_beside_the_control_of_each(monkeypatch):
+def test_lens_dots_draw_a_key_dot_for_each_parameter(monkeypatch):
     dots = []
     monkeypatch.setattr(dope_sheet, "key_dot", lambda _desk, row, *_place: dots.append(row))
     monkeypatch.setattr(dope_sheet.imgui, "get_font_size", lambda: 10.0)
@@ -86,7 +88,7 @@ def test_a_dot_stands_beside_the_control_of_each(monkeypatch):
     assert dots == list(LensParameter)
 
 
-def test_values_are_shown_with_their_unit():
-    shown = {it: it.shown(VALUES.get(it, 0.5), "m") for it in LensParameter}
+def test_lens_parameter_shows_values_with_their_unit():
+    shown = {it: it.format_value(VALUES.get(it, 0.5), "m") for it in LensParameter}
     assert list(shown.values()) == ["0.5 m", "f/2.8", "35 mm", "1.5 x", "2°", "0.5 D"]
-    assert LensParameter.FOCUS_DISTANCE.shown(1.905, "ft") == "6'3\""
+    assert LensParameter.FOCUS_DISTANCE.format_value(1.905, "ft") == "6'3\""

@@ -1,4 +1,4 @@
-"""What comes with heatlens teaches three gestures; a line goes once its gesture was done."""
+"""The lessons on the demo pictures teach three gestures; each line goes once it is done."""
 
 from collections.abc import Iterator
 
@@ -29,26 +29,26 @@ def gui(ctx, still) -> Gui:
     return still
 
 
-def left(gui) -> tuple[Lesson, ...]:
-    return gui.screen.picture._lessons.left
+def remaining_lessons(gui) -> tuple[Lesson, ...]:
+    return gui.screen.picture._lessons.remaining
 
 
-def test_each_gesture_is_ticked_off_as_it_is_done(gui):
-    assert left(gui) == tuple(Lesson)
+def test_each_lesson_disappears_when_its_gesture_is_done(gui):
+    assert remaining_lessons(gui) == tuple(Lesson)
     gui.click(gui.at_picture(100, 60))
-    assert left(gui) == (Lesson.DRAG, Lesson.PULL)
+    assert remaining_lessons(gui) == (Lesson.DRAG, Lesson.PULL)
     x0, y0, x1, y1 = gui.rect("focus bar")
     gui.drag((x0 + 20, (y0 + y1) / 2), (x1 - 60, (y0 + y1) / 2))
-    assert left(gui) == (Lesson.PULL,)
+    assert remaining_lessons(gui) == (Lesson.PULL,)
     gui.key(K.m)
     gui.click(gui.at_picture(300, 200))
     gui.key(K.m, shift=True)
     gui.key(K.enter)
     gui.frame(2)
-    assert left(gui) == ()
+    assert remaining_lessons(gui) == ()
 
 
-def test_a_legend_stands_beside_the_lessons_and_in_their_place_once_they_are_gone(gui):
+def test_legend_stands_beside_the_lessons_or_in_their_place(gui):
     gui.key(K.z)
     gui.frame(2)
     lessons = imgui.internal.find_window_by_name("lessons")
@@ -60,7 +60,7 @@ def test_a_legend_stands_beside_the_lessons_and_in_their_place_once_they_are_gon
 
 
 @pytest.mark.parametrize(("scale", "has_all"), [(1.0, True), (1.5, False), (2.0, False)])
-def test_the_picture_is_not_covered_by_the_lessons(gui, scale, has_all):
+def test_lessons_cover_at_most_a_quarter_of_the_picture(gui, scale, has_all):
     shot = gui.session.facts.shot.with_key(1, FOCUS, 1.0).with_key(9, FOCUS, 2.0)  # with a timeline
     gui.session.editing.begin(shot)
     gui.session.preferences.change(ui_scales={"": scale})
@@ -77,7 +77,7 @@ def test_the_picture_is_not_covered_by_the_lessons(gui, scale, has_all):
     gui.frame(4)
 
 
-def test_what_is_saved_of_the_still_life_goes_to_the_users_pictures(gui, monkeypatch, tmp_path):
+def test_files_of_the_demo_are_saved_to_the_users_pictures_folder(gui, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_PICTURES_DIR", str(tmp_path))
     files = gui.session.files.commands
     for key in ("save shot", "sheet", "save"):
@@ -85,11 +85,11 @@ def test_what_is_saved_of_the_still_life_goes_to_the_users_pictures(gui, monkeyp
     assert files.first_folder("open") == data_dir("assets")
 
 
-def test_whoever_knows_them_sends_them_away(gui):
+def test_lessons_can_be_dismissed(gui):
     gui.click(gui.middle("dismiss lessons"))
-    assert left(gui) == ()
+    assert remaining_lessons(gui) == ()
 
 
-def test_a_file_of_ones_own_teaches_nothing(gui, tmp_path):
+def test_users_own_file_has_no_lessons(gui, tmp_path):
     gui.open(room_file(tmp_path / "room.exr"))
-    assert left(gui) == ()
+    assert remaining_lessons(gui) == ()

@@ -1,4 +1,4 @@
-"""Looks beside each other, two looks under the wipe, stills in the shot file, and the way back."""
+"""The grid of looks, two looks under the wipe, and stills of looks in the shot file."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from heatlens.studio.session.pictures.look_commands import pixels_of_still
 from heatlens.studio.ui.picture.grid import cell_at, cells
-from support.window_plates import displayed
+from support.window_plates import display_bytes
 
 K = imgui.Key
 STOPS = (1.0, 2.8, 8.0, 22.0)
@@ -32,29 +32,29 @@ def looks(gui):
     return gui.session.facts.shot.looks
 
 
-def rendered_alone(gui, look) -> np.ndarray:
-    """Return the picture through a look by a renderer of its own, at the size of the grid's."""
+def render_look(gui, look) -> np.ndarray:
+    """Render the picture of a look with a new renderer at the size used in the grid."""
     session = gui.session
-    shown = session.pictures.sides.of_look(look.name)
-    own = FrameRenderer(gui.ctx)
-    own.load(session.source.plate)
-    pixels = download(own.render(shown.shot, session.facts.frame))
-    own.let_go()
+    shown = session.pictures.sides.picture_of_look(look.name)
+    renderer = FrameRenderer(gui.ctx)
+    renderer.load(session.source.plate)
+    pixels = download(renderer.render(shown.shot, session.facts.frame))
+    renderer.unload()
     return pixels
 
 
-def test_the_grid_shows_four_looks_as_the_renderer_makes_them(gui, looks):
+def test_grid_shows_four_looks_as_the_renderer_draws_them(gui, looks):
     session = gui.session
     gui.key(K.w, shift=True)
     gui.settled()
     tiles = gui.screen.picture.pictures.tiles
     assert [tile.name for tile in tiles] == ["A", "B", "C", "D"]
-    assert [tile.is_taken for tile in tiles] == [False, False, False, True]
+    assert [tile.is_current_lens for tile in tiles] == [False, False, False, True]
     for look in looks:
-        shown = session.pictures.sides.of_look(look.name)
+        shown = session.pictures.sides.picture_of_look(look.name)
         assert shown.is_whole and shown.shot.lens == look.lens
         np.testing.assert_allclose(
-            download(shown.texture), rendered_alone(gui, look), rtol=2e-3, atol=2e-3
+            download(shown.texture), render_look(gui, look), rtol=2e-3, atol=2e-3
         )
     screen = gui.screenshot()
     sharpness = []
@@ -69,7 +69,7 @@ def test_the_grid_shows_four_looks_as_the_renderer_makes_them(gui, looks):
     assert session.facts.view.compare is Compare.OFF and not gui.screen.picture.pictures.tiles
 
 
-def test_a_click_in_the_grid_takes_the_look_and_can_be_undone(gui, looks):
+def test_click_in_the_grid_takes_the_look_and_can_be_undone(gui, looks):
     session = gui.session
     gui.key(K.w, shift=True)
     gui.settled()
@@ -88,15 +88,15 @@ def test_a_click_in_the_grid_takes_the_look_and_can_be_undone(gui, looks):
     assert session.facts.lens == looks[0].lens
 
 
-def test_zoom_and_pointer_go_together_in_all_cells(gui, looks):
+def test_grid_cells_share_zoom_and_pointer(gui, looks):
     gui.key(K.w, shift=True)
     gui.settled()
     gui.move(gui.middle("grid D"))
     gui.frame()
-    hovered = gui.screen.picture.hovered
+    hovered = gui.screen.picture.hovered_px
     gui.move(gui.middle("grid A"))
     gui.frame()
-    assert gui.screen.picture.hovered == hovered
+    assert gui.screen.picture.hovered_px == hovered
     gui.wheel(gui.middle("grid C"), 2)
     zoom = gui.session.pictures.view.zoom
     gui.move(gui.middle("grid B"))
@@ -104,7 +104,7 @@ def test_zoom_and_pointer_go_together_in_all_cells(gui, looks):
     assert gui.session.pictures.view.zoom == zoom
 
 
-def test_two_looks_stand_under_the_wipe(gui, looks):
+def test_wipe_compares_two_looks(gui, looks):
     session = gui.session
     imgui.set_window_focus("Looks")
     gui.frame(2)
@@ -115,7 +115,7 @@ def test_two_looks_stand_under_the_wipe(gui, looks):
     gui.settled()
     view, sides = session.facts.view, session.pictures.sides
     assert (view.a_look, view.b_look, view.compare) == ("A", "C", Compare.WIPE)
-    a, b = sides.of_a(view), sides.of_method(view)
+    a, b = sides.picture_of_a(view), sides.picture_of_b(view)
     assert (a.shot.lens, b.shot.lens) == (looks[0].lens, looks[2].lens)
     assert a.is_whole and b.is_whole
     pictures = gui.screen.picture.pictures
@@ -123,28 +123,26 @@ def test_two_looks_stand_under_the_wipe(gui, looks):
     for shown, texture in ((a, pictures.a), (b, pictures.b)):
         pixels = np.frombuffer(texture.read(), np.uint8).reshape(*texture.size[::-1], 4)
         np.testing.assert_allclose(
-            pixels[..., :3].astype(int), displayed(gui, download(shown.texture)), atol=1
+            pixels[..., :3].astype(int), display_bytes(gui, download(shown.texture)), atol=1
         )
     assert session.facts.lens == looks[3].lens  # the shot is as it was
     gui.later()
     gui.click(gui.middle("left A"))  # the lens stands at the left again
     gui.settled()
-    assert session.facts.view.a_look == "" and sides.of_a(session.facts.view) is None
+    assert session.facts.view.a_look == "" and sides.picture_of_a(session.facts.view) is None
 
 
-def test_keeping_a_look_renders_nothing_again(gui):
+def test_keeping_a_look_renders_nothing(gui):
     gui.settled()
-    texture, seconds = (
-        gui.session.pictures.live.shown.texture,
-        gui.session.pictures.live.shown.seconds,
-    )
+    texture = gui.session.pictures.live.output.texture
+    seconds = gui.session.pictures.live.output.seconds
     gui.key(K.l, shift=True)
     assert not gui.session.time.scheduler.is_rendering
-    shown = gui.session.pictures.live.shown
+    shown = gui.session.pictures.live.output
     assert (shown.texture, shown.seconds, shown.shot) == (texture, seconds, gui.session.facts.shot)
 
 
-def test_the_still_is_the_picture_as_it_was_and_lies_in_the_shot_file(gui, looks, tmp_path):
+def test_looks_keep_stills_in_the_shot_file(gui, looks, tmp_path):
     stills = [pixels_of_still(look.still) for look in looks]
     assert all(still.shape == (144, 256, 3) and still.std() > 10 for still in stills)
     assert np.abs(stills[0].astype(int) - stills[3]).mean() > 1
@@ -153,12 +151,12 @@ def test_the_still_is_the_picture_as_it_was_and_lies_in_the_shot_file(gui, looks
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
-def test_cells_share_the_viewport_and_are_alike(gui, count):
+def test_grid_cells_have_one_size_within_the_viewport(gui, count):
     whole = Viewport((10.0, 20.0), (640.0, 400.0), 1.5)
-    found = cells(whole, count)
-    assert len(found) == count and len({cell.size for cell in found}) == 1
-    for index, cell in enumerate(found):
-        assert cell_at(found, cell.middle) == index
+    grid_cells = cells(whole, count)
+    assert len(grid_cells) == count and len({cell.size for cell in grid_cells}) == 1
+    for index, cell in enumerate(grid_cells):
+        assert cell_at(grid_cells, cell.middle) == index
         (x, y), (width, height) = cell.corner, cell.size
         assert x >= 10 and y >= 20 and x + width <= 651 and y + height <= 421
-    assert cell_at(found, (0.0, 0.0)) is None
+    assert cell_at(grid_cells, (0.0, 0.0)) is None

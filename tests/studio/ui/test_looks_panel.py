@@ -10,7 +10,7 @@ from heatlens.core.model.view.view import Against, Compare
 K = imgui.Key
 
 
-def test_looks_are_kept_seen_compared_and_come_back_to(gui):
+def test_looks_panel_shows_compares_and_restores_a_kept_look(gui):
     session = gui.session
     gui.settled()
     gui.key(K.l, shift=True)
@@ -18,7 +18,7 @@ def test_looks_are_kept_seen_compared_and_come_back_to(gui):
     gui.settled()
     first = session.facts.lens
     stills = gui.screen._panels.stills
-    still = stills.of(session.facts.shot.looks[0])
+    still = stills.thumbnail(session.facts.shot.looks[0])
     assert still is not None
     pixels = np.frombuffer(still.read(), np.uint8).reshape(still.height, still.width, 4)
     assert pixels[..., :3].std() > 10  # a picture
@@ -28,7 +28,7 @@ def test_looks_are_kept_seen_compared_and_come_back_to(gui):
     gui.click(gui.middle("wipe A"))
     gui.settled()
     assert (session.facts.view.against, session.facts.view.compare) == (Against.LOOK, Compare.WIPE)
-    assert session.pictures.sides.b.shown.shot.lens_at(session.facts.frame) == first
+    assert session.pictures.sides.b.output.shot.lens_at(session.facts.frame) == first
     gui.later()
     gui.click(gui.middle("look A"))
     gui.frame(2)

@@ -1,4 +1,4 @@
-"""Focus marks by hand: set, gone to, named, pulled to and followed; each is one step of undo."""
+"""Focus marks in the window: set, named, focused, pulled to and followed; one undo step each."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -9,9 +9,9 @@ from imgui_bundle import imgui
 from heatlens.core.model.marks.marks import DistanceMark, MatteMark, MattePart, PointMark
 from heatlens.core.model.shot.pull import pull
 from support.gui import Gui
-from support.sequences import FIRST, LAST, nearer
+from support.sequences import FIRST, LAST, relative_distance
 from support.session_files import BALL, BALL_M, POST, POST_M
-from support.timeline_window import film_window, fresh, typed
+from support.timeline_window import film_window, reset_window, type_into
 
 K = imgui.Key
 
@@ -24,7 +24,7 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
 
 @pytest.fixture
 def gui(ctx, film) -> Gui:
-    gui = fresh(film)
+    gui = reset_window(film)
     imgui.set_window_focus("Marks")
     gui.frame(2)
     return gui
@@ -34,12 +34,12 @@ def marks(gui) -> tuple:
     return gui.session.facts.shot.marks
 
 
-def steps(gui) -> int:
+def undo_count(gui) -> int:
     gui.rest()
     return len(gui.session.editing.history.past)
 
 
-def marked(gui, pixel: tuple[int, int]) -> None:
+def ctrl_shift_click(gui, pixel: tuple[int, int]) -> None:
     """Set a mark with Ctrl+Shift+click on a pixel."""
     gui.frame(30)
     for mod in (K.mod_ctrl, K.mod_shift):
@@ -49,16 +49,16 @@ def marked(gui, pixel: tuple[int, int]) -> None:
         gui.hold(mod, False)
 
 
-def test_m_marks_the_distance_in_focus(gui):
+def test_m_key_marks_the_distance_in_focus(gui):
     gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=3.5))
     gui.rest()
     gui.key(K.m)
     gui.key(K.m)
     assert marks(gui) == (DistanceMark("A", 3.5), DistanceMark("B", 3.5))
-    assert steps(gui) == 3
+    assert undo_count(gui) == 3
 
 
-def test_a_mark_is_told_and_stands_on_the_focus_bar(gui):
+def test_new_mark_is_reported_and_drawn_on_the_focus_bar(gui):
     gui.key(K.m)
     assert gui.session.messages.text.startswith("Mark A is set")
     gui.session.lens.commands.focus(10.0)
@@ -82,39 +82,39 @@ def test_names_of_near_marks_do_not_overlap_on_the_focus_bar(gui):
     assert low <= high and "C on the bar" not in gui.drawn  # two rows
 
 
-def test_ctrl_shift_click_marks_what_is_there_and_focuses_on_nothing(gui):
+def test_ctrl_shift_click_sets_a_point_mark_and_keeps_the_focus(gui):
     before = gui.session.facts.lens
-    marked(gui, BALL)
+    ctrl_shift_click(gui, BALL)
     assert marks(gui) == (PointMark("A", float(BALL[0]), float(BALL[1])),)
-    assert gui.session.facts.lens == before and steps(gui) == 1
+    assert gui.session.facts.lens == before and undo_count(gui) == 1
     x, y, _, _ = gui.rect("point A")
     assert (x, y) == pytest.approx(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))
 
 
-def test_a_point_is_as_far_as_what_is_there_at_the_frame(gui):
-    marked(gui, BALL)
+def test_go_to_point_mark_focuses_at_its_distance_of_the_frame(gui):
+    ctrl_shift_click(gui, BALL)
     for number in (FIRST, 1005, LAST):
-        gui.session.time.timeline.go(number)
-        gui.until(lambda n=number: gui.session.pictures.live.shown.frame == n, "the picture")
+        gui.session.time.timeline.go_to(number)
+        gui.until(lambda n=number: gui.session.pictures.live.output.frame == n, "the picture")
         gui.click(gui.middle("go A"))
         assert gui.session.facts.lens.focus_distance_m == pytest.approx(
-            BALL_M * nearer(number), rel=1e-5
+            BALL_M * relative_distance(number), rel=1e-5
         )
         gui.frame(30)
 
 
-def test_a_mark_is_renamed_and_no_two_have_one_name(gui):
+def test_mark_is_renamed_but_not_to_a_name_in_use(gui):
     gui.key(K.m)
     gui.key(K.m)
     gui.frame(2)
-    typed(gui, "mark A", "actor")
+    type_into(gui, "mark A", "actor")
     assert [mark.name for mark in marks(gui)] == ["actor", "B"]
-    typed(gui, "mark B", "actor")
+    type_into(gui, "mark B", "actor")
     assert [mark.name for mark in marks(gui)] == ["actor", "B"]
     assert "Two marks are called actor" in gui.session.messages.text
 
 
-def test_a_mark_is_deleted_and_comes_back(gui):
+def test_deleted_mark_comes_back_by_undo(gui):
     gui.key(K.m)
     gui.frame(2)
     gui.click(gui.middle("delete A"))
@@ -123,7 +123,7 @@ def test_a_mark_is_deleted_and_comes_back(gui):
     assert [mark.name for mark in marks(gui)] == ["A"]
 
 
-def pulled(gui, frames: str) -> None:
+def make_pull(gui, frames: str) -> None:
     """Pull the focus: Shift+M, type the number of frames, Enter."""
     gui.key(K.m, shift=True)
     gui.frame(3)
@@ -133,27 +133,27 @@ def pulled(gui, frames: str) -> None:
     gui.frame(3)
 
 
-def test_a_pull_to_a_mark_is_one_gesture_and_one_step(gui):
+def test_pull_by_shift_m_sets_two_keys_in_one_undo_step(gui):
     gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=4.0))
     gui.rest()
-    marked(gui, POST)
-    gui.session.time.timeline.go(1002)
+    ctrl_shift_click(gui, POST)
+    gui.session.time.timeline.go_to(1002)
     before = gui.session.facts.shot
-    pulled(gui, "5")
-    to_m = POST_M * nearer(1007)  # where it is when the focus arrives
+    make_pull(gui, "5")
+    to_m = POST_M * relative_distance(1007)  # where it is when the focus arrives
     keys = gui.session.facts.shot.curves.focus_distance_m.keys
     assert [key.frame for key in keys] == [1002, 1007]
     assert keys[1].value == pytest.approx(to_m, rel=1e-5)
     assert gui.session.facts.shot == pull(before, 4.0, keys[1].value, 1002, 5)
-    assert steps(gui) == 3
+    assert undo_count(gui) == 3
     assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
     gui.key(K.z, ctrl=True)
     assert gui.session.facts.shot == before
 
 
-def test_a_pull_goes_from_mark_to_mark_by_mouse(gui):
-    marked(gui, BALL)
-    marked(gui, POST)
+def test_pull_box_pulls_from_mark_to_mark_by_mouse(gui):
+    ctrl_shift_click(gui, BALL)
+    ctrl_shift_click(gui, POST)
     gui.click(gui.middle("open pull"))
     gui.frame(3)
     gui.click(gui.middle("from"))
@@ -166,16 +166,16 @@ def test_a_pull_goes_from_mark_to_mark_by_mouse(gui):
     keys = gui.session.facts.shot.curves.focus_distance_m.keys
     assert [key.frame for key in keys] == [FIRST, LAST]  # there are fewer than 18
     assert keys[0].value == pytest.approx(BALL_M)
-    assert keys[1].value == pytest.approx(POST_M * nearer(LAST))
+    assert keys[1].value == pytest.approx(POST_M * relative_distance(LAST))
     assert gui.session.messages.text.startswith("Mark B")  # and nothing about the pull
 
 
-def test_from_mark_to_mark_by_keys_alone(gui):
-    """Shift+Enter goes on to the end of a pull, where the next one begins."""
-    marked(gui, BALL)
-    marked(gui, POST)
-    gui.session.time.marks.go(gui.session.facts.shot.marks[0])
-    gui.session.time.marks.pulls.lengthen(2)
+def test_pull_box_shift_enter_goes_to_the_end_for_the_next_pull(gui):
+    """Shift+Enter makes the pull and moves the playhead to its end, where the next one begins."""
+    ctrl_shift_click(gui, BALL)
+    ctrl_shift_click(gui, POST)
+    gui.session.time.marks.focus_on(gui.session.facts.shot.marks[0])
+    gui.session.time.marks.pulls.set_length(2)
     for shift in (True, False):
         gui.key(K.m, shift=True)
         gui.frame(3)
@@ -185,29 +185,29 @@ def test_from_mark_to_mark_by_keys_alone(gui):
     keys = gui.session.facts.shot.curves.focus_distance_m.keys
     assert [key.frame for key in keys] == [FIRST, FIRST + 2, FIRST + 4]
     assert gui.session.facts.frame == FIRST + 2
-    assert keys[2].value == pytest.approx(BALL_M * nearer(FIRST + 4))
+    assert keys[2].value == pytest.approx(BALL_M * relative_distance(FIRST + 4))
 
 
-def test_without_a_mark_there_is_nothing_to_pull_to(gui):
+def test_shift_m_without_a_mark_only_reports(gui):
     gui.key(K.m, shift=True)
     gui.frame(3)
     assert "Set a mark" in gui.session.messages.text
     assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 
 
-def test_the_focus_follows_a_point_through_all_frames(gui):
-    marked(gui, BALL)
+def test_follow_button_sets_focus_keys_for_all_frames(gui):
+    ctrl_shift_click(gui, BALL)
     gui.click(gui.middle("follow A"))
     gui.until(lambda: gui.session.facts.shot.key_frames, "the keys")
     keys = gui.session.facts.shot.curves.focus_distance_m.keys
     assert (keys[0].frame, keys[-1].frame) == (FIRST, LAST)
     for key in keys:
-        assert key.value == pytest.approx(BALL_M * nearer(int(key.frame)), rel=5e-3)
-    assert steps(gui) == 2
+        assert key.value == pytest.approx(BALL_M * relative_distance(int(key.frame)), rel=5e-3)
+    assert undo_count(gui) == 2
 
 
-def test_the_focus_follows_live_until_it_becomes_keys_or_is_let_go(gui):
-    marked(gui, BALL)
+def test_live_button_follows_until_make_keys_or_let_go(gui):
+    ctrl_shift_click(gui, BALL)
 
     def live():
         return gui.session.facts.shot.curves.live
@@ -216,8 +216,8 @@ def test_the_focus_follows_live_until_it_becomes_keys_or_is_let_go(gui):
     gui.until(lambda: live().measured, "the distances")
     for frame in (FIRST, LAST):
         focus_m = gui.session.facts.shot.lens_at(frame).focus_distance_m
-        assert focus_m == pytest.approx(BALL_M * nearer(frame), rel=5e-2)
-    assert steps(gui) == 2 and not gui.session.facts.shot.key_frames
+        assert focus_m == pytest.approx(BALL_M * relative_distance(frame), rel=5e-2)
+    assert undo_count(gui) == 2 and not gui.session.facts.shot.key_frames
     gui.frame(2)
     _, y0, x1, y1 = gui.rect("follow ease")
     gui.click((x1 - 2, (y0 + y1) / 2))
@@ -231,17 +231,17 @@ def test_the_focus_follows_live_until_it_becomes_keys_or_is_let_go(gui):
     gui.frame(2)
     gui.click(gui.middle("let go"))
     assert live() is None and not gui.session.facts.shot.key_frames
-    assert steps(gui) == 3
+    assert undo_count(gui) == 3
 
 
-def test_close_focus_is_typed_and_taken_away(gui):
-    typed(gui, "close focus", "90cm")
+def test_close_focus_field_takes_distances_only(gui):
+    type_into(gui, "close focus", "90cm")
     assert gui.session.facts.lens.close_focus_m == 0.9
-    typed(gui, "close focus", "soon")
+    type_into(gui, "close focus", "soon")
     assert gui.session.facts.lens.close_focus_m == 0.9 and "soon" in gui.session.messages.text
 
 
-def test_a_mark_on_a_thing_is_on_its_middle_or_its_nearest_part(gui):
+def test_matte_mark_button_toggles_middle_and_nearest_part(gui):
     editing = gui.session.editing
     editing.do(replace(editing.shot, marks=(MatteMark("A", "cryptomatte:hero"),)))
     gui.frame(2)

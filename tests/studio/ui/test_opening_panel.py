@@ -1,4 +1,4 @@
-"""The opening as the Lens panel draws it, and as the hand changes it there."""
+"""The opening of the lens as the Lens panel draws it, and its controls."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,19 +19,21 @@ from support.gui import Gui, gui_of
 from support.opening_images import heart_path, letter
 from support.session_files import QUICK, room_file
 
-PLACES = st.sampled_from([(800.0, 450.0), (1600.0, 0.0)])
+POSITIONS = st.sampled_from([(800.0, 450.0), (1600.0, 0.0)])
 
 
-@given(apertures(), PLACES)
-def test_the_outline_is_that_of_the_disc(aperture: Aperture, place: tuple[float, float]) -> None:
-    """Just inside it a lamp is lit, just outside it is dark."""
+@given(apertures(), POSITIONS)
+def test_disc_outline_is_the_edge_of_the_coverage(
+    aperture: Aperture, position: tuple[float, float]
+) -> None:
+    """The disc covers points at 0.98 of the outline, and none at 1.02 of it."""
     disc = DiscShape(aperture, 1.0, PictureField.of((1600, 900)))
-    x, y = disc_outline(aperture, place).T
-    lit = disc.coverage(0.98 * x, 0.98 * y, 1.0, 1e-3, place)
-    dark = disc.coverage(1.02 * x, 1.02 * y, 1.0, 1e-3, place)
-    reached = np.hypot(x, y) > 0.3
-    assert np.all(lit[reached] > 0.0)
-    assert not dark[reached].any()
+    x, y = disc_outline(aperture, position).T
+    inside = disc.coverage(0.98 * x, 0.98 * y, 1.0, 1e-3, position)
+    outside = disc.coverage(1.02 * x, 1.02 * y, 1.0, 1e-3, position)
+    is_checked = np.hypot(x, y) > 0.3
+    assert np.all(inside[is_checked] > 0.0)
+    assert not outside[is_checked].any()
 
 
 @pytest.fixture
@@ -42,7 +44,7 @@ def gui(ctx: Device, tmp_path: Path) -> Iterator[Gui]:
         yield made
 
 
-def test_a_control_of_the_opening_is_one_step_of_undo(gui: Gui) -> None:
+def test_rim_slider_of_the_opening_is_one_undo_step(gui: Gui) -> None:
     gui.settled()
     left, top, right, bottom = gui.rect("rim")
     y = (top + bottom) / 2
@@ -53,8 +55,8 @@ def test_a_control_of_the_opening_is_one_step_of_undo(gui: Gui) -> None:
     assert gui.session.facts.lens.rim == 0.0 and gui.session.facts.lens.blades == 5
 
 
-def test_an_image_is_chosen_turned_and_taken_off_again(gui: Gui, tmp_path: Path) -> None:
-    """Each is one step of undo; the blades are back as they were."""
+def test_aperture_image_is_chosen_turned_and_removed(gui: Gui, tmp_path: Path) -> None:
+    """Each change is one undo step; without the image the blades are as before."""
     gui.settled()
     gui.click(gui.middle("aperture image"))
     assert gui.ui.dialogs.walk.purpose is PURPOSES["opening"]
@@ -82,15 +84,15 @@ def test_an_image_is_chosen_turned_and_taken_off_again(gui: Gui, tmp_path: Path)
     assert gui.session.facts.lens.aperture_image is None
 
 
-def test_an_image_is_drawn_as_a_lamp_shows_it() -> None:
+def test_image_cells_of_an_aperture_equal_its_coverage() -> None:
     aperture = Aperture(aperture_image=letter(), cat_eye=0.6)
-    for place in ((800.0, 450.0), (1600.0, 0.0)):
-        rows = image_cells(aperture, place)
-        drawn = np.zeros((len(rows), len(rows)))
+    for position in ((800.0, 450.0), (1600.0, 0.0)):
+        rows = image_cells(aperture, position)
+        drawn_values = np.zeros((len(rows), len(rows)))
         for row, runs in enumerate(rows):
             for first, last, grey in runs:
-                drawn[row, first:last] = grey
+                drawn_values[row, first:last] = grey
         y, x = np.mgrid[0 : len(rows), 0 : len(rows)] + 0.5 - len(rows) / 2
         disc = DiscShape(aperture, 1.0, PictureField.of((1600, 900)))
-        shown = disc.coverage(x, y, len(rows) / 2, 0.5, place)
-        np.testing.assert_allclose(drawn**2.2, shown / shown.max(), atol=0.04)
+        coverage = disc.coverage(x, y, len(rows) / 2, 0.5, position)
+        np.testing.assert_allclose(drawn_values**2.2, coverage / coverage.max(), atol=0.04)

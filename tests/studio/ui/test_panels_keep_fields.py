@@ -1,6 +1,6 @@
-"""A panel changes only what the hand changes: every field of what it edits outlives its drawing.
+"""Drawing a panel changes no field of the value that it edits.
 
-The fields are walked as the dataclasses have them, so that one that is added later is covered.
+The tests go through the fields of the dataclasses, so a field that is added later is covered.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,7 +15,7 @@ from imgui_bundle import imgui
 from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings, Method
-from heatlens.core.model.value_bins import bins_of, depth_histogram
+from heatlens.core.model.value_bins import bin_values, depth_histogram
 from heatlens.core.model.view.overlays import OVERLAYS
 from heatlens.core.model.view.view import Against, ViewState
 from heatlens.media.plate.read import read_plate
@@ -29,7 +29,7 @@ from heatlens.studio.ui.panels.opening_panel import opening_panel
 from heatlens.studio.ui.panels.plate_panel import PlateFacts, plate_panel
 from support.gui import Gui, gui_of
 from support.other_values import with_all_fields_other, with_other_fields
-from support.scene_window import as_opened
+from support.scene_window import reset_scene
 from support.session_files import LENS, QUICK, room_file, write_scene
 
 FRAMES = 3
@@ -39,7 +39,7 @@ Draw = Callable[[Any], Any]
 
 @pytest.fixture
 def screen() -> Iterator[None]:
-    """Return an ImGui of its own that draws into nothing."""
+    """Make a separate ImGui context that draws nothing."""
     before, context = imgui.get_current_context(), imgui.create_context()
     imgui.set_current_context(context)
     io = imgui.get_io()
@@ -52,8 +52,8 @@ def screen() -> Iterator[None]:
         imgui.set_current_context(before)
 
 
-def drawn(draw: Draw, value: Any) -> Any:
-    """Return the value after a panel has been drawn some frames, each handed on to the next."""
+def value_after_drawing(draw: Draw, value: Any) -> Any:
+    """Draw a panel for `FRAMES` frames, each with the value of the last; return the value."""
     for _ in range(FRAMES):
         imgui.new_frame()
         imgui.set_next_window_size(TALL)
@@ -64,53 +64,54 @@ def drawn(draw: Draw, value: Any) -> Any:
     return value
 
 
-def unheard(sentence: str) -> None:
+def fail_on_report(sentence: str) -> None:
     """Fail if a panel reports a problem, since all values are allowed."""
     raise AssertionError(sentence)
 
 
-def kept_fields(draw: Draw, value: Any, names: dict[str, Any] | None = None) -> None:
-    """Assert that each field of `value`, made another, is the same after it was drawn."""
-    seen = set()
-    for name, other in with_other_fields(value, names):
-        assert getattr(other, name) != getattr(value, name)
-        assert drawn(draw, other) == other, name
-        seen.add(name)
-    assert seen == {field.name for field in fields(value)}
+def assert_fields_kept(draw: Draw, value: Any, names: dict[str, Any] | None = None) -> None:
+    """Assert for each field that a value with another content of it is unchanged by drawing."""
+    checked_names = set()
+    for name, changed in with_other_fields(value, names):
+        assert getattr(changed, name) != getattr(value, name)
+        assert value_after_drawing(draw, changed) == changed, name
+        checked_names.add(name)
+    assert checked_names == {field.name for field in fields(value)}
 
 
 @pytest.fixture
 def facts(tmp_path: Path) -> PlateFacts:
     plate = read_plate(room_file(tmp_path / "room.exr"))
     return PlateFacts(
-        plate, depth_histogram(bins_of(np.float32(1.0) / plate.depth_m)), None, "m", "", LENS
+        plate, depth_histogram(bin_values(np.float32(1.0) / plate.depth_m)), None, "m", "", LENS
     )
 
 
 @pytest.mark.parametrize("has_many_views", [False, True])
 @pytest.mark.parametrize("settings", [DefocusSettings(), QUICK])
-def test_the_blur(screen, has_many_views, settings):
-    kept_fields(lambda value: blur_panel(value, has_many_views), settings)
+def test_blur_panel_keeps_every_field(screen, has_many_views, settings):
+    assert_fields_kept(lambda value: blur_panel(value, has_many_views), settings)
 
 
-def test_the_lens(screen, facts):
+def test_lens_and_opening_panels_keep_every_field(screen, facts):
     lens_facts = LensFacts(facts.histogram, "m", {})
-    kept_fields(lambda value: lens_panel(value, lens_facts, unheard), LENS)
-    kept_fields(lambda value: opening_panel(value, unheard, lambda: None), LENS)
+    assert_fields_kept(lambda value: lens_panel(value, lens_facts, fail_on_report), LENS)
+    assert_fields_kept(lambda value: opening_panel(value, fail_on_report, lambda: None), LENS)
     without_distances = LensFacts(None, "ft", {})
-    kept_fields(lambda value: lens_panel(value, without_distances, unheard), LENS)
+    assert_fields_kept(lambda value: lens_panel(value, without_distances, fail_on_report), LENS)
 
 
-def test_how_the_plate_is_read(screen, facts):
-    kept_fields(
-        lambda value: plate_panel(value, facts, unheard, lambda: None, unheard), PlateOptions()
+def test_plate_panel_keeps_every_option(screen, facts):
+    assert_fields_kept(
+        lambda value: plate_panel(value, facts, fail_on_report, lambda: None, fail_on_report),
+        PlateOptions(),
     )
 
 
-def test_the_view(screen):
-    color = ColorChoice(None, unheard)
+def test_display_panel_keeps_every_field(screen):
+    color = ColorChoice(None, fail_on_report)
     display = next(d for d in color.displays() if len(color.views(d)) > 1)
-    view = color.with_names(replace(ViewState(), display=display))
+    view = color.limit_to_config(replace(ViewState(), display=display))
     names = {
         "display": next(d for d in color.displays() if d != display),
         "view": color.views(display)[1],
@@ -118,24 +119,24 @@ def test_the_view(screen):
         "against": Against.REFERENCE,
         "overlay": OVERLAYS[0].name,
     }
-    kept_fields(
+    assert_fields_kept(
         lambda value: display_panel(value, color, "reference.exr", True, print), view, names
     )
 
 
 @pytest.mark.parametrize("kind", ["EXR, scene-linear", "PNG, as it looks"])
-def test_the_export(screen, kind):
-    wish = ExportSettings("/folder", "name", kind)
+def test_export_panel_keeps_every_setting(screen, kind):
+    settings = ExportSettings("/folder", "name", kind)
     names = {"kind": "H.264 movie", "camera_kind": "Nuke", "quality": "draft"}
-    kept_fields(lambda value: export_panel(value, None, None)[0], wish, names)
+    assert_fields_kept(lambda value: export_panel(value, None, None)[0], settings, names)
 
 
-def test_a_field_that_is_added_later_is_kept(screen):
+def test_panel_keeps_a_field_that_is_added_later(screen):
     @dataclass(frozen=True, slots=True)
     class Later(DefocusSettings):
         later: int = 0
 
-    kept_fields(lambda value: blur_panel(value, False), Later())
+    assert_fields_kept(lambda value: blur_panel(value, False), Later())
 
 
 # All panels of the window, with what they are handed there
@@ -150,35 +151,43 @@ def draw_each_panel(gui: Gui) -> None:
         gui.frame(FRAMES)
 
 
-def test_no_panel_of_the_window_changes_a_field_of_the_shot(gui: Gui):
+def test_drawing_all_panels_changes_no_field_of_the_shot(gui: Gui):
     shot = gui.session.facts.shot
     lens = with_all_fields_other(shot.lens)
     blur = with_all_fields_other(shot.defocus, {"method": Method.HEAT, "proxy": 0.75})
     gui.session.editing.edit(replace(shot, lens=lens, defocus=blur))
-    asked = gui.session.facts.shot
+    shot_before = gui.session.facts.shot
     draw_each_panel(gui)
-    assert gui.session.facts.shot == asked
-    assert asked.lens == lens and asked.defocus == blur
+    assert gui.session.facts.shot == shot_before
+    assert shot_before.lens == lens and shot_before.defocus == blur
 
 
-def test_no_panel_of_the_window_changes_the_view(gui: Gui):
+def test_drawing_all_panels_changes_no_field_of_the_view(gui: Gui):
     view = gui.session.facts.view
-    of_others = ("display", "view", "input_space", "against")  # names of the config, and what is B
-    gui.session.pictures.view.state = with_all_fields_other(
-        view, {"center_px": (40.0, 30.0), "overlay": OVERLAYS[0].name}, but=of_others
+    # Names of the config, and what is B.
+    excluded_fields = (
+        "display",
+        "view",
+        "input_space",
+        "against",
     )
-    asked = gui.session.facts.view
+    gui.session.pictures.view.state = with_all_fields_other(
+        view,
+        {"center_px": (40.0, 30.0), "overlay": OVERLAYS[0].name},
+        except_fields=excluded_fields,
+    )
+    view_before = gui.session.facts.view
     draw_each_panel(gui)
-    assert gui.session.facts.view == asked
+    assert gui.session.facts.view == view_before
 
 
 @pytest.fixture
 def scene_gui(ctx, tmp_path: Path) -> Iterator[Gui]:
     with gui_of(ctx, write_scene(tmp_path / "scene.gltf"), defocus=QUICK) as gui:
-        yield as_opened(gui)
+        yield reset_scene(gui)
 
 
-def test_no_panel_of_the_window_changes_the_framing_of_a_scene(scene_gui: Gui):
+def test_drawing_all_panels_changes_no_field_of_a_scene_framing(scene_gui: Gui):
     framing = scene_gui.session.facts.shot.framing
     assert isinstance(framing, Framing)
     for name, other in with_other_fields(framing, {"camera": "side"}):

@@ -20,21 +20,21 @@ def gui(gui):
     gui.frame(3)
 
 
-def test_tab_hides_everything_but_the_picture_and_brings_it_back(gui):
+def test_tab_hides_all_but_the_picture_and_shows_it_again(gui):
     gui.frame(3)
     before = gui.rect("focus bar")
     gui.key(K.tab)
     gui.drawn.clear()
     gui.frame(3)
     assert not {"focus bar", "menu File", "sides"} & set(gui.drawn)
-    place = gui.session.pictures.view.viewport
-    assert (place.corner, place.size) == ((0.0, 0.0), gui.size)
+    viewport = gui.session.pictures.view.viewport
+    assert (viewport.corner, viewport.size) == ((0.0, 0.0), gui.size)
     gui.key(K.tab)
     gui.frame(4)
     assert gui.rect("focus bar") == before
 
 
-def test_escape_comes_back_from_the_picture_alone_and_the_full_screen(gui):
+def test_escape_leaves_picture_alone_and_full_screen(gui):
     gui.key(K.tab)
     gui.key(K.f11)
     assert gui.ui.is_bare and gui.ui.is_full_screen
@@ -42,7 +42,7 @@ def test_escape_comes_back_from_the_picture_alone_and_the_full_screen(gui):
     assert not gui.ui.is_bare and not gui.ui.is_full_screen
 
 
-def test_tab_goes_on_from_field_to_field_while_one_is_typed_in(gui):
+def test_tab_moves_between_fields_while_one_is_edited(gui):
     gui.click(gui.middle("distance"))
     gui.key(K.tab)
     assert not gui.ui.is_bare
@@ -50,7 +50,7 @@ def test_tab_goes_on_from_field_to_field_while_one_is_typed_in(gui):
     gui.frame(2)
 
 
-def test_a_click_in_the_picture_alone_focuses(gui):
+def test_click_focuses_while_the_picture_is_alone(gui):
     gui.key(K.tab)
     gui.frame(2)
     before = gui.session.facts.lens
@@ -58,7 +58,7 @@ def test_a_click_in_the_picture_alone_focuses(gui):
     assert gui.session.facts.lens != before
 
 
-def test_the_second_window_shows_the_whole_picture_and_nothing_over_it(gui):
+def test_second_window_shows_the_picture_without_overlay_or_zoom(gui):
     gui.settled()
     gui.session.pictures.commands.change(overlay="zones", compare=Compare.OFF)
     gui.do("1:1")
@@ -70,31 +70,33 @@ def test_the_second_window_shows_the_whole_picture_and_nothing_over_it(gui):
     inside = pixels[::2, 20:-20:2, :3].astype(int)
     surround = pixels[:, :19, :3]
     assert (surround == surround[0, 0]).all()
-    likely = [np.abs(inside - flipped[..., :3]).mean() for flipped in (display, display[::-1])]
-    assert min(likely) < 3.0
+    differences = [np.abs(inside - flipped[..., :3]).mean() for flipped in (display, display[::-1])]
+    assert min(differences) < 3.0
     alone.release()
 
 
-def shown_alone(gui, alone: PictureAlone, has_labels: bool) -> np.ndarray:
-    """Return (540, 960, 3) of the second window, the top row first."""
+def draw_second_window(gui, alone: PictureAlone, has_labels: bool) -> np.ndarray:
+    """Draw the second window; return its pixels (540, 960, 3), the top row first."""
     size = (960, 540)
     alone.draw(gui.screen.picture.pictures, gui.session.facts.view, size, has_labels)
     pixels = np.frombuffer(alone.texture.read(), np.uint8).reshape(size[1], size[0], 4)
     return pixels[::-1, :, :3].astype(int)
 
 
-def test_looks_beside_each_other_are_named_in_the_second_window_where_that_is_wished(gui):
+def test_second_window_names_looks_of_the_grid_if_switched_on(gui):
     session, alone = gui.session, PictureAlone(gui.ctx)
     for stop in (1.4, 8.0):
         session.editing.edit_lens(replace(session.facts.lens, f_stop=stop))
         gui.rest()
         session.pictures.looks.keep()
     gui.settled()
-    np.testing.assert_array_equal(*(shown_alone(gui, alone, named) for named in (True, False)))
+    np.testing.assert_array_equal(
+        *(draw_second_window(gui, alone, named) for named in (True, False))
+    )
     session.pictures.looks.toggle_grid()
     gui.settled()
-    named, clean = (shown_alone(gui, alone, has_labels) for has_labels in (True, False))
-    cells = np.any(named != clean, axis=2)
+    named, unnamed = (draw_second_window(gui, alone, has_labels) for has_labels in (True, False))
+    cells = np.any(named != unnamed, axis=2)
     for down, across in ((0, 0), (0, 1), (1, 0)):  # A, B, and the lens as it is
         cell = cells[down * 270 : (down + 1) * 270, across * 480 : (across + 1) * 480]
         ys, xs = np.nonzero(cell)

@@ -1,4 +1,4 @@
-"""The whole picture fades in over its preview; a line under it tells how much of it is there."""
+"""The whole picture fades in over its preview; a line under it shows its render progress."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -23,32 +23,32 @@ def gui(session_context: Device, tmp_path) -> Iterator[Gui]:
         yield gui
 
 
-class Screen:
-    """The picture's window with a fade of its own, whose clock stands still."""
+class FadeScreen:
+    """The window with a `PictureFade` whose clock only the test moves."""
 
     def __init__(self, gui: Gui, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.gui, self.now = gui, 10.0
-        self.fade = PictureFade(gui.ctx, lambda: self.now)
+        self.gui, self.clock_s = gui, 10.0
+        self.fade = PictureFade(gui.ctx, lambda: self.clock_s)
         gui.screen.picture.fade = self.fade
         gui.session.pictures.view.state = replace(gui.session.facts.view, pixel_grid=False)
-        self.whole = gui.session.pictures.live.shown
+        self.whole = gui.session.pictures.live.output
         assert self.whole is not None and self.whole.is_whole
         black = gui.ctx.texture(self.whole.texture.size, 4, dtype="f2")
         black.write(np.zeros((*self.whole.texture.size[::-1], 4), np.float16))
         quicker = replace(self.whole.settings, proxy=0.5)
         self.preview = replace(self.whole, texture=black, settings=quicker)
-        monkeypatch.setattr(gui.screen.picture._seen, "_detail", lambda *_: None)
+        monkeypatch.setattr(gui.screen.picture._picture_collector, "_detail", lambda *_: None)
 
     def show(self, shown: Shown) -> None:
         """Show a picture for a frame."""
         live = self.gui.session.pictures.live
         self.gui.session.editing.begin(shown.shot)
-        live.shown, live._work = shown, None
+        live.output, live._work = shown, None
         live._request = replace(shown.picture_key, settings=shown.shot.defocus)
         self.gui.frame()
 
-    def bright(self, shown: Shown) -> float:
-        """Show a picture; return the mean of what the window shows of it."""
+    def measure_brightness(self, shown: Shown) -> float:
+        """Show a picture for a frame; return the mean of its pixels on the screen."""
         self.show(shown)
         (x, y), (width, height) = (
             self.gui.session.pictures.view.viewport.corner,
@@ -59,32 +59,35 @@ class Screen:
 
 
 @pytest.fixture
-def screen(gui, monkeypatch) -> Screen:
-    return Screen(gui, monkeypatch)
+def screen(gui, monkeypatch) -> FadeScreen:
+    return FadeScreen(gui, monkeypatch)
 
 
-def test_the_whole_picture_comes_in_over_its_preview_within_the_time(screen):
-    end = screen.bright(screen.whole)
-    seen = [screen.bright(screen.preview)]
-    for part in (0.0, 0.25, 0.5, 0.75, 1.01):
-        screen.now = 10.0 + part * FADE_S
-        seen.append(screen.bright(screen.whole))
-        assert (screen.fade.seconds_until_needed() is None) == (part > 1.0)
-    assert seen[1] == pytest.approx(seen[0], abs=0.5) and seen[-1] == end
-    rises = np.diff(seen[1:])
-    assert np.all(rises > 0.15 * (end - seen[0]))
+def test_whole_picture_fades_in_over_its_preview_within_fade_s(screen):
+    end = screen.measure_brightness(screen.whole)
+    brightness = [screen.measure_brightness(screen.preview)]
+    for fraction in (0.0, 0.25, 0.5, 0.75, 1.01):
+        screen.clock_s = 10.0 + fraction * FADE_S
+        brightness.append(screen.measure_brightness(screen.whole))
+        assert (screen.fade.seconds_until_needed() is None) == (fraction > 1.0)
+    assert brightness[1] == pytest.approx(brightness[0], abs=0.5) and brightness[-1] == end
+    rises = np.diff(brightness[1:])
+    assert np.all(rises > 0.15 * (end - brightness[0]))
 
 
-def test_a_picture_of_another_lens_is_there_at_once(screen):
-    other = replace(screen.whole.shot, lens=replace(screen.whole.shot.lens, f_stop=7.0))
-    end = screen.bright(replace(screen.whole, shot=other))
-    screen.bright(screen.preview)
-    assert screen.bright(replace(screen.whole, shot=other)) == end
+def test_picture_of_another_lens_is_shown_without_a_fade(screen):
+    other_shot = replace(screen.whole.shot, lens=replace(screen.whole.shot.lens, f_stop=7.0))
+    end = screen.measure_brightness(replace(screen.whole, shot=other_shot))
+    screen.measure_brightness(screen.preview)
+    assert screen.measure_brightness(replace(screen.whole, shot=other_shot)) == end
     assert screen.fade.seconds_until_needed() is None
 
 
-def test_while_a_button_is_held_a_preview_is_kept_when_it_is_shown_again(screen, monkeypatch):
-    """A copy of the screen takes a processor long, and the next preview follows at once."""
+def test_held_button_fades_only_after_a_preview_shown_twice(screen, monkeypatch):
+    """While a button is held, the copy for a fade is made only for a preview shown twice.
+
+    The copy takes a processor long, and the next preview follows at once.
+    """
     monkeypatch.setattr(imgui, "is_mouse_down", lambda button: button == 0)
     for times, fades in ((1, False), (2, True)):
         screen.show(screen.whole)
@@ -94,20 +97,20 @@ def test_while_a_button_is_held_a_preview_is_kept_when_it_is_shown_again(screen,
         assert (screen.fade.seconds_until_needed() is not None) is fades
 
 
-def test_a_zoom_ends_a_fade(screen):
-    screen.bright(screen.preview)
-    screen.bright(screen.whole)
+def test_zoom_ends_a_fade(screen):
+    screen.measure_brightness(screen.preview)
+    screen.measure_brightness(screen.whole)
     assert screen.fade.seconds_until_needed() is not None
     screen.gui.session.pictures.view.state = replace(screen.gui.session.facts.view, zoom=3.0)
-    screen.bright(screen.whole)
+    screen.measure_brightness(screen.whole)
     assert screen.fade.seconds_until_needed() is None
 
 
-def test_a_line_under_the_picture_fills_while_the_whole_picture_comes(gui):
+def test_progress_line_grows_while_the_whole_picture_is_rendered(gui):
     live = gui.session.pictures.live
     gui.drawn.clear()
     gui.frame()
-    assert live.part_done is None and "part of the picture" not in gui.drawn
+    assert live.rendered_share is None and "part of the picture" not in gui.drawn
     live._best_level = lambda settings, _: replace(settings, proxy=0.25)  # a slow machine
     gui.session.lens.commands.focus(1.7)
     gui.frame()
@@ -117,7 +120,7 @@ def test_a_line_under_the_picture_fills_while_the_whole_picture_comes(gui):
         live.work(0.0)
         if live._work is not None and live._work.settings == live._work.key.settings:
             next(live._work.steps, None)
-            live._work.seconds += 0.1 * live._predicted(live._work.settings)
+            live._work.seconds += 0.1 * live._predict_s(live._work.settings)
             gui.drawn.clear()
             gui.frame()
             x0, y0, x1, _ = gui.rect("part of the picture")

@@ -1,4 +1,4 @@
-"""The plan: a drag in it focuses, a drag of a mark's name moves the mark; all to scale."""
+"""The Plan panel: a drag focuses, a drag of the name of a mark moves the mark, all to scale."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -43,7 +43,7 @@ def camera_and_metre(gui) -> tuple[float, float]:
     return 2 * ys[0] - ys[1], ys[0] - ys[1]
 
 
-def test_a_drag_focuses_at_the_distance_under_the_pointer_in_one_step(gui):
+def test_plan_drag_focuses_under_the_pointer_in_one_undo_step(gui):
     y0, metre = camera_and_metre(gui)
     gui.rest()
     before = len(gui.session.editing.history.past)
@@ -54,7 +54,7 @@ def test_a_drag_focuses_at_the_distance_under_the_pointer_in_one_step(gui):
     assert len(gui.session.editing.history.past) == before + 1
 
 
-def test_what_is_seen_across_is_to_the_same_scale_as_the_distance(gui):
+def test_plan_has_the_same_scale_across_and_in_depth(gui):
     _, metre = camera_and_metre(gui)
     x0, _, x1, _ = gui.rect("focus on the plan")  # at 2 m
     lens = gui.session.facts.lens
@@ -62,7 +62,7 @@ def test_what_is_seen_across_is_to_the_same_scale_as_the_distance(gui):
     assert (x1 - x0) / metre == pytest.approx(seen_m, rel=1e-4)
 
 
-def test_the_scale_stays_while_the_farthest_mark_is_dragged_to_the_edge(gui):
+def test_plan_scale_stays_while_the_farthest_mark_is_dragged(gui):
     gui.session.editing.begin(
         replace(gui.session.facts.shot, marks=(DistanceMark("A", 1.5), DistanceMark("B", 2.5)))
     )
@@ -77,7 +77,7 @@ def test_the_scale_stays_while_the_farthest_mark_is_dragged_to_the_edge(gui):
     assert gui.session.facts.shot.marks[1].distance_m == pytest.approx(1.9, abs=2 / metre)
 
 
-def test_the_wheel_zooms_the_plan_and_leaves_the_focus(gui):
+def test_plan_wheel_zooms_and_keeps_the_focus(gui):
     _, metre = camera_and_metre(gui)
     focus = focus_m(gui)
     gui.wheel(gui.middle("plan"), 2)
@@ -86,7 +86,7 @@ def test_the_wheel_zooms_the_plan_and_leaves_the_focus(gui):
     gui.wheel(gui.middle("plan"), -2)
 
 
-def test_the_name_of_a_distance_is_dragged_and_the_focus_stays(gui):
+def test_plan_drag_of_a_distance_mark_moves_it_and_keeps_the_focus(gui):
     marks = DistanceMark("A", 1.5), PointMark("B", *BALL)
     gui.session.editing.begin(replace(gui.session.facts.shot, marks=marks))
     y0, metre = camera_and_metre(gui)
@@ -96,9 +96,9 @@ def test_the_name_of_a_distance_is_dragged_and_the_focus_stays(gui):
     assert y == pytest.approx(y0 - 1.5 * metre, abs=1.0)
     assert gui.middle("B on the plan")[1] == pytest.approx(y0 - BALL_M * metre, abs=1.0)
     gui.drag((x, y), (x + 3, y0 - 1.1 * metre))
-    moved, other = gui.session.facts.shot.marks
-    assert moved.distance_m == pytest.approx(1.1, abs=1.5 / metre)
-    assert other == marks[1] and focus_m(gui) == focus
+    moved_mark, other_mark = gui.session.facts.shot.marks
+    assert moved_mark.distance_m == pytest.approx(1.1, abs=1.5 / metre)
+    assert other_mark == marks[1] and focus_m(gui) == focus
     gui.rest()
     assert len(gui.session.editing.history.past) == 1
 
@@ -112,5 +112,5 @@ def test_the_name_of_a_distance_is_dragged_and_the_focus_stays(gui):
         (20 * FOOT_M, "ft", [5 * FOOT_M, 10 * FOOT_M, 15 * FOOT_M, 20 * FOOT_M]),
     ],
 )
-def test_lines_stand_at_round_distances(reach_m, unit, expected):
+def test_round_steps_of_the_plan_are_round_distances(reach_m, unit, expected):
     assert round_steps_m(reach_m, unit) == pytest.approx(expected)

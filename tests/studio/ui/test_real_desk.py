@@ -1,6 +1,6 @@
 """The real window under a window manager: chords, sizes, full screen, a second window, a shot.
 
-Where controls lie is asked of the same interface without a window: `Twin`.
+The positions of controls come from `Twin`, the same interface without a window.
 """
 
 import json
@@ -51,20 +51,20 @@ def desk() -> Iterator[Screen]:
 
 def geometry(window: Window, name: str = "") -> tuple[int, int]:
     """Return the size of the window, or of the one called `name`."""
-    found = window.screen.hand("search", "--name", name).splitlines() if name else [window.id]
-    told = window.screen.hand("getwindowgeometry", "--shell", found[0]) if found else ""
-    values = dict(line.split("=") for line in told.splitlines() if "=" in line)
+    window_ids = window.screen.hand("search", "--name", name).splitlines() if name else [window.id]
+    output = window.screen.hand("getwindowgeometry", "--shell", window_ids[0]) if window_ids else ""
+    values = dict(line.split("=") for line in output.splitlines() if "=" in line)
     return int(values.get("WIDTH", 0)), int(values.get("HEIGHT", 0))
 
 
 def scale_is(preferences: Path, scale: float) -> bool:
     """Return whether the scale of the interface is remembered for the screen."""
-    now = json.loads(preferences.read_text())["ui_scales"] if preferences.is_file() else {}
-    return list(now.values()) == [scale]
+    ui_scales = json.loads(preferences.read_text())["ui_scales"] if preferences.is_file() else {}
+    return list(ui_scales.values()) == [scale]
 
 
-def toggled(window: Window, *words: object) -> None:
-    """Run xdotool WORDS, which must change what is seen, and again, which must undo that."""
+def toggle_twice(window: Window, *words: object) -> None:
+    """Run xdotool with `words` twice: the first must change the screen, the second restore it."""
     rest = window.rest()
     window.screen.hand(*words)
     window.until(lambda: window.seen() != rest, f"an answer to {words}")
@@ -73,37 +73,43 @@ def toggled(window: Window, *words: object) -> None:
     window.until(lambda: window.seen() == rest, f"the end of {words}")
 
 
-def test_a_directors_desk(desk: Screen, tmp_path: Path) -> None:
-    kept = tmp_path / "config" / "preferences.json"
-    kept.parent.mkdir()
-    kept.write_text(json.dumps({"window_size": [3840, 2160]}))  # remembered from a larger screen
+def test_real_window_handles_chords_full_screen_and_second_window(
+    desk: Screen, tmp_path: Path
+) -> None:
+    preferences_file = tmp_path / "config" / "preferences.json"
+    preferences_file.parent.mkdir()
+    preferences_file.write_text(
+        json.dumps({"window_size": [3840, 2160]})
+    )  # remembered from a larger screen
     window = Window(desk, tmp_path, room_file(tmp_path / "room.exr"), *QUICK)
     window.activate()
-    assert all(0 < side <= room for side, room in zip(geometry(window), SCREEN, strict=True))
-    toggled(window, "key", "w")  # keys arrive
+    assert all(0 < side <= limit for side, limit in zip(geometry(window), SCREEN, strict=True))
+    toggle_twice(window, "key", "w")  # keys arrive
 
     # Chords without time between their keys: each counts, with its own modifier.
     for key, scale in (("equal", 1.1), ("equal", 1.25), ("minus", 1.1), ("equal", 1.25)):
         desk.hand("key", "--delay", 0, f"ctrl+{key}")
-        window.until(partial(scale_is, kept, scale), f"the scale {scale}")
+        window.until(partial(scale_is, preferences_file, scale), f"the scale {scale}")
     # One after the other, but not the same key twice in a millisecond: GLFW tells one of the two.
     desk.hand("key", "--delay", 5, *["ctrl+minus", "w"] * 2, "ctrl+equal")
-    window.until(partial(scale_is, kept, 1.1), "the scale after five keys at once")
+    window.until(partial(scale_is, preferences_file, 1.1), "the scale after five keys at once")
     desk.hand("key", "--delay", 0, "ctrl+equal")
-    window.until(partial(scale_is, kept, 1.25), "the scale 1.25")
-    assert json.loads(kept.read_text())["layout_em"] == 15.0 * 1.25
+    window.until(partial(scale_is, preferences_file, 1.25), "the scale 1.25")
+    assert json.loads(preferences_file.read_text())["layout_em"] == 15.0 * 1.25
     for _ in range(3):
-        toggled(window, "key", "--delay", 0, "question")
+        toggle_twice(window, "key", "--delay", 0, "question")
 
     # Words typed at once, to their end: a guide that the palette finds, and off again.
-    rest = window.rest()
-    for is_seen in (True, False):
+    screen_at_rest = window.rest()
+    for is_changed in (True, False):
         desk.hand("key", "--delay", 0, "ctrl+shift+p")
         desk.hand("type", "--delay", 0, "safe areas")
         desk.hand("key", "--delay", 0, "Return")
-        window.until(lambda wanted=is_seen: (window.rest() != rest) == wanted, "the safe areas")
+        window.until(
+            lambda expected=is_changed: (window.rest() != screen_at_rest) == expected, "the guide"
+        )
 
-    toggled(window, "key", "Tab")
+    toggle_twice(window, "key", "Tab")
     before = geometry(window)
     window.keys("F11")
     window.until(lambda: geometry(window) == SCREEN, "the full screen")
@@ -141,12 +147,12 @@ def _hold_alt(window: Window) -> None:
 
 
 def _corner(window: Window) -> np.ndarray:
-    """Return a part of the picture, away from what a window manager shows in the middle."""
+    """Return a corner of the picture, which the dialogs of the window manager do not cover."""
     return np.asarray(window.screen.picture().convert("RGB"))[120:320, 60:360].copy()
 
 
 class Twin:
-    """The interface in the same size without a window, which tells where its controls lie."""
+    """Positions of controls, from the interface of the same size without a window."""
 
     def __init__(self, ctx: Device, window: Window, shot: Path) -> None:
         with gui_of(ctx, shot, size=geometry(window)) as gui:
@@ -178,8 +184,8 @@ def sequence(folder: Path) -> Path:
     return path
 
 
-def saved(window: Window, path: Path, condition: Callable[[Shot], bool], what: str) -> Shot:
-    """Save with Ctrl+S until the file says what is wanted; return the shot that it holds."""
+def save_until(window: Window, path: Path, condition: Callable[[Shot], bool], what: str) -> Shot:
+    """Save with Ctrl+S until the shot in the file meets `condition`; return that shot."""
 
     def is_there() -> bool:
         window.screen.hand("key", "ctrl+s")
@@ -194,19 +200,19 @@ def focus_frames(shot: Shot) -> list[float]:
 
 
 def has_color(window: Window, color: Any) -> bool:
-    """Return whether something on the screen is written in a color."""
-    wanted = np.array([color.x, color.y, color.z]) * 255
-    seen = np.asarray(window.screen.picture().convert("RGB")).astype(int)
-    return bool((np.abs(seen - wanted).max(axis=-1) < 4).any())
+    """Return whether any pixel of the screen has this color."""
+    expected = np.array([color.x, color.y, color.z]) * 255
+    pixels = np.asarray(window.screen.picture().convert("RGB")).astype(int)
+    return bool((np.abs(pixels - expected).max(axis=-1) < 4).any())
 
 
-def test_a_shot_is_keyed_compared_and_exported(
+def test_real_window_keys_compares_and_exports_a_shot(
     desk: Screen, tmp_path: Path, session_context: Device
 ) -> None:
     shot = sequence(tmp_path)
-    kept = tmp_path / "config" / "preferences.json"
-    kept.parent.mkdir()
-    kept.write_text(json.dumps({"keep_frames": False}))  # it would never come to rest
+    preferences_file = tmp_path / "config" / "preferences.json"
+    preferences_file.parent.mkdir()
+    preferences_file.write_text(json.dumps({"keep_frames": False}))  # it would never come to rest
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as a shell script starts it with &
     try:
         window = Window(desk, tmp_path, shot, title="pull.heatlens.json")
@@ -220,77 +226,75 @@ def test_a_shot_is_keyed_compared_and_exported(
 
 
 def _key(window: Window, shot: Path, twin: Twin) -> None:
-    """Key a focus, then try one with auto key off: it is seen in a color of its own."""
+    """Key a focus, then try one with auto key off, which is shown in a color of its own."""
     hand = window.screen.hand
     window.click(*twin.picture(73, 167))  # the post; the focus lies on the ball
-    clicked = saved(window, shot, lambda it: it.lens != LENS, "a focus by a click")
+    clicked = save_until(window, shot, lambda it: it.lens != LENS, "a focus by a click")
     assert focus_frames(clicked) == []
     hand("key", "k")
-    saved(window, shot, lambda it: focus_frames(it) == [FIRST], "a key")
+    save_until(window, shot, lambda it: focus_frames(it) == [FIRST], "a key")
     hand("key", "Right")
     window.click(*twin.picture(200, 107))
-    saved(window, shot, lambda it: len(focus_frames(it)) == 2, "a key of auto key")
+    save_until(window, shot, lambda it: len(focus_frames(it)) == 2, "a key of auto key")
     hand("key", "Right")
     hand("key", "a")
     window.click(*twin.picture(73, 167))
-    window.until(lambda: has_color(window, DARK.tried), "what is only tried")
-    assert len(focus_frames(saved(window, shot, lambda _: True, "the shot"))) == 2
+    window.until(lambda: has_color(window, DARK.trial), "what is only tried")
+    assert len(focus_frames(save_until(window, shot, lambda _: True, "the shot"))) == 2
     hand("key", "Left")
-    window.until(lambda: not has_color(window, DARK.tried), "the keyed focus again")
+    window.until(lambda: not has_color(window, DARK.trial), "the keyed focus again")
     hand("key", "a")
 
 
 def _compare_looks(window: Window, shot: Path, twin: Twin) -> None:
-    """Keep two looks, see them in the grid beside the lens of now, and take the first."""
+    """Keep two looks, show them in the grid beside the current lens, and take the first."""
     hand = window.screen.hand
     hand("key", "shift+l")
-    wide = saved(window, shot, lambda it: len(it.looks) == 1, "a look").lens.f_stop
+    wide = save_until(window, shot, lambda it: len(it.looks) == 1, "a look").lens.f_stop
     hand("key", "--delay", 20, "braceright", "braceright", "braceright")
     hand("key", "shift+l")
-    closed = saved(window, shot, lambda it: len(it.looks) == 2, "another look")
+    closed = save_until(window, shot, lambda it: len(it.looks) == 2, "another look")
     assert closed.lens.f_stop > wide
     rest = window.rest()
     hand("key", "shift+w")
     window.until(lambda: window.rest() != rest, "the grid")
     window.click(*twin.look_a)
-    saved(window, shot, lambda it: it.lens.f_stop == wide, "the first look")
+    save_until(window, shot, lambda it: it.lens.f_stop == wide, "the first look")
     hand("key", "Escape")
 
 
 def _export_and_close(window: Window, shot: Path, twin: Twin) -> None:
-    """Export, close on it, which asks, and close anyway: no process goes on."""
+    """Export, close the window during it, answer its question; check that no process is left."""
     hand = window.screen.hand
     hand("key", "ctrl+e")
     window.rest()
     window.click(*twin.export)
     window.until(lambda: "% exported" in window.title(), "the progress in the title")
     exporting = window.processes()
-    bright = _corner(window)
+    corner_before = _corner(window)
     hand("key", "alt+F4")
-    window.until(lambda: bool((_corner(window) != bright).any()), "the question")
+    window.until(lambda: bool((_corner(window) != corner_before).any()), "the question")
     hand("key", "Escape")  # go on with the export
-    window.until(lambda: bool((_corner(window) == bright).all()), "the end of the question")
-    done = window.title()
-    window.until(lambda: "exported" in window.title() != done, "more of the export")
+    window.until(lambda: bool((_corner(window) == corner_before).all()), "the end of the question")
+    title_before = window.title()
+    window.until(lambda: "exported" in window.title() != title_before, "more of the export")
     hand("key", "alt+F4")
-    window.until(lambda: bool((_corner(window) != bright).any()), "the question again")
+    window.until(lambda: bool((_corner(window) != corner_before).any()), "the question again")
     hand("key", "Return")  # stop it and close
     assert window.closed() == (0, "")
     window.until(lambda: not any(Path(f"/proc/{it}").exists() for it in exporting), "their end")
-    written = sorted((shot.parent / "shot_dof").glob("*"))
-    assert 0 < len(written) < LAST - FIRST + 1
-    assert {path.suffix for path in written} <= {".exr"}
+    written_files = sorted((shot.parent / "shot_dof").glob("*"))
+    assert 0 < len(written_files) < LAST - FIRST + 1
+    assert {path.suffix for path in written_files} <= {".exr"}
 
 
-def test_ctrl_c_ends_a_window_at_rest_and_keeps_what_is_not_saved(
-    desk: Screen, tmp_path: Path
-) -> None:
+def test_interrupt_ends_real_window_and_keeps_the_autosave(desk: Screen, tmp_path: Path) -> None:
     plate = room_file(tmp_path / "room.exr")
     window = Window(desk, tmp_path, plate, *QUICK)
     window.activate()
-    kept = autosave_path(unnamed_path(tmp_path / "config", str(plate)))
-    window.until(lambda: bool(desk.hand("key", "m")) or kept.exists(), "the autosave")
+    autosave = autosave_path(unnamed_path(tmp_path / "config", str(plate)))
+    window.until(lambda: bool(desk.hand("key", "m")) or autosave.exists(), "the autosave")
     window.rest()
     window.process.send_signal(signal.SIGINT)
     assert window.closed() == (130, "heatlens: stopped\n")
-    assert read_shot(kept).marks
+    assert read_shot(autosave).marks

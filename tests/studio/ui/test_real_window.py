@@ -1,4 +1,4 @@
-"""The real window on a virtual screen, moved by mouse and keys as a user would."""
+"""The real window on a virtual screen, driven by mouse and keys as by a user."""
 
 import os
 import shutil
@@ -16,7 +16,7 @@ from heatlens.fronts.commands.main import main
 from heatlens.media.plate.exr.exr_write import write_exr
 from heatlens.media.sequence.sequence import find_sequence
 from heatlens.studio.ui.theme import SURROUND
-from support.command_line import ENVIRONMENT, started
+from support.command_line import ENVIRONMENT, start_heatlens
 from support.plates import room
 from support.x_server import WAIT_S, Screen, Window
 
@@ -39,11 +39,13 @@ def plate(tmp_path: Path) -> Path:
     return path
 
 
-def shown(screen: Screen) -> np.ndarray:
+def screen_pixels(screen: Screen) -> np.ndarray:
     return np.asarray(screen.picture().convert("RGB")).astype(int)
 
 
-def test_an_evening_of_work(screen: Screen, plate: Path, tmp_path: Path, request) -> None:
+def test_real_window_survives_a_session_of_mouse_and_keys(
+    screen: Screen, plate: Path, tmp_path: Path, request
+) -> None:
     window = Window(screen, tmp_path, plate, "--f-stop", 1.4, "--quality", "draft")
     assert window.title() == "room.exr - heatlens"
     window.keys("question")
@@ -60,19 +62,21 @@ def test_an_evening_of_work(screen: Screen, plate: Path, tmp_path: Path, request
         window.keys(key)
     screen.hand("windowsize", window.id, 1100, 700)
     time.sleep(1.0)
-    resized = shown(screen)[:700, :1100]
-    kept = os.environ.get("HEATLENS_TEST_PICTURES")
-    if kept:
-        Path(kept).mkdir(parents=True, exist_ok=True)
-        screen.picture().save(Path(kept) / f"{request.node.name}.png")
+    resized = screen_pixels(screen)[:700, :1100]
+    picture_folder = os.environ.get("HEATLENS_TEST_PICTURES")
+    if picture_folder:
+        Path(picture_folder).mkdir(parents=True, exist_ok=True)
+        screen.picture().save(Path(picture_folder) / f"{request.node.name}.png")
     assert resized.std() > 10  # a picture, not an empty window
     window.keys("ctrl+z", "ctrl+z")
     window.quit()
     assert window.closed() == (0, "")
 
 
-def test_an_idle_window_uses_no_processor(screen: Screen, plate: Path, tmp_path: Path) -> None:
-    """Not a wall time: the share of a core, asked to be under 2 %, over three idle seconds."""
+def test_idle_real_window_uses_under_two_percent_of_a_core(
+    screen: Screen, plate: Path, tmp_path: Path
+) -> None:
+    """The processor time over three idle seconds must be under 2 % of a core."""
     window = Window(screen, tmp_path, plate, "--quality", "draft", "--proxy", 0.5)
     window.rest()
     before = window.cpu_seconds()
@@ -84,18 +88,18 @@ def test_an_idle_window_uses_no_processor(screen: Screen, plate: Path, tmp_path:
     assert used <= 0.06
 
 
-def test_a_file_named_later_opens_there_and_closing_ends_the_process(
+def test_later_command_opens_its_file_in_the_running_window(
     screen: Screen, plate: Path, tmp_path: Path
 ) -> None:
     window = Window(screen, tmp_path, plate)
-    other = shutil.copy(plate, tmp_path / "other.exr")
-    later = started(other, env=window.environment)
-    later.communicate(timeout=WAIT_S)
-    assert later.returncode == 0
+    other_plate = shutil.copy(plate, tmp_path / "other.exr")
+    later_process = start_heatlens(other_plate, env=window.environment)
+    later_process.communicate(timeout=WAIT_S)
+    assert later_process.returncode == 0
     window.until(lambda: window.title() == "other.exr - heatlens", "the file named later")
     window.quit()
-    code, said = window.closed()
-    assert (code, said) == (0, "")
+    code, output = window.closed()
+    assert (code, output) == (0, "")
 
 
 _STUCK = """
@@ -104,11 +108,11 @@ from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.start import Start
 from heatlens.studio.ui import window
 window.FrameRenderer = lambda ctx: sys.stdin.read()  # what compiles shaders and takes long
-window.Loop(window.open_window(Preferences().now), Start(""), Preferences())
+window.Loop(window.open_window(Preferences().values), Start(""), Preferences())
 """
 
 
-def test_the_window_has_its_background_before_anything_is_compiled(screen: Screen) -> None:
+def test_real_window_shows_its_background_before_compiling_shaders(screen: Screen) -> None:
     environment = ENVIRONMENT | {"DISPLAY": screen.display}
     environment.pop("WAYLAND_DISPLAY", None)
     process = subprocess.Popen(
@@ -117,39 +121,39 @@ def test_the_window_has_its_background_before_anything_is_compiled(screen: Scree
     screen.started.append(process)
     surround = [round(255 * value) for value in SURROUND]
     end = time.monotonic() + WAIT_S
-    while (shown(screen) == surround).all(axis=2).mean() < 0.5:
+    while (screen_pixels(screen) == surround).all(axis=2).mean() < 0.5:
         assert process.poll() is None and time.monotonic() < end
         time.sleep(0.1)
     process.kill()
     process.communicate()
 
 
-def test_without_a_display_one_sentence_says_what_works(plate: Path) -> None:
+def test_view_without_a_display_reports_one_message(plate: Path) -> None:
     environment = {k: v for k, v in ENVIRONMENT.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    process = started(plate, env=environment)
-    out, said = process.communicate(timeout=60)
-    assert (process.returncode, out, said.count("\n")) == (2, "", 1)
-    assert "heatlens render" in said and "DISPLAY" in said
+    process = start_heatlens(plate, env=environment)
+    out, errors = process.communicate(timeout=60)
+    assert (process.returncode, out, errors.count("\n")) == (2, "", 1)
+    assert "heatlens render" in errors and "DISPLAY" in errors
 
 
-def test_a_missing_plate_is_said_before_a_window_is_opened(capsys, tmp_path: Path) -> None:
+def test_view_reports_a_missing_plate_before_opening_a_window(capsys, tmp_path: Path) -> None:
     assert main([str(tmp_path / "nothing.exr")]) == 2
     assert "nothing.exr" in capsys.readouterr().err
 
 
-def test_a_mistyped_command_is_not_taken_for_a_plate(capsys) -> None:
+def test_mistyped_command_gets_a_suggestion(capsys) -> None:
     assert main(["rendr", "plate.exr"]) == 2
     assert "Did you mean render?" in capsys.readouterr().err
 
 
-def test_the_window_without_its_libraries_says_what_to_install(capsys, monkeypatch, plate) -> None:
+def test_view_without_gui_libraries_says_what_to_install(capsys, monkeypatch, plate) -> None:
     monkeypatch.setitem(__import__("sys").modules, "heatlens.studio.ui.window", None)
     assert main([str(plate)]) == 2
-    said = capsys.readouterr().err
-    assert "pip install 'heatlens[gui]'" in said and "heatlens render" in said
+    errors = capsys.readouterr().err
+    assert "pip install 'heatlens[gui]'" in errors and "heatlens render" in errors
 
 
-def test_the_plate_that_comes_with_the_program_is_there() -> None:
+def test_still_life_asset_is_a_single_plate() -> None:
     from heatlens.core.base.paths import data_dir
 
     assert find_sequence(data_dir("assets") / "still_life.exr").is_single

@@ -1,4 +1,4 @@
-"""The Reel panel: there with a reel alone, and a click on a row opens its shot."""
+"""The Reel panel: shown only with a reel; a click on a row opens its shot."""
 
 import numpy as np
 from imgui_bundle import imgui
@@ -14,18 +14,18 @@ from support.session_files import QUICK, room_file, write_scene
 WIDE = Lens(33.0, 2.8, 3.0, 36.0)  # as wide as the first camera of the scene
 
 
-def has_stills(gui, numbers):
+def wait_for_stills(gui, numbers):
     stills = gui.screen._panels._reel_stills._stills
     gui.until(lambda: stills.keys() == numbers, "the pictures of the shots")
 
 
-def still(gui, name):
+def still_pixels(gui, name):
     """Return the pixels of the still of a shot."""
     left, top, _, bottom = gui.rect(name)
     return gui.screenshot()[round(top) : round(bottom), round(left) : round(left) + 60]
 
 
-def test_a_click_on_a_row_opens_its_shot(gui, tmp_path):
+def test_reel_panel_click_on_a_row_opens_its_shot(gui, tmp_path):
     gui.settled()
     assert "shot two" not in gui.drawn
     rooms = [str(room_file(tmp_path / f"{name}.exr")) for name in ("one", "two")]
@@ -38,18 +38,20 @@ def test_a_click_on_a_row_opens_its_shot(gui, tmp_path):
     gui.until(lambda: session.editing.shot.source == rooms[0], "the first shot")
     imgui.set_window_focus("Reel")
     gui.frame(3)
-    has_stills(gui, {0, 1})
-    before = still(gui, "shot one")
+    wait_for_stills(gui, {0, 1})
+    before = still_pixels(gui, "shot one")
     assert np.ptp(before.mean(2)) > 20  # the still, not the plain row
     gui.do("Brighter")
-    assert still(gui, "shot one").mean() > before.mean() + 5  # as the screen shows the picture
+    assert (
+        still_pixels(gui, "shot one").mean() > before.mean() + 5
+    )  # as the screen shows the picture
     gui.click(gui.middle("shot two"))
     gui.until(lambda: session.editing.shot.source == rooms[1], "the second shot")
     gui.click(gui.middle("previous shot"))
     gui.until(lambda: session.editing.shot.source == rooms[0], "the first shot again")
 
 
-def test_a_scene_has_a_still_once_it_was_open(gui, tmp_path):
+def test_reel_panel_shows_the_still_of_a_scene_once_it_was_open(gui, tmp_path):
     two, path = tmp_path / "two.heatlens.json", tmp_path / "cut.heatreel.json"
     small = Framing(width_px=96, height_px=64)
     write_shot(two, Shot(WIDE, QUICK, str(write_scene(tmp_path / "two.glb")), framing=small))
@@ -59,9 +61,9 @@ def test_a_scene_has_a_still_once_it_was_open(gui, tmp_path):
     gui.until(lambda: gui.session.editing.shot.source == room, "the first shot")
     imgui.set_window_focus("Reel")
     gui.frame(3)
-    has_stills(gui, {0})
+    wait_for_stills(gui, {0})
     gui.click(gui.middle("shot two"))
-    has_stills(gui, {0, 1})
+    wait_for_stills(gui, {0, 1})
     gui.frame(2)
-    sky, ground = (rows.mean((0, 1)) for rows in np.array_split(still(gui, "shot two"), 2))
+    sky, ground = (rows.mean((0, 1)) for rows in np.array_split(still_pixels(gui, "shot two"), 2))
     assert sky[2] > ground[2] + 20  # blue above

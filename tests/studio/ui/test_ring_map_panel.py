@@ -1,4 +1,4 @@
-"""A controller that sends OSC: its fader is learnt with the mouse, and then turns the focus."""
+"""A controller that sends OSC: its fader is learned with the mouse, and then turns the focus."""
 
 import socket
 
@@ -6,12 +6,14 @@ import pytest
 from pythonosc.osc_message_builder import OscMessageBuilder
 
 from heatlens.media.live.ring.address import Protocol
-from support.ring_window import following, until
+from support.ring_window import draw_until, window_following_ring
 
 
 @pytest.fixture(scope="module")
 def gui(session_context, tmp_path_factory):
-    with following(session_context, Protocol.OSC, tmp_path_factory.mktemp("osc")) as made:
+    with window_following_ring(
+        session_context, Protocol.OSC, tmp_path_factory.mktemp("osc")
+    ) as made:
         yield made
 
 
@@ -20,27 +22,27 @@ def receiver(gui):
     return gui.session.lens.ring.receiver
 
 
-def turn(gui, receiver, value: float) -> None:
-    """Send the place of the fader, and draw until the window has heard it."""
-    version = receiver.heard().version
+def move_fader(gui, receiver, value: float) -> None:
+    """Send the position of the fader, and draw frames until the window has received it."""
+    version = receiver.source_state().version
     builder = OscMessageBuilder("/1/fader1")
     builder.add_arg(value)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as fader:
         fader.sendto(builder.build().dgram, (receiver.address.host, receiver.address.port))
-    until(gui, lambda: receiver.heard().version != version)
+    draw_until(gui, lambda: receiver.source_state().version != version)
     gui.frame(2)
 
 
-def test_a_fader_is_learnt_and_turns_the_focus(gui, receiver):
+def test_learned_fader_turns_the_focus(gui, receiver):
     assert "learn focus" not in gui.drawn
-    turn(gui, receiver, 0.25)
+    move_fader(gui, receiver, 0.25)
     gui.click(gui.middle("learn focus"))
     for value in (0.25, 0.5, 0.75):
-        turn(gui, receiver, value)
+        move_fader(gui, receiver, value)
     gui.click(gui.middle("learn focus"))
     assert "/1/fader1 turns the focus" in gui.session.messages.text
-    turn(gui, receiver, 0.5)
+    move_fader(gui, receiver, 0.5)
     assert gui.session.facts.lens.focus_distance_m == pytest.approx(1.0)  # half of two dioptres
-    turn(gui, receiver, 0.25)
+    move_fader(gui, receiver, 0.25)
     assert gui.session.facts.lens.focus_distance_m == 0.5
-    assert gui.session.preferences.now.ring_maps[0].channel == "/1/fader1"
+    assert gui.session.preferences.values.ring_maps[0].channel == "/1/fader1"

@@ -1,4 +1,4 @@
-"""A window whose lens follows a ring: what is sent is seen, and the hand can let go of it."""
+"""A window whose lens follows a ring, until following is switched off in the panel."""
 
 import argparse
 
@@ -11,8 +11,8 @@ from heatlens.media.live.ring.address import Protocol
 from heatlens.media.live.ring.opentrackio import source_id
 from heatlens.media.live.ring.sender import LensSender
 from heatlens.media.live.ring.sources import LensSample
-from heatlens.studio.ui.panels.ring_panel import _words
-from support.ring_window import following, until
+from heatlens.studio.ui.panels.ring_panel import _sender_name
+from support.ring_window import draw_until, window_following_ring
 from support.session_files import room_file
 
 A, B = source_id("A"), source_id("B")
@@ -21,7 +21,7 @@ A, B = source_id("A"), source_id("B")
 @pytest.fixture(scope="module")
 def followed(session_context, tmp_path_factory):
     folder = tmp_path_factory.mktemp("ring")
-    with following(session_context, Protocol.OPENTRACKIO, folder) as gui:
+    with window_following_ring(session_context, Protocol.OPENTRACKIO, folder) as gui:
         yield gui
 
 
@@ -36,48 +36,50 @@ def ring(receiver):
         yield sender
 
 
-def test_the_lens_and_the_picture_follow(followed, ring):
-    before = followed.session.facts.seen
+def test_lens_and_picture_follow_the_ring(followed, ring):
+    before = followed.session.facts.shown_picture
     assert "follow ring" in followed.drawn
     for distance_m in (1.8, 1.5, 1.2):
         ring.send(LensSample(A, focus_distance_m=distance_m, f_stop=2.0))
-        until(followed, lambda at=distance_m: followed.session.facts.lens.focus_distance_m == at)
-    until(followed, lambda: followed.session.facts.seen is not before)
+        draw_until(
+            followed, lambda at=distance_m: followed.session.facts.lens.focus_distance_m == at
+        )
+    draw_until(followed, lambda: followed.session.facts.shown_picture is not before)
     assert followed.session.facts.lens.f_stop == 2.0
-    until(followed, lambda: followed.session.lens.ring.to_picture_s is not None)
+    draw_until(followed, lambda: followed.session.lens.ring.median_latency_s is not None)
 
 
-def test_the_hand_lets_go_of_the_ring(followed, ring, receiver):
+def test_follow_ring_checkbox_stops_and_resumes_following(followed, ring, receiver):
     ring.send(LensSample(A, focus_distance_m=2.0))
-    until(followed, lambda: followed.session.facts.lens.focus_distance_m == 2.0)
+    draw_until(followed, lambda: followed.session.facts.lens.focus_distance_m == 2.0)
     followed.click(followed.middle("follow ring"))
-    count = receiver.heard().version
+    count = receiver.source_state().version
     ring.send(LensSample(A, focus_distance_m=3.0))
-    until(followed, lambda: receiver.heard().version > count)
+    draw_until(followed, lambda: receiver.source_state().version > count)
     followed.frame(3)
     assert followed.session.facts.lens.focus_distance_m == 2.0
     followed.click(followed.middle("follow ring"))
     ring.send(LensSample(A, focus_distance_m=3.5))
-    until(followed, lambda: followed.session.facts.lens.focus_distance_m == 3.5)
+    draw_until(followed, lambda: followed.session.facts.lens.focus_distance_m == 3.5)
 
 
-def test_another_source_can_be_chosen(followed, ring):
+def test_listen_to_chooses_the_source_of_the_ring(followed, ring):
     session = followed.session
     ring.send(LensSample(A, focus_distance_m=2.0))
     ring.send(LensSample(B, focus_distance_m=1.0))
-    until(followed, lambda: B in session.lens.ring.heard.sources)
+    draw_until(followed, lambda: B in session.lens.ring.heard.sources)
     assert session.facts.lens.focus_distance_m != 1.0
     session.lens.ring.listen_to(B)
-    until(followed, lambda: session.facts.lens.focus_distance_m == 1.0)
+    draw_until(followed, lambda: session.facts.lens.focus_distance_m == 1.0)
     session.lens.ring.listen_to(None)
 
 
-def test_a_sender_without_a_name_is_told_by_the_beginning_of_its_number():
-    assert _words("urn:uuid:9f1c6d1e-1f53-4b5e-8a3c-0d7c5b1a2e3f") == "sender 9f1c6d1e"
-    assert _words("A camera") == "A camera" and _words("") == "without a name"
+def test_words_of_an_unnamed_sender_show_the_start_of_its_number():
+    assert _sender_name("urn:uuid:9f1c6d1e-1f53-4b5e-8a3c-0d7c5b1a2e3f") == "sender 9f1c6d1e"
+    assert _sender_name("A camera") == "A camera" and _sender_name("") == "without a name"
 
 
-def test_a_port_that_is_taken_is_explained_before_the_window_opens(receiver, tmp_path):
+def test_port_in_use_is_reported_before_the_window_opens(receiver, tmp_path):
     plate = room_file(tmp_path / "room.exr")
     parser = argparse.ArgumentParser()
     add_command(parser.add_subparsers(), "view", "", view)

@@ -1,4 +1,4 @@
-"""The picture to a file and to the clipboard: the one that `heatlens render` writes."""
+"""Saving and copying the picture: it is the one that `heatlens render` writes."""
 
 import os
 import shutil
@@ -63,7 +63,8 @@ def save(gui, name):
     gui.click(gui.middle("browser Save"))
 
 
-def finished(gui):
+def wait_for_message(gui):
+    """Wait until the picture is written; return the message of the window."""
     gui.until(lambda: not gui.session.pictures.saving.is_busy, "the file", 60)
     return gui.session.messages.text
 
@@ -76,7 +77,7 @@ LENSES = [
 
 
 @pytest.mark.parametrize(("lens", "settings"), LENSES)
-def test_the_exr_is_byte_for_byte_that_of_the_command_line(
+def test_saved_exr_equals_that_of_the_command_byte_for_byte(
     capsys, gui, plate, tmp_path, lens, settings
 ):
     session = gui.session
@@ -86,15 +87,22 @@ def test_the_exr_is_byte_for_byte_that_of_the_command_line(
     )
     gui.frame(2)
     save(gui, "window.exr")
-    assert finished(gui) == f"Saved {tmp_path / 'window.exr'}."
-    now, defocus = session.facts.lens, session.facts.shot.defocus
-    words = ["--f-stop", now.f_stop, "--focus-distance", now.focus_distance_m]
-    words += ["--squeeze", now.squeeze, "--quality", defocus.at_quality, "--proxy", defocus.proxy]
+    assert wait_for_message(gui) == f"Saved {tmp_path / 'window.exr'}."
+    shot_lens, defocus = session.facts.lens, session.facts.shot.defocus
+    words = ["--f-stop", shot_lens.f_stop, "--focus-distance", shot_lens.focus_distance_m]
+    words += [
+        "--squeeze",
+        shot_lens.squeeze,
+        "--quality",
+        defocus.effective_quality,
+        "--proxy",
+        defocus.proxy,
+    ]
     render(capsys, plate, tmp_path / "command.exr", *words)
     assert (tmp_path / "window.exr").read_bytes() == (tmp_path / "command.exr").read_bytes()
     ((header, _),) = read_parts(tmp_path / "window.exr")
     camera = camera_at_header([header])
-    assert camera.focus_distance_m == pytest.approx(now.focus_distance_m)
+    assert camera.focus_distance_m == pytest.approx(shot_lens.focus_distance_m)
     assert header["owner"] == "second unit"
 
 
@@ -110,37 +118,44 @@ def expected_png(gui):
     return np.concatenate([np.clip(shown, 0, 1), np.clip(alpha, 0, 1)], axis=2) * 255
 
 
-def test_the_png_looks_as_the_window_does(gui, tmp_path):
+def test_saved_png_has_exposure_gamma_and_view_of_the_window(gui, tmp_path):
     gui.session.pictures.view.state = replace(
         gui.session.facts.view, exposure_stops=0.75, gamma=1.3
     )
     gui.frame(2)
     save(gui, "seen.png")
-    assert finished(gui).startswith("Saved")
-    found = np.asarray(Image.open(tmp_path / "seen.png"), np.float32)
-    wanted = expected_png(gui)
-    assert found.shape == wanted.shape == (HEIGHT - 8, WIDTH - 4, 4)
-    assert np.abs(found - wanted).max() <= 0.51
+    assert wait_for_message(gui).startswith("Saved")
+    pixels_of_png = np.asarray(Image.open(tmp_path / "seen.png"), np.float32)
+    expected = expected_png(gui)
+    assert pixels_of_png.shape == expected.shape == (HEIGHT - 8, WIDTH - 4, 4)
+    assert np.abs(pixels_of_png - expected).max() <= 0.51
     pixels = gui.session.pictures.renderer.pixels(gui.session.facts.shot)[SEEN]
     plain = srgb_transform().apply_cpu(pixels[..., :3]) * 255
-    assert np.abs(found[..., :3] - plain).max() > 5  # the view was not sRGB's plain curve
+    assert np.abs(pixels_of_png[..., :3] - plain).max() > 5  # the view was not sRGB's plain curve
 
 
-def test_the_png_is_that_of_the_command(gui, capsys, plate, tmp_path):
+def test_saved_png_equals_that_of_the_command(gui, capsys, plate, tmp_path):
     gui.settled()
     save(gui, "window.png")
-    assert finished(gui).startswith("Saved")
-    now, defocus = gui.session.facts.lens, gui.session.facts.shot.defocus
-    words = ["--f-stop", now.f_stop, "--focus-distance", now.focus_distance_m]
-    words += ["--squeeze", now.squeeze, "--quality", defocus.at_quality, "--proxy", defocus.proxy]
+    assert wait_for_message(gui).startswith("Saved")
+    lens, defocus = gui.session.facts.lens, gui.session.facts.shot.defocus
+    words = ["--f-stop", lens.f_stop, "--focus-distance", lens.focus_distance_m]
+    words += [
+        "--squeeze",
+        lens.squeeze,
+        "--quality",
+        defocus.effective_quality,
+        "--proxy",
+        defocus.proxy,
+    ]
     render(capsys, plate, tmp_path / "command.png", *words)
     window, command = (
-        np.asarray(Image.open(tmp_path / f"{it}.png")) for it in ("window", "command")
+        np.asarray(Image.open(tmp_path / f"{name}.png")) for name in ("window", "command")
     )
     np.testing.assert_array_equal(window, command)
 
 
-def test_a_view_beyond_0_to_1_is_clipped_not_wrapped(tmp_path):
+def test_write_png_clips_values_beyond_0_to_1(tmp_path):
     light = np.array([[[-3.0, 0.5, 40.0]]], np.float32)
     write_png(tmp_path / "a.png", light, encode=lambda rgb: rgb)
     assert Image.open(tmp_path / "a.png").getpixel((0, 0)) == (0, 128, 255)
@@ -149,7 +164,7 @@ def test_a_view_beyond_0_to_1_is_clipped_not_wrapped(tmp_path):
 # Waiting for the whole picture
 
 
-def test_a_picture_that_is_not_whole_is_waited_for_aloud(gui, tmp_path):
+def test_save_waits_for_the_whole_picture_and_says_so(gui, tmp_path):
     session = gui.session
     # Nothing is known: the cheapest picture comes first.
     session.pictures.live.cost.seconds_per_px.clear()
@@ -162,17 +177,17 @@ def test_a_picture_that_is_not_whole_is_waited_for_aloud(gui, tmp_path):
         "Waiting for the whole picture" in session.messages.text
         and not (tmp_path / "a.exr").exists()
     )
-    assert finished(gui).startswith("Saved") and (tmp_path / "a.exr").exists()
+    assert wait_for_message(gui).startswith("Saved") and (tmp_path / "a.exr").exists()
 
 
-def test_writing_holds_up_nothing_and_leaving_waits_for_it(ctx, plate, tmp_path, monkeypatch):
-    go, real = threading.Event(), picture_commands.write_picture
+def test_picture_is_written_on_a_thread_and_close_waits_for_it(ctx, plate, tmp_path, monkeypatch):
+    may_write, real_write_picture = threading.Event(), picture_commands.write_picture
 
-    def slow(*words, **named):
-        assert go.wait(20)
-        real(*words, **named)
+    def write_slowly(*words, **named):
+        assert may_write.wait(20)
+        real_write_picture(*words, **named)
 
-    monkeypatch.setattr(picture_commands, "write_picture", slow)
+    monkeypatch.setattr(picture_commands, "write_picture", write_slowly)
     with gui_of(ctx, plate) as gui:
         gui.settled()
         save(gui, "a.exr")
@@ -180,31 +195,31 @@ def test_writing_holds_up_nothing_and_leaving_waits_for_it(ctx, plate, tmp_path,
         assert gui.session.pictures.saving.is_busy and not (tmp_path / "a.exr").exists()
         gui.do("Copy picture")
         assert "still being written" in gui.session.messages.text
-        threading.Timer(0.2, go.set).start()
+        threading.Timer(0.2, may_write.set).start()
     assert (tmp_path / "a.exr").exists()
 
 
-def test_a_full_disk_is_said_and_leaves_what_stood_there(gui, tmp_path, monkeypatch):
-    def full(*_words, **_named):
+def test_failed_save_is_reported(gui, tmp_path, monkeypatch):
+    def fail(*_words, **_named):
         raise InputError("no room")
 
     gui.settled()
-    monkeypatch.setattr(picture_commands, "write_picture", full)
+    monkeypatch.setattr(picture_commands, "write_picture", fail)
     save(gui, "a.exr")
-    assert finished(gui) == "no room"
+    assert wait_for_message(gui) == "no room"
 
 
 @pytest.mark.parametrize("name", ["gone/away/a.exr", "plate.exr/a.png"])
-def test_a_folder_that_is_none_is_said(gui, tmp_path, name):
+def test_save_into_a_missing_folder_is_reported(gui, tmp_path, name):
     save(gui, name)
-    assert "there is no folder" in finished(gui)
+    assert "there is no folder" in wait_for_message(gui)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plate.exr"]
 
 
 # The clipboard
 
 
-def tool(folder, name, script):
+def write_tool(folder, name, script):
     """Write a stand-in for the clipboard tool of a desktop."""
     path = folder / name
     path.write_text(f"#!/bin/sh\n{script}\n")
@@ -213,7 +228,7 @@ def tool(folder, name, script):
 
 @pytest.fixture
 def desktop(tmp_path, monkeypatch):
-    """Return a folder of tools that alone is looked in, and a display that they believe in."""
+    """Return the only folder of tools in the PATH, and set a display for them."""
     folder = tmp_path / "bin"
     folder.mkdir()
     monkeypatch.setenv("PATH", f"{folder}:/usr/bin:/bin")
@@ -222,17 +237,17 @@ def desktop(tmp_path, monkeypatch):
     return folder
 
 
-def test_what_is_copied_is_the_png(gui, desktop, tmp_path):
-    tool(desktop, "xclip", f'cat > {tmp_path}/copied.png; echo "$@" > {tmp_path}/words')
+def test_copied_picture_is_the_png(gui, desktop, tmp_path):
+    write_tool(desktop, "xclip", f'cat > {tmp_path}/copied.png; echo "$@" > {tmp_path}/words')
     gui.settled()
     gui.key(imgui.Key.c, ctrl=True)
-    assert finished(gui) == "The picture is on the clipboard."
+    assert wait_for_message(gui) == "The picture is on the clipboard."
     assert (tmp_path / "words").read_text() == "-selection clipboard -t image/png -i\n"
-    found = np.asarray(Image.open(tmp_path / "copied.png"), np.float32)
-    assert np.abs(found - expected_png(gui)).max() <= 0.51
+    pixels = np.asarray(Image.open(tmp_path / "copied.png"), np.float32)
+    assert np.abs(pixels - expected_png(gui)).max() <= 0.51
 
 
-def test_a_tool_that_stays_behind_to_serve_is_not_waited_for(desktop, tmp_path):
-    tool(desktop, "xclip", "cat > /dev/null; (sleep 60) &")
+def test_copy_png_does_not_wait_for_a_tool_that_stays_to_serve(desktop, tmp_path):
+    write_tool(desktop, "xclip", "cat > /dev/null; (sleep 60) &")
     (tmp_path / "p.png").write_bytes(b"png")
     copy_png(tmp_path / "p.png", "linux", os.environ, shutil.which)

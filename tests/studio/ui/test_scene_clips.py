@@ -17,7 +17,7 @@ from support.session_files import QUICK
 
 
 def clips_file(path: Path, names: tuple[str, ...] = ("walk", "run", "run")) -> Path:
-    """Write a square that moves farther and longer in each clip, and many that stand still."""
+    """Write a scene with a square that moves farther and longer in each clip, and 12 still ones."""
     writer = GltfWriter()
     mesh = writer.mesh()
     node = writer.node(name="square", mesh=mesh)
@@ -39,8 +39,8 @@ def gui(ctx: Device, tmp_path) -> Iterator[Gui]:
         yield gui
 
 
-def played(gui: Gui) -> tuple[str | None, FrameRange | None, float]:
-    """Return clip and frames of the shot, and how far the square of the scene goes."""
+def clip_frames_and_travel(gui: Gui) -> tuple[str | None, FrameRange | None, float]:
+    """Return the clip and the frames of the shot, and how far the square moves."""
     scene, shot = gui.session.scenes.scene, gui.session.facts.shot
     return shot.framing.timing.clip, shot.frames, scene.transforms_at(scene.frames.last)[0, 0, 3]
 
@@ -51,41 +51,41 @@ def choose(gui: Gui, name: str) -> None:
     gui.click(gui.middle(f"clip: {name}"))
 
 
-def test_a_clip_is_chosen_undone_and_done_again(gui):
-    assert played(gui) == ("walk", FrameRange(1, 11), 0.0)
+def test_clip_choice_is_undone_and_redone(gui):
+    assert clip_frames_and_travel(gui) == ("walk", FrameRange(1, 11), 0.0)
     choose(gui, "run (2)")
-    gui.until(lambda: played(gui)[0] == "2", "the other clip")
-    assert played(gui) == ("2", FrameRange(1, 21), pytest.approx(0.1))
-    assert gui.session.scenes.clips.now == "run (2)"
+    gui.until(lambda: clip_frames_and_travel(gui)[0] == "2", "the other clip")
+    assert clip_frames_and_travel(gui) == ("2", FrameRange(1, 21), pytest.approx(0.1))
+    assert gui.session.scenes.clips.current_name == "run (2)"
     gui.key(imgui.Key.z, ctrl=True)
     gui.until(lambda: gui.session.scenes.scene.frames.last == 11, "the clip before")
-    assert played(gui) == ("walk", FrameRange(1, 11), 0.0)
+    assert clip_frames_and_travel(gui) == ("walk", FrameRange(1, 11), 0.0)
     gui.key(imgui.Key.z, ctrl=True, shift=True)
     gui.until(lambda: gui.session.scenes.scene.frames.last == 21, "the clip again")
-    assert played(gui) == ("2", FrameRange(1, 21), pytest.approx(0.1))
+    assert clip_frames_and_travel(gui) == ("2", FrameRange(1, 21), pytest.approx(0.1))
 
 
-def test_the_clip_is_in_the_shot_file_and_the_rate_stays(gui, tmp_path):
+def test_shot_file_keeps_the_clip_and_its_rate(gui, tmp_path):
     choose(gui, ALL_CLIPS)
-    gui.until(lambda: played(gui)[0] is None, "all clips")
+    gui.until(lambda: clip_frames_and_travel(gui)[0] is None, "all clips")
     assert gui.session.facts.shot.framing.timing == SceneTiming(None, 10.0)
     write_shot(tmp_path / "s.heatlens.json", gui.session.facts.shot)
-    kept = read_shot(tmp_path / "s.heatlens.json")
-    assert (kept.framing, kept.frames) == (
+    saved_shot = read_shot(tmp_path / "s.heatlens.json")
+    assert (saved_shot.framing, saved_shot.frames) == (
         gui.session.facts.shot.framing,
         FrameRange(1, 11),
     )  # of two that move one thing the first is played
 
 
-def test_all_of_the_tab_is_in_sight(gui):
-    """Also with a choice of clips and many objects, the buttons under the list."""
+def test_scene_tab_fits_without_scrolling(gui):
+    """With a choice of clips and many objects, the buttons under the list are visible too."""
     window = imgui.internal.find_window_by_name("Scene")
     assert "clip" in gui.drawn
     assert gui.rect("mark object")[3] < window.pos.y + window.size.y
     assert not window.scrollbar_y
 
 
-def test_a_file_with_one_clip_offers_no_choice(ctx, tmp_path):
+def test_scene_tab_offers_no_clip_choice_for_one_clip(ctx, tmp_path):
     scene = clips_file(tmp_path / "one.glb", ("walk",))
     with gui_of(ctx, scene, defocus=QUICK) as gui:
         imgui.set_window_focus("Scene")

@@ -1,4 +1,4 @@
-"""A scene whose file says neither its unit nor which way is up, placed in the window."""
+"""A scene whose file has neither a unit nor an up axis, placed by options of the command line."""
 
 import struct
 
@@ -9,15 +9,15 @@ from heatlens.fronts.commands.main import main
 from heatlens.media.plate.read import read_plate
 
 
-def stl(path):
-    """Return a triangle of 1 x 2 x 3."""
+def write_stl(path):
+    """Write an STL file with one triangle with corners on the axes at 1, 2 and 3; return it."""
     corners = np.diag((1.0, 2.0, 3.0)).ravel()
     path.write_bytes(bytes(80) + struct.pack("<I12fH", 1, *np.zeros(3), *corners, 0))
     return path
 
 
-def test_the_command_line_places_it_for_a_picture_and_for_a_shot(tmp_path, capsys):
-    source, shot = str(stl(tmp_path / "a.stl")), str(tmp_path / "a.heatlens.json")
+def test_up_axis_and_unit_options_place_a_scene_for_render_and_shot(tmp_path, capsys):
+    source, shot = str(write_stl(tmp_path / "a.stl")), str(tmp_path / "a.heatlens.json")
     words = ["--size", "32x32", "--up-axis", "y", "--meters-per-unit", "cm"]
     assert main(["render", source, "-o", f"{tmp_path}/a.exr", "--pinhole", *words]) == 0
     assert read_plate(tmp_path / "a.exr").depth.far_m < 0.2

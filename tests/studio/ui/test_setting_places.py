@@ -1,4 +1,4 @@
-"""Every setting of every panel is found in the palette by the words that stand beside it."""
+"""Every setting of every panel is found in the palette by the label beside its control."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -29,7 +29,7 @@ def gui(ctx: Device, tmp_path, request) -> Iterator[Gui]:
 
 @pytest.fixture
 def drawn(monkeypatch) -> dict[str, set[str]]:
-    """Return the words that are drawn beside controls, by the window that they stand in."""
+    """Return the labels drawn beside controls, by the name of their window."""
     found: dict[str, set[str]] = {}
 
     def listened(function):
@@ -45,7 +45,7 @@ def drawn(monkeypatch) -> dict[str, set[str]]:
     return found
 
 
-def test_what_the_panels_show_is_in_the_list(gui, drawn):
+def test_every_label_of_the_panels_is_in_the_settings_list(gui, drawn):
     session = gui.session
     lens = replace(session.facts.lens, blades=6, cat_eye=0.5)  # which opens its part of the panel
     session.editing.edit_lens(lens)
@@ -63,20 +63,20 @@ def test_what_the_panels_show_is_in_the_list(gui, drawn):
     assert not any(missing.values()), missing
 
 
-TRIED = (
+SEARCH_WORDS = (
     *("theme light", "theme dark", "matte 2.39", "desqueeze 1.33", "peaking magenta", "thirds"),
     *("overlay zones", "guides contrast", "guides opacity", "cat's eye", "timecode", "clip scene"),
     *("larger interface", "second window names", "film back", "quality film", "close focus"),
 )
 
 
-def test_words_that_people_try_find_something(gui):
-    found = [*gui.screen.commands, *gui.screen.settings()]
-    for words in TRIED:
-        assert [action.name for action in found if matches(action, words)], words
+def test_palette_finds_something_for_usual_search_words(gui):
+    all_entries = [*gui.screen.commands, *gui.screen.settings()]
+    for words in SEARCH_WORDS:
+        assert [action.name for action in all_entries if matches(action, words)], words
 
 
-def test_a_setting_that_is_found_is_shown_and_lit_until_the_next_click(gui):
+def test_found_setting_is_shown_and_highlighted_until_the_next_click(gui):
     gui.ui.panels["Guides"] = False
     gui.frame(2)
     gui.key(K.p, ctrl=True, shift=True)
@@ -85,13 +85,13 @@ def test_a_setting_that_is_found_is_shown_and_lit_until_the_next_click(gui):
     gui.frame(3)
     assert gui.ui.panels["Guides"] and "contrast" in gui.drawn
     x0, y0, _, y1 = (round(value) for value in gui.rect("contrast"))
-    beside = slice(y0, y1), slice(x0 - 90, x0 - 4)
-    lit = gui.screenshot()[beside].astype(int)
+    label_area = slice(y0, y1), slice(x0 - 90, x0 - 4)
+    lit_pixels = gui.screenshot()[label_area].astype(int)
     gui.click(gui.middle("picture"))
     gui.frame(2)
-    grey = gui.screenshot()[beside].astype(int)
+    plain_pixels = gui.screenshot()[label_area].astype(int)
 
-    def colour(pixels) -> int:
+    def color_range(pixels) -> int:
         return (pixels.max(axis=2) - pixels.min(axis=2)).max()
 
-    assert colour(lit) > 60 > 10 > colour(grey)
+    assert color_range(lit_pixels) > 60 > 10 > color_range(plain_pixels)

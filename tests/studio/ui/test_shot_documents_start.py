@@ -1,4 +1,4 @@
-"""Shots from one start of the program to the next: after a crash, after a look, from a file."""
+"""Shots at the start of the program: after a crash, after viewing only, and from a file."""
 
 from dataclasses import replace
 
@@ -9,16 +9,16 @@ from heatlens.studio.session.shot.shot_store import unnamed_path
 from support.gui import gui_of
 from support.sequences import sequence_files
 from support.session_files import LENS, QUICK, room_file
-from support.shots_of_tests import kept, worked_on
+from support.shots_of_tests import draw_until_saved, with_keys_and_marks
 
 
-def test_a_shot_without_a_file_survives_a_crash(ctx, tmp_path):
+def test_unnamed_shot_is_recovered_after_a_crash(ctx, tmp_path):
     pattern = sequence_files(tmp_path, 1001, 1003)
     folder = tmp_path / "preferences"
     with gui_of(ctx, pattern, Preferences.load(folder), defocus=QUICK) as gui:
-        gui.session.editing.do(worked_on(gui.session.facts.shot))
+        gui.session.editing.do(with_keys_and_marks(gui.session.facts.shot))
         shot = gui.session.facts.shot
-        kept(gui)
+        draw_until_saved(gui)
     assert autosave_path(unnamed_path(folder, pattern)).exists()
     with gui_of(ctx, pattern, Preferences.load(folder), defocus=QUICK) as gui:
         gui.until(lambda: gui.session.files.documents.offer is not None, "the question")
@@ -28,22 +28,22 @@ def test_a_shot_without_a_file_survives_a_crash(ctx, tmp_path):
         assert gui.session.facts.shot == shot
 
 
-def test_a_plate_that_was_only_looked_at_leaves_nothing_behind(ctx, tmp_path):
+def test_close_deletes_the_autosave_of_a_plate_without_marks_or_keys(ctx, tmp_path):
     plate, folder = room_file(tmp_path / "room.exr"), tmp_path / "preferences"
     with gui_of(ctx, plate, Preferences.load(folder), defocus=QUICK) as gui:
         gui.click(gui.at_picture(22.5, 50.5))
         gui.rest()
-        kept(gui)
+        draw_until_saved(gui)
         assert autosave_path(unnamed_path(folder, str(plate))).exists()
     assert not autosave_path(unnamed_path(folder, str(plate))).exists()
 
 
-def test_a_shot_file_begins_the_program(ctx, tmp_path):
+def test_shot_file_opens_at_start_and_lens_options_override_it(ctx, tmp_path):
     shot = Shot(replace(LENS, f_stop=4.0), QUICK, sequence_files(tmp_path, 1001, 1003))
     path = tmp_path / "pull.heatlens.json"
-    write_shot(path, worked_on(shot))
+    write_shot(path, with_keys_and_marks(shot))
     with gui_of(ctx, path) as gui:
-        assert gui.session.facts.shot == worked_on(shot)
+        assert gui.session.facts.shot == with_keys_and_marks(shot)
         assert gui.session.files.documents.path == path
     with gui_of(ctx, path, lens={"squeeze": 2.0}) as gui:
         assert gui.session.facts.shot.lens == replace(shot.lens, squeeze=2.0)

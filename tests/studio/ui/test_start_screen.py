@@ -1,4 +1,4 @@
-"""The start screen: what it offers, how it is chosen from, and that nothing needs a picture."""
+"""The start screen: its cards, how they are chosen, and commands while nothing is open."""
 
 import json
 from itertools import pairwise
@@ -17,7 +17,7 @@ from heatlens.media.scene.scene_read import DEMO
 from heatlens.render.source.opener import SourceOpener
 from heatlens.render.source.stream_source import StreamSource
 from heatlens.studio.session.files.start_choices import Card, word_of
-from heatlens.studio.session.settings.preferences import Preferences, Remembered
+from heatlens.studio.session.settings.preferences import Preferences, PreferenceValues
 from heatlens.studio.session.shot.start import Start
 from heatlens.studio.ui.start import start_screen
 from heatlens.studio.ui.start.start_card import lay_out
@@ -40,7 +40,7 @@ def begun(ctx):
         imgui.set_current_context(context)
         gui = Gui(ctx, Start(str(source), defocus=QUICK, **start), size, preferences)
         made.append((gui, context, before))
-        gui.until(lambda: not gui.session.files.recent.is_looking, "the recent files")
+        gui.until(lambda: not gui.session.files.recent.is_checking, "the recent files")
         gui.frame(3)
         return gui
 
@@ -52,8 +52,8 @@ def begun(ctx):
             imgui.set_current_context(before)
 
 
-def remembered(*files: object) -> Preferences:
-    return Preferences(Remembered(recent=tuple(str(file) for file in files)))
+def preferences_with_recent(*files: object) -> Preferences:
+    return Preferences(PreferenceValues(recent=tuple(str(file) for file in files)))
 
 
 def titles(gui: Gui) -> list[str]:
@@ -72,14 +72,14 @@ def choose(gui: Gui, how: str, row: int) -> None:
         gui.key(K.enter)
 
 
-HOWS = ["click", "digit", "arrows"]
+INPUT_METHODS = ["click", "digit", "arrows"]
 
 # What it offers
 
 
 @pytest.mark.parametrize("source", ["", "a file"])
-def test_panels_show_no_values_before_anything_has_come(begun, monkeypatch, tmp_path, source):
-    """A lens of f/2.8 would jump to that of the scene as soon as it is read."""
+def test_panels_show_no_lens_before_a_source_is_read(begun, monkeypatch, tmp_path, source):
+    """Otherwise the lens would show f/2.8 and jump to that of the source once it is read."""
     with monkeypatch.context() as patch:
         patch.setattr(SourceOpener, "poll", lambda _: None)
         gui = begun(source=source and room_file(tmp_path / "room.exr"))
@@ -89,14 +89,14 @@ def test_panels_show_no_values_before_anything_has_come(begun, monkeypatch, tmp_
         assert "f-stop" in gui.drawn
 
 
-def test_without_a_plate_it_offers_the_demo_the_still_life_and_a_file(begun):
+def test_start_screen_offers_demo_still_life_and_open(begun):
     gui = begun()
     assert titles(gui) == ["Demo scene", "Still life", "Open ..."]
     assert gui.session.source.plate is None and gui.session.source.opener.opening is None
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.0])
-def test_the_hint_is_whole_in_large_letters(begun, scale):
+def test_start_screen_hint_fits_at_any_scale(begun, scale):
     gui = begun()
     gui.session.preferences.change(ui_scales={"": scale})
     gui.frame(4)
@@ -107,14 +107,14 @@ def test_the_hint_is_whole_in_large_letters(begun, scale):
     assert (y1 - y0 > 1.5 * gui.ui.scale.em) == (scale == 2.0)  # in two lines
 
 
-def test_recent_files_follow_as_far_as_they_are_there(begun, tmp_path):
+def test_start_screen_lists_existing_recent_files(begun, tmp_path):
     plate, shot = room_file(tmp_path / "room.exr"), tmp_path / "a.heatlens.json"
     shot.write_text(json.dumps({}))
-    gui = begun(remembered(plate, tmp_path / "gone.exr", STILL, shot))
-    found = [
+    gui = begun(preferences_with_recent(plate, tmp_path / "gone.exr", STILL, shot))
+    recent_cards = [
         (card.title, card.kind, card.text) for card in gui.session.files.start_choices.cards()[3:]
     ]
-    assert found == [("room.exr", "Plate", str(plate)), (shot.name, "Shot", str(shot))]
+    assert recent_cards == [("room.exr", "Plate", str(plate)), (shot.name, "Shot", str(shot))]
 
 
 @pytest.mark.parametrize(
@@ -128,50 +128,52 @@ def test_recent_files_follow_as_far_as_they_are_there(begun, tmp_path):
         ("/a/b.heatlens.json", "Shot"),
     ],
 )
-def test_a_name_tells_what_a_file_is(name, kind):
+def test_word_of_names_the_kind_of_a_file(name, kind):
     assert word_of(name) == kind
 
 
 # Choosing
 
 
-@pytest.mark.parametrize("how", HOWS)
-def test_the_demo_is_opened_as_the_option_opens_it(begun, small_demo, how):
+@pytest.mark.parametrize("how", INPUT_METHODS)
+def test_demo_card_opens_the_demo(begun, small_demo, how):
     gui = begun()
     choose(gui, how, 0)
     gui.opened()
     assert gui.session.facts.shot.source == "demo" and gui.session.facts.has_camera
-    assert not gui.session.files.start_choices.is_wanted
-    assert gui.session.preferences.now.recent == ()  # it has a place of its own
+    assert not gui.session.files.start_choices.is_shown
+    assert gui.session.preferences.values.recent == ()  # it has a place of its own
 
 
-@pytest.mark.parametrize("how", HOWS)
-def test_a_recent_plate_is_opened(begun, tmp_path, how):
+@pytest.mark.parametrize("how", INPUT_METHODS)
+def test_recent_card_opens_its_plate(begun, tmp_path, how):
     plates = [room_file(tmp_path / name) for name in ("a.exr", "b.exr")]
-    gui = begun(remembered(*plates))
+    gui = begun(preferences_with_recent(*plates))
     choose(gui, how, 4)
     gui.opened()
     assert gui.session.facts.shot.source == str(plates[1]) and gui.session.facts.lens == LENS
 
 
-def test_a_shot_that_is_opened_marks_its_own_card(begun, tmp_path, monkeypatch):
+def test_only_the_card_of_the_shot_being_opened_is_marked(begun, tmp_path, monkeypatch):
     plate = room_file(tmp_path / "room.exr")
     shot = tmp_path / "pull.heatlens.json"
     write_shot(shot, Shot(LENS, source=str(plate)))
-    gui = begun(remembered(shot, plate))
-    coming, drawn = [], start_screen.draw_card
+    gui = begun(preferences_with_recent(shot, plate))
+    marked_titles, draw_card = [], start_screen.draw_card
     monkeypatch.setattr(
         start_screen,
         "draw_card",
-        lambda card, *rest: (coming.append(card.title) if rest[-1] else None) or drawn(card, *rest),
+        lambda card, *rest: (
+            (marked_titles.append(card.title) if rest[-1] else None) or draw_card(card, *rest)
+        ),
     )
     choose(gui, "digit", titles(gui).index(shot.name))
     gui.opened()
-    assert set(coming) == {shot.name}
+    assert set(marked_titles) == {shot.name}
 
 
-@pytest.mark.parametrize("how", HOWS)
-def test_a_file_is_asked_for(begun, how):
+@pytest.mark.parametrize("how", INPUT_METHODS)
+def test_open_card_opens_the_file_dialog(begun, how):
     gui = begun()
     choose(gui, how, 2)
     gui.until(lambda: gui.ui.dialogs.is_open, "the dialog")
@@ -179,17 +181,17 @@ def test_a_file_is_asked_for(begun, how):
     gui.key(K.escape)
     gui.frame(3)
     assert not gui.ui.dialogs.is_open
-    assert gui.session.files.start_choices.is_wanted and gui.session.source.opener.opening is None
+    assert gui.session.files.start_choices.is_shown and gui.session.source.opener.opening is None
 
 
-def test_what_cannot_be_opened_is_said_and_another_choice_can_be_made(begun, tmp_path):
+def test_start_screen_reports_a_broken_file_and_stays(begun, tmp_path):
     broken, plate = tmp_path / "broken.exr", room_file(tmp_path / "room.exr")
     broken.write_bytes(b"no exr")
-    gui = begun(remembered(broken, plate))
+    gui = begun(preferences_with_recent(broken, plate))
     choose(gui, "digit", 3)
     gui.until(lambda: "broken.exr" in gui.session.messages.text, "the refusal")
-    assert gui.session.files.start_choices.is_wanted
-    gui.session.messages._said_at -= 3600.0  # an hour later it is still there to be read
+    assert gui.session.files.start_choices.is_shown
+    gui.session.messages._shown_since -= 3600.0  # an hour later it is still there to be read
     gui.frame(2)
     assert "broken.exr" in gui.session.messages.text
     choose(gui, "digit", 4)
@@ -201,16 +203,16 @@ def test_what_cannot_be_opened_is_said_and_another_choice_can_be_made(begun, tmp
 # Nothing is open
 
 
-def test_escape_and_keys_of_the_picture_do_nothing(begun):
+def test_keys_of_the_picture_do_nothing_on_the_start_screen(begun):
     gui = begun()
     shot, view = gui.session.facts.shot, gui.session.facts.view
     for key in (K.escape, K.k, K.space, K.left_bracket, K.d, K.f, K.m, K.up_arrow, K.left_arrow):
         gui.key(key)
     assert (gui.session.facts.shot, gui.session.facts.view) == (shot, view)
-    assert gui.session.files.start_choices.is_wanted and gui.session.source.opener.opening is None
+    assert gui.session.files.start_choices.is_shown and gui.session.source.opener.opening is None
 
 
-def test_every_command_can_be_given(begun):
+def test_every_command_runs_without_an_open_source(begun):
     gui = begun(size=(640, 400))
     for action in listed_commands():
         if action.name in ("Quit", "Open the demo"):
@@ -225,26 +227,26 @@ def test_every_command_can_be_given(begun):
 # Back to it
 
 
-def test_the_menu_leads_back_and_escape_to_the_picture_again(ctx, tmp_path):
+def test_menu_opens_the_start_screen_and_escape_leaves_it(ctx, tmp_path):
     with gui_of(ctx, room_file(tmp_path / "room.exr"), defocus=QUICK) as gui:
         gui.settled()
-        seen, shot = gui.screenshot(), gui.session.facts.shot
+        screen_before, shot = gui.screenshot(), gui.session.facts.shot
         gui.do("Start screen...")
-        assert gui.session.files.start_choices.is_wanted and "start Demo scene" in gui.drawn
+        assert gui.session.files.start_choices.is_shown and "start Demo scene" in gui.drawn
         gui.key(K.escape)
         gui.frame(3)
-        assert not gui.session.files.start_choices.is_wanted and gui.session.facts.shot == shot
-        assert abs(gui.screenshot().astype(int) - seen).max() <= 1
+        assert not gui.session.files.start_choices.is_shown and gui.session.facts.shot == shot
+        assert abs(gui.screenshot().astype(int) - screen_before).max() <= 1
 
 
-def test_a_renderer_that_is_listened_to_can_be_chosen(begun):
+def test_start_screen_offers_the_stream_of_a_renderer(begun):
     stream = StreamSource("127.0.0.1", 0)
     gui = begun(source=stream.text, stream=stream)
     gui.do("Start screen...")
     assert titles(gui)[3] == "Listen to a renderer"
     choose(gui, "digit", 3)
     gui.frame(2)
-    assert gui.session.source.is_waiting and not gui.session.files.start_choices.is_wanted
+    assert gui.session.source.is_waiting and not gui.session.files.start_choices.is_shown
 
 
 # How it looks
@@ -256,22 +258,20 @@ def test_a_renderer_that_is_listened_to_can_be_chosen(begun):
     st.tuples(st.floats(100, 3000), st.floats(280, 2000)),
     st.sampled_from([12.0, 15.0]),
 )
-def test_nothing_overlaps_or_is_cut_off(cards, recent, room, em):
-    layout = lay_out(cards, recent, room, em)
+def test_start_screen_layout_neither_overlaps_nor_leaves_the_screen(cards, recent, size, em):
+    layout = lay_out(cards, recent, size, em)
     first, others = layout.cards[:cards], layout.cards[cards:]
     bands = [layout.head, *first, layout.hint, *others]
     assert all(a.end <= b.y + 1e-6 for a, b in pairwise(bands))
-    assert layout.head.y >= 0 and bands[-1].end <= max(room[1], layout.hint.end)
-    assert layout.x >= 0 and layout.x + layout.width <= room[0] + 1e-6
-    assert layout.hint.end <= room[1] or room[1] < 26 * em
+    assert layout.head.y >= 0 and bands[-1].end <= max(size[1], layout.hint.end)
+    assert layout.x >= 0 and layout.x + layout.width <= size[0] + 1e-6
+    assert layout.hint.end <= size[1] or size[1] < 26 * em
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (1600, 900), (800, 500)])
-def test_cards_lie_inside_the_picture_and_six_recent_files_where_there_is_room(
-    begun, tmp_path, size
-):
+def test_start_screen_cards_lie_inside_the_picture_area(begun, tmp_path, size):
     files = [room_file(tmp_path / f"{name}.exr") for name in "abcdefgh"]
-    gui = begun(remembered(*files), size)
+    gui = begun(preferences_with_recent(*files), size)
     left, top, right, bottom = gui.rect("picture")
     shown = [f"start {title}" for title in titles(gui)]
     assert len(shown) == 9
@@ -284,7 +284,7 @@ def test_cards_lie_inside_the_picture_and_six_recent_files_where_there_is_room(
 # From the command line
 
 
-def test_the_command_alone_names_no_plate(monkeypatch):
+def test_command_without_a_file_starts_without_a_source(monkeypatch):
     starts = []
     monkeypatch.setattr("heatlens.studio.ui.window.run_window", starts.append)
     assert main([]) == 0 and main(["view", "--f-stop", "4"]) == 0
@@ -292,7 +292,7 @@ def test_the_command_alone_names_no_plate(monkeypatch):
     assert starts[1].lens == {"f_stop": 4.0}
 
 
-def test_an_empty_name_is_no_wish_for_the_start_screen(capsys, monkeypatch):
+def test_view_refuses_an_empty_name(capsys, monkeypatch):
     monkeypatch.setattr(
         "heatlens.studio.ui.window.run_window", lambda start: pytest.fail("a window")
     )
@@ -300,7 +300,7 @@ def test_an_empty_name_is_no_wish_for_the_start_screen(capsys, monkeypatch):
     assert "empty" in capsys.readouterr().err
 
 
-def test_pictures_on_the_cards_come_with_the_program(begun):
+def test_pictures_of_the_start_cards_are_assets(begun):
     pictures = [
         card.picture for card in begun().session.files.start_choices.cards() if card.picture
     ]
@@ -308,7 +308,7 @@ def test_pictures_on_the_cards_come_with_the_program(begun):
     assert all(Path(data_dir("assets") / name).is_file() for name in pictures)
 
 
-def test_space_is_only_spoken_of_where_there_is_something_to_play():
+def test_start_hint_mentions_space_only_for_sources_with_frames():
     assert "Space" in hint_of(Card("Demo scene", "", DEMO))
     assert "Space" in hint_of(Card("shot.####.exr", "", "shot.####.exr", "Sequence"))
     for card in (Card("Still life", "", "still_life.exr"), Card("a.exr", "", "a.exr", "Plate")):

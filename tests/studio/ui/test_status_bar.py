@@ -1,4 +1,4 @@
-"""The line under everything: readout, messages and an export side by side."""
+"""The status bar: readout, messages and the progress of an export side by side."""
 
 import webbrowser
 from dataclasses import replace
@@ -13,7 +13,7 @@ from heatlens.studio.session.exports.export_process import ExportState
 from heatlens.studio.session.messages import Messages, Problem
 from heatlens.studio.session.settings.export_place import ExportPlace, Where
 from heatlens.studio.ui.status_bar import export_title, export_words
-from heatlens.studio.ui.texts import fitted
+from heatlens.studio.ui.texts import fit_text
 from support.session_files import POST
 
 K = imgui.Key
@@ -21,14 +21,16 @@ K = imgui.Key
 
 @pytest.fixture
 def exporting(gui):
-    """Make it look as if an export went on."""
+    """Yield a window with the state of an export in progress."""
     run = gui.session.files.exports.run
-    run.state = ExportState("export to a", done=12, frames=100, left_s=30.0, output="/tmp/a.exr")
+    run.state = ExportState(
+        "export to a", done_frames=12, frames=100, remaining_s=30.0, output="/tmp/a.exr"
+    )
     yield gui
     run.state, gui.ui.asks_to_quit = None, False
 
 
-def test_a_message_stands_beside_the_readout(gui):
+def test_status_message_stands_beside_the_readout(gui):
     gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.session.messages.say("Something was said.")
     gui.drawn.clear()
@@ -37,34 +39,34 @@ def test_a_message_stands_beside_the_readout(gui):
     assert readout[2] < message[0] and abs(readout[1] - message[1]) < 1
 
 
-def test_a_message_is_shown_whole_and_the_readout_is_cut(gui, exporting):
+def test_status_message_is_whole_and_the_readout_is_shortened(gui, exporting):
     gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    said = "Look B is kept. Ctrl+2 returns to it."
-    gui.session.messages.say(said)
+    message_text = "Look B is kept. Ctrl+2 returns to it."
+    gui.session.messages.say(message_text)
     gui.frame(2)
     gui.drawn.clear()
     gui.frame(2)
     readout, message = gui.rect("readout"), gui.rect("message")
-    assert message[2] - message[0] == pytest.approx(imgui.calc_text_size(said).x, abs=1.0)
+    assert message[2] - message[0] == pytest.approx(imgui.calc_text_size(message_text).x, abs=1.0)
     assert readout[2] < message[0] and message[2] < gui.rect("export progress")[0]
 
 
-def test_what_went_wrong_is_told_from_what_was_done():
+def test_messages_know_problems_from_reports():
     messages = Messages()
     for sentence, is_problem in (("Saved.", False), (Problem("Not saved."), True), ("B.", False)):
         messages.say(sentence)
         assert messages.is_problem is is_problem
 
 
-def test_a_problem_has_another_colour_than_what_was_done(gui, monkeypatch):
+def test_problem_message_has_a_color_of_its_own(gui, monkeypatch):
     colors: dict[str, tuple[float, float, float]] = {}
-    drawn = imgui.text_colored
+    text_colored = imgui.text_colored
 
-    def listened(color, text):
+    def record_color(color, text):
         colors[text] = (color.x, color.y, color.z)
-        drawn(color, text)
+        text_colored(color, text)
 
-    monkeypatch.setattr(imgui, "text_colored", listened)
+    monkeypatch.setattr(imgui, "text_colored", record_color)
     for sentence in ("Saved.", Problem("Not saved.")):
         gui.session.messages.say(sentence)
         gui.frame()
@@ -72,13 +74,13 @@ def test_a_problem_has_another_colour_than_what_was_done(gui, monkeypatch):
 
 
 @given(text=st.text(max_size=60), width=st.integers(0, 80))
-def test_a_message_is_cut_to_its_room(text, width):
-    shown = fitted(text, width, width_of=len)
+def test_fitted_cuts_text_to_the_width(text, width):
+    shown = fit_text(text, width, width_of=len)
     assert len(shown) <= max(width, 0) or shown == ""
     assert shown == text or shown == "" or text.startswith(shown.removesuffix(" ..."))
 
 
-def test_an_export_is_told_in_the_status_bar_and_in_the_title(exporting):
+def test_export_progress_is_shown_in_status_bar_and_title(exporting):
     state = exporting.session.files.exports.run.state
     assert export_words(state) == "Exporting 12 of 100, 30 s left"
     assert export_title(state) == "12 % exported, "
@@ -92,15 +94,17 @@ def test_an_export_is_told_in_the_status_bar_and_in_the_title(exporting):
     assert exporting.rect("status Stop")[2] <= exporting.rect("sides")[0]
 
 
-def test_stop_in_the_status_bar_stops_the_export(exporting, monkeypatch):
-    stopped: list[bool] = []
-    monkeypatch.setattr(exporting.session.files.exports.run, "cancel", lambda: stopped.append(True))
+def test_stop_button_of_the_status_bar_cancels_the_export(exporting, monkeypatch):
+    cancel_calls: list[bool] = []
+    monkeypatch.setattr(
+        exporting.session.files.exports.run, "cancel", lambda: cancel_calls.append(True)
+    )
     exporting.frame(2)
     exporting.click(exporting.middle("status Stop"))
-    assert stopped == [True]
+    assert cancel_calls == [True]
 
 
-def test_closing_during_an_export_asks(exporting):
+def test_quit_during_an_export_asks_first(exporting):
     gui = exporting
     gui.key(K.q, ctrl=True)
     gui.frame(3)
@@ -124,13 +128,13 @@ def test_closing_during_an_export_asks(exporting):
 
 
 @pytest.mark.parametrize(
-    ("answer", "stopped"),
+    ("answer", "cancel_count"),
     [("Leave it to the cluster and close", 0), ("Stop it and close", 1), ("", 0)],
 )
-def test_closing_during_an_export_on_a_cluster_offers_to_leave_it(
-    exporting, monkeypatch, answer, stopped
+def test_quit_during_a_cluster_export_offers_to_leave_it(
+    exporting, monkeypatch, answer, cancel_count
 ):
-    """Return leaves it too."""
+    """The Enter key leaves the export to the cluster too."""
     gui, calls = exporting, []
     run = gui.session.files.exports.run
     monkeypatch.setattr(run, "_place", ExportPlace(Where.CLUSTER))
@@ -141,18 +145,18 @@ def test_closing_during_an_export_on_a_cluster_offers_to_leave_it(
         gui.click(gui.middle(f"quit {answer}"))
     else:
         gui.key(K.enter)
-    assert gui.ui.is_over and len(calls) == stopped
+    assert gui.ui.is_over and len(calls) == cancel_count
 
 
-def test_the_end_of_an_export_stays_until_it_was_read(exporting, monkeypatch):
+def test_finished_export_stays_in_the_status_bar_until_closed(exporting, monkeypatch):
     gui, run = exporting, exporting.session.files.exports.run
     gui.frame()
     run.state.code = 0
     gui.frame(2)
-    shown: list[str] = []
-    monkeypatch.setattr(webbrowser, "open", shown.append)
+    opened_urls: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", opened_urls.append)
     gui.click(gui.middle("status Show folder"))
-    assert shown == ["file:///tmp"]
+    assert opened_urls == ["file:///tmp"]
     gui.click(gui.middle("status x"))
     gui.drawn.clear()
     gui.frame()

@@ -1,4 +1,4 @@
-"""The focus as a curve: keys dragged in both directions, handles bent, marked things behind it."""
+"""The focus curve: keys dragged in both directions, handles bent, tracks of marks behind it."""
 
 import math
 from collections.abc import Iterator
@@ -14,13 +14,13 @@ from heatlens.core.model.marks.marks import DistanceMark, PointMark
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.session.time.focus_track import FocusTrack
 from support.gui import Gui
-from support.sequences import FIRST, LAST, nearer
+from support.sequences import FIRST, LAST, relative_distance
 from support.session_files import BALL, BALL_M
-from support.timeline_window import at_frame, film_window, fresh
+from support.timeline_window import film_window, reset_window, ruler_position
 
 K = imgui.Key
 FOCUS = LensParameter.FOCUS_DISTANCE
-KEYED = {1002: 1.5, 1004: 3.0, 1007: 2.0}
+FOCUS_M_BY_FRAME = {1002: 1.5, 1004: 3.0, 1007: 2.0}
 
 
 @pytest.fixture(scope="module")
@@ -31,9 +31,9 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
 
 @pytest.fixture
 def gui(ctx, film) -> Gui:
-    gui = fresh(film)
+    gui = reset_window(film)
     shot = gui.session.facts.shot
-    for number, distance_m in KEYED.items():
+    for number, distance_m in FOCUS_M_BY_FRAME.items():
         shot = shot.with_key(number, FOCUS, distance_m)
     gui.session.editing.begin(shot)
     gui.key(K.c, shift=True)
@@ -45,76 +45,78 @@ def focus_keys(gui) -> dict[float, float]:
     return {key.frame: key.value for key in gui.session.facts.shot.curves.focus_distance_m.keys}
 
 
-def place(gui, number: int) -> tuple[float, float]:
+def key_position(gui, number: int) -> tuple[float, float]:
     x, y, _, _ = gui.rect(f"key {FOCUS} {number}")
     return x, y
 
 
-def steps(gui) -> int:
+def undo_count(gui) -> int:
     gui.rest()
     return len(gui.session.editing.history.past)
 
 
-def per_dioptre(gui) -> float:
-    """Return screen units, from two keys."""
-    return (place(gui, 1002)[1] - place(gui, 1004)[1]) / (1 / 1.5 - 1 / 3.0)
+def pixels_per_dioptre(gui) -> float:
+    """Return the screen units of a dioptre, from the positions of two keys."""
+    return (key_position(gui, 1002)[1] - key_position(gui, 1004)[1]) / (1 / 1.5 - 1 / 3.0)
 
 
-def test_far_is_up_and_heights_are_dioptres(gui):
-    heights = {number: place(gui, number)[1] for number in KEYED}
+def test_focus_curve_height_is_linear_in_dioptres_with_far_up(gui):
+    heights = {number: key_position(gui, number)[1] for number in FOCUS_M_BY_FRAME}
     assert heights[1004] < heights[1007] < heights[1002]
-    part = (heights[1007] - heights[1004]) / (heights[1002] - heights[1004])
-    assert part == pytest.approx((1 / 2 - 1 / 3) / (1 / 1.5 - 1 / 3))
+    fraction = (heights[1007] - heights[1004]) / (heights[1002] - heights[1004])
+    assert fraction == pytest.approx((1 / 2 - 1 / 3) / (1 / 1.5 - 1 / 3))
 
 
-def test_a_key_is_dragged_over_frames_and_distances_in_one_step(gui):
-    x, y = place(gui, 1007)
+def test_curve_key_drag_changes_frame_and_distance_in_one_undo_step(gui):
+    x, y = key_position(gui, 1007)
     rise = 20.0
-    dioptres = 1 / 2.0 - rise / per_dioptre(gui)
-    gui.drag((x, y), (at_frame(gui, 1006)[0], y - rise))
+    dioptres = 1 / 2.0 - rise / pixels_per_dioptre(gui)
+    gui.drag((x, y), (ruler_position(gui, 1006)[0], y - rise))
     assert focus_keys(gui) == {1002: 1.5, 1004: 3.0, 1006: pytest.approx(1 / dioptres)}
-    assert steps(gui) == 1
+    assert undo_count(gui) == 1
 
 
-def test_a_key_dragged_sideways_keeps_its_distance(gui):
-    x, y = place(gui, 1007)
-    gui.drag((x, y), (at_frame(gui, LAST)[0], y + 2))
+def test_curve_key_dragged_sideways_keeps_its_distance(gui):
+    x, y = key_position(gui, 1007)
+    gui.drag((x, y), (ruler_position(gui, LAST)[0], y + 2))
     assert focus_keys(gui) == {1002: 1.5, 1004: 3.0, 1008: 2.0}
 
 
-def test_a_key_dragged_beyond_the_top_is_at_infinity(gui):
-    x, y = place(gui, 1004)
+def test_curve_key_dragged_beyond_the_top_is_at_infinity(gui):
+    x, y = key_position(gui, 1004)
     gui.drag((x, y), (x, y - 900))
-    assert focus_keys(gui)[1004] == math.inf and steps(gui) == 1
+    assert focus_keys(gui)[1004] == math.inf and undo_count(gui) == 1
 
 
-def test_nearer_than_the_lens_can_be_focused_is_refused_aloud(gui):
+def test_curve_key_within_the_focal_length_is_refused_and_reported(gui):
     gui.session.editing.begin(
         replace(
             gui.session.facts.shot, lens=replace(gui.session.facts.shot.lens, focal_length_mm=900.0)
         )
     )
     gui.frame(2)
-    x, y = place(gui, 1002)
+    x, y = key_position(gui, 1002)
     gui.drag((x, y), (x, y + 900))
     assert focus_keys(gui)[1002] >= 0.9 and "focal length" in gui.session.messages.text
 
 
-def test_a_handle_is_dragged_as_one_step_and_bends_the_curve(gui):
-    gui.click(place(gui, 1004))
+def test_handle_drag_bends_the_curve_in_one_undo_step(gui):
+    gui.click(key_position(gui, 1004))
     gui.do("Interpolate bezier after key")
     gui.frame(30)
     before = gui.session.facts.shot
-    at, rise = gui.middle("handle out 1004"), 15.0
-    unit = per_dioptre(gui)
-    frames = (at[0] - place(gui, 1004)[0]) / (at_frame(gui, 1002)[0] - at_frame(gui, 1001)[0])
-    gui.drag(at, (at[0], at[1] - rise))
+    position, rise = gui.middle("handle out 1004"), 15.0
+    unit = pixels_per_dioptre(gui)
+    frames = (position[0] - key_position(gui, 1004)[0]) / (
+        ruler_position(gui, 1002)[0] - ruler_position(gui, 1001)[0]
+    )
+    gui.drag(position, (position[0], position[1] - rise))
     key = gui.session.facts.shot.curves.focus_distance_m.key_at(1004)
     assert key.ease_out.handle(3.0) == (
         pytest.approx(frames, rel=0.02),
         pytest.approx(-rise / unit, abs=1.0 / unit),  # a pixel,
     )
-    assert steps(gui) == 2  # the Bezier, and the handle
+    assert undo_count(gui) == 2  # the Bezier, and the handle
     assert (
         gui.session.facts.shot.lens_at(1005).focus_distance_m
         > before.lens_at(1005).focus_distance_m
@@ -123,20 +125,20 @@ def test_a_handle_is_dragged_as_one_step_and_bends_the_curve(gui):
     assert gui.session.facts.shot == before
 
 
-def test_a_handle_never_runs_back_in_time(gui):
+def test_handle_cannot_be_dragged_past_its_key_in_time(gui):
     gui.do("Select all keys")
     gui.do("Interpolate bezier after key")
     gui.frame(30)
     x, y = gui.middle("handle in 1004")
-    gui.drag((x, y), (at_frame(gui, LAST)[0], y))
+    gui.drag((x, y), (ruler_position(gui, LAST)[0], y))
     key = gui.session.facts.shot.curves.focus_distance_m.key_at(1004)
     assert key.ease_in.influence_percent == 0.0
     assert key.interpolation is Interpolation.BEZIER
 
 
-def test_the_band_is_what_is_sharp_at_each_time(gui):
+def test_focus_track_samples_are_the_sharp_range_at_each_frame(gui):
     samples = FocusTrack().samples(gui.session.facts.shot, FIRST, LAST, 20)
-    assert {number for number in KEYED} <= {sample.frame for sample in samples}
+    assert {number for number in FOCUS_M_BY_FRAME} <= {sample.frame for sample in samples}
     for sample in samples:
         lens = gui.session.facts.shot.lens_at(sample.frame)
         assert 1 / sample.focus == pytest.approx(lens.focus_distance_m)
@@ -144,46 +146,48 @@ def test_the_band_is_what_is_sharp_at_each_time(gui):
         assert 1 / max(sample.far, 1e-12) == pytest.approx(far_limit_m(lens))
 
 
-def test_a_marked_thing_is_followed_over_the_frames_in_memory(gui):
+def test_mark_track_has_a_distance_for_each_frame_in_memory(gui):
     gui.session.editing.edit(replace(gui.session.facts.shot, marks=(PointMark("A", *BALL),)))
     gui.frame(2)
     (track,) = gui.session.time.mark_tracks()
     (line,) = track.lines
     assert [number for number, _ in line] == list(range(FIRST, LAST + 1))
     for number, dioptres in line:
-        assert 1 / dioptres == pytest.approx(BALL_M * nearer(number), rel=1e-5)
+        assert 1 / dioptres == pytest.approx(BALL_M * relative_distance(number), rel=1e-5)
     assert gui.session.time.mark_tracks()[0] is track  # kept while nothing is new
 
 
-def test_a_still_focus_is_a_line_without_keys(gui):
+def test_focus_curve_without_keys_can_be_clicked_without_a_change(gui):
     gui.do("Select all keys")
     gui.key(K.delete)
     gui.frame(2)
     assert not gui.session.facts.shot.key_frames
     gui.click(gui.middle("keys"))
-    assert steps(gui) == 1
+    assert undo_count(gui) == 1
 
 
-def test_frames_too_near_for_the_lens_are_warned_of(gui):
+def test_too_close_lists_frames_within_the_close_focus(gui):
     track, shot = FocusTrack(), gui.session.facts.shot
     lens = replace(shot.lens, close_focus_m=1.8)
-    seen = track.too_close(replace(shot, lens=lens), gui.session.time.timeline.frames)
+    warned_frames = track.too_close_frames(
+        replace(shot, lens=lens), gui.session.time.timeline.frames
+    )
     expected = [n for n in range(FIRST, LAST + 1) if shot.lens_at(n).focus_distance_m < 1.8]
-    assert list(seen) == expected and expected
+    assert list(warned_frames) == expected and expected
 
 
-def test_the_names_of_lines_are_not_cut_off_at_the_top(gui):
-    """The farthest one begins at the upper edge, where there is no room above it."""
+def test_name_of_the_farthest_track_is_not_cut_off_at_the_top(gui):
+    """The farthest line begins at the upper edge, so its name has to stand below it."""
     gui.session.editing.begin(gui.session.facts.shot)
     gui.session.time.marks.set_point(BALL)
     gui.until(lambda: bool(gui.session.time.mark_tracks()), "the line of the mark")
-    gui.ui.timeline.frame_all()
+    gui.ui.timeline.toggle_fit()
     gui.frame(2)
     top = gui.rect("timeline ruler")[3]
     assert gui.rect("name A on the curve")[1] >= top
 
 
-def test_names_of_marks_at_one_distance_stand_beside_each_other(gui):
+def test_names_of_marks_at_one_distance_stand_side_by_side(gui):
     for _ in range(3):
         gui.session.time.marks.set_here()
     gui.frame(3)
@@ -198,7 +202,7 @@ def height(gui) -> float:
     return y1 - y0
 
 
-def test_a_curve_has_room_and_gives_it_back(gui):
+def test_timeline_grows_for_the_curve_and_shrinks_without_it(gui):
     em, curve = imgui.get_font_size(), height(gui)
     picture = gui.rect("picture")
     assert curve >= 220 / 13 * em - em
@@ -212,55 +216,57 @@ def test_a_curve_has_room_and_gives_it_back(gui):
     assert gui.rect("picture") == pytest.approx(picture, abs=1.0)
 
 
-def test_the_axis_fits_the_keys_and_f_over_it_brings_the_marks_in(gui):
+def test_f_key_over_the_curve_toggles_fitting_keys_or_also_marks(gui):
     near_and_far = DistanceMark("near", 0.5), DistanceMark("far", 80.0)
     gui.session.editing.edit(replace(gui.session.facts.shot, marks=near_and_far))
     gui.move(gui.middle("keys"))
     gui.drawn.clear()
     gui.frame(2)
-    fitted = per_dioptre(gui)
-    assert (1 / 1.5 - 1 / 3.0) * fitted > 0.4 * height(gui)
+    units_per_dioptre = pixels_per_dioptre(gui)
+    assert (1 / 1.5 - 1 / 3.0) * units_per_dioptre > 0.4 * height(gui)
     assert "name near on the curve" not in gui.drawn
     zoom = gui.session.facts.view.zoom
     gui.key(K.f)
     gui.frame(2)
     assert {"name near on the curve", "name far on the curve"} <= gui.drawn.keys()
-    assert per_dioptre(gui) < fitted / 2
+    assert pixels_per_dioptre(gui) < units_per_dioptre / 2
     gui.key(K.f)
     gui.frame(2)
-    assert per_dioptre(gui) == pytest.approx(fitted)
+    assert pixels_per_dioptre(gui) == pytest.approx(units_per_dioptre)
     assert gui.session.facts.view.zoom == zoom
 
 
-def test_f_beside_the_curve_fits_the_picture(gui):
+def test_f_key_over_the_picture_fits_the_picture(gui):
     gui.do("1:1")
     gui.move(gui.middle("picture"))
     gui.key(K.f)
-    assert gui.session.facts.view.zoom is None and not gui.ui.timeline.frames_all
+    assert gui.session.facts.view.zoom is None and not gui.ui.timeline.fits_marks
 
 
-def test_alt_and_the_wheel_zoom_the_values_at_the_pointer_and_alt_alone_does_nothing(gui):
-    at, before, scale = place(gui, 1004), per_dioptre(gui), gui.ui.timeline.scale
-    gui.move(at)
+def test_alt_wheel_over_the_curve_zooms_its_values_at_the_pointer(gui):
+    position = key_position(gui, 1004)
+    before = pixels_per_dioptre(gui)
+    scale = gui.ui.timeline.scale
+    gui.move(position)
     gui.io.add_key_event(K.mod_alt, True)
     gui.hold(K.left_alt)
     gui.later()
     gui.later()
     assert not gui.session.pictures.view.is_lens_held_off
-    gui.wheel(at, -2)  # so that both keys stay in sight
+    gui.wheel(position, -2)  # so that both keys stay in sight
     gui.io.add_key_event(K.mod_alt, False)
     gui.hold(K.left_alt, False)
-    assert per_dioptre(gui) == pytest.approx(before / 1.25**2, rel=0.01)
-    assert place(gui, 1004) == pytest.approx(at, abs=1.0)
+    assert pixels_per_dioptre(gui) == pytest.approx(before / 1.25**2, rel=0.01)
+    assert key_position(gui, 1004) == pytest.approx(position, abs=1.0)
     assert gui.ui.timeline.scale is scale  # the frames stay as they are
     gui.key(K.f)
     gui.key(K.f)
     gui.frame(2)
-    assert per_dioptre(gui) == pytest.approx(before)
+    assert pixels_per_dioptre(gui) == pytest.approx(before)
 
 
-def test_the_value_stands_beside_the_key_that_is_dragged(gui):
-    x, y = place(gui, 1004)
+def test_value_is_shown_beside_the_dragged_key(gui):
+    x, y = key_position(gui, 1004)
     gui.move(gui.middle("picture"))
     gui.drawn.clear()
     gui.frame(2)
@@ -273,16 +279,16 @@ def test_the_value_stands_beside_the_key_that_is_dragged(gui):
     gui.release()
 
 
-def test_a_short_handle_can_be_caught_beside_its_key(gui):
+def test_handle_without_influence_can_be_dragged_beside_its_key(gui):
     gui.do("Select all keys")
     gui.do("Interpolate bezier after key")
     key = gui.session.facts.shot.curves.focus_distance_m.key_at(1004)
-    flat = replace(key, ease_out=replace(key.ease_out, influence_percent=0.0))
-    curve = gui.session.facts.shot.curves.focus_distance_m.with_key(flat)
+    key_without_ease = replace(key, ease_out=replace(key.ease_out, influence_percent=0.0))
+    curve = gui.session.facts.shot.curves.focus_distance_m.with_key(key_without_ease)
     gui.session.editing.edit(gui.session.facts.shot.with_curve(FOCUS, curve))
     gui.frame(30)
-    (x, y), (key_x, key_y) = gui.middle("handle out 1004"), place(gui, 1004)
+    (x, y), (key_x, key_y) = gui.middle("handle out 1004"), key_position(gui, 1004)
     assert math.hypot(x - key_x, y - key_y) > imgui.get_font_size()
     gui.drag((x, y), (x + 20, y - 9))
-    bent = gui.session.facts.shot.curves.focus_distance_m.key_at(1004)
-    assert bent.ease_out.influence_percent > 0 and bent.value == key.value
+    dragged_key = gui.session.facts.shot.curves.focus_distance_m.key_at(1004)
+    assert dragged_key.ease_out.influence_percent > 0 and dragged_key.value == key.value

@@ -1,4 +1,4 @@
-"""The row that is chosen is the one whose curve is seen: its scale, its labels, its handles."""
+"""The curve of the chosen row: its scale, its labels and its handles."""
 
 import math
 from collections.abc import Iterator
@@ -16,18 +16,18 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.studio.ui.timeline.curve_axis import AXES, CurveLine
 from support.gui import Gui
 from support.sequences import LAST
-from support.timeline_window import at_frame, film_window, fresh
+from support.timeline_window import film_window, reset_window, ruler_position
 
 K = imgui.Key
 FOCUS, F_STOP = LensParameter.FOCUS_DISTANCE, LensParameter.F_STOP
 FOCAL, SQUEEZE = LensParameter.FOCAL_LENGTH, LensParameter.SQUEEZE
-KEYED = {
+KEY_VALUES = {
     FOCUS: {1003: 2.0},
     F_STOP: {1002: 2.0, 1004: 8.0, 1007: 4.0},
     FOCAL: {1002: 25.0, 1004: 100.0, 1007: 50.0},
     SQUEEZE: {1002: 1.0, 1004: 2.0, 1007: 1.5},
 }
-SCALED = (F_STOP, FOCAL, SQUEEZE)
+SCALED_PARAMETERS = (F_STOP, FOCAL, SQUEEZE)
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +38,9 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
 
 @pytest.fixture
 def gui(ctx, film) -> Gui:
-    gui = fresh(film)
+    gui = reset_window(film)
     shot = gui.session.facts.shot
-    for parameter, keys in KEYED.items():
+    for parameter, keys in KEY_VALUES.items():
         for number, value in keys.items():
             shot = shot.with_key(number, parameter, value)
     gui.session.editing.begin(shot)
@@ -55,7 +55,7 @@ def choose(gui: Gui, parameter: LensParameter) -> None:
     gui.frame(3)
 
 
-def place(gui: Gui, number: int, parameter: LensParameter) -> tuple[float, float]:
+def key_position(gui: Gui, number: int, parameter: LensParameter) -> tuple[float, float]:
     x, y, _, _ = gui.rect(f"key {parameter} {number}")
     return x, y
 
@@ -64,7 +64,7 @@ def values(gui: Gui, parameter: LensParameter) -> dict[float, float]:
     return {key.frame: key.value for key in gui.session.facts.shot.curves.of(parameter).keys}
 
 
-def steps(gui: Gui) -> int:
+def undo_count(gui: Gui) -> int:
     gui.rest()
     return len(gui.session.editing.history.past)
 
@@ -73,30 +73,32 @@ def steps(gui: Gui) -> int:
 
 
 @given(st.sampled_from(list(LensParameter)), st.floats(1.0, 2.0), st.floats(1.001, 1.9))
-def test_more_is_higher_and_every_place_is_one_value(parameter, value, factor):
+def test_axis_place_rises_with_the_value_and_is_invertible(parameter, value, factor):
     axis = AXES[parameter]
     assert axis.place_of(value * factor) < axis.place_of(value)
     assert axis.value_at(axis.place_of(value)) == pytest.approx(value)
 
 
 @given(st.floats(0.5, 64.0), st.floats(0.0, 8.0))
-def test_a_place_is_a_stop_a_doubling_or_a_dioptre(value, by):
-    assert AXES[F_STOP].value_at(AXES[F_STOP].place_of(value) - by) == pytest.approx(
-        value * math.sqrt(2.0) ** by
+def test_axis_unit_is_a_stop_a_doubling_or_a_dioptre(value, offset):
+    assert AXES[F_STOP].value_at(AXES[F_STOP].place_of(value) - offset) == pytest.approx(
+        value * math.sqrt(2.0) ** offset
     )
-    assert AXES[FOCAL].value_at(AXES[FOCAL].place_of(value) - by) == pytest.approx(value * 2**by)
+    assert AXES[FOCAL].value_at(AXES[FOCAL].place_of(value) - offset) == pytest.approx(
+        value * 2**offset
+    )
     assert AXES[FOCUS].place_of(value) == pytest.approx(1 / value)
 
 
 @given(st.floats(0.01, 3.0))
-def test_focus_that_goes_in_metres_is_still_seen_in_dioptres(place):
+def test_focus_axis_converts_linear_scale_to_dioptres(position):
     axis = AXES[FOCUS]
-    assert axis.from_scale(1 / place, Scale.LINEAR) == pytest.approx(place)
-    assert axis.to_scale(place, Scale.LINEAR) == pytest.approx(1 / place)
-    assert math.isfinite(axis.to_scale(-place, Scale.LINEAR))
+    assert axis.from_scale(1 / position, Scale.LINEAR) == pytest.approx(position)
+    assert axis.to_scale(position, Scale.LINEAR) == pytest.approx(1 / position)
+    assert math.isfinite(axis.to_scale(-position, Scale.LINEAR))
 
 
-def test_labels_are_whole_stops_until_there_is_room_for_thirds():
+def test_f_stop_labels_are_whole_stops_or_thirds_by_spacing():
     axis = AXES[F_STOP]
     assert axis.labels_for(0.1) == THIRD_STOPS
     whole = axis.labels_for(0.5)
@@ -104,102 +106,103 @@ def test_labels_are_whole_stops_until_there_is_room_for_thirds():
     gaps = [axis.place_of(a) - axis.place_of(b) for a, b in pairwise(whole)]
     assert gaps == pytest.approx([1.0] * len(gaps), abs=0.1)
     assert axis.labels_for(9.0) == whole
-    assert [AXES[p].words(v, "ft") for p, v in ((F_STOP, 2.8), (FOCAL, 35))] == ["f/2.8", "35 mm"]
-    assert AXES[FOCUS].words(0.3048, "ft").startswith("1")
+    assert [AXES[p].format_value(v, "ft") for p, v in ((F_STOP, 2.8), (FOCAL, 35))] == [
+        "f/2.8",
+        "35 mm",
+    ]
+    assert AXES[FOCUS].format_value(0.3048, "ft").startswith("1")
 
 
 # The window
 
 
-@pytest.mark.parametrize("parameter", SCALED)
-def test_the_name_of_a_row_chooses_whose_curve_is_seen(gui, parameter):
+@pytest.mark.parametrize("parameter", SCALED_PARAMETERS)
+def test_click_on_a_row_name_shows_its_curve(gui, parameter):
     choose(gui, parameter)
-    heights = {number: place(gui, number, parameter)[1] for number in KEYED[parameter]}
+    heights = {number: key_position(gui, number, parameter)[1] for number in KEY_VALUES[parameter]}
     assert heights[1004] < heights[1007] < heights[1002]
-    part = (heights[1007] - heights[1004]) / (heights[1002] - heights[1004])
-    assert part == pytest.approx(0.5, abs=0.02)
+    fraction = (heights[1007] - heights[1004]) / (heights[1002] - heights[1004])
+    assert fraction == pytest.approx(0.5, abs=0.02)
 
 
-@pytest.mark.parametrize("parameter", SCALED)
-def test_a_key_is_dragged_over_frames_and_values_in_one_step(gui, parameter):
+@pytest.mark.parametrize("parameter", SCALED_PARAMETERS)
+def test_key_drag_changes_frame_and_value_in_one_undo_step(gui, parameter):
     choose(gui, parameter)
-    axis, (x, y) = AXES[parameter], place(gui, 1007, parameter)
-    low, high = (place(gui, number, parameter)[1] for number in (1002, 1004))
-    ends = [axis.place_of(KEYED[parameter][number]) for number in (1002, 1004)]
+    axis, (x, y) = AXES[parameter], key_position(gui, 1007, parameter)
+    low, high = (key_position(gui, number, parameter)[1] for number in (1002, 1004))
+    ends = [axis.place_of(KEY_VALUES[parameter][number]) for number in (1002, 1004)]
     unit = (low - high) / (ends[0] - ends[1])
-    gui.drag((x, y), (at_frame(gui, 1006)[0], y - 10.0))
-    expected = axis.value_at(axis.place_of(KEYED[parameter][1007]) - 10.0 / unit)
+    gui.drag((x, y), (ruler_position(gui, 1006)[0], y - 10.0))
+    expected = axis.value_at(axis.place_of(KEY_VALUES[parameter][1007]) - 10.0 / unit)
     assert values(gui, parameter)[1006] == pytest.approx(expected, rel=1e-4)
-    assert 1007 not in values(gui, parameter) and steps(gui) == 1
-    assert values(gui, FOCUS) == KEYED[FOCUS]
+    assert 1007 not in values(gui, parameter) and undo_count(gui) == 1
+    assert values(gui, FOCUS) == KEY_VALUES[FOCUS]
 
 
-def test_a_handle_bends_the_curve_of_the_f_stop(gui):
+def test_handle_drag_bends_the_f_stop_curve_only(gui):
     choose(gui, F_STOP)
-    gui.click(place(gui, 1004, F_STOP))
+    gui.click(key_position(gui, 1004, F_STOP))
     gui.do("Interpolate bezier after key")
     gui.frame(30)
-    before, focus = (
-        gui.session.facts.shot.lens_at(1005).f_stop,
-        gui.session.facts.shot.curves.focus_distance_m,
-    )
+    before = gui.session.facts.shot.lens_at(1005).f_stop
+    focus = gui.session.facts.shot.curves.focus_distance_m
     x, y = gui.middle("handle out 1004")
     gui.drag((x, y), (x, y - 15.0))
     assert gui.session.facts.shot.lens_at(1005).f_stop > before * 1.01
     assert gui.session.facts.shot.curves.focus_distance_m == focus
-    assert steps(gui) == 2
+    assert undo_count(gui) == 2
 
 
-def test_what_no_lens_can_be_is_refused_aloud(gui):
+def test_impossible_squeeze_is_refused_and_reported(gui):
     choose(gui, SQUEEZE)
-    gui.drag(place(gui, 1004, SQUEEZE), (place(gui, 1004, SQUEEZE)[0], 0.0))
+    gui.drag(key_position(gui, 1004, SQUEEZE), (key_position(gui, 1004, SQUEEZE)[0], 0.0))
     assert values(gui, SQUEEZE)[1004] <= 2.0 and "squeeze" in gui.session.messages.text
 
 
-def test_the_list_beside_the_curve_chooses_another(gui):
+def test_curve_list_chooses_another_parameter(gui):
     choose(gui, F_STOP)
     gui.frame(30)
     gui.click(gui.middle("curve of"))
     gui.click(gui.middle("curve of: focal length"))
     gui.frame(3)
-    assert gui.session.time.keys.rows.curve_of is FOCAL
-    low, high = (place(gui, number, FOCAL)[1] for number in (1002, 1004))
+    assert gui.session.time.keys.rows.curve_parameter is FOCAL
+    low, high = (key_position(gui, number, FOCAL)[1] for number in (1002, 1004))
     assert low - high > 20
 
 
-def test_the_key_that_was_clicked_last_is_of_the_chosen_row(gui):
-    gui.click(place(gui, 1004, FOCAL))
-    assert gui.session.time.keys.rows.curve_of is FOCAL
+def test_click_on_a_key_chooses_the_curve_of_its_row(gui):
+    gui.click(key_position(gui, 1004, FOCAL))
+    assert gui.session.time.keys.rows.curve_parameter is FOCAL
 
 
-def test_a_parameter_without_keys_is_a_level_line(gui):
+def test_curve_of_a_parameter_without_keys_is_level(gui):
     still = gui.session.facts.shot.without_keys(1002, F_STOP)
     gui.session.editing.begin(still)
     choose(gui, F_STOP)
     line, axis = CurveLine(), AXES[F_STOP]
-    level = line.points(still, axis, 1001, 1008, 5)
-    places = {place for _, place in level}
-    assert places == {axis.place_of(still.lens.f_stop)} and len(level) == 5
-    assert line.points(still, axis, 1001, 1008, 5) is level  # kept while nothing is new
+    level_points = line.points(still, axis, 1001, 1008, 5)
+    positions = {y for _, y in level_points}
+    assert positions == {axis.place_of(still.lens.f_stop)} and len(level_points) == 5
+    assert line.points(still, axis, 1001, 1008, 5) is level_points  # kept while nothing is new
     keyed = dict(line.points(still, AXES[FOCAL], 1001, 1008, 5))
-    for number, value in KEYED[FOCAL].items():
+    for number, value in KEY_VALUES[FOCAL].items():
         assert keyed[number] == pytest.approx(AXES[FOCAL].place_of(value))
 
 
-def test_tilt_and_split_have_rows_where_they_are_used(gui: Gui) -> None:
-    """A key of them is set and dragged like any other."""
+def test_tilt_row_appears_once_the_lens_is_tilted(gui: Gui) -> None:
+    """The row appears once the parameter is used; its key is set and dragged like any other."""
     assert "row tilt_deg" not in gui.drawn and "row split_dioptres" not in gui.drawn
-    editing, at = gui.session.editing, gui.session.facts.frame
+    editing, first_frame = gui.session.editing, gui.session.facts.frame
     editing.edit_lens(replace(editing.lens, tilt_deg=2.0))
     gui.frame(2)
     gui.click(gui.middle("dot tilt_deg"))
-    gui.session.time.timeline.go(LAST)
+    gui.session.time.timeline.go_to(LAST)
     editing.edit_lens(replace(editing.lens, tilt_deg=5.0))
-    assert values(gui, LensParameter.TILT) == {at: 2.0, LAST: 5.0}
-    assert gui.session.facts.shot.lens_at((at + LAST) / 2).tilt_deg == pytest.approx(3.5)
+    assert values(gui, LensParameter.TILT) == {first_frame: 2.0, LAST: 5.0}
+    assert gui.session.facts.shot.lens_at((first_frame + LAST) / 2).tilt_deg == pytest.approx(3.5)
     gui.frame(2)
     assert "row split_dioptres" not in gui.drawn
     choose(gui, LensParameter.TILT)
-    x, y = place(gui, LAST, LensParameter.TILT)
+    x, y = key_position(gui, LAST, LensParameter.TILT)
     gui.drag((x, y), (x, y + 20))
     assert values(gui, LensParameter.TILT)[LAST] < 5.0

@@ -1,4 +1,4 @@
-"""Rows of the timeline never break: what has no room is in a popup, and the keys are seen."""
+"""Tool rows of the timeline: tools that do not fit are in a popup, and all key rows are visible."""
 
 from collections.abc import Iterator
 
@@ -8,22 +8,22 @@ from hypothesis import strategies as st
 from imgui_bundle import imgui
 
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.studio.ui.timeline.tool_row import Tool, ranks_kept
+from heatlens.studio.ui.timeline.tool_row import Tool, highest_fitting_rank
 from support.gui import Gui
-from support.timeline_window import film_window, fresh, typed
+from support.timeline_window import film_window, reset_window, type_into
 
-SPACING, MORE = 8.0, 30.0
+SPACING, MORE_BUTTON_WIDTH = 8.0, 30.0
 ROWS = [f"row {parameter}" for parameter in LensParameter if not parameter.is_rare]
 
 
-def nothing() -> None:
-    """Draw nothing: only widths are looked at."""
+def draw_nothing() -> None:
+    """Draw nothing, since the tests only use the widths of the tools."""
 
 
 TOOLS = st.lists(
     st.builds(
         Tool,
-        st.just(nothing),
+        st.just(draw_nothing),
         st.floats(1.0, 200.0),
         st.integers(0, 6),
         st.sampled_from((None, 2.0)),
@@ -35,18 +35,19 @@ TOOLS = st.lists(
 
 
 def width(tools: list[Tool], rank: int) -> float:
-    """Return how wide a row of the tools up to `rank` is, with the button for the others."""
-    kept = [tool for tool in tools if tool.rank <= rank]
+    """Return the width of a row of the tools up to `rank`, with the button for the others."""
+    shown_tools = [tool for tool in tools if tool.rank <= rank]
     has_more = any(tool.rank > rank and not tool.is_word for tool in tools)
-    gaps = sum(SPACING if tool.gap is None else tool.gap for tool in kept[1:])
-    return sum(tool.width for tool in kept) + gaps + MORE * has_more
+    gaps = sum(SPACING if tool.gap is None else tool.gap for tool in shown_tools[1:])
+    return sum(tool.width for tool in shown_tools) + gaps + MORE_BUTTON_WIDTH * has_more
 
 
 @given(TOOLS, st.floats(0.0, 2000.0))
-def test_what_stays_has_room_and_no_more_would(tools: list[Tool], room: float) -> None:
-    kept, ranks = ranks_kept(tools, room, SPACING, MORE), sorted({tool.rank for tool in tools})
-    assert width(tools, kept) <= room or kept == ranks[0]
-    assert all(width(tools, rank) > room for rank in ranks if rank > kept)
+def test_ranks_kept_shows_as_many_tools_as_fit(tools: list[Tool], row_width: float) -> None:
+    last_rank = highest_fitting_rank(tools, row_width, SPACING, MORE_BUTTON_WIDTH)
+    ranks = sorted({tool.rank for tool in tools})
+    assert width(tools, last_rank) <= row_width or last_rank == ranks[0]
+    assert all(width(tools, rank) > row_width for rank in ranks if rank > last_rank)
 
 
 @pytest.fixture(scope="module")
@@ -57,12 +58,12 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
 
 @pytest.fixture
 def gui(ctx, film) -> Iterator[Gui]:
-    yield fresh(film)
+    yield reset_window(film)
     film.session.preferences.change(ui_scales={})
     film.frame(4)
 
 
-def at_scale(gui: Gui, scale: float) -> None:
+def set_scale(gui: Gui, scale: float) -> None:
     gui.session.preferences.change(ui_scales={"": scale})
     gui.frame(6)
     gui.drawn.clear()
@@ -70,9 +71,9 @@ def at_scale(gui: Gui, scale: float) -> None:
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.25, 1.5, 2.0])
-def test_every_row_is_seen_and_two_rows_of_controls_lie_over_them(gui: Gui, scale: float) -> None:
+def test_timeline_shows_every_key_row_below_two_rows_of_controls(gui: Gui, scale: float) -> None:
     gui.session.preferences.change(keep_frames=False)
-    at_scale(gui, scale)
+    set_scale(gui, scale)
     window = imgui.internal.find_window_by_name("Timeline")
     for name in ("transport forwards", "frame", "set key", "auto key", *ROWS):
         x0, y0, x1, y1 = gui.rect(name)
@@ -85,11 +86,11 @@ def test_every_row_is_seen_and_two_rows_of_controls_lie_over_them(gui: Gui, scal
     assert picture.x > 0.5 * gui.size[0] and picture.y > 0.35 * gui.size[1]
 
 
-def test_what_has_no_room_is_behind_a_button(gui: Gui) -> None:
-    at_scale(gui, 2.0)
+def test_tools_that_do_not_fit_are_behind_the_more_button(gui: Gui) -> None:
+    set_scale(gui, 2.0)
     assert not {"frames per second", "interpolation", "ease in"} & gui.drawn.keys()
     gui.click(gui.middle("more transport"))
-    typed(gui, "frames per second", "25")
+    type_into(gui, "frames per second", "25")
     assert gui.session.facts.shot.frames_per_second == 25.0
     gui.key(imgui.Key.escape)
     gui.frame(2)
@@ -99,8 +100,8 @@ def test_what_has_no_room_is_behind_a_button(gui: Gui) -> None:
     gui.key(imgui.Key.escape)
 
 
-def test_a_low_timeline_scrolls_to_its_last_row(gui: Gui) -> None:
-    at_scale(gui, 3.0)
+def test_low_timeline_scrolls_to_its_last_row(gui: Gui) -> None:
+    set_scale(gui, 3.0)
     window = imgui.internal.find_window_by_name("Timeline")
     assert gui.rect(ROWS[-1])[3] > window.inner_rect.max.y
     imgui.internal.set_scroll_y(window, 1e4)

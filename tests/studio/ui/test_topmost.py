@@ -1,4 +1,4 @@
-"""Escape closes what lies on top, and no key reaches what lies under it."""
+"""Escape closes the topmost window or list, and no key reaches those below it."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ def is_open() -> bool:
     return imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 
 
-def test_question_mark_and_escape_close_the_keys(gui):
+def test_question_mark_and_escape_close_the_keys_window(gui):
     for close, shift in ((K.slash, True), (K.escape, False)):
         gui.key(K.slash, shift=True)
         gui.frame(3)
@@ -23,7 +23,7 @@ def test_question_mark_and_escape_close_the_keys(gui):
         assert not gui.ui.shows_keys and not is_open()
 
 
-def test_keys_behind_the_keys_window_do_nothing(gui):
+def test_shortcuts_do_nothing_while_the_keys_window_is_open(gui):
     gui.key(K.slash, shift=True)
     gui.frame(3)
     shot, view = gui.session.facts.shot, gui.session.facts.view
@@ -36,7 +36,7 @@ def test_keys_behind_the_keys_window_do_nothing(gui):
     assert gui.session.facts.view != view
 
 
-def test_escape_closes_a_menu_then_the_next_click_opens_another(gui):
+def test_escape_closes_a_menu_and_a_click_opens_another(gui):
     gui.click(gui.middle("menu File"))
     assert is_open()
     gui.key(K.escape)
@@ -48,7 +48,7 @@ def test_escape_closes_a_menu_then_the_next_click_opens_another(gui):
     gui.frame(2)
 
 
-def test_the_menus_can_be_gone_through_by_keyboard(gui):
+def test_menus_work_by_keyboard(gui):
     frame, before = gui.session.facts.frame, gui.session.facts.shot
     gui.session.lens.commands.step_f_stop(3)
     gui.rest()
@@ -60,7 +60,7 @@ def test_the_menus_can_be_gone_through_by_keyboard(gui):
     assert gui.session.facts.shot == before
 
 
-def test_a_list_in_a_dialog_closes_before_the_dialog(gui):
+def test_escape_closes_a_list_before_its_dialog(gui):
     gui.session.time.marks.set_here()
     gui.ui.open_pull()
     gui.frame(3)
@@ -75,7 +75,7 @@ def test_a_list_in_a_dialog_closes_before_the_dialog(gui):
     assert not is_open()
 
 
-def test_a_pull_can_be_cancelled(gui):
+def test_pull_box_can_be_canceled(gui):
     gui.session.time.marks.set_here()
     before = gui.session.facts.shot
     gui.ui.open_pull()
@@ -85,34 +85,36 @@ def test_a_pull_can_be_cancelled(gui):
     assert not is_open() and gui.session.facts.shot == before
 
 
-def dialog() -> tuple[float, float, float, float]:
+def dialog_rectangle() -> tuple[float, float, float, float]:
     """Return the rectangle of the dialog on top."""
     stack = imgui.get_current_context().open_popup_stack
     window = stack[len(stack) - 1].window
     return window.pos.x, window.pos.y, window.pos.x + window.size.x, window.pos.y + window.size.y
 
 
-def dragged_out(gui, name):
-    """Drag a dialog by its title beyond each corner; it stays whole in view."""
+def drag_beyond_corners(gui, name):
+    """Drag a dialog by its title beyond each corner, and check that it stays wholly in view."""
     for corner in ((-900, 3000), (3000, 3000), (-900, 1), (3000, 1)):
-        x0, y0, _, _ = dialog()
+        x0, y0, _, _ = dialog_rectangle()
         gui.drag((x0 + 60, y0 + 8), corner)
         gui.frame(2)
-        x0, y0, x1, y1 = dialog()
+        x0, y0, x1, y1 = dialog_rectangle()
         bar = imgui.get_main_viewport().work_pos.y
         assert x0 >= 0 and y0 >= bar and x1 <= gui.size[0] and y1 <= gui.size[1], (name, corner)
 
 
-def test_no_dialog_can_be_dragged_out_of_view(gui):
+def test_dialog_cannot_be_dragged_out_of_view(gui):
     gui.do("Open...")
     gui.frame(3)
-    dragged_out(gui, "the browser")
+    drag_beyond_corners(gui, "the browser")
     gui.key(K.escape)
     gui.frame(2)
 
 
-def test_every_dialog_stays_in_view():
-    """A dialog is begun in one place, which moves it into view."""
+def test_modal_dialogs_are_begun_only_in_topmost():
+    """Only `topmost.py`, which moves a dialog into view, begins modal dialogs."""
     folder = Path(topmost.__file__).parent
-    begun = [path.name for path in folder.rglob("*.py") if "begin_popup_modal" in path.read_text()]
-    assert begun == ["topmost.py"]
+    file_names = [
+        path.name for path in folder.rglob("*.py") if "begin_popup_modal" in path.read_text()
+    ]
+    assert file_names == ["topmost.py"]

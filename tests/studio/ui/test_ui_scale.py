@@ -1,4 +1,4 @@
-"""The interface is drawn larger or smaller, panels keep their size in letters, and it is kept."""
+"""The scale of the interface: panels keep their size in letters, and the scale is remembered."""
 
 import pytest
 from imgui_bundle import imgui
@@ -10,34 +10,35 @@ K = imgui.Key
 
 
 def column_em(gui) -> float:
-    """Return width of the column of panels in letters."""
+    """Return the width of the column of panels in letters (em)."""
     return imgui.internal.find_window_by_name("Lens").size.x / gui.ui.scale.em
 
 
-def test_panels_grow_with_the_letters_and_come_back(gui):
+def test_scale_keys_resize_panels_and_remember_the_scale(gui):
     gui.frame(3)
-    em, wide = gui.ui.scale.em, column_em(gui)
+    em, width_em = gui.ui.scale.em, column_em(gui)
     for _ in range(2):
         gui.key(K.equal, ctrl=True)
     gui.frame(4)
     assert gui.ui.scale.em == 1.25 * em
-    assert column_em(gui) == pytest.approx(wide, rel=0.05)
-    assert gui.session.preferences.now.ui_scales == {"": 1.25}
+    assert column_em(gui) == pytest.approx(width_em, rel=0.05)
+    assert gui.session.preferences.values.ui_scales == {"": 1.25}
     for _ in range(2):
         gui.key(K.minus, ctrl=True)
     gui.frame(4)
-    assert gui.ui.scale.em == em and column_em(gui) == pytest.approx(wide, rel=0.02)
-    assert gui.session.preferences.now.ui_scales == {}
+    assert gui.ui.scale.em == em and column_em(gui) == pytest.approx(width_em, rel=0.02)
+    assert gui.session.preferences.values.ui_scales == {}
 
 
 def style_values(style: imgui.Style) -> dict[str, object]:
     """Return all numbers of a style by name."""
     values = {name: getattr(style, name) for name in dir(style) if not name.startswith("__")}
     pairs = {name: (value.x, value.y) for name, value in values.items() if hasattr(value, "x")}
-    return pairs | {name: it for name, it in values.items() if isinstance(it, int | float)}
+    numbers = {name: v for name, v in values.items() if isinstance(v, int | float)}
+    return pairs | numbers
 
 
-def test_a_scale_that_was_reached_in_steps_is_the_same_as_at_once(gui):
+def test_style_of_a_scale_does_not_depend_on_earlier_scales(gui):
     styles = []
     for steps in ((2.0,), (1.25, 3.0, 0.75, 2.0)):
         for scale in steps:
@@ -50,7 +51,7 @@ def test_a_scale_that_was_reached_in_steps_is_the_same_as_at_once(gui):
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.5, 2.0])
-def test_no_words_are_cut_or_overlap_in_large_letters(gui, scale, monkeypatch):
+def test_panels_cut_no_words_at_large_scales(gui, scale, monkeypatch):
     monkeypatch.setattr(StatusBar, "words", lambda *_: "a hint that is as long as any " * 6)
     gui.session.pictures.looks.keep()
     gui.session.time.marks.set_point((50, 32))
@@ -75,13 +76,13 @@ def test_no_words_are_cut_or_overlap_in_large_letters(gui, scale, monkeypatch):
     gui.frame(4)
 
 
-def test_a_layout_of_another_screen_keeps_its_size_in_letters(gui):
+def test_restored_layout_of_another_screen_keeps_its_size_in_letters(gui):
     gui.frame(3)
-    layout, em, wide = imgui.save_ini_settings_to_memory(), gui.ui.scale.em, column_em(gui)
-    gui.ui.scale.of_screen = 1.5
+    layout, em, width_em = imgui.save_ini_settings_to_memory(), gui.ui.scale.em, column_em(gui)
+    gui.ui.scale.screen_scale = 1.5
     gui.ui.scale.apply()
     restore_layout(gui.ui, layout, em)
     gui.frame(4)
-    assert column_em(gui) == pytest.approx(wide, rel=0.05)
-    gui.ui.scale.of_screen = 1.0
+    assert column_em(gui) == pytest.approx(width_em, rel=0.05)
+    gui.ui.scale.screen_scale = 1.0
     gui.frame(3)

@@ -1,4 +1,4 @@
-"""Everything that can be done, by menu and by key; the palette, the keys, and opening files."""
+"""Every action by menu and by key; the palette, the keys window, and opening files."""
 
 from dataclasses import replace
 from itertools import groupby
@@ -17,37 +17,37 @@ from support.commands import listed_commands
 from support.session_files import BALL, POST, room_file
 
 K = imgui.Key
-ALL = listed_commands()
-KEYED = [action for action in ALL if action.key]
+ALL_ACTIONS = listed_commands()
+ACTIONS_WITH_KEYS = [action for action in ALL_ACTIONS if action.key]
 
 
 def ids(action: Command) -> str:
     return action.name
 
 
-def of(gui, action: Command) -> Command:
-    """Return the same action, bound to this window."""
+def bound_action(gui, action: Command) -> Command:
+    """Return the action of the same name that is bound to this window."""
     return next(other for other in gui.screen.commands if other.name == action.name)
 
 
-def chosen(gui, action: Command) -> None:
-    """Choose it in its menu, by hand."""
+def choose_in_menu(gui, action: Command) -> None:
+    """Choose the action in its menu with the mouse."""
     gui.click(gui.middle(f"menu {action.menu}"))
     gui.click(gui.middle(f"item {action.name}"))
 
 
-def done(gui, action: Command) -> None:
-    """Do it once more without a hand, which leaves the picture as it was."""
+def run_action(gui, action: Command) -> None:
+    """Run the action directly, without mouse or keys."""
     gui.do(action.name)
 
 
-def keyed(gui, action: Command) -> None:
+def press_shortcut(gui, action: Command) -> None:
     key, mods = chord_of(action.key)
     gui.key(key, ctrl=bool(mods & CTRL), shift=bool(mods & SHIFT))
 
 
-def closed(gui) -> None:
-    """Close again what an action opened, as a user would."""
+def close_opened(gui) -> None:
+    """Close the dialog or popup that an action opened, as a user would."""
     if gui.ui.dialogs.is_open:
         gui.frame(3)
         gui.key(K.escape)
@@ -57,39 +57,39 @@ def closed(gui) -> None:
     gui.ui.is_over = False
 
 
-def state(gui) -> tuple:
-    """Return all that an action can change and that is seen at once."""
+def visible_state(gui) -> tuple:
+    """Return everything that an action can change visibly at once."""
     session = gui.session
     ui = gui.ui
     others = (ui.shows_keys, ui.is_over, ui.dialogs.is_open, session.source.picture.version)
     return session.facts.shot, session.facts.view, dict(ui.panels), *others
 
 
-@pytest.mark.parametrize("by", [chosen, keyed], ids=["menu", "key"])
-def test_every_action_can_be_done_twice(gui, small_demo, by):
-    """Nothing is raised, OpenGL has no error (each frame asks), and the picture comes back."""
+@pytest.mark.parametrize("by", [choose_in_menu, press_shortcut], ids=["menu", "key"])
+def test_every_action_runs_twice_by_menu_and_by_key(gui, small_demo, by):
+    """No exception is raised, OpenGL reports no error, and the whole picture is shown at last."""
     gui.session.pictures.references.open(gui.session.source.plate.path)
     gui.until(lambda: gui.session.facts.reference is not None, "the reference")
-    for action in ALL if by is chosen else KEYED:
+    for action in ALL_ACTIONS if by is choose_in_menu else ACTIONS_WITH_KEYS:
         if action.name in ("Picture alone", "Full screen", "Grid of looks", "Ruler"):
             continue  # Escape leaves them: test_picture_alone, test_look_grid, test_ruler
         if action.name == "Grade of the shot":  # which no shot has that was opened before
             gui.session.editing.begin(replace(gui.session.facts.shot, grade=Grade()))
-        for does in (by, by if by is keyed else done):
-            is_on = of(gui, action).is_on
+        for run_step in (by, by if by is press_shortcut else run_action):
+            is_on = bound_action(gui, action).is_on
             was_on = is_on is not None and is_on()
-            does(gui, action)
+            run_step(gui, action)
             gui.until(lambda: not gui.session.source.opener.opening, "the plate")
-            closed(gui)
+            close_opened(gui)
             assert is_on is None or is_on() is not was_on, action.name
     gui.settled()
-    assert gui.session.pictures.live.shown.shot == gui.session.facts.shot
+    assert gui.session.pictures.live.output.shot == gui.session.facts.shot
 
 
-def test_no_two_actions_share_a_name_or_a_key():
-    assert len({action.name for action in ALL}) == len(ALL)
-    assert len({chord_of(action.key) for action in KEYED}) == len(KEYED)
-    assert len({action.key for action in KEYED}) == len(KEYED)
+def test_actions_have_unique_names_and_keys():
+    assert len({action.name for action in ALL_ACTIONS}) == len(ALL_ACTIONS)
+    assert len({chord_of(action.key) for action in ACTIONS_WITH_KEYS}) == len(ACTIONS_WITH_KEYS)
+    assert len({action.key for action in ACTIONS_WITH_KEYS}) == len(ACTIONS_WITH_KEYS)
 
 
 @pytest.mark.parametrize(
@@ -99,44 +99,44 @@ def test_no_two_actions_share_a_name_or_a_key():
         *(("Zoom in", "+"), ("Save shot", "Ctrl+S"), ("Save picture...", "Ctrl+Shift+E")),
     ],
 )
-def test_shortcuts_are_written_as_people_read_them(name, shortcut):
-    assert next(action for action in ALL if action.name == name).key == shortcut
+def test_action_shortcut_is_written_readably(name, shortcut):
+    assert next(action for action in ALL_ACTIONS if action.name == name).key == shortcut
 
 
-@pytest.mark.parametrize("action", [a for a in KEYED if a.is_on is not None], ids=ids)
-def test_a_switch_switches_and_its_key_switches_back(gui, action):
+@pytest.mark.parametrize("action", [a for a in ACTIONS_WITH_KEYS if a.is_on is not None], ids=ids)
+def test_shortcut_of_a_switch_toggles_it(gui, action):
     gui.session.pictures.references.open(gui.session.source.plate.path)
     gui.until(lambda: gui.session.facts.reference is not None, "the reference")
     gui.session.pictures.looks.keep()  # without a look there is no grid
-    is_on = of(gui, action).is_on
-    was = is_on()
-    keyed(gui, action)
-    assert is_on() is not was
-    keyed(gui, action)
-    assert is_on() is was
+    is_on = bound_action(gui, action).is_on
+    was_on = is_on()
+    press_shortcut(gui, action)
+    assert is_on() is not was_on
+    press_shortcut(gui, action)
+    assert is_on() is was_on
 
 
-def test_a_plus_needs_shift_on_many_keyboards(gui):
+def test_shift_equal_zooms_in_like_plus(gui):
     zoom = gui.session.pictures.view.zoom
     gui.key(K.equal, shift=True)
     gui.frame()
     assert gui.session.pictures.view.zoom == pytest.approx(2 * zoom)
 
 
-def test_a_key_with_other_modifiers_is_another_key(gui):
-    before = state(gui)
+def test_shortcut_with_other_modifiers_does_nothing(gui):
+    before = visible_state(gui)
     gui.key(K.d, ctrl=True)
     gui.key(K.e, shift=True)
     gui.key(K._1, ctrl=True, shift=True)
-    assert state(gui) == before
+    assert visible_state(gui) == before
 
 
-def test_quit_ends_the_program(gui):
+def test_ctrl_q_ends_the_program(gui):
     gui.key(K.q, ctrl=True)
     assert gui.ui.is_over
 
 
-def test_a_held_key_goes_on_where_that_is_wanted(gui):
+def test_held_key_repeats_for_focus_but_not_for_switches(gui):
     before = 1 / gui.session.facts.lens.focus_distance_m
     gui.hold(K.left_bracket)
     gui.frame(60)
@@ -154,7 +154,7 @@ def test_a_held_key_goes_on_where_that_is_wanted(gui):
 # Palette and keys
 
 
-def test_the_palette_does_what_was_typed(gui):
+def test_palette_runs_the_typed_action(gui):
     gui.key(K.p, ctrl=True, shift=True)
     gui.frame(3)
     gui.type("far xyz")
@@ -172,28 +172,28 @@ def test_the_palette_does_what_was_typed(gui):
     ("words", "name"),
     [("wip", "Wipe"), ("plane", "Plane in focus"), ("1:1", "1:1"), ("UNDO", "Undo")],
 )
-def test_few_letters_find_it(words, name):
-    assert next(action for action in ALL if matches(action, words)).name == name
+def test_matches_finds_an_action_by_few_letters(words, name):
+    assert next(action for action in ALL_ACTIONS if matches(action, words)).name == name
 
 
-def test_every_action_is_found_by_its_name_in_any_order():
-    for action in ALL:
+def test_matches_finds_every_action_by_its_words_in_any_order():
+    for action in ALL_ACTIONS:
         assert matches(action, " ".join(reversed(action.name.split())))
 
 
-def test_arrows_choose_in_the_palette_and_escape_does_nothing(gui):
-    before = state(gui)
+def test_palette_arrow_keys_choose_and_escape_does_nothing(gui):
+    before = visible_state(gui)
     gui.key(K.p, ctrl=True, shift=True)
     gui.frame(3)
     gui.type("overlay nothing is called so")
     gui.key(K.enter)
     gui.key(K.escape)
-    assert state(gui) == before
+    assert visible_state(gui) == before
     gui.key(K.p, ctrl=True, shift=True)
     gui.frame(3)
     gui.type("lens focus")
-    found = [action.name for action in ALL if matches(action, "lens focus")]
-    assert found[:3] == ["Focus nearer", "Focus farther", "Focus at infinity"]
+    action_names = [action.name for action in ALL_ACTIONS if matches(action, "lens focus")]
+    assert action_names[:3] == ["Focus nearer", "Focus farther", "Focus at infinity"]
     for _ in range(2):
         gui.key(K.down_arrow)
     gui.key(K.enter)
@@ -201,7 +201,7 @@ def test_arrows_choose_in_the_palette_and_escape_does_nothing(gui):
     assert gui.session.facts.lens.focus_distance_m == float("inf")
 
 
-def test_a_click_in_the_palette_does_it(gui):
+def test_click_in_the_palette_runs_the_action(gui):
     gui.key(K.p, ctrl=True, shift=True)
     gui.frame(3)
     gui.type("feet")
@@ -211,16 +211,16 @@ def test_a_click_in_the_palette_does_it(gui):
     assert not gui.session.facts.view.depth_of_field
 
 
-def test_letters_in_the_palette_are_no_shortcuts(gui):
+def test_letters_typed_in_the_palette_run_no_shortcuts(gui):
     gui.key(K.p, ctrl=True, shift=True)
     gui.frame(3)
-    before = state(gui)
+    before = visible_state(gui)
     for key in (K.d, K.w, K.z, K._1, K.left_bracket):
         gui.key(key)
-    assert state(gui) == before
+    assert visible_state(gui) == before
 
 
-def test_a_question_mark_shows_the_keys_and_hides_them(gui):
+def test_question_mark_toggles_the_keys_window(gui):
     gui.key(K.slash, shift=True)
     gui.frame(3)
     assert gui.ui.shows_keys
@@ -234,11 +234,11 @@ def test_a_question_mark_shows_the_keys_and_hides_them(gui):
 # Opening
 
 
-def picture(gui) -> np.ndarray:
-    return download(gui.session.pictures.live.shown.texture)
+def shown_pixels(gui) -> np.ndarray:
+    return download(gui.session.pictures.live.output.texture)
 
 
-def test_another_plate_begins_another_shot(gui, tmp_path):
+def test_opening_another_plate_begins_another_shot(gui, tmp_path):
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.rest()
     gui.do("1:1")
@@ -247,19 +247,19 @@ def test_another_plate_begins_another_shot(gui, tmp_path):
     assert gui.session.facts.shot.source == str(other)
     assert gui.session.editing.history.past == ()
     assert gui.session.facts.view.zoom is None
-    assert picture(gui).shape[1::-1] == (80, 50)
+    assert shown_pixels(gui).shape[1::-1] == (80, 50)
     gui.key(K.z, ctrl=True)
     assert gui.session.facts.shot.source == str(other)
 
 
-def damaged(path):
+def write_damaged(path):
     path.write_bytes(room_file(path).read_bytes()[:900])
 
 
 @pytest.mark.parametrize(
     "make",
     [
-        damaged,
+        write_damaged,
         lambda path: path.write_bytes(b""),
         lambda path: path.write_text("no picture"),
         lambda path: None,
@@ -267,24 +267,24 @@ def damaged(path):
     ],
     ids=["cut off", "empty", "no EXR", "missing", "folder"],
 )
-def test_what_cannot_be_read_is_said_and_the_last_picture_stays(gui, tmp_path, make):
+def test_unreadable_file_is_reported_and_the_last_picture_stays(gui, tmp_path, make):
     gui.settled()
     path = tmp_path / "damaged.exr"
     make(path)
-    shot, before = gui.session.facts.shot, picture(gui)
+    shot, before = gui.session.facts.shot, shown_pixels(gui)
     gui.session.files.commands.open(str(path))
     gui.until(lambda: gui.session.messages.text, "a sentence")
     gui.settled()
     assert path.name in gui.session.messages.text and gui.session.messages.text.endswith(".")
     assert "Traceback" not in gui.session.messages.text
     assert gui.session.facts.shot == shot
-    np.testing.assert_array_equal(picture(gui), before)
+    np.testing.assert_array_equal(shown_pixels(gui), before)
     gui.click(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))  # and goes on to be worked with
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     assert gui.session.facts.lens != shot.lens
 
 
-def test_the_palette_finds_settings_too(gui):
+def test_palette_sets_a_typed_setting(gui):
     before = gui.session.facts.shot
     gui.key(K.p, ctrl=True, shift=True)
     gui.frame(3)
@@ -302,8 +302,8 @@ def test_menus_hold_each_of_their_groups_once_and_together(gui):
         assert list(dict.fromkeys(items)) == [group for group, _ in groupby(items)] == list(groups)
 
 
-def test_every_named_command_stands_in_a_menu(gui):
-    named = {action.name for action in gui.screen.commands}
+def test_every_named_command_has_a_menu_action(gui):
+    action_names = {action.name for action in gui.screen.commands}
     commands = named_commands(gui.session)
-    assert {command.name for command in commands} <= named
+    assert {command.name for command in commands} <= action_names
     assert len({command.name for command in commands}) == len(commands)

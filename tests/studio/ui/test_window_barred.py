@@ -1,4 +1,4 @@
-"""What cannot be done with what is open is grey, and says why; what was not measured says so."""
+"""Actions that are impossible with the open source are gray and say why; speeds are measured."""
 
 import math
 from dataclasses import replace
@@ -9,14 +9,14 @@ from imgui_bundle import imgui
 from heatlens.studio.session.speed import Speed
 
 K = imgui.Key
-OF_SCENES = (
+SCENE_ACTIONS = (
     *("Set camera key", "Frame selected", "Compare with raytraced"),
     *("Camera follows the focal length", "Focal length follows the camera"),
 )
 
 
-@pytest.mark.parametrize("name", OF_SCENES)
-def test_of_a_plate_the_palette_says_why_not(gui, name):
+@pytest.mark.parametrize("name", SCENE_ACTIONS)
+def test_palette_reports_why_a_scene_action_is_barred_for_a_plate(gui, name):
     shot, view = gui.session.facts.shot, gui.session.facts.view
     gui.key(K.p, ctrl=True, shift=True)
     gui.type(name.lower())
@@ -26,8 +26,8 @@ def test_of_a_plate_the_palette_says_why_not(gui, name):
     assert (gui.session.facts.shot, gui.session.facts.view) == (shot, view)
 
 
-@pytest.mark.parametrize("name", OF_SCENES)
-def test_of_a_plate_its_item_in_the_menu_is_dead(gui, name):
+@pytest.mark.parametrize("name", SCENE_ACTIONS)
+def test_menu_item_of_a_scene_action_is_disabled_for_a_plate(gui, name):
     action = next(action for action in gui.screen.commands if action.name == name)
     assert "scene" in action.why_not()
     view = gui.session.facts.view
@@ -36,51 +36,51 @@ def test_of_a_plate_its_item_in_the_menu_is_dead(gui, name):
     assert gui.session.facts.view == view and gui.session.messages.text == ""
 
 
-def items(gui, monkeypatch, menu: str) -> dict[str, bool]:
-    """Open a menu by hand; return what its items say, and whether they can be chosen."""
-    found: dict[str, bool] = {}
-    drawn = imgui.menu_item
+def menu_items(gui, monkeypatch, menu: str) -> dict[str, bool]:
+    """Open a menu with the mouse; return for each item its words and whether it is enabled."""
+    enabled_by_words: dict[str, bool] = {}
+    menu_item = imgui.menu_item
 
-    def listened(label, shortcut, is_on, is_enabled):
-        found[label.partition("###")[0]] = is_enabled
-        return drawn(label, shortcut, is_on, is_enabled)
+    def record_item(label, shortcut, is_on, is_enabled):
+        enabled_by_words[label.partition("###")[0]] = is_enabled
+        return menu_item(label, shortcut, is_on, is_enabled)
 
     gui.click(gui.middle(f"menu {menu}"))
-    monkeypatch.setattr(imgui, "menu_item", listened)
+    monkeypatch.setattr(imgui, "menu_item", record_item)
     gui.frame()
     monkeypatch.undo()
     gui.click(gui.middle(f"menu {menu}"))
-    return found
+    return enabled_by_words
 
 
-def test_undo_says_what_it_takes_back_and_is_grey_where_there_is_nothing(gui, monkeypatch):
-    assert items(gui, monkeypatch, "Edit") == {"Undo": False, "Redo": False}
+def test_undo_item_names_its_step_and_is_gray_without_one(gui, monkeypatch):
+    assert menu_items(gui, monkeypatch, "Edit") == {"Undo": False, "Redo": False}
     gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=7.0))
     gui.rest()
-    assert items(gui, monkeypatch, "Edit") == {"Undo focus": True, "Redo": False}
+    assert menu_items(gui, monkeypatch, "Edit") == {"Undo focus": True, "Redo": False}
     gui.key(K.z, ctrl=True)
-    assert items(gui, monkeypatch, "Edit") == {"Undo": False, "Redo focus": True}
+    assert menu_items(gui, monkeypatch, "Edit") == {"Undo": False, "Redo focus": True}
 
 
-def test_nothing_else_is_barred(gui):
+def test_no_other_actions_are_barred_for_a_plate(gui):
     barred = {action.name for action in gui.screen.commands if action.why_not()}
     nothing_yet = {"Undo", "Redo", "Record a pull"}  # a single frame has nothing to play
     of_reels = {"Next shot", "Previous shot", "Grade of the shot"}
-    assert barred - nothing_yet - of_reels == {*OF_SCENES, "Compare with accumulation"}
+    assert barred - nothing_yet - of_reels == {*SCENE_ACTIONS, "Compare with accumulation"}
 
 
-def test_speeds_are_told_once_they_were_measured():
+def test_speed_reports_rates_only_once_measured():
     speed = Speed()
     assert speed.mean_ms() is None and speed.pictures_per_second() is None
-    speed.frame(0.010, 0.0, is_held=True)  # no new picture came with it
-    speed.frame(0.030, 0.02, is_held=False)
+    speed.note_frame(0.010, 0.0, is_dragging=True)  # no new picture came with it
+    speed.note_frame(0.030, 0.02, is_dragging=False)
     assert speed.mean_ms() == pytest.approx(20.0) and speed.pictures_per_second() is None
-    speed.frame(0.050, 0.04, is_held=True)
+    speed.note_frame(0.050, 0.04, is_dragging=True)
     assert speed.pictures_per_second() == pytest.approx(20.0)
 
 
 @pytest.mark.parametrize("is_software", [True, False])
-def test_only_a_window_has_its_answers_cut_into_slices(is_software):
+def test_answer_time_is_limited_only_with_a_window(is_software):
     speed = Speed(is_software=is_software)
     assert speed.answer_s == math.inf
     speed.has_window = True

@@ -1,4 +1,4 @@
-"""A beside B, to the pixel: Alt, flip, wipe, difference, and whatever EXR is B."""
+"""A compared with B to the pixel: Alt, flip, wipe, difference, and any EXR as B."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,10 +12,10 @@ from heatlens.render.frame_renderer import FrameRenderer
 from support.exr_files import write_file
 from support.plates import room
 from support.session_files import HEIGHT, POST, WIDTH, write_plate
-from support.window_plates import displayed, plate_pixels, region, rendered
+from support.window_plates import display_bytes, plate_pixels, render_shot_from_file, screen_region
 
 K = imgui.Key
-HANDLE_EM = 1.6  # letters and grip reach so far from the line
+HANDLE_REACH_EM = 1.6  # how far the letters and the grip reach from the line of the wipe
 
 
 @pytest.fixture(scope="module")
@@ -31,29 +31,29 @@ def gui(gui):
     return gui
 
 
-def test_alt_held_shows_the_plate_as_it_is(gui):
+def test_held_alt_shows_the_plate_without_depth_of_field(gui):
     gui.move(gui.middle("picture"))
-    before = region(gui)
+    before = screen_region(gui)
     gui.io.add_key_event(K.mod_alt, True)
     gui.hold(K.left_alt)
-    np.testing.assert_array_equal(region(gui), before)  # Alt+Tab flips nothing
+    np.testing.assert_array_equal(screen_region(gui), before)  # Alt+Tab flips nothing
     gui.later()
-    pinhole = region(gui)
+    pinhole = screen_region(gui)
     gui.io.add_key_event(K.mod_alt, False)
     gui.hold(K.left_alt, False)
-    np.testing.assert_array_equal(pinhole, displayed(gui, plate_pixels(gui)))
-    np.testing.assert_array_equal(region(gui), before)
+    np.testing.assert_array_equal(pinhole, display_bytes(gui, plate_pixels(gui)))
+    np.testing.assert_array_equal(screen_region(gui), before)
     assert np.any(pinhole != before)
 
 
-def test_alt_does_nothing_with_another_key_or_beside_the_picture(gui):
-    for at, other in ((gui.middle("picture"), K.tab), (gui.middle("f-stop"), None)):
-        gui.move(at)
+def test_alt_with_another_key_or_off_the_picture_does_nothing(gui):
+    for position, other_key in ((gui.middle("picture"), K.tab), (gui.middle("f-stop"), None)):
+        gui.move(position)
         gui.io.add_key_event(K.mod_alt, True)
         gui.hold(K.left_alt)
-        if other is not None:
-            gui.hold(other)
-            gui.hold(other, False)
+        if other_key is not None:
+            gui.hold(other_key)
+            gui.hold(other_key, False)
         gui.later()
         gui.later()
         assert not gui.session.pictures.view.is_lens_held_off
@@ -61,20 +61,20 @@ def test_alt_does_nothing_with_another_key_or_beside_the_picture(gui):
         gui.hold(K.left_alt, False)
 
 
-def test_depth_of_field_off_shows_the_plate_as_it_is(gui):
+def test_depth_of_field_off_shows_the_plate(gui):
     gui.key(K.d)
     gui.frame()
-    np.testing.assert_array_equal(region(gui), displayed(gui, plate_pixels(gui)))
+    np.testing.assert_array_equal(screen_region(gui), display_bytes(gui, plate_pixels(gui)))
 
 
-def test_flip_shows_b_alone(gui):
+def test_flip_shows_only_b(gui):
     gui.key(K.x)
     gui.frame()
-    np.testing.assert_array_equal(region(gui), displayed(gui, plate_pixels(gui)))
+    np.testing.assert_array_equal(screen_region(gui), display_bytes(gui, plate_pixels(gui)))
 
 
-def beside_the_handle(gui) -> np.ndarray:
-    """Return (H, W), True outside the line, grip and labels of the wipe."""
+def mask_without_handle(gui) -> np.ndarray:
+    """Return a mask (H, W) that is False at the line, the grip and the labels of the wipe."""
     em, x0 = imgui.get_font_size(), gui.session.pictures.view.geometry.origin[0]
     line = round(gui.session.facts.view.wipe * WIDTH)
     x = np.arange(WIDTH)
@@ -82,108 +82,108 @@ def beside_the_handle(gui) -> np.ndarray:
     top = (
         gui.session.pictures.view.geometry.origin[1] - gui.session.pictures.view.viewport.corner[1]
     )
-    at_middle = abs(y + top - gui.session.pictures.view.viewport.size[1] / 2) <= 0.7 * em
-    at_letters = y + top < 2 * em
-    near = abs(x - line) <= HANDLE_EM * em
+    is_at_grip = abs(y + top - gui.session.pictures.view.viewport.size[1] / 2) <= 0.7 * em
+    is_at_labels = y + top < 2 * em
+    is_near = abs(x - line) <= HANDLE_REACH_EM * em
     assert x0 == int(x0)
-    return (x != line) & ~(near & (at_middle | at_letters))
+    return (x != line) & ~(is_near & (is_at_grip | is_at_labels))
 
 
 @pytest.mark.parametrize("part", [0.0, 0.25, 0.5, 0.813, 1.0])
-def test_the_wipe_is_exactly_a_left_and_b_right(gui, part):
-    a = region(gui)
+def test_wipe_shows_a_left_and_b_right_of_its_line(gui, part):
+    a = screen_region(gui)
     gui.key(K.x)
     gui.frame()
-    b = region(gui)
+    b = screen_region(gui)
     gui.key(K.w)
     gui.session.pictures.view.state = replace(gui.session.facts.view, wipe=part)
     gui.frame(2)
     line = round(part * WIDTH)
     expected = np.where((np.arange(WIDTH) < line)[:, None], a, b)
-    seen = beside_the_handle(gui)
-    np.testing.assert_array_equal(region(gui)[seen], expected[seen])
-    assert seen.mean() > 0.6 and np.any(a != b)
+    mask = mask_without_handle(gui)
+    np.testing.assert_array_equal(screen_region(gui)[mask], expected[mask])
+    assert mask.mean() > 0.6 and np.any(a != b)
 
 
-def test_the_handle_of_the_wipe_is_dragged_and_focuses_nothing(gui):
+def test_wipe_handle_drag_moves_the_wipe_and_keeps_the_focus(gui):
     gui.key(K.w)
     before = gui.session.facts.shot
-    at = gui.at_picture(0.5 * WIDTH, 40)
-    gui.drag(at, (at[0] + 24, at[1] - 10))
+    position = gui.at_picture(0.5 * WIDTH, 40)
+    gui.drag(position, (position[0] + 24, position[1] - 10))
     assert gui.session.facts.view.wipe == pytest.approx(0.75, abs=0.5 / WIDTH)
-    at = gui.at_picture(0.75 * WIDTH, 20)
-    gui.drag(at, (at[0] + 500, at[1]))
+    position = gui.at_picture(0.75 * WIDTH, 20)
+    gui.drag(position, (position[0] + 500, position[1]))
     assert gui.session.facts.view.wipe == 1.0
     assert gui.session.facts.shot == before
     gui.drag(gui.at_picture(WIDTH, 20), gui.at_picture(-50, 20))
     assert gui.session.facts.view.wipe == 0.0
 
 
-def test_a_click_beside_the_handle_focuses(gui):
+def test_click_beside_the_wipe_handle_focuses(gui):
     gui.key(K.w)
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     assert gui.session.facts.lens.focus_distance_m == pytest.approx(0.9)
     assert gui.session.facts.view.wipe == 0.5
 
 
-def opened_reference(gui, path: Path) -> None:
+def open_reference(gui, path: Path) -> None:
     gui.session.pictures.references.open(path)
     gui.until(lambda: gui.session.facts.reference is not None, "the reference")
     gui.session.pictures.view.state = replace(gui.session.facts.view, against=Against.REFERENCE)
     gui.frame(2)
 
 
-def test_any_exr_can_be_b(gui, tmp_path, rng):
+def test_reference_exr_is_shown_as_b(gui, tmp_path, rng):
     pixels = rng.uniform(0, 1, (HEIGHT, WIDTH, 3)).astype(np.float32)
     b = write_file(tmp_path / "b.exr", {n: pixels[..., i].copy() for i, n in enumerate("RGB")})
-    opened_reference(gui, b)
+    open_reference(gui, b)
     gui.key(K.x)
     gui.frame()
     opaque = np.concatenate([pixels, np.ones((HEIGHT, WIDTH, 1), np.float32)], axis=-1)
-    np.testing.assert_array_equal(region(gui), displayed(gui, opaque))
+    np.testing.assert_array_equal(screen_region(gui), display_bytes(gui, opaque))
     gui.key(K.r)  # back to the pinhole picture
     gui.frame()
-    np.testing.assert_array_equal(region(gui), displayed(gui, plate_pixels(gui)))
+    np.testing.assert_array_equal(screen_region(gui), display_bytes(gui, plate_pixels(gui)))
 
 
-def test_a_reference_of_another_size_lies_over_the_whole_picture(gui, tmp_path):
+def test_reference_of_another_size_is_scaled_to_the_picture(gui, tmp_path):
     left = np.zeros((10, 2), np.float32)
     left[:, 0] = 1.0
     b = write_file(tmp_path / "b.exr", {name: left for name in "RGB"})
-    opened_reference(gui, b)
+    open_reference(gui, b)
     gui.key(K.x)
     gui.frame()
-    found = region(gui)
-    one, none = displayed(gui, np.array([[[1, 1, 1, 1], [0, 0, 0, 1]]], np.float32))[0]
-    np.testing.assert_array_equal(found[:, : WIDTH // 4], np.broadcast_to(one, (HEIGHT, 24, 3)))
-    np.testing.assert_array_equal(found[:, -WIDTH // 4 :], np.broadcast_to(none, (HEIGHT, 24, 3)))
+    pixels = screen_region(gui)
+    white, black = display_bytes(gui, np.array([[[1, 1, 1, 1], [0, 0, 0, 1]]], np.float32))[0]
+    np.testing.assert_array_equal(pixels[:, : WIDTH // 4], np.broadcast_to(white, (HEIGHT, 24, 3)))
+    np.testing.assert_array_equal(pixels[:, -WIDTH // 4 :], np.broadcast_to(black, (HEIGHT, 24, 3)))
 
 
-def test_the_difference_is_the_light_between_a_and_b_times_the_gain(gui, own):
+def test_difference_shows_gain_times_the_distance_of_a_and_b(gui, own):
     gui.key(K.e)
     gui.session.pictures.view.state = replace(gui.session.facts.view, difference_gain=2.0)
     gui.frame(2)
-    apart = 2.0 * abs(rendered(gui, own) - plate_pixels(gui))
-    off = abs(region(gui).astype(int) - displayed(gui, apart))
-    assert off.max() <= 1  # the product is rounded before the curve, here after it
+    expected = 2.0 * abs(render_shot_from_file(gui, own) - plate_pixels(gui))
+    error = abs(screen_region(gui).astype(int) - display_bytes(gui, expected))
+    assert error.max() <= 1  # the product is rounded before the curve, here after it
     gui.key(K.period)
     gui.frame()
     assert gui.session.facts.view.difference_gain == 4.0
 
 
-def test_a_has_no_difference_from_itself(gui, own, tmp_path):
-    pixels = rendered(gui, own)
+def test_difference_from_an_equal_reference_is_black(gui, own, tmp_path):
+    pixels = render_shot_from_file(gui, own)
     names = {name: np.ascontiguousarray(pixels[..., i]) for i, name in enumerate("RGB")}
-    opened_reference(gui, write_file(tmp_path / "a.exr", names))
+    open_reference(gui, write_file(tmp_path / "a.exr", names))
     gui.key(K.e)
     gui.session.pictures.view.state = replace(gui.session.facts.view, difference_gain=64.0)
     gui.frame(2)
-    np.testing.assert_array_equal(region(gui), displayed(gui, np.zeros_like(pixels)))
+    np.testing.assert_array_equal(screen_region(gui), display_bytes(gui, np.zeros_like(pixels)))
 
 
 @pytest.mark.parametrize("compare", [Compare.FLIP, Compare.DIFFERENCE, Compare.WIPE])
-def test_b_is_of_the_plate_that_is_open_now(gui, tmp_path, compare):
-    """Another plate of the same size, its distances all in focus: A and B are equal."""
+def test_b_is_the_plate_that_was_opened_last(gui, tmp_path, compare):
+    """The new plate has the same size and is all in focus, so A and B are equal."""
     gui.session.pictures.view.state = replace(gui.session.facts.view, compare=compare, wipe=0.0)
     gui.frame(2)
     color, depth = room(WIDTH, HEIGHT)
@@ -191,8 +191,8 @@ def test_b_is_of_the_plate_that_is_open_now(gui, tmp_path, compare):
     gui.open(write_plate(tmp_path / "b.exr", upside_down, Z=np.full_like(depth, 2.0)))
     gui.do("1:1")
     gui.settled()
-    expected = displayed(gui, plate_pixels(gui))
+    expected = display_bytes(gui, plate_pixels(gui))
     if compare is Compare.DIFFERENCE:
-        expected = displayed(gui, np.zeros((HEIGHT, WIDTH, 4), np.float32))
-    seen = beside_the_handle(gui) if compare is Compare.WIPE else np.ones((HEIGHT, WIDTH), bool)
-    np.testing.assert_array_equal(region(gui)[seen], expected[seen])
+        expected = display_bytes(gui, np.zeros((HEIGHT, WIDTH, 4), np.float32))
+    mask = mask_without_handle(gui) if compare is Compare.WIPE else np.ones((HEIGHT, WIDTH), bool)
+    np.testing.assert_array_equal(screen_region(gui)[mask], expected[mask])

@@ -1,4 +1,4 @@
-"""Bars, sliders and fields: a drag is one step, what is typed is taken or refused aloud."""
+"""Bars, sliders and fields: a drag is one undo step; wrong typed text is refused and reported."""
 
 import math
 from dataclasses import replace
@@ -17,13 +17,13 @@ def focus_m(gui) -> float:
     return gui.session.facts.lens.focus_distance_m
 
 
-def steps(gui) -> int:
-    """Return how many steps undo could go back once the hand rests."""
+def undo_count(gui) -> int:
+    """Let the input rest, then return the number of steps that undo can go back."""
     gui.rest()
     return len(gui.session.editing.history.past)
 
 
-def typed(gui, name: str, text: str) -> None:
+def type_into(gui, name: str, text: str) -> None:
     gui.later()  # or two clicks would be a double click
     gui.click(gui.middle(name))
     gui.type(text)
@@ -31,16 +31,16 @@ def typed(gui, name: str, text: str) -> None:
     gui.frame(2)
 
 
-def test_a_drag_of_the_focus_bar_is_one_step_over_dioptres(gui):
+def test_focus_bar_drag_is_linear_in_dioptres_and_one_undo_step(gui):
     x0, y0, x1, y1 = gui.rect("focus bar")
     y = (y0 + y1) / 2
     gui.drag((x1 - 3, y), (x0 + 0.25 * (x1 - x0), y))
     assert focus_m(gui) == pytest.approx(
         1 / (0.75 * gui.session.facts.histogram.most_dioptres), rel=0.02
     )
-    assert steps(gui) == 1
+    assert undo_count(gui) == 1
     gui.drag((x0 + 20, y), (x1 + 200, y))
-    assert focus_m(gui) == math.inf and steps(gui) == 2
+    assert focus_m(gui) == math.inf and undo_count(gui) == 2
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_a_drag_of_the_focus_bar_is_one_step_over_dioptres(gui):
         ("sharp up to", "acceptable_coc_mm"),
     ],
 )
-def test_a_drag_of_a_slider_is_one_step_and_undo_takes_it_back(gui, name, field):
+def test_lens_slider_drag_is_one_undo_step(gui, name, field):
     gui.ui.panels = {panel: panel == "Lens" for panel in gui.ui.panels}  # it has all the room
     gui.frame(3)
     gui.unfolded("Film back, squeeze, sharpness", "sharp up to")
@@ -62,7 +62,7 @@ def test_a_drag_of_a_slider_is_one_step_and_undo_takes_it_back(gui, name, field)
     gui.drag((x - 20, y), (x + 35, y), steps=6)
     after = gui.session.facts.shot
     assert getattr(after.lens, field) != getattr(before.lens, field)
-    assert steps(gui) == 1
+    assert undo_count(gui) == 1
     assert (
         replace(after, lens=replace(after.lens, **{field: getattr(before.lens, field)})) == before
     )
@@ -72,40 +72,40 @@ def test_a_drag_of_a_slider_is_one_step_and_undo_takes_it_back(gui, name, field)
     assert gui.session.facts.shot == after
 
 
-def test_a_drag_that_pauses_is_one_step_and_what_comes_later_another(gui, monkeypatch):
-    now = 1000.0
-    monkeypatch.setattr(gui.session.editing, "clock", lambda: now)
+def test_drag_with_pauses_is_one_undo_step(gui, monkeypatch):
+    clock_s = 1000.0
+    monkeypatch.setattr(gui.session.editing, "clock", lambda: clock_s)
     x0, y0, *_ = gui.rect("focus bar")
     gui.press((x0 + 50, y0 + 5))
     for x in (x0 + 80, x0 + 120):
-        now += 5.0
+        clock_s += 5.0
         gui.frame(3)
         gui.move((x, y0 + 5))
     gui.release()
-    now += 0.1
+    clock_s += 0.1
     gui.wheel((x0 + 50, y0 + 5), 1)  # so soon after, it belongs to it
-    now += 5.0
+    clock_s += 5.0
     gui.frame(2)
     assert len(gui.session.editing.history.past) == 1
     for _ in range(2):
         gui.key(K.right_bracket, shift=True)
-        now += 5.0
+        clock_s += 5.0
         gui.frame(2)
     assert len(gui.session.editing.history.past) == 3
 
 
-def test_a_drag_of_the_exposure_is_looking_and_no_step(gui):
+def test_exposure_drag_is_no_undo_step(gui):
     x, y = gui.middle("exposure")
     gui.drag((x, y), (x + 40, y))
     assert gui.session.facts.view.exposure_stops > 0
-    assert steps(gui) == 0
+    assert undo_count(gui) == 0
 
 
-def test_the_f_stop_slider_stands_on_the_numbers_of_the_ring(gui):
+def test_f_stop_slider_snaps_to_third_stops(gui):
     x0, y0, x1, y1 = gui.rect("f-stop")
-    for part in (0.2, 0.5, 0.8):
+    for fraction in (0.2, 0.5, 0.8):
         gui.later()
-        gui.click((x0 + part * (x1 - x0), (y0 + y1) / 2))
+        gui.click((x0 + fraction * (x1 - x0), (y0 + y1) / 2))
         assert gui.session.facts.lens.f_stop in THIRD_STOPS
 
 
@@ -119,22 +119,22 @@ def test_the_f_stop_slider_stands_on_the_numbers_of_the_ring(gui):
         (" 10 ft ", 10 * FOOT_M),
     ],
 )
-def test_a_distance_is_typed_in_any_unit(gui, text, distance_m):
-    typed(gui, "distance", text)
+def test_distance_field_takes_any_unit(gui, text, distance_m):
+    type_into(gui, "distance", text)
     assert focus_m(gui) == pytest.approx(distance_m, rel=1e-12)
-    assert steps(gui) == 1
+    assert undo_count(gui) == 1
 
 
 @pytest.mark.parametrize("text", ["two metres", "-3", "", "6'3''5"])
-def test_what_is_no_distance_is_refused_in_a_sentence_and_the_value_stays(gui, text):
-    typed(gui, "distance", "3.5")
-    typed(gui, "distance", text or " ")
+def test_distance_field_refuses_other_text_with_a_message(gui, text):
+    type_into(gui, "distance", "3.5")
+    type_into(gui, "distance", text or " ")
     assert focus_m(gui) == 3.5
     assert "is not a distance" in gui.session.messages.text
 
 
-def test_a_distance_within_the_lens_is_refused(gui):
-    typed(gui, "distance", "5cm")
+def test_distance_field_refuses_a_focus_within_the_focal_length(gui):
+    type_into(gui, "distance", "5cm")
     assert focus_m(gui) == LENS.focus_distance_m
     assert "beyond the focal length of 85 mm" in gui.session.messages.text
 
@@ -147,21 +147,21 @@ def test_a_distance_within_the_lens_is_refused(gui):
         ("T-stop", "T2.2", "t_stop", 2.2),
     ],
 )
-def test_stops_are_typed(gui, name, text, field, value):
-    typed(gui, name, text)
+def test_stop_fields_take_numbers_and_refuse_other_text(gui, name, text, field, value):
+    type_into(gui, name, text)
     assert getattr(gui.session.facts.lens, field) == value
-    typed(gui, name, "wide open")
+    type_into(gui, name, "wide open")
     assert getattr(gui.session.facts.lens, field) == value
     assert "is not a number" in gui.session.messages.text
 
 
-def test_an_emptied_t_stop_is_unknown_again(gui):
-    typed(gui, "T-stop", "2.8")
-    typed(gui, "T-stop", " ")
+def test_emptied_t_stop_field_clears_the_t_stop(gui):
+    type_into(gui, "T-stop", "2.8")
+    type_into(gui, "T-stop", " ")
     assert gui.session.facts.lens.t_stop is None
 
 
-def test_a_field_that_is_left_without_change_changes_nothing(gui):
+def test_field_left_unchanged_keeps_the_exact_value(gui):
     gui.session.editing.edit_lens(replace(LENS, focus_distance_m=1.23456789))
     gui.rest()
     before = gui.session.facts.shot
@@ -172,8 +172,8 @@ def test_a_field_that_is_left_without_change_changes_nothing(gui):
     assert gui.session.facts.shot == before
 
 
-def test_keys_that_a_text_field_uses_do_nothing_else_while_it_is_typed_in(gui):
-    typed(gui, "distance", "3.5")
+def test_keys_typed_in_a_field_run_no_shortcuts(gui):
+    type_into(gui, "distance", "3.5")
     gui.rest()
     before, view = gui.session.facts.shot, gui.session.facts.view
     gui.later()
@@ -194,7 +194,7 @@ def test_keys_that_a_text_field_uses_do_nothing_else_while_it_is_typed_in(gui):
 # Numbers that are dragged, typed
 
 
-def typed_over(gui, name: str, text: str) -> None:
+def ctrl_click_and_type(gui, name: str, text: str) -> None:
     """Ctrl+click on a number field and type."""
     gui.later()
     gui.io.add_key_event(K.mod_ctrl, True)
@@ -208,16 +208,16 @@ def typed_over(gui, name: str, text: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["40,5", "40.5", "40.5mm", "40.5 mm"])
-def test_a_focal_length_is_typed_with_comma_or_point(gui, text):
-    typed_over(gui, "focal length", text)
+def test_focal_length_field_takes_decimal_comma_or_point(gui, text):
+    ctrl_click_and_type(gui, "focal length", text)
     assert gui.session.facts.lens.focal_length_mm == 40.5
-    assert steps(gui) == 1
+    assert undo_count(gui) == 1
 
 
 @pytest.mark.parametrize("text", ["-5", "xyz", "0", "1e9"])
-def test_a_focal_length_that_cannot_be_is_explained_and_the_value_stays(gui, text):
+def test_impossible_focal_length_is_reported_and_the_value_stays(gui, text):
     before = gui.session.facts.lens.focal_length_mm
-    typed_over(gui, "focal length", text)
+    ctrl_click_and_type(gui, "focal length", text)
     assert gui.session.facts.lens.focal_length_mm == before
     assert "focal length" in gui.session.messages.text and gui.session.messages.is_problem
     x, y = gui.middle("focal length")  # it can be dragged again

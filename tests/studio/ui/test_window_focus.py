@@ -1,4 +1,4 @@
-"""The hand in the window: focus by clicks, keys and wheel; undo goes through it."""
+"""Focus in the window by clicks, keys and wheel, and its undo steps."""
 
 import math
 from dataclasses import replace
@@ -21,8 +21,8 @@ def focus_m(gui) -> float:
     return gui.session.facts.lens.focus_distance_m
 
 
-def steps(gui) -> int:
-    """Return how many steps undo could go back once the hand rests."""
+def undo_count(gui) -> int:
+    """Let the input rest, then return the number of steps that undo can go back."""
     gui.rest()
     return len(gui.session.editing.history.past)
 
@@ -31,55 +31,55 @@ def steps(gui) -> int:
 
 
 @pytest.mark.parametrize(("pixel", "distance_m"), [(BALL, BALL_M), (POST, POST_M), (SKY, math.inf)])
-def test_a_click_focuses_on_exactly_what_is_there(gui, pixel, distance_m):
+def test_click_focuses_at_the_depth_of_the_pixel(gui, pixel, distance_m):
     gui.session.editing.edit_lens(replace(LENS, focus_distance_m=7.0))
     gui.rest()
     gui.click(gui.at_picture(*middle_of(pixel)))
     assert focus_m(gui) == distance_m
-    assert steps(gui) == 2
+    assert undo_count(gui) == 2
 
 
-def test_a_click_at_one_to_one_and_one_far_in_hit_the_same_pixel(gui):
+def test_click_hits_the_same_pixel_at_every_zoom(gui):
     for zoom_action in ("1:1", "Zoom in", "Zoom in", "Zoom in"):
         gui.do(zoom_action)
         for pixel, distance_m in ((POST, POST_M), (BALL, BALL_M)):
-            at = gui.at_picture(*middle_of(pixel))
+            position = gui.at_picture(*middle_of(pixel))
             x0, y0, x1, y1 = gui.rect("picture")
-            if x0 < at[0] < x1 and y0 < at[1] < y1:
-                gui.click(at)
+            if x0 < position[0] < x1 and y0 < position[1] < y1:
+                gui.click(position)
                 assert focus_m(gui) == distance_m, zoom_action
 
 
-def test_a_click_beside_the_picture_changes_nothing(gui):
+def test_click_beside_the_picture_changes_nothing(gui):
     gui.do("1:1")
     before = gui.session.facts.shot
     for point in ((-3, 10), (WIDTH + 3, 10), (10, -3), (10, HEIGHT + 3)):
         gui.click(gui.at_picture(*point))
-    assert gui.session.facts.shot == before and steps(gui) == 0
+    assert gui.session.facts.shot == before and undo_count(gui) == 0
     assert gui.session.messages.text == ""
 
 
-def test_a_drag_over_the_picture_follows_the_pointer_and_is_one_step(gui):
-    seen = []
+def test_picture_drag_focuses_under_the_pointer_in_one_undo_step(gui):
+    distances_m = []
     gui.press(gui.at_picture(*middle_of(POST)))
     for pixel in (POST, BALL, SKY, (-20, 4), POST):
         gui.move(gui.at_picture(*middle_of(pixel)))
-        seen.append(focus_m(gui))
+        distances_m.append(focus_m(gui))
     gui.release()
-    assert seen == [POST_M, BALL_M, math.inf, math.inf, POST_M]
-    assert steps(gui) == 1
+    assert distances_m == [POST_M, BALL_M, math.inf, math.inf, POST_M]
+    assert undo_count(gui) == 1
 
 
-def test_a_drag_that_leaves_the_picture_takes_hold_of_nothing_else(gui):
+def test_drag_that_leaves_the_picture_changes_no_other_control(gui):
     gui.press(gui.at_picture(*middle_of(POST)))
     gui.move(gui.middle("focus bar"))
     gui.move(gui.middle("exposure"))
     gui.release()
-    assert (focus_m(gui), steps(gui)) == (POST_M, 1)
+    assert (focus_m(gui), undo_count(gui)) == (POST_M, 1)
     assert gui.session.facts.view.exposure_stops == 0.0
 
 
-def test_what_is_nearer_than_the_focal_length_is_refused_in_a_sentence(gui):
+def test_click_nearer_than_the_focal_length_is_refused_and_reported(gui):
     gui.session.editing.edit_lens(replace(LENS, focal_length_mm=950.0, focus_distance_m=5.0))
     gui.rest()
     gui.click(gui.at_picture(*middle_of(POST)))
@@ -88,30 +88,32 @@ def test_what_is_nearer_than_the_focal_length_is_refused_in_a_sentence(gui):
 
 
 @pytest.mark.parametrize("button", [1, 2], ids=["right", "middle"])
-def test_other_buttons_pan_and_focus_nothing(gui, button):
+def test_right_and_middle_drag_pan_without_focusing(gui, button):
     gui.do("1:1")
-    before, at = gui.session.facts.shot, gui.at_picture(10, 10)
-    gui.drag(at, (at[0] + 12, at[1] - 7), button)
+    before, position = gui.session.facts.shot, gui.at_picture(10, 10)
+    gui.drag(position, (position[0] + 12, position[1] - 7), button)
     assert gui.session.facts.shot == before
-    assert gui.at_picture(10, 10) == pytest.approx((at[0] + 12, at[1] - 7))
+    assert gui.at_picture(10, 10) == pytest.approx((position[0] + 12, position[1] - 7))
 
 
-def test_the_wheel_zooms_about_the_pointer(gui):
+def test_wheel_zooms_about_the_pointer(gui):
     gui.do("1:1")
-    at = gui.at_picture(31.5, 20.5)
+    position = gui.at_picture(31.5, 20.5)
     for notches in (1, 2, -1, 3, -5):
         zoom = gui.session.pictures.view.zoom
-        gui.wheel(at, notches)
+        gui.wheel(position, notches)
         assert gui.session.pictures.view.zoom == pytest.approx(zoom * 1.25**notches)
-        there = gui.session.pictures.view.geometry.window_at_picture((31.5, 20.5))
-        assert there == pytest.approx(at, abs=3.0)  # half a pixel for each of the roundings
+        position_after = gui.session.pictures.view.geometry.window_at_picture((31.5, 20.5))
+        assert position_after == pytest.approx(
+            position, abs=3.0
+        )  # half a pixel for each of the roundings
     assert gui.session.facts.shot.lens == gui.session.lens.commands.start_lens.lens
 
 
 # Keys and the wheel over the panel
 
 
-def test_brackets_nudge_focus_along_the_bar(gui):
+def test_bracket_keys_nudge_focus_and_with_shift_the_f_stop(gui):
     def dioptres() -> float:
         return 1 / focus_m(gui)
 
@@ -128,7 +130,7 @@ def test_brackets_nudge_focus_along_the_bar(gui):
     assert gui.session.facts.lens.f_stop == 1.0
 
 
-def test_the_wheel_over_the_focus_bar_and_its_field_nudges_focus(gui):
+def test_wheel_over_the_focus_bar_or_its_field_nudges_focus(gui):
     start = 1 / focus_m(gui)
     gui.wheel(gui.middle("focus bar"), 3)
     step = gui.session.facts.histogram.most_dioptres / 250
@@ -137,31 +139,31 @@ def test_the_wheel_over_the_focus_bar_and_its_field_nudges_focus(gui):
     gui.frame()
     gui.wheel(gui.middle("distance"), -1)
     assert 1 / focus_m(gui) == pytest.approx(start + 2 * step)
-    assert steps(gui) == 1
+    assert undo_count(gui) == 1
     assert gui.session.facts.view.zoom is None
 
 
-def test_the_wheel_over_the_rest_of_the_lens_panel_scrolls(gui):
+def test_wheel_over_the_lens_panel_scrolls_it(gui):
     before, panel = gui.session.facts.shot, imgui.internal.find_window_by_name("Lens")
     assert panel.scroll_max.y > 0
-    at = gui.middle("f-stop field")
-    gui.wheel(at, -3)
+    position = gui.middle("f-stop field")
+    gui.wheel(position, -3)
     gui.frame(2)
     assert panel.scroll.y > 0 and gui.session.facts.shot == before
-    gui.wheel(at, 30)
+    gui.wheel(position, 30)
     gui.frame(2)
     assert panel.scroll.y == 0
 
 
-def test_the_focus_bar_lies_across_the_picture_right_under_it(gui):
-    bar, place = gui.rect("focus bar"), gui.session.pictures.view.viewport
-    (x, y), (width, height) = place.corner, place.size
+def test_focus_bar_lies_directly_under_the_picture(gui):
+    bar, viewport = gui.rect("focus bar"), gui.session.pictures.view.viewport
+    (x, y), (width, height) = viewport.corner, viewport.size
     em = imgui.get_font_size()
     assert x < bar[0] < x + em and x + width - em < bar[2] < x + width
     assert bar[1] == y + height and 4.0 * em < bar[3] - bar[1] <= 5.5 * em
 
 
-def test_words_over_the_picture_leave_while_the_focus_is_dragged(gui):
+def test_words_over_the_picture_are_hidden_during_a_focus_drag(gui):
     gui.do("Near, in focus, far")
     gui.session.editing.edit(replace(gui.session.facts.shot, marks=(PointMark("A", *POST),)))
     gui.frame(2)
@@ -179,17 +181,18 @@ def test_words_over_the_picture_leave_while_the_focus_is_dragged(gui):
         assert words <= gui.drawn.keys()
 
 
-def test_the_distance_at_the_pointer_stands_beside_that_of_the_focus_and_over_no_number(gui):
+def test_pointer_distance_on_the_focus_bar_covers_no_other_number(gui):
     x0, y0, x1, y1 = gui.rect("focus bar")
     em = imgui.get_font_size()
-    for part in (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0):
+    for fraction in (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0):
         gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=4.0))
         gui.drawn.clear()
-        gui.move((x0 + part * (x1 - x0), y1 - 3))
+        gui.move((x0 + fraction * (x1 - x0), y1 - 3))
         gui.frame(30)  # any tooltip would have come
-        at, focus = gui.rect("distance at the pointer"), gui.rect("focus on the bar")
-        assert at[2] < focus[0] or focus[2] < at[0]
-        assert y0 <= at[1] and at[3] <= y0 + 1.6 * em  # the scale lies lower
+        pointer_label = gui.rect("distance at the pointer")
+        focus_label = gui.rect("focus on the bar")
+        assert pointer_label[2] < focus_label[0] or focus_label[2] < pointer_label[0]
+        assert y0 <= pointer_label[1] and pointer_label[3] <= y0 + 1.6 * em  # the scale lies lower
         assert not any(name.startswith("##Tooltip") for name in open_windows())
 
 
@@ -197,7 +200,7 @@ def open_windows() -> list[str]:
     return [window.name for window in imgui.get_current_context().windows if window.active]
 
 
-def test_a_press_on_the_flag_of_a_mark_focuses_exactly_on_it(gui):
+def test_click_on_the_flag_of_a_mark_focuses_exactly_on_it(gui):
     gui.session.editing.edit(replace(gui.session.facts.shot, marks=()))
     gui.session.editing.edit_lens(replace(gui.session.facts.lens, focus_distance_m=2.345678))
     gui.do("Set mark here")
@@ -208,7 +211,7 @@ def test_a_press_on_the_flag_of_a_mark_focuses_exactly_on_it(gui):
     assert focus_m(gui) == 2.345678
 
 
-def test_the_focus_of_the_keys_stays_to_be_seen_while_another_is_tried(gui):
+def test_keyed_focus_stays_visible_while_another_is_tried(gui):
     session = gui.session
     session.editing.edit(session.facts.shot.with_key(3, LensParameter.FOCUS_DISTANCE, 3.0))
     session.editing.auto_key = False
@@ -224,7 +227,7 @@ def test_the_focus_of_the_keys_stays_to_be_seen_while_another_is_tried(gui):
     session.editing.auto_key = True
 
 
-def test_shift_and_the_wheel_over_the_picture_focus_and_zoom_nothing(gui):
+def test_shift_wheel_over_the_picture_focuses_without_zooming(gui):
     start = 1 / focus_m(gui)
     gui.io.add_key_event(K.mod_shift, True)
     gui.wheel(gui.at_picture(*middle_of(POST)), 2)
@@ -232,24 +235,24 @@ def test_shift_and_the_wheel_over_the_picture_focus_and_zoom_nothing(gui):
     gui.frame()
     step = gui.session.facts.histogram.most_dioptres / 250
     assert 1 / focus_m(gui) == pytest.approx(start + 2 * step)
-    assert gui.session.facts.view.zoom is None and steps(gui) == 1
+    assert gui.session.facts.view.zoom is None and undo_count(gui) == 1
 
 
-def test_undo_and_redo_go_through_every_gesture(gui):
-    seen = [gui.session.facts.shot]
+def test_undo_and_redo_step_through_every_gesture(gui):
+    shots = [gui.session.facts.shot]
     gui.click(gui.at_picture(*middle_of(POST)))
     gui.rest()
-    seen.append(gui.session.facts.shot)
+    shots.append(gui.session.facts.shot)
     gui.key(K.right_bracket, shift=True)
     gui.rest()
-    seen.append(gui.session.facts.shot)
+    shots.append(gui.session.facts.shot)
     gui.do("Next bokeh")
     gui.rest()
-    seen.append(gui.session.facts.shot)
-    assert len({repr(shot) for shot in seen}) == 4
-    for shot in reversed(seen[:-1]):
+    shots.append(gui.session.facts.shot)
+    assert len({repr(shot) for shot in shots}) == 4
+    for shot in reversed(shots[:-1]):
         gui.key(K.z, ctrl=True)
         assert gui.session.facts.shot == shot
-    for shot in seen[1:]:
+    for shot in shots[1:]:
         gui.key(K.z, ctrl=True, shift=True)
         assert gui.session.facts.shot == shot

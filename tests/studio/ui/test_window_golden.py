@@ -1,4 +1,4 @@
-"""The picture in the window against a golden one: overlay, wipe and its handle, legend."""
+"""The picture in the window against a golden picture: overlay, wipe with its handle, legend."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -25,18 +25,18 @@ def gui(ctx, tmp_path):
         yield gui
 
 
-def in_the_viewport(gui) -> np.ndarray:
+def viewport_pixels(gui) -> np.ndarray:
     """Return (H, W, 3) in 0..1: the viewport without the panels around it."""
     viewport = gui.session.pictures.view.viewport
-    x, y = (round(place) for place in viewport.corner)
+    x, y = (round(value) for value in viewport.corner)
     width, height = (round(side) for side in viewport.size)
     return gui.screenshot()[y : y + height, x : x + width].astype(np.float32) / 255
 
 
-def test_the_window_looks_as_it_did(ctx, gui, request, tmp_path):
+def test_window_with_overlay_and_wipe_equals_the_golden_picture(ctx, gui, request, tmp_path):
     gui.session.pictures.view.state = replace(
         gui.session.facts.view, overlay="zones", compare=Compare.WIPE, wipe=0.4, zoom=2.0
     )
     gui.settled()
     is_updating = request.config.getoption("--update-golden")
-    compare_with_golden(in_the_viewport(gui), GOLDEN, ctx, is_updating, tmp_path)
+    compare_with_golden(viewport_pixels(gui), GOLDEN, ctx, is_updating, tmp_path)

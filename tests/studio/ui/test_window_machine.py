@@ -1,4 +1,4 @@
-"""Any run of what hands do: nothing is raised, OpenGL has no error, and undo knows the way back."""
+"""Random user input: no exception, no OpenGL error, and undo leads back to the first shot."""
 
 import math
 
@@ -16,20 +16,20 @@ from support.session_files import HEIGHT, QUICK, WIDTH, write_plate
 
 K = imgui.Key
 # Dialogs have a test of their own, as they write files.
-BY_HAND = [
+TESTED_ACTIONS = [
     action
     for action in listed_commands()
     if action.name != "Quit" and action.name != "Copy picture" and not action.name.endswith("...")
 ]
-DRAGGED = ("focus bar", "f-stop", "focal length", "exposure", "gamma")
+DRAGGED_CONTROLS = ("focus bar", "f-stop", "focal length", "exposure", "gamma")
 FIELDS = ("distance", "f-stop field", "T-stop")
 TEXTS = ("2.24", "6'3\"", "inf", "0.01", "two", "", "f/1.4", "1e9", "-1", "T2", "∞")
 PICTURE_POINTS = st.tuples(st.floats(-0.3, 1.3), st.floats(-0.3, 1.3))
 WINDOW_POINTS = st.tuples(st.floats(0.001, 0.999), st.floats(0.05, 0.999))  # below the menus
 
 
-class Hand(RuleBasedStateMachine):
-    """What somebody does who knows nothing and everything."""
+class RandomUser(RuleBasedStateMachine):
+    """A user who clicks, drags, types and runs actions at random."""
 
     def __init__(self, gui: Gui) -> None:
         super().__init__()
@@ -38,17 +38,17 @@ class Hand(RuleBasedStateMachine):
         self.first = gui.session.facts.shot
 
     def at(self, point: tuple[float, float]) -> tuple[float, float]:
-        """Return a place in the window at parts of the picture's sides."""
+        """Return the window position of a point given as fractions of the picture's sides."""
         return self.gui.at_picture(point[0] * WIDTH, point[1] * HEIGHT)
 
     def anywhere(self, point: tuple[float, float]) -> tuple[float, float]:
         return point[0] * self.gui.size[0], point[1] * self.gui.size[1]
 
-    @rule(action=st.sampled_from(BY_HAND))
+    @rule(action=st.sampled_from(TESTED_ACTIONS))
     def does(self, action):
         self.gui.do(action.name)
 
-    @rule(action=st.sampled_from([action for action in BY_HAND if action.key is not None]))
+    @rule(action=st.sampled_from([action for action in TESTED_ACTIONS if action.key is not None]))
     def presses_a_key(self, action):
         key, mods = chord_of(action.key)
         self.gui.key(key, bool(mods & CTRL), bool(mods & SHIFT))
@@ -82,7 +82,7 @@ class Hand(RuleBasedStateMachine):
     def turns_the_wheel(self, point, notches):
         self.gui.wheel(self.anywhere(point), notches)
 
-    @rule(name=st.sampled_from(DRAGGED), by=st.integers(-200, 200))
+    @rule(name=st.sampled_from(DRAGGED_CONTROLS), by=st.integers(-200, 200))
     def drags_a_control(self, name, by):
         x, y = self.gui.middle(name)
         self.gui.drag((x, y), (x + by, y), steps=2)
@@ -134,7 +134,7 @@ class Hand(RuleBasedStateMachine):
             is_there = session.source.is_settled_at
             self.gui.until(lambda: is_there(session.editing.frame), "the plate of the frame")
             self.gui.frame()  # a click is answered in the frame after
-            assert session.pictures.live.shown.shot == session.facts.shot
+            assert session.pictures.live.output.shot == session.facts.shot
         assert self.gui.ui.is_over is False
 
     @invariant()
@@ -159,7 +159,7 @@ class Hand(RuleBasedStateMachine):
         assert gui.session.facts.shot == last
 
     def goes(self, step) -> None:
-        """Go to the first or the last frame."""
+        """Call `step` (undo or redo) until the shot does not change any more."""
         before = None
         while self.gui.session.facts.shot != before:
             before = self.gui.session.facts.shot
@@ -175,9 +175,9 @@ class Hand(RuleBasedStateMachine):
         self.gui.frame()
 
 
-def whatever_hands_do(gui: Gui) -> None:
+def run_random_user(gui: Gui) -> None:
     run_state_machine_as_test(
-        lambda: Hand(gui),
+        lambda: RandomUser(gui),
         settings=settings(
             max_examples=5,
             stateful_step_count=40,
@@ -188,13 +188,13 @@ def whatever_hands_do(gui: Gui) -> None:
     )
 
 
-def test_whatever_hands_do_to_one_frame(gui):
-    whatever_hands_do(gui)
+def test_random_input_on_one_frame_causes_no_error(gui):
+    run_random_user(gui)
 
 
-def test_whatever_hands_do_to_a_sequence(ctx, tmp_path):
+def test_random_input_on_a_sequence_causes_no_error(ctx, tmp_path):
     color, depth = room(WIDTH, HEIGHT)
     for frame in (1, 2, 3, 5):
         write_plate(tmp_path / f"room.{frame:04}.exr", color * np.float32(frame), Z=depth)
     with gui_of(ctx, tmp_path / "room.####.exr", defocus=QUICK) as gui:
-        whatever_hands_do(gui)
+        run_random_user(gui)

@@ -1,4 +1,4 @@
-"""B by another method in the window: to the pixel what is rendered alone, and only while seen."""
+"""B by another method in the window: equal to a separate render, and rendered only if shown."""
 
 from dataclasses import replace
 
@@ -13,10 +13,10 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from heatlens.studio.ui.status_bar import sides_words as words
 from support.session_files import POST, WIDTH
-from support.window_plates import displayed, region
+from support.window_plates import display_bytes, screen_region
 
 K = imgui.Key
-OF_PLATES = [method for method in Method if not method.needs_scene]
+PLATE_METHODS = [method for method in Method if not method.needs_scene]
 
 
 @pytest.fixture(scope="module")
@@ -47,14 +47,16 @@ def asked(gui, monkeypatch) -> list[Method]:
     return found
 
 
-def alone(gui, own: FrameRenderer, method: Method) -> np.ndarray:
+def render_separately(gui, own: FrameRenderer, method: Method) -> np.ndarray:
     """Return (H, W, 3) bytes of the shot by `method`, rendered again from its file."""
     shot = gui.session.facts.shot
     own.load(read_plate(gui.session.source.plate.path))
-    return displayed(gui, own.pixels(replace(shot, defocus=replace(shot.defocus, method=method))))
+    return display_bytes(
+        gui, own.pixels(replace(shot, defocus=replace(shot.defocus, method=method)))
+    )
 
 
-def by_method(gui, method: Method, compare: Compare = Compare.FLIP) -> None:
+def compare_with_method(gui, method: Method, compare: Compare = Compare.FLIP) -> None:
     gui.session.pictures.view.state = replace(
         gui.session.facts.view, against=Against.METHOD, b_method=method, compare=compare
     )
@@ -62,7 +64,7 @@ def by_method(gui, method: Method, compare: Compare = Compare.FLIP) -> None:
     gui.settled()
 
 
-def picked(gui, name: str, item: str) -> None:
+def pick_item(gui, name: str, item: str) -> None:
     """Pick an item of a drop-down with the mouse."""
     gui.later()
     gui.click(gui.middle(name))
@@ -71,71 +73,77 @@ def picked(gui, name: str, item: str) -> None:
     gui.frame(2)
 
 
-def with_panel(gui, name: str) -> None:
-    """Show only this panel, so that it has all the room."""
+def show_only_panel(gui, name: str) -> None:
+    """Show only this panel, so that it is as tall as possible."""
     gui.ui.panels = {panel: panel == name for panel in gui.ui.panels}
     gui.frame(3)
 
 
-@pytest.mark.parametrize("method", OF_PLATES)
-def test_b_is_the_shot_by_that_method_alone(gui, own, method):
-    by_method(gui, method)
-    np.testing.assert_array_equal(region(gui), alone(gui, own, method))
+@pytest.mark.parametrize("method", PLATE_METHODS)
+def test_b_by_a_method_equals_a_separate_render(gui, own, method):
+    compare_with_method(gui, method)
+    np.testing.assert_array_equal(screen_region(gui), render_separately(gui, own, method))
 
 
-def test_the_wipe_shows_a_left_and_the_method_right(gui, own):
-    by_method(gui, Method.GATHER, Compare.WIPE)
-    seen, line = region(gui), WIDTH // 2
-    free = slice(line + 30, None)  # beside grip and letters
-    np.testing.assert_array_equal(seen[:, free], alone(gui, own, Method.GATHER)[:, free])
-    free = slice(0, line - 30)
-    np.testing.assert_array_equal(seen[:, free], alone(gui, own, Method.DIFFUSION)[:, free])
-    assert np.any(alone(gui, own, Method.GATHER) != alone(gui, own, Method.DIFFUSION))
+def test_wipe_shows_a_left_and_the_other_method_right(gui, own):
+    compare_with_method(gui, Method.GATHER, Compare.WIPE)
+    pixels, line = screen_region(gui), WIDTH // 2
+    columns = slice(line + 30, None)  # beside grip and letters
+    np.testing.assert_array_equal(
+        pixels[:, columns], render_separately(gui, own, Method.GATHER)[:, columns]
+    )
+    columns = slice(0, line - 30)
+    np.testing.assert_array_equal(
+        pixels[:, columns], render_separately(gui, own, Method.DIFFUSION)[:, columns]
+    )
+    assert np.any(
+        render_separately(gui, own, Method.GATHER) != render_separately(gui, own, Method.DIFFUSION)
+    )
 
 
-def test_b_follows_the_lens_and_a_is_as_if_it_were_alone(gui, own):
-    by_method(gui, Method.SCATTER)
-    before = region(gui)
+def test_b_follows_the_lens_and_a_stays_the_renderers_picture(gui, own):
+    compare_with_method(gui, Method.SCATTER)
+    before = screen_region(gui)
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.settled()
-    np.testing.assert_array_equal(region(gui), alone(gui, own, Method.SCATTER))
-    assert np.any(region(gui) != before)
+    np.testing.assert_array_equal(screen_region(gui), render_separately(gui, own, Method.SCATTER))
+    assert np.any(screen_region(gui) != before)
     a = own.pixels(gui.session.facts.shot)
-    np.testing.assert_array_equal(download(gui.session.pictures.live.shown.texture), a)
+    np.testing.assert_array_equal(download(gui.session.pictures.live.output.texture), a)
 
 
-def test_the_difference_from_the_same_method_is_black_and_from_another_is_not(gui):
-    by_method(gui, Method.DIFFUSION, Compare.DIFFERENCE)
-    assert region(gui).max() == 0
-    by_method(gui, Method.PYRAMID, Compare.DIFFERENCE)
-    assert region(gui).max() > 0
+def test_difference_is_black_only_for_the_same_method(gui):
+    compare_with_method(gui, Method.DIFFUSION, Compare.DIFFERENCE)
+    assert screen_region(gui).max() == 0
+    compare_with_method(gui, Method.PYRAMID, Compare.DIFFERENCE)
+    assert screen_region(gui).max() > 0
 
 
-def test_nothing_is_rendered_for_b_while_it_is_not_seen(gui, asked):
-    def turn() -> None:
+def test_b_is_not_rendered_while_it_is_not_shown(gui, asked):
+    def change_focus() -> None:
         lens = gui.session.facts.lens
         gui.session.editing.edit_lens(replace(lens, focus_distance_m=lens.focus_distance_m * 1.1))
         gui.frame(2)
         gui.settled()
 
-    by_method(gui, Method.GATHER, Compare.OFF)
-    turn()
+    compare_with_method(gui, Method.GATHER, Compare.OFF)
+    change_focus()
     gui.session.pictures.view.state = replace(
         gui.session.facts.view, against=Against.PINHOLE, compare=Compare.WIPE
     )
-    turn()
-    by_method(gui, gui.session.facts.shot.defocus.method)  # A is it already
+    change_focus()
+    compare_with_method(gui, gui.session.facts.shot.defocus.method)  # A is it already
     assert asked == []
-    by_method(gui, Method.GATHER)
+    compare_with_method(gui, Method.GATHER)
     assert asked and asked[-1] is Method.GATHER
     asked.clear()
     gui.session.pictures.view.state = replace(gui.session.facts.view, compare=Compare.OFF)
-    turn()
+    change_focus()
     assert asked == []
 
 
-def test_a_whole_b_is_not_made_again(gui, asked):
-    by_method(gui, Method.GATHER)
+def test_whole_b_is_not_rendered_again(gui, asked):
+    compare_with_method(gui, Method.GATHER)
     asked.clear()
     for _ in range(2):
         gui.key(K.x)
@@ -146,32 +154,32 @@ def test_a_whole_b_is_not_made_again(gui, asked):
 # By hand
 
 
-def test_both_methods_are_chosen_in_the_panels(gui, own):
+def test_methods_of_a_and_b_are_chosen_in_the_panels(gui, own):
     gui.session.pictures.view.state = replace(gui.session.facts.view, compare=Compare.FLIP)
-    with_panel(gui, "Display")
-    picked(gui, "compare with", "method gather")
+    show_only_panel(gui, "Display")
+    pick_item(gui, "compare with", "method gather")
     assert (gui.session.facts.view.against, gui.session.facts.view.b_method) == (
         Against.METHOD,
         Method.GATHER,
     )
     gui.settled()
-    np.testing.assert_array_equal(region(gui), alone(gui, own, Method.GATHER))
-    picked(gui, "compare with", "method raytraced")
+    np.testing.assert_array_equal(screen_region(gui), render_separately(gui, own, Method.GATHER))
+    pick_item(gui, "compare with", "method raytraced")
     assert (
         gui.session.facts.view.b_method is Method.GATHER
     )  # there is no scene, and the list stays open
     gui.click(gui.middle("compare with: pinhole"))
     gui.frame(2)
     assert gui.session.facts.view.against is Against.PINHOLE
-    with_panel(gui, "Lens")
-    picked(gui, "method", "pyramid")
+    show_only_panel(gui, "Lens")
+    pick_item(gui, "method", "pyramid")
     assert gui.session.facts.shot.defocus.method is Method.PYRAMID
-    picked(gui, "method", "accumulation")
+    pick_item(gui, "method", "accumulation")
     assert gui.session.facts.shot.defocus.method is Method.PYRAMID
 
 
-@pytest.mark.parametrize("method", OF_PLATES)
-def test_the_palette_compares_with_a_method(gui, method):
+@pytest.mark.parametrize("method", PLATE_METHODS)
+def test_compare_with_method_actions_set_b(gui, method):
     gui.do(f"Compare with {method}")
     view = gui.session.facts.view
     assert (view.compare, view.against, view.b_method) == (Compare.WIPE, Against.METHOD, method)
@@ -183,33 +191,33 @@ def test_the_palette_compares_with_a_method(gui, method):
     )
 
 
-def test_a_method_that_needs_a_scene_is_refused_aloud(gui):
+def test_compare_with_a_scene_method_is_refused_for_a_plate(gui):
     before = gui.session.facts.view
     gui.do("Compare with raytraced")
     assert gui.session.facts.view == before
     assert "scene" in gui.session.messages.text
 
 
-def test_the_status_says_what_a_and_b_are(gui):
-    def said() -> str:
+def test_status_words_name_the_methods_of_a_and_b(gui):
+    def status_words() -> str:
         return words(
             gui.session.facts.view,
             gui.session.pictures.sides,
             None,
-            gui.session.pictures.live.shown,
+            gui.session.pictures.live.output,
         )
 
-    assert said() == "diffusion"
-    by_method(gui, Method.GATHER, Compare.WIPE)
-    assert said() == "A: diffusion    B: gather"
+    assert status_words() == "diffusion"
+    compare_with_method(gui, Method.GATHER, Compare.WIPE)
+    assert status_words() == "A: diffusion    B: gather"
     gui.session.pictures.view.state = replace(
         gui.session.facts.view, against=Against.REFERENCE, depth_of_field=False
     )
-    assert said() == "A: pinhole    B: pinhole"
+    assert status_words() == "A: pinhole    B: pinhole"
 
 
-def test_a_shot_that_cannot_be_rendered_is_told_once_and_keeps_nothing_busy(gui):
-    """A shot of a scene whose source became a plate, say."""
+def test_shot_with_an_impossible_method_is_reported_once(gui):
+    """This happens for a shot of a scene whose source became a plate."""
     shot = gui.session.facts.shot
     defocus = replace(shot.defocus, method=Method.ACCUMULATION)
     gui.session.editing.edit(replace(shot, defocus=defocus))
@@ -223,4 +231,4 @@ def test_a_shot_that_cannot_be_rendered_is_told_once_and_keeps_nothing_busy(gui)
     assert gui.session.messages.text == ""
     gui.session.editing.edit(shot)
     gui.settled()
-    assert gui.session.pictures.live.shown.shot == shot
+    assert gui.session.pictures.live.output.shot == shot

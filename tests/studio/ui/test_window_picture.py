@@ -1,4 +1,4 @@
-"""What the window shows, to the pixel: the renderer's picture, overlays, the readout."""
+"""The pixels of the window: the renderer's picture and overlays; and the readout."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
 from support.plates import room
 from support.session_files import HEIGHT, LENS, POST, WIDTH, room_file
-from support.window_plates import displayed, plate_pixels, region, rendered
+from support.window_plates import display_bytes, plate_pixels, render_shot_from_file, screen_region
 
 K = imgui.Key
 FILM = DefocusSettings()
@@ -35,82 +35,88 @@ def gui(gui):
     return gui
 
 
-def test_it_shows_the_renderers_picture_bit_for_bit(gui, own):
+def test_window_shows_the_renderers_picture_bit_for_bit(gui, own):
     gui.session.editing.edit(replace(gui.session.facts.shot, defocus=FILM))
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.settled()
-    expected = rendered(gui, own)
-    np.testing.assert_array_equal(download(gui.session.pictures.live.shown.texture), expected)
-    np.testing.assert_array_equal(region(gui), displayed(gui, expected))
+    expected = render_shot_from_file(gui, own)
+    np.testing.assert_array_equal(download(gui.session.pictures.live.output.texture), expected)
+    np.testing.assert_array_equal(screen_region(gui), display_bytes(gui, expected))
     assert abs(expected - plate_pixels(gui)).max() > 0.1
 
 
-def test_it_shows_what_the_command_writes(gui, tmp_path, capsys):
+def test_window_shows_the_picture_that_the_command_writes(gui, tmp_path, capsys):
     gui.session.editing.edit(replace(gui.session.facts.shot, defocus=FILM))
     gui.frame()
     gui.settled()
     out = tmp_path / "out.exr"
     assert main(["render", gui.session.facts.shot.source, "-o", str(out), "--float"]) == 0
     capsys.readouterr()
-    written = OpenEXR.File(str(out), separate_channels=True).channels()
-    expected = np.stack([written[name].pixels for name in "RGB"], axis=-1)
+    channels = OpenEXR.File(str(out), separate_channels=True).channels()
+    expected = np.stack([channels[name].pixels for name in "RGB"], axis=-1)
     np.testing.assert_array_equal(
-        download(gui.session.pictures.live.shown.texture)[..., :3], expected
+        download(gui.session.pictures.live.output.texture)[..., :3], expected
     )
 
 
-def test_exposure_and_gamma_are_the_display_passes(gui, own):
+def test_exposure_and_gamma_change_the_displayed_pixels(gui, own):
     for _ in range(3):
         gui.key(K.up_arrow, ctrl=True)
     gui.session.pictures.view.state = replace(gui.session.facts.view, gamma=1.4)
     gui.frame()
-    expected = displayed(gui, rendered(gui, own), stops=0.75, gamma=1.4)
-    np.testing.assert_array_equal(region(gui), expected)
+    expected = display_bytes(gui, render_shot_from_file(gui, own), stops=0.75, gamma=1.4)
+    np.testing.assert_array_equal(screen_region(gui), expected)
     gui.key(K._0, ctrl=True)
     gui.frame()
-    np.testing.assert_array_equal(region(gui), displayed(gui, rendered(gui, own)))
+    np.testing.assert_array_equal(
+        screen_region(gui), display_bytes(gui, render_shot_from_file(gui, own))
+    )
 
 
-def test_the_glass_darkens_the_view_by_its_t_stop(gui, own):
-    """T2 at f/1 is two stops; the blur stays."""
+def test_t_stop_darkens_the_displayed_picture(gui, own):
+    """T2 at f/1 darkens the view by two stops and leaves the blur."""
     gui.session.editing.edit_lens(replace(gui.session.facts.lens, t_stop=2.0))
     gui.frame()
     gui.settled()
-    np.testing.assert_array_equal(region(gui), displayed(gui, rendered(gui, own), stops=-2.0))
+    np.testing.assert_array_equal(
+        screen_region(gui), display_bytes(gui, render_shot_from_file(gui, own), stops=-2.0)
+    )
 
 
-def test_another_view_transform_is_shown(gui, own):
-    before = region(gui)
+def test_chosen_view_transform_is_displayed(gui, own):
+    before = screen_region(gui)
     display = gui.session.facts.view.display
-    other = next(
+    other_view = next(
         v for v in gui.session.pictures.color.views(display) if v != gui.session.facts.view.view
     )
-    gui.session.pictures.view.state = replace(gui.session.facts.view, view=other)
+    gui.session.pictures.view.state = replace(gui.session.facts.view, view=other_view)
     gui.frame(2)
-    np.testing.assert_array_equal(region(gui), displayed(gui, rendered(gui, own)))
-    assert np.any(region(gui) != before)
+    np.testing.assert_array_equal(
+        screen_region(gui), display_bytes(gui, render_shot_from_file(gui, own))
+    )
+    assert np.any(screen_region(gui) != before)
 
 
 @pytest.mark.parametrize("zoom", [4, 8])
-def test_pixels_are_squares_from_four_to_one_on(gui, own, zoom):
+def test_pixels_are_drawn_as_squares_from_zoom_four_on(gui, own, zoom):
     gui.do("Pixel grid")
     gui.session.pictures.view.state = replace(gui.session.facts.view, zoom=float(zoom))
     gui.frame(2)
-    expected = displayed(gui, rendered(gui, own))
+    expected = display_bytes(gui, render_shot_from_file(gui, own))
     np.testing.assert_array_equal(
-        region(gui, zoom), expected.repeat(zoom, axis=0).repeat(zoom, axis=1)
+        screen_region(gui, zoom), expected.repeat(zoom, axis=0).repeat(zoom, axis=1)
     )
 
 
-def test_a_small_view_keeps_the_light(gui, own):
-    """Mipmaps: a quarter of the size shows means of 4 x 4 pixels."""
+def test_zoomed_out_view_shows_pixel_means(gui, own):
+    """At a quarter of the size the mipmaps show means of 4 x 4 pixels."""
     gui.session.pictures.view.state = replace(gui.session.facts.view, zoom=0.25)
     gui.frame(3)
     shape = gui.session.facts.picture_shape
     x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
     small = gui.screenshot()[y : y + HEIGHT // 4, x : x + WIDTH // 4].astype(float)
     assert (shape.width_px, shape.height_px) == (WIDTH, HEIGHT)
-    whole = displayed(gui, rendered(gui, own)).astype(float)
+    whole = display_bytes(gui, render_shot_from_file(gui, own)).astype(float)
     means = whole.reshape(HEIGHT // 4, 4, WIDTH // 4, 4, 3).mean(axis=(1, 3))
     assert abs(small - means).max() <= 2.0  # each of two halvings rounds
 
@@ -128,8 +134,8 @@ def test_a_small_view_keeps_the_light(gui, own):
         (K.l, "layers"),
     ],
 )
-def test_an_overlay_lies_over_the_picture_and_goes_with_its_key(gui, key, overlay):
-    picture = region(gui).astype(float)
+def test_overlay_key_blends_the_overlay_over_the_picture(gui, key, overlay):
+    picture = screen_region(gui).astype(float)
     gui.key(key)
     gui.frame()
     assert gui.session.facts.view.overlay == overlay
@@ -147,19 +153,19 @@ def test_an_overlay_lies_over_the_picture_and_goes_with_its_key(gui, key, overla
     colors.release()
     alpha = over[..., 3:] / 255
     expected = picture * (1 - alpha) + over[..., :3] * alpha
-    assert abs(region(gui) - expected).max() <= 1.5
+    assert abs(screen_region(gui) - expected).max() <= 1.5
     gui.key(key)
     gui.frame()
-    np.testing.assert_array_equal(region(gui), picture)
+    np.testing.assert_array_equal(screen_region(gui), picture)
 
 
-def test_an_overlay_follows_the_lens(gui):
+def test_zones_overlay_follows_the_focus(gui):
     gui.key(K.z)
     gui.frame()
-    before = region(gui)
+    before = screen_region(gui)
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.frame()
-    after = region(gui)
+    after = screen_region(gui)
     post, sky = (POST[1], POST[0]), (4, 80)
     assert before[post][0] > before[post][1] and after[post][1] > after[post][0]  # red, green
     assert before[sky][2] > before[sky][1] and after[sky][2] > after[sky][1]  # blue
@@ -168,13 +174,13 @@ def test_an_overlay_follows_the_lens(gui):
 # The pixel under the pointer
 
 
-def test_the_status_bar_reads_the_pixel_under_the_pointer(gui, own):
+def test_status_bar_shows_the_values_of_the_hovered_pixel(gui, own):
     gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.frame(2)
-    text = gui.screen.status.words(gui.screen.picture.hovered)
+    text = gui.screen.status.words(gui.screen.picture.hovered_px)
     x, y = POST
     plate = plate_pixels(gui)[y, x]
-    through = rendered(gui, own)[y, x]
+    through = render_shot_from_file(gui, own)[y, x]
     assert text.startswith(f"x {x}  y {y}   picture ")
     assert "plate " + " ".join(f"{c:.4g}" for c in plate[:3]) in text
     assert "picture " + " ".join(f"{c:.4g}" for c in through[:3]) in text
@@ -185,19 +191,19 @@ def test_the_status_bar_reads_the_pixel_under_the_pointer(gui, own):
     )
     gui.move(gui.at_picture(WIDTH + 5, 3))
     gui.frame()
-    words = gui.screen.status.words(gui.screen.picture.hovered)
+    words = gui.screen.status.words(gui.screen.picture.hovered_px)
     assert words.startswith("Click in the picture") and "plate" not in words
 
 
-def test_what_lies_outside_the_picture_is_grey(gui):
+def test_surround_of_the_picture_is_gray(gui):
     x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
-    found = gui.screenshot()
+    screen = gui.screenshot()
     for row, column in ((y - 1, x), (y, x - 1), (y + HEIGHT, x), (y, x + WIDTH)):
-        assert len(set(found[row, column].tolist())) == 1, (row, column)
+        assert len(set(screen[row, column].tolist())) == 1, (row, column)
 
 
-def test_the_file_is_the_rooms(tmp_path):
-    """What these tests stand on: colours, distances and the lens as they were made."""
+def test_room_file_holds_colors_depth_and_lens_of_the_room(tmp_path):
+    """The plate that these tests use has the colors, the distances and the lens of the room."""
     plate = read_plate(room_file(tmp_path / "room.exr"))
     color, depth = room(WIDTH, HEIGHT)
     np.testing.assert_array_equal(plate.color[..., :3], color)

@@ -1,4 +1,4 @@
-"""Plates of every kind in the window: without distances, of odd sizes and windows, with alpha."""
+"""Plates of every kind in the window: without distances, odd sizes, data windows, alpha."""
 
 import math
 from dataclasses import replace
@@ -30,14 +30,14 @@ def own(session_context) -> FrameRenderer:
     return FrameRenderer(session_context)
 
 
-def shows_the_renderers_picture(gui: Gui, own: FrameRenderer) -> None:
+def assert_shows_renderers_picture(gui: Gui, own: FrameRenderer) -> None:
     gui.settled()
     own.load(read_plate(Path(gui.session.facts.shot.source), gui.session.facts.shot.plate_options))
-    found = download(gui.session.pictures.live.shown.texture)
+    found = download(gui.session.pictures.live.output.texture)
     np.testing.assert_array_equal(found, own.pixels(gui.session.facts.shot))
 
 
-def looked_at_in_every_way(gui: Gui) -> None:
+def show_every_overlay_and_comparison(gui: Gui) -> None:
     """Show every overlay and comparison at two zooms, and check OpenGL for errors."""
     for overlay in overlays_by_name():
         gui.session.pictures.view.state = replace(gui.session.facts.view, overlay=overlay)
@@ -58,7 +58,7 @@ def looked_at_in_every_way(gui: Gui) -> None:
 
 @pytest.fixture
 def coc_window(gui, tmp_path) -> Gui:
-    """Return the room, its blur in the file."""
+    """Open a plate of the room that has blur sizes instead of distances."""
     color, depth = room(WIDTH, HEIGHT)
     blur = coc_px(depth, coc_line(LENS, WIDTH)).astype(np.float32)
     path = write_plate(tmp_path / "blur.exr", color, Z=blur)
@@ -67,13 +67,13 @@ def coc_window(gui, tmp_path) -> Gui:
     return gui
 
 
-def test_a_plate_with_its_own_blur_is_shown_with_it(coc_window, own):
-    shows_the_renderers_picture(coc_window, own)
-    looked_at_in_every_way(coc_window)
+def test_plate_with_blur_sizes_is_rendered_without_a_histogram(coc_window, own):
+    assert_shows_renderers_picture(coc_window, own)
+    show_every_overlay_and_comparison(coc_window)
     assert coc_window.session.facts.histogram is None
 
 
-def test_focus_is_no_matter_there_and_a_click_says_so(coc_window):
+def test_click_on_a_plate_with_blur_sizes_reports_and_keeps_focus(coc_window):
     gui = coc_window
     gui.session.messages.clear()
     before = gui.session.facts.shot
@@ -87,7 +87,7 @@ def test_focus_is_no_matter_there_and_a_click_says_so(coc_window):
     assert gui.session.facts.shot == before
 
 
-def test_a_click_beside_such_a_picture_says_nothing(coc_window):
+def test_click_beside_a_plate_with_blur_sizes_reports_nothing(coc_window):
     gui = coc_window
     gui.do("1:1")
     gui.session.messages.clear()
@@ -95,17 +95,17 @@ def test_a_click_beside_such_a_picture_says_nothing(coc_window):
     assert gui.session.messages.text == ""
 
 
-def test_its_blur_is_read_under_the_pointer(coc_window):
+def test_status_bar_shows_the_blur_size_of_the_hovered_pixel(coc_window):
     gui = coc_window
     gui.session.messages.clear()
     gui.move(gui.at_picture(SKY[0] + 0.5, SKY[1] + 0.5))
     gui.frame()
     blur = gui.session.source.plate.coc_px[SKY[1], SKY[0]]
-    text = gui.screen.status.words(gui.screen.picture.hovered)
+    text = gui.screen.status.words(gui.screen.picture.hovered_px)
     assert text.endswith(f"   blur {blur:+.2f} px")
 
 
-def test_distances_come_back_with_a_plate_that_has_them(coc_window, tmp_path):
+def test_click_focuses_again_on_a_plate_with_distances(coc_window, tmp_path):
     gui = coc_window
     gui.open(room_file(tmp_path / "again.exr"))
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
@@ -116,13 +116,13 @@ def test_distances_come_back_with_a_plate_that_has_them(coc_window, tmp_path):
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 200), (301, 7)])
-def test_odd_sizes(gui, own, tmp_path, size, rng):
+def test_plates_of_odd_sizes_are_shown_and_clicked(gui, own, tmp_path, size, rng):
     width, height = size
     color = rng.uniform(0, 1, (height, width, 3)).astype(np.float32)
     depth = rng.uniform(1, 9, (height, width)).astype(np.float32)
     gui.open(write_plate(tmp_path / "odd.exr", color, Z=depth))
-    shows_the_renderers_picture(gui, own)
-    looked_at_in_every_way(gui)
+    assert_shows_renderers_picture(gui, own)
+    show_every_overlay_and_comparison(gui)
     gui.do("Fit")
     for point in ((0, 0), (width, 0), (0, height), (width, height)):
         x, y = gui.at_picture(*point)
@@ -139,7 +139,7 @@ def test_odd_sizes(gui, own, tmp_path, size, rng):
 
 @pytest.fixture
 def off_origin(gui, tmp_path) -> Gui:
-    """A data window of 40 x 30 at (-5, 12) within, and beyond, a display window at (10, 20)."""
+    """Open a plate whose 40 x 30 data window at (-5, 12) exceeds the display window at (10, 20)."""
     color, depth = room(40, 30)
     windows = {"dataWindow": window(-5, 12, 35, 42), "displayWindow": window(10, 20, 90, 70)}
     gui.open(write_plate(tmp_path / "windows.exr", color, Z=depth, **windows))
@@ -148,48 +148,48 @@ def off_origin(gui, tmp_path) -> Gui:
     return gui
 
 
-def test_an_off_origin_picture_lies_where_its_windows_say(off_origin, own):
+def test_data_window_is_drawn_at_its_place_in_the_display_window(off_origin, own):
     gui = off_origin
-    shows_the_renderers_picture(gui, own)
+    assert_shows_renderers_picture(gui, own)
     assert gui.session.facts.picture_shape.width_px == 80
     gui.do("Depth of field")
     gui.frame()
     x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
-    seen = gui.screenshot()
+    screen = gui.screenshot()
     lamp = np.argwhere(gui.session.source.plate.color[..., 0] == 40.0)[0]
     row, column = y + 12 - 20 + lamp[0], x - 5 - 10 + lamp[1]
-    assert seen[row, column].min() >= 240
-    assert seen[row, column - 2].max() < 240
-    outside = seen[y + 45, x + 60]
+    assert screen[row, column].min() >= 240
+    assert screen[row, column - 2].max() < 240
+    outside = screen[y + 45, x + 60]
     assert len(set(outside.tolist())) == 1  # the display window's rest is surround
 
 
-def test_the_display_window_has_its_outline(off_origin):
+def test_display_window_is_outlined(off_origin):
     gui = off_origin
     x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
-    seen = gui.screenshot().astype(int)
-    surround = seen[y + 48, x + 60]
+    screen = gui.screenshot().astype(int)
+    surround = screen[y + 48, x + 60]
     for row, column in ((y + 50, x + 60), (y + 40, x + 80)):
-        edge = seen[row - 1 : row + 2, column - 1 : column + 2]
+        edge = screen[row - 1 : row + 2, column - 1 : column + 2]
         assert abs(edge - surround).max() > 40, (row - y, column - x)
 
 
-def test_the_readout_counts_from_both_windows(off_origin):
-    """The display window's pixel (3, 4) is (13, 24) of the file: column 18, row 12 of the data."""
+def test_readout_counts_pixels_from_display_and_data_window(off_origin):
+    """Pixel (3, 4) of the display window is (13, 24) of the file, and (18, 12) of the data."""
     gui = off_origin
     gui.move(gui.at_picture(3.5, 4.5))
     gui.frame()
-    text = gui.screen.status.words(gui.screen.picture.hovered)
+    text = gui.screen.status.words(gui.screen.picture.hovered_px)
     assert text.startswith("x 3  y 4  (data window 13, 24)")
     values = " ".join(f"{c:.4g}" for c in gui.session.source.plate.color[12, 18, :3])
     assert f"plate {values}" in text
     gui.move(gui.at_picture(60.5, 4.5))
     gui.frame()
-    words = gui.screen.status.words(gui.screen.picture.hovered)
+    words = gui.screen.status.words(gui.screen.picture.hovered_px)
     assert words.startswith("Click in the picture") and "plate" not in words
 
 
-def test_a_click_there_focuses_on_that_pixel_and_outside_the_data_on_none(off_origin):
+def test_click_focuses_only_within_the_data_window(off_origin):
     gui = off_origin
     depth = gui.session.source.plate.depth_m
     gui.click(gui.at_picture(3.5, 4.5))
@@ -204,36 +204,36 @@ def test_a_click_there_focuses_on_that_pixel_and_outside_the_data_on_none(off_or
 # Wide pixels, alpha, headers
 
 
-def test_wide_pixels_are_shown_wide(gui, own, tmp_path):
+def test_anamorphic_plate_is_shown_twice_as_wide(gui, own, tmp_path):
     gui.open(room_file(tmp_path / "wide.exr", 96, 64, pixelAspectRatio=2.0))
     assert gui.session.source.plate.pixel_aspect_ratio == 2.0
     gui.do("1:1")
-    shows_the_renderers_picture(gui, own)
+    assert_shows_renderers_picture(gui, own)
     (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(96, 64)
     assert (x1 - x0, y1 - y0) == (192, 64)
     gui.do("Zoom in")
     gui.frame()
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     assert gui.session.facts.lens.focus_distance_m == pytest.approx(0.9)
-    looked_at_in_every_way(gui)
+    show_every_overlay_and_comparison(gui)
 
 
-def test_alpha_is_seen_over_black(gui, own, tmp_path):
+def test_plate_with_alpha_is_shown_over_black(gui, own, tmp_path):
     color, depth = room(WIDTH, HEIGHT)
     alpha = np.where(np.isinf(depth), 0.0, 1.0).astype(np.float32)
     rgba = np.concatenate([color * alpha[..., None], alpha[..., None]], axis=-1)
     gui.open(write_plate(tmp_path / "alpha.exr", rgba, Z=depth))
     assert gui.session.source.plate.has_alpha
     gui.do("1:1")
-    shows_the_renderers_picture(gui, own)
-    looked_at_in_every_way(gui)
+    assert_shows_renderers_picture(gui, own)
+    show_every_overlay_and_comparison(gui)
     gui.do("1:1")
     gui.do("Depth of field")
     x, y = (int(c) for c in gui.session.pictures.view.geometry.origin)
     assert gui.screenshot()[y + SKY[1], x + SKY[0]].max() <= 1
 
 
-def test_a_plate_without_a_lens_in_its_header_focuses_on_its_middle(gui, tmp_path):
+def test_plate_without_lens_header_focuses_on_its_middle(gui, tmp_path):
     color, depth = room(WIDTH, HEIGHT)
     channels = {name: color[..., i].copy() for i, name in enumerate("RGB")} | {"Z": depth}
     gui.open(write_file(tmp_path / "plain.exr", channels))
@@ -242,29 +242,27 @@ def test_a_plate_without_a_lens_in_its_header_focuses_on_its_middle(gui, tmp_pat
     assert gui.session.facts.lens.focus_distance_m == middle[len(middle) // 2]
 
 
-def test_a_plate_of_sky_alone(gui, own, tmp_path):
+def test_plate_of_sky_only_focuses_at_infinity(gui, own, tmp_path):
     color = np.full((20, 30, 3), 0.4, np.float32)
     gui.open(write_plate(tmp_path / "sky.exr", color, Z=np.full((20, 30), np.inf, np.float32)))
-    shows_the_renderers_picture(gui, own)
-    looked_at_in_every_way(gui)
+    assert_shows_renderers_picture(gui, own)
+    show_every_overlay_and_comparison(gui)
     gui.click(gui.at_picture(10.5, 10.5))
     assert gui.session.facts.lens.focus_distance_m == math.inf
     gui.key(K.left_bracket)
     assert gui.session.facts.lens.focus_distance_m == pytest.approx(250.0)
 
 
-def test_a_plate_too_large_for_the_gpu_is_said_and_the_last_one_comes_back(
-    gui, tmp_path, monkeypatch
-):
-    """OpenGL hands out textures that it then has no memory for."""
+def test_plate_too_large_for_the_gpu_is_reported_and_the_last_stays(gui, tmp_path, monkeypatch):
+    """A failed texture is reported, and the last plate is shown again and can be edited."""
     path = room_file(tmp_path / "large.exr", 128, 96)
 
     def refuse(*args: object, **kwargs: object) -> None:
         raise GpuError("OpenGL could not make a 128x96 texture (GL_OUT_OF_MEMORY).")
 
     before = gui.session.facts.shot
-    with monkeypatch.context() as full:
-        full.setattr("heatlens.render.source.plate_on_gpu.new_texture", refuse)
+    with monkeypatch.context() as failing_patch:
+        failing_patch.setattr("heatlens.render.source.plate_on_gpu.new_texture", refuse)
         gui.session.files.commands.open(str(path))
         gui.until(lambda: "128x96" in gui.session.messages.text, "a sentence")
         gui.frame(3)

@@ -1,4 +1,4 @@
-"""What is remembered, as the window shows it from one start of the program to the next."""
+"""Preferences that the window restores from one start of the program to the next."""
 
 from dataclasses import replace
 
@@ -8,9 +8,9 @@ import pytest
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.plate.read import read_plate
-from heatlens.studio.session.settings.preferences import Preferences, Remembered
+from heatlens.studio.session.settings.preferences import Preferences, PreferenceValues
 from heatlens.studio.session.time.playback import Ending
-from heatlens.studio.ui.layout import lists_all
+from heatlens.studio.ui.layout import lists_all_panels
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
 from support.sequences import sequence_files
@@ -23,17 +23,17 @@ def plate(tmp_path):
     return write_file(tmp_path / "plate.exr", rgb(24, 36) | {"Z": depth})
 
 
-def test_a_folder_remembered_with_an_end_of_distances_opens(ctx, plate):
+def test_remembered_near_distance_is_dropped_and_reported(ctx, plate):
     options = PlateOptions(depth_convention="distance", near_m=1.0)
     with pytest.raises(InputError, match="--near"):
         read_plate(plate, options)
-    preferences = Preferences(Remembered(plates={str(plate.parent): options}))
+    preferences = Preferences(PreferenceValues(plates={str(plate.parent): options}))
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         assert gui.session.source.opened.options == replace(options, near_m=None)
         assert "near and far distances remembered" in gui.session.messages.text
 
 
-def test_looks_and_panels_come_back(ctx, plate):
+def test_view_unit_and_hidden_panels_are_restored(ctx, plate):
     preferences = Preferences()
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         display = gui.session.facts.view.display
@@ -42,15 +42,15 @@ def test_looks_and_panels_come_back(ctx, plate):
         gui.click(gui.middle(f"view: {view}"))
         gui.do("Metres or feet")
         gui.do("Speed")
-        gui.session.remember(hidden_panels=gui.ui.hidden_panels)
-    assert preferences.now.view == view
+        gui.session.save_preferences(hidden_panels=gui.ui.hidden_panels)
+    assert preferences.values.view == view
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         assert (gui.session.facts.view.display, gui.session.facts.view.view) == (display, view)
         assert gui.session.facts.view.unit == "ft"
         assert [name for name, shown in gui.ui.panels.items() if not shown] == ["Speed"]
 
 
-def test_how_it_plays_comes_back(ctx, tmp_path):
+def test_playback_ending_and_pace_are_restored(ctx, tmp_path):
     film = sequence_files(tmp_path)
     preferences = Preferences.load(tmp_path / "config")
     with gui_of(ctx, film, preferences, defocus=QUICK) as gui:
@@ -58,41 +58,41 @@ def test_how_it_plays_comes_back(ctx, tmp_path):
             gui.frame(30)
             gui.click(gui.middle(choice.split(":")[0]))
             gui.click(gui.middle(choice))
-        gui.session.remember(hidden_panels=gui.ui.hidden_panels)
-    again = Preferences.load(tmp_path / "config")
-    assert (again.now.ending, again.now.every_frame) == (Ending.BOUNCE, False)
-    with gui_of(ctx, film, again, defocus=QUICK) as gui:
+        gui.session.save_preferences(hidden_panels=gui.ui.hidden_panels)
+    reloaded = Preferences.load(tmp_path / "config")
+    assert (reloaded.values.ending, reloaded.values.every_frame) == (Ending.BOUNCE, False)
+    with gui_of(ctx, film, reloaded, defocus=QUICK) as gui:
         assert gui.session.time.timeline.playback.ending is Ending.BOUNCE
         assert not gui.session.time.timeline.playback.is_every_frame
 
 
-def test_a_layout_counts_while_it_knows_every_panel():
-    assert lists_all("[Window][Picture]\n\n[Window][Lens]\nPos=1,1\n", ["Lens"])
-    assert not lists_all("[Window][Picture]\n[Window][Lens]\n", ["Lens", "Display"])
-    assert not lists_all("", ["Lens"])
+def test_lists_all_accepts_only_layouts_with_every_panel():
+    assert lists_all_panels("[Window][Picture]\n\n[Window][Lens]\nPos=1,1\n", ["Lens"])
+    assert not lists_all_panels("[Window][Picture]\n[Window][Lens]\n", ["Lens", "Display"])
+    assert not lists_all_panels("", ["Lens"])
 
 
-def test_recent_files_that_are_gone_are_not_shown(ctx, plate):
+def test_missing_recent_files_are_not_shown_but_stay_remembered(ctx, plate):
     preferences = Preferences()
-    preferences.opened(str(plate.with_name("gone.exr")))
+    preferences.remember_opened(str(plate.with_name("gone.exr")))
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         gui.click(gui.middle("menu File"))
-        gui.until(lambda: gui.session.files.recent.found, "the recent files")
-        assert gui.session.files.recent.found == (str(plate),)
-        assert preferences.now.recent == (str(plate), str(plate.with_name("gone.exr")))
+        gui.until(lambda: gui.session.files.recent.existing_names, "the recent files")
+        assert gui.session.files.recent.existing_names == (str(plate),)
+        assert preferences.values.recent == (str(plate), str(plate.with_name("gone.exr")))
 
 
-def test_a_recent_file_is_opened_by_a_click(ctx, plate, tmp_path):
+def test_click_on_a_recent_file_opens_it(ctx, plate, tmp_path):
     other = write_file(tmp_path / "other.0001.exr", rgb(24, 36) | {"Z": np.ones((24, 36), "f4")})
     pattern = tmp_path / "other.####.exr"
     preferences = Preferences()
-    preferences.opened(str(pattern))
+    preferences.remember_opened(str(pattern))
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
         gui.click(gui.middle("menu File"))
-        gui.until(lambda: gui.session.files.recent.found, "the recent files")
+        gui.until(lambda: gui.session.files.recent.existing_names, "the recent files")
         gui.frame(2)
         gui.move(gui.middle("menu Open recent"))
         gui.frame(30)
         gui.click(gui.middle("recent other.####.exr"))
         gui.until(lambda: gui.session.source.plate.path == other, "the other plate")
-    assert preferences.now.recent[0] == str(pattern)
+    assert preferences.values.recent[0] == str(pattern)

@@ -1,4 +1,4 @@
-"""A scene in the window: the hand on its camera, its keys, its objects, and the true pictures."""
+"""A scene in the window: camera moves by mouse, camera keys, objects, and methods for scenes."""
 
 import time
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from heatlens.render.gpu.textures import download
 from heatlens.studio.ui.status_bar import mouse_words
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
-from support.scene_window import as_opened, middle, whole
+from support.scene_window import picture_center, reset_scene, wait_for_whole_picture
 from support.session_files import QUICK, write_scene
 
 LEFT, RIGHT = 0, 1
@@ -35,11 +35,11 @@ def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
 
 @pytest.fixture
 def scene_gui(ctx: Device, window: Gui) -> Gui:
-    return as_opened(window)
+    return reset_scene(window)
 
 
-def aside(gui: Gui) -> tuple[float, float]:
-    x, y = middle(gui)
+def position_beside_the_middle(gui: Gui) -> tuple[float, float]:
+    x, y = picture_center(gui)
     return x + 60, y + 20
 
 
@@ -47,14 +47,14 @@ def pose(gui: Gui) -> Pose:
     return gui.session.scenes.pose
 
 
-def test_the_tab_of_the_scene_comes_with_it_and_all_five_fit(scene_gui):
-    scene, look = (imgui.internal.find_window_by_name(name) for name in ("Scene", "Display"))
-    assert scene.dock_id == look.dock_id
+def test_scene_tab_is_shown_and_all_five_tabs_fit(scene_gui):
+    scene, display = (imgui.internal.find_window_by_name(name) for name in ("Scene", "Display"))
+    assert scene.dock_id == display.dock_id
     bar = scene.dock_node.tab_bar
     assert bar.tabs.size() == 5 and bar.width_all_tabs <= bar.bar_rect.get_width()
 
 
-def test_a_scene_shows_its_first_cameras_picture(scene_gui):
+def test_scene_opens_with_the_picture_of_its_first_camera(scene_gui):
     session = scene_gui.session
     assert session.scenes.framing.camera == "main" and session.messages.text == ""
     plate = session.source.plate
@@ -62,10 +62,10 @@ def test_a_scene_shows_its_first_cameras_picture(scene_gui):
     assert plate.depth_m[27, 48] == pytest.approx(3.0, rel=1e-5)
 
 
-def test_the_right_button_orbits_round_what_is_in_focus_and_undo_comes_back(scene_gui):
+def test_right_drag_orbits_about_the_focus_and_can_be_undone(scene_gui):
     before, focus = pose(scene_gui), scene_gui.session.facts.lens.focus_distance_m
     pivot = pivot_of(before, focus)
-    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    scene_gui.drag(picture_center(scene_gui), position_beside_the_middle(scene_gui), RIGHT)
     after = pose(scene_gui)
     assert np.linalg.norm(np.subtract(after.position_m, before.position_m)) > 0.1
     np.testing.assert_allclose(pivot_of(after, focus), pivot, atol=1e-6)
@@ -76,23 +76,23 @@ def test_the_right_button_orbits_round_what_is_in_focus_and_undo_comes_back(scen
     assert pose(scene_gui) == before and scene_gui.session.scenes.framing.track is None
 
 
-def test_a_right_click_that_does_not_move_leaves_the_scenes_camera(scene_gui):
+def test_right_click_without_a_drag_keeps_the_camera(scene_gui):
     shot = scene_gui.session.facts.shot
-    scene_gui.click(middle(scene_gui), RIGHT)
+    scene_gui.click(picture_center(scene_gui), RIGHT)
     assert scene_gui.session.facts.shot == shot
 
 
-def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene_gui, monkeypatch):
+def test_small_preview_of_a_moving_scene_keeps_its_size_on_screen(scene_gui, monkeypatch):
     session = scene_gui.session
     large = replace(session.scenes.framing, width_px=960, height_px=540)
     session.editing.do(replace(session.facts.shot, framing=large))
     session.pictures.view.state = replace(session.facts.view, zoom=1.0)
-    whole(scene_gui)
+    wait_for_whole_picture(scene_gui)
     shape, before = session.facts.picture_shape, session.pictures.view.geometry
     monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._BUDGET_S", 0.0)
     monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._REST_S", 60.0)
-    scene_gui.press(middle(scene_gui), RIGHT)
-    x, y = middle(scene_gui)
+    scene_gui.press(picture_center(scene_gui), RIGHT)
+    x, y = picture_center(scene_gui)
     scene_gui.move((x + 20.0, y))
     scene_gui.frame()
     assert session.source.plate.display_window.width < 960  # it is drawn small ...
@@ -107,57 +107,57 @@ def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene
     scene_gui.release(RIGHT)
 
 
-def test_control_and_the_right_button_go_aside(scene_gui):
+def test_ctrl_right_drag_trucks_the_camera(scene_gui):
     before = pose(scene_gui)
     scene_gui.hold(imgui.Key.mod_ctrl)
-    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    scene_gui.drag(picture_center(scene_gui), position_beside_the_middle(scene_gui), RIGHT)
     scene_gui.hold(imgui.Key.mod_ctrl, False)
     after = pose(scene_gui)
     np.testing.assert_allclose(after.turn, before.turn, atol=1e-9)
-    by = before.turn.T @ np.subtract(after.position_m, before.position_m)
-    assert by[0] < 0 and by[1] > 0 and by[2] == pytest.approx(0.0, abs=1e-9)
+    movement = before.turn.T @ np.subtract(after.position_m, before.position_m)
+    assert movement[0] < 0 and movement[1] > 0 and movement[2] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_control_and_the_wheel_go_nearer_and_zoom_nothing(scene_gui):
+def test_ctrl_wheel_dollies_the_camera_without_zooming(scene_gui):
     before, zoom = pose(scene_gui), scene_gui.session.pictures.view.zoom
     scene_gui.hold(imgui.Key.mod_ctrl)
-    scene_gui.wheel(middle(scene_gui), 1)
+    scene_gui.wheel(picture_center(scene_gui), 1)
     scene_gui.hold(imgui.Key.mod_ctrl, False)
-    by = before.turn.T @ np.subtract(pose(scene_gui).position_m, before.position_m)
-    np.testing.assert_allclose(by[:2], 0, atol=1e-9)
-    assert by[2] < -0.05
-    whole(scene_gui)
+    movement = before.turn.T @ np.subtract(pose(scene_gui).position_m, before.position_m)
+    np.testing.assert_allclose(movement[:2], 0, atol=1e-9)
+    assert movement[2] < -0.05
+    wait_for_whole_picture(scene_gui)
     assert scene_gui.session.pictures.view.zoom == zoom
 
 
-def test_the_status_bar_tells_what_the_right_button_does_in_a_scene(scene_gui):
+def test_status_bar_explains_the_right_button_in_a_scene(scene_gui):
     text = scene_gui.screen.status.words(None)  # the pointer is beside the picture
     assert "Right drag orbits" in text and "Ctrl+wheel" in text and "? shows the keys" in text
     assert "Right drag" not in mouse_words(has_camera=False)
 
 
-def test_the_left_button_focuses_on_what_is_under_it(scene_gui):
-    scene_gui.click(middle(scene_gui), LEFT)
+def test_left_click_focuses_at_the_depth_of_the_scene(scene_gui):
+    scene_gui.click(picture_center(scene_gui), LEFT)
     assert scene_gui.session.facts.lens.focus_distance_m == pytest.approx(3.0, rel=1e-5)
 
 
-def test_the_camera_goes_through_its_keys(scene_gui):
+def test_camera_moves_between_its_keys(scene_gui):
     session, scenes = scene_gui.session, scene_gui.session.scenes
-    first, last = session.facts.shot.played.first, session.facts.shot.played.last
+    first, last = session.facts.shot.played_frames.first, session.facts.shot.played_frames.last
     scenes.set_key()
     start = pose(scene_gui)
-    session.time.timeline.go(last)
+    session.time.timeline.go_to(last)
     scene_gui.frame(2)
     scenes.set_key()
-    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    scene_gui.drag(picture_center(scene_gui), position_beside_the_middle(scene_gui), RIGHT)
     end = pose(scene_gui)
     assert scenes.key_frames == (first, last)
-    session.time.timeline.go((first + last) // 2)
+    session.time.timeline.go_to((first + last) // 2)
     scene_gui.frame(2)
     between = np.array(pose(scene_gui).position_m)
     assert np.linalg.norm(between - start.position_m) > 0.01
     assert np.linalg.norm(between - end.position_m) > 0.01
-    session.time.timeline.go(last)
+    session.time.timeline.go_to(last)
     scene_gui.frame(2)
     imgui.set_window_focus("Scene")
     scene_gui.frame(2)  # the panel tells of the keys
@@ -165,37 +165,39 @@ def test_the_camera_goes_through_its_keys(scene_gui):
     assert scenes.key_frames == (first,) and pose(scene_gui) == start
 
 
-def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scene_gui):
+def test_frame_selected_centers_the_object_and_reports_unknown_ones(scene_gui):
     scenes = scene_gui.session.scenes
     scenes.look_through("side")
     scenes.selected = "near"
     scenes.frame_selected()
-    seen = pose(scene_gui).world_to_camera @ (0, 0, 0, 1)
-    np.testing.assert_allclose(seen[:2], 0, atol=1e-6)
+    camera_point = pose(scene_gui).world_to_camera @ (0, 0, 0, 1)
+    np.testing.assert_allclose(camera_point[:2], 0, atol=1e-6)
     before, scenes.selected = pose(scene_gui), "of another scene"
     scenes.frame_selected()
     assert pose(scene_gui) == before and "of another scene" in scene_gui.session.messages.text
 
 
 @pytest.mark.parametrize("method", [m for m in Method if m.needs_scene])
-def test_a_and_b_are_what_the_renderer_makes_alone(scene_gui, method, renderer: FrameRenderer):
+def test_a_and_b_of_a_scene_equal_a_separate_render(scene_gui, method, renderer: FrameRenderer):
     session = scene_gui.session
-    true = replace(QUICK, method=method, views=8)
+    scene_defocus = replace(QUICK, method=method, views=8)
     renderer.load_scene(read_scene(Path(session.facts.shot.source)))
-    expected = renderer.pixels(replace(session.facts.shot, defocus=true), session.editing.frame)
-    session.editing.edit(replace(session.facts.shot, defocus=true))
-    whole(scene_gui)
-    np.testing.assert_array_equal(download(session.pictures.live.shown.texture), expected)
+    expected = renderer.pixels(
+        replace(session.facts.shot, defocus=scene_defocus), session.editing.frame
+    )
+    session.editing.edit(replace(session.facts.shot, defocus=scene_defocus))
+    wait_for_whole_picture(scene_gui)
+    np.testing.assert_array_equal(download(session.pictures.live.output.texture), expected)
     session.editing.edit(replace(session.facts.shot, defocus=replace(QUICK, views=8)))
     against = {"compare": Compare.WIPE, "against": Against.METHOD, "b_method": method}
     session.pictures.view.state = replace(session.facts.view, **against)
     scene_gui.frame()
-    whole(scene_gui)
-    shown = session.pictures.sides.of_method(session.facts.view)
+    wait_for_whole_picture(scene_gui)
+    shown = session.pictures.sides.picture_of_b(session.facts.view)
     np.testing.assert_array_equal(download(shown.texture), expected)
 
 
-def test_a_damaged_scene_leaves_what_is_open(scene_gui, tmp_path):
+def test_damaged_scene_is_reported_and_the_open_scene_stays(scene_gui, tmp_path):
     bad = tmp_path / "bad.glb"
     bad.write_bytes(b"glTF" + b"\0" * 60)
     session = scene_gui.session
@@ -206,23 +208,25 @@ def test_a_damaged_scene_leaves_what_is_open(scene_gui, tmp_path):
     assert session.facts.shot == shot and session.source.plate is plate
 
 
-def test_looks_of_a_scene_are_seen_at_once_in_a_quick_picture_that_says_so(scene_gui):
-    """By a method that takes long too: both looks quickly first, then each as it is rendered."""
+def test_grid_shows_previews_of_scene_looks_before_whole_pictures(scene_gui):
+    """With a slow method, both looks appear as previews first, then each as a whole picture."""
     gui, session = scene_gui, scene_gui.session
-    begun = session.facts.lens
-    traced = replace(session.facts.shot.defocus, method=Method.RAYTRACED, views=4)
-    session.editing.do(replace(session.facts.shot, defocus=traced))
+    start_lens = session.facts.lens
+    raytraced = replace(session.facts.shot.defocus, method=Method.RAYTRACED, views=4)
+    session.editing.do(replace(session.facts.shot, defocus=raytraced))
     for f_stop in (2.0, 4.0):
-        session.editing.edit_lens(replace(begun, f_stop=f_stop))
+        session.editing.edit_lens(replace(start_lens, f_stop=f_stop))
         gui.rest()
         session.pictures.looks.keep()
-    session.editing.edit_lens(replace(begun, f_stop=22.0))
+    session.editing.edit_lens(replace(start_lens, f_stop=22.0))
     gui.rest()
-    whole(gui)
+    wait_for_whole_picture(gui)
     session.pictures.looks.toggle_grid()
     widths, words, end = [], {}, time.monotonic() + 60.0
     gui.frame()
-    while any(session.pictures.sides.is_coming(name) for name in "AB") and time.monotonic() < end:
+    while (
+        any(session.pictures.sides.is_unfinished(name) for name in "AB") and time.monotonic() < end
+    ):
         session.work()  # makes one picture at most
         gui.frame()
         tiles = gui.screen.picture.pictures.tiles[:2]
@@ -235,10 +239,10 @@ def test_looks_of_a_scene_are_seen_at_once_in_a_quick_picture_that_says_so(scene
     gui.frame(2)
     assert not any("rendering" in tile.words for tile in gui.screen.picture.pictures.tiles)
     session.pictures.looks.toggle_grid()
-    whole(gui)
+    wait_for_whole_picture(gui)
 
 
-def test_the_buttons_under_the_objects_are_seen_however_many_there_are(ctx, tmp_path):
+def test_scene_panel_with_many_objects_keeps_its_buttons_visible(ctx, tmp_path):
     writer = GltfWriter()
     mesh = writer.mesh()
     for number in range(40):

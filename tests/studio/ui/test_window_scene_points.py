@@ -1,4 +1,4 @@
-"""Points of a scene in the window: measured while it is drawn small, followed, seldom read."""
+"""Points of a scene in the window: measured and read out while the scene is drawn small."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,7 +11,7 @@ from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.textures import download
 from heatlens.render.scene_gpu import scene_plate
 from support.gui import Gui, gui_of
-from support.scene_window import as_opened, middle, whole
+from support.scene_window import picture_center, reset_scene, wait_for_whole_picture
 from support.session_files import QUICK, write_scene
 
 RIGHT = 1
@@ -28,7 +28,7 @@ def window(session_context: Device, tmp_path_factory) -> Iterator[Gui]:
 
 @pytest.fixture
 def gui(ctx: Device, window: Gui) -> Gui:
-    return as_opened(window)
+    return reset_scene(window)
 
 
 @pytest.fixture
@@ -42,35 +42,35 @@ def moving(gui: Gui, monkeypatch: pytest.MonkeyPatch) -> Iterator[Gui]:
             framing=replace(session.scenes.framing, width_px=width, height_px=height),
         )
     )
-    whole(gui)
+    wait_for_whole_picture(gui)
     monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._BUDGET_S", 0.0)
     monkeypatch.setattr("heatlens.studio.session.opened.scene_preview._REST_S", 60.0)
-    gui.press(middle(gui), RIGHT)
-    dragged(gui, 4.0)
+    gui.press(picture_center(gui), RIGHT)
+    drag_right(gui, 4.0)
     assert session.source.plate.display_window.width < width
     yield gui
     gui.release(RIGHT)
 
 
-def dragged(gui: Gui, by: float) -> None:
-    x, y = middle(gui)
+def drag_right(gui: Gui, by: float) -> None:
+    x, y = picture_center(gui)
     gui.move((x + by, y))
     gui.frame()
 
 
-def test_nothing_of_whole_size_is_read_back_while_it_moves(moving, monkeypatch):
-    read: list[object] = []
-    monkeypatch.setattr(scene_plate, "download", lambda tx: read.append(tx) or download(tx))
+def test_moving_scene_downloads_no_depth(moving, monkeypatch):
+    downloads: list[object] = []
+    monkeypatch.setattr(scene_plate, "download", lambda tx: downloads.append(tx) or download(tx))
     session, plates = moving.session, set()
     session.time.marks.set_point(MIDDLE)
     for step in range(1, 5):
-        dragged(moving, 4.0 + step)
+        drag_right(moving, 4.0 + step)
         plates.add(session.source.plate)
-    assert len(plates) == 4 and read == []
+    assert len(plates) == 4 and downloads == []
     assert session.facts.histogram.heights.max() == 1.0  # all that is shown of it was known without
 
 
-def test_a_point_is_measured_where_it_is_seen_however_small_it_is_drawn(moving):
+def test_point_mark_is_measured_while_the_scene_is_drawn_small(moving):
     session, marks = moving.session, moving.session.time.marks
     marks.set_point(MIDDLE)
     (mark,) = session.facts.shot.marks
@@ -78,18 +78,16 @@ def test_a_point_is_measured_where_it_is_seen_however_small_it_is_drawn(moving):
     expected = session.pictures.renderer.scene_depth_m(
         session.facts.shot, session.editing.frame, *MIDDLE
     )
-    assert marks.distances.of_m(mark) == pytest.approx(expected, rel=0.02)
-    assert marks.distances.of_m(replace(mark, x_px=float(LARGE[0]))) is None
+    assert marks.distances.distance_m(mark) == pytest.approx(expected, rel=0.02)
+    assert marks.distances.distance_m(replace(mark, x_px=float(LARGE[0]))) is None
     marks.set_point((LARGE[0], 3))
     assert "outside the picture" in session.messages.text and len(session.facts.shot.marks) == 1
 
 
-def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_drawn(moving):
+def test_status_bar_counts_pixels_of_the_whole_size_of_a_moving_scene(moving):
     session, (x, y) = moving.session, MIDDLE
-    drawn_px, (_, whole) = (
-        session.source.plate.display_window.width,
-        session.source.feed.windows(session.facts.shot),
-    )
+    drawn_px = session.source.plate.display_window.width
+    (_, whole) = session.source.feed.windows(session.facts.shot)
     assert drawn_px < whole.width
     words = moving.screen.status.words(MIDDLE)
     assert words.startswith(f"x {x}  y {y}   picture")
@@ -101,9 +99,11 @@ def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_d
     assert told_px == pytest.approx(blur_px, rel=0.03, abs=0.02)
 
 
-def test_a_pull_to_a_point_arrives_where_it_is_by_then(gui):
+def test_pull_to_a_scene_point_uses_its_distance_on_arrival(gui):
     session, marks = gui.session, gui.session.time.marks
     marks.set_point((48, 27))
-    marks.pulls.frames = session.facts.shot.played.last - session.facts.shot.played.first
+    marks.pulls.frames = (
+        session.facts.shot.played_frames.last - session.facts.shot.played_frames.first
+    )
     marks.pulls.make()
     assert session.facts.shot.curves.focus_distance_m.keys[-1].value == pytest.approx(5.0, rel=1e-3)

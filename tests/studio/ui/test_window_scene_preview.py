@@ -1,4 +1,4 @@
-"""Pictures through many points of the lens refine as they come, and each goes on from the last."""
+"""Pictures of several lens views refine step by step; each adds views to the last one."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -17,19 +17,19 @@ from heatlens.core.model.view.view import Against, Compare
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import download
-from heatlens.render.preview.level_choice import CostModel, cheaper, on_the_way
+from heatlens.render.preview.level_choice import CostModel, cheaper_levels, intermediate_levels
 from heatlens.studio.session.pictures.live_picture import LivePicture
 from support.gui import gui_of
 from support.scenes import still_life
-from support.window_plates import displayed, region
+from support.window_plates import display_bytes, screen_region
 
-OF_SCENES = [method for method in Method if method.needs_scene]
+SCENE_METHODS = [method for method in Method if method.needs_scene]
 SIZE = (1280, 720)
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 SETTINGS = st.builds(
     DefocusSettings,
     proxy=st.sampled_from([1.0, 0.5, 1 / 3, PROXY_MIN]),
-    method=st.sampled_from(OF_SCENES),
+    method=st.sampled_from(SCENE_METHODS),
     views=st.integers(1, VIEWS_MAX),
 )
 
@@ -39,38 +39,38 @@ def work_of(settings: DefocusSettings) -> float:
 
 
 @given(SETTINGS)
-def test_rungs_go_from_the_wished_picture_to_ever_less_work_of_the_same_method(wished):
-    rungs = cheaper(wished)
-    assert rungs[0] == wished
-    assert all(rung.method is wished.method for rung in rungs)
-    assert all(PROXY_MIN <= rung.proxy <= wished.proxy for rung in rungs)
-    work = [work_of(rung) for rung in rungs]
+def test_cheaper_levels_of_scene_methods_need_ever_less_work(requested):
+    levels = cheaper_levels(requested)
+    assert levels[0] == requested
+    assert all(rung.method is requested.method for rung in levels)
+    assert all(PROXY_MIN <= rung.proxy <= requested.proxy for rung in levels)
+    work = [work_of(rung) for rung in levels]
     assert all(b < a for a, b in pairwise(work))
-    assert on_the_way(wished) == rungs[:0:-1]
+    assert intermediate_levels(requested) == levels[:0:-1]
 
 
 @given(SETTINGS)
-def test_on_the_way_little_more_work_is_done_than_for_the_whole(wished):
-    """At full size each picture goes on from the one before; smaller ones are made for nothing."""
-    smaller = [rung for rung in on_the_way(wished) if rung.proxy < wished.proxy]
-    full = replace(wished, views=min(wished.views, 16))
+def test_on_the_way_levels_add_at_most_half_the_work_of_16_views(requested):
+    """Smaller pictures are extra work; at full size each picture adds views to the last one."""
+    smaller = [rung for rung in intermediate_levels(requested) if rung.proxy < requested.proxy]
+    full = replace(requested, views=min(requested.views, 16))
     assert sum(work_of(rung) for rung in smaller) <= 0.5 * work_of(full)
 
 
 @given(SETTINGS, st.integers(1, 4096), st.floats(1e-5, 1.0))
-def test_cost_scales_with_the_views(settings, views, seconds):
+def test_predicted_cost_scales_with_the_number_of_views(settings, views, seconds):
     cost = CostModel()
     cost.learn(DefocusSettings(), 1000, 1.0)
-    assert cost.predicted(settings, 1000) == float("inf")  # diffusion tells nothing of it
+    assert cost.predict_seconds(settings, 1000) == float("inf")  # diffusion tells nothing of it
     cost.learn(settings, 1000, seconds)
     expected = seconds * views / settings.views * 3
-    assert cost.predicted(replace(settings, views=views), 3000) == pytest.approx(expected)
-    assert cost.predicted(DefocusSettings(), 1000) == pytest.approx(1.0)
+    assert cost.predict_seconds(replace(settings, views=views), 3000) == pytest.approx(expected)
+    assert cost.predict_seconds(DefocusSettings(), 1000) == pytest.approx(1.0)
 
 
 @dataclass
 class Machine:
-    """A renderer with a clock of its own, which keeps its sums as the real one does."""
+    """Stand-in for a renderer with its own clock, which keeps sums of views as the real one."""
 
     per_view_s: float  # at full size
     now: float = 100.0
@@ -97,46 +97,52 @@ class Machine:
 
 
 def settle(machine: Machine, live: LivePicture) -> list[DefocusSettings]:
-    """Return what is seen one after the other until the whole picture is there."""
-    seen = [live.shown.settings]
+    """Work until the whole picture is there; return the settings shown one after the other."""
+    shown_settings = [live.output.settings]
     machine.now += live.seconds_to_rest()
     for _ in range(10_000):
         if not live.is_working:
-            return seen
+            return shown_settings
         live.work(0.02)
-        if live.shown.settings != seen[-1]:
-            seen.append(live.shown.settings)
+        if live.output.settings != shown_settings[-1]:
+            shown_settings.append(live.output.settings)
     raise AssertionError("the whole picture never came")
 
 
-@pytest.mark.parametrize("method", OF_SCENES)
-def test_a_slow_picture_refines_step_by_step_for_little_more_work(method):
+@pytest.mark.parametrize("method", SCENE_METHODS)
+def test_slow_picture_refines_in_steps_for_little_extra_work(method):
     machine = Machine(0.2)
     live = LivePicture(machine, lambda: machine.now)
-    wished = DefocusSettings(method=method, views=1000)
-    live.request(Shot(LENS, wished), 0, 0.03)
-    seen = settle(machine, live)
-    assert seen[0] == cheaper(wished)[-1] and seen[-1] == wished
-    views = [settings.views for settings in seen if settings.proxy == 1.0]
+    requested = DefocusSettings(method=method, views=1000)
+    live.request(Shot(LENS, requested), 0, 0.03)
+    shown_settings = settle(machine, live)
+    assert shown_settings[0] == cheaper_levels(requested)[-1] and shown_settings[-1] == requested
+    views = [settings.views for settings in shown_settings if settings.proxy == 1.0]
     assert views == [16, 66, 256, 1000]
     assert machine.views_drawn() < 1010
 
 
-def test_further_views_are_added_to_the_picture_that_is_there():
+def test_more_views_are_added_to_the_shown_picture():
     machine = Machine(0.01)
     live = LivePicture(machine, lambda: machine.now)
-    few = DefocusSettings(method=Method.ACCUMULATION, views=64)
-    live.request(Shot(LENS, few), 0, 0.03)
+    with_64_views = DefocusSettings(method=Method.ACCUMULATION, views=64)
+    live.request(Shot(LENS, with_64_views), 0, 0.03)
     settle(machine, live)
-    more = replace(few, views=100)
-    before, made = machine.views_drawn(), len(machine.made)
-    assert not live.request(Shot(LENS, more), 0, 0.03)
-    assert live.shown.settings == few and live.is_working and len(machine.made) == made
-    assert settle(machine, live)[-1] == more
+    with_100_views = replace(with_64_views, views=100)
+    before, picture_count = machine.views_drawn(), len(machine.made)
+    assert not live.request(Shot(LENS, with_100_views), 0, 0.03)
+    assert (
+        live.output.settings == with_64_views
+        and live.is_working
+        and len(machine.made) == picture_count
+    )
+    assert settle(machine, live)[-1] == with_100_views
     assert machine.views_drawn() - before == pytest.approx(36 + 8)  # and a rest of 0.08 s
-    assert live.cost.predicted(more, SIZE[0] * SIZE[1]) == pytest.approx(1.0, rel=0.1)
-    live.request(Shot(LENS, replace(few, views=8)), 0, 0.03)  # fewer: another picture
-    assert live.shown.settings.views <= 8
+    assert live.cost.predict_seconds(with_100_views, SIZE[0] * SIZE[1]) == pytest.approx(
+        1.0, rel=0.1
+    )
+    live.request(Shot(LENS, replace(with_64_views, views=8)), 0, 0.03)  # fewer: another picture
+    assert live.output.settings.views <= 8
 
 
 # In the window
@@ -144,7 +150,7 @@ def test_further_views_are_added_to_the_picture_that_is_there():
 
 @pytest.fixture
 def scene_gui(ctx, small_demo):
-    """Return a window with a small scene, looked at in few pixels."""
+    """Yield a window with the small demo scene at 1:1."""
     quick = DefocusSettings(layers=1, views=8)
     with gui_of(ctx, "demo", defocus=quick) as gui:
         gui.do("1:1")
@@ -152,7 +158,7 @@ def scene_gui(ctx, small_demo):
         yield gui
 
 
-def test_a_and_b_through_the_whole_lens_are_what_each_is_alone(scene_gui):
+def test_a_and_b_by_scene_methods_equal_separate_renders(scene_gui):
     gui = scene_gui
     defocus = replace(gui.session.facts.shot.defocus, method=Method.ACCUMULATION)
     gui.session.editing.edit(replace(gui.session.facts.shot, defocus=defocus))
@@ -164,20 +170,20 @@ def test_a_and_b_through_the_whole_lens_are_what_each_is_alone(scene_gui):
     )
     gui.frame(3)
     gui.settled()
-    own = FrameRenderer(gui.ctx)
-    own.load_scene(still_life())
+    renderer = FrameRenderer(gui.ctx)
+    renderer.load_scene(still_life())
     shot, frame = gui.session.facts.shot, gui.session.editing.frame
-    a = own.pixels(shot, frame)
+    a = renderer.pixels(shot, frame)
     np.testing.assert_allclose(
-        download(gui.session.pictures.live.shown.texture), a, rtol=1e-4, atol=1e-5
+        download(gui.session.pictures.live.output.texture), a, rtol=1e-4, atol=1e-5
     )
     b_shot = replace(shot, defocus=replace(defocus, method=Method.RAYTRACED))
-    b = displayed(gui, own.pixels(b_shot, frame)).astype(int)
-    assert np.abs(region(gui) - b).max() <= 1
-    assert np.abs(b - displayed(gui, a)).max() > 1
+    b = display_bytes(gui, renderer.pixels(b_shot, frame)).astype(int)
+    assert np.abs(screen_region(gui) - b).max() <= 1
+    assert np.abs(b - display_bytes(gui, a)).max() > 1
 
 
-def test_views_are_chosen_by_hand_where_the_method_has_them(scene_gui):
+def test_views_slider_sets_the_views_of_a_scene_method(scene_gui):
     gui = scene_gui
     gui.ui.panels = {panel: panel == "Lens" for panel in gui.ui.panels}
     gui.frame(3)
@@ -190,4 +196,4 @@ def test_views_are_chosen_by_hand_where_the_method_has_them(scene_gui):
     gui.drag((x0 + 60, (y0 + y1) / 2), (x0 + 90, (y0 + y1) / 2))
     assert 8 < gui.session.facts.shot.defocus.views < 256
     gui.settled()
-    assert gui.session.pictures.live.shown.settings == gui.session.facts.shot.defocus
+    assert gui.session.pictures.live.output.settings == gui.session.facts.shot.defocus

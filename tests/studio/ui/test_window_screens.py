@@ -1,4 +1,4 @@
-"""Screens whose pixels are finer than the window's units, and windows of other sizes."""
+"""Screens with several pixels per window unit, and windows of other sizes."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 from heatlens.core.model.view.view import Compare
 from support.gui import gui_of
 from support.session_files import BALL, BALL_M, HEIGHT, POST, POST_M, QUICK, WIDTH, room_file
-from support.window_plates import displayed
+from support.window_plates import display_bytes
 
 K = imgui.Key
 
@@ -20,34 +20,34 @@ def fine(request, ctx, tmp_path):
         yield gui, request.param
 
 
-def on_screen(gui, scale: float) -> np.ndarray:
+def picture_pixels(gui, scale: float) -> np.ndarray:
     """Return (H, W, 3) bytes of the picture at 1:1, in pixels of the screen."""
     x, y = (c * scale for c in gui.session.pictures.view.geometry.origin)
     assert (x, y) == (round(x), round(y))
     return gui.screenshot()[round(y) : round(y) + HEIGHT, round(x) : round(x) + WIDTH]
 
 
-def test_one_to_one_is_a_pixel_of_the_screen_for_one_of_the_picture(fine):
+def test_one_to_one_draws_a_screen_pixel_per_picture_pixel(fine):
     gui, scale = fine
     gui.do("Depth of field")
-    expected = displayed(gui, gui.session.source.plate.color)
-    np.testing.assert_array_equal(on_screen(gui, scale), expected)
+    expected = display_bytes(gui, gui.session.source.plate.color)
+    np.testing.assert_array_equal(picture_pixels(gui, scale), expected)
 
 
-def test_the_wipe_parts_them_on_a_pixel_of_the_screen(fine):
+def test_wipe_splits_a_and_b_at_a_screen_pixel(fine):
     gui, scale = fine
-    a = on_screen(gui, scale)
+    a = picture_pixels(gui, scale)
     gui.key(K.w)
     gui.frame()
     assert gui.session.facts.view.compare is Compare.WIPE
-    found = on_screen(gui, scale)
-    b = displayed(gui, gui.session.source.plate.color)
+    pixels = picture_pixels(gui, scale)
+    b = display_bytes(gui, gui.session.source.plate.color)
     line, row = WIDTH // 2, 5
-    np.testing.assert_array_equal(found[row, :line], a[row, :line])
-    np.testing.assert_array_equal(found[row, line + 1 :], b[row, line + 1 :])
+    np.testing.assert_array_equal(pixels[row, :line], a[row, :line])
+    np.testing.assert_array_equal(pixels[row, line + 1 :], b[row, line + 1 :])
 
 
-def test_clicks_hit_the_pixel_under_the_pointer(fine):
+def test_click_hits_the_pixel_under_the_pointer_on_a_scaled_screen(fine):
     gui, _ = fine
     for pixel, distance_m in ((POST, POST_M), (BALL, BALL_M)):
         gui.click(gui.at_picture(pixel[0] + 0.5, pixel[1] + 0.5))
@@ -55,7 +55,7 @@ def test_clicks_hit_the_pixel_under_the_pointer(fine):
 
 
 @pytest.mark.parametrize("size", [(640, 400), (401, 301), (120, 90), (3000, 300)])
-def test_a_window_of_any_size_shows_all_of_a_fitting_picture(ctx, tmp_path, size):
+def test_fitted_picture_is_wholly_visible_in_any_window_size(ctx, tmp_path, size):
     with gui_of(ctx, room_file(tmp_path / "room.exr"), size=size, defocus=QUICK) as gui:
         gui.settled()
         x0, y0, x1, y1 = gui.rect("picture")

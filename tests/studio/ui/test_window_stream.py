@@ -1,4 +1,4 @@
-"""A window that listens: a renderer's frame appears, is refined, and nothing it sends ends it."""
+"""A window that listens to a renderer: its frames appear and are refined in the window."""
 
 import argparse
 import socket
@@ -28,7 +28,7 @@ from support.session_files import LENS, QUICK
 from support.tev_peers import CHANNELS
 
 WIDTH, HEIGHT = 48, 32
-GIVEN = {
+LENS_OPTIONS = {
     "focal_length_mm": LENS.focal_length_mm,
     "f_stop": LENS.f_stop,
     "focus_distance_m": LENS.focus_distance_m,
@@ -37,7 +37,7 @@ GIVEN = {
 
 
 @contextmanager
-def listening(ctx, options=PlateOptions(), lens=GIVEN):  # noqa: B008
+def listening_window(ctx, options=PlateOptions(), lens=LENS_OPTIONS):  # noqa: B008
     """Return a window that waits for a renderer, with an ImGui of its own."""
     before, context = imgui.get_current_context(), imgui.create_context()
     imgui.set_current_context(context)
@@ -64,7 +64,7 @@ def frame_of_room(width=WIDTH, height=HEIGHT):
     return np.ascontiguousarray(np.dstack([color[..., :3], depth]).astype(np.float32))
 
 
-def sent(gui, values, name="beauty", channels=CHANNELS, creates=True):
+def send_frame(gui, values, name="beauty", channels=CHANNELS, creates=True):
     """Send a frame with the real client, and draw until it is on the GPU."""
     before = gui.session.source.picture.version
     with Ipc(*address(gui)) as client:
@@ -74,31 +74,32 @@ def sent(gui, values, name="beauty", channels=CHANNELS, creates=True):
     gui.until(lambda: gui.session.source.picture.version > before, "the frame")
 
 
-def shows(gui, values):
-    """Return whether the picture is the one that the renderer makes of these values."""
+def assert_shows(gui, values):
+    """Assert that the window shows the renderer's picture of a frame with these values."""
 
-    def is_it():
+    def has_frame():
         plate = gui.session.source.plate
         return plate is not None and np.array_equal(plate.color[..., :3], values[..., :3])
 
-    gui.until(is_it, "the frame as it was sent")
+    gui.until(has_frame, "the frame as it was sent")
     gui.settled()
-    own = FrameRenderer(gui.ctx)
-    own.load(gui.session.source.plate)
-    found = download(gui.session.pictures.live.shown.texture)
-    np.testing.assert_array_equal(found, own.pixels(gui.session.facts.shot))
+    renderer = FrameRenderer(gui.ctx)
+    renderer.load(gui.session.source.plate)
+    shown = download(gui.session.pictures.live.output.texture)
+    np.testing.assert_array_equal(shown, renderer.pixels(gui.session.facts.shot))
     np.testing.assert_array_equal(gui.session.source.plate.depth_m, values[..., 3])
 
 
-def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
+def test_streamed_frame_appears_and_updates_keep_the_lens_and_marks(ctx):
     values = frame_of_room()
-    with listening(ctx) as gui:
+    with listening_window(ctx) as gui:
         stream = gui.session.source.stream
         assert (
-            stream.words == f"Listening on {stream.address} ..." and gui.session.source.is_waiting
+            stream.status_text == f"Listening on {stream.address} ..."
+            and gui.session.source.is_waiting
         )
-        sent(gui, values)
-        shows(gui, values)
+        send_frame(gui, values)
+        assert_shows(gui, values)
         assert gui.session.facts.shot.source == stream.text == f"tev://{stream.address}"
         sent_lens = replace(LENS, model=LensModel.RENDERER)  # as everything that a renderer sends
         assert gui.session.facts.lens == sent_lens and not gui.session.source.is_waiting
@@ -106,80 +107,84 @@ def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
         gui.session.time.marks.set_point((3, 5))
         shot = gui.session.facts.shot
         refined = values * np.float32([0.5, 0.5, 2, 1])
-        sent(gui, refined, creates=False)
-        shows(gui, refined)
+        send_frame(gui, refined, creates=False)
+        assert_shows(gui, refined)
         another = frame_of_room(30, 40)
-        sent(gui, another, "next frame")
-        shows(gui, another)
+        send_frame(gui, another, "next frame")
+        assert_shows(gui, another)
         assert gui.session.facts.shot == shot and shot.marks
 
 
-def test_why_nothing_is_shown_is_told_in_the_picture_before_one_is_up_and_after(ctx, monkeypatch):
-    values, told = frame_of_room(), []
-    monkeypatch.setattr(notices.imgui, "text_wrapped", told.append)
-    monkeypatch.setattr(notices, "_draw_wrapped", lambda text, *_: told.append(text))
-    with listening(ctx) as gui:
+def test_image_without_depth_is_reported_over_the_picture(ctx, monkeypatch):
+    values, notices_drawn = frame_of_room(), []
+    monkeypatch.setattr(notices.imgui, "text_wrapped", notices_drawn.append)
+    monkeypatch.setattr(notices, "_draw_wrapped", lambda text, *_: notices_drawn.append(text))
+    with listening_window(ctx) as gui:
         with Ipc(*address(gui)) as client:
             client.create_image("flat", WIDTH, HEIGHT, list("RGB"))
-        gui.until(lambda: any("flat has no depth channel" in said for said in told), "a sentence")
-        sent(gui, values)
-        shows(gui, values)
-        del told[:]
+        gui.until(
+            lambda: any("flat has no depth channel" in it for it in notices_drawn), "a sentence"
+        )
+        send_frame(gui, values)
+        assert_shows(gui, values)
+        del notices_drawn[:]
         gui.frame(2)
-        assert not told
+        assert not notices_drawn
         with Ipc(*address(gui)) as client:
             client.create_image("later", WIDTH, HEIGHT, list("RGB"))
-        gui.until(lambda: any("later has no depth channel" in said for said in told), "a notice")
+        gui.until(
+            lambda: any("later has no depth channel" in it for it in notices_drawn), "a notice"
+        )
         assert gui.session.source.plate.path.name == "beauty"
 
 
-def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):
+def test_streamed_picture_is_saved_but_file_actions_are_refused(ctx, tmp_path):
     values = frame_of_room()
-    with listening(ctx) as gui:
-        sent(gui, values)
-        shows(gui, values)
+    with listening_window(ctx) as gui:
+        send_frame(gui, values)
+        assert_shows(gui, values)
         gui.session.pictures.saving.save(tmp_path / "a.exr")
         gui.until(lambda: gui.session.messages.text.startswith("Saved"), "the file")
         saved = read_parts(tmp_path / "a.exr")[0][1]
-        found = download(gui.session.pictures.live.shown.texture)
+        shown = download(gui.session.pictures.live.output.texture)
         for i, name in enumerate("RGB"):
-            np.testing.assert_allclose(saved[name], found[..., i], rtol=2e-3)  # of half floats
+            np.testing.assert_allclose(saved[name], shown[..., i], rtol=2e-3)  # of half floats
         for name in ("Reload", "Export...", "Save shot"):
             gui.session.messages.clear()
             gui.do(name)
             assert gui.session.messages.text == NO_FILES, name
 
 
-def parsed(*words):
+def parse_view(*words):
     parser = argparse.ArgumentParser()
     add_command(parser.add_subparsers(), "view", "", view)
     return parser.parse_args(["view", *words])
 
 
-def test_an_address_that_is_taken_or_nonsense_is_said_before_a_window_opens(monkeypatch):
+def test_listen_option_is_checked_before_a_window_opens(monkeypatch):
     monkeypatch.setattr(
         "heatlens.studio.ui.window.run_window", lambda start: pytest.fail("a window")
     )
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         with pytest.raises(InputError, match=f"Cannot listen on 127.0.0.1:{port}"):
-            view.run(parsed("--listen", port))
+            view.run(parse_view("--listen", port))
     with pytest.raises(InputError, match="not an address to listen on"):
-        view.run(parsed("--listen", "here"))
+        view.run(parse_view("--listen", "here"))
     with pytest.raises(InputError, match=r"leave plate\.exr out"):
-        view.run(parsed("plate.exr", "--listen"))
+        view.run(parse_view("plate.exr", "--listen"))
 
 
-def test_the_port_is_free_again_when_the_window_has_closed(monkeypatch):
-    seen = []
+def test_listen_port_is_free_after_the_window_closes(monkeypatch):
+    addresses = []
 
     def window(start):
-        seen.append(start.stream.address)
+        addresses.append(start.stream.address)
         with pytest.raises(InputError):
             StreamSource("127.0.0.1", int(start.stream.address.rsplit(":", 1)[1]))
 
     monkeypatch.setattr("heatlens.studio.ui.window.run_window", window)
-    assert view.run(parsed("--listen", "127.0.0.1:0")) == 0
-    host, port = seen[0].rsplit(":", 1)
+    assert view.run(parse_view("--listen", "127.0.0.1:0")) == 0
+    host, port = addresses[0].rsplit(":", 1)
     StreamSource(host, int(port)).close()
-    assert parsed("--listen").listen == "14158"
+    assert parse_view("--listen").listen == "14158"

@@ -1,4 +1,4 @@
-"""What the window says of itself: readouts, titles, doubts and messages that are true."""
+"""Texts of the window: readout, title, doubts, and messages that end when no longer true."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.core.model.shot.settings import Quality
-from heatlens.studio.session.messages import Messages, Problem, passing
+from heatlens.studio.session.messages import Messages, Problem, passing_message
 from heatlens.studio.ui.docked_panels import speed_panel
 from support.gui import gui_of
 from support.sequences import sequence_files
@@ -15,10 +15,10 @@ from support.session_files import QUICK
 K = imgui.Key
 
 
-def test_on_the_margin_of_the_picture_the_bar_shows_a_hint_and_the_method(gui):
+def test_status_bar_shows_hint_and_method_off_the_picture(gui):
     x0, y0, x1, y1 = gui.rect("picture")
-    for at in ((x0 + 3, y0 + 3), (x1 - 3, y0 + 3), (x0 + 3, y1 - 3), (x1 - 3, y1 - 3)):
-        gui.move(at)
+    for position in ((x0 + 3, y0 + 3), (x1 - 3, y0 + 3), (x0 + 3, y1 - 3), (x1 - 3, y1 - 3)):
+        gui.move(position)
         gui.session.messages.clear()
         gui.drawn.clear()
         gui.frame(2)
@@ -31,7 +31,7 @@ def test_on_the_margin_of_the_picture_the_bar_shows_a_hint_and_the_method(gui):
 @pytest.mark.parametrize(
     ("mods", "does"), [((), True), ((K.mod_alt,), False), ((K.mod_super,), False)]
 )
-def test_modifiers_without_a_meaning_leave_a_key_without_one(gui, mods, does):
+def test_key_with_alt_or_super_runs_no_shortcut(gui, mods, does):
     before = gui.session.facts.view.overlay
     for mod in mods:
         gui.hold(mod)
@@ -41,9 +41,9 @@ def test_modifiers_without_a_meaning_leave_a_key_without_one(gui, mods, does):
     assert (gui.session.facts.view.overlay is not before) == does
 
 
-def test_a_message_goes_when_it_is_no_longer_true():
+def test_passing_message_ends_when_it_is_no_longer_true():
     messages, facts = Messages(lambda: 0.0), {"is_true": True}
-    messages.say(passing("No keys yet.", lambda: facts["is_true"]))
+    messages.say(passing_message("No keys yet.", lambda: facts["is_true"]))
     messages.fade()
     assert messages.text == "No keys yet."
     facts["is_true"] = False
@@ -54,7 +54,7 @@ def test_a_message_goes_when_it_is_no_longer_true():
     assert messages.text == "This stays."
 
 
-def test_a_lens_that_nobody_can_make_is_doubted_beside_its_f_stop(gui):
+def test_impossible_aperture_shows_a_doubt_beside_the_f_stop(gui):
     gui.session.editing.edit_lens(replace(gui.session.facts.lens, f_stop=0.1))
     gui.drawn.clear()
     gui.frame(2)
@@ -62,24 +62,24 @@ def test_a_lens_that_nobody_can_make_is_doubted_beside_its_f_stop(gui):
     assert gui.rect("f-stop")[1] < gui.rect("doubt about aperture")[1] < gui.rect("T-stop")[1]
 
 
-def test_the_speed_panel_says_preview_once(gui, monkeypatch):
-    said = []
-    monkeypatch.setattr(imgui, "text_wrapped", lambda text: said.append(text))
-    shown = gui.session.pictures.live.shown
+def test_speed_panel_names_the_preview_once(gui, monkeypatch):
+    drawn_texts = []
+    monkeypatch.setattr(imgui, "text_wrapped", lambda text: drawn_texts.append(text))
+    shown = gui.session.pictures.live.output
     assert shown is not None
     for quality, words in ((Quality.PREVIEW, "preview"), (Quality.DRAFT, "preview, draft")):
         settings = replace(shown.settings, quality=quality, proxy=shown.settings.proxy / 2)
-        said.clear()
+        drawn_texts.clear()
         imgui.new_frame()
         imgui.begin("alone")
-        less = replace(shown, settings=settings)
-        speed_panel(gui.session.time.speed, 0.0, less, gui.session.pictures.renderer)
+        preview = replace(shown, settings=settings)
+        speed_panel(gui.session.time.speed, 0.0, preview, gui.session.pictures.renderer)
         imgui.end()
         imgui.end_frame()
-        assert said[0].endswith(f"x{shown.texture.size[1]}, {words}")
+        assert drawn_texts[0].endswith(f"x{shown.texture.size[1]}, {words}")
 
 
-def test_the_title_names_the_sequence_and_what_is_not_saved(session_context, tmp_path):
+def test_title_names_the_sequence_and_marks_unsaved_changes(session_context, tmp_path):
     folder = sequence_files(tmp_path)
     with gui_of(session_context, folder, defocus=QUICK) as gui:
         documents = gui.session.files.documents

@@ -13,29 +13,29 @@ from functools import partial
 from threading import Lock, Thread
 from typing import Any, Generic, TypeVar
 
-from heatlens.core.base.faults import told_error
+from heatlens.core.base.faults import to_heatlens_error
 
 Result = TypeVar("Result")
 
-_PATIENCE_S = 2.0  # for threads that are at work when the program ends
+_EXIT_WAIT_S = 2.0  # for threads that are at work when the program ends
 
-_at_work: set[Thread] = set()
+_busy_threads: set[Thread] = set()
 
 
-def is_at_work() -> bool:
+def has_busy_threads() -> bool:
     """Return True while any of these threads runs a job."""
-    return bool(_at_work)
+    return bool(_busy_threads)
 
 
 @atexit.register
-def wait_a_moment() -> None:
+def wait_for_busy_threads() -> None:
     """Let jobs end before Python shuts down, except those waiting for a disk that hangs.
 
     A thread that returned from a C++ library during shutdown would abort the process.
     """
-    end = time.monotonic() + _PATIENCE_S
-    for thread in tuple(_at_work):
-        thread.join(max(0.0, end - time.monotonic()))
+    deadline = time.monotonic() + _EXIT_WAIT_S
+    for thread in tuple(_busy_threads):
+        thread.join(max(0.0, deadline - time.monotonic()))
 
 
 class Background(Generic[Result]):
@@ -50,45 +50,46 @@ class Background(Generic[Result]):
         """
         self._wake = wake
         self._drop = drop
-        self._coming: Future[Result] | None = None
+        self._future: Future[Result] | None = None
 
     def start(self, job: Callable[[], Result]) -> None:
         """Start `job`, whose result must not be None, on a new thread."""
         self.cancel()
-        coming: Future[Result] = Future()
-        _start_thread(lambda: _run(job, coming, self._wake), "background")
-        self._coming = coming
+        future: Future[Result] = Future()
+        _start_thread(lambda: _run_and_wake(job, future, self._wake), "background")
+        self._future = future
 
     @property
     def is_busy(self) -> bool:
         """True while a job runs or its result has not been fetched."""
-        return self._coming is not None
+        return self._future is not None
 
     def poll(self) -> Result | None:
         """Return the result once when it is ready, else None.
 
         Raises HeatlensError, and nothing else, if the job failed for any reason.
         """
-        coming = self._coming
-        if coming is None or not coming.done():
+        future = self._future
+        if future is None or not future.done():
             return None
-        self._coming = None
-        return coming.result()
+        self._future = None
+        return future.result()
 
     def cancel(self) -> None:
         """Forget the job, which goes on by itself; its result is dropped. Does not wait."""
-        coming, self._coming = self._coming, None
-        if coming is not None:
-            coming.add_done_callback(self._dropped)
+        future, self._future = self._future, None
+        if future is not None:
+            future.add_done_callback(self._drop_result)
 
-    def _dropped(self, coming: "Future[Result]") -> None:
-        if coming.exception() is None:
-            self._drop(coming.result())
+    def _drop_result(self, future: "Future[Result]") -> None:
+        """Pass the result of a cancelled job to `drop`; ignore a job that failed."""
+        if future.exception() is None:
+            self._drop(future.result())
 
     def wait(self) -> None:
         """Wait until the job is done."""
-        if self._coming is not None:
-            self._coming.exception()
+        if self._future is not None:
+            self._future.exception()
 
 
 class Threads:
@@ -97,10 +98,10 @@ class Threads:
     def __init__(self, name: str, most: int = 1) -> None:
         """Create it without starting a thread; `name` is the name of its threads."""
         self._name = name
-        self._most = most
+        self._thread_count_most = most
         self._lock = Lock()  # guards the fields below
-        self._waiting: deque[tuple[Future[Any], Callable[[], object]]] = deque()
-        self._running = 0
+        self._queued_jobs: deque[tuple[Future[Any], Callable[[], object]]] = deque()
+        self._running_count = 0
         self._is_closed = False
 
     def submit(self, job: Callable[..., Result], *args: object) -> "Future[Result]":
@@ -108,66 +109,72 @@ class Threads:
 
         Raises RuntimeError after `close`, and where the system allows no more threads.
         """
-        coming: Future[Result] = Future()
+        future: Future[Result] = Future()
         with self._lock:
             if self._is_closed:
                 raise RuntimeError(f"The threads {self._name} are closed.")
-            if self._running < self._most:
+            if self._running_count < self._thread_count_most:
                 _start_thread(self._work, self._name)
-                self._running += 1
-            self._waiting.append((coming, partial(job, *args)))
-        return coming
+                self._running_count += 1
+            self._queued_jobs.append((future, partial(job, *args)))
+        return future
 
     def close(self) -> None:
         """Drop the jobs that have not begun, and return without waiting for those that have."""
         with self._lock:
             self._is_closed = True
-            dropped, self._waiting = self._waiting, deque()
-        for coming, _ in dropped:
-            coming.cancel()
+            dropped_jobs, self._queued_jobs = self._queued_jobs, deque()
+        for future, _ in dropped_jobs:
+            future.cancel()
 
     def _work(self) -> None:
         """Run jobs until none is waiting; runs on a thread."""
-        while (entry := self._next()) is not None:
-            _settle(*entry)
+        while (entry := self._pop_job()) is not None:
+            _complete_future(*entry)
 
-    def _next(self) -> tuple["Future[object]", Callable[[], object]] | None:
+    def _pop_job(self) -> tuple["Future[object]", Callable[[], object]] | None:
+        """Remove and return the oldest queued job; without one, count the thread as ended."""
         with self._lock:
-            if self._waiting:
-                return self._waiting.popleft()
-            self._running -= 1
+            if self._queued_jobs:
+                return self._queued_jobs.popleft()
+            self._running_count -= 1
             return None
 
 
 def _start_thread(work: Callable[[], None], name: str) -> None:
+    """Run `work` on a new daemon thread, which counts as busy until `work` returns."""
+
     def run() -> None:
         try:
             work()
         finally:
-            _at_work.discard(thread)
+            _busy_threads.discard(thread)
 
     thread = Thread(target=run, name=name, daemon=True)
-    _at_work.add(thread)
+    _busy_threads.add(thread)
     try:
         thread.start()
     except BaseException:
-        _at_work.discard(thread)
+        _busy_threads.discard(thread)
         raise
 
 
-def _run(job: Callable[[], Result], coming: "Future[Result]", wake: Callable[[], None]) -> None:
+def _run_and_wake(
+    job: Callable[[], Result], future: "Future[Result]", wake: Callable[[], None]
+) -> None:
+    """Run `job`, put its result or its HeatlensError into `future`, and call `wake`."""
     try:
-        coming.set_result(job())
+        future.set_result(job())
     except Exception as error:  # `poll` raises it in the loop, where it is reported
-        coming.set_exception(told_error(error))
+        future.set_exception(to_heatlens_error(error))
     wake()
 
 
-def _settle(coming: "Future[object]", job: Callable[[], object]) -> None:
+def _complete_future(future: "Future[object]", job: Callable[[], object]) -> None:
     """Run `job` and put its result, or its exception, into `coming`."""
     try:
         result = job()
     except BaseException as error:
-        coming.set_exception(error)
+        future.set_exception(error)
     else:
-        coming.set_result(result)
+        future.set_result(result)

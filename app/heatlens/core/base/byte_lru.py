@@ -18,9 +18,9 @@ class ByteLru(Generic[K, V]):
         """Keep up to `limit_bytes`; a larger value only if it is put last and `keeps_newest`."""
         self.limit_bytes = limit_bytes
         self._bytes_of = bytes_of
-        self._least = 1 if keeps_newest else 0
+        self._count_least = 1 if keeps_newest else 0
         self._lock = threading.Lock()
-        self._held: OrderedDict[K, tuple[V, int]] = OrderedDict()  # latest used last
+        self._entries: OrderedDict[K, tuple[V, int]] = OrderedDict()  # latest used last
         self._bytes = 0
 
     @property
@@ -31,24 +31,24 @@ class ByteLru(Generic[K, V]):
     def keys(self) -> frozenset[K]:
         """Return the keys of all values."""
         with self._lock:
-            return frozenset(self._held)
+            return frozenset(self._entries)
 
     def get(self, key: K) -> V | None:
         """Return the value and mark it as used; None if it is not kept."""
         with self._lock:
-            if key not in self._held:
+            if key not in self._entries:
                 return None
-            self._held.move_to_end(key)
-            return self._held[key][0]
+            self._entries.move_to_end(key)
+            return self._entries[key][0]
 
     def put(self, key: K, value: V) -> None:
-        """Keep a value in place of the one that had its key, and drop others to make room."""
+        """Keep `value` in place of that of `key`, and drop old values to fit the limit."""
         size = self._bytes_of(value)
         with self._lock:
             self._drop(key)
             # Without this check a value that does not fit would push out all others before it goes.
-            if size <= self.limit_bytes or self._least:
-                self._held[key] = value, size
+            if size <= self.limit_bytes or self._count_least:
+                self._entries[key] = value, size
                 self._bytes += size
                 self._trim()
 
@@ -61,13 +61,15 @@ class ByteLru(Generic[K, V]):
     def clear(self) -> None:
         """Drop all values."""
         with self._lock:
-            self._held.clear()
+            self._entries.clear()
             self._bytes = 0
 
     def _trim(self) -> None:
-        while len(self._held) > self._least and self._bytes > self.limit_bytes:
-            self._drop(next(iter(self._held)))
+        """Drop the values that were used longest ago until the rest fits the limit."""
+        while len(self._entries) > self._count_least and self._bytes > self.limit_bytes:
+            self._drop(next(iter(self._entries)))
 
     def _drop(self, key: K) -> None:
-        _, size = self._held.pop(key, (None, 0))
+        """Remove the value of `key`, if there is one."""
+        _, size = self._entries.pop(key, (None, 0))
         self._bytes -= size

@@ -32,28 +32,29 @@ class Extra:
     brings: tuple[str, ...] = ()
     besides: str = ""
 
-    def cure(self, package: str = "") -> str:
+    def install_command(self, package: str = "") -> str:
         """Return the command that installs the extra, or a package that is no part of one."""
-        parts = f"'heatlens[{self.name}]'{self.besides}" if self.name else package
-        return f"pip install {parts}"
+        packages = f"'heatlens[{self.name}]'{self.besides}" if self.name else package
+        return f"pip install {packages}"
 
     @contextmanager
-    def needed(self, purpose: str = "", package: str = "") -> Iterator[None]:
+    def require(self, purpose: str = "", package: str = "") -> Iterator[None]:
         """Raise MissingPackageError, which begins with `purpose`, for an ImportError inside."""
         try:
             yield
         except ImportError as error:
-            what = f"the package {package}, which cannot be imported"
+            package_note = f"the package {package}, which cannot be imported"
             raise MissingPackageError(
-                f"{purpose or self.gives} needs {what if package else 'more than is installed'} "
-                f"({error}). Install it with: {self.cure(package)}"
+                f"{purpose or self.gives} needs "
+                f"{package_note if package else 'more than is installed'} "
+                f"({error}). Install it with: {self.install_command(package)}"
             ) from error
 
     def check(self) -> None:
         """Look for all packages, those of other extras too. Raises MissingPackageError."""
         for part in (self, *map(extra, self.brings)):
             for package, module in part.packages.items():
-                with self.needed(package=package):
+                with self.require(package=package):
                     if find_spec(module) is None:
                         raise ModuleNotFoundError(f"No module named {module!r}")
 
@@ -118,7 +119,7 @@ def parts() -> tuple[Extra, ...]:
 
 def extra(name: str) -> Extra:
     """Return the record of an optional part."""
-    return next(it for it in EXTRAS if it.name == name)
+    return next(candidate for candidate in EXTRAS if candidate.name == name)
 
 
 def import_extra(module: str, purpose: str = "") -> ModuleType:
@@ -126,21 +127,21 @@ def import_extra(module: str, purpose: str = "") -> ModuleType:
 
     `purpose` begins the sentence of the MissingPackageError, in place of what the extra gives.
     """
-    top = module.partition(".")[0]
-    part, package = next(
-        (part, package)
-        for part in parts()
-        for package, imported in part.packages.items()
-        if imported == top
+    package_module = module.partition(".")[0]
+    owner, package = next(
+        (owner, package)
+        for owner in parts()
+        for package, imported in owner.packages.items()
+        if imported == package_module
     )
-    with part.needed(purpose, package):
-        return imported(module)
+    with owner.require(purpose, package):
+        return import_module_safely(module)
 
 
-# WeasyPrint tells Pillow, for the whole process, to take the missing rest of a cut picture as grey.
-# After a pull sheet as PDF, half a PNG would be read as a whole one.
-def imported(module: str) -> ModuleType:
-    """Import a module, and leave to Pillow that it refuses cut pictures."""
+# Importing WeasyPrint sets this switch for the whole process: Pillow then fills the missing rest of
+# a truncated picture with grey. After a pull sheet as PDF, half a PNG would be read as a whole one.
+def import_module_safely(module: str) -> ModuleType:
+    """Import a module, then make Pillow refuse truncated pictures again."""
     library = import_module(module)
     if (files := sys.modules.get("PIL.ImageFile")) is not None:
         vars(files)["LOAD_TRUNCATED_IMAGES"] = False
@@ -155,12 +156,12 @@ class OnUse:
     name: str
 
     @property
-    def found(self) -> Any:
+    def target(self) -> Any:
         """The function or class itself."""
         return getattr(import_module(f"heatlens.{self.module}"), self.name)
 
     def __call__(self, *args: Any) -> Any:
-        return self.found(*args)
+        return self.target(*args)
 
 
 def ocio() -> ModuleType:

@@ -4,15 +4,15 @@ import ctypes
 import sys
 from pathlib import Path
 
-_FACTS = Path("/proc/meminfo")
+_MEMINFO = Path("/proc/meminfo")
 _ARENA_MAX = -8  # M_ARENA_MAX of glibc's malloc.h
 
 
 def free_memory_bytes() -> int | None:
     """Return the bytes that Linux could give without swapping; None if they are unknown."""
     try:
-        facts = dict(line.split(":", 1) for line in _FACTS.read_text("ascii").splitlines())
-        return int(facts["MemAvailable"].split()[0]) * 1024
+        fields = dict(line.split(":", 1) for line in _MEMINFO.read_text("ascii").splitlines())
+        return int(fields["MemAvailable"].split()[0]) * 1024
     except (OSError, KeyError, ValueError):  # not Linux, or an old version of it
         return None
 

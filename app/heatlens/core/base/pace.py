@@ -5,7 +5,8 @@ from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-_PRIOR = 0.15  # weight of the first estimate against measurements, as a part of the plan of a kind
+# Weight of the plan against measurements, as a share of all planned seconds of a kind of steps.
+_PLAN_WEIGHT = 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,62 +29,69 @@ class Pace:
     ) -> None:
         self.steps = tuple(steps)
         self._clock = clock
-        self._at = -1  # the step that goes on
-        self._start = self._began = clock()
-        self._whole = _seconds_by_kind(self.steps)
+        self._step_index = -1  # index of the running step; -1 before the first
+        self._bench_start = self._step_start = clock()
+        self._plan_s = _seconds_by_kind(self.steps)
         # Planned seconds of the finished steps by kind, and those that they took.
-        self._planned: dict[str, float] = defaultdict(float)
-        self._taken: dict[str, float] = defaultdict(float)
+        self._finished_plan_s: dict[str, float] = defaultdict(float)
+        self._finished_actual_s: dict[str, float] = defaultdict(float)
 
     @property
     def number(self) -> int:
         """The number of the running step, counted from 1; 0 before the first."""
-        return self._at + 1
+        return self._step_index + 1
 
     def begin(self, sentence: str) -> bool:
         """Begin the step with this message; return False if the message belongs to no step.
 
         Steps in between count as skipped.
         """
-        later = range(self._at + 1, len(self.steps))
-        index = next((at for at in later if self.steps[at].sentence == sentence), None)
+        later_indices = range(self._step_index + 1, len(self.steps))
+        index = next((at for at in later_indices if self.steps[at].sentence == sentence), None)
         if index is None:
             return False
-        now = self._clock()
-        if self._at >= 0:
-            before = self.steps[self._at]
-            self._planned[before.kind] += before.seconds
-            self._taken[before.kind] += now - self._began
-        self._at, self._began = index, now
+        now_s = self._clock()
+        if self._step_index >= 0:
+            finished_step = self.steps[self._step_index]
+            self._finished_plan_s[finished_step.kind] += finished_step.seconds
+            self._finished_actual_s[finished_step.kind] += now_s - self._step_start
+        self._step_index, self._step_start = index, now_s
         return True
 
     @property
     def left_s(self) -> float:
         """Estimated seconds to the end."""
-        later = _seconds_by_kind(self.steps[self._at + 1 :])
-        after = sum(self._pace(kind) * seconds for kind, seconds in later.items())
-        if self._at < 0:
-            return after
-        now = self.steps[self._at]
-        current = self._pace(now.kind) * now.seconds - (self._clock() - self._began)
-        return after + max(0.0, current)
+        later_plan_s = _seconds_by_kind(self.steps[self._step_index + 1 :])
+        later_s = sum(
+            self._actual_over_planned(kind) * seconds for kind, seconds in later_plan_s.items()
+        )
+        if self._step_index < 0:
+            return later_s
+        step = self.steps[self._step_index]
+        step_left_s = self._actual_over_planned(step.kind) * step.seconds - (
+            self._clock() - self._step_start
+        )
+        return later_s + max(0.0, step_left_s)
 
     @property
     def whole_s(self) -> float:
         """Estimated seconds from the beginning to the end."""
-        return self._clock() - self._start + self.left_s
+        return self._clock() - self._bench_start + self.left_s
 
-    # A machine that is slower than the plan is so by about the same factor for all steps of a kind.
-    # Until such steps have run, the plan is all that is known: it counts as a part of them that
-    # took as long as planned, so that the time left does not jump when the first one ends.
-    def _pace(self, kind: str) -> float:
-        """Actual seconds per planned second of steps of this kind."""
-        prior = _PRIOR * self._whole[kind]
-        whole = self._planned[kind] + prior
-        return (self._taken[kind] + prior) / whole if whole > 0.0 else 1.0
+    # The estimate is the ratio of actual to planned seconds of the finished steps of a kind, for
+    # which a slow machine is slower by about the same factor. A share `_PLAN_WEIGHT` of the plan
+    # counts as finished on time, so that the time left does not jump when the first step ends.
+    def _actual_over_planned(self, kind: str) -> float:
+        """Return the estimated actual seconds per planned second of steps of this kind."""
+        plan_weight_s = _PLAN_WEIGHT * self._plan_s[kind]
+        planned_s = self._finished_plan_s[kind] + plan_weight_s
+        return (
+            (self._finished_actual_s[kind] + plan_weight_s) / planned_s if planned_s > 0.0 else 1.0
+        )
 
 
 def _seconds_by_kind(steps: Sequence[Step]) -> dict[str, float]:
+    """Return the planned seconds of `steps`, added up for each kind."""
     seconds: dict[str, float] = defaultdict(float)
     for step in steps:
         seconds[step.kind] += step.seconds

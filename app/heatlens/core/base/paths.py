@@ -23,7 +23,7 @@ from platformdirs import PlatformDirs
 from heatlens.core.base.errors import InputError
 
 FILE_MOST_BYTES = 16_000_000_000  # larger ones do not fit the memory of a usual machine
-_ALIKE = 0.8  # how alike two names are that differ by a slip of the fingers, of 1
+_SIMILARITY_LEAST = 0.8  # how alike two names are that differ by a slip of the fingers, of 1
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 
@@ -36,40 +36,40 @@ def home_dir() -> Path:
 def pictures_dir() -> Path:
     """Return the user's folder of pictures, else the home folder."""
     home = home_dir()
-    named = os.environ.get("XDG_PICTURES_DIR")
-    folder = Path(named) if named else home / "Pictures"
+    configured = os.environ.get("XDG_PICTURES_DIR")
+    folder = Path(configured) if configured else home / "Pictures"
     return folder if folder.is_dir() else home
 
 
 def folder_to_write_in(path: Path) -> Path:
-    """Return the folder of a file, to write other files beside it.
+    """Return the folder in which to write files that belong to the file at `path`.
 
-    Return the user's folder of pictures if the file comes with the program, or if nothing may be
-    written beside it.
+    This is the folder of the file itself; or the user's folder of pictures if the file is an asset
+    of the program, or if its folder is not writable.
     """
-    beside = path.absolute().parent
-    is_own = beside.resolve() == data_dir("assets").resolve()
-    return pictures_dir() if is_own or not os.access(beside, os.W_OK) else beside
+    own_folder = path.absolute().parent
+    is_asset = own_folder.resolve() == data_dir("assets").resolve()
+    return pictures_dir() if is_asset or not os.access(own_folder, os.W_OK) else own_folder
 
 
-def unreadable(path: Path, error: OSError | None = None) -> InputError:
+def unreadable_error(path: Path, error: OSError | None = None) -> InputError:
     """Return the error for a file that cannot be opened."""
     if os.path.isdir(path):  # raises nothing, unlike Path.is_dir of a name that is too long
         return InputError(f"{path} is a folder, not a file.")
     if not os.path.lexists(path):
-        return InputError(f"{path} is not there.{_meant_beside(path)}")
-    why = (error.strerror or str(error)) if error is not None else "it is not a file"
-    return InputError(f"{path} cannot be read: {why}.")
+        return InputError(f"{path} is not there.{_suggest_similar_name(path)}")
+    reason = (error.strerror or str(error)) if error is not None else "it is not a file"
+    return InputError(f"{path} cannot be read: {reason}.")
 
 
-def _meant_beside(path: Path) -> str:
+def _suggest_similar_name(path: Path) -> str:
     """Return " Did you mean X?" for a file in the same folder with a similar name, else ""."""
     try:
         names = sorted(os.listdir(path.parent))
     except OSError:
         return ""
-    near = get_close_matches(path.name, names, 1, _ALIKE)
-    return f" Did you mean {path.with_name(near[0])}?" if near else ""
+    similar_names = get_close_matches(path.name, names, 1, _SIMILARITY_LEAST)
+    return f" Did you mean {path.with_name(similar_names[0])}?" if similar_names else ""
 
 
 def absolute(path: str | os.PathLike[str]) -> str:
@@ -77,37 +77,44 @@ def absolute(path: str | os.PathLike[str]) -> str:
     return os.path.abspath(os.path.expanduser(path))
 
 
-def file_bytes(path: Path, most: int = FILE_MOST_BYTES) -> bytes:
+def read_file_bytes(path: Path, most: int = FILE_MOST_BYTES) -> bytes:
     """Return the content of a file, of at most `most` bytes.
 
-    Raises OSError for a larger one, and as `opened_file` does.
+    Raises OSError for a larger one, and as `open_regular_file` does.
     """
-    return file_and_status(path, most)[0]
+    return read_file_and_status(path, most)[0]
 
 
-def file_and_status(path: Path, most: int = FILE_MOST_BYTES) -> tuple[bytes, os.stat_result]:
-    """Return the content and the status of the same opened file; raises OSError as `file_bytes`."""
-    with opened_file(path) as file:
+def read_file_and_status(path: Path, most: int = FILE_MOST_BYTES) -> tuple[bytes, os.stat_result]:
+    """Return the content and the status of the same opened file.
+
+    Raises OSError as `read_file_bytes` does.
+    """
+    with open_regular_file(path) as file:
         status = os.fstat(file.fileno())
         if status.st_size > most:
             raise OSError(errno.EFBIG, f"it has more than {most / 1e6:.0f} MB", str(path))
         return file.read(), status
 
 
-def opened_file(path: Path) -> BinaryIO:
+def open_regular_file(path: Path) -> BinaryIO:
     """Open a file to read it; raise OSError for a pipe or a device, which may never end.
 
     All files are opened for reading here (`tests/media/files/test_guarded_reading.py`).
     """
     # Opening a pipe that nobody writes to must not block. The status is that of the open file,
     # because another file could take its name between a check and the reading.
-    opened = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    if not stat.S_ISREG(os.fstat(opened).st_mode):
-        is_folder = stat.S_ISDIR(os.fstat(opened).st_mode)
-        os.close(opened)
-        kind = errno.EISDIR if is_folder else errno.EINVAL
-        raise OSError(kind, "it is a folder" if is_folder else "it is not a file", str(path))
-    return open(opened, "rb")
+    descriptor = os.open(
+        path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    )
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        is_folder = stat.S_ISDIR(os.fstat(descriptor).st_mode)
+        os.close(descriptor)
+        error_number = errno.EISDIR if is_folder else errno.EINVAL
+        raise OSError(
+            error_number, "it is a folder" if is_folder else "it is not a file", str(path)
+        )
+    return open(descriptor, "rb")
 
 
 @cache
@@ -132,7 +139,7 @@ _IS_LINUX = sys.platform.startswith("linux")
 def preferences_dir() -> Path:
     """Return the folder of the preferences; on Linux `~/.config/heatlens`."""
     dirs = PlatformDirs(_NAME, appauthor=False, roaming=True)
-    return _chosen("HEATLENS_CONFIG_DIR", lambda: dirs.user_config_dir)
+    return _configured_dir("HEATLENS_CONFIG_DIR", lambda: dirs.user_config_dir)
 
 
 def kits_dir() -> Path:
@@ -143,7 +150,7 @@ def kits_dir() -> Path:
 def rendered_frames_dir() -> Path:
     """Return the cache folder of rendered frames; on Linux `~/.cache/heatlens/frames`."""
     dirs = PlatformDirs(_NAME, appauthor=False)
-    return _chosen("HEATLENS_CACHE_DIR", lambda: dirs.user_cache_dir) / "frames"
+    return _configured_dir("HEATLENS_CACHE_DIR", lambda: dirs.user_cache_dir) / "frames"
 
 
 def estimates_dir() -> Path:
@@ -162,22 +169,22 @@ def runtime_dir() -> Path:
             )  # platformdirs warns if a login has no runtime folder and uses /tmp
             return dirs.user_runtime_dir
 
-    return _chosen("HEATLENS_RUNTIME_DIR", usual)
+    return _configured_dir("HEATLENS_RUNTIME_DIR", usual)
 
 
 def reports_dir() -> Path:
     """Return the folder of the fault reports; on Linux `~/.local/state/heatlens`."""
     # On Linux platformdirs would add "log", but earlier versions wrote reports one level higher.
     dirs = PlatformDirs(_NAME, appauthor=False, opinion=not _IS_LINUX)
-    return _chosen("HEATLENS_LOG_DIR", lambda: dirs.user_log_dir)
+    return _configured_dir("HEATLENS_LOG_DIR", lambda: dirs.user_log_dir)
 
 
-def _chosen(variable: str, usual: Callable[[], str]) -> Path:
+def _configured_dir(variable: str, default_dir: Callable[[], str]) -> Path:
     """Return the folder that an environment variable names, else the usual one of the system."""
-    chosen = os.environ.get(variable)
-    if chosen:
-        return Path(chosen)
+    configured = os.environ.get(variable)
+    if configured:
+        return Path(configured)
     try:
-        return Path(usual())
+        return Path(default_dir())
     except (RuntimeError, OSError):  # no home, as in a container; or others took the folder's name
         return home_dir() / f".{_NAME}"

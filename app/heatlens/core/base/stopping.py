@@ -23,11 +23,16 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, NamedTuple
 
-_UNFINISHED, _FINISHED, _MADE, _HEARS, _DEAF, _SAID = b"+", b"-", b"?", b"h", b"d", b"s"
+_UNFINISHED = b"+"
+_FINISHED = b"-"
+_FOLDER_CREATED = b"?"
+_HANDLES_SIGNALS = b"h"
+_LEAVES_SIGNALS = b"d"
+_STOP_REPORTED = b"s"
 
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
-_record: int | None = None  # file descriptor, if a parent waits for this process
+_record_descriptor: int | None = None  # file descriptor, if a parent waits for this process
 
 
 class Stopped(KeyboardInterrupt):
@@ -46,34 +51,34 @@ def stop_signals() -> frozenset[signal.Signals]:
     `nohup` and shell scripts make programs ignore some signals, and worker processes inherit this.
     """
     names = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
-    known = {getattr(signal, name) for name in names if hasattr(signal, name)}
-    return frozenset(stop for stop in known if signal.getsignal(stop) is not signal.SIG_IGN)
+    available = {getattr(signal, name) for name in names if hasattr(signal, name)}
+    return frozenset(stop for stop in available if signal.getsignal(stop) is not signal.SIG_IGN)
 
 
-class Left(NamedTuple):
+class LeftoverFiles(NamedTuple):
     """The files that an ended process left behind."""
 
     unfinished: tuple[Path, ...]  # unfinished files and folders
-    folders_made: tuple[Path, ...]  # new folders, to be removed if they are empty
-    hears: bool  # the process handled Ctrl-C itself
-    has_said: bool = False  # the process has printed that it was stopped
+    new_folders: tuple[Path, ...]  # new folders, to be removed if they are empty
+    handles_signals: bool  # the process handled Ctrl-C itself
+    has_reported_stop: bool = False  # the process has printed that it was stopped
 
 
 def begin_record() -> int:
     """Create the record that this process and its children share; return its descriptor."""
-    global _record
-    _record = os.memfd_create("heatlens")
-    return _record
+    global _record_descriptor
+    _record_descriptor = os.memfd_create("heatlens")
+    return _record_descriptor
 
 
 @contextmanager
-def unfinished(path: str | os.PathLike[str]) -> Iterator[None]:
+def mark_unfinished(path: str | os.PathLike[str]) -> Iterator[None]:
     """Mark the file or folder at `path` for removal if the process is killed inside the block."""
-    _write(_UNFINISHED, path)
+    _append_entry(_UNFINISHED, path)
     try:
         yield
     finally:
-        _write(_FINISHED, path)
+        _append_entry(_FINISHED, path)
 
 
 @contextmanager
@@ -83,7 +88,7 @@ def temporary_folder() -> Iterator[Path]:
     import tempfile
 
     path = Path(tempfile.gettempdir()) / f"heatlens-{os.urandom(8).hex()}"
-    with unfinished(path):
+    with mark_unfinished(path):
         path.mkdir(mode=0o700)
         try:
             yield path
@@ -91,7 +96,7 @@ def temporary_folder() -> Iterator[Path]:
             shutil.rmtree(path, ignore_errors=True)
 
 
-def end_with(parent: int) -> None:
+def die_with_parent(parent: int) -> None:
     """Let the system kill this process when its `parent` ends; this works only on Linux."""
     if sys.platform != "linux":
         return
@@ -102,65 +107,71 @@ def end_with(parent: int) -> None:
         os._exit(128 + signal.SIGKILL)
 
 
-def folder_made(path: str | os.PathLike[str]) -> None:
-    """Mark the folder `path` for removal after a stopped process, if it is empty."""
-    _write(_MADE, path)
+def record_new_folder(path: str | os.PathLike[str]) -> None:
+    """Record the new folder `path`, which is removed if this process is stopped and it is empty."""
+    _append_entry(_FOLDER_CREATED, path)
 
 
 @contextmanager
-def hearing() -> Iterator[None]:
+def handle_own_signals() -> Iterator[None]:
     """Ask to receive stop signals inside the block, because this process ends itself cleanly."""
-    _write(_HEARS)
+    _append_entry(_HANDLES_SIGNALS)
     try:
         yield
     finally:
-        _write(_DEAF)
+        _append_entry(_LEAVES_SIGNALS)
 
 
-def stop_was_said() -> None:
+def record_stop_reported() -> None:
     """Record that this process has printed that it was stopped, so that its parent does not."""
-    _write(_SAID)
+    _append_entry(_STOP_REPORTED)
 
 
-def read_record(record: int) -> Left:
+def read_record(record: int) -> LeftoverFiles:
     """Read the record of a process that may have been killed."""
-    unfinished_now: dict[str, None] = {}
-    made: dict[str, None] = {}
-    hears = has_said = False
+    unfinished_paths: dict[str, None] = {}
+    new_folders: dict[str, None] = {}
+    handles_signals = has_reported_stop = False
     for entry in os.pread(record, os.fstat(record).st_size, 0).split(b"\0")[:-1]:
         sign, path = entry[:1], os.fsdecode(entry[1:])
         if sign == _UNFINISHED:
-            unfinished_now[path] = None
+            unfinished_paths[path] = None
         elif sign == _FINISHED:
-            unfinished_now.pop(path, None)
-        elif sign == _MADE:
-            made[path] = None
-        elif sign == _SAID:
-            has_said = True
+            unfinished_paths.pop(path, None)
+        elif sign == _FOLDER_CREATED:
+            new_folders[path] = None
+        elif sign == _STOP_REPORTED:
+            has_reported_stop = True
         else:
-            hears = sign == _HEARS
-    return Left(tuple(map(Path, unfinished_now)), tuple(map(Path, made)), hears, has_said)
+            handles_signals = sign == _HANDLES_SIGNALS
+    return LeftoverFiles(
+        tuple(map(Path, unfinished_paths)),
+        tuple(map(Path, new_folders)),
+        handles_signals,
+        has_reported_stop,
+    )
 
 
-def remove_left(left: Left) -> None:
+def remove_leftovers(leftovers: LeftoverFiles) -> None:
     """Remove unfinished files, and new folders that are still empty."""
     import shutil  # imported here, so that the waiting process starts quickly
 
-    for path in left.unfinished:
+    for path in leftovers.unfinished:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
         else:
             with suppress(OSError):  # already gone, or renamed to its final name
                 path.unlink()
-    for folder in reversed(left.folders_made):
+    for folder in reversed(leftovers.new_folders):
         with suppress(OSError):  # the folder is not empty, and stays
             folder.rmdir()
 
 
-def _write(sign: bytes, path: str | os.PathLike[str] = "") -> None:
-    if _record is not None:
-        where = os.path.abspath(path) if path else ""
-        os.write(_record, sign + os.fsencode(where) + b"\0")
+def _append_entry(sign: bytes, path: str | os.PathLike[str] = "") -> None:
+    """Append an entry to the record, if a parent process reads one."""
+    if _record_descriptor is not None:
+        absolute_path = os.path.abspath(path) if path else ""
+        os.write(_record_descriptor, sign + os.fsencode(absolute_path) + b"\0")
 
 
 class StopSignals:
@@ -170,18 +181,18 @@ class StopSignals:
         """Create it; `wake` is called on a thread after each signal."""
         self.number: int | None = None  # the signal that was received
         self._wake = wake
-        self._before: dict[signal.Signals, Any] = {}
-        self._hearing = hearing()
+        self._previous_handlers: dict[signal.Signals, Any] = {}
+        self._own_signals = handle_own_signals()
 
     def __enter__(self) -> "StopSignals":
         """Begin to listen; call this on the main thread."""
         for number in stop_signals():
-            self._before[number] = signal.signal(number, self._note)
-        read, self._write = os.pipe()
-        os.set_blocking(self._write, False)
-        self._pipe_before = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
-        threading.Thread(target=self._follow, args=(read,), daemon=True).start()
-        self._hearing.__enter__()
+            self._previous_handlers[number] = signal.signal(number, self._record_signal)
+        pipe_output, self._pipe_input = os.pipe()
+        os.set_blocking(self._pipe_input, False)
+        self._previous_wakeup_fd = signal.set_wakeup_fd(self._pipe_input, warn_on_full_buffer=False)
+        threading.Thread(target=self._wake_per_byte, args=(pipe_output,), daemon=True).start()
+        self._own_signals.__enter__()
         return self
 
     def __exit__(
@@ -191,21 +202,21 @@ class StopSignals:
         trace: TracebackType | None,
     ) -> None:
         """Restore the previous signal handlers."""
-        self._hearing.__exit__(kind, error, trace)
-        signal.set_wakeup_fd(self._pipe_before)
-        os.close(self._write)
-        for number, before in self._before.items():
-            signal.signal(number, before)
+        self._own_signals.__exit__(kind, error, trace)
+        signal.set_wakeup_fd(self._previous_wakeup_fd)
+        os.close(self._pipe_input)
+        for number, previous_handler in self._previous_handlers.items():
+            signal.signal(number, previous_handler)
 
     def raise_if_stopped(self) -> None:
         """Raise Stopped if a signal has been received."""
         if self.number is not None:
             raise Stopped(self.number)
 
-    def _note(self, number: int, _frame: FrameType | None) -> None:
+    def _record_signal(self, number: int, _frame: FrameType | None) -> None:
         self.number = number
 
-    def _follow(self, pipe: int) -> None:
+    def _wake_per_byte(self, pipe: int) -> None:
         """Wake the loop for each byte until the pipe is closed; runs on a thread."""
         while os.read(pipe, 1):
             self._wake()
@@ -213,23 +224,23 @@ class StopSignals:
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
+def delay_interrupts() -> Iterator[None]:
     """Handle Ctrl-C after the block instead of inside it.
 
     moderngl builds programs in C and calls Python from there. It does not check for a
     KeyboardInterrupt raised in such a call, and the process crashes. This is for notebooks and
     programs that import heatlens; commands handle Ctrl-C in another way (`commands.launch`).
     """
-    before = signal.getsignal(signal.SIGINT)
+    previous_handler = signal.getsignal(signal.SIGINT)
     # Only the main thread handles signals. None means a handler that was not set by Python.
-    if threading.current_thread() is not threading.main_thread() or before is None:
+    if threading.current_thread() is not threading.main_thread() or previous_handler is None:
         yield
         return
-    arrived: list[FrameType | None] = []
-    signal.signal(signal.SIGINT, lambda _number, frame: arrived.append(frame))
+    delayed_frames: list[FrameType | None] = []
+    signal.signal(signal.SIGINT, lambda _number, frame: delayed_frames.append(frame))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
-        if arrived and callable(before):
-            before(signal.SIGINT, arrived[0])
+        signal.signal(signal.SIGINT, previous_handler)
+        if delayed_frames and callable(previous_handler):
+            previous_handler(signal.SIGINT, delayed_frames[0])

@@ -1,4 +1,4 @@
-"""What the user can say of a depth: its convention, where it is, and how far a pixel of it is."""
+"""The values by which a user describes a depth: its convention, its side, a known distance."""
 
 import math
 from dataclasses import dataclass
@@ -129,14 +129,14 @@ class KnownDistance:
 
 def parse_known_distance(text: str) -> KnownDistance:
     """Parse "960,540=2.4m". Raises InputError for anything else."""
-    place, _, distance = text.partition("=")
+    pixel_text, _, distance_text = text.partition("=")
     try:
-        x_px, y_px = (float(part) for part in place.split(","))
+        x_px, y_px = (float(coordinate) for coordinate in pixel_text.split(","))
     except ValueError:
         raise InputError(
             f"{text!r} is not a pixel with its distance. Example: 960,540=2.4m."
         ) from None
-    distance_m = parse_distance_m(distance)
+    distance_m = parse_distance_m(distance_text)
     if not 0 < distance_m < math.inf:
         raise InputError(f"{text!r}: the distance must be above 0 and not infinite.")
     return KnownDistance(x_px, y_px, distance_m)

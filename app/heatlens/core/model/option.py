@@ -82,59 +82,63 @@ class Option:
         return low <= value <= high
 
 
-def option(words: str, help: str = "", **more: Any) -> Mapping[str, Option]:
+def option(words: str, help: str = "", **settings: Any) -> Mapping[str, Option]:
     """Return the metadata of a field that a person can set; see `Option`."""
-    more = {"flag": words.lower().replace(" ", "-"), "label": words, "tip": help} | more
-    return {_KEY: Option(words, help, **more)}
+    settings = {"flag": words.lower().replace(" ", "-"), "label": words, "tip": help} | settings
+    return {_KEY: Option(words, help, **settings)}
 
 
-def option_field(default: object, words: str, help: str = "", **more: object) -> Any:
+def option_field(default: object, words: str, help: str = "", **settings: object) -> Any:
     """Return a dataclass field with a default that a person can set; see `Option`."""
-    return field(default=default, metadata=option(words, help, **more))
+    return field(default=default, metadata=option(words, help, **settings))
 
 
-def check_range(what: str, value: float | None, least: float, most: float) -> None:
+def check_range(quantity: str, value: float | None, least: float, most: float) -> None:
     """Raise InputError if a number lies outside its range or is NaN. None always passes."""
     if value is not None and not least <= value <= most:
-        raise InputError(f"The {what} should be {least:g} to {most:g}, got {value:g}.")
+        raise InputError(f"The {quantity} should be {least:g} to {most:g}, got {value:g}.")
 
 
-def type_of(kind: type, name: str) -> Any:
+def type_of(dataclass_type: type, name: str) -> Any:
     """Return the type of a field of a dataclass, without None."""
-    hint = _hints_of(kind)[name]
+    hint = _hints_of(dataclass_type)[name]
     if get_origin(hint) not in (Union, UnionType):
         return hint
-    return next(one for one in get_args(hint) if one is not NoneType)
+    return next(member for member in get_args(hint) if member is not NoneType)
 
 
 _hints_of = cache(get_type_hints)
 
 
 @cache
-def options_of(kind: type) -> Mapping[str, Option]:
+def options_of(dataclass_type: type) -> Mapping[str, Option]:
     """Return the options of a dataclass by the names of their fields, in their order."""
-    return {f.name: f.metadata[_KEY] for f in fields(kind) if _KEY in f.metadata}
+    return {f.name: f.metadata[_KEY] for f in fields(dataclass_type) if _KEY in f.metadata}
 
 
-def words_of(record: Any) -> list[str]:
+def changed_options(record: Any) -> list[str]:
     """Return the command-line options for all fields that are not at their default.
 
     `heatlens.fronts.commands.options.field_options` parses them. Only fields with an option and a
     default are included; use it only for records whose values are typed as they are stored.
     """
-    words = []
-    kind: Any = type(record)
-    options = options_of(kind)
-    for one in fields(record):
-        value = getattr(record, one.name)
-        if one.name in options and one.default is not MISSING and value != one.default:
-            flag = f"--{options[one.name].flag}"
-            words.append(flag if value is True else f"{flag}={value}")
-    return words
+    arguments = []
+    dataclass_type: Any = type(record)
+    options = options_of(dataclass_type)
+    for record_field in fields(record):
+        value = getattr(record, record_field.name)
+        if (
+            record_field.name in options
+            and record_field.default is not MISSING
+            and value != record_field.default
+        ):
+            flag = f"--{options[record_field.name].flag}"
+            arguments.append(flag if value is True else f"{flag}={value}")
+    return arguments
 
 
-def or_meant(name: str, known: Iterable[str]) -> str:
+def suggest_similar(name: str, known: Iterable[str]) -> str:
     """Return " Did you mean X?" for a similar known name, ignoring case; "" if there is none."""
-    by_small = {one.lower(): one for one in known}
-    near = get_close_matches(name.lower(), by_small, 1)
-    return f" Did you mean {by_small[near[0]]}?" if near else ""
+    by_lower_case = {known_name.lower(): known_name for known_name in known}
+    similar = get_close_matches(name.lower(), by_lower_case, 1)
+    return f" Did you mean {by_lower_case[similar[0]]}?" if similar else ""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from heatlens.core.base.errors import InputError
 
 _TEXT = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})([:;.])(\d{2})")
-_DROPPING = 30, 60  # frames per second, rounded, whose timecode can drop frame numbers
+_DROP_RATES = 30, 60  # frames per second, rounded, whose timecode can drop frame numbers
 _DROP_MINUTES = 10  # the first of every ten minutes drops no numbers
 
 
@@ -33,42 +33,46 @@ class Timecode:
 
     def fits(self, frames_per_second: float) -> bool:
         """Return whether this timecode exists at this rate, with or without dropped numbers."""
-        return not self.why_not(frames_per_second)
+        return not self.mismatch_message(frames_per_second)
 
-    def why_not(self, frames_per_second: float) -> str:
-        """Return a sentence that says why no frame of this rate has this timecode; "" if one has.
+    def mismatch_message(self, frames_per_second: float) -> str:
+        """Return a sentence on why no frame of this rate has this timecode; "" if one has it.
 
         Source: SMPTE ST 12-1, which drops numbers at 30 and 60 frames a second over 1.001 alone.
         """
-        rate, whole = f"{frames_per_second:.5g} frames a second", round(frames_per_second)
-        if self.frames >= whole:
-            return f"{self} is not a timecode at {rate}: frames go from 00 to {whole - 1:02}."
-        if self.drop and whole not in _DROPPING:
+        rate_text = f"{frames_per_second:.5g} frames a second"
+        rounded_rate = round(frames_per_second)
+        if self.frames >= rounded_rate:
+            return (
+                f"{self} is not a timecode at {rate_text}: frames go from 00 to "
+                f"{rounded_rate - 1:02}."
+            )
+        if self.drop and rounded_rate not in _DROP_RATES:
             return (
                 f"{self} is drop-frame, which exists only at 29.97 and 59.94 frames a second, not "
-                f"at {rate}: write {replace(self, drop=False)}."
+                f"at {rate_text}: write {replace(self, drop=False)}."
             )
         return ""
 
-    def later(self, frames: int, frames_per_second: float) -> "Timecode":
-        """Return the timecode so many frames later, or earlier.
+    def add_frames(self, frames: int, frames_per_second: float) -> "Timecode":
+        """Return the timecode `frames` frames later, or earlier if negative.
 
         After midnight it starts at zero.
         """
-        count = self.count(frames_per_second) + frames
-        return _at(count, round(frames_per_second), self.drop)
+        frame_count = self.count(frames_per_second) + frames
+        return _timecode_of_count(frame_count, round(frames_per_second), self.drop)
 
     def count(self, frames_per_second: float) -> int:
         """Return the number of frames since midnight."""
-        whole = round(frames_per_second)
+        rounded_rate = round(frames_per_second)
         minutes = 60 * self.hours + self.minutes
-        count = (60 * minutes + self.seconds) * whole + self.frames
+        count = (60 * minutes + self.seconds) * rounded_rate + self.frames
         if self.drop:
-            count -= _dropped_a_minute(whole) * (minutes - minutes // _DROP_MINUTES)
+            count -= _dropped_a_minute(rounded_rate) * (minutes - minutes // _DROP_MINUTES)
         return count
 
 
-def timecode_in(text: str) -> Timecode | None:
+def try_parse_timecode(text: str) -> Timecode | None:
     """Return the timecode in a text; None if it is not a valid one."""
     match = _TEXT.fullmatch(text.strip())
     if match is None:
@@ -80,7 +84,7 @@ def timecode_in(text: str) -> Timecode | None:
 
 def parse_timecode(text: str) -> Timecode:
     """Return the timecode of a text. Raises InputError if it is none."""
-    timecode = timecode_in(text)
+    timecode = try_parse_timecode(text)
     if timecode is None:
         raise InputError(
             f"{text!r} is not a timecode. Example: 10:00:00:00, or 10:00:00;00 for drop frames."
@@ -90,26 +94,29 @@ def parse_timecode(text: str) -> Timecode:
 
 def timecode_at(count: float, frames_per_second: float) -> Timecode:
     """Return the timecode, without dropped numbers, of a count of frames since midnight."""
-    return _at(round(count), round(frames_per_second), drop=False)
+    return _timecode_of_count(round(count), round(frames_per_second), drop=False)
 
 
-def _dropped_a_minute(whole: int) -> int:
+def _dropped_a_minute(rounded_rate: int) -> int:
     """Return the frame numbers dropped in every minute but each tenth: two of 30, four of 60."""
-    return whole // 15
+    return rounded_rate // 15
 
 
-def _at(count: int, whole: int, drop: bool) -> Timecode:
-    """Return the timecode of a frame counted from midnight."""
+def _timecode_of_count(count: int, rounded_rate: int, drop: bool) -> Timecode:
+    """Return the timecode of a frame counted from midnight.
+
+    With `drop`, the numbers that drop-frame counting skips are added to `count` first.
+    """
     if drop:
-        lost = _dropped_a_minute(whole)
-        minute = 60 * whole - lost
-        ten = _DROP_MINUTES * minute + lost
-        count %= 144 * ten
-        tens, rest = divmod(count, ten)
-        count += tens * (_DROP_MINUTES - 1) * lost
-        if rest >= 60 * whole:
-            count += lost * (1 + (rest - 60 * whole) // minute)
-    seconds, frames = divmod(count, whole)
+        dropped = _dropped_a_minute(rounded_rate)
+        minute_frames = 60 * rounded_rate - dropped
+        ten_minute_frames = _DROP_MINUTES * minute_frames + dropped
+        count %= 144 * ten_minute_frames
+        ten_minutes, remaining_frames = divmod(count, ten_minute_frames)
+        count += ten_minutes * (_DROP_MINUTES - 1) * dropped
+        if remaining_frames >= 60 * rounded_rate:
+            count += dropped * (1 + (remaining_frames - 60 * rounded_rate) // minute_frames)
+    seconds, frames = divmod(count, rounded_rate)
     minutes, seconds = divmod(seconds, 60)
     hours, minutes = divmod(minutes, 60)
     return Timecode(hours % 24, minutes, seconds, frames, drop)

@@ -28,7 +28,7 @@ _FEET_AND_INCHES = re.compile(
 )
 _SIGNIFICANT_DIGITS = 4  # lenses and tape measures are marked no finer
 _CENTIMETRES_UNDER_M = 0.1
-_UNDERSTOOD = """2.24, 2.24m, 190cm, 1900 mm, 6'3", 6ft 3in, 75in or inf"""
+_EXAMPLES = """2.24, 2.24m, 190cm, 1900 mm, 6'3", 6ft 3in, 75in or inf"""
 
 
 def parse_distance_m(text: str) -> float:
@@ -44,7 +44,7 @@ def parse_distance_m(text: str) -> float:
     if distance_m is None:
         distance_m = _one_unit_m(words)
     if distance_m is None or not math.isfinite(distance_m):
-        raise InputError(f"{text!r} is not a distance; use {_UNDERSTOOD}.")
+        raise InputError(f"{text!r} is not a distance; use {_EXAMPLES}.")
     return distance_m
 
 
@@ -101,10 +101,7 @@ def _feet_and_inches_m(words: str) -> float | None:
 
 
 def _one_unit_m(words: str) -> float | None:
-    """Return the metres of a number with one unit or none.
-
-    None where `words` are something else.
-    """
+    """Return the metres of a number with one unit or none; None if `words` are something else."""
     match = _ONE_UNIT.fullmatch(words)
     if match is None:
         return None
@@ -113,6 +110,7 @@ def _one_unit_m(words: str) -> float | None:
 
 
 def _metric_text(distance_m: float) -> str:
+    """Format a distance in metres, or in centimetres under 10 cm."""
     if 0 < distance_m < _CENTIMETRES_UNDER_M:
         return f"{_significant(1e2 * distance_m, _SIGNIFICANT_DIGITS - 1)} cm"
     return f"{_significant(distance_m)} m"
@@ -132,5 +130,5 @@ def _feet_text(distance_m: float) -> str:
     inches = distance_m / INCH_M
     if round(inches, 1) < 12:
         return f'{_significant(inches)}"'
-    feet, rest = divmod(round(inches, 1), 12)
-    return f"{feet:.0f}'{rest:.1f}".removesuffix(".0") + '"'
+    feet, remaining_inches = divmod(round(inches, 1), 12)
+    return f"{feet:.0f}'{remaining_inches:.1f}".removesuffix(".0") + '"'

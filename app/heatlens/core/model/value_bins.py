@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 BINS = 4096
 BARS = 160  # of a histogram
-_NEAR_ROOM = 1.12  # range beyond the nearest dioptres, so that focus can be set in front
+_NEAR_MARGIN = 1.12  # range beyond the nearest dioptres, so that focus can be set in front
 _STEP_MIN = 1e-30  # a smaller one has no reciprocal in float32
 
 
@@ -33,7 +33,7 @@ class ValueBins:
 
     @property
     def middles(self) -> NDArray[np.float64]:
-        """(BINS,) the middle of each."""
+        """(BINS,) the values in the middle of each bin."""
         step = bin_step(self.low, self.high)
         return np.asarray(self.low + (np.arange(BINS) + 0.5) * step, np.float64)
 
@@ -44,7 +44,7 @@ def bin_step(low: float, high: float) -> float:
     return step if step >= _STEP_MIN else 0.0
 
 
-def bins_of(values: NDArray[np.float32]) -> ValueBins:
+def bin_values(values: NDArray[np.float32]) -> ValueBins:
     """Count finite values, at least one, in any shape.
 
     Bins take a few milliseconds for a whole plate, once, where sorting takes seconds.
@@ -52,13 +52,13 @@ def bins_of(values: NDArray[np.float32]) -> ValueBins:
     low, high = float(values.min()), float(values.max())
     step = bin_step(low, high)
     if not step:
-        return all_in_one(low, high, values.size)
+        return fill_single_bin(low, high, values.size)
     bins = ((values.ravel() - np.float32(low)) * np.float32(1 / step)).astype(np.int32)
     counts = np.bincount(np.clip(bins, 0, BINS - 1), minlength=BINS)
     return ValueBins(low, high, counts)
 
 
-def all_in_one(low: float, high: float, count: int) -> ValueBins:
+def fill_single_bin(low: float, high: float, count: int) -> ValueBins:
     """Return the bins of `count` values that are almost equal."""
     counts = np.zeros(BINS, np.int64)
     counts[0] = count
@@ -72,29 +72,29 @@ class DepthHistogram:
     heights: NDArray[np.float64]
     most_dioptres: float
 
-    def part_at(self, distance_m: float) -> float:
-        """Return the place of a distance on the scale, 0 at infinity to 1 at its near end."""
+    def scale_position(self, distance_m: float) -> float:
+        """Return the position of a distance on the scale, 0 at infinity to 1 at its near end."""
         return min(1.0 / max(distance_m, 1e-9) / self.most_dioptres, 1.0)
 
 
-def dioptres_shown(nearest: float) -> float:
+def scale_end_dioptres(nearest_dioptres: float) -> float:
     """Return the dioptres at the near end of the scale, for the dioptres of the nearest surface."""
-    return nearest * _NEAR_ROOM
+    return nearest_dioptres * _NEAR_MARGIN
 
 
-def depth_histogram(dioptres: ValueBins, least_most: float = 0.0) -> DepthHistogram:
+def depth_histogram(dioptres: ValueBins, scale_least: float = 0.0) -> DepthHistogram:
     """Return the histogram of 1 / metres, in which 0 means that nothing was hit.
 
-    It covers at least `least_most` dioptres, the range of the other frames of a shot, so that the
+    It covers at least `scale_least` dioptres, the range of the other frames of a shot, so that the
     scale does not change between frames.
 
     Heights are square roots, so that small counts are visible. Each fine bin counts in the bin that
     contains its centre.
     """
-    most = dioptres_shown(dioptres.high)
-    if not 0.0 < most < math.inf:
-        most = least_most or 1.0  # any scale will do where nothing was hit
-    most = max(most, least_most)
-    counts, _ = np.histogram(dioptres.middles, BARS, (0.0, most), weights=dioptres.counts)
+    scale_end = scale_end_dioptres(dioptres.high)
+    if not 0.0 < scale_end < math.inf:
+        scale_end = scale_least or 1.0  # any scale will do where nothing was hit
+    scale_end = max(scale_end, scale_least)
+    counts, _ = np.histogram(dioptres.middles, BARS, (0.0, scale_end), weights=dioptres.counts)
     heights = np.sqrt(counts / max(int(counts.max()), 1))
-    return DepthHistogram(heights, most)
+    return DepthHistogram(heights, scale_end)

@@ -13,15 +13,15 @@ from heatlens.core.model.timecode import Timecode
 from heatlens.media.plate.plate import FloatImage, Plate
 
 FIELDS = ("frame", "timecode", "focus", "f_stop", "shot")
-USUAL = "F {frame}   {timecode}   {focus}   f/{f_stop}   {shot}"
+DEFAULT_TEMPLATE = "F {frame}   {timecode}   {focus}   f/{f_stop}   {shot}"
 _TEXT_SHARE = 1 / 24  # text height, as a part of the picture's: legible on a phone
 _LEAST_SIZE = 1.0  # FreeType has no smaller one
 _STRIP_LIGHT = 0.35  # brightness of the picture behind the text, relative to its own
 _FIELD = re.compile(r"\{([^{}]*)\}")
 
 
-def checked_template(template: str) -> str:
-    """Return the template; raise InputError if it has fields that are unknown."""
+def check_template(template: str) -> str:
+    """Return the template unchanged. Raises InputError if it names an unknown field."""
     unknown = [name for name in _FIELD.findall(template) if name not in FIELDS]
     if unknown:
         known = ", ".join(f"{{{name}}}" for name in FIELDS)
@@ -43,36 +43,39 @@ def burn_in_text(
     Two or more spaces separate the parts of the template; a part is left out if one of its fields
     is empty. Plates that hold circles of confusion have no lens values.
     """
-    values = {"frame": str(frame), "timecode": str(timecode or ""), "shot": shot}
+    field_values = {"frame": str(frame), "timecode": str(timecode or ""), "shot": shot}
     has_lens = plate.coc_px is None
-    values["focus"] = measured_text(lens, lens.focus_distance_m, unit) if has_lens else ""
-    values["f_stop"] = f"{lens.f_stop:.3g}" if has_lens else ""
+    field_values["focus"] = measured_text(lens, lens.focus_distance_m, unit) if has_lens else ""
+    field_values["f_stop"] = f"{lens.f_stop:.3g}" if has_lens else ""
     parts = re.split(r"(\s{2,})", template)  # parts and the gaps between them
     text = ""
     for gap, part in zip(["", *parts[1::2]], parts[::2], strict=True):
-        if all(values[name] for name in _FIELD.findall(part)):
-            filled = _FIELD.sub(lambda match: values[match[1]], part)
+        if all(field_values[name] for name in _FIELD.findall(part)):
+            filled = _FIELD.sub(lambda match: field_values[match[1]], part)
             text += (gap if text else "") + filled
     return text
 
 
-def burned_in(display: FloatImage, text: str) -> FloatImage:
-    """Return `display`, (H, W, 3) in 0..1, with `text`, which is smaller in a narrow picture."""
+def draw_burn_in(display: FloatImage, text: str) -> FloatImage:
+    """Return a copy of `display`, (H, W, 3) in 0..1, with `text` on a dark strip at its lower edge.
+
+    The text is smaller in a narrow picture, so that it fits.
+    """
     height, width = display.shape[:2]
-    mask = _mask(text, width, height * _TEXT_SHARE)[-height:]
+    text_mask = _text_strip(text, width, height * _TEXT_SHARE)[-height:]
     picture = display.copy()
-    strip = picture[-mask.shape[0] :]
+    strip = picture[-text_mask.shape[0] :]
     strip *= _STRIP_LIGHT
-    strip += mask[..., None] * (1.0 - strip)
+    strip += text_mask[..., None] * (1.0 - strip)
     return picture
 
 
-def _mask(text: str, width: int, size: float) -> FloatImage:
-    """Return a strip (h, `width`) of 0..1, 1 in the letters."""
+def _text_strip(text: str, width: int, size: float) -> FloatImage:
+    """Return `text` as a coverage mask (h, `width`) in 0..1: 1 in the letters, 0 around them."""
     font = _font(size)
-    wide = font.getlength(text) + 2 * size
-    if wide > width:
-        size *= width / wide
+    needed_width = font.getlength(text) + 2 * size
+    if needed_width > width:
+        size *= width / needed_width
         font = _font(size)
     ascent, descent = font.getmetrics()
     image = Image.new("L", (width, ascent + descent))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.curves.frames import exact_rate
-from heatlens.core.model.focus.coc import coc_px, lean_coc_px
+from heatlens.core.model.focus.coc import coc_px, focus_offset_coc_px
 from heatlens.core.model.timecode import Timecode
 from heatlens.deliver.export.job import ExportJob
 from heatlens.deliver.export.options import ExportOptions
@@ -19,8 +19,12 @@ from heatlens.media.files.marks import JOB_ATTRIBUTE, blurred_mark
 from heatlens.media.plate.coc_line import line_of
 from heatlens.media.plate.deep.deep_write import write_deep
 from heatlens.media.plate.header.timecode import exr_timecode, timecode_of
-from heatlens.media.plate.kept_channels import kept_channels
-from heatlens.media.plate.picture.picture_write import lens_header, write_picture, write_shown
+from heatlens.media.plate.kept_channels import read_kept_channels
+from heatlens.media.plate.picture.picture_write import (
+    lens_header,
+    write_display_values,
+    write_picture,
+)
 from heatlens.media.plate.plate import FloatImage, Plate
 
 MOVIE_WHITE = 65280  # 255 times 256, which FFmpeg takes as white in 16 bits
@@ -31,8 +35,8 @@ class RenderedFrame:
     """A frame on its way to its file.
 
     pixels   EXR: light, (H, W, 4) premultiplied; else display values 0..1, (H, W, 3)
-    remarks  how the plate differs from those before
-    pace     words on the time of the quality final, where it was measured
+    remarks  differences between the plate and those of earlier frames
+    pace     message on the render time of the quality final, where it was measured
     """
 
     planned: PlannedFrame
@@ -44,17 +48,17 @@ class RenderedFrame:
 
 def write_frame(job: ExportJob, frame: RenderedFrame) -> None:
     """Write a numbered file. Raises InputError if that fails; an existing file then stays."""
-    if job.pinhole and job.beside.deep:
+    if job.pinhole and job.pinhole_options.deep:
         _write_deep(job, frame)
     elif job.output.is_exr:
         _write_exr(job, frame)
     else:
-        _write_shown(frame, blurred_mark(not job.pinhole))
+        _write_display_picture(frame, blurred_mark(not job.pinhole))
 
 
 def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
     proxy = job.shot.defocus.proxy
-    kept, attributes = _kept(job, frame)
+    plate_channels, attributes = _plate_channels_to_keep(job, frame)
     write_picture(
         frame.planned.path,
         frame.pixels,
@@ -63,14 +67,14 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
         proxy,
         half=not job.options.is_float,
         compression=job.options.compression,
-        more_channels=measures_of(frame, proxy, job.options),
+        more_channels=measure_channels(frame, proxy, job.options),
         more_attributes={
             **attributes,
             JOB_ATTRIBUTE: frame.planned.fingerprint,
             "framesPerSecond": exact_rate(job.shot.frames_per_second),
-            **_timecode(job, frame),
+            **_timecode_attribute(job, frame),
         },
-        kept_channels=kept,
+        kept_channels=plate_channels,
         is_blurred=not job.pinhole,
     )
 
@@ -87,12 +91,12 @@ def _write_deep(job: ExportJob, frame: RenderedFrame) -> None:
     write_deep(planned.path, plate, attributes, half=not job.options.is_float)
 
 
-def _kept(
+def _plate_channels_to_keep(
     job: ExportJob, frame: RenderedFrame
 ) -> tuple[dict[str, NDArray[np.generic]], dict[str, Any]]:
     """Return the result of `kept_channels`; a black frame keeps no channels of the plate."""
-    wanted = () if frame.planned.origin.is_black else job.keep
-    return kept_channels(frame.plate, job.shot.plate_options, wanted)
+    channel_names = () if frame.planned.origin.is_black else job.keep
+    return read_kept_channels(frame.plate, job.shot.plate_options, channel_names)
 
 
 def frame_timecode(job: ExportJob, planned: PlannedFrame, plate: Plate) -> Timecode | None:
@@ -105,41 +109,50 @@ def frame_timecode(job: ExportJob, planned: PlannedFrame, plate: Plate) -> Timec
     timecode = shot.timecode_at(frame, timecode_of(plate.attributes), min(job.frames))
     if timecode is None or shot.start_timecode is not None:
         return timecode
-    return timecode.later(frame - planned.origin.frame, shot.frames_per_second)
+    return timecode.add_frames(frame - planned.origin.frame, shot.frames_per_second)
 
 
-def _timecode(job: ExportJob, frame: RenderedFrame) -> dict[str, object]:
+def _timecode_attribute(job: ExportJob, frame: RenderedFrame) -> dict[str, object]:
+    """Return the header attribute of the timecode; {} for a frame without one."""
     timecode = frame_timecode(job, frame.planned, frame.plate)
     value = None if timecode is None else exr_timecode(timecode)
     return {} if value is None else {"timeCode": value}
 
 
-def measures_of(frame: RenderedFrame, proxy: float, wanted: ExportOptions) -> dict[str, FloatImage]:
-    """Return Z in metres and coc in pixels of each pixel before the blur, as requested."""
+def measure_channels(
+    frame: RenderedFrame, proxy: float, options: ExportOptions
+) -> dict[str, FloatImage]:
+    """Return the channels Z and coc that the options request: depth and blur of each pixel.
+
+    Z is in metres, coc (circle of confusion) in pixels; both are (H, W), of the plate before the
+    blur, sampled to the size of the picture.
+    """
     plate, channels = frame.plate, {}
-    if wanted.with_depth:
+    if options.with_depth:
         if plate.depth_m is None:
             raise InputError(
                 f"{plate.path} holds circles of confusion and no depth: leave --with-depth out."
             )
-        channels["Z"] = _sampled(plate.depth_m, frame.pixels.shape)
-    if wanted.with_coc:
-        channels["coc"] = np.float32(proxy) * _sampled(_coc_px(frame), frame.pixels.shape)
+        channels["Z"] = _sample_at_pixels(plate.depth_m, frame.pixels.shape)
+    if options.with_coc:
+        channels["coc"] = np.float32(proxy) * _sample_at_pixels(
+            _full_size_coc_px(frame), frame.pixels.shape
+        )
     return channels
 
 
-def _coc_px(frame: RenderedFrame) -> FloatImage:
-    """Return the coc at the plate's full size."""
+def _full_size_coc_px(frame: RenderedFrame) -> FloatImage:
+    """Return the circle of confusion of each pixel of the plate, in pixels at full size."""
     plate = frame.plate
     if plate.coc_px is not None:
         return plate.coc_px
     assert plate.depth_m is not None
-    line, area = line_of(plate, frame.planned.lens), plate.data_window
-    lean = lean_coc_px(line, Box(0, 0, area.width, area.height))
-    return (coc_px(plate.depth_m, line) + lean).astype(np.float32)
+    line, window = line_of(plate, frame.planned.lens), plate.data_window
+    tilt_coc_px = focus_offset_coc_px(line, Box(0, 0, window.width, window.height))
+    return (coc_px(plate.depth_m, line) + tilt_coc_px).astype(np.float32)
 
 
-def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
+def _sample_at_pixels(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
     """Resize (H, W) values to the middle pixel of each footprint, as the renderer does."""
     rows, columns = (
         ((np.arange(small) + 0.5) * (full / small)).astype(int)
@@ -149,5 +162,8 @@ def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
     return sampled
 
 
-def _write_shown(frame: RenderedFrame, mark: dict[str, str]) -> None:
-    write_shown(frame.planned.path, frame.pixels, {JOB_ATTRIBUTE: frame.planned.fingerprint} | mark)
+def _write_display_picture(frame: RenderedFrame, attributes: dict[str, str]) -> None:
+    """Write a display picture with the fingerprint of the frame and other attributes."""
+    write_display_values(
+        frame.planned.path, frame.pixels, {JOB_ATTRIBUTE: frame.planned.fingerprint} | attributes
+    )

@@ -38,9 +38,9 @@ class DisplayLook:
 class ExportJob:
     """Export `frames` of a shot to `output`; `look` is for pictures and movies.
 
-    keep     layers and channels of the plate to copy, see `kept_channels`
-    pinhole  write the frames without a lens, as plates for other programs
-    beside   overscan and depth format of these plates
+    keep             layers and channels of the plate to copy, see `kept_channels`
+    pinhole          write the frames without a lens, as plates for other programs
+    pinhole_options  overscan and depth format of these plates
 
     Raises InputError for no frames, and for a shot without a source.
     """
@@ -52,7 +52,7 @@ class ExportJob:
     look: DisplayLook = field(default_factory=DisplayLook)
     keep: tuple[str, ...] = ()
     pinhole: bool = False
-    beside: PinholeOptions = field(default_factory=PinholeOptions)
+    pinhole_options: PinholeOptions = field(default_factory=PinholeOptions)
 
     def __post_init__(self) -> None:
         checked_source(self.shot)
@@ -63,16 +63,21 @@ class ExportJob:
 
 
 def blur_of_export(shot: Shot) -> DefocusSettings:
-    """Return the blur of an export: final, if neither a quality nor parts are named.
+    """Return the blur settings of an export.
 
-    3D scenes, which have a camera, stay at film: they gain nothing from parts of the lens.
+    The quality is final if the shot names neither a quality nor parts of the lens. 3D scenes, which
+    have a camera, stay at film: they gain nothing from parts of the lens.
     """
     blur = shot.defocus
-    is_open = blur.quality is None and blur.parts == 1 and blur.method is Method.DIFFUSION
-    return replace(blur, quality=Quality.FINAL) if is_open and not has_camera(shot.source) else blur
+    is_unspecified = blur.quality is None and blur.parts == 1 and blur.method is Method.DIFFUSION
+    return (
+        replace(blur, quality=Quality.FINAL)
+        if is_unspecified and not has_camera(shot.source)
+        else blur
+    )
 
 
-_VERSION, _NEWEST = "heatlens_export_job", 1
+_VERSION_KEY, _NEWEST_VERSION = "heatlens_export_job", 1
 _KINDS: dict[str, type] = {"options": ExportOptions, "look": DisplayOptions, "guides": Guides}
 
 
@@ -80,12 +85,12 @@ def job_text(*records: ExportOptions | DisplayOptions | Guides) -> str:
     """Return records of options as the text of a file that `read_job` can read."""
     entries = {name: r for name, kind in _KINDS.items() for r in records if isinstance(r, kind)}
     records_json = {name: record_to_json(record) for name, record in entries.items()}
-    return json.dumps({_VERSION: _NEWEST, **records_json}, indent=2)
+    return json.dumps({_VERSION_KEY: _NEWEST_VERSION, **records_json}, indent=2)
 
 
 def read_job(path: Path) -> tuple[object, ...]:
     """Return the records of a file. Raises InputError that names the damaged place in it."""
     top = read_json(path)
-    top.check_version(_VERSION, _NEWEST, "export job")
-    entries = top.members([_VERSION, *_KINDS])
+    top.check_version(_VERSION_KEY, _NEWEST_VERSION, "export job")
+    entries = top.members([_VERSION_KEY, *_KINDS])
     return tuple(entries[name].record(kind) for name, kind in _KINDS.items() if name in entries)

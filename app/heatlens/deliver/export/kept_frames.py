@@ -14,32 +14,32 @@ import numpy as np
 from heatlens.core.model.boxes import Box
 from heatlens.deliver.export.finished import is_finished, is_movie_finished
 from heatlens.deliver.export.frame_files import MOVIE_WHITE, RenderedFrame
-from heatlens.deliver.export.plan import ExportPlan, PlannedFrame, kept_path, planned
+from heatlens.deliver.export.plan import ExportPlan, PlannedFrame, kept_path, plan_export
 from heatlens.deliver.export.rendering import FrameRendering
 from heatlens.media.files.marks import JOB_ATTRIBUTE
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.exr.exr_write import write_exr
 from heatlens.media.plate.of_arrays import plate_of_arrays
-from heatlens.media.plate.picture.picture_write import quantised
+from heatlens.media.plate.picture.picture_write import quantize
 from heatlens.render.frame_renderer import FrameRenderer
 
 _CHANNELS = "RGB"
 
 
-def is_joined(plan: ExportPlan) -> bool:
-    """Return True for a part of a movie that is complete already."""
+def is_movie_joined(plan: ExportPlan) -> bool:
+    """Return True if the plan makes frames for a movie that is complete already."""
     job, path = plan.job, plan.job.output.path_at(0)
     if not (plan.is_part and job.output.is_movie) or job.options.force or not path.exists():
         return False
-    return is_movie_finished(path, planned(job).movie_fingerprint)
+    return is_movie_finished(path, plan_export(job).movie_fingerprint)
 
 
-# The files hold the levels that the encoder would get, and not the picture in 16 bits. The latter
-# was quantised again with the white of the movie, so that a joined movie differed in its last bits
-# from one that a single machine makes.
-def write_kept(frame: RenderedFrame) -> None:
-    """Write a frame to its own file. Raises InputError if that fails."""
-    values = quantised(frame.pixels, np.uint16, MOVIE_WHITE).astype(np.uint32)
+# The files hold the levels that the encoder would get, not the picture in 16 bits. Such a picture
+# would be quantized twice, and a joined movie would differ in its last bits from one that a single
+# machine makes.
+def write_kept_frame(frame: RenderedFrame) -> None:
+    """Write the encoder levels of a frame to its own EXR file. Raises InputError if that fails."""
+    values = quantize(frame.pixels, np.uint16, MOVIE_WHITE).astype(np.uint32)
     window = Box(0, 0, values.shape[1], values.shape[0])
     write_exr(
         frame.planned.path,
@@ -48,11 +48,11 @@ def write_kept(frame: RenderedFrame) -> None:
         window,
         frame.plate.pixel_aspect_ratio,
         {**frame.plate.attributes, JOB_ATTRIBUTE: frame.planned.fingerprint},
-        kept={name: values[..., i] for i, name in enumerate(_CHANNELS)},
+        unchanged={name: values[..., i] for i, name in enumerate(_CHANNELS)},
     )
 
 
-def remove_kept(plan: ExportPlan) -> None:
+def remove_kept_frames(plan: ExportPlan) -> None:
     """Delete the files of the frames, which the movie has replaced."""
     with suppress(OSError):  # those that stay do no harm
         for frame in plan.frames:
@@ -60,8 +60,8 @@ def remove_kept(plan: ExportPlan) -> None:
         kept_path(plan.frames[0].path, 0).parent.rmdir()
 
 
-class KeptOrRendered:
-    """Gives the frames of a movie: from files that are kept, and rendered where there are none."""
+class KeptFrameRendering:
+    """Gives the frames of a movie: read from kept files, or rendered if there is no file."""
 
     def __init__(
         self,
@@ -69,19 +69,21 @@ class KeptOrRendered:
         frames: tuple[PlannedFrame, ...],
         make_renderer: Callable[[], FrameRenderer],
     ) -> None:
-        """Look which files are complete; `make_renderer` is called only if one is missing."""
+        """Find the complete kept files; `make_renderer` is called only if one is missing."""
         files = (replace(frame, path=kept_path(frame.path, frame.frame)) for frame in frames)
-        self._kept = {frame.frame: frame.path for frame in files if is_finished(frame)}
-        left = tuple(frame for frame in frames if frame.frame not in self._kept)
-        self._rendering = FrameRendering(plan, left, make_renderer()) if left else None
+        self._kept_paths = {frame.frame: frame.path for frame in files if is_finished(frame)}
+        missing_frames = tuple(frame for frame in frames if frame.frame not in self._kept_paths)
+        self._rendering = (
+            FrameRendering(plan, missing_frames, make_renderer()) if missing_frames else None
+        )
 
-    def rendered(self, frame: PlannedFrame) -> RenderedFrame:
-        """Return the frame. Raises InputError as `FrameRendering.rendered` does."""
-        path = self._kept.get(frame.frame)
+    def render(self, frame: PlannedFrame) -> RenderedFrame:
+        """Return the frame. Raises InputError as `FrameRendering.render` does."""
+        path = self._kept_paths.get(frame.frame)
         if path is not None:
-            return read_kept(path, frame)
+            return read_kept_frame(path, frame)
         assert self._rendering is not None
-        return self._rendering.rendered(frame)
+        return self._rendering.render(frame)
 
     def close(self) -> None:
         """Stop rendering."""
@@ -89,8 +91,11 @@ class KeptOrRendered:
             self._rendering.close()
 
 
-def read_kept(path: Path, frame: PlannedFrame) -> RenderedFrame:
-    """Return a frame from its file; its plate has nothing but what a movie takes from it."""
+def read_kept_frame(path: Path, frame: PlannedFrame) -> RenderedFrame:
+    """Return a frame from its kept file.
+
+    Its plate is a stand-in of one pixel, with only the header that a movie needs.
+    """
     ((header, channels),) = read_parts(path)
     plate = replace(
         plate_of_arrays(np.zeros((1, 1, 3), np.float32), np.ones((1, 1), np.float32)),

@@ -17,14 +17,14 @@ import numpy as np
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import exact_rate
-from heatlens.deliver.export.finished import is_whole
+from heatlens.deliver.export.finished import is_complete
 from heatlens.deliver.export.frame_files import MOVIE_WHITE, RenderedFrame, frame_timecode
 from heatlens.deliver.export.job import ExportJob
-from heatlens.deliver.export.movie_sound import MovieSound, Spot
-from heatlens.media.files.atomic_file import check_space, replacing
-from heatlens.media.files.marks import JOB_ATTRIBUTE, blurred_mark, comment_of
+from heatlens.deliver.export.movie_sound import MovieSound, SoundFrame
+from heatlens.media.files.atomic_file import check_space, replace_atomically
+from heatlens.media.files.marks import JOB_ATTRIBUTE, blurred_mark, marks_comment
 from heatlens.media.files.movie_read import av
-from heatlens.media.plate.picture.picture_write import quantised
+from heatlens.media.plate.picture.picture_write import quantize
 from heatlens.media.plate.plate import FloatImage
 
 _REC709 = 1  # code of the primaries, curve and matrix: ITU-T H.273, tables 2 to 4
@@ -32,7 +32,7 @@ _VIDEO_RANGE = 1  # FFmpeg's number for 16..235
 _OTHER_PRIMARIES = re.compile(r"P3|2020|2100|\bPQ\b|HLG|2084|XYZ|DCI|HDR|Adobe", re.IGNORECASE)
 
 
-_JUDGED_FRAMES = 24  # after this many frames, their size predicts the rest
+_FRAMES_BEFORE_PREDICTION = 24  # after this many frames, their size predicts the rest
 
 
 @dataclass(frozen=True)
@@ -62,27 +62,29 @@ _CODECS = {
 
 @contextmanager
 def movie_file(
-    job: ExportJob, path: Path, fingerprint: str, spots: Sequence[Spot | None] = ()
+    job: ExportJob, path: Path, fingerprint: str, sound_frames: Sequence[SoundFrame | None] = ()
 ) -> Iterator["Movie"]:
     """Yield a movie to write frames to, in order; `path` is replaced when the block succeeds.
 
-    `spots` tells whose sound goes with each frame, see `movie_sound.heard`.
+    `sound_frames` has the source of the sound of each frame, see `movie_sound.find_sound`.
 
     Raises InputError if PyAV is missing, the display is not Rec.709 or writing fails.
     """
     library = av()
     check_display(job)
     rate, codec = exact_rate(job.shot.frames_per_second), _CODECS[job.output.suffix]
-    with replacing(path) as beside, _failures_reported(path, library):
+    with replace_atomically(path) as temporary_path, _ffmpeg_errors_as_input_errors(path, library):
         options = {"movie_timescale": str(rate.numerator), "movflags": "+faststart"}
         options["write_tmcd"] = "1"  # MPEG-4 files have no timecode track by default
-        with library.open(str(beside), "w", format=codec.container, options=options) as container:
+        with library.open(
+            str(temporary_path), "w", format=codec.container, options=options
+        ) as container:
             marks = {JOB_ATTRIBUTE: fingerprint} | blurred_mark(not job.pinhole)
-            container.metadata["comment"] = comment_of(marks)
-            movie = Movie(job, container, codec, rate, path.parent, spots)
+            container.metadata["comment"] = marks_comment(marks)
+            movie = Movie(job, container, codec, rate, path.parent, sound_frames)
             yield movie
             movie.finish()
-        if not is_whole(beside, path.suffix):
+        if not is_complete(temporary_path, path.suffix):
             raise OSError("the file is incomplete; the disk may be full")
 
 
@@ -96,10 +98,10 @@ class Movie:
         codec: Codec,
         rate: Fraction,
         folder: Path,
-        spots: Sequence[Spot | None] = (),
+        sound_frames: Sequence[SoundFrame | None] = (),
     ) -> None:
-        self._spots = iter(spots)
-        self._has_sound = any(spots)
+        self._sound_frames = iter(sound_frames)
+        self._has_sound = any(sound_frames)
         self._sound: MovieSound | None = None
         self._job = job
         self._folder = folder
@@ -131,21 +133,25 @@ class Movie:
                 f"{frame.plate.path} gives a picture of {width}x{height}, but the first frame was "
                 f"{first}: a movie has one size. Export PNG or EXR frames instead."
             )
-        self._check_room()
-        self._encode(self._coded(frame.pixels))
+        self._check_disk_space()
+        self._encode(self._convert_for_encoder(frame.pixels))
         if self._sound is not None:
-            self._sound.add(next(self._spots))
+            self._sound.add(next(self._sound_frames))
 
-    def _check_room(self) -> None:
-        """Check the disk space, first by the least size of the codec, later by the actual size."""
-        left = len(self._job.frames) - self._coded_frames
+    def _check_disk_space(self) -> None:
+        """Raise InputError if the disk has no space for the remaining frames.
+
+        The need is estimated from the smallest size of the codec for the first frame, and from the
+        average size of the coded frames later.
+        """
+        frames_left = len(self._job.frames) - self._coded_frames
         if not self._coded_frames:
             width, height = self._size
-            need = left * width * height * self._codec.least_bits_px / 8
-            check_space(self._folder, need, f"a movie of {left} frames")
-        elif self._coded_frames >= _JUDGED_FRAMES:
-            need = left * self._coded_bytes / self._coded_frames
-            check_space(self._folder, need, f"{left} more frames as those before")
+            needed_bytes = frames_left * width * height * self._codec.least_bits_px / 8
+            check_space(self._folder, needed_bytes, f"a movie of {frames_left} frames")
+        elif self._coded_frames >= _FRAMES_BEFORE_PREDICTION:
+            needed_bytes = frames_left * self._coded_bytes / self._coded_frames
+            check_space(self._folder, needed_bytes, f"{frames_left} more frames as those before")
 
     def finish(self) -> None:
         """Write the frames that the encoder still holds."""
@@ -172,15 +178,16 @@ class Movie:
         if timecode is not None:
             self._container.metadata["timecode"] = str(timecode)
 
-    def _coded(self, display: FloatImage) -> object:
-        """Return (H, W, 3) with even sides for the encoder.
+    def _convert_for_encoder(self, display: FloatImage) -> object:
+        """Return display values (H, W, 3) as a video frame with even sides.
 
-        The last row and column are repeated. Only one thread converts: with several, FFmpeg's bands
-        of rows write over each other's edges if the width is not a multiple of what it works on.
+        The last row and column are repeated to make the sides even. Only one thread converts: with
+        several, FFmpeg's bands of rows write over each other's edges if the width is not a multiple
+        of its block size.
         """
         height, width = display.shape[:2]
-        even = np.pad(display, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-        levels = quantised(even, np.uint16, MOVIE_WHITE)
+        even_sized = np.pad(display, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+        levels = quantize(even_sized, np.uint16, MOVIE_WHITE)
         frame = av().VideoFrame.from_ndarray(levels, format="rgb48le")
         coded = frame.reformat(
             format=self._codec.pixel_format,
@@ -214,7 +221,8 @@ def check_display(job: ExportJob) -> None:
 
 
 @contextmanager
-def _failures_reported(path: Path, library: ModuleType) -> Iterator[None]:
+def _ffmpeg_errors_as_input_errors(path: Path, library: ModuleType) -> Iterator[None]:
+    """Turn an error of FFmpeg in the block into an InputError that names the file."""
     try:
         yield
     except library.error.FFmpegError as error:

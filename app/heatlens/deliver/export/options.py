@@ -11,7 +11,7 @@ from typing import Literal
 
 from heatlens.core.model.curves.frames import check_frames_per_second
 from heatlens.core.model.option import option_field, options_of
-from heatlens.deliver.export.burn_in import USUAL
+from heatlens.deliver.export.burn_in import DEFAULT_TEMPLATE
 
 FRAMES, EXR, LOOK = "frames", "EXR", "look"  # groups: options of all files, of EXR, of all others
 USUAL_COMPRESSION = "zip"
@@ -80,10 +80,10 @@ class ExportOptions:
         label="frame, timecode and lens in the picture",
     )
     burn_in_text: str = _look(
-        USUAL,
+        DEFAULT_TEMPLATE,
         "burn in text",
         "text of the burn-in, with {frame} {timecode} {focus} {f_stop} {shot}; parts separated "
-        f"by two spaces are left out if they are empty (default '{USUAL}')",
+        f"by two spaces are left out if they are empty (default '{DEFAULT_TEMPLATE}')",
         metavar="TEXT",
         label="burn-in text",
     )
@@ -101,12 +101,12 @@ class ExportOptions:
             check_frames_per_second(self.fps)
 
 
-def of_group(group: str) -> tuple[str, ...]:
+def options_of_group(group: str) -> tuple[str, ...]:
     """Return the names of the options in a group."""
     return tuple(name for name, it in options_of(ExportOptions).items() if it.group == group)
 
 
-def in_panel(is_exr: bool) -> tuple[str, ...]:
+def options_in_panel(is_exr: bool) -> tuple[str, ...]:
     """Return the names of the options that the Export tab shows for a kind of file."""
-    names = of_group(FRAMES) + of_group(EXR if is_exr else LOOK)
+    names = options_of_group(FRAMES) + options_of_group(EXR if is_exr else LOOK)
     return tuple(name for name in names if options_of(ExportOptions)[name].label)

@@ -50,8 +50,8 @@ def parse_output(text: str | os.PathLike[str]) -> Output:
     Raises InputError for an unsupported kind of file, and for a movie with a number.
     """
     path = Path(os.path.expanduser(text))
-    parsed = parse_pattern(path.name)
-    form, frames = parsed or (NameForm(path.name, 0, ""), None)
+    parsed_name = parse_pattern(path.name)
+    form, frames = parsed_name or (NameForm(path.name, 0, ""), None)
     output = Output(path.parent, form)
     suffixes = (*suffixes_written(), *MOVIE_SUFFIXES)
     if output.suffix not in suffixes or path.is_dir():
@@ -60,7 +60,7 @@ def parse_output(text: str | os.PathLike[str]) -> Output:
         writing_of(path).require()
     if frames is not None:
         raise InputError(f"{path} names frames. Give them with --frames, and write #### here.")
-    if output.is_movie and parsed is not None:
+    if output.is_movie and parsed_name is not None:
         raise InputError(f"{path}: a movie is one file. Leave #### out of its name.")
     return output
 

@@ -1,4 +1,4 @@
-"""Make a plate of a scene's picture without a lens, with overscan and the surfaces behind it."""
+"""Make a plate from a 3D scene: its picture without a lens, overscan and hidden surfaces."""
 
 import os
 from dataclasses import dataclass, replace
@@ -39,62 +39,65 @@ def pinhole_plate(
     options: PinholeOptions,
     path: str | os.PathLike[str],
 ) -> Plate:
-    """Return the scene's picture at a frame, which will be written to `path`.
+    """Return the sharp picture of a scene at a frame as a plate, which will be written to `path`.
 
     Raises InputError for more overscan than is drawn, and for a deep picture that needs too much
     memory.
     """
-    loaded = renderer.look(shot, frame, PINHOLE_VIEWS, is_for_file=options.deep)
+    view = renderer.load_pinhole(shot, frame, PINHOLE_VIEWS, is_for_file=options.deep)
     if options == PinholeOptions():
-        return loaded.plate
+        return view.plate
     margin_px = options.overscan or 0
     if isinstance(margin_px, str):
-        overscan = loaded.overscan
-        own = None if overscan is None else overscan.in_own_pixels  # in the pixels of the file
-        margin_px = 0 if own is None else own.needed_px(renderer.optics(shot, frame))
+        overscan = view.overscan
+        # In the pixels of the file.
+        own_pixels = None if overscan is None else overscan.in_picture_pixels
+        margin_px = 0 if own_pixels is None else own_pixels.needed_px(renderer.optics(shot, frame))
     if not options.deep:
-        return with_overscan(loaded, margin_px)
-    width, height = (side + 2 * margin_px for side in loaded.color.size)
+        return with_overscan(view, margin_px)
+    width, height = (side + 2 * margin_px for side in view.color.size)
     check_deep_fits(path, width, height)
-    return with_overscan(loaded, margin_px, loaded.peeled)
+    return with_overscan(view, margin_px, view.peeled)
 
 
 def with_overscan(pinhole: Pinhole, margin_px: int, peeled: Peeled | None = None) -> Plate:
-    """Return a scene's picture in memory, with a margin on every side.
+    """Return a scene's picture as a plate in memory, with `margin_px` of overscan on every side.
 
-    `peeled` has the known surfaces behind everything drawn, pixel by pixel. Raises InputError for a
-    margin that is wider than what was drawn.
+    `peeled` has the known surfaces behind everything drawn, as lists for each pixel. Raises
+    InputError for a margin that is wider than the drawn overscan.
     """
     overscan, plate = pinhole.overscan, pinhole.plate
-    most = 0 if overscan is None else overscan.margin_px
-    if margin_px > most or overscan is None:
+    available_px = 0 if overscan is None else overscan.margin_px
+    if margin_px > available_px or overscan is None:
         frame = plate.display_window
         raise InputError(
             f"{plate.path}: {margin_px} pixels of overscan are too many for a picture of "
-            f"{frame.width}x{frame.height}: at most {most}."
+            f"{frame.width}x{frame.height}: at most {available_px}."
         )
-    frame, own = plate.display_window, overscan.in_own_pixels
-    color_tx, depth_tx = own.color, own.depth
-    cut, width = most - margin_px, color_tx.width
-    part = Box(cut, cut, width - cut, color_tx.height - cut)
-    rows, columns = slice(part.y0, part.y1), slice(part.x0, part.x1)
+    frame, own_pixels = plate.display_window, overscan.in_picture_pixels
+    color_tx, depth_tx = own_pixels.color, own_pixels.depth
+    crop_px, width = available_px - margin_px, color_tx.width
+    region = Box(crop_px, crop_px, width - crop_px, color_tx.height - crop_px)
+    rows, columns = slice(region.y0, region.y1), slice(region.x0, region.x1)
     color = download(color_tx)[rows, columns]
     depth_m = download(depth_tx if peeled is None else peeled.depth)[rows, columns]
-    lists = None if peeled is None else _cut(peeled.read(), part, width)
+    lists = None if peeled is None else _crop_lists(peeled.read(), region, width)
     window = Box(-margin_px, -margin_px, frame.width + margin_px, frame.height + margin_px)
     pixels = ReadPixels(np.ascontiguousarray(color), np.ascontiguousarray(depth_m))
     return replace(plate, pixels=pixels, data_window=window, fragments=lists)
 
 
-def _cut(lists: FragmentLists, part: Box, stride: int) -> FragmentLists:
-    """Return the lists for a part of the picture; rows of the picture have `stride` pixels."""
-    begins = (lists.starts >> 1).astype(np.int64)
-    pixels = np.arange(part.y0, part.y1)[:, None] * stride + np.arange(part.x0, part.x1)
-    chosen = pixels.ravel()
-    counts = begins[chosen + 1] - begins[chosen]
-    starts = np.zeros(len(chosen) + 1, np.uint32)
+def _crop_lists(lists: FragmentLists, region: Box, stride: int) -> FragmentLists:
+    """Return the deep-sample lists of a region of the picture, whose rows have `stride` pixels."""
+    first_samples = (lists.starts >> 1).astype(np.int64)
+    pixels = np.arange(region.y0, region.y1)[:, None] * stride + np.arange(region.x0, region.x1)
+    region_pixels = pixels.ravel()
+    counts = first_samples[region_pixels + 1] - first_samples[region_pixels]
+    starts = np.zeros(len(region_pixels) + 1, np.uint32)
     starts[1:] = 2 * np.cumsum(counts)
-    starts[:-1] += lists.starts[chosen] & 1
-    first = np.cumsum(counts) - counts
-    at = np.repeat(begins[chosen] - first, counts) + np.arange(int(counts.sum()))
-    return FragmentLists(starts, lists.words[at], lists.is_measured)
+    starts[:-1] += lists.starts[region_pixels] & 1
+    new_first_samples = np.cumsum(counts) - counts
+    sample_indices = np.repeat(
+        first_samples[region_pixels] - new_first_samples, counts
+    ) + np.arange(int(counts.sum()))
+    return FragmentLists(starts, lists.words[sample_indices], lists.is_measured)

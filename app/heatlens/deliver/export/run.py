@@ -12,11 +12,16 @@ from typing import Generic, TypeVar
 
 from heatlens.core.base.closing import Closing
 from heatlens.core.base.errors import HeatlensError
-from heatlens.deliver.export.finished import check_replaced, is_finished, is_movie_finished
+from heatlens.deliver.export.finished import check_may_replace, is_finished, is_movie_finished
 from heatlens.deliver.export.frame_files import RenderedFrame, write_frame
-from heatlens.deliver.export.kept_frames import KeptOrRendered, is_joined, remove_kept, write_kept
+from heatlens.deliver.export.kept_frames import (
+    KeptFrameRendering,
+    is_movie_joined,
+    remove_kept_frames,
+    write_kept_frame,
+)
 from heatlens.deliver.export.movie import movie_file
-from heatlens.deliver.export.movie_sound import heard
+from heatlens.deliver.export.movie_sound import find_sound
 from heatlens.deliver.export.plan import ExportPlan, PlannedFrame
 from heatlens.deliver.export.rendering import FrameRendering
 from heatlens.deliver.export.sequence_check import Remark
@@ -30,7 +35,7 @@ from heatlens.render.frame_renderer import FrameRenderer
 
 Written = TypeVar("Written")
 
-_WAITING = 2  # rendered frames that may wait in memory, besides the one being written
+_MOST_WAITING = 2  # rendered frames that may wait in memory, besides the one being written
 
 
 # One thread is enough: OpenEXR lets go of Python's lock while it writes, so that a frame is written
@@ -53,7 +58,7 @@ class FrameWriter(Closing, Generic[Written]):
         Raises the errors of writing.
         """
         self._pending.append(self._thread.submit(write))
-        while self._pending and (len(self._pending) > _WAITING or self._pending[0].done()):
+        while self._pending and (len(self._pending) > _MOST_WAITING or self._pending[0].done()):
             yield self._pending.popleft().result()
 
     def drain(self) -> Iterator[Written]:
@@ -75,11 +80,11 @@ class FrameDone:
 
     frame: int
     path: Path
-    was_there: bool  # finished by an earlier run
-    surfaces_lost: str = ""  # a sentence, if surfaces behind its picture were merged or left out
+    was_there: bool  # True if an earlier run finished it
+    surfaces_lost: str = ""  # a message, if surfaces behind its picture were merged or left out
     remarks: tuple[Remark, ...] = ()  # remarks on its plate
     maker: str = ""  # address of the worker of a cluster
-    pace: str = ""  # words on the time of the quality final, where it was measured
+    pace: str = ""  # message on the render time of the quality final, where it was measured
 
 
 def export_frames(
@@ -93,36 +98,40 @@ def export_frames(
     damaged plate or a file that cannot be written. Files that no export wrote are replaced only if
     the job says so: before the first frame, they raise InputError.
     """
-    check_replaced(plan)
-    if is_joined(plan):
+    check_may_replace(plan)
+    if is_movie_joined(plan):
         yield from (FrameDone(frame.frame, frame.path, True) for frame in plan.frames)
         return
     make_folder(plan.job.output.folder, plan.is_part)  # the task of a farm may be the first
     make_folder(plan.folder)
     check_writable(plan.frames[0].path)
     remove_leftovers(plan.folder)
-    left = []
-    for frame, is_there in zip(plan.frames, _are_there(plan), strict=True):
-        if is_there:
+    missing_frames = []
+    for frame, is_done in zip(plan.frames, _find_finished(plan), strict=True):
+        if is_done:
             yield FrameDone(frame.frame, frame.path, was_there=True)
         else:
-            left.append(frame)
-    if left:
-        with closing(_exported(plan, tuple(left), make_renderer)) as steps:
-            yield from _with_room(plan, steps, len(left))
+            missing_frames.append(frame)
+    if missing_frames:
+        with closing(_export_missing(plan, tuple(missing_frames), make_renderer)) as steps:
+            yield from _check_space_after_first(plan, steps, len(missing_frames))
 
 
-def _with_room(plan: ExportPlan, steps: Generator[FrameDone], count: int) -> Generator[FrameDone]:
+def _check_space_after_first(
+    plan: ExportPlan, steps: Generator[FrameDone], count: int
+) -> Generator[FrameDone]:
     """Yield `steps`; after the first, raise InputError if the disk is too full for the others."""
     for number, done in enumerate(steps):
         yield done
         if number == 0 and not plan.makes_movie and done.path.is_file():
-            more = count - 1
-            need = more * done.path.stat().st_size
-            check_space(done.path.parent, need, f"{more} more frames as large as the first")
+            remaining = count - 1
+            needed_bytes = remaining * done.path.stat().st_size
+            check_space(
+                done.path.parent, needed_bytes, f"{remaining} more frames as large as the first"
+            )
 
 
-def _are_there(plan: ExportPlan) -> Iterator[bool]:
+def _find_finished(plan: ExportPlan) -> Iterator[bool]:
     """Return whether each frame is finished; all frames of a movie share one answer."""
     if plan.job.options.force:
         return repeat(False, len(plan.frames))
@@ -132,13 +141,14 @@ def _are_there(plan: ExportPlan) -> Iterator[bool]:
     return map(is_finished, plan.frames)
 
 
-def _exported(
+def _export_missing(
     plan: ExportPlan, frames: tuple[PlannedFrame, ...], make_renderer: Callable[[], FrameRenderer]
 ) -> Generator[FrameDone]:
+    """Render and write `frames`, and yield each one when its file is complete."""
     may_be_there = not (plan.job.options.force or plan.makes_movie)
     with (
-        _files(plan) as write,
-        closing(_rendering(plan, frames, make_renderer)) as rendering,
+        _open_output(plan) as write,
+        closing(_open_rendering(plan, frames, make_renderer)) as rendering,
         FrameWriter[FrameDone]() as writer,
     ):
         for frame in frames:
@@ -146,36 +156,38 @@ def _exported(
                 yield FrameDone(frame.frame, frame.path, was_there=True)
                 continue
             try:
-                rendered = rendering.rendered(frame)
+                rendered = rendering.render(frame)
             except HeatlensError:
                 yield from writer.drain()
                 raise
-            yield from writer.put(partial(_written, write, rendered))
+            yield from writer.put(partial(_write_and_report, write, rendered))
         yield from writer.drain()
 
 
-def _rendering(
+def _open_rendering(
     plan: ExportPlan, frames: tuple[PlannedFrame, ...], make_renderer: Callable[[], FrameRenderer]
-) -> FrameRendering | KeptOrRendered:
+) -> FrameRendering | KeptFrameRendering:
+    """Return the rendering of `frames`; that of a movie reads kept files where there are some."""
     if plan.makes_movie:
-        return KeptOrRendered(plan, frames, make_renderer)
+        return KeptFrameRendering(plan, frames, make_renderer)
     return FrameRendering(plan, frames, make_renderer())
 
 
 @contextmanager
-def _files(plan: ExportPlan) -> Iterator[Write]:
+def _open_output(plan: ExportPlan) -> Iterator[Write]:
     """Yield the function that writes a frame; a movie stays open for the block."""
     if not plan.makes_movie:
-        yield write_kept if plan.job.output.is_movie else partial(write_frame, plan.job)
+        yield write_kept_frame if plan.job.output.is_movie else partial(write_frame, plan.job)
         return
-    spots, _ = heard(plan, plan.job.shot.frames_per_second)
-    with movie_file(plan.job, plan.frames[0].path, plan.movie_fingerprint, spots) as movie:
+    sound_frames, _ = find_sound(plan, plan.job.shot.frames_per_second)
+    with movie_file(plan.job, plan.frames[0].path, plan.movie_fingerprint, sound_frames) as movie:
         yield movie.write
-    remove_kept(plan)
+    remove_kept_frames(plan)
 
 
-def _written(write: Write, frame: RenderedFrame) -> FrameDone:
+def _write_and_report(write: Write, frame: RenderedFrame) -> FrameDone:
+    """Write a frame, and return what is reported of it."""
     write(frame)
-    lost = frame.plate.surfaces_lost
-    at, path = frame.planned.frame, frame.planned.path
-    return FrameDone(at, path, False, lost, frame.remarks, pace=frame.pace)
+    surfaces_lost = frame.plate.surfaces_lost
+    number, path = frame.planned.frame, frame.planned.path
+    return FrameDone(number, path, False, surfaces_lost, frame.remarks, pace=frame.pace)

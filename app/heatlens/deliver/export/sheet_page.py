@@ -26,7 +26,7 @@ from heatlens.deliver.export.frame_files import RenderedFrame, frame_timecode
 from heatlens.deliver.export.job import DisplayLook, ExportJob
 from heatlens.deliver.export.options import ExportOptions
 from heatlens.deliver.export.output import parse_output
-from heatlens.deliver.export.plan import planned
+from heatlens.deliver.export.plan import plan_export
 from heatlens.deliver.export.rendering import FrameRendering
 from heatlens.deliver.export.sheet_rows import (
     Distances,
@@ -38,7 +38,7 @@ from heatlens.deliver.export.sheet_rows import (
     sheet_row,
 )
 from heatlens.media.files.atomic_file import write_whole
-from heatlens.media.files.html_page import page_of, pdf_of
+from heatlens.media.files.html_page import render_page, render_pdf
 from heatlens.media.plate.mark_distance import mark_on_plate_m
 from heatlens.media.plate.plate import FloatImage, Plate
 from heatlens.media.scene.scene_bounds import object_depth_m
@@ -80,7 +80,7 @@ class Sheet:
     @property
     def facts(self) -> dict[str, str]:
         """The description of lens and film back."""
-        return _facts(self.shot, self.entries)
+        return _lens_facts(self.shot, self.entries)
 
     @property
     def marks(self) -> list[MarkRow]:
@@ -90,18 +90,18 @@ class Sheet:
 
 def sheet_html(title: str, sheets: Sequence[Sheet]) -> str:
     """Return the page of all shots. Raises InputError if the package for pages is missing."""
-    return page_of(_TEMPLATE, {"title": title, "sheets": sheets})
+    return render_page(_TEMPLATE, {"title": title, "sheets": sheets})
 
 
-def _facts(shot: Shot, entries: Sequence[SheetEntry]) -> dict[str, str]:
+def _lens_facts(shot: Shot, entries: Sequence[SheetEntry]) -> dict[str, str]:
     """Return the description of lens and film back; a zoom is given as a range."""
     frames = [float(entry.row.frame) for entry in entries]
-    zoomed = [key.frame for key in shot.curves.focal_length_mm.keys]
-    frames += [frame for frame in zoomed if frames[0] < frame < frames[-1]]
+    zoom_frames = [key.frame for key in shot.curves.focal_length_mm.keys]
+    frames += [frame for frame in zoom_frames if frames[0] < frame < frames[-1]]
     lengths_mm = [shot.lens_at(frame).focal_length_mm for frame in frames]
-    least, most = (f"{it:.4g} mm" for it in (min(lengths_mm), max(lengths_mm)))
+    shortest, longest = (f"{it:.4g} mm" for it in (min(lengths_mm), max(lengths_mm)))
     return {
-        "lens": least if least == most else f"{least} to {most}",
+        "lens": shortest if shortest == longest else f"{shortest} to {longest}",
         "film back": f"{shot.lens.sensor_width_mm:.4g} mm wide",
         "distances": f"from the {shot.lens.measured_from.words}",
         "rate": f"{shot.frames_per_second:.5g} frames a second",
@@ -114,7 +114,7 @@ def write_sheet(path: Path, title: str, sheets: Sequence[Sheet]) -> Path:
     Raises InputError if a file cannot be written.
     """
     table, page = path.with_suffix(".csv"), sheet_html(title, sheets)
-    write_whole(path, pdf_of(PURPOSE, page) if path.suffix.lower() == ".pdf" else page.encode())
+    write_whole(path, render_pdf(PURPOSE, page) if path.suffix.lower() == ".pdf" else page.encode())
     rows = [(sheet.title, entry.row) for sheet in sheets for entry in sheet.entries]
     shots = [shot for shot, _ in rows] if len(sheets) > 1 else []
     write_whole(table, sheet_csv([row for _, row in rows], shots).encode())
@@ -128,40 +128,54 @@ def sheet_entries(
 
     Raises InputError for a plate that is damaged, and where the source is not found.
     """
-    wanted = sheet_frames(shot, frames)
-    small = replace(shot.defocus, method=Method.DIFFUSION, proxy=min(_PROXY, shot.defocus.proxy))
-    whole = tuple(sorted({round(frame) for frame in wanted}))
-    shown = parse_output("sheet.####.jpg")  # no path to write: the picture is only shown
-    job = ExportJob(replace(shot, defocus=small), whole, shown, ExportOptions(missing="hold"), look)
-    plan = planned(job)
+    row_frames = sheet_frames(shot, frames)
+    small_defocus = replace(
+        shot.defocus, method=Method.DIFFUSION, proxy=min(_PROXY, shot.defocus.proxy)
+    )
+    whole_frames = tuple(sorted({round(frame) for frame in row_frames}))
+    picture_output = parse_output("sheet.####.jpg")  # no path to write: the picture is only shown
+    job = ExportJob(
+        replace(shot, defocus=small_defocus),
+        whole_frames,
+        picture_output,
+        ExportOptions(missing="hold"),
+        look,
+    )
+    plan = plan_export(job)
     renderer = make_renderer()
     with closing(FrameRendering(plan, plan.frames, renderer)) as rendering:
         by_frame = {frame.frame: frame for frame in plan.frames}
         rendered: RenderedFrame | None = None
-        for frame, after in zip_longest(wanted, wanted[1:]):
+        for frame, next_frame in zip_longest(row_frames, row_frames[1:]):
             number = round(frame)
             if rendered is None or rendered.planned.frame != number:
-                rendered = rendering.rendered(by_frame[number])
-            marks = distances(shot, renderer, rendered.plate, number)
+                rendered = rendering.render(by_frame[number])
+            marks = mark_distances(shot, renderer, rendered.plate, number)
             timecode = frame_timecode(job, rendered.planned, rendered.plate)
-            row = sheet_row(shot, frame, frames.first, marks, timecode, after)
+            row = sheet_row(shot, frame, frames.first, marks, timecode, next_frame)
             yield SheetEntry(row, data_uri(rendered.pixels), marks)
 
 
-def distances(
+def mark_distances(
     shot: Shot, renderer: FrameRenderer, plate: Plate, frame: int
 ) -> list[tuple[str, float]]:
-    """Return the distances in metres of the marks that are visible at a frame."""
+    """Return the names and distances in metres of the marks that are visible at a frame."""
     distances_m = []
     for mark in shot.marks:
         try:
-            distances_m.append((mark.name, _distance_m(shot, renderer, plate, mark, frame)))
+            distances_m.append((mark.name, _mark_distance_m(shot, renderer, plate, mark, frame)))
         except HeatlensError:  # outside the picture, or no such object
             continue
     return [(name, distance_m) for name, distance_m in distances_m if distance_m > 0.0]
 
 
-def _distance_m(shot: Shot, renderer: FrameRenderer, plate: Plate, mark: Mark, frame: int) -> float:
+def _mark_distance_m(
+    shot: Shot, renderer: FrameRenderer, plate: Plate, mark: Mark, frame: int
+) -> float:
+    """Return the distance of a mark in metres; 0 if there is none.
+
+    Raises HeatlensError for a mark outside the picture, and for an object that does not exist.
+    """
     scene, pose = renderer.scene, renderer.pose_at(shot, frame)
     if isinstance(mark, ObjectMark):
         if scene is None or pose is None:

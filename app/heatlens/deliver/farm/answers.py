@@ -1,4 +1,4 @@
-"""What workers answer: a line of JSON, and the bytes of files or pixels behind it.
+"""The answers of workers: a line of JSON, followed by the bytes of files or pixels.
 
 An answer is data that is checked here entry by entry. Nothing in it can run code, as a pickle can.
 """
@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.faults import told_error
+from heatlens.core.base.faults import to_heatlens_error
 from heatlens.core.base.outside_text import one_line, printable
 from heatlens.deliver.farm import connection
 from heatlens.deliver.farm.dask_types import Future
 from heatlens.deliver.farm.data_only import NotDataError
 from heatlens.media.files.json_record import JsonEntry, record_to_json
 
-_WORDS_MOST = 600  # letters of a worker's sentence that are shown
-_PLACE = Path("the answer of a worker")
-OTHER = (
+_MOST_LETTERS = 600  # letters of a worker's sentence that are shown
+_ANSWER_NAME = Path("the answer of a worker")
+FOREIGN_ANSWER = (
     "A worker has sent something other than an answer of this heatlens: install the same version "
     "on all machines."
 )
@@ -29,7 +29,7 @@ OTHER = (
 class PartDone:
     """A frame that a worker has made, see `FrameDone`.
 
-    driver  OpenGL driver and address of the worker; None for a frame that was there
+    driver  OpenGL driver and address of the worker; None for a frame that was finished before
     size    bytes of its file if it is fetched
     """
 
@@ -45,101 +45,102 @@ class PartDone:
 FetchedPart = tuple[PartDone, bytes | None]  # with its file if it is fetched
 
 
-def packed(facts: Mapping[str, object], data: Sequence[bytes] = ()) -> bytes:
-    """Return an answer."""
+def pack_answer(facts: Mapping[str, object], data: Sequence[bytes] = ()) -> bytes:
+    """Return an answer: the facts as a line of JSON, then the bytes of `data`."""
     return b"".join((json.dumps(facts).encode(), b"\n", *data))
 
 
-def answered(work: Callable[[], bytes], worker: str) -> bytes:
-    """Return the answer of `work`, or the sentence that tells why there is none."""
+def answer_with(work: Callable[[], bytes], worker: str) -> bytes:
+    """Return the answer of `work`; if it fails, an answer that holds the error message."""
     try:
         return work()
     except Exception as error:
-        sentence = told_error(error, "A worker could not do its part")
-        return packed({"problem": f"{sentence} (worker {worker})"})
+        sentence = to_heatlens_error(error, "A worker could not do its part")
+        return pack_answer({"problem": f"{sentence} (worker {worker})"})
 
 
-def packed_parts(parts: Sequence[FetchedPart]) -> bytes:
+def pack_frames(parts: Sequence[FetchedPart]) -> bytes:
     """Return the answer that holds frames and their files."""
     files = [data for _, data in parts if data is not None]
-    return packed({"frames": [record_to_json(done) for done, _ in parts]}, files)
+    return pack_answer({"frames": [record_to_json(done) for done, _ in parts]}, files)
 
 
-def part_text(done: PartDone) -> str:
-    """Return a frame as a text, as an event tells it."""
+def event_text(done: PartDone) -> str:
+    """Return a finished frame as the text of an event."""
     return json.dumps(record_to_json(done))
 
 
-def part_of_text(text: object) -> PartDone:
-    """Return the frame of an event. Raises InputError if it is none."""
-    return _parsed(str(text).encode("utf-8", "replace")).record(PartDone)
+def parse_event_text(text: object) -> PartDone:
+    """Return the finished frame from the text of an event. Raises InputError for other texts."""
+    return _parse_json(str(text).encode("utf-8", "replace")).record(PartDone)
 
 
-def parts_of_answer(answer: bytes) -> list[FetchedPart]:
-    """Return the frames of an answer. Raises InputError with the sentence of a worker."""
-    entry, data = opened(answer)
+def frames_of_answer(answer: bytes) -> list[FetchedPart]:
+    """Return the frames of an answer. Raises InputError with the error message of a worker."""
+    entry, data = unpack_answer(answer)
     frames = entry.members(("frames",), ("frames",))["frames"]
-    return list(_with_files([item.record(PartDone) for item in frames.items()], data))
+    return list(_split_files([item.record(PartDone) for item in frames.items()], data))
 
 
-def _with_files(parts: Sequence[PartDone], data: bytes) -> Iterator[FetchedPart]:
-    at = 0
+def _split_files(parts: Sequence[PartDone], data: bytes) -> Iterator[FetchedPart]:
+    """Yield each frame with its file, cut from the joined bytes of all files."""
+    begin = 0
     for done in parts:
         if done.size is None:
             yield done, None
             continue
-        if not 0 <= done.size <= len(data) - at:
-            raise InputError(OTHER)
-        yield done, data[at : at + done.size]
-        at += done.size
+        if not 0 <= done.size <= len(data) - begin:
+            raise InputError(FOREIGN_ANSWER)
+        yield done, data[begin : begin + done.size]
+        begin += done.size
 
 
-def opened(answer: bytes) -> tuple[JsonEntry, bytes]:
-    """Return the facts of an answer, and its bytes. Raises InputError with a worker's sentence."""
+def unpack_answer(answer: bytes) -> tuple[JsonEntry, bytes]:
+    """Return the facts of an answer, and its bytes. Raises InputError with a worker's message."""
     line, _, data = answer.partition(b"\n")
-    entry = _parsed(line)
+    entry = _parse_json(line)
     if isinstance(entry.value, dict) and "problem" in entry.value:
-        raise InputError(printable(str(entry.value["problem"]))[:_WORDS_MOST])
+        raise InputError(printable(str(entry.value["problem"]))[:_MOST_LETTERS])
     return entry, data
 
 
-def _parsed(line: bytes) -> JsonEntry:
+def _parse_json(line: bytes) -> JsonEntry:
     try:
-        return JsonEntry(_PLACE, "", json.loads(line, parse_constant=_no_number))
+        return JsonEntry(_ANSWER_NAME, "", json.loads(line, parse_constant=_refuse_constant))
     except (ValueError, RecursionError) as error:
-        raise InputError(OTHER) from error
+        raise InputError(FOREIGN_ANSWER) from error
 
 
-def _no_number(name: str) -> object:
+def _refuse_constant(name: str) -> object:
     raise ValueError(f"{name} is not JSON")
 
 
 def answer_of(future: Future, patience: float = 1.0) -> bytes | None:
-    """Return what a task has answered, or None if its worker has died with it, as far as is known.
+    """Return the answer of a task; None if it does not arrive in time, as when its worker has died.
 
-    The scheduler would wait for ever for a worker. `patience` is in usual limits of time. Raises
-    InputError if the task has failed, or its answer is none.
+    Without a time limit, the scheduler would wait for the worker forever. `patience` is a factor on
+    the usual limit. Raises InputError if the task has failed, or its answer is not one of heatlens.
     """
     answer: Any = None
     try:
         answer = future.result(timeout=patience * connection.PATIENCE_S)
     except NotDataError as error:
-        raise InputError(OTHER) from error
+        raise InputError(FOREIGN_ANSWER) from error
     except Exception as error:
         if future.status == "error":
-            raise InputError(failure_of(error)) from error
+            raise InputError(failure_message(error)) from error
         if not isinstance(error, TimeoutError):
             raise
         return None
     if not isinstance(answer, bytes):
-        raise InputError(OTHER)
+        raise InputError(FOREIGN_ANSWER)
     return answer
 
 
-def failure_of(error: BaseException) -> str:
-    """Return a sentence on a task that ended without an answer."""
+def failure_message(error: BaseException) -> str:
+    """Return an error message for a task that ended without an answer."""
     if b"KilledWorker" in next((it for it in error.args if isinstance(it, bytes)), b""):
         return "The workers that made them died; their memory may be too small."
     if type(error) is Exception:  # an error that is not data, so not one of heatlens
-        return OTHER
+        return FOREIGN_ANSWER
     return f"A worker could not begin: {one_line(printable(f'{type(error).__name__}: {error}'))}."

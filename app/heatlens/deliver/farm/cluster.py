@@ -1,7 +1,7 @@
 """Hand the frames of an export to the workers of a Dask cluster, and follow them.
 
-Dask's scheduler gives tasks to workers, and again to others if a worker is lost. Workers tell of
-each frame by an event, so that progress is shown before a task of several frames is done.
+Dask's scheduler gives tasks to workers, and again to others if a worker is lost. Workers send an
+event for each finished frame; progress is therefore shown before a task of several frames is done.
 """
 
 import queue
@@ -22,31 +22,34 @@ from heatlens.deliver.farm.answers import (
     FetchedPart,
     PartDone,
     answer_of,
-    part_of_text,
-    parts_of_answer,
+    frames_of_answer,
+    parse_event_text,
 )
-from heatlens.deliver.farm.connection import is_loss, not_data
+from heatlens.deliver.farm.connection import is_loss, not_data_error
 from heatlens.deliver.farm.dask_types import Client, Future
 from heatlens.deliver.farm.data_only import NotDataError
 from heatlens.media.files.atomic_file import write_whole
 from heatlens.media.files.json_record import digest
 from heatlens.media.sequence.names import frames_text, parse_frames
 
-# The signal that leaves an export to the cluster; Windows has none.
-LEAVE: signal.Signals | None = getattr(signal, "SIGHUP", None)
-_LOOK_S = 2.0  # interval between checks for lost workers
-_TASKS_OF_A_WORKER, _FRAMES_MOST = 4, 8  # tasks are short, so that all workers end at one time
+# The signal that ends this process and leaves the export to the cluster; Windows has none.
+DETACH_SIGNAL: signal.Signals | None = getattr(signal, "SIGHUP", None)
+_WORKER_CHECK_S = 2.0  # interval between checks for lost workers
+_TASKS_PER_WORKER, _MOST_FRAMES_PER_TASK = (
+    4,
+    8,
+)  # tasks are short, so that all workers end at one time
 
 
 @dataclass(frozen=True)
 class PartTask:
-    """What a worker is sent.
+    """The description of a task that is sent to a worker.
 
-    words    of `heatlens`, with the paths of this machine
-    frames   those to make, as `parse_frames` takes them
-    version  of heatlens, which must be that of the worker
-    fetch    the files come back over the network, and are not written where the words say
-    topic    of the events that tell of finished frames
+    words    command line of `heatlens`, with the paths of this machine
+    frames   the frames to make, as `parse_frames` takes them
+    version  version of heatlens, which the worker must have too
+    fetch    True if the files come back over the network; else the worker writes them
+    topic    topic of the events for finished frames
     """
 
     words: tuple[str, ...]
@@ -56,12 +59,12 @@ class PartTask:
     topic: str
 
 
-Work = Callable[[PartTask], bytes]  # which makes an answer, see `deliver/farm/answers.py`
-Event = dict[str, object]  # of a finished frame
+Work = Callable[[PartTask], bytes]  # returns an answer, see `deliver/farm/answers.py`
+Event = dict[str, object]  # the event for a finished frame
 
 
 class ClusterMaker:
-    """Makes frames on a cluster; `say` tells the user that it waits for workers."""
+    """Makes frames on a cluster; `report` shows messages to the user."""
 
     def __init__(
         self,
@@ -69,7 +72,7 @@ class ClusterMaker:
         work: Work,
         task: PartTask,
         chunk: int | None,
-        say: Callable[[str], None],
+        report: Callable[[str], None],
         strict: bool = False,
     ) -> None:
         """Create it; `task` describes all frames, which are sent in parts of `chunk` frames.
@@ -79,145 +82,160 @@ class ClusterMaker:
         self._drivers: dict[str, str] = {}  # the first worker of each driver
         self._strict = strict
         self._patience = 1.0  # limits of `answer_of`; large files take long over a slow network
-        self._is_left = False  # whoever starts the same export again follows it
+        self._is_detached = (
+            False  # True: the tasks go on, and the same export can follow them later
+        )
         self._client = client
         self._work = work
         self._task = task
         self._chunk = chunk
-        self._say = say
-        self._news: queue.SimpleQueue[Future | Event | None] = queue.SimpleQueue()
+        self._report = report
+        self._events: queue.SimpleQueue[Future | Event | None] = queue.SimpleQueue()
 
     def __call__(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
         """Yield the frames as they are finished. Raises InputError where one fails."""
-        with _loss_told(self._client):
-            yield from self._made(frames)
+        with _scheduler_errors_as_input_errors(self._client):
+            yield from self._make_frames(frames)
 
-    def _made(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
+    def _make_frames(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
+        """Send the tasks that no earlier client has sent, and yield the frames of all tasks."""
         self._wait_for_workers()
         waiting = {frame.frame: frame for frame in frames}
-        self._client.subscribe_topic(self._task.topic, lambda event: self._news.put(event[1]))
-        old = self._taken_over(waiting)
-        pending = old | self._sent(sorted(waiting.keys() - _frames_of(old)))
-        with self._kept(pending) as stops:
+        self._client.subscribe_topic(self._task.topic, lambda event: self._events.put(event[1]))
+        earlier_tasks = self._take_over_tasks(waiting)
+        pending = earlier_tasks | self._send_tasks(
+            sorted(waiting.keys() - _frames_of(earlier_tasks))
+        )
+        with self._keep_or_cancel_tasks(pending) as stops:
             while pending:
-                news = self._next(stops)
+                arrival = self._next_event(stops)
                 parts: list[FetchedPart] | None
-                if isinstance(news, dict):
-                    parts = [(part_of_text(news.get("frame")), None)]
+                if isinstance(arrival, dict):
+                    parts = [(parse_event_text(arrival.get("frame")), None)]
                 else:
-                    pending.remove(news)
-                    if news in old and news.status == "error":  # perhaps it is mended now
-                        pending |= self._sent(sorted(waiting.keys() & _frames_of([news])))
+                    pending.remove(arrival)
+                    if (
+                        arrival in earlier_tasks and arrival.status == "error"
+                    ):  # perhaps it is mended now
+                        pending |= self._send_tasks(sorted(waiting.keys() & _frames_of([arrival])))
                         continue
-                    parts = _result(news, self._patience)
+                    parts = _frames_of_task(arrival, self._patience)
                     if parts is None:
-                        pending.add(self._awaited_again(news))
+                        pending.add(self._wait_again(arrival))
                 for done, data in parts or ():
-                    self._compare(done)
+                    self._compare_driver(done)
                     if done.frame in waiting:
-                        yield self._stored(done, data, waiting.pop(done.frame))
+                        yield self._store_frame(done, data, waiting.pop(done.frame))
 
     # A worker can die after its task is done and before the answer is fetched. The scheduler then
-    # waits for a worker that never comes back, and a client that asks without a limit stands still:
-    # frames ahead stopped in 2 of 18 runs under load. Each question has a limit, which doubles,
-    # because large files take long over a slow network.
-    def _awaited_again(self, future: Future) -> Future:
-        """Have a task announce itself again: it is made anew, or its answer takes longer."""
+    # waits for a worker that never comes back. Therefore each fetch has a time limit, which doubles
+    # because large files take long over a slow network. Without a limit, frames ahead stopped in 2
+    # of 18 runs under load.
+    def _wait_again(self, future: Future) -> Future:
+        """Wait again for a task without an answer: it is made anew, or its answer takes longer."""
         if future.status == "finished":
             self._patience *= 2
         self._wait_for_workers()
-        future.add_done_callback(self._news.put)
+        future.add_done_callback(self._events.put)
         return future
 
-    def _taken_over(self, frames: Container[int]) -> set[Future]:
-        """Return the futures of an earlier client of this export that are still of use."""
-        there = self._client.get_dataset(self._task.topic, default=())
-        taken = {it for it in there if any(frame in frames for frame in _frames_of([it]))}
-        if taken:
-            self._say("goes on with what the cluster has under way.")
-        for future in taken:
-            future.add_done_callback(self._news.put)
-        return taken
+    def _take_over_tasks(self, frames: Container[int]) -> set[Future]:
+        """Return the tasks of an earlier client of this export that make frames still needed."""
+        published = self._client.get_dataset(self._task.topic, default=())
+        taken_over = {it for it in published if any(frame in frames for frame in _frames_of([it]))}
+        if taken_over:
+            self._report("goes on with what the cluster has under way.")
+        for future in taken_over:
+            future.add_done_callback(self._events.put)
+        return taken_over
 
     @contextmanager
-    def _kept(self, pending: set[Future]) -> Iterator[StopSignals]:
+    def _keep_or_cancel_tasks(self, pending: set[Future]) -> Iterator[StopSignals]:
         """Let the tasks go on at the scheduler if this process is killed or its terminal closes.
 
         Whoever starts the same export again follows them. Ctrl-C and failures cancel them.
         """
         if not self._task.fetch:  # else nobody could take their files
             self._client.publish_dataset([*pending], name=self._task.topic, override=True)
-        with StopSignals(lambda: self._news.put(None)) as stops:
+        with StopSignals(lambda: self._events.put(None)) as stops:
             try:
                 yield stops
             except Stopped as stop:
-                self._is_left = stop.number == LEAVE
+                self._is_detached = stop.number == DETACH_SIGNAL
                 raise
             finally:
-                if not self._is_left and self._client.status == "running":
+                if not self._is_detached and self._client.status == "running":
                     self._client.cancel([*pending], force=True)
 
-    def forget(self) -> None:
+    def unpublish(self) -> None:
         """Remove this export from the scheduler, unless it is left there."""
-        if not self._is_left and self._client.status == "running":
+        if not self._is_detached and self._client.status == "running":
             with suppress(OSError, TimeoutError):  # the scheduler has gone
                 self._client.unpublish_dataset(self._task.topic)
 
-    def _stored(self, done: PartDone, data: bytes | None, frame: PlannedFrame) -> FrameDone:
-        """Write the file of a frame if it was fetched. Raises InputError for another frame's."""
+    def _store_frame(self, done: PartDone, data: bytes | None, frame: PlannedFrame) -> FrameDone:
+        """Write the file of a frame if it was fetched; return what is reported of the frame.
+
+        Raises InputError if the file is that of another frame.
+        """
         if self._task.fetch:
             _write_fetched(data or b"", frame)
         remarks = tuple(Remark(*remark) for remark in done.remarks)
         maker = done.driver[1] if done.driver else ""
-        lost = done.surfaces_lost
-        return FrameDone(done.frame, frame.path, done.was_there, lost, remarks, maker, done.pace)
+        surfaces_lost = done.surfaces_lost
+        return FrameDone(
+            done.frame, frame.path, done.was_there, surfaces_lost, remarks, maker, done.pace
+        )
 
-    def _compare(self, done: PartDone) -> None:
-        """Tell of a driver that no worker had before. Raises InputError if that is refused."""
+    def _compare_driver(self, done: PartDone) -> None:
+        """Report an OpenGL driver that no worker had before. Raises InputError if strict."""
         driver, worker = map(printable, done.driver or ("", ""))
         if not driver or driver in self._drivers:
             return
         self._drivers[driver] = worker
         if len(self._drivers) == 1:
             return
-        named = ", ".join(f"{name} ({where})" for name, where in self._drivers.items())
-        sentence = f"workers have different OpenGL drivers: {named}"
+        names = ", ".join(f"{name} ({address})" for name, address in self._drivers.items())
+        message = f"workers have different OpenGL drivers: {names}"
         if self._strict:
-            raise InputError(f"{sentence[0].upper()}{sentence[1:]}. Finished frames are kept.")
-        self._say(f"{sentence}; their pictures may differ slightly.")
+            raise InputError(f"{message[0].upper()}{message[1:]}. Finished frames are kept.")
+        self._report(f"{message}; their pictures may differ slightly.")
 
-    def _sent(self, frames: Sequence[int]) -> set[Future]:
-        """Send the tasks; return their futures, which announce themselves when they are done."""
-        share = -(-len(frames) // (_TASKS_OF_A_WORKER * len(self._client.nthreads())))
-        size = self._chunk or min(_FRAMES_MOST, max(1, share))
-        texts = [frames_text(frames[at : at + size]) for at in range(0, len(frames), size)]
+    def _send_tasks(self, frames: Sequence[int]) -> set[Future]:
+        """Send tasks for `frames`; return their futures, which enter the queue when done."""
+        frames_per_task = -(-len(frames) // (_TASKS_PER_WORKER * len(self._client.nthreads())))
+        chunk = self._chunk or min(_MOST_FRAMES_PER_TASK, max(1, frames_per_task))
+        texts = [
+            frames_text(frames[begin : begin + chunk]) for begin in range(0, len(frames), chunk)
+        ]
         futures = {
             self._client.submit(self._work, replace(self._task, frames=text), pure=False, key=key)
             for text in texts
             for key in [f"{self._task.topic}:{uuid.uuid4().hex}:{text}"]
         }
         for future in futures:
-            future.add_done_callback(self._news.put)
+            future.add_done_callback(self._events.put)
         return futures
 
     def _wait_for_workers(self) -> None:
+        """Wait until there is a worker, after a message to the user if there is none."""
         if not self._client.nthreads():
             address = self._client.scheduler.address
-            self._say(f"no worker is there yet; start one with: heatlens worker {address}")
+            self._report(f"no worker is there yet; start one with: heatlens worker {address}")
             self._client.wait_for_workers(1)
 
-    def _next(self, stops: StopSignals) -> Future | Event:
-        """Return the next event or finished future; say so if the last worker is lost."""
+    def _next_event(self, stops: StopSignals) -> Future | Event:
+        """Return the next event or finished future; report it if the last worker is lost."""
         while True:
             stops.raise_if_stopped()
             try:
-                news = self._news.get(timeout=_LOOK_S)
+                event = self._events.get(timeout=_WORKER_CHECK_S)
             except queue.Empty:
                 if self._client.status == "running":
                     self._wait_for_workers()
             else:
-                if news is not None:
-                    return news
+                if event is not None:
+                    return event
 
 
 def _frames_of(futures: Iterable[Future]) -> set[int]:
@@ -229,28 +247,28 @@ def _frames_text(future: Future) -> str:
     return str(future.key).rpartition(":")[2]
 
 
-def _result(future: Future, patience: float) -> list[FetchedPart] | None:
-    """Return the frames of a task, or None as `answer_of` does. Raises InputError with a sentence.
+def _frames_of_task(future: Future, patience: float) -> list[FetchedPart] | None:
+    """Return the frames of a task, or None as `answer_of` does.
 
-    Whatever has failed, finished frames are kept.
+    Raises InputError with the reason if the task has failed; finished frames are kept.
     """
     try:
         answer = answer_of(future, patience)
-        return None if answer is None else parts_of_answer(answer)
+        return None if answer is None else frames_of_answer(answer)
     except InputError as error:
         if future.status != "error":
             raise
-        sentence = f"frames {_frames_text(future)}: {error} Finished frames are kept."
-        raise InputError(sentence) from error
+        message = f"frames {_frames_text(future)}: {error} Finished frames are kept."
+        raise InputError(message) from error
 
 
 @contextmanager
-def _loss_told(client: Client) -> Iterator[None]:
+def _scheduler_errors_as_input_errors(client: Client) -> Iterator[None]:
     """Turn the errors of Dask after the loss of its scheduler into an InputError."""
     try:
         yield
     except NotDataError as error:
-        raise not_data(client.scheduler.address) from error
+        raise not_data_error(client.scheduler.address) from error
     except Exception as error:
         if not is_loss(error):
             raise
@@ -260,11 +278,11 @@ def _loss_told(client: Client) -> Iterator[None]:
 
 
 def _write_fetched(data: bytes, frame: PlannedFrame) -> None:
-    """Write a file that a worker has sent, once it is seen that it is that of the frame."""
+    """Write a file that a worker has sent. Raises InputError unless it is the frame's."""
     with temporary_folder() as folder:
-        seen = replace(frame, path=folder / frame.path.name)
-        seen.path.write_bytes(data)
-        if not is_finished(seen):
+        fetched = replace(frame, path=folder / frame.path.name)
+        fetched.path.write_bytes(data)
+        if not is_finished(fetched):
             raise InputError(
                 f"frame {frame.frame}: what a worker has sent is not the finished file of this "
                 "frame. Finished frames are kept."

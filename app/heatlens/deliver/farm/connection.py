@@ -1,4 +1,4 @@
-"""Connect with the scheduler of a Dask cluster, once it is known which one answers."""
+"""Connect to the scheduler of a Dask cluster, after checking which scheduler answers."""
 
 import logging
 import re
@@ -19,7 +19,12 @@ from heatlens.deliver.farm.data_only import take_only_data
 PATIENCE_S = 10  # time limit for an answer of the scheduler
 _ADDRESS = re.compile(r"(tcp|tls|wss?)://(\[[\da-f:.]+\]|[^\s/:]+):\d{1,5}")
 NO_ANSWER = (OSError, ValueError, TimeoutError)  # raised if there is no answer
-_LOSSES = ("FutureCancelledError", "CancelledError", "CommClosedError")  # the scheduler has died
+# The scheduler has died.
+_LOSS_ERRORS = (
+    "FutureCancelledError",
+    "CancelledError",
+    "CommClosedError",
+)
 
 
 def library() -> ModuleType:
@@ -32,10 +37,10 @@ def library() -> ModuleType:
 
 
 @dataclass(frozen=True)
-class Met:
+class SchedulerIdentity:
     """A scheduler that answers, and the address of this machine in the network to it.
 
-    name  what the scheduler calls itself, which is new each time it is started
+    name  ID of the scheduler, which is new each time it is started
     """
 
     scheduler: str
@@ -44,48 +49,53 @@ class Met:
 
     @property
     def text(self) -> str:
-        """Return what identifies it, for `only`."""
+        """Return the scheduler's ID and own address as one text, for `check_for_scheduler`."""
         return f"{self.name}@{self.own_host}"
 
 
-def met(address: str) -> Met:
-    """Return which scheduler answers, and read only data from it. Raises as `who_answers` does."""
+def identify_scheduler_safely(address: str) -> SchedulerIdentity:
+    """Return which scheduler answers, after Dask was limited to reading data.
+
+    Raises InputError as `identify_scheduler` does.
+    """
     take_only_data(library())
-    return who_answers(address)
+    return identify_scheduler(address)
 
 
-def who_answers(address: str) -> Met:
+def identify_scheduler(address: str) -> SchedulerIdentity:
     """Return which scheduler answers. Raises InputError if none does, or one of another Dask."""
     import asyncio  # here, because every export imports this module
 
-    checked_address(address)
+    parse_address(address)
     distributed = library()
     try:
-        answers = asyncio.run(asyncio.wait_for(_asked(distributed, address), PATIENCE_S))
+        answers = asyncio.run(asyncio.wait_for(_ask_identity(distributed, address), PATIENCE_S))
         name, version = str(answers[0]["id"]), str(answers[1]["packages"]["distributed"])
-        own = own_host(address)
+        own_address = own_host(address)
     except (*NO_ANSWER, TypeError, KeyError) as error:
-        raise no_answer(address) from error
+        raise no_answer_error(address) from error
     check_version(address, version)
-    return Met(address, name, own)
+    return SchedulerIdentity(address, name, own_address)
 
 
-async def _asked(distributed: ModuleType, address: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return what a scheduler calls itself, and its versions."""
+async def _ask_identity(
+    distributed: ModuleType, address: str
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the identity of a scheduler, and the versions of its packages."""
     secured = distributed.Security().get_connection_args("client")
     async with distributed.rpc(address, connection_args=secured) as scheduler:
         return await scheduler.identity(), await scheduler.versions()
 
 
-# Dask's versions do not speak to each other (2025.1 and 2026.8 were tried), and what they say then
-# is no sentence for a user. So the versions are compared before the first task is sent.
+# Different versions of Dask cannot work together (2025.1 and 2026.8 were tried), and their error
+# messages do not help a user. Therefore the versions are compared before the first task is sent.
 def check_version(address: str, version: str) -> None:
     """Raise InputError if the scheduler has another version of Dask than this machine."""
-    here = library().__version__
-    if version != here:
+    own_version = library().__version__
+    if version != own_version:
         raise InputError(
             f"The scheduler at {address} has Dask {printable(version)[:40]}, but this machine has "
-            f"{here}: install distributed=={here} on all machines."
+            f"{own_version}: install distributed=={own_version} on all machines."
         )
 
 
@@ -93,18 +103,18 @@ def own_host(address: str) -> str:
     """Return the address by which this machine reaches the host in `address`. Raises OSError."""
     parts = urlsplit(address)
     addresses = socket.getaddrinfo(parts.hostname, parts.port, type=socket.SOCK_DGRAM)
-    family, kind, protocol, _, where = addresses[0]
-    with socket.socket(family, kind, protocol) as asked:
-        asked.connect(where)  # a datagram socket sends nothing for this
-        return str(asked.getsockname()[0])
+    family, kind, protocol, _, socket_address = addresses[0]
+    with socket.socket(family, kind, protocol) as probe:
+        probe.connect(socket_address)  # a datagram socket sends nothing for this
+        return str(probe.getsockname()[0])
 
 
-def check_own(host: str) -> None:
+def check_own_address(host: str) -> None:
     """Raise InputError if this machine cannot listen on the address `host`."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        with socket.socket(family, socket.SOCK_STREAM) as tried:
-            tried.bind((host, 0))
+        with socket.socket(family, socket.SOCK_STREAM) as probe:
+            probe.bind((host, 0))
     except (OSError, UnicodeError) as error:
         raise InputError(
             f"--host {host} is no address of this machine to listen on ({error}): name one that "
@@ -112,11 +122,11 @@ def check_own(host: str) -> None:
         ) from error
 
 
-def only(agreed: str | None) -> Callable[[Met], None]:
-    """Return a check that takes the scheduler with this text alone, and for None any."""
+def check_for_scheduler(identity_text: str | None) -> Callable[[SchedulerIdentity], None]:
+    """Return a check that accepts only the scheduler with this identity; any one for None."""
 
-    def check(answering: Met) -> None:
-        if agreed is not None and answering.text != agreed:
+    def check(answering: SchedulerIdentity) -> None:
+        if identity_text is not None and answering.text != identity_text:
             raise InputError(
                 f"The scheduler at {answering.scheduler} was started again, is another, or is "
                 "reached through another network than before: export again to use it."
@@ -125,35 +135,37 @@ def only(agreed: str | None) -> Callable[[Met], None]:
     return check
 
 
-_ANY = only(None)
+_ANY_SCHEDULER = check_for_scheduler(None)
 
 
 @contextmanager
-def connected(address: str, check: Callable[[Met], None] = _ANY) -> Iterator[Client]:
+def connected(
+    address: str, check: Callable[[SchedulerIdentity], None] = _ANY_SCHEDULER
+) -> Iterator[Client]:
     """Yield a client of the scheduler at `address`. Raises InputError if it does not answer.
 
-    `check` may raise an InputError for a scheduler that it does not know.
+    `check` may raise an InputError for an unknown scheduler.
     """
-    check(met(address))
+    check(identify_scheduler_safely(address))
     try:
         client = library().Client(address, timeout=PATIENCE_S, set_as_default=False)
     except NO_ANSWER as error:
-        raise no_answer(address) from error
+        raise no_answer_error(address) from error
     try:
         yield client
     finally:
         client.close(timeout=PATIENCE_S)
 
 
-def checked_address(text: str) -> str:
-    """Return the address in a text. Raises InputError if it is none."""
+def parse_address(text: str) -> str:
+    """Return the address in a text, without spaces around it. Raises InputError for other texts."""
     address = text.strip()
     if not _ADDRESS.fullmatch(address):
-        raise no_answer(repr(address))
+        raise no_answer_error(repr(address))
     return address
 
 
-def no_answer(address: str) -> InputError:
+def no_answer_error(address: str) -> InputError:
     """Return the error for a scheduler that does not answer."""
     return InputError(
         f"No Dask scheduler answers at {address}. Start one with `dask scheduler`, and name its "
@@ -161,7 +173,7 @@ def no_answer(address: str) -> InputError:
     )
 
 
-def not_data(address: str) -> InputError:
+def not_data_error(address: str) -> InputError:
     """Return the error for messages of Dask that hold more than data."""
     return InputError(
         f"The scheduler at {address} has sent what is no data, which was refused because it could "
@@ -171,4 +183,4 @@ def not_data(address: str) -> InputError:
 
 def is_loss(error: Exception) -> bool:
     """Return True for the errors of Dask after the loss of its scheduler."""
-    return isinstance(error, NO_ANSWER) or type(error).__name__ in _LOSSES
+    return isinstance(error, NO_ANSWER) or type(error).__name__ in _LOSS_ERRORS

@@ -1,4 +1,4 @@
-"""What heatlens uses of Dask's client, which has no types of its own."""
+"""Types of the parts of Dask's client that heatlens uses; Dask has no types of its own."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol

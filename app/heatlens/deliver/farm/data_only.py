@@ -1,8 +1,9 @@
-"""Read what a cluster sends as data, so that none of its machines runs code in this process.
+"""Read messages of a cluster as data only; no other machine can then run code in this process.
 
-Dask unpickles results, the types of results, errors, warnings and every message that says it is a
-pickle, and a pickle can call any function. All of them pass through one function of Dask, which is
-replaced here by a reader that finds no function, and no class but futures and Python's own errors.
+Dask unpickles results, the types of results, errors, warnings and every message that is marked as a
+pickle, and a pickle can call any function. All of them pass through one function of Dask. It is
+replaced here by a reader that accepts no function, and no class but futures and Python's own
+errors.
 """
 
 import builtins
@@ -21,9 +22,11 @@ class NotDataError(TypeError):
     """A machine of the cluster has sent something other than data."""
 
 
-# The workers of heatlens answer with a line of JSON and bytes behind it (`answers.py`), so that
-# nothing needs to be found here but what Dask itself wraps around an answer.
+# The workers of heatlens answer with a line of JSON and bytes behind it (`answers.py`). Therefore
+# only the classes are needed here that Dask itself wraps around an answer.
 class _DataReader(pickle.Unpickler):
+    """Unpickles data, and refuses everything that could run code."""
+
     def find_class(self, module: str, name: str) -> object:
         """Return a class that only holds data. Raises NotDataError for everything else."""
         if (module, name) in _DATA:
@@ -34,26 +37,28 @@ class _DataReader(pickle.Unpickler):
         raise NotDataError(f"{module}.{name} is not data")
 
 
-def _read(data: bytes | memoryview, *, buffers: Iterable[bytes | memoryview] = ()) -> object:
+def _load_data(data: bytes | memoryview, *, buffers: Iterable[bytes | memoryview] = ()) -> object:
     return _DataReader(io.BytesIO(data), buffers=buffers).load()
 
 
 @cache  # once for each process
 def take_only_data(distributed: ModuleType) -> None:
-    """Let the clients of Dask in this process take only data.
+    """Make the Dask clients of this process accept only data.
 
-    They would also unpickle, print and warn what any worker tells them to; now they do not listen.
+    By default they also obey events by which any worker can have them unpickle, print or warn.
+    Their handlers of such events are removed.
     """
-    distributed.protocol.pickle.loads = _read
-    distributed.client.loads = _read
+    distributed.protocol.pickle.loads = _load_data
+    distributed.client.loads = _load_data
     distributed.Client._default_event_handlers = {}
     _close_after_refusals(distributed.comm.tcp.TCP)
 
 
 def _close_after_refusals(connection: Any) -> None:
-    """Let this class of connections close one that has sent something other than data.
+    """Make connections of this class close after a message that is not data.
 
-    Dask closes a connection for every error of reading but that of an unreadable message.
+    Dask itself closes a connection for every other error of reading, but not for an unreadable
+    message.
     """
     read = connection.read
 

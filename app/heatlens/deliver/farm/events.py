@@ -1,4 +1,4 @@
-"""Read what a `heatlens export --progress json` prints while it works."""
+"""Read the events that `heatlens export --progress json` prints while it works."""
 
 import json
 from typing import Any

@@ -12,39 +12,39 @@ from dataclasses import dataclass
 
 from heatlens.core.base.background import Threads
 from heatlens.core.base.errors import HeatlensError, InputError
-from heatlens.core.base.faults import told_error
+from heatlens.core.base.faults import to_heatlens_error
 from heatlens.deliver.farm.answers import answer_of
-from heatlens.deliver.farm.connection import Met, connected, is_loss, not_data
+from heatlens.deliver.farm.connection import SchedulerIdentity, connected, is_loss, not_data_error
 from heatlens.deliver.farm.dask_types import Client, Future
 from heatlens.deliver.farm.data_only import NotDataError
 from heatlens.deliver.farm.frame_worker import (
     Program,
-    picture_in,
-    program_in,
-    program_of,
-    program_on,
-    rendered,
-    sent,
+    answer_frame,
+    answer_program,
+    job_to_send,
+    own_program,
+    picture_of_answer,
+    program_of_answer,
 )
 from heatlens.render.defocus.line_solver import SolverName
 from heatlens.render.rendered_frames.frame_filler import FrameJob
 from heatlens.render.rendered_frames.kept_pictures import KeptPicture, RenderedPicture
 
-_LOOK_S = 1.0  # interval between checks for new and lost workers
-_AGAIN_S = 10.0  # after a failure, time until the scheduler is tried again
-_WAITING = 2  # frames that each worker has, so that none waits for the next
-_FIRST = 10  # priority of a picture that somebody waits for
+_WORKER_CHECK_S = 1.0  # interval between checks for new and lost workers
+_RETRY_S = 10.0  # after a failure, time until the scheduler is tried again
+_FRAMES_PER_WORKER = 2  # frames that each worker has, so that none waits for the next
+_URGENT_PRIORITY = 10  # priority of a picture that somebody waits for
 
 ON_THIS_MACHINE = "Frames are rendered on this machine."
 
 
 @dataclass(frozen=True)
-class Wish:
-    """A frame that is wanted.
+class FrameRequest:
+    """A frame that the window requests.
 
-    key      no other frame that is wanted has it
+    key      identifies the frame among all requested ones
     make     returns its job; called on a thread, because it may look for files
-    is_kept  it is to be kept, in half floats; otherwise somebody waits for it
+    is_kept  True for a frame to be kept, in half floats; False for a picture that the user awaits
     """
 
     key: str
@@ -53,8 +53,8 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Answer:
-    """A frame that a worker has rendered; or why it could not."""
+class FrameResult:
+    """A frame that a worker has rendered, or the message of its failure."""
 
     key: str
     picture: RenderedPicture | KeptPicture | None
@@ -62,309 +62,350 @@ class Answer:
 
 
 # Every call of Dask's client may wait for the network, or for a scheduler that has gone, and a
-# window may not wait. So one thread alone has the client; the window writes wishes and reads
-# answers under a lock that is never held during a call.
+# window may not wait. So one thread alone has the client; the window writes requests and reads
+# results under a lock that is never held during a call.
 class FrameCluster:
     """The frames of one window at one scheduler."""
 
     def __init__(
         self,
         address: str,
-        here: tuple[str, str, SolverName],
+        own_driver: tuple[str, str, SolverName],
         wake: Callable[[], None],
-        agreed: Met | None = None,
+        confirmed: SchedulerIdentity | None = None,
     ) -> None:
-        """Begin to connect. `here` is the OpenGL driver of the window, its version, and the solver.
+        """Begin to connect.
 
-        `wake` is called on a thread when there is news. No other scheduler is used than `agreed`,
-        nor in another network, before `agree` is called.
+        `own_driver` is the OpenGL driver of the window, its version, and the solver. `wake` is
+        called on a thread when there are results or a new status. No other scheduler or network is
+        used than that of `confirmed` before `confirm_scheduler` is called.
         """
-        self.address, self.here = address, here
-        self.asks: Met | None = None  # the scheduler that answers, until the user agrees to it
-        self._agreed = agreed
-        self.workers: tuple[str, ...] = ()  # that render
-        self.problem = ""  # a sentence why none renders, or ""
-        self.program: Program = ()  # of the workers, if it is not that of this machine
+        self.address, self.own_driver = address, own_driver
+        self.unconfirmed: SchedulerIdentity | None = (
+            None  # the scheduler that answers, until the user confirms it
+        )
+        self._confirmed = confirmed
+        self.workers: tuple[str, ...] = ()  # addresses of the workers that render
+        self.problem = ""  # message why no worker renders, or ""
+        self.program: Program = ()  # program of the workers, if it is not that of this machine
         self._wake = wake
-        self._lock = threading.Lock()  # guards the wishes and the answers
-        self._wanted: tuple[Wish, ...] = ()
-        self._answers: list[Answer] = []
-        self._first: Wish | None = None  # a picture that somebody waits for, and its answer
-        self._first_answer: Answer | None = None
-        self._news: queue.SimpleQueue[Future | None] = queue.SimpleQueue()
+        self._lock = threading.Lock()  # guards the requests and the results
+        self._requests: tuple[FrameRequest, ...] = ()
+        self._results: list[FrameResult] = []
+        self._urgent_request: FrameRequest | None = None  # the picture that the user awaits
+        self._urgent_result: FrameResult | None = None
+        self._signals: queue.SimpleQueue[Future | None] = queue.SimpleQueue()
         self._closed = threading.Event()
-        self._again = threading.Event()  # it need not wait before it connects
+        self._retry_now = threading.Event()  # set to connect again without waiting
         self._thread = Threads("frames-cluster")
         self._thread.submit(self._run)
 
     # Called by the window
 
-    def ask(self, wishes: Iterable[Wish]) -> None:
-        """Want these frames, in this order, and no others: those under way are recalled."""
+    def request_frames(self, requests: Iterable[FrameRequest]) -> None:
+        """Request these frames, in this order; all other frames are recalled."""
         with self._lock:
-            self._wanted = tuple(wishes)
-        self.hear(None)
+            self._requests = tuple(requests)
+        self.signal(None)
 
-    def ask_first(self, wish: Wish | None) -> None:
-        """Want this picture before all others, and none that was wanted so before."""
+    def request_urgent(self, request: FrameRequest | None) -> None:
+        """Request this picture before all others; it replaces an earlier urgent request."""
         with self._lock:
-            self._first, self._first_answer = wish, None
-        self.hear(None)
+            self._urgent_request, self._urgent_result = request, None
+        self.signal(None)
 
     @property
-    def first_answer(self) -> Answer | None:
-        """The answer to the latest `ask_first`; None before it is there."""
+    def urgent_result(self) -> FrameResult | None:
+        """The result of the latest `request_urgent`; None until it has arrived."""
         with self._lock:
-            return self._first_answer
+            return self._urgent_result
 
-    def keep(self, keys: Container[str]) -> None:
+    def keep_requests(self, keys: Container[str]) -> None:
         """Recall all frames but those with these keys."""
-        wanted = [wish for wish in self.wanted() if wish.is_kept]
-        kept = [wish for wish in wanted if wish.key in keys]
-        if len(kept) != len(wanted):
-            self.ask(kept)
+        requests = [request for request in self.open_requests() if request.is_kept]
+        kept_requests = [request for request in requests if request.key in keys]
+        if len(kept_requests) != len(requests):
+            self.request_frames(kept_requests)
 
-    def taken(self) -> list[Answer]:
-        """Return the answers that have arrived since the last call."""
+    def collect_results(self) -> list[FrameResult]:
+        """Return the results that have arrived since the last call."""
         with self._lock:
-            answers, self._answers = self._answers, []
-        return answers
+            results, self._results = self._results, []
+        return results
 
-    def agree(self) -> Met | None:
-        """Use the scheduler that answers; return it."""
-        self._agreed, self.asks = self.asks, None
-        self._again.set()
-        return self._agreed
+    def confirm_scheduler(self) -> SchedulerIdentity | None:
+        """Use the scheduler that answers from now on; return it."""
+        self._confirmed, self.unconfirmed = self.unconfirmed, None
+        self._retry_now.set()
+        return self._confirmed
 
     def close(self) -> None:
-        """Recall everything, without waiting for it."""
+        """Recall all frames and end the thread, without waiting for it."""
         self._closed.set()
-        self._again.set()
-        self.ask(())
-        self.ask_first(None)
+        self._retry_now.set()
+        self.request_frames(())
+        self.request_urgent(None)
         self._thread.close()
 
     # Called by its thread
 
     @property
     def is_closed(self) -> bool:
-        """True once the window needs it no more."""
+        """True after `close` was called."""
         return self._closed.is_set()
 
     @property
-    def waiting(self) -> int:
-        """The number of answers that the window has not taken."""
+    def uncollected_count(self) -> int:
+        """The number of results that the window has not collected."""
         with self._lock:
-            return len(self._answers)
+            return len(self._results)
 
-    def wanted(self) -> tuple[Wish, ...]:
-        """Return the frames that have no answer yet."""
+    def open_requests(self) -> tuple[FrameRequest, ...]:
+        """Return the requests without a result, the urgent one first."""
         with self._lock:
-            answered = {it.key for it in self._answers}
-            first = () if self._first is None else (self._first,)
-            return first + tuple(wish for wish in self._wanted if wish.key not in answered)
+            finished_keys = {it.key for it in self._results}
+            urgent = () if self._urgent_request is None else (self._urgent_request,)
+            return urgent + tuple(
+                request for request in self._requests if request.key not in finished_keys
+            )
 
-    def hear(self, future: Future | None) -> None:
-        """Take a finished future, or None to look at the wishes again."""
-        self._news.put(future)
+    def signal(self, future: Future | None) -> None:
+        """Wake the thread with a finished future, or with None to read the requests again."""
+        self._signals.put(future)
 
-    def news(self, seconds: float) -> list[Future | None]:
-        """Return what was heard, after waiting for it so long at most."""
-        heard = []
+    def wait_for_signals(self, seconds: float) -> list[Future | None]:
+        """Return all signals since the last call, after waiting `seconds` at most for the first."""
+        signals = []
         with suppress(queue.Empty):
-            heard.append(self._news.get(timeout=seconds))
+            signals.append(self._signals.get(timeout=seconds))
             while True:
-                heard.append(self._news.get_nowait())
-        return heard
+                signals.append(self._signals.get_nowait())
+        return signals
 
-    def answer(self, answers: Sequence[Answer]) -> None:
-        """Hand answers to the window, which takes each frame off its wishes."""
-        if answers:
-            by_key = {it.key: it for it in answers}
+    def deliver_results(self, results: Sequence[FrameResult]) -> None:
+        """Hand results to the window, and remove their frames from the requests."""
+        if results:
+            by_key = {it.key: it for it in results}
             with self._lock:
-                if self._first is not None and self._first.key in by_key:
-                    self._first_answer = by_key.pop(self._first.key)
-                    self._first = None
-                self._wanted = tuple(it for it in self._wanted if it.key not in by_key)
-                self._answers += by_key.values()
+                if self._urgent_request is not None and self._urgent_request.key in by_key:
+                    self._urgent_result = by_key.pop(self._urgent_request.key)
+                    self._urgent_request = None
+                self._requests = tuple(it for it in self._requests if it.key not in by_key)
+                self._results += by_key.values()
             self._wake()
 
-    def tell(self, workers: tuple[str, ...], problem: str, program: Program = ()) -> None:
-        """Tell the window who renders."""
-        now = workers, problem, program
-        if now != (self.workers, self.problem, self.program):
-            self.workers, self.problem, self.program = now
+    def set_status(self, workers: tuple[str, ...], problem: str, program: Program = ()) -> None:
+        """Publish the workers that render, or the problem why none does, to the window."""
+        status = workers, problem, program
+        if status != (self.workers, self.problem, self.program):
+            self.workers, self.problem, self.program = status
             self._wake()
 
     def _run(self) -> None:
-        """Serve wishes until it is closed; runs on a thread."""
+        """Connect and serve the requests until `close` is called; runs on a thread."""
         while not self.is_closed:
             try:
-                with connected(self.address, self._check) as client:
-                    _Service(self, client).run()
+                with connected(self.address, self._check_scheduler) as client:
+                    _SchedulerConnection(self, client).run()
             except HeatlensError as error:
-                self.tell((), f"{error} {ON_THIS_MACHINE}")
+                self.set_status((), f"{error} {ON_THIS_MACHINE}")
             except NotDataError:
-                self.tell((), f"{not_data(self.address)} {ON_THIS_MACHINE}")
+                self.set_status((), f"{not_data_error(self.address)} {ON_THIS_MACHINE}")
             except Exception as error:
-                gone = f"The scheduler at {self.address} has gone."
-                sentence = gone if is_loss(error) else told_error(error, "Dask failed")
-                self.tell((), f"{sentence} {ON_THIS_MACHINE}")
-            self._again.wait(_AGAIN_S)
-            self._again.clear()
+                gone_message = f"The scheduler at {self.address} has gone."
+                message = (
+                    gone_message if is_loss(error) else to_heatlens_error(error, "Dask failed")
+                )
+                self.set_status((), f"{message} {ON_THIS_MACHINE}")
+            self._retry_now.wait(_RETRY_S)
+            self._retry_now.clear()
 
-    def _check(self, met: Met) -> None:
-        """Raise InputError for a scheduler or a network to which the user has not agreed."""
-        self.asks = None if met == self._agreed else met
-        if self.asks is None:
+    def _check_scheduler(self, scheduler: SchedulerIdentity) -> None:
+        """Raise InputError for a scheduler or a network that the user has not confirmed."""
+        self.unconfirmed = None if scheduler == self._confirmed else scheduler
+        if self.unconfirmed is None:
             return
-        other = self._agreed
-        if other is None or other.scheduler != met.scheduler:
-            why = "is new to this window"
-        elif other.own_host != met.own_host:
-            why = f"is reached from {met.own_host}, and was from {other.own_host}"
+        confirmed = self._confirmed
+        if confirmed is None or confirmed.scheduler != scheduler.scheduler:
+            reason = "is new to this window"
+        elif confirmed.own_host != scheduler.own_host:
+            reason = f"is reached from {scheduler.own_host}, and was from {confirmed.own_host}"
         else:
-            why = "is another than before, or was started again"
-        raise InputError(f"The scheduler at {self.address} {why}: agree to it in the Export tab.")
+            reason = "is another than before, or was started again"
+        raise InputError(
+            f"The scheduler at {self.address} {reason}: agree to it in the Export tab."
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class _UnderWay:
-    """A frame that was sent; `workers` are those that may render it."""
+class _SentFrame:
+    """A frame that was sent to the scheduler; `workers` may render it."""
 
-    wish: Wish
+    request: FrameRequest
     future: Future
     workers: frozenset[str]
 
 
-class _Service:
+class _SchedulerConnection:
     """One connection to the scheduler, on the thread of a `FrameCluster`."""
 
-    def __init__(self, of: FrameCluster, client: Client) -> None:
-        self._of, self._client = of, client
+    def __init__(self, cluster: FrameCluster, client: Client) -> None:
+        self._cluster, self._client = cluster, client
         self._programs: dict[str, Future] = {}  # futures of the program of each worker
-        self._known: dict[str, Program] = {}  # as the workers have named them
-        self._failed: dict[str, str] = {}  # why a worker has named none
-        self._look_at = 0.0  # time of the next check of the workers
-        self._under_way: dict[str, _UnderWay] = {}  # by the key of the frame
-        self._here = program_on(*of.here)
+        self._known_programs: dict[str, Program] = {}  # the programs that workers have reported
+        self._failures: dict[str, str] = {}  # the messages of workers that could not report theirs
+        self._next_check_s = 0.0  # time of the next check of the workers
+        self._sent_frames: dict[str, _SentFrame] = {}  # by the key of the frame
+        self._own_program = own_program(*cluster.own_driver)
 
     def run(self) -> None:
         """Serve until the connection breaks or the window has closed."""
-        while not self._of.is_closed and self._client.status == "running":
-            if time.monotonic() >= self._look_at:
-                self._look_at_workers()
-            wanted = self._of.wanted()
-            self._recall({wish.key for wish in wanted})
-            self._send(wanted)
-            self._take(self._of.news(_LOOK_S))
-        if not self._of.is_closed:
+        while not self._cluster.is_closed and self._client.status == "running":
+            if time.monotonic() >= self._next_check_s:
+                self._check_workers()
+            requests = self._cluster.open_requests()
+            self._recall_frames({wish.key for wish in requests})
+            self._send_frames(requests)
+            self._pass_on_results(self._cluster.wait_for_signals(_WORKER_CHECK_S))
+        if not self._cluster.is_closed:
             raise ConnectionError
 
-    def _take(self, news: Sequence[Future | None]) -> None:
-        """Pass on what the workers have finished."""
-        done = {id(future) for future in news if future is not None}
-        finished = [it for it in self._under_way.values() if id(it.future) in done]
+    def _pass_on_results(self, signals: Sequence[Future | None]) -> None:
+        """Deliver the results of the frames whose futures are finished."""
+        finished_futures = {id(future) for future in signals if future is not None}
+        finished = [it for it in self._sent_frames.values() if id(it.future) in finished_futures]
         for it in finished:
-            del self._under_way[it.wish.key]
-        self._of.answer([answer for it in finished for answer in _answers(it)])
+            del self._sent_frames[it.request.key]
+        self._cluster.deliver_results([answer for it in finished for answer in _result_of(it)])
 
-    def _recall(self, wanted: set[str]) -> None:
-        """Cancel frames that are not wanted any more, or whose workers have all gone."""
-        there = set(self._of.workers)
+    def _recall_frames(self, requested_keys: set[str]) -> None:
+        """Cancel sent frames that are no longer requested, or whose workers have all gone."""
+        current_workers = set(self._cluster.workers)
         recalled = [
             key
-            for key, it in self._under_way.items()
-            if key not in wanted or not it.workers & there
+            for key, it in self._sent_frames.items()
+            if key not in requested_keys or not it.workers & current_workers
         ]
         if recalled:
-            self._client.cancel([self._under_way.pop(key).future for key in recalled])
+            self._client.cancel([self._sent_frames.pop(key).future for key in recalled])
 
-    def _send(self, wanted: Sequence[Wish]) -> None:
-        """Send as many frames as the workers can have at once."""
-        workers = self._of.workers
-        room = _WAITING * len(workers) - len(self._under_way) - self._of.waiting
-        left = [wish for wish in wanted if wish.key not in self._under_way]
-        is_awaited = bool(left) and not left[0].is_kept
-        for wish in left[: max(0, room, is_awaited)]:
-            self._send_one(wish, workers)
+    def _send_frames(self, requests: Sequence[FrameRequest]) -> None:
+        """Send as many of the requested frames as the workers can queue; one more if urgent."""
+        workers = self._cluster.workers
+        capacity = (
+            _FRAMES_PER_WORKER * len(workers)
+            - len(self._sent_frames)
+            - self._cluster.uncollected_count
+        )
+        unsent = [request for request in requests if request.key not in self._sent_frames]
+        is_urgent = bool(unsent) and not unsent[0].is_kept
+        for request in unsent[: max(0, capacity, is_urgent)]:
+            self._send_frame(request, workers)
 
-    def _send_one(self, wish: Wish, workers: Sequence[str]) -> None:
+    def _send_frame(self, request: FrameRequest, workers: Sequence[str]) -> None:
+        """Send one frame to `workers`; a failure becomes its result."""
         try:
-            job = sent(wish.make())
+            job = job_to_send(request.make())
         except HeatlensError as error:
-            self._of.answer([Answer(wish.key, None, str(error))])
+            self._cluster.deliver_results([FrameResult(request.key, None, str(error))])
             return
-        task = {"pure": False, "workers": list(workers), "priority": 0 if wish.is_kept else _FIRST}
-        future = self._client.submit(rendered, job, self._of.here[2], wish.is_kept, **task)
-        self._under_way[wish.key] = _UnderWay(wish, future, frozenset(workers))
-        future.add_done_callback(self._of.hear)
+        task = {
+            "pure": False,
+            "workers": list(workers),
+            "priority": 0 if request.is_kept else _URGENT_PRIORITY,
+        }
+        future = self._client.submit(
+            answer_frame, job, self._cluster.own_driver[2], request.is_kept, **task
+        )
+        self._sent_frames[request.key] = _SentFrame(request, future, frozenset(workers))
+        future.add_done_callback(self._cluster.signal)
 
-    def _look_at_workers(self) -> None:
-        """Ask new workers for their programs, and use those that draw as this machine does.
+    def _check_workers(self) -> None:
+        """Ask new workers for their programs, and choose the workers that render.
 
-        If there are none, use those that draw as the first of them.
+        They are those with the program of this machine; if there are none, those with the program
+        of the first worker.
         """
-        self._look_at = time.monotonic() + _LOOK_S
-        there = self._client.scheduler_info(n_workers=-1)["workers"]
-        self._programs = {it: future for it, future in self._programs.items() if it in there}
-        for worker in [it for it in there if it not in self._programs]:
-            task = {"pure": False, "workers": [worker], "priority": _FIRST}
-            self._programs[worker] = self._client.submit(program_of, self._of.here[2], **task)
-            self._programs[worker].add_done_callback(self._look_soon)
-        self._choose()
+        self._next_check_s = time.monotonic() + _WORKER_CHECK_S
+        current_workers = self._client.scheduler_info(n_workers=-1)["workers"]
+        self._programs = {
+            it: future for it, future in self._programs.items() if it in current_workers
+        }
+        for worker in [it for it in current_workers if it not in self._programs]:
+            task = {"pure": False, "workers": [worker], "priority": _URGENT_PRIORITY}
+            self._programs[worker] = self._client.submit(
+                answer_program, self._cluster.own_driver[2], **task
+            )
+            self._programs[worker].add_done_callback(self._check_workers_soon)
+        self._choose_workers()
 
-    def _look_soon(self, _future: Future) -> None:
-        self._look_at = 0.0
-        self._of.hear(None)
+    def _check_workers_soon(self, _future: Future) -> None:
+        """Have the workers checked in the next step, after one of them has answered."""
+        self._next_check_s = 0.0
+        self._cluster.signal(None)
 
     def _learn_programs(self) -> None:
-        """Forget the programs of workers that are gone, and keep those that workers have named."""
-        self._known = {it: program for it, program in self._known.items() if it in self._programs}
-        self._failed = {it: why for it, why in self._failed.items() if it in self._programs}
+        """Forget the programs of workers that are gone, and read those that have arrived."""
+        self._known_programs = {
+            it: program for it, program in self._known_programs.items() if it in self._programs
+        }
+        self._failures = {it: why for it, why in self._failures.items() if it in self._programs}
         for it, future in self._programs.items():
-            is_new = it not in self._known and it not in self._failed
+            is_new = it not in self._known_programs and it not in self._failures
             if is_new and future.status in ("finished", "error"):
-                self._learn(it, future)
+                self._learn_program(it, future)
 
-    def _learn(self, worker: str, future: Future) -> None:
+    def _learn_program(self, worker: str, future: Future) -> None:
+        """Store the program of a worker, or the message of its failure."""
         try:
             answer = answer_of(future)
             if answer is not None:
-                self._known[worker] = program_in(answer)
+                self._known_programs[worker] = program_of_answer(answer)
         except HeatlensError as error:
-            self._failed[worker] = str(error)
+            self._failures[worker] = str(error)
 
-    # Two drivers draw the same frame with other last digits, and a shot is not made of both. So the
-    # workers that render are all of one program, if possible that of this machine, whose frames the
-    # window renders too.
-    def _choose(self) -> None:
+    # Two OpenGL drivers draw the same frame with different last digits, and a shot should not mix
+    # them. So all workers that render have one program, if possible that of this machine, because
+    # the window renders frames too.
+    def _choose_workers(self) -> None:
+        """Choose the workers that render, all with the same program, and publish them."""
         self._learn_programs()
-        fit = {it: own for it, own in self._known.items() if own[:2] == self._here[:2]}
-        program = self._here if self._here in fit.values() else next(iter(fit.values()), ())
-        workers = tuple(it for it, own in fit.items() if own == program)
-        is_asking = any(future.status == "pending" for future in self._programs.values())
-        why = "" if workers or is_asking else f"{self._why_none} {ON_THIS_MACHINE}"
-        self._of.tell(workers, why, () if program == self._here else program)
+        compatible = {
+            it: worker_program
+            for it, worker_program in self._known_programs.items()
+            if worker_program[:2] == self._own_program[:2]
+        }
+        program = (
+            self._own_program
+            if self._own_program in compatible.values()
+            else next(iter(compatible.values()), ())
+        )
+        workers = tuple(
+            it for it, worker_program in compatible.items() if worker_program == program
+        )
+        is_waiting = any(future.status == "pending" for future in self._programs.values())
+        problem = "" if workers or is_waiting else f"{self._no_worker_message} {ON_THIS_MACHINE}"
+        self._cluster.set_status(workers, problem, () if program == self._own_program else program)
 
     @property
-    def _why_none(self) -> str:
+    def _no_worker_message(self) -> str:
+        """The message why no worker renders."""
         if not self._programs:
-            return f"No worker is at {self._of.address}."
+            return f"No worker is at {self._cluster.address}."
         return next(
-            iter(self._failed.values()),
-            f"The workers at {self._of.address} have another heatlens.",
+            iter(self._failures.values()),
+            f"The workers at {self._cluster.address} have another heatlens.",
         )
 
 
-def _answers(sent: _UnderWay) -> Iterator[Answer]:
-    """Yield the answer of a worker; none if the frame was recalled, or it died with its answer."""
-    key = sent.wish.key
+def _result_of(sent: _SentFrame) -> Iterator[FrameResult]:
+    """Yield the result of a sent frame; nothing if it was recalled or its worker has died."""
+    key = sent.request.key
     try:
         answer = answer_of(sent.future)
-        picture = None if answer is None else picture_in(answer)
+        picture = None if answer is None else picture_of_answer(answer)
     except HeatlensError as error:
-        yield Answer(key, None, str(error))
+        yield FrameResult(key, None, str(error))
     else:
         if picture is not None:
-            yield Answer(key, picture)
+            yield FrameResult(key, picture)

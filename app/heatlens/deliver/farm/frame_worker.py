@@ -8,10 +8,10 @@ from typing import Any, NoReturn
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.framing import Framing, WorldAxis
-from heatlens.deliver.farm.answers import OTHER, answered, opened, packed
+from heatlens.deliver.farm.answers import FOREIGN_ANSWER, answer_with, pack_answer, unpack_answer
 from heatlens.deliver.farm.connection import library
-from heatlens.deliver.farm.inputs import plain_path
-from heatlens.media.scene.placing import placed
+from heatlens.deliver.farm.inputs import absolute_path
+from heatlens.media.scene.placing import place_scene
 from heatlens.media.scene.scene import Scene
 from heatlens.media.sequence.sequence import Stamp
 from heatlens.render.defocus.line_solver import SOLVERS, SolverName
@@ -21,105 +21,109 @@ from heatlens.render.rendered_frames.frame_key import program_contents
 from heatlens.render.rendered_frames.kept_pictures import (
     KeptPicture,
     RenderedPicture,
-    decoded,
-    decoded_whole,
-    encoded,
+    decode_float_picture,
+    decode_picture,
+    encode_picture,
 )
-from heatlens.render.source.source import Source, StampedFile, stamped
+from heatlens.render.source.source import Source, StampedFile, stamp_files
 from heatlens.version import __version__
 
 Program = tuple[str, ...]
 
-_SLICE_S, _READING_S = 0.1, 0.002  # between two looks whether the frame is still wanted
+_WORK_STEP_S, _READING_POLL_S = 0.1, 0.002  # between two checks whether the frame was recalled
 
 
-def program_of(solver: SolverName) -> bytes:
-    """Answer what identifies the renderer of this worker: programs that are equal draw alike."""
+def answer_program(solver: SolverName) -> bytes:
+    """Return an answer with the program of this worker; equal programs render equal pictures."""
 
     def program() -> bytes:
         device = _filler(solver).renderer.ctx
-        here = program_on(device.name, device.version, solver)
-        return packed({"program": here})
+        worker_program = own_program(device.name, device.version, solver)
+        return pack_answer({"program": worker_program})
 
-    return answered(program, library().get_worker().address)
+    return answer_with(program, library().get_worker().address)
 
 
-def program_in(answer: bytes) -> Program:
-    """Return the program of a worker. Raises InputError with the sentence of the worker."""
-    entry, _ = opened(answer)
+def program_of_answer(answer: bytes) -> Program:
+    """Return the program in a worker's answer. Raises InputError with the worker's message."""
+    entry, _ = unpack_answer(answer)
     program = entry.members(("program",), ("program",))["program"]
     return tuple(item.text() for item in program.items())
 
 
-def program_on(driver: str, version: str, solver: str) -> Program:
+def own_program(driver: str, version: str, solver: str) -> Program:
     """Return the program of this machine on an OpenGL driver."""
     return __version__, program_contents(), driver, version, solver
 
 
-def sent(job: FrameJob) -> FrameJob:
-    """Return a job with absolute paths and nothing that was read, to be sent to a worker."""
+def job_to_send(job: FrameJob) -> FrameJob:
+    """Return a job that can be sent to a worker: with absolute paths, and without read pixels."""
     assert job.source is not None
     plate = job.plate
     if plate is not None:
-        files = tuple(StampedFile(plain_path(it.path), it.stamp) for it in plate.files)
-        plate = replace(plate, files=files, read=_unread)
-    return replace(job, source=job.source.located(), plate=plate)
+        files = tuple(StampedFile(absolute_path(it.path), it.stamp) for it in plate.files)
+        plate = replace(plate, files=files, read=_read_by_worker_only)
+    return replace(job, source=job.source.with_absolute_paths(), plate=plate)
 
 
-def _unread(path: Path) -> NoReturn:
+def _read_by_worker_only(path: Path) -> NoReturn:
     raise AssertionError(f"{path} is read by the worker.")
 
 
-def rendered(job: FrameJob, solver: SolverName, is_kept: bool) -> bytes:
-    """Answer with a frame, or with none if it has been recalled.
+def answer_frame(job: FrameJob, solver: SolverName, is_kept: bool) -> bytes:
+    """Return an answer with a rendered frame, or one without a picture if it was recalled.
 
-    With `is_kept` the picture is sent as it is kept.
+    With `is_kept`, the picture is sent in the half floats in which it is kept.
     """
     worker = library().get_worker()
 
-    def made() -> bytes:
-        picture = _rendered(job, _filler(solver), worker)
+    def render() -> bytes:
+        picture = _render_frame(job, _filler(solver), worker)
         if picture is None:
-            return packed({"recalled": True})
-        sent = picture.kept() if is_kept else picture
-        return packed({"kept": is_kept}, [encoded(sent, "")])
+            return pack_answer({"recalled": True})
+        sent_picture = picture.as_kept() if is_kept else picture
+        return pack_answer({"kept": is_kept}, [encode_picture(sent_picture, "")])
 
-    return answered(made, worker.address)
+    return answer_with(render, worker.address)
 
 
-def picture_in(answer: bytes) -> RenderedPicture | KeptPicture | None:
-    """Return the picture of an answer; None if it was recalled. Raises InputError."""
-    entry, data = opened(answer)
+def picture_of_answer(answer: bytes) -> RenderedPicture | KeptPicture | None:
+    """Return the picture of an answer; None if the frame was recalled.
+
+    Raises InputError with the worker's message, or for an answer that is not one of heatlens.
+    """
+    entry, data = unpack_answer(answer)
     entries = entry.members(("recalled", "kept"))
     if "recalled" in entries:
         return None
     is_kept = "kept" in entries and entries["kept"].flag()
-    picture = decoded(data, "") if is_kept else decoded_whole(data, "")
+    picture = decode_picture(data, "") if is_kept else decode_float_picture(data, "")
     if picture is None:
-        raise InputError(OTHER)
+        raise InputError(FOREIGN_ANSWER)
     return picture
 
 
-def _rendered(job: FrameJob, filler: FrameFiller, worker: Any) -> RenderedPicture | None:
+def _render_frame(job: FrameJob, filler: FrameFiller, worker: Any) -> RenderedPicture | None:
+    """Render a frame in short steps; return None if the window recalls it meanwhile."""
     key = worker.get_current_task()
-    ready = _ready(job, filler)
-    while (picture := filler.work(ready, None, _SLICE_S)) is None:
+    prepared_job = _prepare_job(job, filler)
+    while (picture := filler.work(prepared_job, None, _WORK_STEP_S)) is None:
         task = worker.state.tasks.get(key)
         if task is None or task.state == "cancelled":
             filler.stop()
             return None
         if filler.is_reading:
-            time.sleep(_READING_S)
+            time.sleep(_READING_POLL_S)
     return picture
 
 
-def _ready(job: FrameJob, filler: FrameFiller) -> FrameJob:
-    """Return the job with its plate to be read here, or load its scene."""
-    named: Any = job.source
-    source = _source(named, job.stamps)
+def _prepare_job(job: FrameJob, filler: FrameFiller) -> FrameJob:
+    """Return the job with a plate that this worker reads; for a scene, load the scene instead."""
+    source_to_open: Any = job.source
+    source = _open_source(source_to_open, job.stamps)
     if source.has_many_views:
         framing = job.shot.framing or Framing()
-        scene = _scene(source, framing.up_axis, framing.meters_per_unit)
+        scene = _placed_scene(source, framing.up_axis, framing.meters_per_unit)
         if scene is not filler.renderer.scene:
             filler.renderer.load_scene(scene)
         return job
@@ -128,21 +132,22 @@ def _ready(job: FrameJob, filler: FrameFiller) -> FrameJob:
 
 
 @lru_cache(maxsize=1)
-def _source(source: Source, stamps: tuple[Stamp | None, ...]) -> Any:
+def _open_source(source: Source, stamps: tuple[Stamp | None, ...]) -> Any:
     """Return a source that stays open from task to task. Raises InputError if it has changed."""
-    if stamps and tuple(file.stamp for file in stamped(source.all_files)) != stamps:
+    if stamps and tuple(file.stamp for file in stamp_files(source.all_files)) != stamps:
         raise InputError(f"{source.text} is not the file that the window has open.")
     return source
 
 
 @lru_cache(maxsize=1)
-def _scene(source: Any, up_axis: WorldAxis, meters_per_unit: float) -> Scene:
-    return placed(source.scene, Framing(up_axis=up_axis, meters_per_unit=meters_per_unit))
+def _placed_scene(source: Any, up_axis: WorldAxis, meters_per_unit: float) -> Scene:
+    """Return the scene of a source in the axes and units of the shot; kept for the next task."""
+    return place_scene(source.scene, Framing(up_axis=up_axis, meters_per_unit=meters_per_unit))
 
 
-# OpenGL belongs to one thread, so a worker has one, and what it made stays in the module from task
-# to task: a context, the built programs, the open source. Two renderers in one process share its
-# context, since the second is for the window that asks, with that window's solver.
+# OpenGL belongs to one thread, so a worker has one thread. The module keeps the context, the built
+# programs and the open source from task to task. The two renderers of a process share its context:
+# this one, and that of `_filler`, with the solver of the window that sends the frames.
 @cache
 def renderer() -> FrameRenderer:
     """Return the renderer of this process, which stays warm from task to task."""
@@ -151,6 +156,6 @@ def renderer() -> FrameRenderer:
 
 @cache
 def _filler(solver: SolverName) -> FrameFiller:
-    """Return what makes frames with the solver of the window, beside `renderer`."""
+    """Return the filler with the solver of the window; it shares the context of `renderer`."""
     ctx = renderer().ctx
     return FrameFiller(FrameRenderer(ctx, SOLVERS[solver](ctx)))

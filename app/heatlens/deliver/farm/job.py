@@ -1,7 +1,7 @@
 """The description of an export for several machines, from which each engine makes its own text.
 
-A word of a command line is a tuple of texts, places and FRAMES, so that every engine can put its
-own names where paths differ between machines, and quote texts by its own rules.
+A word of a command line is a tuple of texts, places and FRAMES. Every farm engine replaces places
+and FRAMES by its own names, since paths differ between machines, and quotes texts by its own rules.
 """
 
 import math
@@ -23,8 +23,8 @@ from heatlens.media.sequence.names import frames_text
 _GIB = 1 << 30
 _HEADROOM = 1.25  # other frames may need more memory than the measured one
 _TASK_S = 60.0  # long compared with the start of a process, short enough to repeat
-_GUESSED_FRAMES = 10  # frames of a task if no frame was measured
-Text = Callable[[str], str]
+_DEFAULT_TASK_FRAMES = 10  # frames of a task if no frame was measured
+TextForm = Callable[[str], str]
 _UNIT_BYTES = 1 if sys.platform == "darwin" else 1024  # the unit of ru_maxrss
 
 
@@ -96,18 +96,22 @@ class FarmJob:
         """The number of tasks."""
         return sum(step.count for step in (*self.steps, *([self.last] if self.last else [])))
 
-    def steps_of(self, most: int) -> tuple[Step, ...]:
-        """Return the steps, cut into several where they have over `most` tasks."""
+    def split_steps(self, most: int) -> tuple[Step, ...]:
+        """Return the steps; a step of more than `most` tasks is split into several."""
         return tuple(
-            replace(step, name=step.name if at == 0 else f"{step.name} {at // most + 1}", parts=it)
+            replace(
+                step,
+                name=step.name if begin == 0 else f"{step.name} {begin // most + 1}",
+                parts=parts,
+            )
             for step in self.steps
-            for at in range(0, step.count, most)
-            for it in [step.parts[at : at + most]]
+            for begin in range(0, step.count, most)
+            for parts in [step.parts[begin : begin + most]]
         )
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredCost:
     """The cost of the first frames on this machine."""
 
     start_s: float
@@ -125,8 +129,8 @@ class Measured:
         return max(1, int((_TASK_S - self.start_s) / max(self.frame_s, 1e-3)))
 
 
-def parts_of(
-    frames: Sequence[int], chunk: int | None, measured: Measured | None = None
+def group_frames(
+    frames: Sequence[int], chunk: int | None, measured: MeasuredCost | None = None
 ) -> tuple[str, ...]:
     """Return `frames` in groups, in the form of `parse_frames`: 1001-1019x2.
 
@@ -135,22 +139,22 @@ def parts_of(
     """
     if chunk is not None and chunk < 1:
         raise InputError(f"--chunk must be 1 frame or more, got {chunk}.")
-    size = chunk or (_GUESSED_FRAMES if measured is None else measured.frames_of_a_task)
-    return tuple(frames_text(frames[at : at + size]) for at in range(0, len(frames), size))
+    size = chunk or (_DEFAULT_TASK_FRAMES if measured is None else measured.frames_of_a_task)
+    return tuple(frames_text(frames[begin : begin + size]) for begin in range(0, len(frames), size))
 
 
-def located(places: Iterable[Place], text: str, path: Path) -> Word:
+def path_word(places: Iterable[Place], text: str, path: Path) -> Word:
     """Return a word that joins `text` and `path`; the path is relative to its place, if any."""
     for place in sorted(places, key=lambda place: -len(place.path.parts)):
-        lead = (text, place) if text else (place,)
+        prefix = (text, place) if text else (place,)
         if place.path == path:
-            return lead
+            return prefix
         if place.kind == "DIRECTORY" and place.path in path.parents:
-            return (*lead, f"/{path.relative_to(place.path).as_posix()}")
+            return (*prefix, f"/{path.relative_to(place.path).as_posix()}")
     return (f"{text}{path}",)
 
 
-def word_text(word: Word, place: Callable[[Place], str], frames: str, text: Text = str) -> str:
+def word_text(word: Word, place: Callable[[Place], str], frames: str, text: TextForm = str) -> str:
     """Return a word as one text, with an engine's own forms of places, frames and plain text."""
     texts = (
         text(it) if isinstance(it, str) else place(it) if isinstance(it, Place) else frames
@@ -159,12 +163,12 @@ def word_text(word: Word, place: Callable[[Place], str], frames: str, text: Text
     return "".join(texts)
 
 
-def typed(words: Iterable[Word], frames: str = "") -> list[str]:
-    """Return words as they are typed on this machine."""
+def command_words(words: Iterable[Word], frames: str = "") -> list[str]:
+    """Return words as texts for a command line on this machine."""
     return [word_text(word, lambda place: str(place.path), frames) for word in words]
 
 
-def topmost(folders: Iterable[Path]) -> tuple[Path, ...]:
+def topmost_folders(folders: Iterable[Path]) -> tuple[Path, ...]:
     """Return the folders that are inside none of the others."""
     distinct = dict.fromkeys(folders)
     return tuple(folder for folder in distinct if not distinct.keys() & set(folder.parents))
@@ -172,29 +176,38 @@ def topmost(folders: Iterable[Path]) -> tuple[Path, ...]:
 
 # A farm must know before it starts how long a task takes and how much memory it needs. Two frames
 # are rendered, since the first one contains the start of the process and the builds of the driver;
-# the second tells what each further frame takes.
-def measured(job: FarmJob, name: str, frames: Sequence[int]) -> Measured:
-    """Render the first two of `frames` to a folder that is deleted.
+# the second gives the time of each further frame.
+def measure_first_frames(job: FarmJob, name: str, frames: Sequence[int]) -> MeasuredCost:
+    """Render the first two of `frames` to a temporary folder; return their time and memory.
 
-    `name` is that of the output files. Raises InputError with the reason if that fails.
+    `name` is that of the output files. Raises InputError with the reason if the rendering fails.
     """
     with temporary_folder() as folder:
-        words = (*typed(job.steps[0].words, frames_text(frames[:2])), f"--output={folder / name}")
-        line = [sys.executable, "-P", "-m", "heatlens", *words, "--progress=json"]
-        begin = time.monotonic()
-        with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        words = (
+            *command_words(job.steps[0].words, frames_text(frames[:2])),
+            f"--output={folder / name}",
+        )
+        command = [sys.executable, "-P", "-m", "heatlens", *words, "--progress=json"]
+        start_s = time.monotonic()
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        ) as process:
             assert process.stdout is not None
-            rows = ((time.monotonic() - begin, event_in(row)) for row in process.stdout)
+            rows = ((time.monotonic() - start_s, event_in(row)) for row in process.stdout)
             events = [(at_s, event) for at_s, event in rows if event is not None]
             usage = os.wait4(process.pid, 0)[2]
-    return _cost(events, usage.ru_maxrss * _UNIT_BYTES)
+    return _cost_of_run(events, usage.ru_maxrss * _UNIT_BYTES)
 
 
-def _cost(events: Sequence[tuple[float, Event]], memory_bytes: int) -> Measured:
-    ends_s = [at_s for at_s, event in events if event["event"] == "frame"]
-    last = events[-1][1] if events else {}
-    if not ends_s or last["event"] != "end":
-        why = last.get("message", "it was killed, as systems do when memory runs out")
-        raise InputError(f"The first frame, which shows what a task needs, failed: {why}")
-    frame_s = ends_s[-1] - ends_s[0] if len(ends_s) > 1 else ends_s[0]
-    return Measured(ends_s[0], frame_s, memory_bytes)
+def _cost_of_run(events: Sequence[tuple[float, Event]], memory_bytes: int) -> MeasuredCost:
+    """Return the cost of a run from its events and their times since its start.
+
+    Raises InputError if the run has finished no frame, or has failed.
+    """
+    frame_ends_s = [at_s for at_s, event in events if event["event"] == "frame"]
+    last_event = events[-1][1] if events else {}
+    if not frame_ends_s or last_event["event"] != "end":
+        reason = last_event.get("message", "it was killed, as systems do when memory runs out")
+        raise InputError(f"The first frame, which shows what a task needs, failed: {reason}")
+    frame_s = frame_ends_s[-1] - frame_ends_s[0] if len(frame_ends_s) > 1 else frame_ends_s[0]
+    return MeasuredCost(frame_ends_s[0], frame_s, memory_bytes)

@@ -15,27 +15,28 @@ from heatlens.media.files.atomic_file import make_folder, write_whole
 
 # Limits of the schema: values of a task parameter, characters in one, characters of a job's name,
 # steps of a job.
-_TASKS_MOST, _TEXT_MOST, _NAME_MOST, _STEPS_MOST = 1024, 1024, 128, 100
+_MOST_TASKS, _MOST_CHARACTERS, _MOST_NAME_CHARACTERS, _MOST_STEPS = 1024, 1024, 128, 100
 _MIB_PER_GIB = 1024
 
 
 def job_template(job: FarmJob, folder: Path | None) -> str:
     """Return the template as YAML.
 
-    Paths below `folder`, where the template will lie, have a default; None if they are told beside
-    the template. Raises InputError for what a template cannot hold.
+    `folder` is the folder of the template; paths below it get a default value. It is None for a job
+    bundle, whose paths are in a file of their own. Raises InputError for a job that a template
+    cannot hold.
     """
     steps = _steps(job)
-    if len(steps) > _STEPS_MOST:
+    if len(steps) > _MOST_STEPS:
         raise InputError(
             f"{job.count} tasks of {len(job.steps)} shots are too many; a job has at most "
-            f"{_STEPS_MOST} steps of {_TASKS_MOST}. Give a larger --chunk, or fewer shots."
+            f"{_MOST_STEPS} steps of {_MOST_TASKS}. Give a larger --chunk, or fewer shots."
         )
-    definitions = [_definition(place, folder) for place in job.places]
-    return _document(
+    definitions = [_path_parameter(place, folder) for place in job.places]
+    return _yaml_document(
         {
             "specificationVersion": "jobtemplate-2023-09",
-            "name": _printable(f"heatlens {job.name}"[:_NAME_MOST]),
+            "name": _check_printable(f"heatlens {job.name}"[:_MOST_NAME_CHARACTERS]),
             **({"parameterDefinitions": definitions} if definitions else {}),
             "steps": steps,
         }
@@ -44,18 +45,18 @@ def job_template(job: FarmJob, folder: Path | None) -> str:
 
 def write_bundle(job: FarmJob, folder: Path) -> None:
     """Write a job bundle, which `deadline bundle submit` and `openjd run` take."""
-    values = {place.name: _printable(str(place.path)) for place in job.places}
-    listed = [{"name": name, "value": value} for name, value in values.items()]
-    out = [str(place.path) for place in job.places if place.flow == "OUT"]
+    values = {place.name: _check_printable(str(place.path)) for place in job.places}
+    value_entries = [{"name": name, "value": value} for name, value in values.items()]
+    output_folders = [str(place.path) for place in job.places if place.flow == "OUT"]
     assets = {
         "inputs": {"filenames": [str(path) for path in job.inputs], "directories": []},
-        "outputs": {"directories": out},
+        "outputs": {"directories": output_folders},
         "referencedPaths": [],
     }
     texts = {
         "parameters.json": json.dumps(values, indent=2, ensure_ascii=False) + "\n",
-        "parameter_values.yaml": _document({"parameterValues": listed}),
-        "asset_references.yaml": _document({"assetReferences": assets}),
+        "parameter_values.yaml": _yaml_document({"parameterValues": value_entries}),
+        "asset_references.yaml": _yaml_document({"assetReferences": assets}),
         "template.yaml": job_template(job, None),
     }
     make_folder(folder)
@@ -64,21 +65,21 @@ def write_bundle(job: FarmJob, folder: Path) -> None:
 
 
 def _steps(job: FarmJob) -> list[dict[str, object]]:
-    """Return steps with at most as many tasks as a step may have, then the one that waits."""
-    made = [_step(step, job.needs) for step in job.steps_of(_TASKS_MOST)]
+    """Return the steps, split where they have too many tasks, then the one that waits for them."""
+    step_records = [_step(step, job.needs) for step in job.split_steps(_MOST_TASKS)]
     if job.last is not None:
-        waits = {"dependencies": [{"dependsOn": step["name"]} for step in made]}
-        made.append({**_step(job.last, job.needs), **waits})
-    return made
+        dependencies = {"dependencies": [{"dependsOn": step["name"]} for step in step_records]}
+        step_records.append({**_step(job.last, job.needs), **dependencies})
+    return step_records
 
 
 def _step(step: Step, needs: Needs) -> dict[str, object]:
     space = {"parameterSpace": _parameters(step.parts)} if step.parts else {}
-    return {"name": _printable(step.name), **space, **_script(step.words, needs)}
+    return {"name": _check_printable(step.name), **space, **_script(step.words, needs)}
 
 
 def _parameters(parts: Sequence[str]) -> dict[str, object]:
-    if max(map(len, parts)) > _TEXT_MOST:
+    if max(map(len, parts)) > _MOST_CHARACTERS:
         raise InputError("These frames are too irregular for one task. Give a smaller --chunk.")
     frames = {"name": "Frames", "type": "STRING", "range": list(parts)}
     return {"taskParameterDefinitions": [frames]}
@@ -90,23 +91,29 @@ def _script(words: Sequence[Word], needs: Needs) -> dict[str, object]:
         **({} if needs.memory_gib is None else {"memory": needs.memory_gib * _MIB_PER_GIB}),
         **({"gpu": needs.gpus} if needs.gpus else {}),
     }
-    wished = [{"name": f"amount.worker.{name}", "min": least} for name, least in amounts.items()]
-    args = [*map(_text, words), "--progress=openjd"]
+    amount_requirements = [
+        {"name": f"amount.worker.{name}", "min": least} for name, least in amounts.items()
+    ]
+    args = [*map(_word_template, words), "--progress=openjd"]
     run = {"onRun": {"command": "heatlens", "args": args}}
-    return {"hostRequirements": {"amounts": wished}, "script": {"actions": run}}
+    return {"hostRequirements": {"amounts": amount_requirements}, "script": {"actions": run}}
 
 
-def _text(word: Word) -> str:
-    return word_text(word, lambda it: f"{{{{Param.{it.name}}}}}", "{{Task.Param.Frames}}", _plain)
+def _word_template(word: Word) -> str:
+    return word_text(
+        word, lambda it: f"{{{{Param.{it.name}}}}}", "{{Task.Param.Frames}}", _check_template_text
+    )
 
 
-def _plain(text: str) -> str:
+def _check_template_text(text: str) -> str:
+    """Return the text unchanged. Raises InputError if it could be read as a template variable."""
     if "{{" in text:
         raise InputError("A template cannot hold a name or an option with {{ in it.")
-    return _printable(text)
+    return _check_printable(text)
 
 
-def _printable(text: str) -> str:
+def _check_printable(text: str) -> str:
+    """Return the text unchanged. Raises InputError for control characters."""
     if not text.isprintable():
         raise InputError("A template can hold only printable names. Rename the file.")
     return text
@@ -118,33 +125,36 @@ def relative_to(place: Place, folder: Path) -> str | None:
     return None if relative.startswith(os.pardir) else Path(relative).as_posix()
 
 
-def _definition(place: Place, folder: Path | None) -> dict[str, str]:
-    """Return a parameter. Beside a bundle's list of files, whole folders need not be brought."""
+def _path_parameter(place: Place, folder: Path | None) -> dict[str, str]:
+    """Return the definition of a path parameter.
+
+    A job bundle (`folder` is None) lists its input files; its input folders need no transfer.
+    """
     relative = None if folder is None else relative_to(place, folder)
-    default = {} if relative is None else {"default": _printable(relative)}
+    default = {} if relative is None else {"default": _check_printable(relative)}
     is_listed = folder is None and place.kind == "DIRECTORY" and place.flow == "IN"
     flow = {"objectType": place.kind, "dataFlow": "NONE" if is_listed else place.flow}
     return {"name": place.name, "type": "PATH", **flow, **default}
 
 
-def _document(value: object) -> str:
-    return "\n".join(_yaml(value)) + "\n"
+def _yaml_document(value: object) -> str:
+    return "\n".join(_yaml_lines(value)) + "\n"
 
 
-def _yaml(value: object) -> list[str]:
+def _yaml_lines(value: object) -> list[str]:
     """Return lines of YAML in block style; texts are quoted as in JSON, a subset of YAML."""
     if isinstance(value, dict):
-        return [line for name, entry in value.items() for line in _yaml_entry(name, entry)]
+        return [line for name, entry in value.items() for line in _yaml_entry_lines(name, entry)]
     if isinstance(value, list) and value:
-        return [line for item in value for line in _indented(_yaml(item), "- ")]
+        return [line for item in value for line in _indent(_yaml_lines(item), "- ")]
     return [json.dumps(value, ensure_ascii=False)]
 
 
-def _yaml_entry(name: str, value: object) -> list[str]:
+def _yaml_entry_lines(name: str, value: object) -> list[str]:
     if isinstance(value, dict | list) and value:
-        return [f"{name}:", *_indented(_yaml(value), "  ")]
-    return [f"{name}: {_yaml(value)[0]}"]
+        return [f"{name}:", *_indent(_yaml_lines(value), "  ")]
+    return [f"{name}: {_yaml_lines(value)[0]}"]
 
 
-def _indented(lines: list[str], first: str) -> list[str]:
+def _indent(lines: list[str], first: str) -> list[str]:
     return [f"{first}{lines[0]}", *(f"  {line}" for line in lines[1:])]

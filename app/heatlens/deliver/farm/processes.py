@@ -10,25 +10,25 @@ from contextlib import ExitStack, contextmanager
 from threading import Thread, current_thread, main_thread
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.last_words import LastWords
+from heatlens.core.base.last_words import StderrTail
 from heatlens.deliver.export.plan import PlannedFrame
 from heatlens.deliver.export.run import FrameDone
 from heatlens.deliver.farm.events import Event, event_in
 from heatlens.media.sequence.names import frames_text
 
-_AS_EVENTS = ("--progress=json", "--quiet")
+_EVENT_OPTIONS = ("--progress=json", "--quiet")
 PATIENCE_S = 2.0  # time to stop before a process is killed
-_STOPS = (signal.SIGINT, signal.SIGTERM)
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class ProcessMaker:
-    """Makes frames in `count` processes; `say` shows the messages about their frames."""
+    """Makes frames in `count` processes; `report` shows the messages about their frames."""
 
     def __init__(
         self,
         words: Sequence[str],
         count: int,
-        say: Callable[[str], None],
+        report: Callable[[str], None],
         devices: Sequence[int] = (),
     ) -> None:
         """Create it; `words` are the command line of `heatlens` that makes all frames.
@@ -38,70 +38,78 @@ class ProcessMaker:
         self._devices = devices
         self._words = words
         self._count = count
-        self._say = say
-        self._news: queue.SimpleQueue[Event] = queue.SimpleQueue()
+        self._report = report
+        self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
 
     def __call__(self, frames: Sequence[PlannedFrame]) -> Iterator[FrameDone]:
         """Yield the frames as they are finished. Raises InputError where a process fails."""
         paths = {frame.frame: frame.path for frame in frames}
         # Each process gets frames from the whole shot, so that all end at about the same time.
-        shares = [frames[at :: self._count] for at in range(min(self._count, len(frames)))]
-        with ExitStack() as undone:
+        shares = [frames[first :: self._count] for first in range(min(self._count, len(frames)))]
+        with ExitStack() as cleanup:
             for number, share in enumerate(shares):
-                part = f"--part={frames_text([frame.frame for frame in share])}"
-                more = (part, *device_words(self._devices, number))
-                self._follow(undone, started([*self._words, *more, *_AS_EVENTS], count=len(shares)))
+                part_option = f"--part={frames_text([frame.frame for frame in share])}"
+                options = (part_option, *device_option(self._devices, number))
+                self._follow(
+                    cleanup,
+                    start_process([*self._words, *options, *_EVENT_OPTIONS], count=len(shares)),
+                )
             running = len(shares)
             while running:
-                news = self._news.get()
-                if news["event"] == "frame":
-                    frame, was_there = news["frame"], news["state"] != "written"
-                    pace = news.get("pace", "")
+                event = self._events.get()
+                if event["event"] == "frame":
+                    frame, was_there = event["frame"], event["state"] != "written"
+                    pace = event.get("pace", "")
                     yield FrameDone(frame, paths[frame], was_there, pace=pace)
-                running -= self._has_ended(news)
+                running -= self._check_end(event)
 
-    def _follow(self, undone: ExitStack, process: "subprocess.Popen[str]") -> None:
-        undone.enter_context(process)
-        undone.callback(stop, process)
-        Thread(target=self._read, args=(process,), daemon=True).start()
+    def _follow(self, cleanup: ExitStack, process: "subprocess.Popen[str]") -> None:
+        """Read the events of a process on a thread; `cleanup` stops the process at its end."""
+        cleanup.enter_context(process)
+        cleanup.callback(stop, process)
+        Thread(target=self._read_events, args=(process,), daemon=True).start()
 
-    def _read(self, process: "subprocess.Popen[str]") -> None:
+    def _read_events(self, process: "subprocess.Popen[str]") -> None:
         """Pass on the events of a process, and its end; runs on a thread."""
         assert process.stdout is not None
-        said = LastWords(process)
+        last_words = StderrTail(process)
         for line in process.stdout:
             if (event := event_in(line)) is not None:
-                self._news.put(event)
-        why = said.text().rpartition("heatlens: ")[2]
+                self._events.put(event)
+        reason = last_words.text().rpartition("heatlens: ")[2]
         if process.wait() != 0:
-            self._news.put({"event": "exit", "why": why or f"exit code {process.returncode}"})
+            self._events.put({"event": "exit", "why": reason or f"exit code {process.returncode}"})
 
-    def _has_ended(self, news: Event) -> bool:
-        """Return True if a process has succeeded. Raises InputError if it has failed."""
-        if news["event"] == "end" and (sentence := _without_pace(news)):
-            self._say(sentence)
-        if news["event"] == "failed":
-            raise InputError(news["message"])
-        if news["event"] == "exit":
+    def _check_end(self, event: Event) -> bool:
+        """Return True for the event by which a process ends. Raises InputError if it has failed."""
+        if event["event"] == "end" and (message := _message_without_pace(event)):
+            self._report(message)
+        if event["event"] == "failed":
+            raise InputError(event["message"])
+        if event["event"] == "exit":
             raise InputError(
-                f"A process ended early ({news['why']}). Finished frames are kept; export again to "
+                f"A process ended early ({event['why']}). Finished frames are kept; export again "
+                "to "
                 "go on."
             )
-        return bool(news["event"] == "end")
+        return bool(event["event"] == "end")
 
 
-def _without_pace(news: Event) -> str:
-    """Return what a process says of its frames; their pace is said once, for all processes."""
-    sentence, pace = str(news.get("told", "")), news.get("pace")
-    return sentence.removesuffix(f"{pace}.").strip() if pace else sentence
+def _message_without_pace(event: Event) -> str:
+    """Return the message in the end event of a process, without the pace of its frames.
+
+    The pace is reported once for all processes.
+    """
+    message, pace = str(event.get("told", "")), event.get("pace")
+    return message.removesuffix(f"{pace}.").strip() if pace else message
 
 
-def device_words(devices: Sequence[int], number: int) -> tuple[str, ...]:
+def device_option(devices: Sequence[int], number: int) -> tuple[str, ...]:
     """Return the option with which process `number` of several takes one of the devices."""
     return (f"--device={devices[number % len(devices)]}",) if devices else ()
 
 
-def started(
+def start_process(
     words: Sequence[str], is_shown: bool = False, count: int = 1
 ) -> "subprocess.Popen[str]":
     """Start the heatlens command with these words as a process, one of `count` at work.
@@ -109,27 +117,27 @@ def started(
     If `is_shown`, it prints here.
     """
     # -P: do not run a file in the current folder that has the name of a Python module.
-    line = [sys.executable, "-P", "-m", "heatlens", *words]
-    with _signals_heard_by_children():
+    command = [sys.executable, "-P", "-m", "heatlens", *words]
+    with _children_obey_signals():
         pipe = None if is_shown else subprocess.PIPE
-        environment = _share_of_processors(count) | os.environ
-        return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True, env=environment)
+        environment = _thread_limit(count) | os.environ
+        return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=environment)
 
 
-# Mesa starts a thread for each processor in every process, and each pass then waits for the slowest
-# of them: 24 frames of 480x270 in two processes took 27 s, and take 18 s with a share of the
-# threads.
-def _share_of_processors(count: int) -> dict[str, str]:
-    """Return the number of threads for Mesa's software rasteriser, which else takes all processors.
+# By default Mesa starts a thread for each processor in every process, and each pass waits for the
+# slowest of them. With the threads shared out, 24 frames of 480x270 in two processes take 18 s
+# instead of 27 s.
+def _thread_limit(count: int) -> dict[str, str]:
+    """Return the environment variable that limits the threads of Mesa's software rasterizer.
 
-    With more threads than processors, each pass waits for the slowest of them.
+    Each of `count` processes gets an equal share of the processors.
     """
     threads = max(1, (os.cpu_count() or 1) // count)
     return {"LP_NUM_THREADS": str(threads)} if count > 1 else {}
 
 
 @contextmanager
-def _signals_heard_by_children() -> Iterator[None]:
+def _children_obey_signals() -> Iterator[None]:
     """Start processes that obey stop signals, even if this process ignores them.
 
     A child inherits ignored signals, for example from `heatlens x &` in a script; a signal with a
@@ -138,7 +146,7 @@ def _signals_heard_by_children() -> Iterator[None]:
     if current_thread() is not main_thread():
         yield
         return
-    ignored = [number for number in _STOPS if signal.getsignal(number) is signal.SIG_IGN]
+    ignored = [number for number in _STOP_SIGNALS if signal.getsignal(number) is signal.SIG_IGN]
     for number in ignored:
         signal.signal(number, lambda *_: None)
     try:
@@ -148,9 +156,9 @@ def _signals_heard_by_children() -> Iterator[None]:
             signal.signal(number, signal.SIG_IGN)
 
 
-def stop(process: "subprocess.Popen[str]", how: signal.Signals = signal.SIGTERM) -> None:
+def stop(process: "subprocess.Popen[str]", stop_signal: signal.Signals = signal.SIGTERM) -> None:
     """Ask `process` to stop; kill it after a while if it has not."""
-    process.send_signal(how)  # SIGTERM works from the first moment on, unlike Ctrl-C
+    process.send_signal(stop_signal)  # SIGTERM works from the first moment on, unlike Ctrl-C
     Thread(target=_kill_late, args=(process,), daemon=True).start()
 
 

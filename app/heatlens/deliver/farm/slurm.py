@@ -8,7 +8,7 @@ from shlex import quote
 
 from heatlens.deliver.farm.job import FarmJob, Needs, Step, Word, word_text
 
-_ARRAY_MOST = 1000  # tasks of an array: MaxArraySize is 1001 unless a site changes it
+_MOST_ARRAY_TASKS = 1000  # tasks of an array: MaxArraySize is 1001 unless a site changes it
 
 _HEAD = """\
 #!/bin/sh
@@ -41,12 +41,12 @@ def slurm_script(job: FarmJob) -> str:
     )
     places = [f"export heatlens_{place.name}={quote(str(place.path))}\n" for place in job.places]
     tasks = [
-        _submitted(_array(step), f"--array=0-{step.count - 1}")
-        for step in job.steps_of(_ARRAY_MOST)
+        _submit_command(_array_script(step), f"--array=0-{step.count - 1}")
+        for step in job.split_steps(_MOST_ARRAY_TASKS)
     ]
     if job.last is not None:
-        waits = '--dependency="afterok$(printf :%s $jobs)"'
-        tasks.append(_submitted(_command(job.last.words), waits))
+        dependency = '--dependency="afterok$(printf :%s $jobs)"'
+        tasks.append(_submit_command(_heatlens_command(job.last.words), dependency))
     return "".join([head, *places, *tasks, "echo $jobs\n"])
 
 
@@ -59,7 +59,7 @@ def _options(name: str, needs: Needs) -> list[str]:
     ]
 
 
-def _submitted(script: str, option: str) -> str:
+def _submit_command(script: str, option: str) -> str:
     """Return the command that submits a script, as a here-document with an unused end mark."""
     end = "END"
     while end in script:
@@ -67,11 +67,11 @@ def _submitted(script: str, option: str) -> str:
     return f"submit {option} <<'{end}'\n#!/bin/sh\n{script}{end}\n"
 
 
-def _array(step: Step) -> str:
-    return _TASKS.format(parts=" ".join(step.parts)) + _command(step.words)
+def _array_script(step: Step) -> str:
+    return _TASKS.format(parts=" ".join(step.parts)) + _heatlens_command(step.words)
 
 
-def _command(words: Sequence[Word]) -> str:
+def _heatlens_command(words: Sequence[Word]) -> str:
     def typed(word: Word) -> str:
         return word_text(word, lambda place: f'"$heatlens_{place.name}"', '"$1"', quote)
 

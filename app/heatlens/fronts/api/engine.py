@@ -12,7 +12,7 @@ Content = TypeVar("Content")
 
 
 class Engine:
-    """The OpenGL of this process, and what is loaded into it."""
+    """The OpenGL renderer of this process, and the content that is loaded into it."""
 
     def __init__(self) -> None:
         self._renderer: FrameRenderer | None = None
@@ -47,15 +47,17 @@ class Engine:
         self._renderer.ctx.make_current()
         return self._renderer
 
-    def load(self, owner: object, content: Content, take: Callable[[Content], None]) -> None:
-        """Call `take` to load `content` into the renderer for `owner`, unless it is loaded."""
+    def load(
+        self, owner: object, content: Content, load_content: Callable[[Content], None]
+    ) -> None:
+        """Load `content` into the renderer for `owner` with `load_content`, unless it is loaded."""
         if self._loaded is not None and self._loaded[1] is content:
             return
         self._loaded = None
-        take(content)
+        load_content(content)
         self._loaded = (owner, content)
 
-    def forget(self, owner: object) -> None:
+    def unload(self, owner: object) -> None:
         """Forget the content that `owner` has loaded."""
         if self._loaded is not None and self._loaded[0] is owner:
             self._loaded = None

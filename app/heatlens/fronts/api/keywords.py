@@ -92,7 +92,7 @@ class FrameOptions(RenderOptions, total=False):
 
 
 class ReadingOptions(TypedDict, total=False):
-    """How a plate is read."""
+    """The options for reading a plate."""
 
     depth_channel: str | None
     color_layer: str | None

@@ -1,4 +1,4 @@
-"""What can be rendered through a lens to arrays: frames, notes and `render`."""
+"""The base of all sources that can be rendered through a lens to arrays."""
 
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator
@@ -8,23 +8,23 @@ from heatlens.core.base.closing import Closing
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.shot import Shot
-from heatlens.fronts.api.arguments import LENS_VALUES, check_names, whole
+from heatlens.fronts.api.arguments import LENS_VALUES, check_names, check_whole_number
 from heatlens.fronts.api.engine import ENGINE
-from heatlens.fronts.api.frame import Asked, Facts, Frame
+from heatlens.fronts.api.frame import Frame, FrameFacts, FrameProperties
 from heatlens.fronts.api.keywords import RenderOptions
-from heatlens.fronts.api.notes import Notes, python_words
-from heatlens.fronts.api.request import Request, request_of
+from heatlens.fronts.api.notes import Notes, errors_with_python_names
+from heatlens.fronts.api.request import RenderRequest, check_render_arguments
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.plate_notes import depth_note
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.textures import FloatArray
 
 
-class Source(Asked, Closing):
+class Source(FrameProperties, Closing):
     """The source in front of the lens: a plate, a sequence of plates, or a 3D scene.
 
     `source[1012]` is a frame, `for frame in source` goes through them, and `len(source)` counts
-    them. The properties of `Asked` are those of its first frame.
+    them. The properties of `FrameProperties` are those of its first frame.
     """
 
     def __init__(self) -> None:
@@ -33,9 +33,9 @@ class Source(Asked, Closing):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What rendering has reported so far, in sentences.
+        """The notes of all renderings so far, as sentences.
 
-        How the depth was read, and all that `HeatlensWarning` warned of: repairs, guesses, and a
+        They say how the depth was read, and repeat every `HeatlensWarning`: repairs, guesses, and a
         focus, lens and depth that can hardly belong together.
         """
         return self._notes.sentences
@@ -51,14 +51,14 @@ class Source(Asked, Closing):
         return ()
 
     @abstractmethod
-    def _facts_at(self, frame: int) -> Facts:
+    def _facts_at(self, frame: int) -> FrameFacts:
         """Return the facts of a frame. Raises InputError if it cannot be read."""
 
     @abstractmethod
-    def _check(self, frame: int) -> None:
+    def _check_frame(self, frame: int) -> None:
         """Raise InputError if there is no such frame."""
 
-    def _facts(self) -> Facts:
+    def _facts(self) -> FrameFacts:
         if not self.frames:
             raise InputError("None of the shot's plates is on the disk.")
         return self._facts_at(self.frames[0])
@@ -73,9 +73,9 @@ class Source(Asked, Closing):
 
     def __getitem__(self, frame: int) -> Frame:
         """Return the frame of this number. Raises HeatlensError if there is none."""
-        with python_words():
-            number = whole("frame", frame)
-            self._check(number)
+        with errors_with_python_names():
+            number = check_whole_number("frame", frame)
+            self._check_frame(number)
         return Frame(number, self._facts_at, self.render)
 
     def render(
@@ -101,33 +101,33 @@ class Source(Asked, Closing):
         scene (default: the first). `more` is the opening of the lens and the blur: see
         `RenderOptions`.
 
-        What is doubtful is a `HeatlensWarning`, once for each source and sentence, and in `notes`.
+        Doubts are raised as `HeatlensWarning`, once for each source and sentence, and in `notes`.
 
         Raises HeatlensError for a lens value that is missing, an argument of another name or type,
         a file that cannot be read, a picture too large for this machine, and for doubts if the
         source was opened with `strict=True`.
         """
-        of_lens = (focal_length_mm, sensor_width_mm, f_stop, focus_distance_m)
-        values = dict(zip(LENS_VALUES, of_lens, strict=True))
-        with python_words():
+        lens_arguments = (focal_length_mm, sensor_width_mm, f_stop, focus_distance_m)
+        values = dict(zip(LENS_VALUES, lens_arguments, strict=True))
+        with errors_with_python_names():
             check_names("render", more)
-            request = request_of(lens, frame, values, focus_at, lens_model, more)
+            request = check_render_arguments(lens, frame, values, focus_at, lens_model, more)
             renderer = ENGINE.renderer()
-            shot, at = self._shot_on(renderer, request)
-            pixels = renderer.pixels(shot, at)
-        drawn = renderer.loaded.plate
-        self._notes.warn(*drawn.notes, *filter(None, [drawn.surfaces_lost]))
+            shot, shot_frame = self._load_shot(renderer, request)
+            pixels = renderer.pixels(shot, shot_frame)
+        plate = renderer.loaded.plate
+        self._notes.warn(*plate.notes, *filter(None, [plate.surfaces_lost]))
         return pixels
 
     @abstractmethod
-    def _shot_on(self, renderer: FrameRenderer, request: Request) -> tuple[Shot, int]:
-        """Load the source for a request and note what is doubtful. Return the shot and frame."""
+    def _load_shot(self, renderer: FrameRenderer, request: RenderRequest) -> tuple[Shot, int]:
+        """Load the source for a request, and note doubts. Return the shot and the frame."""
 
-    def _note_plate(self, plate: Plate, request: Request, doubts: Iterable[str]) -> None:
-        """Note how a plate was read, and warn of what is doubtful about it and its lens."""
+    def _note_plate(self, plate: Plate, request: RenderRequest, doubts: Iterable[str]) -> None:
+        """Note how a plate was read, and warn of doubts about it and its lens."""
         self._notes.keep(depth_note(plate))
         self._notes.warn(*plate.notes, *request.notes(plate), *doubts)
 
     def close(self) -> None:
         """Release the pixels; the next `render` reads and loads them again."""
-        ENGINE.forget(self)
+        ENGINE.unload(self)

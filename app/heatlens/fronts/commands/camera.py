@@ -11,21 +11,26 @@ from heatlens.core.model.curves.frames import FrameRange, parse_frame_range
 from heatlens.core.model.depth_words import DepthConvention
 from heatlens.core.model.timecode import Timecode
 from heatlens.core.model.units import parse_scene_unit_m
-from heatlens.fronts.commands.options.given_options import refuse_given
-from heatlens.fronts.commands.options.lens_options import lens_words
-from heatlens.fronts.commands.options.scene_options import add_timing_options, timing_of
-from heatlens.fronts.commands.options.value_types import number
+from heatlens.fronts.commands.options.given_options import refuse_options
+from heatlens.fronts.commands.options.lens_options import lens_text
+from heatlens.fronts.commands.options.scene_options import add_timing_options, given_timing
+from heatlens.fronts.commands.options.value_types import parse_number
 from heatlens.fronts.commands.output.plate_words import shot_timecodes
-from heatlens.fronts.commands.output.say import say, tell
-from heatlens.fronts.commands.shots.following import measured_now
-from heatlens.media.camera.camera_file import WRITTEN, left_out_of, read_camera, write_camera
+from heatlens.fronts.commands.output.say import print_messages, print_result
+from heatlens.fronts.commands.shots.following import measure_live_focus
+from heatlens.media.camera.camera_file import (
+    CAMERA_SUFFIXES,
+    read_camera,
+    unsupported_notes,
+    write_camera,
+)
 from heatlens.media.camera.ring_samples import ring_samples
 from heatlens.media.camera.samples import CameraSamples, with_nominal_f_stop, with_renderer_f_stop
 from heatlens.media.camera.usd_read import USD_SUFFIXES, split_prim
 from heatlens.media.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.media.live.ring.address import RingAddress, opentrackio_address
 from heatlens.media.live.ring.opentrackio import Encoding
-from heatlens.media.live.ring.sender import LensSender, send_in_time
+from heatlens.media.live.ring.sender import LensSender, send_at_rate
 from heatlens.media.scene.first_shot import FirstShot, first_shot
 from heatlens.render.source.named import camera_of_shot, has_camera
 
@@ -47,7 +52,7 @@ The discs of a real lens are larger than those of a CG renderer at the same f-st
 the focus S and the focal length f. The camera of a photographic shot therefore carries the f-stop
 that makes the same discs in a renderer, at every frame, and the nominal one beside it.
 """
-_TIMING = ("clip", "first_frame", "fps")
+_TIMING_OPTIONS = ("clip", "first_frame", "fps")
 _SAME_DISCS, _NOMINAL = "same-discs", "nominal"
 EPILOG = """\
 examples:
@@ -63,7 +68,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "source", metavar=f"SHOT{SHOT_SUFFIX}", help="the shot, a scene or a camera"
     )
     parser.add_argument(
-        "-o", "--output", type=Path, help=f"camera to write: *{', *'.join(WRITTEN)}"
+        "-o", "--output", type=Path, help=f"camera to write: *{', *'.join(CAMERA_SUFFIXES)}"
     )
     _add_send_options(parser)
     _add_shot_options(parser)
@@ -104,7 +109,7 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--sensor-height",
-        type=number,
+        type=parse_number,
         metavar="MM",
         help="default: from the aspect ratio of the plate; without a plate, that of the film back "
         "of that width, or 16:9",
@@ -121,19 +126,19 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the camera and send it; print its origin and any assumptions."""
-    _check_given(args)
+    _check_options(args)
     address = None if args.send is None else opentrackio_address(args.send)
-    camera = _camera_of(args)
+    camera = _read_samples(args)
     if args.output is None:
-        say(*camera.notes)
+        print_messages(*camera.notes)
     else:
-        _write(args, camera)
+        _write_file(args, camera)
     if address is not None:
         _send(args, camera, address)
     return 0
 
 
-def _check_given(args: argparse.Namespace) -> None:
+def _check_options(args: argparse.Namespace) -> None:
     """Refuse a command that would do nothing, and options without effect."""
     if args.output is None and args.send is None:
         raise InputError("Give a file to write with -o, or an address to send to with --send.")
@@ -147,14 +152,14 @@ def _send(args: argparse.Namespace, camera: CameraSamples, address: RingAddress)
     """Play the lens in real time."""
     rate = camera.frames_per_second
     encoding = Encoding[(args.encoding or "json").upper()]
-    samples = ring_samples(camera, _timecodes_of(args, camera))
+    samples = ring_samples(camera, _timecode_function(args, camera))
     with LensSender(address, encoding) as sender:
         times = "repeatedly, until Ctrl-C" if args.repeat else f"{len(samples) / rate:.1f} s"
-        say(f"sending {len(samples)} frames at {rate:g}/s to {sender.address}: {times}")
-        send_in_time(sender, cycle(samples) if args.repeat else samples, rate)
+        print_messages(f"sending {len(samples)} frames at {rate:g}/s to {sender.address}: {times}")
+        send_at_rate(sender, cycle(samples) if args.repeat else samples, rate)
 
 
-def _timecodes_of(
+def _timecode_function(
     args: argparse.Namespace, camera: CameraSamples
 ) -> Callable[[int], Timecode | None]:
     """Return a function that gives the timecode of a frame, for shots and shoot tables."""
@@ -164,7 +169,8 @@ def _timecodes_of(
     return timecodes.get
 
 
-def _write(args: argparse.Namespace, camera: CameraSamples) -> None:
+def _write_file(args: argparse.Namespace, camera: CameraSamples) -> None:
+    """Write the camera file with the requested f-stop and unit; print its name and all notes."""
     if args.f_stop == _NOMINAL:
         camera = with_nominal_f_stop(camera)
     else:
@@ -172,8 +178,8 @@ def _write(args: argparse.Namespace, camera: CameraSamples) -> None:
     unit = args.meters_per_unit
     unit_m = None if unit is None else parse_scene_unit_m(unit)
     write_camera(args.output, camera, unit_m, _holds_inverse(args.source))
-    say(*camera.notes, *left_out_of(args.output, camera))
-    tell(str(args.output))
+    print_messages(*camera.notes, *unsupported_notes(args.output, camera))
+    print_result(str(args.output))
 
 
 def _holds_inverse(source: str) -> bool:
@@ -183,24 +189,25 @@ def _holds_inverse(source: str) -> bool:
     return read_shot(source).plate_options.depth_convention is DepthConvention.INVERSE
 
 
-def _camera_of(args: argparse.Namespace) -> CameraSamples:
+def _read_samples(args: argparse.Namespace) -> CameraSamples:
+    """Return the camera of a scene, a shot or a camera file; refuse options without effect."""
     unit_m = None if args.scene_unit is None else parse_scene_unit_m(args.scene_unit)
     if _is_scene(args.source):
-        first = first_shot(args.source, timing=timing_of(args, args.source))
-        say(*_said_of(first))
+        first = first_shot(args.source, timing=given_timing(args, args.source))
+        print_messages(*_scene_messages(first))
         shot = first.shot
     elif is_shot_file(args.source):
-        refuse_given(args, _TIMING, f"{args.source} sets how its scene is played")
-        shot = measured_now(read_shot(args.source))
+        refuse_options(args, _TIMING_OPTIONS, f"{args.source} sets how its scene is played")
+        shot = measure_live_focus(read_shot(args.source))
     else:
-        refuse_given(args, _TIMING, f"{args.source} is not a 3D scene")
+        refuse_options(args, _TIMING_OPTIONS, f"{args.source} is not a 3D scene")
         _refuse_shot_options(args)
         camera = read_camera(args.source, unit_m or 1.0, args.up_axis or "y")
         _check_frames(args, camera)
         return camera
     if has_camera(shot.source):
-        why = f"{shot.source} is a 3D scene, in metres and y up"
-        refuse_given(args, ("scene_unit", "up_axis"), why)
+        reason = f"{shot.source} is a 3D scene, in metres and y up"
+        refuse_options(args, ("scene_unit", "up_axis"), reason)
     return camera_of_shot(
         shot,
         Path(args.source).name.removesuffix(SHOT_SUFFIX),
@@ -220,19 +227,19 @@ def _is_scene(source: str) -> bool:
     return has_camera(source) and path.suffix.lower() not in USD_SUFFIXES
 
 
-def _said_of(first: FirstShot) -> tuple[str, ...]:
-    """Return the notes of the scene, and a sentence on the lens, which is partly assumed."""
-    words = lens_words(first.shot.lens_at(first.frame), first.sources)
-    return (*first.scene.notes, f"lens at frame {first.frame}: {words}")
+def _scene_messages(first: FirstShot) -> tuple[str, ...]:
+    """Return the notes of the scene, and a message on its lens, which is partly assumed."""
+    lens = lens_text(first.shot.lens_at(first.frame), first.sources)
+    return (*first.scene.notes, f"lens at frame {first.frame}: {lens}")
 
 
 def _check_frames(args: argparse.Namespace, camera: CameraSamples) -> None:
     """Raise InputError for --frames that are not all frames of the camera file."""
-    own = FrameRange(camera.frames[0], camera.frames[-1])
-    if args.frames and parse_frame_range(args.frames) != own:
+    camera_frames = FrameRange(camera.frames[0], camera.frames[-1])
+    if args.frames and parse_frame_range(args.frames) != camera_frames:
         raise InputError(
             f"--frames {args.frames} is for shots; {args.source} is already a camera, with frames "
-            f"{own}: leave --frames out."
+            f"{camera_frames}: leave --frames out."
         )
 
 

@@ -1,6 +1,6 @@
-"""The parser of the command line: values as people type them, and what a wrong word means.
+"""The parser of the command line, with suggestions for wrong words.
 
-For a misspelt word, the error suggests the nearest known one.
+For a misspelled word, the error suggests the nearest known one.
 """
 
 import argparse
@@ -35,8 +35,10 @@ examples:
 `heatlens COMMAND --help` explains each command.
 """
 
-_OPTIONS_LISTED = 16  # options in a usage line; a longer list becomes [options]
-_ALIKE = 0.7  # of 1 for the same word; --device is 0.62 like --denoise, --f-stop 0.91 like --fstop
+_MOST_LISTED_OPTIONS = 16  # options in a usage line; a longer list becomes [options]
+_LEAST_SIMILARITY = (
+    0.7  # of 1 for the same word; --device is 0.62 like --denoise, --f-stop 0.91 like --fstop
+)
 _CAMERA_SUFFIXES = (".usd", ".usda", ".usdc", ".json", ".csv")
 
 
@@ -64,10 +66,10 @@ class _Parser(argparse.ArgumentParser):
 
     def format_help(self) -> str:
         """Return the help; a usage with many options is shortened, as it would fill the screen."""
-        if self.usage is None and len(self._option_string_actions) > _OPTIONS_LISTED:
+        if self.usage is None and len(self._option_string_actions) > _MOST_LISTED_OPTIONS:
             formatter = self._get_formatter()
-            needed = [it for it in self._actions if it.required or not it.option_strings]
-            formatter.add_usage(None, needed, [], "")
+            required_actions = [it for it in self._actions if it.required or not it.option_strings]
+            formatter.add_usage(None, required_actions, [], "")
             words = formatter.format_help().strip().removeprefix(self.prog)
             self.usage = f"%(prog)s [options]{words.replace('%', '%%')}"
         return super().format_help()
@@ -81,71 +83,95 @@ class _Parser(argparse.ArgumentParser):
 
         Argparse would report them for the parent command.
         """
-        words = self._with_values_joined(sys.argv[1:] if args is None else args)
+        words = self._join_negative_values(sys.argv[1:] if args is None else args)
         parsed, unknown = super().parse_known_args(words, namespace)
         if unknown and self.prog.endswith(" view") and parsed.plate in COMMANDS:
-            right = " ".join((parsed.plate, *unknown))
-            advice = f"options come after the command, as in: heatlens {right} --f-stop 2"
+            corrected_words = " ".join((parsed.plate, *unknown))
+            advice = f"options come after the command, as in: heatlens {corrected_words} --f-stop 2"
             self.exit(2, f"heatlens: {advice}\n`heatlens {parsed.plate} --help` explains.\n")
         if len(unknown) > 1 and all(map(os.path.isfile, unknown)):
-            self.error(_unquoted(unknown))
+            self.error(_unquoted_pattern_message(unknown))
         if unknown:
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, self)}")
+            self.error(
+                f"unrecognized arguments: {' '.join(unknown)}{option_suggestion(unknown, self)}"
+            )
         return parsed, unknown
 
-    def _with_values_joined(self, words: Sequence[str]) -> list[str]:
-        """Join an option and its value where this begins with a minus and is no option itself."""
-        # argparse takes -2-1, -70,50 and the names of files with a minus for options.
+    def _join_negative_values(self, words: Sequence[str]) -> list[str]:
+        """Return the words, with an option and its value joined if the value begins with a minus.
+
+        argparse would take values such as -2-1, -70,50 and file names with a minus for options.
+        """
         joined: list[str] = []
         for word in words:
-            before = joined[-1] if joined else ""
+            previous_word = joined[-1] if joined else ""
             is_value = len(word) > 1 and word[0] == "-" and not self._begins_option(word)
-            if is_value and "--" not in joined and self._takes_one_value(before):
-                joined[-1] = f"{before}={word}" if before.startswith("--") else before + word
+            if is_value and "--" not in joined and self._takes_one_value(previous_word):
+                joined[-1] = (
+                    f"{previous_word}={word}"
+                    if previous_word.startswith("--")
+                    else previous_word + word
+                )
             else:
                 joined.append(word)
         return joined
 
     def _begins_option(self, word: str) -> bool:
+        """Return True if the word is an option or the beginning of a long one."""
         name = word.partition("=")[0]
         is_long = word.startswith("--")
-        return name in self._option_string_actions or (is_long and bool(self._named(word)))
+        return name in self._option_string_actions or (
+            is_long and bool(self._matching_actions(word))
+        )
 
     def _takes_one_value(self, option: str) -> bool:
-        return any(action.nargs is None for action in self._named(option))
+        """Return True if the word is an option that needs exactly one value."""
+        return any(action.nargs is None for action in self._matching_actions(option))
 
-    def _named(self, option: str) -> list[argparse.Action]:
+    def _matching_actions(self, option: str) -> list[argparse.Action]:
         """Return the actions that an option or its beginning names."""
-        known = self._option_string_actions
-        if option in known:
-            return [known[option]]
-        is_begun = option.startswith("--") and len(option) > 2
+        options = self._option_string_actions
+        if option in options:
+            return [options[option]]
+        is_long = option.startswith("--") and len(option) > 2
         name = option.partition("=")[0]
-        return [it for long, it in known.items() if is_begun and long.startswith(name)]
+        return [it for long, it in options.items() if is_long and long.startswith(name)]
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
         """Refuse a value that is not among the choices, and suggest the closest one."""
         try:
             super()._check_value(action, value)
         except argparse.ArgumentError as error:
-            from heatlens.core.model.option import or_meant
+            from heatlens.core.model.option import suggest_similar
 
-            error.message += or_meant(str(value), map(str, action.choices or ()))
+            error.message += suggest_similar(str(value), map(str, action.choices or ()))
             raise
 
     def _get_option_tuples(self, option_string: str) -> list[Any]:
-        """Return the options with this prefix, except those that mean something else elsewhere."""
-        return [] if is_name_elsewhere(option_string) else super()._get_option_tuples(option_string)
+        """Return the options with this prefix; none for an option of other programs."""
+        return (
+            []
+            if is_other_program_option(option_string)
+            else super()._get_option_tuples(option_string)
+        )
 
 
-def _unquoted(files: Sequence[str]) -> str:
-    """Return the sentence for files that the shell put in the place of a pattern."""
-    from heatlens.media.sequence.names import form_of  # loads fileseq, and only this needs it
+def _unquoted_pattern_message(files: Sequence[str]) -> str:
+    """Return the error message for files that the shell put in the place of a pattern."""
+    # Loads fileseq, and only this needs it.
+    from heatlens.media.sequence.names import (
+        parse_frame_name,
+    )
 
-    first = Path(files[0])
-    pattern = str(first.with_name(form_of(first.name)[0].text))
-    quoted = pattern if "#" in pattern else f"{first.with_name('plate')}.####{first.suffix}"
-    return f"{len(files)} files too many. Put a pattern in quotes, with # for digits: '{quoted}'."
+    first_file = Path(files[0])
+    pattern = str(first_file.with_name(parse_frame_name(first_file.name)[0].text))
+    suggested_pattern = (
+        pattern if "#" in pattern else f"{first_file.with_name('plate')}.####{first_file.suffix}"
+    )
+    return (
+        f"{len(files)} files too many. Put a pattern in quotes, with # for digits: "
+        f"'{suggested_pattern}'."
+    )
 
 
 class _Completion(argparse.Action):
@@ -210,13 +236,13 @@ def add_command(
 
 @cache
 def _other_names() -> dict[str, str]:
-    """Return our options by what people type who come from other programs."""
+    """Return the options of heatlens by their names in other programs."""
     from heatlens.core.model.option import OTHER_NAMES  # as slow as all that --version needs
 
     return {f"--{other}": f"--{own}" for other, own in OTHER_NAMES.items()}
 
 
-def is_name_elsewhere(option: str) -> bool:
+def is_other_program_option(option: str) -> bool:
     """Return True for an option of other programs that is called something else here.
 
     "--aperture" is one, although it is also the beginning of --aperture-image.
@@ -225,18 +251,19 @@ def is_name_elsewhere(option: str) -> bool:
     return not _other_names().get(name, name).startswith(name)
 
 
-def _elsewhere(option: str, value: str, prog: str) -> str:
-    """Return the end of a sentence on the command that takes an option, or ""."""
+def _other_command_advice(option: str, value: str, program_name: str) -> str:
+    """Return advice on the command that takes a wrong option, as the end of a message, or ""."""
     is_file = os.path.splitext(value)[1].lower() in _CAMERA_SUFFIXES
     if option == "--lens-from" or (option == "--camera" and is_file):
         return f". {option} gives the lens of a file to `heatlens shot new` and `heatlens view`."
-    if prog.endswith(" camera") and option in _lens_flags():
+    if program_name.endswith(" camera") and option in _lens_flags():
         return f". The lens is that of the shot: `heatlens shot new` takes {option}."
     return ""
 
 
 def _lens_flags() -> set[str]:
-    # Slow, and seldom needed.
+    """Return all options of the lens, such as --f-stop."""
+    # Imported here, because it is slow and seldom needed.
     from heatlens.fronts.commands.options.lens_options import add_lens_options
 
     parser = argparse.ArgumentParser(add_help=False)
@@ -244,41 +271,48 @@ def _lens_flags() -> set[str]:
     return set(parser._option_string_actions)
 
 
-def meant(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:
+def option_suggestion(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:
     """Return a sentence that suggests an option like the wrong one, or the command that has it."""
-    known = [name for name in parser._option_string_actions if name.startswith("--")]
-    for word, after in zip(unknown, (*unknown[1:], ""), strict=True):
+    known_options = [name for name in parser._option_string_actions if name.startswith("--")]
+    for word, next_word in zip(unknown, (*unknown[1:], ""), strict=True):
         option, _, value = word.partition("=")
         if not option.startswith("--"):
             continue
-        if elsewhere := _elsewhere(option, value or after, parser.prog):
-            return elsewhere
-        other = _other_names().get(option)
-        near = [other] if other in known else _like(option, known)
-        if near:
-            return f". Did you mean {' or '.join(near)}?"
-        if having := _commands_with(option):
-            return f". It is an option of {' and '.join(f'`heatlens {name}`' for name in having)}."
+        if advice := _other_command_advice(option, value or next_word, parser.prog):
+            return advice
+        own_name = _other_names().get(option)
+        suggestions = (
+            [own_name] if own_name in known_options else _similar_options(option, known_options)
+        )
+        if suggestions:
+            return f". Did you mean {' or '.join(suggestions)}?"
+        if commands := _commands_with(option):
+            return (
+                f". It is an option of {' and '.join(f'`heatlens {name}`' for name in commands)}."
+            )
     return ""
 
 
-def _like(option: str, known: Sequence[str]) -> list[str]:
-    """Return the two options that begin with the same word, or else the one most like it.
+def _similar_options(option: str, known_options: Sequence[str]) -> list[str]:
+    """Return up to two options that extend the wrong one by a word, else the most similar one.
 
-    The dashes are left out, because they would make every two short words alike.
+    The leading dashes are not compared, because they would make all short words similar.
     """
-    longer = [name for name in known if name.startswith(f"{option}-")]
-    if 0 < len(longer) <= 2:
-        return sorted(longer, reverse=True)
-    names = [name.lstrip("-") for name in known]
-    return [f"--{it}" for it in difflib.get_close_matches(option.lstrip("-"), names, 1, _ALIKE)]
+    longer_options = [name for name in known_options if name.startswith(f"{option}-")]
+    if 0 < len(longer_options) <= 2:
+        return sorted(longer_options, reverse=True)
+    names = [name.lstrip("-") for name in known_options]
+    return [
+        f"--{it}"
+        for it in difflib.get_close_matches(option.lstrip("-"), names, 1, _LEAST_SIMILARITY)
+    ]
 
 
 def _commands_with(option: str) -> list[str]:
-    """Return the commands that have an option, which another one was given."""
-    having = []
+    """Return the names of all commands that have an option."""
+    commands = []
     for name in COMMANDS:
-        own = argparse.ArgumentParser(add_help=False)
-        module_of(name).add_options(own)
-        having += [name] if option in own._option_string_actions else []
-    return having
+        parser = argparse.ArgumentParser(add_help=False)
+        module_of(name).add_options(parser)
+        commands += [name] if option in parser._option_string_actions else []
+    return commands

@@ -1,7 +1,7 @@
-"""The table of the commands, and the one that the words of a command line mean.
+"""The table of the commands, and the choice of the command from the words of a command line.
 
-Importing a command takes up to a second, so its name, its line in the help and its wing stand here,
-and only the module of the requested command is imported.
+Importing a command takes up to a second. Therefore its name, its line in the help and its wing are
+listed here, and only the module of the requested command is imported.
 """
 
 import difflib
@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from heatlens.core.base.errors import InputError
 
-_QUIET = ("-q", "--quiet")
-_ABOUT_ALL = ("-h", "--help", "-V", "--version", "--print-completion")
+_QUIET_OPTIONS = ("-q", "--quiet")
+_PROGRAM_OPTIONS = ("-h", "--help", "-V", "--version", "--print-completion")
 
 
 class Command(NamedTuple):
@@ -46,11 +46,11 @@ COMMANDS = {
 
 
 def module_of(name: str) -> ModuleType:
-    """Import the module of a command. Those of the laboratory are known here by name alone."""
+    """Import the module of a command; it is found by name, also in the laboratory wing."""
     return importlib.import_module(f"heatlens.{COMMANDS[name].wing}.commands.{name}")
 
 
-def with_command(argv: Sequence[str]) -> list[str]:
+def put_command_first(argv: Sequence[str]) -> list[str]:
     """Put the command first: `view` if none is named, and --help for `help`.
 
     Raises InputError for a misspelt command that is not a file.
@@ -58,23 +58,25 @@ def with_command(argv: Sequence[str]) -> list[str]:
     words = list(argv)
     if not words:
         return ["view"]
-    first, rest = words[0], words[1:]
-    if first in _QUIET:
-        command, *others = with_command(rest)
-        return [command, first, *others]
-    if first in (*COMMANDS, *_ABOUT_ALL):
+    first, other_words = words[0], words[1:]
+    if first in _QUIET_OPTIONS:
+        command, *command_words = put_command_first(other_words)
+        return [command, first, *command_words]
+    if first in (*COMMANDS, *_PROGRAM_OPTIONS):
         return words
     if first in ("help", "version") and not os.path.exists(first):
-        if first == "help" and rest and rest[0] not in COMMANDS:
-            raise InputError(f"There is no command {rest[0]!r}{_near(rest[0])}")
-        return [*rest, "--help"] if first == "help" else ["--version"]
-    near = difflib.get_close_matches(first, COMMANDS, 1)
-    if near and not os.path.exists(first):
-        raise InputError(f"There is no command or file {first!r}. Did you mean {near[0]}?")
+        if first == "help" and other_words and other_words[0] not in COMMANDS:
+            raise InputError(
+                f"There is no command {other_words[0]!r}{_command_suggestion(other_words[0])}"
+            )
+        return [*other_words, "--help"] if first == "help" else ["--version"]
+    similar = difflib.get_close_matches(first, COMMANDS, 1)
+    if similar and not os.path.exists(first):
+        raise InputError(f"There is no command or file {first!r}. Did you mean {similar[0]}?")
     return ["view", *words]
 
 
-def _near(word: str) -> str:
-    """Return the end of a sentence: the command most like `word`, or else all commands."""
-    near = difflib.get_close_matches(word, COMMANDS, 1)
-    return f". Did you mean {near[0]}?" if near else f"; there are {', '.join(COMMANDS)}."
+def _command_suggestion(word: str) -> str:
+    """Return the end of an error message: the command most like `word`, or else all commands."""
+    similar = difflib.get_close_matches(word, COMMANDS, 1)
+    return f". Did you mean {similar[0]}?" if similar else f"; there are {', '.join(COMMANDS)}."

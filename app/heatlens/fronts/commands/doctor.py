@@ -10,9 +10,9 @@ from dataclasses import asdict
 
 from heatlens.core.base.pace import Step
 from heatlens.fronts.commands.output.progress_line import paced_progress
-from heatlens.fronts.commands.output.say import tell
+from heatlens.fronts.commands.output.say import print_result
 from heatlens.fronts.doctor import gpu_check, machine_check, picture_check
-from heatlens.fronts.doctor.finding import Check, Finding, made_sure
+from heatlens.fronts.doctor.finding import Check, Finding, run_check
 from heatlens.fronts.doctor.gpu_check import Gpu
 from heatlens.render.defocus.line_solver import SOLVERS
 from heatlens.render.gpu.context import headless_context
@@ -23,8 +23,8 @@ solvers against float64, the still life against a stored picture, colours, fonts
 whether a second start finds its shaders compiled. Says how long it takes. The exit code is 1 if
 something fails. Paste the output into bug reports.
 """
-# Seconds that each part takes if nothing is compiled yet. Each has a pace of its own while it runs:
-# one for all hardly moved with the shaders, which the driver of a GPU builds slowly.
+# Seconds that each check takes if nothing is compiled yet. The time left is estimated from a pace
+# of each check: one pace for all would hardly follow the shaders, which a GPU driver builds slowly.
 _SECONDS = {
     "packages": 1.2,
     "shaders": 0.02,
@@ -48,12 +48,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run all checks and print each finding at once; return 1 if something fails."""
     start, findings = time.perf_counter(), []
-    with paced_progress(_steps()) as tell_step:
-        for finding in _findings(tell_step):
+    with paced_progress(_steps()) as report_step:
+        for finding in _findings(report_step):
             findings.append(finding)
-            tell_step("")
+            report_step("")
             if not args.json:
-                tell(f"{finding.state:5}  {finding.name}: {finding.said}")
+                print_result(f"{finding.state:5}  {finding.name}: {finding.said}")
     faults = sum(finding.state == "fault" for finding in findings)
     seconds = time.perf_counter() - start
     if args.json:
@@ -66,38 +66,39 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _steps() -> list[Step]:
-    """Return the parts of all checks in order, with the seconds that they took on two cores.
+    """Return the steps of all checks in order, with the seconds that they take.
 
-    Each check has its own pace: a driver for a GPU builds shaders more slowly. On a machine with
-    other work each takes longer.
+    The times were measured on two cores, and are longer on a machine with other work. Each check
+    has its own pace, because the driver of a GPU builds shaders more slowly.
     """
-    crowd = _crowd()
-    solvers = [gpu_check.solver_words(name) for name in SOLVERS]
-    parts = {"shaders": gpu_check.shader_words(), "solvers": solvers}
+    load_factor = _load_factor()
+    solvers = [gpu_check.solver_step(name) for name in SOLVERS]
+    step_names = {"shaders": gpu_check.shader_steps(), "solvers": solvers}
     return [
-        Step(words, crowd * _SECONDS.get(name, 0.1), name)
+        Step(words, load_factor * _SECONDS.get(name, 0.1), name)
         for name in _checks()
-        for words in (name, *parts.get(name, ()))
+        for words in (name, *step_names.get(name, ()))
     ]
 
 
-def _crowd() -> float:
-    """Return by how much other work slows this down now: what runs, shared by the processors."""
-    if sys.platform != "linux":  # other systems do not tell it, or in another way
+def _load_factor() -> float:
+    """Return the factor by which other work slows the checks down now: load per processor."""
+    if sys.platform != "linux":  # other systems report no load, or in another way
         return 1.0
     processors = len(os.sched_getaffinity(0))
     return max(1.0, (os.getloadavg()[0] + 1.0) / processors)
 
 
-def _findings(tell_step: Callable[[str], None]) -> Iterator[Finding]:
-    for name, check in _checks(tell_step).items():
-        tell_step(name)
-        yield from made_sure(name, check)
+def _findings(report_step: Callable[[str], None]) -> Iterator[Finding]:
+    """Run all checks; report the name of each one before it runs, and yield its findings."""
+    for name, check in _checks(report_step).items():
+        report_step(name)
+        yield from run_check(name, check)
 
 
-def _checks(tell_step: Callable[[str], None] = lambda _: None) -> dict[str, Check]:
+def _checks(report_step: Callable[[str], None] = lambda _: None) -> dict[str, Check]:
     """Return the checks, basic ones first; the display is last, because drivers may crash there."""
-    gpu = Gpu(headless_context, tell_step)
+    gpu = Gpu(headless_context, report_step)
     return {
         "machine": machine_check.system,
         "packages": machine_check.packages,

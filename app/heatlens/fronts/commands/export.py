@@ -15,31 +15,35 @@ from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.guides import Guides
 from heatlens.deliver.export.job import read_job
-from heatlens.deliver.export.movie_sound import heard
-from heatlens.deliver.export.plan import ExportPlan, planned
+from heatlens.deliver.export.movie_sound import find_sound
+from heatlens.deliver.export.plan import ExportPlan, plan_export
 from heatlens.deliver.export.run import FrameDone, export_frames
 from heatlens.deliver.farm.cluster import ClusterMaker, PartTask, topic_of
-from heatlens.deliver.farm.connection import connected, only
-from heatlens.deliver.farm.elsewhere import Make, made_elsewhere
-from heatlens.deliver.farm.job import typed
+from heatlens.deliver.farm.connection import check_for_scheduler, connected
+from heatlens.deliver.farm.elsewhere import Make, export_elsewhere
+from heatlens.deliver.farm.job import command_words
 from heatlens.deliver.farm.processes import ProcessMaker
-from heatlens.fronts.commands.export_options import add_export_options, job_of, part_of
+from heatlens.fronts.commands.export_options import (
+    add_export_options,
+    frames_of_part,
+    make_export_job,
+)
 from heatlens.fronts.commands.options.device_option import use_device
-from heatlens.fronts.commands.options.display_options import say_seen_through
-from heatlens.fronts.commands.options.farm_options import renderer_of
+from heatlens.fronts.commands.options.display_options import print_view_transform
+from heatlens.fronts.commands.options.farm_options import make_renderer_function
 from heatlens.fronts.commands.options.field_options import fill_fields
-from heatlens.fronts.commands.output.export_progress import failure_reported, progress_of
+from heatlens.fronts.commands.output.export_progress import progress_of, report_failure
 from heatlens.fronts.commands.output.plate_words import (
     first_plate,
     overscan_of_shot,
-    say_doubts_of_shot,
+    print_shot_doubts,
     shot_timecodes,
 )
-from heatlens.fronts.commands.output.say import say
-from heatlens.fronts.commands.reel_export import ReelWork, ShotToExport, export_reel
+from heatlens.fronts.commands.output.say import print_messages
+from heatlens.fronts.commands.reel_export import ReelActions, ShotToExport, export_reel
 from heatlens.fronts.commands.reel_options import add_reel_options, refuse_reel_options
-from heatlens.fronts.commands.submit import SentShot, submit, task_words
-from heatlens.fronts.commands.worker import made_part
+from heatlens.fronts.commands.submit import SubmittedShot, submit, task_words
+from heatlens.fronts.commands.worker import make_part
 from heatlens.media.camera.ring_samples import sample_of_shot
 from heatlens.media.documents.reel_file import is_reel
 from heatlens.media.documents.shot_file import is_shot_file
@@ -67,15 +71,15 @@ examples:
   heatlens export cut.otio -o 'out/{shot}/{shot}.####.exr' --f-stop 2 --handles 8
 """
 # Options that need one of several others, and options that exclude each other.
-_NEEDED = {
+_REQUIRED_OPTIONS = {
     **dict.fromkeys(("memory", "cpus", "gpus", "bundle"), ("submit",)),
     "chunk": ("submit", "cluster"),
     "fetch": ("cluster",),
 }
-_ELSEWHERE = (
+_FETCH_ADVICE = (
     " The workers may have written to disks of their own: --fetch brings the files to this machine."
 )
-_WAYS = ("submit", "cluster", "processes", "part")
+_EXCLUSIVE_OPTIONS = ("submit", "cluster", "processes", "part")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -117,7 +121,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Export the frames; print progress, and a summary or the reason of a failure at the end."""
-    with failure_reported(args.progress):
+    with report_failure(args.progress):
         for record in () if args.job is None else read_job(args.job):
             fill_fields(args, record)
             if isinstance(record, Guides):
@@ -127,98 +131,105 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _export(args: argparse.Namespace) -> None:
-    _check_together(args)
+    """Export a shot or a reel, or submit it as a job."""
+    _check_combinations(args)
     use_device(args)
     if args.send is not None and args.submit is not None:
         raise InputError("--send is for frames that are rendered here; --submit renders none.")
     if is_reel(args.shot):
 
         def submit_all(shots: Iterable[ShotToExport]) -> None:
-            submit(args, [SentShot(*it) for it in shots])
+            submit(args, [SubmittedShot(*it) for it in shots])
 
-        export_reel(args, ReelWork(_say_before, _export_shot, submit_all, _steps))
+        export_reel(args, ReelActions(_print_notes, _export_shot, submit_all, _open_frames))
         return
     refuse_reel_options(args)
-    job = job_of(args)
-    plan = planned(job, part_of(args, job))
+    job = make_export_job(args)
+    plan = plan_export(job, frames_of_part(args, job))
     if args.submit is not None:
-        submit(args, [SentShot(args, plan)])
+        submit(args, [SubmittedShot(args, plan)])
         return
-    _say_before(args, plan)
-    _export_shot(args, plan, job.options.shot_name or _name_of(args))
+    _print_notes(args, plan)
+    _export_shot(args, plan, job.options.shot_name or _shot_name(args))
 
 
-def _name_of(args: argparse.Namespace) -> str:
-    """Return what a shot is called that no reel names."""
+def _shot_name(args: argparse.Namespace) -> str:
+    """Return the name of a shot outside a reel: that of its file without suffixes."""
     return Path(args.shot).name.split(".")[0]
 
 
-def _say_before(args: argparse.Namespace, plan: ExportPlan) -> None:
-    """Print what is to be known of a shot before its frames are made."""
+def _print_notes(args: argparse.Namespace, plan: ExportPlan) -> None:
+    """Print the notes on a shot, its sound and its view transform before its frames are made."""
     if is_shot_file(args.shot):
-        _say_of_shot(plan)
+        _print_shot_notes(plan)
     if plan.makes_movie:
-        say(*filter(None, heard(plan, plan.job.shot.frames_per_second)[1:]))
+        print_messages(*filter(None, find_sound(plan, plan.job.shot.frames_per_second)[1:]))
     if not plan.job.output.is_exr:
-        say_seen_through(plan.job.look.transform)
+        print_view_transform(plan.job.look.transform)
 
 
 def _export_shot(args: argparse.Namespace, plan: ExportPlan, name: str) -> None:
-    """Make the frames."""
+    """Make the frames of a shot; report and send each one, then run the command of the user."""
     with (
-        sending(args.send, plan.job.shot, min(plan.job.frames)) as send,
-        progress_of(args.progress, plan) as tell,
-        _steps(args, plan) as steps,
+        open_lens_sender(args.send, plan.job.shot, min(plan.job.frames)) as send,
+        progress_of(args.progress, plan) as report_frame,
+        _open_frames(args, plan) as steps,
     ):
         for done in steps:
-            tell(done)
+            report_frame(done)
             send(done.frame)
     if args.after_export is not None:
-        run_after(args.after_export, plan, name)
+        run_command_after_export(args.after_export, plan, name)
 
 
 @contextmanager
-def _steps(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[FrameDone]]:
+def _open_frames(args: argparse.Namespace, plan: ExportPlan) -> Iterator[Iterator[FrameDone]]:
     """Yield an iterator over the finished frames, made by this process or by others."""
     if args.cluster is None and args.processes is None:
-        with closing(export_frames(plan, renderer_of(args, plan))) as steps:
+        with closing(export_frames(plan, make_renderer_function(args, plan))) as steps:
             yield steps
         return
-    words = tuple(typed(task_words(args, plan)))
+    words = tuple(command_words(task_words(args, plan)))
     with ExitStack() as stack:
-        make: Make = ProcessMaker(words, args.processes or 1, say, args.device)
+        make: Make = ProcessMaker(words, args.processes or 1, print_messages, args.device)
         advice = ""
         if args.cluster is not None:
             task = PartTask(words, "", __version__, args.fetch, topic_of(plan, args.fetch))
-            client = stack.enter_context(connected(args.cluster, only(args.agreed)))
+            client = stack.enter_context(connected(args.cluster, check_for_scheduler(args.agreed)))
             strict = plan.job.shot.plate_options.strict
-            make = ClusterMaker(client, made_part, task, args.chunk, say, strict)
-            stack.callback(make.forget)
-            advice = "" if args.fetch else _ELSEWHERE
-        steps = made_elsewhere(plan, make, headless_renderer, advice)
+            make = ClusterMaker(client, make_part, task, args.chunk, print_messages, strict)
+            stack.callback(make.unpublish)
+            advice = "" if args.fetch else _FETCH_ADVICE
+        steps = export_elsewhere(plan, make, headless_renderer, advice)
         yield stack.enter_context(closing(steps))
 
 
-def _check_together(args: argparse.Namespace) -> None:
+def _check_combinations(args: argparse.Namespace) -> None:
     """Refuse options that need another one, and options that exclude each other."""
-    for name, others in _NEEDED.items():
-        if getattr(args, name) and all(getattr(args, other) is None for other in others):
-            raise InputError(f"--{name} needs --{' or --'.join(others)}.")
-    ways = [f"--{way}" for way in _WAYS if getattr(args, way) is not None]
-    if len(ways) > 1:
-        raise InputError(f"{' and '.join(ways)} cannot go together: give one of them.")
+    for name, required_names in _REQUIRED_OPTIONS.items():
+        if getattr(args, name) and all(
+            getattr(args, required_name) is None for required_name in required_names
+        ):
+            raise InputError(f"--{name} needs --{' or --'.join(required_names)}.")
+    exclusive_names = [
+        f"--{option_name}"
+        for option_name in _EXCLUSIVE_OPTIONS
+        if getattr(args, option_name) is not None
+    ]
+    if len(exclusive_names) > 1:
+        raise InputError(f"{' and '.join(exclusive_names)} cannot go together: give one of them.")
     if args.processes is not None and args.processes < 1:
         raise InputError(f"--processes must be 1 or more, got {args.processes}.")
 
 
-def _say_of_shot(plan: ExportPlan) -> None:
+def _print_shot_notes(plan: ExportPlan) -> None:
     """Print doubts about the lens, and warn if the plates have too little overscan."""
     shot = plan.job.shot
     plate = first_plate(shot)
-    say_doubts_of_shot(shot, plate)
+    print_shot_doubts(shot, plate)
     need = overscan_of_shot(shot, plate, plan.job.frames)
     if need is not None and need.short:
-        say(need.sentence)
+        print_messages(need.sentence)
 
 
 def add_send_option(parser: argparse.ArgumentParser) -> None:
@@ -233,7 +244,9 @@ def add_send_option(parser: argparse.ArgumentParser) -> None:
 
 
 @contextmanager
-def sending(address: str | None, shot: Shot, first: int) -> Iterator[Callable[[int], None]]:
+def open_lens_sender(
+    address: str | None, shot: Shot, first: int
+) -> Iterator[Callable[[int], None]]:
     """Yield a function that sends the lens of a frame; it does nothing if `address` is None.
 
     `first` is the first of the frames.
@@ -245,7 +258,7 @@ def sending(address: str | None, shot: Shot, first: int) -> Iterator[Callable[[i
         yield lambda frame: None
         return
     with LensSender(opentrackio_address(address)) as sender:
-        output, timecode_at = LensOutput(sender, say), shot_timecodes(shot, first)
+        output, timecode_at = LensOutput(sender, print_messages), shot_timecodes(shot, first)
 
         def send(frame: int) -> None:
             output.send(sample_of_shot(SOURCE, shot, frame, timecode_at(frame)))
@@ -256,24 +269,27 @@ def sending(address: str | None, shot: Shot, first: int) -> Iterator[Callable[[i
 _STDERR = 2  # the descriptor
 
 
-def run_after(command: str, plan: ExportPlan, name: str) -> None:
+def run_command_after_export(command: str, plan: ExportPlan, name: str) -> None:
     """Run `command` by the shell, with a line of JSON on its standard input.
 
-    What it prints goes to standard error. Raises InputError if it fails.
+    Its standard output goes to standard error. Raises InputError if the command fails.
     """
-    facts = f"{json.dumps(_facts(plan, name))}\n"
-    done = subprocess.run(command, shell=True, input=facts, text=True, stdout=_STDERR)
-    if done.returncode:
+    facts_line = f"{json.dumps(_command_facts(plan, name))}\n"
+    process = subprocess.run(command, shell=True, input=facts_line, text=True, stdout=_STDERR)
+    if process.returncode:
         raise InputError(
             f"--after-export: the frames of {name} are written, but {command!r} ended with exit "
-            f"code {done.returncode}."
+            f"code {process.returncode}."
         )
 
 
-def _facts(plan: ExportPlan, name: str) -> dict[str, object]:
-    """Return what the command is told; the lens has one value for each frame."""
+def _command_facts(plan: ExportPlan, name: str) -> dict[str, object]:
+    """Return the facts for the command's standard input; the lens has a value for each frame."""
     frames = plan.frames
-    lens = {str(p): [getattr(frame.lens, p) for frame in frames] for p in LensParameter}
+    lens = {
+        str(parameter): [getattr(frame.lens, parameter) for frame in frames]
+        for parameter in LensParameter
+    }
     timecode = shot_timecodes(plan.job.shot, frames[0].frame)(frames[0].frame)
     files = dict.fromkeys(str(frame.path.absolute()) for frame in frames)
     return {

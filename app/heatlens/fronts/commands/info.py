@@ -14,17 +14,21 @@ from heatlens.core.model.shot.reel import Reel, ReelShot
 from heatlens.core.model.units import format_distance
 from heatlens.fronts.commands.options.lens_options import add_plate_options, plate_options
 from heatlens.fronts.commands.options.scene_options import add_placing_options
-from heatlens.fronts.commands.options.value_types import number
+from heatlens.fronts.commands.options.value_types import parse_number
 from heatlens.fronts.commands.output.progress_line import progress_line
-from heatlens.fronts.commands.output.say import tell
+from heatlens.fronts.commands.output.say import print_result
 from heatlens.fronts.commands.output.thing_words import thing_lines
-from heatlens.fronts.commands.reel_options import add_media_options, reel_of, with_blurred_notes
+from heatlens.fronts.commands.reel_options import (
+    add_media_options,
+    read_given_reel,
+    with_blurred_notes,
+)
 from heatlens.fronts.commands.sources.source_commands import Facts, Line, commands_for
 from heatlens.media.documents.reel_file import is_reel
 from heatlens.media.documents.shot_file import is_shot_file
 from heatlens.media.files.json_record import record_to_json
 from heatlens.media.frame_cache.sequence_facts import sequence_facts
-from heatlens.media.sequence.names import NameForm, form_of, parse_pattern
+from heatlens.media.sequence.names import NameForm, parse_frame_name, parse_pattern
 from heatlens.media.sequence.sequence import Sequence, find_sequence
 
 DESCRIPTION = """\
@@ -64,39 +68,44 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON for programs; see above")
     add_plate_options(parser)
     lens = parser.add_argument_group("the lens, for --depth-kind radial without one in the header")
-    lens.add_argument("--focal-length", type=number, metavar="MM", help="focal length in mm")
-    lens.add_argument("--sensor-width", type=number, metavar="MM", help="width of the sensor in mm")
+    lens.add_argument("--focal-length", type=parse_number, metavar="MM", help="focal length in mm")
+    lens.add_argument(
+        "--sensor-width", type=parse_number, metavar="MM", help="width of the sensor in mm"
+    )
     add_media_options(parser)
     add_placing_options(parser.add_argument_group("for a 3D scene whose file does not define it"))
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the facts; the exit code is 1 if frames of a sequence are missing or damaged."""
-    described = [_facts_of(args, item) for item in found_among(args.plates)]
+    descriptions = [_describe_item(args, item) for item in group_files(args.plates)]
     if args.json:
-        facts = [item[0] for item in described]
-        tell(json.dumps(facts if len(facts) > 1 else facts[0], indent=2, allow_nan=False), "\n")
+        facts = [item[0] for item in descriptions]
+        print_result(
+            json.dumps(facts if len(facts) > 1 else facts[0], indent=2, allow_nan=False), "\n"
+        )
     else:
-        tell("\n\n".join(_text(lines) for _, lines in described), "\n")
-    return int(any(lacks_frames(facts) for facts, _ in described))
+        print_result("\n\n".join(_aligned_text(lines) for _, lines in descriptions), "\n")
+    return int(any(lacks_frames(facts) for facts, _ in descriptions))
 
 
-def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[Facts, list[Line]]:
+def _describe_item(args: argparse.Namespace, item: str | Sequence) -> tuple[Facts, list[Line]]:
+    """Return the facts of a file, a sequence or a reel for programs, and as lines for people."""
     if isinstance(item, Sequence):
         return sequence_info(item, plate_options(args))
     if is_shot_file(item):
         raise InputError(f"{item} is a shot file: `heatlens shot show {item}` prints it.")
     if is_reel(item):
-        return reel_info(with_blurred_notes(reel_of(args, item)))
+        return reel_info(with_blurred_notes(read_given_reel(args, item)))
     return commands_for(item).info(args, item)
 
 
-def _text(lines: list[Line]) -> str:
+def _aligned_text(lines: list[Line]) -> str:
     """Return the lines as text with aligned labels."""
     return "\n".join(f"{label:<{_LABEL_WIDTH}}{printable(str(value))}" for label, value in lines)
 
 
-def found_among(texts: Items[str]) -> list[str | Sequence]:
+def group_files(texts: Items[str]) -> list[str | Sequence]:
     """Return a file or a sequence for the names; listed frames of one shot become one sequence.
 
     Patterns and folders are sequences. Listed files belong together if their names have the same
@@ -107,7 +116,7 @@ def found_among(texts: Items[str]) -> list[str | Sequence]:
     for text in texts:
         path = Path(os.path.expanduser(text))
         is_pattern = not path.exists() and parse_pattern(path.name) is not None
-        form, frame = form_of(path.name)
+        form, frame = parse_frame_name(path.name)
         if path.is_dir() or is_pattern:
             items.append(find_sequence(text))
         elif frame is None or len(texts) == 1 or not path.exists():
@@ -117,10 +126,12 @@ def found_among(texts: Items[str]) -> list[str | Sequence]:
             if key not in groups:
                 items.append(key)
             groups.setdefault(key, []).append(frame)
-    return [_settled(item, groups) if isinstance(item, tuple) else item for item in items]
+    return [
+        _sequence_of_frames(item, groups) if isinstance(item, tuple) else item for item in items
+    ]
 
 
-def _settled(
+def _sequence_of_frames(
     key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], list[int]]
 ) -> str | Sequence:
     """Return the name of a single file, or the sequence of the listed frames."""
@@ -128,8 +139,8 @@ def _settled(
     frames = tuple(sorted(groups[key]))
     if len(frames) == 1:
         return str(folder / form.name_at(frames[0]))
-    every = tuple(range(frames[0], frames[-1] + 1))
-    return Sequence(folder, form, every, frames)
+    all_frames = tuple(range(frames[0], frames[-1] + 1))
+    return Sequence(folder, form, all_frames, frames)
 
 
 def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[Facts, list[Line]]:
@@ -141,7 +152,7 @@ def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[Facts, lis
             options,
             lambda frame: show(f"frame {frame}, {next(number)} of {len(sequence.present)}"),
         )
-    return facts, _lines(facts)
+    return facts, _sequence_lines(facts)
 
 
 def lacks_frames(facts: Facts) -> bool:
@@ -149,37 +160,40 @@ def lacks_frames(facts: Facts) -> bool:
     return bool(facts.get("missing") or facts.get("damaged"))
 
 
-def _lines(facts: Facts) -> list[Line]:
+def _sequence_lines(facts: Facts) -> list[Line]:
+    """Return the facts of a sequence as lines of text."""
     lines = [
         ("sequence", facts["path"]),
         ("frames", f"{facts['frames']} ({facts['frame_count']})"),
         ("missing", facts["missing"] or "none"),
-        *_with_frames("size", facts["sizes"]),
-        *_with_frames("depth", facts["depth"]),
+        *_lines_by_frames("size", facts["sizes"]),
+        *_lines_by_frames("depth", facts["depth"]),
     ]
     if facts["near_m"] is not None:
-        near, far = format_distance(facts["near_m"]), format_distance(facts["far_m"])
-        span = f"{near} (frame {facts['near_frame']}) to {far} (frame {facts['far_frame']})"
-        lines.append(("  range", span))
+        near_text, far_text = format_distance(facts["near_m"]), format_distance(facts["far_m"])
+        range_text = (
+            f"{near_text} (frame {facts['near_frame']}) to {far_text} (frame {facts['far_frame']})"
+        )
+        lines.append(("  range", range_text))
     lines += thing_lines(facts["things"])
     lines += [("behind", f"{name} {words}") for name, words in facts["behind"].items()]
-    near = facts["neighbours"]
-    if near["count"]:
-        lines.append(("neighbours", near["words"]))
-        lines.append(("  found", f"{near['found']:.0%} of what near silhouettes could hide"))
-    lines += _with_frames("note", facts["notes"])
+    neighbours = facts["neighbours"]
+    if neighbours["count"]:
+        lines.append(("neighbours", neighbours["words"]))
+        lines.append(("  found", f"{neighbours['found']:.0%} of what near silhouettes could hide"))
+    lines += _lines_by_frames("note", facts["notes"])
     lines += [(f"frame {frame}", sentence) for frame, sentence in facts["damaged"].items()]
     return lines
 
 
-def _with_frames(label: str, frames_of: dict[str, str]) -> list[Line]:
+def _lines_by_frames(label: str, frames_of: dict[str, str]) -> list[Line]:
     """Return one line if all frames agree, else a line for each value with its frames."""
     if len(frames_of) == 1 and label != "note":
         return [(label, name) for name in frames_of]
-    return [(label, f"{name} ({_frames_words(frames)})") for name, frames in frames_of.items()]
+    return [(label, f"{name} ({_frames_text(frames)})") for name, frames in frames_of.items()]
 
 
-def _frames_words(frames: str) -> str:
+def _frames_text(frames: str) -> str:
     """Return "frame 2" or "frames 1-2,5"."""
     return f"frame {frames}" if frames.isdecimal() else f"frames {frames}"
 
@@ -191,21 +205,22 @@ def reel_info(reel: Reel) -> tuple[Facts, list[Line]]:
         "frames_per_second": reel.frames_per_second,
         "start_timecode": reel.start_timecode,
         "shots": [record_to_json(shot) for shot in reel.shots],
-        "missing": [shot.name for shot in reel.missing],
+        "missing": [shot.name for shot in reel.missing_shots],
     }
-    start = f", from {reel.start_timecode}" if reel.start_timecode else ""
-    about = f"{len(reel.shots)} shots, {reel.frames_per_second:g} frames a second{start}"
-    lines = [("reel", reel.name), ("cut", about)]
+    start_text = f", from {reel.start_timecode}" if reel.start_timecode else ""
+    cut_text = f"{len(reel.shots)} shots, {reel.frames_per_second:g} frames a second{start_text}"
+    lines = [("reel", reel.name), ("cut", cut_text)]
     for shot in reel.shots:
         lines += _reel_lines(shot)
     return facts, lines
 
 
 def _reel_lines(shot: ReelShot) -> list[Line]:
+    """Return the lines for one shot of a reel: source and frames, marks, grade and notes."""
     frames = "all frames"
     if shot.frames is not None:
         frames = f"{shot.frames} ({shot.frames.count})"
-    about = f"{shot.source}, {frames}" if shot.source else f"no media, {frames}"
+    source_line = f"{shot.source}, {frames}" if shot.source else f"no media, {frames}"
     grade = [] if shot.grade is None else [("  grade", str(shot.grade))]
     marks = [("  mark", mark) for mark in shot.marks]
-    return [(shot.name, about), *marks, *grade, *(("  note", note) for note in shot.notes)]
+    return [(shot.name, source_line), *marks, *grade, *(("  note", note) for note in shot.notes)]

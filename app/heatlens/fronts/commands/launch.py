@@ -5,7 +5,7 @@ that: an interrupt during one of their calls is handled only when the call retur
 later, appears as a wrong error ("cannot be loaded"), or causes a crash. So the worker ignores
 Ctrl-C. This process handles it: it kills the worker, removes its unfinished files, and prints a
 message. The window, which has to save state, asks to receive the signal instead
-(`stopping.hearing`).
+(`stopping.handle_own_signals`).
 
 This process also reports when a fault in a driver or a library ended the worker.
 
@@ -26,7 +26,7 @@ from typing import NoReturn
 from heatlens.core.base import stopping
 from heatlens.core.base.errors import FAULT_CODE
 
-_PATIENCE_S = 3.0  # time for a worker that handles signals itself to finish its current step
+_STOP_TIMEOUT_S = 3.0  # time for a worker that handles signals itself to finish its current step
 
 
 def main() -> int:
@@ -34,22 +34,22 @@ def main() -> int:
     _use_utf8()
     if sys.platform != "linux":  # the system calls used here exist only on Linux
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        return _work()
+        return _run_command()
     stops = stopping.stop_signals()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*stops, signal.SIGCHLD})
+    old_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {*stops, signal.SIGCHLD})
     record, parent = stopping.begin_record(), os.getpid()
     worker = os.fork()
     if worker == 0:
         for stop in stops:
             signal.signal(stop, signal.SIG_IGN)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        stopping.end_with(parent)
-        return _work()
-    return _wait_for(worker, stops, record)
+        signal.pthread_sigmask(signal.SIG_SETMASK, old_mask)
+        stopping.die_with_parent(parent)
+        return _run_command()
+    return _wait_for_worker(worker, stops, record)
 
 
 def _use_utf8() -> None:
-    """Restart with UTF-8 file names where they are not; libraries offer no other way.
+    """Restart Python with UTF-8 file names if it uses others; libraries offer no other way.
 
     Text is still printed in the terminal's encoding, with the characters that it lacks escaped.
     """
@@ -64,7 +64,8 @@ def _use_utf8() -> None:
             stream.reconfigure(encoding=encoding, errors="backslashreplace")
 
 
-def _work() -> int:
+def _run_command() -> int:
+    """Run the command in this process; return its exit code."""
     from heatlens.core.base.faults import report_from_threads
     from heatlens.core.base.free_memory import share_one_heap
 
@@ -78,10 +79,10 @@ def _work() -> int:
         warnings.simplefilter("ignore")
 
     code = run()  # --version and --help end here, before what only threads need is loaded
-    from heatlens.core.base.background import is_at_work, wait_a_moment
+    from heatlens.core.base.background import has_busy_threads, wait_for_busy_threads
 
-    if is_at_work():
-        atexit.unregister(wait_a_moment)
+    if has_busy_threads():
+        atexit.unregister(wait_for_busy_threads)
         _end_now(code)
     return code
 
@@ -99,20 +100,27 @@ def _end_now(code: int) -> NoReturn:
     os._exit(code)
 
 
-def _wait_for(worker: int, stops: frozenset[signal.Signals], record: int) -> int:
+def _wait_for_worker(worker: int, stops: frozenset[signal.Signals], record: int) -> int:
     """Wait until the worker has ended or must be ended; return the exit code."""
     while True:
-        heard = signal.sigwait({*stops, signal.SIGCHLD})
-        ended, status = os.waitpid(worker, os.WNOHANG)
-        if ended:
-            return _ended(os.waitstatus_to_exitcode(status), record)
-        if heard in stops:
-            return _stop(worker, signal.Signals(heard), record)
+        received = signal.sigwait({*stops, signal.SIGCHLD})
+        ended_process, status = os.waitpid(worker, os.WNOHANG)
+        if ended_process:
+            return _report_end(os.waitstatus_to_exitcode(status), record)
+        if received in stops:
+            return _stop_worker(worker, signal.Signals(received), record)
 
 
-def _stop(worker: int, how: signal.Signals, record: int) -> int:
-    """End the worker, remove its unfinished files, and say so unless it did itself."""
-    code = _asked(worker, how) if stopping.read_record(record).hears else None
+def _stop_worker(worker: int, stop_signal: signal.Signals, record: int) -> int:
+    """End the worker, remove its unfinished files, and report it unless the worker did.
+
+    Returns the exit code.
+    """
+    code = (
+        _pass_signal_on(worker, stop_signal)
+        if stopping.read_record(record).handles_signals
+        else None
+    )
     if code is not None and code >= 0:
         return code
     if code is None:
@@ -120,44 +128,47 @@ def _stop(worker: int, how: signal.Signals, record: int) -> int:
         for process in (worker, *_descendants(worker)):
             _kill(process)
         os.waitpid(worker, 0)
-    left = stopping.read_record(record)
-    stopping.remove_left(left)
-    if not left.has_said:
-        _say("stopped")
-    return 128 + how
+    leftovers = stopping.read_record(record)
+    stopping.remove_leftovers(leftovers)
+    if not leftovers.has_reported_stop:
+        _print_message("stopped")
+    return 128 + stop_signal
 
 
-def _asked(worker: int, how: signal.Signals) -> int | None:
+def _pass_signal_on(worker: int, stop_signal: signal.Signals) -> int | None:
     """Pass the signal on; return the worker's exit code, or None if it does not end in time.
 
     A second signal from the user ends the waiting.
     """
-    os.kill(worker, how)
-    end = time.monotonic() + _PATIENCE_S
-    while (left_s := end - time.monotonic()) > 0:
-        got = signal.sigtimedwait({signal.SIGCHLD, signal.SIGINT, signal.SIGTERM}, left_s)
-        ended, status = os.waitpid(worker, os.WNOHANG)
-        if ended:
+    os.kill(worker, stop_signal)
+    deadline = time.monotonic() + _STOP_TIMEOUT_S
+    while (left_s := deadline - time.monotonic()) > 0:
+        received = signal.sigtimedwait({signal.SIGCHLD, signal.SIGINT, signal.SIGTERM}, left_s)
+        ended_process, status = os.waitpid(worker, os.WNOHANG)
+        if ended_process:
             return os.waitstatus_to_exitcode(status)
-        if got is not None and got.si_signo != signal.SIGCHLD:
+        if received is not None and received.si_signo != signal.SIGCHLD:
             return None
     return None
 
 
-def _ended(code: int, record: int) -> int:
-    """Return this process's exit code for the worker's, which is negative if a signal ended it."""
+def _report_end(code: int, record: int) -> int:
+    """Return the exit code of this process for the worker's code, and report a crash or kill.
+
+    The worker's code is negative if a signal ended it.
+    """
     if code >= 0:
         return code
-    stopping.remove_left(stopping.read_record(record))
+    stopping.remove_leftovers(stopping.read_record(record))
     name = signal.Signals(-code).name
     if -code in (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGFPE, signal.SIGILL):
-        _say(
+        _print_message(
             f"a fault in the graphics driver or in a library ended the work ({name}). "
             "`heatlens doctor` checks this machine."
         )
         return FAULT_CODE
     if -code == signal.SIGKILL:
-        _say("the work was killed from outside, as systems do when memory runs out")
+        _print_message("the work was killed from outside, as systems do when memory runs out")
     return 128 - code
 
 
@@ -180,8 +191,8 @@ def _kill(process: int) -> None:
         return  # it ended by itself
 
 
-def _say(sentence: str) -> None:
-    """Print a sentence, over any line of progress that the worker left on the terminal."""
-    wipe = "\r\x1b[K" if sys.stderr.isatty() else ""
-    sys.stderr.write(f"{wipe}heatlens: {sentence}\n")
+def _print_message(message: str) -> None:
+    """Print a message, over any line of progress that the worker left on the terminal."""
+    clear_line = "\r\x1b[K" if sys.stderr.isatty() else ""
+    sys.stderr.write(f"{clear_line}heatlens: {message}\n")
     sys.stderr.flush()

@@ -14,28 +14,28 @@ import sys
 from collections.abc import Collection, Sequence
 
 from heatlens.core.base.errors import FAULT_CODE, FaultError, HeatlensError, InputError
-from heatlens.core.base.faults import told_error
+from heatlens.core.base.faults import to_heatlens_error
 from heatlens.core.base.outside_text import printable
-from heatlens.core.base.stopping import stop_was_said
+from heatlens.core.base.stopping import record_stop_reported
 from heatlens.fronts.commands.command_parser import build_parser
-from heatlens.fronts.commands.command_table import COMMANDS, with_command
-from heatlens.fronts.commands.output.say import say_nothing
+from heatlens.fronts.commands.command_table import COMMANDS, put_command_first
+from heatlens.fronts.commands.output.say import set_quiet
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`; returns the exit code."""
     try:
-        words = with_command(sys.argv[1:] if argv is None else argv)
-        args = _parsed(words)
-        say_nothing(getattr(args, "quiet", False))
+        words = put_command_first(sys.argv[1:] if argv is None else argv)
+        args = _parse_words(words)
+        set_quiet(getattr(args, "quiet", False))
         _prepare(args)
         code = int(args.run(args))
         sys.stdout.flush()  # a closed pipe is noticed here, not when Python ends
         return code
     except HeatlensError as error:
-        return _failed(error)
+        return _report_error(error)
     except MemoryError:
-        return _failed(
+        return _report_error(
             InputError("there is not enough memory. A smaller --proxy or fewer --layers need less.")
         )
     except BrokenPipeError:
@@ -43,27 +43,27 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 128 + 13  # as the shell counts a program ended by SIGPIPE
     except OSError as error:  # errors of files are handled elsewhere: this is e.g. a full disk
         _drop_output()
-        where = error.filename or "standard output"
-        return _failed(InputError(f"{where}: {error.strerror or error}"))
+        file_name = error.filename or "standard output"
+        return _report_error(InputError(f"{file_name}: {error.strerror or error}"))
     except KeyboardInterrupt as stop:
         print("heatlens: stopped", file=sys.stderr, flush=True)
-        stop_was_said()
+        record_stop_reported()
         return 128 + getattr(stop, "number", signal.SIGINT)
     except Exception as error:
-        return _failed(told_error(error, "The command ended"))
+        return _report_error(to_heatlens_error(error, "The command ended"))
 
 
-def _parsed(words: Sequence[str]) -> argparse.Namespace:
-    """Parse the words; raise BrokenPipeError where nobody reads what --help and others print."""
+def _parse_words(words: Sequence[str]) -> argparse.Namespace:
+    """Parse the words. Raises BrokenPipeError if the reader of the output of --help has gone."""
     try:
-        return build_parser(_needed(words[0])).parse_args(words)
+        return build_parser(_commands_to_import(words[0])).parse_args(words)
     except SystemExit:
         sys.stdout.flush()
         raise
 
 
-def _needed(word: str) -> Collection[str]:
-    """Return the commands to import: the one that is asked for, or all for a shell's completion."""
+def _commands_to_import(word: str) -> Collection[str]:
+    """Return the commands to import: the requested one, or all for a completion script."""
     if word in COMMANDS:
         return (word,)
     return COMMANDS if word == "--print-completion" else ()
@@ -80,7 +80,7 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _failed(error: HeatlensError) -> int:
+def _report_error(error: HeatlensError) -> int:
     """Print an error in one line, and return the exit code."""
     print(f"heatlens: {printable(str(error))}", file=sys.stderr)
     return FAULT_CODE if isinstance(error, FaultError) else 2

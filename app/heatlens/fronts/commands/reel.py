@@ -6,15 +6,15 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.shot.reel import Reel, ReelShot, named_apart, shot_name
-from heatlens.fronts.commands.output.say import said_once, say, tell
-from heatlens.fronts.commands.reel_options import add_media_options, reel_of, refuse_blurred
-from heatlens.fronts.commands.shots.shot_new import add_shot_options, new_shot
+from heatlens.core.model.shot.reel import Reel, ReelShot, shot_name, with_unique_names
+from heatlens.fronts.commands.output.say import gather_messages, print_messages, print_result
+from heatlens.fronts.commands.reel_options import add_media_options, read_given_reel, refuse_blurred
+from heatlens.fronts.commands.shots.shot_new import add_shot_options, make_shot
 from heatlens.media.documents.reel_file import REEL_SUFFIX, is_reel, write_reel
 from heatlens.media.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot, write_shot
 from heatlens.media.files.atomic_file import make_folder
 from heatlens.media.plate.parts.header_read import read_color_header
-from heatlens.media.scene.scene_read import check_scene_is_there
+from heatlens.media.scene.scene_read import check_scene_files_exist
 from heatlens.render.source.named import has_camera, source_named
 
 DESCRIPTION = """\
@@ -45,69 +45,73 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the reel and its shots; say what the edit holds that a reel cannot."""
+    """Write the reel and its shots; print what the edit holds that a reel cannot."""
     if not args.output.name.lower().endswith(REEL_SUFFIX):
         raise InputError(f"{args.output}: the name of a reel must end in {REEL_SUFFIX}.")
-    reel = _reel(args)
-    say(*(f"{shot.name}: {note}." for shot in reel.shots for note in shot.notes))
+    reel = _make_reel(args)
+    print_messages(*(f"{shot.name}: {note}." for shot in reel.shots for note in shot.notes))
     if args.shots is not None:
         make_folder(args.shots)
-        with said_once(len(reel.shots)):
-            reel = replace(reel, shots=tuple(_with_file(args, shot) for shot in reel.shots))
+        with gather_messages(len(reel.shots)):
+            reel = replace(reel, shots=tuple(_write_shot_file(args, shot) for shot in reel.shots))
     write_reel(args.output, reel)
-    tell(str(args.output))
+    print_result(str(args.output))
     return 0
 
 
-def _reel(args: argparse.Namespace) -> Reel:
+def _make_reel(args: argparse.Namespace) -> Reel:
     """Return the reel of the one edit, or of the shots that were named."""
-    first, *others = args.sources
-    if is_reel(first) and not others:
-        reel = reel_of(args, first)
-        refuse_blurred(first, reel)
+    first_source, *other_sources = args.sources
+    if is_reel(first_source) and not other_sources:
+        reel = read_given_reel(args, first_source)
+        refuse_blurred(first_source, reel)
         return reel
     for text in args.sources:
-        _check_opens(text)
+        _check_source(text)
     shots = (ReelShot(shot_name(Path(text).name.split(".")[0]), text) for text in args.sources)
-    return Reel(args.output.name[: -len(REEL_SUFFIX)], named_apart(tuple(shots)))
+    return Reel(args.output.name[: -len(REEL_SUFFIX)], with_unique_names(tuple(shots)))
 
 
-def _check_opens(text: str) -> None:
-    """Raise InputError for what is not there, or is neither a shot nor what one can show."""
+def _check_source(text: str) -> None:
+    """Raise InputError unless `text` names an existing shot file, scene or plate."""
     if is_reel(text):
         raise InputError(f"{text} is a reel or an edit itself: name it alone, or name shots.")
     if is_shot_file(text):
         read_shot(Path(text))
     elif has_camera(text):
-        check_scene_is_there(text)
-    elif (first := source_named(text).first_file) is not None:
-        read_color_header(first)
+        check_scene_files_exist(text)
+    elif (first_file := source_named(text).first_file) is not None:
+        read_color_header(first_file)
 
 
-def _with_file(args: argparse.Namespace, shot: ReelShot) -> ReelShot:
+def _write_shot_file(args: argparse.Namespace, shot: ReelShot) -> ReelShot:
     """Return the shot with its shot file as source, which is written or follows the cut."""
     if not shot.source or is_shot_file(shot.source):
         return shot
     path = args.shots / f"{shot.name}{SHOT_SUFFIX}"
     if path.exists():
-        _follow(path, shot)
+        _update_shot_file(path, shot)
     else:
-        own = argparse.Namespace(
+        shot_args = argparse.Namespace(
             **{**vars(args), "plate": shot.source, "mark": [*args.mark, *shot.marks]}
         )
-        write_shot(path, replace(new_shot(own), in_out=shot.frames, grade=shot.grade))
+        write_shot(path, replace(make_shot(shot_args), in_out=shot.frames, grade=shot.grade))
     return replace(shot, source=str(path.absolute()))
 
 
-def _follow(path: Path, shot: ReelShot) -> None:
-    """Let a shot file follow the cut; everything else in it stays."""
-    before = read_shot(path)
-    after = replace(before, source=shot.source, in_out=shot.frames, grade=shot.grade)
-    if after == before:
+def _update_shot_file(path: Path, shot: ReelShot) -> None:
+    """Set source, part and grade of a shot file from the cut; everything else in it stays."""
+    old_shot = read_shot(path)
+    new_shot_in_file = replace(old_shot, source=shot.source, in_out=shot.frames, grade=shot.grade)
+    if new_shot_in_file == old_shot:
         return
-    write_shot(path, after)
-    say(f"{shot.name}: the cut shows frames {_words(shot.frames)}, before {_words(before.in_out)}.")
+    write_shot(path, new_shot_in_file)
+    print_messages(
+        f"{shot.name}: the cut shows frames {_frames_as_text(shot.frames)}, before "
+        f"{_frames_as_text(old_shot.in_out)}."
+    )
 
 
-def _words(frames: FrameRange | None) -> str:
+def _frames_as_text(frames: FrameRange | None) -> str:
+    """Return a frame range as text; "all" for None."""
     return "all" if frames is None else str(frames)

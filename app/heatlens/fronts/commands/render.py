@@ -15,22 +15,22 @@ from heatlens.fronts.commands.options.display_options import (
     add_display_options,
     color_header,
     display_look,
-    say_seen_through,
+    print_view_transform,
 )
 from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
-from heatlens.fronts.commands.options.frame_command import add_frame_options, take_one_frame
-from heatlens.fronts.commands.options.given_options import given, refuse_unused
+from heatlens.fronts.commands.options.frame_command import add_frame_options, choose_one_frame
+from heatlens.fronts.commands.options.given_options import changed_options, refuse_unused_options
 from heatlens.fronts.commands.options.lens_options import plate_options
 from heatlens.fronts.commands.options.pinhole_output import (
     add_keep_option,
     add_pinhole_options,
     check_pinhole_options,
-    kept_names,
-    rendered_plate,
+    parse_kept_channels,
+    render_pinhole_plate,
 )
 from heatlens.fronts.commands.output.picture_progress import picture_progress
 from heatlens.fronts.commands.output.pipes import DASH, file_for_output, file_of_input
-from heatlens.fronts.commands.output.say import say, tell
+from heatlens.fronts.commands.output.say import print_messages, print_result
 from heatlens.fronts.commands.sources.source_commands import commands_for
 from heatlens.media.color.color_config import load_color_config
 from heatlens.media.files.atomic_file import check_space, make_folder
@@ -38,8 +38,8 @@ from heatlens.media.files.marks import blurred_mark
 from heatlens.media.files.picture_formats import words_written
 from heatlens.media.plate.deep.deep_write import write_deep
 from heatlens.media.plate.exr.exr_write import COMPRESSIONS
-from heatlens.media.plate.kept_channels import kept_channels
-from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.plate.kept_channels import read_kept_channels
+from heatlens.media.plate.picture.display import encode_srgb
 from heatlens.media.plate.picture.picture_write import (
     Encode,
     check_output,
@@ -49,11 +49,11 @@ from heatlens.media.plate.picture.picture_write import (
 from heatlens.media.plate.plate import Plate
 from heatlens.media.scene.scene_read import files_of_scene
 from heatlens.render.display.display_values import DisplayValues
-from heatlens.render.frame_renderer import FrameRenderer, drained, headless_renderer
+from heatlens.render.frame_renderer import FrameRenderer, headless_renderer, run_all_steps
 from heatlens.render.gpu.textures import FloatArray, download
 from heatlens.render.source.named import single_source
 
-_PACKED = 0.1  # size of a well compressed picture, as a part of its uncompressed size
+_COMPRESSED_SHARE = 0.1  # size of a well compressed picture, as a part of its uncompressed size
 DESCRIPTION = """\
 Puts a lens in front of a pinhole plate (EXR with colour and depth) or a 3D scene (glTF, OBJ, PLY,
 USD) and writes the picture: EXR scene-linear with the lens in its header, or PNG, JPEG or TIFF for
@@ -114,63 +114,66 @@ def run(args: argparse.Namespace) -> int:
         args.plate, args.output = plate, output
         _render(args)
     if not is_piped:
-        tell(str(args.output))
+        print_result(str(args.output))
     return 0
 
 
-def _checked_settings(args: argparse.Namespace) -> DefocusSettings:
-    """Return the settings of the blur; refuse what cannot be written or has no effect."""
-    take_one_frame(args)
-    beside = [*([] if args.depth is None else [args.depth]), *(args.behind or [])]
-    check_output(args.output, *files_of_scene(args.plate), *map(Path, beside))
-    _check_look(args)
+def _check_arguments(args: argparse.Namespace) -> DefocusSettings:
+    """Return the blur settings. Raises InputError for impossible outputs and useless options."""
+    choose_one_frame(args)
+    other_inputs = [*([] if args.depth is None else [args.depth]), *(args.behind or [])]
+    check_output(args.output, *files_of_scene(args.plate), *map(Path, other_inputs))
+    _refuse_look_for_exr(args)
     check_pinhole_options(args, _is_exr(args))
     settings = settings_of(args)
-    refuse_unused(args, str(args.plate), settings.method)
+    refuse_unused_options(args, str(args.plate), settings.method)
     return settings
 
 
 def _render(args: argparse.Namespace) -> None:
-    start = time.perf_counter()
-    settings = _checked_settings(args)
-    wanted = _kept_names(args, settings)
-    look = _look(args)
+    """Load the plate or scene, render it, and write the picture."""
+    start_s = time.perf_counter()
+    settings = _check_arguments(args)
+    channel_names = _channels_to_keep(args, settings)
+    look = _display_look_of_output(args)
     use_device(args)
     renderer = headless_renderer()
-    renderer.stopwatch.on = args.stats
+    renderer.stopwatch.is_on = args.stats
     shot, frame = commands_for(args.plate).load(args, renderer, settings)
-    _check_room(args, shot, renderer)
-    read_done = time.perf_counter()
-    with picture_progress(renderer, shot) as tell:
-        plate, pixels = _picture(args, renderer, shot, frame, tell)
+    _check_disk_space(args, shot, renderer)
+    read_s = time.perf_counter()
+    with picture_progress(renderer, shot) as report_step:
+        plate, pixels = _make_picture(args, renderer, shot, frame, report_step)
     if not _is_exr(args):
-        say(*_squeezed(args, plate))
+        print_messages(*_squeeze_messages(args, plate))
     if renderer.has_many_views:
-        say(*renderer.loaded.plate.notes)
-    render_done = time.perf_counter()
+        print_messages(*renderer.loaded.plate.notes)
+    render_s = time.perf_counter()
     lens = shot.lens_at(frame)
     if args.deep:
         make_folder(args.output.parent)
         attributes = {**plate.attributes, **lens_header(plate, lens), **blurred_mark(False)}
         write_deep(args.output, plate, attributes, half=not args.float)
     else:
-        kept, kept_attributes = kept_channels(plate, plate_options(args), wanted)
+        plate_channels, plate_attributes = read_kept_channels(
+            plate, plate_options(args), channel_names
+        )
         write_picture(
             *(args.output, pixels, plate, lens, settings.proxy),
             half=not args.float,
             compression=args.compression or plate.compression or "zip",
-            encode=srgb_encoded if look is None else _encode(look, renderer),
-            more_channels=_depth_beside(args, plate),
-            more_attributes=kept_attributes,
-            kept_channels=kept,
+            encode=encode_srgb if look is None else _encode_function(look, renderer),
+            more_channels=_depth_channel(args, plate),
+            more_attributes=plate_attributes,
+            kept_channels=plate_channels,
             is_blurred=not args.pinhole,
         )
     if args.stats:
-        _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
+        _print_stats(renderer, (start_s, read_s, render_s, time.perf_counter()))
 
 
-def _squeezed(args: argparse.Namespace, plate: Plate) -> tuple[str, ...]:
-    """Return a sentence on a picture of an anamorphic lens, which the window shows wider."""
+def _squeeze_messages(args: argparse.Namespace, plate: Plate) -> tuple[str, ...]:
+    """Return a message for a picture with pixels that are not square, which looks squeezed."""
     aspect = plate.pixel_aspect_ratio
     if aspect == 1.0:
         return ()
@@ -180,31 +183,31 @@ def _squeezed(args: argparse.Namespace, plate: Plate) -> tuple[str, ...]:
     )
 
 
-def _depth_beside(args: argparse.Namespace, plate: Plate) -> dict[str, FloatArray]:
+def _depth_channel(args: argparse.Namespace, plate: Plate) -> dict[str, FloatArray]:
     """Return the depth channel of a picture without a lens."""
     return {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
 
 
-def _check_room(args: argparse.Namespace, shot: Shot, renderer: FrameRenderer) -> None:
+def _check_disk_space(args: argparse.Namespace, shot: Shot, renderer: FrameRenderer) -> None:
     """Raise InputError if the disk has less space than the compressed picture needs."""
     width, height = renderer.size(shot)
     values = 4 * width * height * shot.defocus.proxy**2
-    need = values * (4 if args.float else 2) * _PACKED if _is_exr(args) else 0.0
-    check_space(args.output.absolute().parent, need, "the picture")
+    needed_bytes = values * (4 if args.float else 2) * _COMPRESSED_SHARE if _is_exr(args) else 0.0
+    check_space(args.output.absolute().parent, needed_bytes, "the picture")
 
 
-def _picture(
+def _make_picture(
     args: argparse.Namespace,
     renderer: FrameRenderer,
     shot: Shot,
     frame: int,
-    tell: Callable[[str], None],
+    report_step: Callable[[str], None],
 ) -> tuple[Plate, FloatArray]:
     """Return the plate and the pixels to write."""
     if args.pinhole:
-        plate = rendered_plate(args, renderer, shot, frame)
+        plate = render_pinhole_plate(args, renderer, shot, frame)
         return plate, plate.color
-    pixels = download(drained(renderer.steps(shot, frame), tell))
+    pixels = download(run_all_steps(renderer.steps(shot, frame), report_step))
     return renderer.loaded.plate, pixels
 
 
@@ -212,32 +215,35 @@ def _is_exr(args: argparse.Namespace) -> bool:
     return bool(args.output.suffix.lower() == ".exr")
 
 
-def _check_look(args: argparse.Namespace) -> None:
-    wrong = given(args, add_display_options)
-    if wrong and _is_exr(args):
+def _refuse_look_for_exr(args: argparse.Namespace) -> None:
+    """Raise InputError for options of the look if the output is an EXR."""
+    look_options = changed_options(args, add_display_options)
+    if look_options and _is_exr(args):
         if args.ocio is not None:
             load_color_config(args.ocio)  # report a missing file before all else
         raise InputError(
-            f"{', '.join(wrong)}: an EXR stays scene-linear for further work. Write a PNG in "
+            f"{', '.join(look_options)}: an EXR stays scene-linear for further work. Write a PNG "
+            "in "
             "addition."
         )
 
 
-def _kept_names(args: argparse.Namespace, settings: DefocusSettings) -> tuple[str, ...]:
+def _channels_to_keep(args: argparse.Namespace, settings: DefocusSettings) -> tuple[str, ...]:
     """Return the channels to keep; refuse options that need an EXR of a plate at full size."""
-    for_exr = {"--compression": args.compression, "--keep-channels": args.keep_channels}
-    wrong = [option for option, value in for_exr.items() if value]
-    if wrong and not _is_exr(args):
+    exr_options = {"--compression": args.compression, "--keep-channels": args.keep_channels}
+    given_names = [option for option, value in exr_options.items() if value]
+    if given_names and not _is_exr(args):
         raise InputError(
-            f"{', '.join(wrong)}: these options are for EXR, and {args.output} is not an EXR file."
+            f"{', '.join(given_names)}: these options are for EXR, and {args.output} is not an "
+            "EXR file."
         )
     if not args.keep_channels:
         return ()
     options = plate_options(args)
-    return kept_names(args, single_source(args.plate, options), options, settings.proxy)
+    return parse_kept_channels(args, single_source(args.plate, options), options, settings.proxy)
 
 
-def _look(args: argparse.Namespace) -> DisplayLook | None:
+def _display_look_of_output(args: argparse.Namespace) -> DisplayLook | None:
     """Return the look of the output; None for an EXR, which stays scene-linear."""
     if _is_exr(args):
         return None
@@ -246,15 +252,16 @@ def _look(args: argparse.Namespace) -> DisplayLook | None:
     return display_look(args, header)
 
 
-def _encode(look: DisplayLook, renderer: FrameRenderer) -> Encode:
-    """Return the encoding for the output: the view transform, as an export has it."""
-    say_seen_through(look.transform)
+def _encode_function(look: DisplayLook, renderer: FrameRenderer) -> Encode:
+    """Return the function that encodes light for the output by the view transform."""
+    print_view_transform(look.transform)
     return DisplayValues(renderer.ctx, look.transform, look.exposure_stops, look.gamma).encode
 
 
-def _say_stats(renderer: FrameRenderer, at: tuple[float, float, float, float]) -> None:
-    read, render, write = (1e3 * (b - a) for a, b in pairwise(at))
-    say(f"read {read:.0f} ms, render {render:.0f} ms, write {write:.0f} ms")
-    say(f"on {renderer.ctx.name}, solver {renderer.solver.name}")
+def _print_stats(renderer: FrameRenderer, times_s: tuple[float, float, float, float]) -> None:
+    """Print the times of reading, rendering and writing, and of each render step."""
+    read_ms, render_ms, write_ms = (1e3 * (end_s - begin_s) for begin_s, end_s in pairwise(times_s))
+    print_messages(f"read {read_ms:.0f} ms, render {render_ms:.0f} ms, write {write_ms:.0f} ms")
+    print_messages(f"on {renderer.ctx.name}, solver {renderer.solver.name}")
     for name, entry in renderer.stopwatch.times.items():
-        say(f"  {name:24} {1e3 * entry.seconds:8.1f} ms  {entry.runs:3d} x")
+        print_messages(f"  {name:24} {1e3 * entry.seconds:8.1f} ms  {entry.runs:3d} x")

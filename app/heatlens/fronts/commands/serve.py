@@ -6,13 +6,13 @@ from threading import Event
 from heatlens.core.base.paths import preferences_dir, rendered_frames_dir
 from heatlens.core.base.stopping import StopSignals
 from heatlens.fronts.commands.options.device_option import add_device_option, use_device
-from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.output.say import print_messages
 from heatlens.fronts.commands.view import (
     add_share_options,
     add_view_options,
-    open_with,
-    share_options_of,
-    tell_links,
+    given_share_options,
+    open_session,
+    print_links,
 )
 from heatlens.render.frame_renderer import headless_renderer
 from heatlens.render.gpu.context import is_software
@@ -64,24 +64,25 @@ def run(args: argparse.Namespace) -> int:
     use_device(args)
     if not args.plate and args.listen is None:
         args.demo = True
-    return open_with(args, lambda start: _serve(args, start))
+    return open_session(args, lambda start: _serve(args, start))
 
 
 def _serve(args: argparse.Namespace, start: Start) -> None:
-    sharing, news = Sharing(share_options_of(args, args.address)), Event()
-    sharing.shared.wake = news.set
-    sharing.begin(say)
+    """Share a session and run it until Ctrl-C; print its links first."""
+    sharing, wake_event = Sharing(given_share_options(args, args.address)), Event()
+    sharing.shared.wake = wake_event.set
+    sharing.begin(print_messages)
     try:
-        tell_links(sharing)
+        print_links(sharing)
         renderer = headless_renderer()
         preferences = Preferences.load(preferences_dir())
         session = Session(
-            *(renderer, start, news.set, preferences, rendered_frames_dir()),
+            *(renderer, start, wake_event.set, preferences, rendered_frames_dir()),
             is_software(renderer.ctx),
         )
         session.begin()
-        with StopSignals(news.set) as stops:
-            HeadlessLoop(session, sharing.shared, news).run(lambda: bool(stops.number))
+        with StopSignals(wake_event.set) as stops:
+            HeadlessLoop(session, sharing.shared, wake_event).run(lambda: bool(stops.number))
         session.close()
         stops.raise_if_stopped()
     finally:

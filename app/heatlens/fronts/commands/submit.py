@@ -9,16 +9,16 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.opening_image import OpeningImage
 from heatlens.core.model.shot.reel import SHOT_FIELD
-from heatlens.deliver.export.finished import check_replaced
+from heatlens.deliver.export.finished import check_may_replace
 from heatlens.deliver.export.movie import check_display
 from heatlens.deliver.export.output import parse_output
 from heatlens.deliver.export.plan import ExportPlan
 from heatlens.deliver.farm.inputs import (
+    absolute_path,
+    aperture_images,
     config_files,
-    files_beside,
     folder_of_source,
-    images_of,
-    plain_path,
+    input_files,
 )
 from heatlens.deliver.farm.job import (
     FRAMES,
@@ -27,17 +27,17 @@ from heatlens.deliver.farm.job import (
     Place,
     Step,
     Word,
-    located,
-    measured,
-    parts_of,
-    topmost,
+    group_frames,
+    measure_first_frames,
+    path_word,
+    topmost_folders,
 )
 from heatlens.deliver.farm.openjd import job_template, relative_to, write_bundle
 from heatlens.deliver.farm.slurm import slurm_script
 from heatlens.fronts.commands.export_options import add_export_options
-from heatlens.fronts.commands.options.farm_options import program_of_tasks
-from heatlens.fronts.commands.options.given_options import given
-from heatlens.fronts.commands.output.say import say, tell
+from heatlens.fronts.commands.options.farm_options import expected_program
+from heatlens.fronts.commands.options.given_options import changed_options
+from heatlens.fronts.commands.output.say import print_messages, print_result
 from heatlens.media.documents.lens_kits import kit_shelf
 from heatlens.media.documents.reel_file import REEL_SUFFIX, is_reel
 from heatlens.media.documents.shot_file import is_shot_file
@@ -47,20 +47,20 @@ ENGINES: dict[str, Callable[[FarmJob], str]] = {
     "openjd": lambda job: job_template(job, Path.cwd()),
     "slurm": slurm_script,
 }
-_HOW: dict[str, Callable[[], str]] = {
+_INSTRUCTIONS: dict[str, Callable[[], str]] = {
     "openjd": lambda: f"Keep the template in {Path.cwd()}",
     "slurm": lambda: "Run the script with sh where Slurm takes jobs.",
 }
-_NAME_MOST = 40  # of a shot, in the name of a step, which may have 64 characters
-_CPUS = 2  # a task of a small plate fits a small node
+_MOST_NAME_LETTERS = 40  # of a shot, in the name of a step, which may have 64 characters
+_DEFAULT_CPUS = 2  # a task of a small plate fits a small node
 
 # Options that are set for each task, or are useless there.
-_REPLACED = (
+_TASK_OPTIONS = (
     *("--frames", "--plate", "--ocio", "--progress", "--submit", "--bundle", "--moved"),
     *("--chunk", "--memory", "--cpus", "--gpus", "--part", "--cluster", "--fetch"),
     *("--processes", "--device", "--expect"),
 )
-_FILES = ("--depth", "--behind", "--aperture-image")  # options that name files
+_FILE_OPTIONS = ("--depth", "--behind", "--aperture-image")  # options that name files
 
 
 @dataclass(frozen=True)
@@ -75,72 +75,83 @@ class JobWords:
     config: str | None
     expected: str | None
 
-    def of_shot(self, args: argparse.Namespace, plan: ExportPlan) -> Iterator[Word]:
+    def shot_command(self, args: argparse.Namespace, plan: ExportPlan) -> Iterator[Word]:
         """Yield the words of the export of a shot."""
         job = plan.job
-        source, output = plan.source.files, plain_path(job.output.pattern)
+        source, output = plan.source.files, absolute_path(job.output.pattern)
         # A source without files is the built-in scene, which exists on every machine.
         name, has_file = str(job.shot.source), is_shot_file(args.shot)
-        lead = "--plate=" if has_file else ""
+        plate_prefix = "--plate=" if has_file else ""
         yield ("export",)
         if has_file:
-            yield self._at("", args.shot)
-        yield (lead + name,) if source is None else self._at(lead, source)
-        yield self._at("--output=", output, "OUT")
-        if has_file and (job.shot.plate_options.files_beside or images_of(job.shot)):
-            yield from self._moved(plain_path(args.shot).parent)
-        yield from self._given(args)
+            yield self._path_word("", args.shot)
+        yield (plate_prefix + name,) if source is None else self._path_word(plate_prefix, source)
+        yield self._path_word("--output=", output, "OUT")
+        if has_file and (job.shot.plate_options.files_beside or aperture_images(job.shot)):
+            yield from self._moved_options(absolute_path(args.shot).parent)
+        yield from self._given_options(args)
         yield (f"--frames={frames_text(job.frames)}",)
 
-    def of_reel(self, args: argparse.Namespace) -> Iterator[Word]:
+    def reel_command(self, args: argparse.Namespace) -> Iterator[Word]:
         """Yield the words of the export of a whole reel."""
-        yield from (("export",), self._at("", args.shot), self._at("--output=", args.output, "OUT"))
-        yield from (self._at("--media=", folder) for folder in args.media)
+        yield from (
+            ("export",),
+            self._path_word("", args.shot),
+            self._path_word("--output=", args.output, "OUT"),
+        )
+        yield from (self._path_word("--media=", folder) for folder in args.media)
         if not args.shot.lower().endswith(REEL_SUFFIX):  # an edit, which may name absolute paths
-            yield from (("--media=", folder) for folder in self._folders)
+            yield from (("--media=", folder) for folder in self._input_folders)
         if args.edit_out is not None:
-            yield self._at("--edit-out=", args.edit_out, "OUT")
+            yield self._path_word("--edit-out=", args.edit_out, "OUT")
         numbers = {"--edit-fps": args.edit_fps, "--handles": args.handles}
         yield from ((f"{option}={value:g}",) for option, value in numbers.items() if value)
-        yield from self._given(args)
+        yield from self._given_options(args)
 
-    def _at(self, lead: str, path: str | os.PathLike[str], flow: str = "IN") -> Word:
-        """Return a word that ends with a path; what is written may lie in a folder that is read."""
-        return located([it for it in self.places if it.flow == flow], lead, plain_path(path))
+    def _path_word(self, prefix: str, path: str | os.PathLike[str], flow: str = "IN") -> Word:
+        """Return a word that joins `prefix` and a path.
+
+        The path is relative to a place of the same flow, because an output may lie in an input
+        folder.
+        """
+        return path_word([it for it in self.places if it.flow == flow], prefix, absolute_path(path))
 
     @property
-    def _folders(self) -> list[Place]:
+    def _input_folders(self) -> list[Place]:
+        """The folders that the job reads."""
         return [it for it in self.places if it.kind == "DIRECTORY" and it.flow == "IN"]
 
-    def _moved(self, folder: Path) -> Iterator[Word]:
+    def _moved_options(self, folder: Path) -> Iterator[Word]:
         """Yield --moved for each folder that a shot in `folder` names, relative and absolute."""
-        for place in self._folders:
-            for old in (os.path.relpath(place.path, folder), str(place.path)):
-                yield from (("--moved",), (old,), (place,))
+        for place in self._input_folders:
+            for old_folder in (os.path.relpath(place.path, folder), str(place.path)):
+                yield from (("--moved",), (old_folder,), (place,))
 
-    def _given(self, args: argparse.Namespace) -> Iterator[Word]:
-        """Yield the given options as they would be typed, and what is the same for all tasks."""
-        for option, values in given(args, add_export_options).items():
+    def _given_options(self, args: argparse.Namespace) -> Iterator[Word]:
+        """Yield the given options as they would be typed, and the config and program of the job."""
+        for option, values in changed_options(args, add_export_options).items():
             for value in values if isinstance(values, list) else [values]:  # given several times
-                if option in _FILES:
+                if option in _FILE_OPTIONS:
                     name = value.path if isinstance(value, OpeningImage) else str(value)
-                    yield self._at(f"{option}=", name)
-                elif option not in _REPLACED:
-                    yield (option,) if value is True else (f"{option}={_typed(value)}",)
+                    yield self._path_word(f"{option}=", name)
+                elif option not in _TASK_OPTIONS:
+                    yield (option,) if value is True else (f"{option}={_value_text(value)}",)
         if self.config is not None:
             has_file = Path(self.config).is_file()
-            yield self._at("--ocio=", self.config) if has_file else (f"--ocio={self.config}",)
+            yield (
+                self._path_word("--ocio=", self.config) if has_file else (f"--ocio={self.config}",)
+            )
         if self.expected is not None:
             yield (f"--expect={self.expected}",)
 
 
-def _typed(value: object) -> str:
+def _value_text(value: object) -> str:
     """Return a value of an option as it was typed: 320x180 for a size."""
     return "x".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 @dataclass(frozen=True)
-class SentShot:
+class SubmittedShot:
     """A shot of a job; `args` are the options of its own export, `name` is "" without a reel."""
 
     args: argparse.Namespace
@@ -148,37 +159,38 @@ class SentShot:
     name: str = ""
 
 
-def submit(args: argparse.Namespace, shots: Sequence[SentShot]) -> None:
-    """Print the job that exports all shots, or write its bundle, and say how to use it."""
+def submit(args: argparse.Namespace, shots: Sequence[SubmittedShot]) -> None:
+    """Print the job that exports all shots, or write its bundle, and print how to use it."""
     for shot in shots:
-        check_replaced(shot.plan)
-    _check(args, shots)
-    job = _measured_job(args, shots)
+        check_may_replace(shot.plan)
+    _check_job(args, shots)
+    job = _job_with_measured_cost(args, shots)
     frames = sum(len(shot.plan.job.frames) for shot in shots)
     tasks = job.count - (job.last is not None)
-    count = f"{frames} frames in {tasks} task{'' if tasks == 1 else 's'}"
+    summary = f"{frames} frames in {tasks} task{'' if tasks == 1 else 's'}"
     if args.bundle is not None:
         write_bundle(job, args.bundle)
-        say(f"{count}. Submit them with: deadline bundle submit {args.bundle}")
-        tell(str(args.bundle))
+        print_messages(f"{summary}. Submit them with: deadline bundle submit {args.bundle}")
+        print_result(str(args.bundle))
         return
     print(ENGINES[args.submit](job), end="")
-    say(f"{count}. {_HOW[args.submit]()}")
+    print_messages(f"{summary}. {_INSTRUCTIONS[args.submit]()}")
     for place in job.places if args.submit == "openjd" else ():
         if relative_to(place, Path.cwd()) is None:
             option = f"-p {place.name}={place.path}"
-            say(f"the template cannot hold this path; give it on submission: {option}")
+            print_messages(f"the template cannot hold this path; give it on submission: {option}")
 
 
-def _check(args: argparse.Namespace, shots: Iterable[SentShot]) -> None:
+def _check_job(args: argparse.Namespace, shots: Iterable[SubmittedShot]) -> None:
+    """Raise InputError for a bundle of another engine, and for shots that need this machine."""
     if args.bundle is not None and args.submit != "openjd":
         raise InputError("--bundle is for --submit openjd.")
     for shot in shots:
-        check_elsewhere(args, shot.plan)
+        check_other_machines(args, shot.plan)
 
 
-def check_elsewhere(args: argparse.Namespace, plan: ExportPlan) -> None:
-    """Raise InputError for what only this process could make."""
+def check_other_machines(args: argparse.Namespace, plan: ExportPlan) -> None:
+    """Raise InputError for an export that other processes or machines could not make."""
     if args.lens_kit is not None and args.lens_kit.partition(":")[0] in kit_shelf().own:
         raise InputError(
             f"--lens-kit {args.lens_kit}: other machines may lack this kit. Put it into a shot, "
@@ -193,102 +205,118 @@ def check_elsewhere(args: argparse.Namespace, plan: ExportPlan) -> None:
         )
 
 
-def _measured_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJob:
-    """Return the job. Frames of the first shot are rendered to find a --chunk or --memory."""
-    job, first, cost = farm_job(args, shots), shots[0].plan.job, None
+def _job_with_measured_cost(args: argparse.Namespace, shots: Sequence[SubmittedShot]) -> FarmJob:
+    """Return the job with frames and memory for each task.
+
+    Without --chunk and --memory, two frames of the first shot are rendered to measure them.
+    """
+    job, first_job, cost = farm_job(args, shots), shots[0].plan.job, None
     if args.chunk is None or args.memory is None:
-        say("rendering two frames to measure what a task needs; --chunk with --memory skips this")
-        cost = measured(job, first.output.form.text, first.frames)
-        say(f"a frame takes {cost.frame_s:.2g} s here, and a task {cost.memory_bytes / 1e9:.1f} GB")
+        print_messages(
+            "rendering two frames to measure what a task needs; --chunk with --memory skips this"
+        )
+        cost = measure_first_frames(job, first_job.output.form.text, first_job.frames)
+        print_messages(
+            f"a frame takes {cost.frame_s:.2g} s here, and a task {cost.memory_bytes / 1e9:.1f} GB"
+        )
     memory = cost.memory_gib if cost is not None and args.memory is None else args.memory
     steps = tuple(
-        replace(step, parts=parts_of(shot.plan.job.frames, args.chunk, cost))
+        replace(step, parts=group_frames(shot.plan.job.frames, args.chunk, cost))
         for step, shot in zip(job.steps, shots, strict=True)
     )
     return replace(job, steps=steps, needs=replace(job.needs, memory_gib=memory))
 
 
-def farm_job(args: argparse.Namespace, shots: Sequence[SentShot]) -> FarmJob:
-    """Return the job, with the frames of a shot as one part, without the memory that it needs."""
-    expected = None if args.submit is None else program_of_tasks(on_gpus=bool(args.gpus))
+def farm_job(args: argparse.Namespace, shots: Sequence[SubmittedShot]) -> FarmJob:
+    """Return the job with one task for all frames of a shot, and without its need of memory."""
+    expected = None if args.submit is None else expected_program(on_gpus=bool(args.gpus))
     config = None
     if not shots[0].plan.job.output.is_exr:
         config = args.ocio or os.environ.get("OCIO") or None
-    tables = config_files(config)
-    beside = [path for shot in shots for path in files_beside(shot.plan)]
-    files = _files_of_shots(args, shots)
-    places = (*_places(args, shots, files, beside), *_place_of_config(tables))
+    color_files = config_files(config)
+    input_paths = [path for shot in shots for path in input_files(shot.plan)]
+    shot_files = _files_of_shots(args, shots)
+    places = (*_places(args, shots, shot_files, input_paths), *_config_place(color_files))
     words = JobWords(places, config, expected)
     return FarmJob(
         name=(Path(args.shot) if is_reel(args.shot) else shots[0].plan.job.output.pattern).name,
         places=places,
-        steps=tuple(_step(number, shot, words) for number, shot in enumerate(shots, 1)),
-        last=_last(args, shots[0], words),
-        needs=Needs(processors=args.cpus or _CPUS, gpus=args.gpus or 0),
-        inputs=tuple(dict.fromkeys((*files, *beside, *tables))),
+        steps=tuple(_export_step(number, shot, words) for number, shot in enumerate(shots, 1)),
+        last=_join_step(args, shots[0], words),
+        needs=Needs(processors=args.cpus or _DEFAULT_CPUS, gpus=args.gpus or 0),
+        inputs=tuple(dict.fromkeys((*shot_files, *input_paths, *color_files))),
     )
 
 
 def _places(
-    args: argparse.Namespace, shots: Sequence[SentShot], files: Sequence[Path], beside: list[Path]
+    args: argparse.Namespace,
+    shots: Sequence[SubmittedShot],
+    files: Sequence[Path],
+    input_paths: list[Path],
 ) -> Iterator[Place]:
-    """Yield what a machine may have elsewhere: the shot file or folders, and the output."""
-    is_of_reel = bool(shots[0].name)
-    if files and not is_of_reel:
+    """Yield the places that may differ between machines: shot file, folders and output."""
+    has_reel = bool(shots[0].name)
+    if files and not has_reel:
         yield Place("Shot", files[0], "FILE", "IN")
-    yield from _folders(shots, (*beside, *(files if is_of_reel else ())))
-    output = plain_path(args.output.partition(SHOT_FIELD)[0] + "_").parent
+    yield from _folder_places(shots, (*input_paths, *(files if has_reel else ())))
+    output = absolute_path(args.output.partition(SHOT_FIELD)[0] + "_").parent
     yield Place("Out", output, "DIRECTORY", "OUT")
 
 
-def _place_of_config(tables: Sequence[Path]) -> Iterator[Place]:
-    if tables:
-        yield Place("Config", tables[0], "FILE", "IN")
+def _config_place(color_files: Sequence[Path]) -> Iterator[Place]:
+    if color_files:
+        yield Place("Config", color_files[0], "FILE", "IN")
 
 
 def task_words(args: argparse.Namespace, plan: ExportPlan) -> tuple[Word, ...]:
     """Return the command line with which another process makes frames of this export."""
-    check_elsewhere(args, plan)
-    return farm_job(args, [SentShot(args, plan)]).steps[0].words[:-1]
+    check_other_machines(args, plan)
+    return farm_job(args, [SubmittedShot(args, plan)]).steps[0].words[:-1]
 
 
-def _files_of_shots(args: argparse.Namespace, shots: Iterable[SentShot]) -> tuple[Path, ...]:
+def _files_of_shots(args: argparse.Namespace, shots: Iterable[SubmittedShot]) -> tuple[Path, ...]:
     """Return the shot files, and the reel or edit that names them."""
-    named = (args.shot, *(shot.args.shot for shot in shots))
-    files = (plain_path(name) for name in named if is_shot_file(name) or is_reel(name))
+    names = (args.shot, *(shot.args.shot for shot in shots))
+    files = (absolute_path(name) for name in names if is_shot_file(name) or is_reel(name))
     return tuple(dict.fromkeys(files))
 
 
-def _folders(shots: Sequence[SentShot], files: Iterable[Path]) -> Iterator[Place]:
-    """Yield the folder of the plates, then those of other files, each with all that lies below.
+def _folder_places(shots: Sequence[SubmittedShot], files: Iterable[Path]) -> Iterator[Place]:
+    """Yield the folders of the plates and of other files, without folders inside others.
 
-    The files of several shots keep their places to each other, in one folder if possible.
+    The shots of a reel share one folder if possible, to keep the relative paths between them.
     """
-    of_plates = (folder_of_source(shot.plan) for shot in shots)
-    plates = [folder for folder in dict.fromkeys(of_plates) if folder is not None]
-    tops = topmost((*plates, *(path.parent for path in files)))
+    plate_folders = (folder_of_source(shot.plan) for shot in shots)
+    distinct_plate_folders = [
+        folder for folder in dict.fromkeys(plate_folders) if folder is not None
+    ]
+    top_folders = topmost_folders((*distinct_plate_folders, *(path.parent for path in files)))
     if shots[0].name:
-        common = Path(os.path.commonpath(tops)) if tops else Path()
-        tops = tops if common == common.parent else (common,)
+        common = Path(os.path.commonpath(top_folders)) if top_folders else Path()
+        top_folders = top_folders if common == common.parent else (common,)
     counts = {"Plates": 0, "Files": 0}
-    for folder in tops:
-        kind = "Plates" if any(folder in (it, *it.parents) for it in plates) else "Files"
+    for folder in top_folders:
+        kind = (
+            "Plates"
+            if any(folder in (it, *it.parents) for it in distinct_plate_folders)
+            else "Files"
+        )
         counts[kind] += 1
         name = kind if counts[kind] == 1 else f"{kind}{counts[kind]}"
         yield Place(name, folder, "DIRECTORY", "IN")
 
 
-def _step(number: int, shot: SentShot, words: JobWords) -> Step:
-    """Return the frames of a shot as one task."""
-    name = f"Export {number:03} {shot.name[:_NAME_MOST]}" if shot.name else "Export"
-    made = (*words.of_shot(shot.args, shot.plan), ("--part=", FRAMES))
-    return Step(name, made, (frames_text(shot.plan.job.frames),))
+def _export_step(number: int, shot: SubmittedShot, words: JobWords) -> Step:
+    """Return the step that exports a shot, with all of its frames as one task."""
+    name = f"Export {number:03} {shot.name[:_MOST_NAME_LETTERS]}" if shot.name else "Export"
+    command = (*words.shot_command(shot.args, shot.plan), ("--part=", FRAMES))
+    return Step(name, command, (frames_text(shot.plan.job.frames),))
 
 
-def _last(args: argparse.Namespace, first: SentShot, words: JobWords) -> Step | None:
+def _join_step(args: argparse.Namespace, first: SubmittedShot, words: JobWords) -> Step | None:
     """Return the task that waits for all frames: the same export, which finds them finished."""
     if not (parse_output(args.output).is_movie or args.after_export or args.edit_out):
         return None
-    made = words.of_reel(args) if first.name else words.of_shot(args, first.plan)
-    after = ((f"--after-export={args.after_export}",),) if args.after_export else ()
-    return Step("Join", (*made, *after))
+    command = words.reel_command(args) if first.name else words.shot_command(args, first.plan)
+    after_export = ((f"--after-export={args.after_export}",),) if args.after_export else ()
+    return Step("Join", (*command, *after_export))

@@ -1,6 +1,6 @@
 """`heatlens view`: the window. `heatlens plate.exr` means the same.
 
-Its options for sharing, and the links to print, are those of `heatlens serve` too.
+The options for sharing, and the printing of links, are used by `heatlens serve` too.
 """
 
 import argparse
@@ -15,23 +15,27 @@ from typing import TYPE_CHECKING
 from heatlens.core.base.errors import InputError, MissingPackageError, NoWindowError
 from heatlens.core.base.extras import extra
 from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
-from heatlens.fronts.commands.options.given_options import given, refuse_given, refuse_unused
+from heatlens.fronts.commands.options.given_options import (
+    changed_options,
+    refuse_options,
+    refuse_unused_options,
+)
 from heatlens.fronts.commands.options.lens_options import (
     add_lens_options,
     add_plate_options,
-    given_lens,
+    given_lens_fields,
     kit_of,
     plate_options,
 )
 from heatlens.fronts.commands.options.scene_options import (
     add_placing_options,
     add_timing_options,
-    placing_of,
-    timing_of,
+    given_placing,
+    given_timing,
 )
-from heatlens.fronts.commands.options.shot_camera import add_camera_option, checked_camera_of
+from heatlens.fronts.commands.options.shot_camera import add_camera_option, read_checked_camera
 from heatlens.fronts.commands.output.pipes import DASH, file_of_input
-from heatlens.fronts.commands.output.say import say, tell
+from heatlens.fronts.commands.output.say import print_messages, print_result
 from heatlens.media.documents.reel_file import is_reel
 from heatlens.media.documents.shot_file import is_shot_file, read_shot
 from heatlens.media.live.ring.address import opentrackio_address, parse_ring_address
@@ -43,7 +47,7 @@ from heatlens.media.scene.scene_read import DEMO, is_demo
 from heatlens.render.source.named import source_named
 from heatlens.studio.session.files.window_door import hand_over
 from heatlens.studio.share.address import Role, ShareOptions, parse_share_address
-from heatlens.studio.share.sharing import Sharing, code_for_terminal
+from heatlens.studio.share.sharing import Sharing, qr_code_text
 
 if TYPE_CHECKING:
     from heatlens.studio.session.shot.start import Start
@@ -125,12 +129,15 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Open the window and stay until it is closed; alone and without a display, make pictures."""
+    """Open the window and return when it is closed.
+
+    Without arguments and without a display, example pictures are rendered instead.
+    """
     if args.plate == DASH:
         with file_of_input(Path(DASH)) as plate:  # read to its end before the window opens
             args.plate = str(plate)
             return _open(args)
-    if _is_handed_over(args):
+    if _open_in_running_window(args):
         return 0
     if args.plate is not None or args.demo or args.listen is not None:
         return _open(args)
@@ -142,22 +149,27 @@ def run(args: argparse.Namespace) -> int:
         return make_first_pictures(error)
 
 
-def _is_handed_over(args: argparse.Namespace) -> bool:
+def _open_in_running_window(args: argparse.Namespace) -> bool:
     """Have a running window open the files; False if there is none, or if options are given.
 
     Raises InputError for files that cannot be opened, as a new window would.
     """
-    if not args.plate or args.new_window or args.share is not None or given(args, add_view_options):
+    if (
+        not args.plate
+        or args.new_window
+        or args.share is not None
+        or changed_options(args, add_view_options)
+    ):
         return False
-    _require(args.plate)
+    _check_exists(args.plate)
     name = args.plate if is_demo(args.plate) else os.path.abspath(os.path.expanduser(args.plate))
     if not hand_over([name]):
         return False
-    say(f"{args.plate} was opened in the running window; --new-window opens another.")
+    print_messages(f"{args.plate} was opened in the running window; --new-window opens another.")
     return True
 
 
-def _require(plate: str) -> None:
+def _check_exists(plate: str) -> None:
     """Raise InputError if the named file does not exist, before a window opens."""
     if is_shot_file(plate):
         read_shot(plate)
@@ -166,59 +178,67 @@ def _require(plate: str) -> None:
 
 
 def _open(args: argparse.Namespace) -> int:
+    """Open a new window, shared if --share is given; raise NoWindowError without its packages."""
     try:
-        with extra("gui").needed():
+        with extra("gui").require():
             from heatlens.studio.ui.window import run_window
     except MissingPackageError as error:
         raise NoWindowError(f"{error}. `heatlens render` works without.") from error
     if args.share is None:
-        return open_with(args, run_window)
-    sharing = Sharing(share_options_of(args, args.share))
-    sharing.begin(say)  # before the window opens, so that a wrong address is told at once
-    tell_links(sharing)
+        return open_session(args, run_window)
+    sharing = Sharing(given_share_options(args, args.share))
+    sharing.begin(
+        print_messages
+    )  # before the window opens, so that a wrong address is reported at once
+    print_links(sharing)
     try:
-        return open_with(args, lambda start: run_window(start, sharing))
+        return open_session(args, lambda start: run_window(start, sharing))
     finally:
         sharing.end()
 
 
-def open_with(args: argparse.Namespace, show: Callable[["Start"], None]) -> int:
-    """Hand what the options tell to `show`, which stays until the user ends it."""
+def open_session(args: argparse.Namespace, run_session: Callable[["Start"], None]) -> int:
+    """Build the start of a session from the options, and pass it to `run_session`.
+
+    `run_session` returns when the user ends the session.
+    """
     from heatlens.studio.session.shot.start import Start
 
     if args.listen is not None:
-        return _listen(args, show)
+        return _open_stream(args, run_session)
     if args.demo and args.plate:
         raise InputError(f"--demo opens a scene of its own: leave {args.plate} out.")
     if args.plate == "":
         raise InputError("The name of the plate is empty: leave it out to choose in the window.")
     plate = DEMO if args.demo else args.plate or ""  # "": chosen in the window
     if is_reel(plate):
-        _require(plate)
+        _check_exists(plate)
     elif is_shot_file(plate):
-        _require(plate)
-        refuse_given(args, ("clip", "first_frame", "fps"), f"{plate} says how its scene is played")
+        _check_exists(plate)
+        refuse_options(
+            args, ("clip", "first_frame", "fps"), f"{plate} says how its scene is played"
+        )
     elif plate:
-        _require(plate)
-        refuse_unused(args, plate)
-    lens = given_lens(args)
-    camera = checked_camera_of(args, lens)
+        _check_exists(plate)
+        refuse_unused_options(args, plate)
+    lens = given_lens_fields(args)
+    camera = read_checked_camera(args, lens)
     start = Start(plate, plate_options(args), lens, settings_of(args), ocio=args.ocio)
-    timing, placing = timing_of(args, plate), placing_of(args)
-    with _lens_out(args) as lens_out, _lens_in(args) as lens_in:
+    timing, placing = given_timing(args, plate), given_placing(args)
+    with _open_lens_output(args) as lens_out, _open_lens_input(args) as lens_in:
         start = replace(start, camera=camera, timing=timing, placing=placing, kit=kit_of(args))
-        show(replace(start, lens_in=lens_in, lens_out=lens_out))
+        run_session(replace(start, lens_in=lens_in, lens_out=lens_out))
     return 0
 
 
-def _lens_in(args: argparse.Namespace) -> AbstractContextManager[RingInput | None]:
+def _open_lens_input(args: argparse.Namespace) -> AbstractContextManager[RingInput | None]:
     """Listen for the lens of a camera; the port is opened before the window."""
     if args.lens_in is None:
         return nullcontext()
     return open_ring(args.lens_in)
 
 
-def _lens_out(args: argparse.Namespace) -> AbstractContextManager[LensSender | None]:
+def _open_lens_output(args: argparse.Namespace) -> AbstractContextManager[LensSender | None]:
     """Open the receiver of the lens. Raises InputError for an invalid address."""
     if args.lens_out is None:
         return nullcontext()
@@ -229,8 +249,8 @@ def _lens_out(args: argparse.Namespace) -> AbstractContextManager[LensSender | N
     return LensSender(address)
 
 
-def _listen(args: argparse.Namespace, show: Callable[["Start"], None]) -> int:
-    """Show what a renderer sends; the port is opened before the window."""
+def _open_stream(args: argparse.Namespace, run_session: Callable[["Start"], None]) -> int:
+    """Run a session on the picture that a renderer sends; the port is opened before the window."""
     from heatlens.render.source.stream_source import StreamSource
     from heatlens.studio.session.shot.start import Start
 
@@ -238,14 +258,14 @@ def _listen(args: argparse.Namespace, show: Callable[["Start"], None]) -> int:
         raise InputError(
             f"--listen shows what a renderer sends: leave {args.plate or '--demo'} out."
         )
-    lens, defocus = given_lens(args), settings_of(args)
-    camera = checked_camera_of(args, lens)
+    lens, defocus = given_lens_fields(args), settings_of(args)
+    camera = read_checked_camera(args, lens)
     stream = StreamSource(*parse_address(args.listen))
     start = Start(stream.text, plate_options(args), lens, defocus, ocio=args.ocio, stream=stream)
     try:
-        with _lens_out(args) as lens_out, _lens_in(args) as lens_in:
+        with _open_lens_output(args) as lens_out, _open_lens_input(args) as lens_in:
             start = replace(start, lens_in=lens_in, lens_out=lens_out)
-            show(replace(start, camera=camera, kit=kit_of(args)))
+            run_session(replace(start, camera=camera, kit=kit_of(args)))
     finally:
         stream.close()
     return 0
@@ -266,14 +286,14 @@ def add_share_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def share_options_of(args: argparse.Namespace, address: str) -> ShareOptions:
+def given_share_options(args: argparse.Namespace, address: str) -> ShareOptions:
     """Return the options for sharing at `address`. Raises InputError for no address."""
     return ShareOptions(parse_share_address(address, args.certificate), args.new_links)
 
 
-def tell_links(sharing: Sharing) -> None:
+def print_links(sharing: Sharing) -> None:
     """Print the link of each role."""
-    tell(f"Turn the lens at   {sharing.link(Role.HAND)}")
-    tell(f"Only look at it at {sharing.link(Role.LOOK)}")
+    print_result(f"Turn the lens at   {sharing.link(Role.HAND)}")
+    print_result(f"Only look at it at {sharing.link(Role.LOOK)}")
     if sys.stdout.isatty():
-        tell(code_for_terminal(sharing.link(Role.HAND)), keep="\n\x1b")
+        print_result(qr_code_text(sharing.link(Role.HAND)), keep="\n\x1b")

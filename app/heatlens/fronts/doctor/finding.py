@@ -14,7 +14,7 @@ class Finding:
     """One line of the report.
 
     state    ok; note: something optional is missing; fault: something is wrong
-    said     one sentence or a list, for people
+    said     the result as one sentence or a list, for people
     details  the same and more, as numbers and texts for programs
     """
 
@@ -27,7 +27,7 @@ class Finding:
 Check = Callable[[], Iterator[Finding]]
 
 
-def made_sure(name: str, check: Check) -> Iterator[Finding]:
+def run_check(name: str, check: Check) -> Iterator[Finding]:
     """Yield the findings of `check`; an error that it raises becomes a finding too."""
     try:
         yield from check()

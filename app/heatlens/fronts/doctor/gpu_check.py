@@ -30,7 +30,7 @@ from heatlens.render.defocus.line_solver import (
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.program import ComputeProgram, DrawProgram
-from heatlens.render.gpu.program_versions import PLAIN, Variants, crossed, either
+from heatlens.render.gpu.program_versions import PLAIN, Variants, combine_variants, without_and_with
 from heatlens.render.gpu.textures import FloatArray, download, new_array, new_texture, upload
 
 _LIMITS = {
@@ -39,7 +39,7 @@ _LIMITS = {
     "group_invocations": "invocations of a workgroup",
 }
 # Fragment shaders whose vertex shader has another name.
-_VERTEX = {
+_VERTEX_SHADERS = {
     f"scene_gpu/scene_{name}": "scene_gpu/scene_mesh" for name in ("cover", "depth", "surface")
 }
 Array = NDArray[np.float64]
@@ -66,15 +66,17 @@ class Gpu:
     """The context that the checks share, made on first use."""
 
     make_context: Callable[[], Device]
-    tell: Callable[[str], None] = lambda _: None  # is called with the words of each part
-    _made: list[Device] = field(default_factory=list)
+    report_step: Callable[[str], None] = lambda _: (
+        None
+    )  # called with the name of each step of a check
+    _contexts: list[Device] = field(default_factory=list)
 
     @property
     def ctx(self) -> Device:
         """The context. Raises GpuError if there is no OpenGL 4.3."""
-        if not self._made:
-            self._made.append(self.make_context())
-        return self._made[0]
+        if not self._contexts:
+            self._contexts.append(self.make_context())
+        return self._contexts[0]
 
     def device(self) -> Iterator[Finding]:
         """Report the driver and its limits."""
@@ -87,40 +89,40 @@ class Gpu:
             "is_software": is_software(self.ctx),
             **limits,
         }
-        listed = ", ".join(f"{_LIMITS[name]} {value}" for name, value in limits.items())
+        limit_texts = ", ".join(f"{_LIMITS[name]} {value}" for name, value in limits.items())
         kind = "on the processor" if details["is_software"] else "on a GPU"
-        said = f"{details['renderer']}, OpenGL {details['version']}, {kind}; {listed}"
-        yield Finding("OpenGL", "ok", said, details)
+        message = f"{details['renderer']}, OpenGL {details['version']}, {kind}; {limit_texts}"
+        yield Finding("OpenGL", "ok", message, details)
 
     def shaders(self) -> Iterator[Finding]:
         """Build every shader in every variant."""
         builds = solver_builds() + pass_builds()
-        refused: list[str] = []
-        for words, build in zip(shader_words(), builds, strict=True):
-            self.tell(words)
+        failures: list[str] = []
+        for step, build in zip(shader_steps(), builds, strict=True):
+            self.report_step(step)
             try:
                 _build(self.ctx, build)
             except ShaderError as error:
-                refused.append(" ".join(str(error).split()))
-        for words in refused:
-            yield Finding("shaders", "fault", words)
-        built = len(builds) - len(refused)
-        said = f"{built} of {len(builds)} builds"
-        details = {"built": built, "refused": refused}
-        yield Finding("shaders", "fault" if refused else "ok", said, details)
+                failures.append(" ".join(str(error).split()))
+        for step in failures:
+            yield Finding("shaders", "fault", step)
+        built = len(builds) - len(failures)
+        message = f"{built} of {len(builds)} builds"
+        details = {"built": built, "refused": failures}
+        yield Finding("shaders", "fault" if failures else "ok", message, details)
 
     def solvers(self) -> Iterator[Finding]:
         """Compare each solver on random lines with NumPy in float64."""
-        for name, make in SOLVERS.items():
-            self.tell(solver_words(name))
-            solver = make(self.ctx)
+        for name, make_solver in SOLVERS.items():
+            self.report_step(solver_step(name))
+            solver = make_solver(self.ctx)
             errors = {kernel: worst_error(self.ctx, solver, kernel) for kernel in KERNELS}
             solver.release()
             worst = max(errors.values())
-            good = worst <= TOLERANCE
-            said = f"{name}: off by {worst:.1e} at most (allowed {TOLERANCE:.0e})"
+            is_right = worst <= TOLERANCE
+            message = f"{name}: off by {worst:.1e} at most (allowed {TOLERANCE:.0e})"
             details = {"solver": name, "errors": errors}
-            yield Finding("solvers", "ok" if good else "fault", said, details)
+            yield Finding("solvers", "ok" if is_right else "fault", message, details)
 
     def errors(self) -> Iterator[Finding]:
         """Report whether the previous checks left an error in OpenGL."""
@@ -130,31 +132,34 @@ class Gpu:
         yield Finding("OpenGL errors", "ok", "none")
 
 
-def shader_words() -> list[str]:
-    """Return the words of each part of the check of shaders."""
+def shader_steps() -> list[str]:
+    """Return the name of each step of the shader check."""
     count = len(solver_builds()) + len(pass_builds())
     return [f"shader {number} of {count}" for number in range(1, count + 1)]
 
 
-def solver_words(name: str) -> str:
-    """Return the words of the check of one solver."""
+def solver_step(name: str) -> str:
+    """Return the name of the step that checks one solver."""
     return f"solver {name}"
 
 
 def _build(ctx: Device, build: Build) -> None:
-    """Compile, link and release. Vertex shaders are built with their fragment shaders."""
+    """Compile and link a shader, and release it.
+
+    Vertex shaders are built with their fragment shaders. Raises ShaderError if the driver refuses.
+    """
     name, defines = build
     stem, stage, _ = name.split(".")
     if stage == "frag":
-        DrawProgram(ctx, _vertex_of(stem), stem, defines).release()
+        DrawProgram(ctx, _vertex_shader_of(stem), stem, defines).release()
     elif stage == "comp":
         functions = srgb_transform().glsl if stem.startswith("display/display") else ""
         ComputeProgram(ctx, name, defines, functions).release()
 
 
-def _vertex_of(fragment: str) -> str:
+def _vertex_shader_of(fragment: str) -> str:
     """Return the vertex shader of the same or a shorter name: `picture` for `picture_detail`."""
-    name = _VERTEX.get(fragment, fragment)
+    name = _VERTEX_SHADERS.get(fragment, fragment)
     while "_" in name and not (data_dir("shaders") / f"{name}.vert.glsl").is_file():
         name = name.rpartition("_")[0]
     return name
@@ -169,70 +174,76 @@ def worst_error(ctx: Device, solver: LineSolver, kernel_name: str) -> float:
     coc[rng.random((height, width)) < 0.3] = _COC_MAX_PX  # flat parts, and pixels in focus
     coc[rng.random((height, width)) < 0.05] = 0.0
     kernel = named_kernel(kernel_name)
-    expected = blurred_float64(color.astype(np.float64), coc.astype(np.float64), kernel)
-    return float(np.abs(_blurred(ctx, solver, color, coc, kernel) - expected).max())
+    expected = blur_in_float64(color.astype(np.float64), coc.astype(np.float64), kernel)
+    return float(np.abs(_blur_on_gpu(ctx, solver, color, coc, kernel) - expected).max())
 
 
-def _blurred(
+def _blur_on_gpu(
     ctx: Device, solver: LineSolver, color: FloatArray, coc: FloatArray, kernel: Kernel
 ) -> FloatArray:
-    color_tx, coc_tx, out = (new_texture(ctx, _SIZE, count) for count in (4, 1, 4))
+    """Return the blur of `color` (H, W, 4) with `coc` (H, W), computed on the GPU by `solver`."""
+    color_tx, coc_tx, blurred_tx = (new_texture(ctx, _SIZE, count) for count in (4, 1, 4))
     poles = new_array(ctx, solver.between_size(_SIZE), pole_layers(kernel, "f4"), 4)
     upload(color_tx, color)
     upload(coc_tx, coc)
-    what = Diffusion(color_tx, coc_tx, kernel, (1.0, 1.0))
-    BlurPass(solver).run(what, BlurTargets(poles, out))
-    result = download(out)
-    for texture in (color_tx, coc_tx, out, poles):
+    diffusion = Diffusion(color_tx, coc_tx, kernel, (1.0, 1.0))
+    BlurPass(solver).run(diffusion, BlurTargets(poles, blurred_tx))
+    result = download(blurred_tx)
+    for texture in (color_tx, coc_tx, blurred_tx, poles):
         texture.release()
     return result
 
 
-def blurred_float64(color: Array, coc: Array, kernel: Kernel) -> Array:
+def blur_in_float64(color: Array, coc: Array, kernel: Kernel) -> Array:
     """Compute the result of `BlurPass` for `color` (H, W, C) and `coc` (H, W) by dense matrices."""
-    rows = [_solved(coc, kernel, kappa, color) for kappa in kernel.poles]
-    out = np.zeros(color.shape)
-    for b, kappa in enumerate(kernel.poles):
-        mixed = np.asarray(sum(kernel.mix[a, b] * row for a, row in enumerate(rows)))
-        out += _solved(coc.T, kernel, kappa, mixed.swapaxes(0, 1)).real.swapaxes(0, 1)
-    return out
+    solved_rows = [_solve_lines(coc, kernel, kappa, color) for kappa in kernel.poles]
+    blurred = np.zeros(color.shape)
+    for column_pole, kappa in enumerate(kernel.poles):
+        mixed = np.asarray(
+            sum(
+                kernel.mix[row_pole, column_pole] * solved
+                for row_pole, solved in enumerate(solved_rows)
+            )
+        )
+        blurred += _solve_lines(coc.T, kernel, kappa, mixed.swapaxes(0, 1)).real.swapaxes(0, 1)
+    return blurred
 
 
-def _solved(coc: Array, kernel: Kernel, kappa: complex, x: Array | Complex) -> Complex:
+def _solve_lines(coc: Array, kernel: Kernel, kappa: complex, color: Array | Complex) -> Complex:
     """Return (1 + kappa d^2 L)^-1 x along each line of `coc` (lines, n), L compact.
 
-    X is (lines, n, channels); its ends go on beyond the line.
+    `color` is x, (lines, n, channels); its end pixels continue beyond the line.
     """
     conductance = np.minimum(coc[:, 1:], coc[:, :-1]) ** 2
-    compact = _laplacian(_compact(conductance, kernel))
+    compact = _laplacian(_compactness(conductance, kernel))
     system = np.eye(coc.shape[-1]) + (kappa + 0j) * _laplacian(conductance) - compact
-    given = x.astype(np.complex128) - np.einsum("lij,ljc->lic", compact, x)
+    right_side = color.astype(np.complex128) - np.einsum("lij,ljc->lic", compact, color)
     for end in (0, -1):
-        beyond = coc[:, end] ** 2
-        flow = kappa * beyond - _compact(beyond, kernel)
-        # The line goes on for ever beyond its end, with the same blur: all that lies there acts on
-        # the last pixel as one conductance, the root of h^2 + h = flow.
-        heat = (np.sqrt(1.0 + 4.0 * flow + 0j) - 1.0) / 2.0  # for infinitely many pixels
-        system[:, end, end] += heat
-        given[:, end] = given[:, end] + heat[:, None] * x[:, end]
-    return np.asarray(np.linalg.solve(system, given), np.complex128)
+        border = coc[:, end] ** 2
+        flow = kappa * border - _compactness(border, kernel)
+        # The line continues forever beyond its end, with the same blur. These infinitely many
+        # pixels act on the last pixel as one conductance h, the root of h^2 + h = flow.
+        border_conductance = (np.sqrt(1.0 + 4.0 * flow + 0j) - 1.0) / 2.0
+        system[:, end, end] += border_conductance
+        right_side[:, end] = right_side[:, end] + border_conductance[:, None] * color[:, end]
+    return np.asarray(np.linalg.solve(system, right_side), np.complex128)
 
 
-def _compact(conductance: Array, kernel: Kernel) -> Array:
-    """Return how compact the Laplacian is between two pixels."""
-    part = np.minimum(conductance / _COMPACT_FULL_PX**2, 1.0)
-    return np.asarray(kernel.compact * part * (2.0 - part))
+def _compactness(conductance: Array, kernel: Kernel) -> Array:
+    """Return the weight of the compact Laplacian between two pixels, 0 to the kernel's maximum."""
+    fraction = np.minimum(conductance / _COMPACT_FULL_PX**2, 1.0)
+    return np.asarray(kernel.compact * fraction * (2.0 - fraction))
 
 
 def _laplacian(conductance: Array) -> Array:
     """Return the Laplacian matrices (lines, n, n) of conductances (lines, n - 1)."""
     lines, links = conductance.shape
     matrix = np.zeros((lines, links + 1, links + 1))
-    at = np.arange(links)
-    matrix[:, at, at] += conductance
-    matrix[:, at + 1, at + 1] += conductance
-    matrix[:, at, at + 1] -= conductance
-    matrix[:, at + 1, at] -= conductance
+    pixels = np.arange(links)
+    matrix[:, pixels, pixels] += conductance
+    matrix[:, pixels + 1, pixels + 1] += conductance
+    matrix[:, pixels, pixels + 1] -= conductance
+    matrix[:, pixels + 1, pixels] -= conductance
     return matrix
 
 
@@ -240,8 +251,8 @@ def solver_builds() -> list[Build]:
     """Return the builds of each solver for each system of lines."""
     return [
         (name, system.shader_defines(axis) | build)
-        for one in pass_list.PASSES
-        for system, axis in itertools.product(one.systems, _AXES)
+        for blur_pass in pass_list.PASSES
+        for system, axis in itertools.product(blur_pass.systems, _AXES)
         for name, build in _strategy_builds(system)
     ]
 
@@ -264,37 +275,39 @@ def shader_names() -> set[str]:
 
 def pass_builds() -> list[Build]:
     """Return the builds of all other shaders, in each variant that the program or a scene uses."""
-    declared: dict[str, Variants] = _elsewhere()
-    for one in pass_list.PASSES:
-        declared |= one.shaders
+    declared: dict[str, Variants] = _variants_outside_passes()
+    for blur_pass in pass_list.PASSES:
+        declared |= blur_pass.shaders
     names = sorted((shader_names() - set(_STRATEGIES)) | declared.keys())
     return [(name, dict(defines)) for name in names for defines in declared.get(name, PLAIN)]
 
 
-def _elsewhere() -> dict[str, Variants]:
+def _variants_outside_passes() -> dict[str, Variants]:
     """Return the variants of shaders that belong to no pass of the pipeline."""
-    scene = _of_scenes("HOLES", "COLORS", "BUMPS", "PLACES")
-    peeled = _of_scenes("HOLES", "COLORS", "BUMPS", "PLACES", "PEEL")
+    scene = _scene_variants("HOLES", "COLORS", "BUMPS", "PLACES")
+    peeled = _scene_variants("HOLES", "COLORS", "BUMPS", "PLACES", "PEEL")
     modes: Variants = tuple({"MODE": it.function} for it in overlays_by_name().values())
     peaking: Variants = ({"PEAKING": 0}, {"PEAKING": 1})
     return {
         "scene_gpu/accumulate.comp.glsl": pass_list.SHAPES,
-        "defocus/lean_bins.comp.glsl": either("LISTS"),
-        "scene_gpu/peel_lists.comp.glsl": either("COUNT"),
-        "scene_gpu/ray_trace.comp.glsl": crossed(pass_list.SHAPES, scene),
+        "defocus/focus_offset_bins.comp.glsl": without_and_with("LISTS"),
+        "scene_gpu/peel_lists.comp.glsl": without_and_with("COUNT"),
+        "scene_gpu/ray_trace.comp.glsl": combine_variants(pass_list.SHAPES, scene),
         "scene_gpu/scene_cover.frag.glsl": peeled,
         "scene_gpu/scene_depth.frag.glsl": scene,
-        "scene_gpu/scene_mesh.vert.glsl": _of_scenes("COLORS", "BUMPS", "PLACES", "PEEL"),
-        "scene_gpu/scene_sky.frag.glsl": _of_scenes("HOLES", "BUMPS", "PLACES", "PEEL"),
+        "scene_gpu/scene_mesh.vert.glsl": _scene_variants("COLORS", "BUMPS", "PLACES", "PEEL"),
+        "scene_gpu/scene_sky.frag.glsl": _scene_variants("HOLES", "BUMPS", "PLACES", "PEEL"),
         "scene_gpu/scene_surface.frag.glsl": peeled,
-        "display/overlay.comp.glsl": ({}, *crossed(modes, peaking)),
+        "display/overlay.comp.glsl": ({}, *combine_variants(modes, peaking)),
     }
 
 
-def _of_scenes(*words: str) -> Variants:
+def _scene_variants(*defines: str) -> Variants:
     """Return the variants with none, one, four and five of the defines that a scene decides.
 
     PEEL draws hidden surfaces.
     """
-    chosen = (names for count in (0, 1, 4, 5) for names in itertools.combinations(words, count))
-    return tuple(dict.fromkeys(names, 1) for names in chosen)
+    define_sets = (
+        names for count in (0, 1, 4, 5) for names in itertools.combinations(defines, count)
+    )
+    return tuple(dict.fromkeys(names, 1) for names in define_sets)

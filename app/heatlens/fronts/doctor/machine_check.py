@@ -1,6 +1,6 @@
 """Check the machine, the packages, and whether a second start finds its shaders compiled.
 
-The window needs libraries, fonts and a display besides OpenGL.
+Fonts and display are checked for the window, which needs them besides OpenGL.
 """
 
 import importlib.metadata
@@ -16,7 +16,7 @@ import numpy as np
 
 import heatlens
 from heatlens.core.base.errors import GpuError, MissingPackageError
-from heatlens.core.base.extras import extra, imported, parts
+from heatlens.core.base.extras import extra, import_module_safely, parts
 from heatlens.core.base.outside_text import one_line
 from heatlens.core.base.paths import data_dir
 from heatlens.core.base.stopping import temporary_folder
@@ -25,12 +25,15 @@ from heatlens.fronts.doctor.finding import Finding
 from heatlens.media.plate.exr.exr_read import read_parts
 from heatlens.media.plate.exr.exr_write import write_exr
 
-MOST_NEW = 0.05  # bytes that a second start may add to the cache, as a share of those of the first
-_CACHES = (
+MOST_NEW_SHARE = (
+    0.05  # bytes that a second start may add to the cache, as a share of those of the first
+)
+# The variables of Mesa and NVIDIA.
+_CACHE_VARIABLES = (
     "MESA_SHADER_CACHE_DIR",
     "__GL_SHADER_DISK_CACHE_PATH",
-)  # the variables of Mesa and NVIDIA
-_PATIENCE_S = 60.0
+)
+_WINDOW_TIMEOUT_S = 60.0
 
 
 def system() -> Iterator[Finding]:
@@ -42,11 +45,11 @@ def system() -> Iterator[Finding]:
         "processors": os.cpu_count(),
         "memory_gb": _memory_gb(),
     }
-    said = (
+    message = (
         f"heatlens {details['heatlens']}, Python {details['python']}, {details['system']}, "
         f"{details['processors']} processors, {details['memory_gb']} GB"
     )
-    yield Finding("machine", "ok", said, details)
+    yield Finding("machine", "ok", message, details)
 
 
 def packages() -> Iterator[Finding]:
@@ -54,14 +57,17 @@ def packages() -> Iterator[Finding]:
     versions: dict[str, str] = {}
     for part in parts():
         for name, module in part.packages.items():
-            why = _why_not(module)
-            if why is None:
+            reason = _import_error(module)
+            if reason is None:
                 versions[name] = _version(name)
                 continue
-            said = f"{name} cannot be imported ({why}). {part.gives} needs it: {part.cure(name)}"
-            yield Finding("packages", "note" if part.name else "fault", said, {"missing": name})
-    listed = ", ".join(f"{name} {version}" for name, version in versions.items())
-    yield Finding("packages", "ok", listed, versions)
+            message = (
+                f"{name} cannot be imported ({reason}). {part.gives} needs it: "
+                f"{part.install_command(name)}"
+            )
+            yield Finding("packages", "note" if part.name else "fault", message, {"missing": name})
+    version_texts = ", ".join(f"{name} {version}" for name, version in versions.items())
+    yield Finding("packages", "ok", version_texts, versions)
 
 
 def files() -> Iterator[Finding]:
@@ -72,15 +78,15 @@ def files() -> Iterator[Finding]:
         path = folder / "doctor.exr"
         write_exr(path, {"Z": values}, window, window)
         ((_, channels),) = read_parts(path)
-    same = np.array_equal(channels["Z"], values)
-    said = "written and read again" if same else "the data read differ from the data written"
-    yield Finding("EXR", "ok" if same else "fault", said)
+    is_equal = np.array_equal(channels["Z"], values)
+    message = "written and read again" if is_equal else "the data read differ from the data written"
+    yield Finding("EXR", "ok" if is_equal else "fault", message)
 
 
-def _why_not(module: str) -> str | None:
+def _import_error(module: str) -> str | None:
     """Return why `module` cannot be imported, or None where it can."""
     try:
-        imported(module)
+        import_module_safely(module)
     except Exception as error:  # a library that lacks another may raise anything
         return str(error) or type(error).__name__
     return None
@@ -110,60 +116,62 @@ def _memory_gb() -> float | None:
 
 
 def second_start() -> Iterator[Finding]:
-    """Report how much a second start compiles that the first one had compiled."""
-    # Whatever changes the text of a shader from start to start, as the order of its #defines did,
-    # makes the driver's cache useless without a sign: a second command took 4.0 s, not 1.3.
+    """Report the share of the shader cache that a second start has to compile again."""
+    # The driver's cache is useless if the text of a shader changes from start to start, for example
+    # in the order of its #defines. Nothing else shows that: a second command took 4.0 s, not 1.3.
     with tempfile.TemporaryDirectory(prefix="heatlens-") as folder:
-        first, both = (_kept_bytes(Path(folder)) for _ in range(2))
-    new = (both - first) / first if first else 1.0
-    said = f"finds {100 * (1 - new):.0f} % of its shaders compiled by the first"
+        first, second = (_shader_cache_bytes(Path(folder)) for _ in range(2))
+    new_share = (second - first) / first if first else 1.0
+    message = f"finds {100 * (1 - new_share):.0f} % of its shaders compiled by the first"
     if not first:
-        said = "compiles every shader again: the driver has no shader cache, or keeps it elsewhere"
-    details = {"kept_bytes": first, "share_new": new}
-    yield Finding("second start", "ok" if new <= MOST_NEW else "note", said, details)
+        message = (
+            "compiles every shader again: the driver has no shader cache, or keeps it elsewhere"
+        )
+    details = {"kept_bytes": first, "share_new": new_share}
+    yield Finding("second start", "ok" if new_share <= MOST_NEW_SHARE else "note", message, details)
 
 
-def _kept_bytes(folder: Path) -> int:
+def _shader_cache_bytes(folder: Path) -> int:
     """Render the still life in a process of its own; return the size of the driver's cache."""
     cache = folder / "cache"
     cache.mkdir(exist_ok=True)  # NVIDIA's driver keeps nothing in a folder that does not exist
     plate, picture = data_dir("assets") / "still_life.exr", folder / "picture.exr"
     command = [sys.executable, "-m", "heatlens", "render", str(plate), "-o", str(picture)]
-    environment = os.environ | dict.fromkeys(_CACHES, str(cache))
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise GpuError(f"rendering in a process of its own fails: {one_line(done.stderr, 400)}")
+    environment = os.environ | dict.fromkeys(_CACHE_VARIABLES, str(cache))
+    process = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if process.returncode != 0:
+        raise GpuError(f"rendering in a process of its own fails: {one_line(process.stderr, 400)}")
     return sum(path.stat().st_size for path in cache.rglob("*") if path.is_file())
 
 
 def fonts() -> Iterator[Finding]:
     """Look for the fonts that come with the library of the window."""
     try:
-        with extra("gui").needed():
-            from heatlens.studio.ui.window_try import fonts_found
+        with extra("gui").require():
+            from heatlens.studio.ui.window_try import check_fonts
     except MissingPackageError as error:
         yield Finding("fonts", "note", str(error))
         return
-    yield Finding("fonts", "ok", fonts_found())
+    yield Finding("fonts", "ok", check_fonts())
 
 
 def display() -> Iterator[Finding]:
     """Open an invisible window, and close it again."""
     try:
-        with extra("gui").needed():
+        with extra("gui").require():
             from heatlens.studio.ui import window_try
     except MissingPackageError as error:
         yield Finding("display", "note", str(error))
         return
-    named = window_try.display_named()
-    if named is None:
+    display_name = window_try.display_variable()
+    if display_name is None:
         yield Finding("display", "note", "none here; `heatlens render` works without")
         return
-    details = {"display": named, "renderer": _renderer_of_a_window(window_try.__name__)}
-    yield Finding("display", "ok", f"{named}, drawn by {details['renderer']}", details)
+    details = {"display": display_name, "renderer": _window_renderer(window_try.__name__)}
+    yield Finding("display", "ok", f"{display_name}, drawn by {details['renderer']}", details)
 
 
-def _renderer_of_a_window(module: str) -> str:
+def _window_renderer(module: str) -> str:
     """Return the OpenGL renderer of a window in a separate process. Raises GpuError if that fails.
 
     X kills a process on errors, and with Mesa no window can draw on a thread that also has a
@@ -172,10 +180,10 @@ def _renderer_of_a_window(module: str) -> str:
     # -P: a file in the current folder that has the name of a Python module must not be run.
     command = [sys.executable, "-P", "-m", module]
     try:
-        run = subprocess.run(command, capture_output=True, text=True, timeout=_PATIENCE_S)
+        process = subprocess.run(command, capture_output=True, text=True, timeout=_WINDOW_TIMEOUT_S)
     except subprocess.TimeoutExpired:
-        raise GpuError(f"No window opened within {_PATIENCE_S:g} s.") from None
-    if run.returncode:
-        said = " ".join(run.stderr.split()) or f"exit code {run.returncode}"
-        raise GpuError(f"No window can be opened: {said}")
-    return run.stdout.strip()
+        raise GpuError(f"No window opened within {_WINDOW_TIMEOUT_S:g} s.") from None
+    if process.returncode:
+        reason = " ".join(process.stderr.split()) or f"exit code {process.returncode}"
+        raise GpuError(f"No window can be opened: {reason}")
+    return process.stdout.strip()

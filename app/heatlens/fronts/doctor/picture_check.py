@@ -20,8 +20,11 @@ from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.textures import FloatArray, download, new_texture, upload
 
 SHOT = Shot(Lens(50.0, 1.4, 1.243, 36.0), DefocusSettings(proxy=0.25))
-MOST_OFF = 1 / 255  # a step of an 8-bit screen, relative to the light, or absolute if that is < 1
-MOST_PIXELS = 0.005  # share of pixels that may be off by more: rims of discs, cuts between layers
+# A step of an 8-bit screen, relative to the light, or absolute if that is < 1.
+MOST_DIFFERENCE = 1 / 255
+MOST_OFF_SHARE = (
+    0.005  # share of pixels that may be off by more: edges of discs, cuts between layers
+)
 COLOR_TOLERANCE = 1e-3  # in display values, between GPU and processor
 
 
@@ -30,7 +33,7 @@ def stored_path() -> Path:
     return data_dir("assets") / "doctor.exr"
 
 
-def rendered(ctx: Device) -> FloatArray:
+def render_still_life(ctx: Device) -> FloatArray:
     """Render the picture on this machine, (H, W, 3)."""
     renderer = FrameRenderer(ctx)
     renderer.load(read_plate(data_dir("assets") / "still_life.exr"))
@@ -41,40 +44,43 @@ def still_life(ctx: Device) -> Iterator[Finding]:
     """Render the still life and compare it with the stored picture."""
     ((_, channels),) = read_parts(stored_path())
     expected = np.stack([channels[name] for name in "RGB"], axis=-1).astype(np.float32)
-    picture = rendered(ctx)
+    picture = render_still_life(ctx)
     difference = np.abs(picture - expected) / np.maximum(1.0, np.abs(expected))
-    share = float((~(difference.max(axis=2) <= MOST_OFF)).mean())  # NaN counts as off
-    said = (
-        f"{100 * share:.2f} % of the pixels are off by more than {MOST_OFF:.4f} "
-        f"(allowed {100 * MOST_PIXELS:g} %), the worst by {float(difference.max()):.4f}"
+    share = float((~(difference.max(axis=2) <= MOST_DIFFERENCE)).mean())  # NaN counts as off
+    message = (
+        f"{100 * share:.2f} % of the pixels are off by more than {MOST_DIFFERENCE:.4f} "
+        f"(allowed {100 * MOST_OFF_SHARE:g} %), the worst by {float(difference.max()):.4f}"
     )
     details = {"share_off": share, "worst": float(difference.max())}
-    yield Finding("still life", "ok" if share <= MOST_PIXELS else "fault", said, details)
+    yield Finding("still life", "ok" if share <= MOST_OFF_SHARE else "fault", message, details)
 
 
 def color(ctx: Device) -> Iterator[Finding]:
-    """Compare OpenColorIO's default view on the GPU with the same on the processor."""
+    """Compare OpenColorIO's default view on the GPU with the same view on the processor."""
     config = load_color_config(None)
     view = view_transform(
         config, config.default_display, config.default_view, config.default_input_space
     )
     light = np.random.default_rng(1).random((32, 32, 4), np.float32) * 4.0
     light[..., 3] = 1.0
-    worst = float(np.abs(_shown(ctx, view, light) - view.apply_cpu(light[..., :3])).max())
-    said = f"{config.source}: {view.view} on {view.display}, GPU and processor within {worst:.1e}"
+    worst = float(np.abs(_display_on_gpu(ctx, view, light) - view.apply_cpu(light[..., :3])).max())
+    message = (
+        f"{config.source}: {view.view} on {view.display}, GPU and processor within {worst:.1e}"
+    )
     details = {"config": config.source, "view": view.view, "worst": worst}
-    yield Finding("OpenColorIO", "ok" if worst <= COLOR_TOLERANCE else "fault", said, details)
+    yield Finding("OpenColorIO", "ok" if worst <= COLOR_TOLERANCE else "fault", message, details)
 
 
-def _shown(ctx: Device, view: ViewTransform, light: FloatArray) -> FloatArray:
+def _display_on_gpu(ctx: Device, view: ViewTransform, light: FloatArray) -> FloatArray:
+    """Return the display values (H, W, 3) of `light` (H, W, 4), computed on the GPU."""
     size = (light.shape[1], light.shape[0])
-    picture, out = new_texture(ctx, size, 4), new_texture(ctx, size, 4)
+    picture, display_tx = new_texture(ctx, size, 4), new_texture(ctx, size, 4)
     upload(picture, light)
-    draw = DisplayPass(ctx)
-    draw.set_transform(view)
-    draw.run(picture, out)
-    shown = download(out)[..., :3]
-    draw.release()
+    display_pass = DisplayPass(ctx)
+    display_pass.set_transform(view)
+    display_pass.run(picture, display_tx)
+    display_values = download(display_tx)[..., :3]
+    display_pass.release()
     picture.release()
-    out.release()
-    return shown
+    display_tx.release()
+    return display_values

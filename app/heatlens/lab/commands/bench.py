@@ -12,18 +12,18 @@ from heatlens.core.base.extras import extra
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.fronts.commands.options.device_option import add_device_option, use_device
 from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
-from heatlens.fronts.commands.options.given_options import refuse_given, refuse_unused
-from heatlens.fronts.commands.options.scene_options import size_of
-from heatlens.fronts.commands.options.value_types import whole
+from heatlens.fronts.commands.options.given_options import refuse_options, refuse_unused_options
+from heatlens.fronts.commands.options.scene_options import parse_size
+from heatlens.fronts.commands.options.value_types import parse_whole_number
 from heatlens.fronts.commands.output.progress_line import paced_progress
-from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.output.say import print_messages
 from heatlens.lab.commands.bench_scene import (
-    Dragged,
+    DragSubject,
     add_drag_options,
     add_scene_options,
     check_drag,
-    dragged,
-    level_sentences,
+    level_messages,
+    load_drag_subject,
     run_scene,
 )
 from heatlens.lab.measure.bench.drag import measure_drag
@@ -38,7 +38,7 @@ from heatlens.lab.measure.bench.method_errors import ErrorReport, check_errors, 
 from heatlens.lab.measure.bench.methods import measure_methods
 from heatlens.lab.measure.bench.plot_panels import check_plot, write_plot
 from heatlens.lab.measure.bench.report import BenchReport, report_text
-from heatlens.lab.measure.bench.schedule import Asked, planned, probe_seconds_per_px
+from heatlens.lab.measure.bench.schedule import RequestedBench, plan_steps, probe_seconds_per_px
 from heatlens.lab.measure.bench.timing import BenchFrames
 from heatlens.render.defocus.line_solver import SOLVERS, SolverName
 from heatlens.render.gpu.context import check_plate_fits, headless_context
@@ -73,7 +73,7 @@ examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--size",
-        type=size_of,
+        type=parse_size,
         metavar="WxH",
         help=f"pixels across and down (default {_SIZE[0]}x{_SIZE[1]})",
     )
@@ -94,7 +94,7 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--runs",
-        type=whole,
+        type=parse_whole_number,
         default=5,
         metavar="N",
         help="number of frames for each median, after a warm-up (default 5)",
@@ -136,16 +136,17 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
     )
     group.add_argument(
         "--truth-views",
-        type=whole,
+        type=parse_whole_number,
         default=_TRUTH_VIEWS,
         metavar="N",
         help="with --methods: FLIP, PSNR and SSIM of each method against the mean of this many "
         "views of a scene with silhouettes, lamps and many depths, of which the plates are pinhole "
-        f"pictures (default {_TRUTH_VIEWS}; 0: only times); needs {extra('compare').cure()}",
+        f"pictures (default {_TRUTH_VIEWS}; 0: only times); needs "
+        f"{extra('compare').install_command()}",
     )
     group.add_argument(
         "--truth-size",
-        type=size_of,
+        type=parse_size,
         default=_TRUTH_SIZE,
         metavar="WxH",
         help=f"pixels of that scene (default {_TRUTH_SIZE[0]}x{_TRUTH_SIZE[1]})",
@@ -156,7 +157,7 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
         metavar="FILE",
         help="with --methods: draw time and error against the blur, and error against time, to a "
         ".png or .svg: a level line means a constant cost, one along the dotted line grows with "
-        f"the area of the disc; needs {extra('plot').cure()}",
+        f"the area of the disc; needs {extra('plot').install_command()}",
     )
 
 
@@ -165,7 +166,7 @@ def run(args: argparse.Namespace) -> int:
     use_device(args)
     settings = settings_of(args)
     if not args.methods:  # else every method is measured with its own options
-        refuse_unused(args, method=settings.method)
+        refuse_unused_options(args, method=settings.method)
     if args.runs < 1:
         raise InputError(f"--runs must be at least 1, got {args.runs}.")
     if args.shown is not None:
@@ -177,11 +178,11 @@ def run(args: argparse.Namespace) -> int:
     _check_methods(args, settings)
     check_drag(args)
     frames = BenchFrames(headless_context(), args.solver)
-    report = _measured(args, frames, settings)
+    report = _run_measurements(args, frames, settings)
     if args.plot is not None and report.methods is not None:
         renderer = frames.ctx.name
         write_plot(args.plot, report.methods, report.method_errors, renderer)
-        say(f"drawn to {args.plot}")
+        print_messages(f"drawn to {args.plot}")
     if args.json:
         print(json.dumps(asdict(report), indent=2, allow_nan=False))
     else:
@@ -190,13 +191,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _count_issues(args: argparse.Namespace, settings: DefocusSettings) -> int:
-    """Print what a frame asks of a GPU. Raises InputError for options of other measurements."""
-    others = ["sweep_coc", "bare", "drag", "methods", "plate", "plot"]
-    others += [] if args.solver in ("auto", SolverName.PARTITION) else ["solver"]
-    refuse_given(args, others, "--issues only counts a frame of a GPU")
+    """Print the calls of a frame on a GPU. Raises InputError for options of other measurements."""
+    excluded_options = ["sweep_coc", "bare", "drag", "methods", "plate", "plot"]
+    excluded_options += [] if args.solver in ("auto", SolverName.PARTITION) else ["solver"]
+    refuse_options(args, excluded_options, "--issues only counts a frame of a GPU")
     ctx, size = headless_context(), args.size or _SIZE
     check_plate_fits(ctx, *size)
-    report = measure_issues(ctx, size, settings, args.runs, say)
+    report = measure_issues(ctx, size, settings, args.runs, print_messages)
     if args.json:
         print(json.dumps(asdict(report), indent=2, allow_nan=False))
     else:
@@ -214,23 +215,28 @@ def _check_methods(args: argparse.Namespace, settings: DefocusSettings) -> None:
         check_errors(args.truth_size, settings, args.truth_views)
 
 
-def _measured(
+def _run_measurements(
     args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings
 ) -> BenchReport:
     """Run the requested measurements, and show the estimated time before and meanwhile."""
     frames.check_fits(args.size or _SIZE, settings)
-    say("finding out how long this takes")
-    drag = dragged(args, settings, _SIZE)
-    asked = _asked(args, settings if drag is None else drag[2], drag)
-    with paced_progress(planned(asked, probe_seconds_per_px(frames, settings))) as tell:
-        return _report(args, frames, asked, drag, tell)
+    print_messages("finding out how long this takes")
+    drag = load_drag_subject(args, settings, _SIZE)
+    requested = _requested_bench(args, settings if drag is None else drag[2], drag)
+    with paced_progress(
+        plan_steps(requested, probe_seconds_per_px(frames, settings))
+    ) as report_progress:
+        return _report(args, frames, requested, drag, report_progress)
 
 
-def _asked(args: argparse.Namespace, settings: DefocusSettings, drag: Dragged | None) -> Asked:
+def _requested_bench(
+    args: argparse.Namespace, settings: DefocusSettings, drag: DragSubject | None
+) -> RequestedBench:
+    """Return the measurements that the options request."""
     size = args.size or _SIZE
     if drag is not None:
         size = drag[0].data_window.width, drag[0].data_window.height
-    return Asked(
+    return RequestedBench(
         size,
         settings,
         args.runs,
@@ -240,29 +246,35 @@ def _asked(args: argparse.Namespace, settings: DefocusSettings, drag: Dragged | 
         methods=args.methods,
         truth_size=args.truth_size,
         truth_views=args.truth_views,
-        levels=() if drag is None else level_sentences(drag),
+        levels=() if drag is None else level_messages(drag),
     )
 
 
 def _report(
     args: argparse.Namespace,
     frames: BenchFrames,
-    asked: Asked,
-    drag: Dragged | None,
-    tell: Callable[[str], None],
+    requested: RequestedBench,
+    drag: DragSubject | None,
+    report_progress: Callable[[str], None],
 ) -> BenchReport:
     """Run the measurements in the order of the plan."""
-    size, settings, runs = asked.size, asked.settings, asked.runs
+    size, settings, runs = requested.size, requested.settings, requested.runs
     coc_sweep = size_sweep = None
-    # The bare sweeps come first: if the picture is too large for them, nobody waits for minutes.
-    bare = measure_bare(frames, size, runs, tell) if asked.bare else None
-    frame = measure_frame(frames, size, settings, runs, tell) if asked.frame else None
-    if asked.sweeps:
-        coc_sweep = measure_coc_sweep(frames, size, settings, runs, tell)
-        size_sweep = measure_size_sweep(frames, settings, runs, tell)
-    methods = measure_methods(frames, size, settings, runs, tell) if asked.methods else None
-    errors = _errors(args, frames, settings, tell)
-    levels = None if drag is None else measure_drag(frames, *drag, runs, tell)
+    # The bare sweeps come first, because they fail at once if the picture is too large for them.
+    bare = measure_bare(frames, size, runs, report_progress) if requested.bare else None
+    frame = (
+        measure_frame(frames, size, settings, runs, report_progress) if requested.frame else None
+    )
+    if requested.sweeps:
+        coc_sweep = measure_coc_sweep(frames, size, settings, runs, report_progress)
+        size_sweep = measure_size_sweep(frames, settings, runs, report_progress)
+    methods = (
+        measure_methods(frames, size, settings, runs, report_progress)
+        if requested.methods
+        else None
+    )
+    errors = _errors(args, frames, settings, report_progress)
+    levels = None if drag is None else measure_drag(frames, *drag, runs, report_progress)
     memory = _peak_memory_mb()
     return BenchReport(frame, coc_sweep, size_sweep, bare, memory, methods, errors, levels)
 
@@ -271,12 +283,14 @@ def _errors(
     args: argparse.Namespace,
     frames: BenchFrames,
     settings: DefocusSettings,
-    tell: Callable[[str], None],
+    report_progress: Callable[[str], None],
 ) -> ErrorReport | None:
     """Measure the errors, or return None if they were not requested."""
     if not args.methods or args.truth_views == 0:
         return None
-    return measure_errors(frames, args.truth_size, settings, args.truth_views, args.runs, tell)
+    return measure_errors(
+        frames, args.truth_size, settings, args.truth_views, args.runs, report_progress
+    )
 
 
 def _peak_memory_mb() -> float:

@@ -13,18 +13,18 @@ from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import PROXY_MIN, DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.export.plan import frames_of
-from heatlens.fronts.commands.options.given_options import given, refuse_given
+from heatlens.fronts.commands.options.given_options import changed_options, refuse_options
 from heatlens.fronts.commands.options.lens_options import (
     add_lens_options,
     add_plate_options,
     lens_of,
     plate_options,
 )
-from heatlens.fronts.commands.options.scene_options import said_of_lens, shot_of_scene, with_framing
-from heatlens.fronts.commands.output.plate_words import say_plate
+from heatlens.fronts.commands.options.scene_options import lens_message, shot_of_scene, with_framing
+from heatlens.fronts.commands.output.plate_words import print_plate_notes
 from heatlens.fronts.commands.output.progress_line import paced_progress
-from heatlens.fronts.commands.output.say import say
-from heatlens.lab.measure.bench.drag import level_words
+from heatlens.fronts.commands.output.say import print_messages
+from heatlens.lab.measure.bench.drag import level_message
 from heatlens.lab.measure.bench.method_errors import check_errors
 from heatlens.lab.measure.bench.pull_errors import measure_pull, pull_steps, pull_table
 from heatlens.lab.measure.bench.synthetic_plate import LENS, scene_plate
@@ -34,14 +34,14 @@ from heatlens.media.documents.shot_file import is_shot_file, read_shot
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.read import read_plate
 from heatlens.render.gpu.context import headless_context
-from heatlens.render.preview.level_choice import cheaper
+from heatlens.render.preview.level_choice import cheaper_levels
 from heatlens.render.source.kinds import kind_of
 from heatlens.render.source.named import source_of
 
 _SIZE = (320, 180)
 _FRAMES = 8
 Size = tuple[int, int]
-Dragged = tuple[Plate, Lens, DefocusSettings]
+DragSubject = tuple[Plate, Lens, DefocusSettings]
 
 
 def add_scene_options(parser: argparse.ArgumentParser, group: "argparse._ArgumentGroup") -> None:
@@ -61,8 +61,8 @@ def add_scene_options(parser: argparse.ArgumentParser, group: "argparse._Argumen
         help=f"with SCENE: 1-48, 1-48x4, 1,9 (default: {_FRAMES} evenly from in to out)",
     )
     # All other options of the view come from a shot file.
-    others = ("scene_camera", "clip", "first_frame", "fps", "up_axis", "meters_per_unit")
-    parser.set_defaults(**dict.fromkeys(others))
+    unused_options = ("scene_camera", "clip", "first_frame", "fps", "up_axis", "meters_per_unit")
+    parser.set_defaults(**dict.fromkeys(unused_options))
 
 
 def run_scene(args: argparse.Namespace, settings: DefocusSettings) -> int:
@@ -77,10 +77,10 @@ def run_scene(args: argparse.Namespace, settings: DefocusSettings) -> int:
     bench.check_fits(size, settings)
     source_of(shot).loader(shot, (), bench.renderer)
     subject = Subject(args.shown, bench.renderer, shot, frames[0])
-    with paced_progress(pull_steps(subject, frames, args.truth_views)) as tell_part:
-        errors = measure_pull(subject, frames, args.truth_views, tell_part)
-    whole = asdict(errors) | {"mean": errors.mean}
-    print(json.dumps(whole, indent=2, allow_nan=False) if args.json else pull_table(errors))
+    with paced_progress(pull_steps(subject, frames, args.truth_views)) as report_step:
+        errors = measure_pull(subject, frames, args.truth_views, report_step)
+    values = asdict(errors) | {"mean": errors.mean}
+    print(json.dumps(values, indent=2, allow_nan=False) if args.json else pull_table(errors))
     return 0
 
 
@@ -89,7 +89,7 @@ def _check(args: argparse.Namespace) -> None:
     if not args.methods:
         raise InputError(f"{args.shown}: only --methods measures a scene: give it too.")
     others = ("sweep_coc", "bare", "drag", "issues", "plate", "plot")
-    refuse_given(args, others, f"The methods are compared on {args.shown}, not on a plate")
+    refuse_options(args, others, f"The methods are compared on {args.shown}, not on a plate")
 
 
 def _shot(args: argparse.Namespace) -> Shot:
@@ -97,18 +97,21 @@ def _shot(args: argparse.Namespace) -> Shot:
     args.size = args.size or (None if is_shot_file(args.shown) else _SIZE)
     if not is_shot_file(args.shown):
         _check_kind(args.shown)
-        first = shot_of_scene(args, args.shown)
-        say(*first.scene.notes, said_of_lens(args, first, first.frame))
-        return first.shot
-    own = given(args, add_lens_options)
-    if own:
-        raise InputError(f"{args.shown} defines the lens, so {', '.join(own)} cannot be given.")
+        scene_shot = shot_of_scene(args, args.shown)
+        print_messages(*scene_shot.scene.notes, lens_message(args, scene_shot, scene_shot.frame))
+        return scene_shot.shot
+    lens_options = changed_options(args, add_lens_options)
+    if lens_options:
+        raise InputError(
+            f"{args.shown} defines the lens, so {', '.join(lens_options)} cannot be given."
+        )
     shot = with_framing(args, read_shot(args.shown))
     _check_kind(shot.source or args.shown)
     return shot
 
 
 def _check_kind(source: str) -> None:
+    """Raise InputError for a source that is not a 3D scene."""
     if not kind_of(source).has_camera:
         raise InputError(
             f"{source} is {kind_of(source).article_word}, but the truth needs views from many "
@@ -124,9 +127,11 @@ def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
         frames = frames_of(shot, args.frames)
         check_within(source.span(shot), source.text, frames)
         return frames
-    every = source.frames_of(shot)
-    count = min(_FRAMES, len(every))
-    return tuple(every[(2 * at + 1) * len(every) // (2 * count)] for at in range(count))
+    all_frames = source.frames_of(shot)
+    count = min(_FRAMES, len(all_frames))
+    return tuple(
+        all_frames[(2 * index + 1) * len(all_frames) // (2 * count)] for index in range(count)
+    )
 
 
 def add_drag_options(parser: argparse.ArgumentParser, group: "argparse._ArgumentGroup") -> None:
@@ -136,7 +141,7 @@ def add_drag_options(parser: argparse.ArgumentParser, group: "argparse._Argument
         action="store_true",
         help="instead of passes, measure what you see while dragging a control: for each preview "
         "level of the window, pictures per second and FLIP to the picture at rest, as they look "
-        f"on the screen at 1:1; FLIP needs {extra('compare').cure()}",
+        f"on the screen at 1:1; FLIP needs {extra('compare').install_command()}",
     )
     group.add_argument(
         "--plate",
@@ -152,14 +157,16 @@ def add_drag_options(parser: argparse.ArgumentParser, group: "argparse._Argument
 def check_drag(args: argparse.Namespace) -> None:
     """Raise InputError for options that would have no effect."""
     if args.plate is None:
-        names = given(args, add_lens_options, add_plate_options)
+        names = changed_options(args, add_lens_options, add_plate_options)
         if names:
             raise InputError(f"{', '.join(names)} needs --plate: give both.")
     elif not args.drag:
         raise InputError("--plate is used only by --drag: give both.")
 
 
-def dragged(args: argparse.Namespace, settings: DefocusSettings, default: Size) -> Dragged | None:
+def load_drag_subject(
+    args: argparse.Namespace, settings: DefocusSettings, default: Size
+) -> DragSubject | None:
     """Return the plate, the lens and the settings at the requested size for --drag, else None.
 
     Raises HeatlensError if the plate cannot be read or is too small.
@@ -170,12 +177,12 @@ def dragged(args: argparse.Namespace, settings: DefocusSettings, default: Size) 
         return scene_plate(args.size or default), LENS, settings
     options = plate_options(args)
     plate = read_plate(args.plate, options)
-    lens, said = lens_of(args, plate)
-    say_plate(plate, lens, said, options)
-    return plate, lens, _at_size(plate, settings, args.size)
+    lens, lens_notes = lens_of(args, plate)
+    print_plate_notes(plate, lens, lens_notes, options)
+    return plate, lens, _with_size(plate, settings, args.size)
 
 
-def _at_size(plate: Plate, settings: DefocusSettings, size: Size | None) -> DefocusSettings:
+def _with_size(plate: Plate, settings: DefocusSettings, size: Size | None) -> DefocusSettings:
     """Return the settings with the proxy scale that gives the width of `size`."""
     if size is None:
         return settings
@@ -188,8 +195,8 @@ def _at_size(plate: Plate, settings: DefocusSettings, size: Size | None) -> Defo
     return replace(settings, proxy=max(PROXY_MIN, settings.proxy * size[0] / full[0]))
 
 
-def level_sentences(what: Dragged) -> tuple[str, ...]:
+def level_messages(subject: DragSubject) -> tuple[str, ...]:
     """Return the progress messages at the beginning of each level."""
-    plate, _, settings = what
+    plate, _, settings = subject
     size = plate.data_window.width, plate.data_window.height
-    return tuple(level_words(level, size) for level in cheaper(settings))
+    return tuple(level_message(level, size) for level in cheaper_levels(settings))

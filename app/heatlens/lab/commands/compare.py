@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from heatlens.core.base.extras import extra
-from heatlens.fronts.commands.options.value_types import finite, positive
+from heatlens.fronts.commands.options.value_types import parse_finite, parse_positive
 from heatlens.fronts.commands.output.pipes import file_of_input
-from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.output.say import print_messages
 from heatlens.lab.measure.compared_pictures import (
     Picture,
     absolute_difference,
@@ -40,12 +40,12 @@ EXR is linear light; PNG, JPEG and TIFF are taken as sRGB, or as light if they a
 If the data windows differ, the part of the display window that both files hold is compared.
 
 Exit code: 0 within all given limits, 1 if a limit is missed, 2 for errors that you can fix.
-Needs: {extra("compare").cure()}
+Needs: {extra("compare").install_command()}
 """
 
 
 @dataclasses.dataclass(frozen=True)
-class _Score:
+class _ScoreFormat:
     """How a score is shown: its field, label and number format."""
 
     field: str
@@ -53,13 +53,13 @@ class _Score:
     form: str
 
 
-_SHOWN = (
-    _Score("psnr_db", "PSNR", "{:.3f} dB"),
-    _Score("ssim", "SSIM", "{:.5f}"),
-    _Score("flip", "FLIP", "{:.5f}"),
-    _Score("flip_hdr", "HDR-FLIP", "{:.5f}"),
-    _Score("relmse", "relMSE", "{:.6f}"),
-    _Score("nonfinite", "nonfinite", "{:d}"),
+_SCORES = (
+    _ScoreFormat("psnr_db", "PSNR", "{:.3f} dB"),
+    _ScoreFormat("ssim", "SSIM", "{:.5f}"),
+    _ScoreFormat("flip", "FLIP", "{:.5f}"),
+    _ScoreFormat("flip_hdr", "HDR-FLIP", "{:.5f}"),
+    _ScoreFormat("relmse", "relMSE", "{:.6f}"),
+    _ScoreFormat("nonfinite", "nonfinite", "{:d}"),
 )
 
 
@@ -76,15 +76,15 @@ def run(args: argparse.Namespace) -> int:
     if args.difference is not None:
         check_is_png(args.difference)
     with file_of_input(args.result) as path:
-        judged = read_picture(path)
-    result, truth = _shared_pixels(judged, read_picture(args.truth))
+        result_picture = read_picture(path)
+    result, truth = _shared_pixels(result_picture, read_picture(args.truth))
     scores = score(result, truth)
     print(_as_json(scores) if args.json else _as_lines(scores))
     if args.difference is not None:
         error = _error_panel(args, result, truth)
         write_difference(args.difference, result, truth, error)
     missed = _missed_limits(args, scores)
-    say(*missed)
+    print_messages(*missed)
     return EXIT_TOO_FAR if missed else EXIT_NEAR_ENOUGH
 
 
@@ -117,7 +117,7 @@ def _add_difference(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--gain",
-        type=positive,
+        type=parse_positive,
         default=4.0,
         metavar="G",
         help="factor by which the absolute difference is brightened (default 4)",
@@ -128,7 +128,7 @@ def _within(low: float, high: float) -> Callable[[str], float]:
     """Return an argument type for limits within the range of a score."""
 
     def limit(text: str) -> float:
-        value = finite(text)
+        value = parse_finite(text)
         if not low <= value <= high:
             raise argparse.ArgumentTypeError(f"{text!r} is not between {low:g} and {high:g}")
         return value
@@ -140,18 +140,21 @@ def _shared_pixels(result: Picture, truth: Picture) -> tuple[FloatImage, FloatIm
     """Return the pixels that both files hold, (H, W, 3) each; print what is left out."""
     region = shared_region(result, truth)
     if region != result.data_window or region != truth.data_window:
-        say(
+        print_messages(
             f"the data windows differ: only the {region.width} x {region.height} pixels at "
             f"({region.x0}, {region.y0}) common to both files are compared"
         )
-    pixels = result.over(region), truth.over(region)
-    bad = nonfinite_count(pixels[1])
-    if bad:
-        say(f"{truth.path}: {bad} pixels of the truth hold NaN or infinity, counted as black")
+    pixels = result.crop(region), truth.crop(region)
+    nonfinite = nonfinite_count(pixels[1])
+    if nonfinite:
+        print_messages(
+            f"{truth.path}: {nonfinite} pixels of the truth hold NaN or infinity, counted as black"
+        )
     return pixels
 
 
 def _error_panel(args: argparse.Namespace, result: FloatImage, truth: FloatImage) -> FloatImage:
+    """Return the picture of the difference that --show selects, display values (H, W, 3)."""
     if args.show == "flip":
         return flip_map(result, truth)
     return absolute_difference(result, truth, args.gain)
@@ -159,10 +162,10 @@ def _error_panel(args: argparse.Namespace, result: FloatImage, truth: FloatImage
 
 def _as_lines(scores: Scores) -> str:
     """Format the scores, one on each line, with aligned names and numbers."""
-    width = max(len(shown.label) for shown in _SHOWN)
+    width = max(len(entry.label) for entry in _SCORES)
     return "\n".join(
-        f"{shown.label:<{width}}  {shown.form.format(getattr(scores, shown.field))}"
-        for shown in _SHOWN
+        f"{entry.label:<{width}}  {entry.form.format(getattr(scores, entry.field))}"
+        for entry in _SCORES
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
 from heatlens.core.base.extras import import_extra
-from heatlens.media.files.atomic_file import replacing
+from heatlens.media.files.atomic_file import replace_atomically
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -40,19 +40,19 @@ class Entry:
     """
 
     artist: "Artist"
-    words: str
+    text: str
     height: float
 
 
 def new_figure(width_in: float, height_in: float) -> "Figure":
     """Return an empty figure with automatic layout of titles and legends.
 
-    Raises InputError that says what to install if matplotlib is missing.
+    Raises InputError with what to install if matplotlib is missing.
     """
-    made: Figure = import_extra("matplotlib.figure").Figure(
+    figure: Figure = import_extra("matplotlib.figure").Figure(
         figsize=(width_in, height_in), layout="constrained"
     )
-    return made
+    return figure
 
 
 def write_figure(path: Path, figure: "Figure") -> None:
@@ -63,8 +63,8 @@ def write_figure(path: Path, figure: "Figure") -> None:
     matplotlib = import_extra("matplotlib")
     kind = path.suffix.lower()[1:]
     metadata = {"Date": None} if kind == "svg" else None
-    with replacing(path) as beside, matplotlib.rc_context(_FIXED_TEXT):
-        figure.savefig(beside, format=kind, dpi=_DPI, metadata=metadata)
+    with replace_atomically(path) as temporary_path, matplotlib.rc_context(_FIXED_TEXT):
+        figure.savefig(temporary_path, format=kind, dpi=_DPI, metadata=metadata)
 
 
 class Style(TypedDict):
@@ -93,8 +93,8 @@ def plain_ticks(axis: "Axis") -> None:
     steps = (1, 2, 5) if high / low < 1000 else (1,)
     powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     ticks = [step * 10.0**power for power in powers for step in steps]
-    shown = [tick for tick in ticks if low <= tick <= high]
-    axis.set_ticks(shown, [f"{tick:g}" for tick in shown])
+    visible_ticks = [tick for tick in ticks if low <= tick <= high]
+    axis.set_ticks(visible_ticks, [f"{tick:g}" for tick in visible_ticks])
     axis.set_ticks([], minor=True)
 
 
@@ -103,7 +103,7 @@ def legend_beside(axes: "Axes", entries: Sequence[Entry]) -> None:
     ordered = sorted(entries, key=lambda entry: -entry.height)
     axes.legend(
         [entry.artist for entry in ordered],
-        [entry.words for entry in ordered],
+        [entry.text for entry in ordered],
         loc="center left",
         bbox_to_anchor=(1.0, 0.5),
         frameon=False,

@@ -12,11 +12,11 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.lab.measure.metrics import flip_evaluation
 from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.header.channels import pixels_of
-from heatlens.media.plate.picture.display import srgb_encoded
-from heatlens.media.plate.picture.picture_write import write_shown
+from heatlens.media.plate.picture.display import encode_srgb
+from heatlens.media.plate.picture.picture_write import write_display_values
 from heatlens.media.plate.plate import FloatImage
 from heatlens.media.plate.read import color_file_parts
-from heatlens.media.plate.windows import box_at_header
+from heatlens.media.plate.windows import read_header_window
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Picture:
     data_window: Box
     display_window: Box
 
-    def over(self, region: Box) -> FloatImage:
+    def crop(self, region: Box) -> FloatImage:
         """Return the pixels (H, W, 3) of a region inside the data window."""
         x0, y0 = region.x0 - self.data_window.x0, region.y0 - self.data_window.y0
         return self.rgb[y0 : y0 + region.height, x0 : x0 + region.width]
@@ -48,8 +48,8 @@ def read_picture(path: str | os.PathLike[str]) -> Picture:
     return Picture(
         path=path,
         rgb=np.stack(channels, axis=-1),
-        data_window=box_at_header(header, "dataWindow"),
-        display_window=box_at_header(header, "displayWindow"),
+        data_window=read_header_window(header, "dataWindow"),
+        display_window=read_header_window(header, "displayWindow"),
     )
 
 
@@ -62,8 +62,8 @@ def shared_region(result: Picture, truth: Picture) -> Box:
     if result.display_window != truth.display_window:
         raise InputError(
             "Only pictures on one pixel grid can be compared: the display window of "
-            f"{_said(result.path, result.display_window)}, that of "
-            f"{_said(truth.path, truth.display_window)}."
+            f"{_window_text(result.path, result.display_window)}, that of "
+            f"{_window_text(truth.path, truth.display_window)}."
         )
     if result.data_window == truth.data_window:
         return result.data_window
@@ -71,19 +71,20 @@ def shared_region(result: Picture, truth: Picture) -> Box:
     if region.is_empty:
         raise InputError(
             "The pictures have no pixel in common: the data window of "
-            f"{_said(result.path, result.data_window)}, that of "
-            f"{_said(truth.path, truth.data_window)}."
+            f"{_window_text(result.path, result.data_window)}, that of "
+            f"{_window_text(truth.path, truth.data_window)}."
         )
     return region
 
 
-def _said(path: Path, box: Box) -> str:
+def _window_text(path: Path, box: Box) -> str:
+    """Return the size and position of a file's window, for messages."""
     return f"{path} is {box.width} x {box.height} pixels at ({box.x0}, {box.y0})"
 
 
 def absolute_difference(result: FloatImage, truth: FloatImage, gain: float) -> FloatImage:
     """Return `gain` times |result - truth| of the display values, clamped to 0..1; (H, W, 3)."""
-    error = np.abs(srgb_encoded(result) - srgb_encoded(truth)) * np.float32(gain)
+    error = np.abs(encode_srgb(result) - encode_srgb(truth)) * np.float32(gain)
     clamped: FloatImage = np.minimum(error, np.float32(1.0))
     return clamped
 
@@ -93,8 +94,8 @@ def flip_map(result: FloatImage, truth: FloatImage) -> FloatImage:
 
     Black means no difference. Raises InputError if the package for FLIP is not installed.
     """
-    shown, shown_truth = srgb_encoded(result), srgb_encoded(truth)
-    colors = flip_evaluation(shown, shown_truth, "LDR", applyMagma=True)[0]
+    display, display_truth = encode_srgb(result), encode_srgb(truth)
+    colors = flip_evaluation(display, display_truth, "LDR", applyMagma=True)[0]
     return np.asarray(colors, np.float32)
 
 
@@ -106,8 +107,8 @@ def write_difference(
     All three are (H, W, 3). Raises InputError for a name that is not a PNG or cannot be written.
     """
     check_is_png(path)
-    strip = np.concatenate([srgb_encoded(result), srgb_encoded(truth), error], axis=1)
-    write_shown(path, strip)
+    strip = np.concatenate([encode_srgb(result), encode_srgb(truth), error], axis=1)
+    write_display_values(path, strip)
 
 
 def check_is_png(path: str | os.PathLike[str]) -> None:

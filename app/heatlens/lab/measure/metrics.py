@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import import_extra
-from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.plate.picture.display import encode_srgb
 from heatlens.media.plate.plate import FloatImage
 
-# Given for identical pictures, because the logarithm of a zero error is infinite.
+# The PSNR of identical pictures, because the logarithm of a zero error is infinite.
 PSNR_MOST_DB = 99.0
 # Prevents black pixels of the truth from dominating the relative error.
 _RELATIVE_FLOOR = 0.01
 # Side of the window that SSIM slides over the picture.
 _SSIM_SIDE_PX = 7
-# Its constants for values in 0..1: (0.01)^2 and (0.03)^2, as in the paper.
+# Constants of SSIM for values in 0..1: (0.01)^2 and (0.03)^2, as in the paper.
 _SSIM_C1, _SSIM_C2 = 1e-4, 9e-4
-# Below this the FLIP library finds no exposure for a truth and ends the process.
+# Light of a truth below which the FLIP library finds no exposure and ends the process.
 _DARKEST_TRUTH = 1e-6
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec. 709
 
@@ -50,17 +50,17 @@ class Scores:
 def score(result: FloatImage, truth: FloatImage) -> Scores:
     """Compare scene-linear RGB pictures (H, W, 3); the display picture is sRGB at exposure 0.
 
-    Raises InputError for different sizes, for less than 7 pixels a side, and where the packages
-    that measure are not installed.
+    Raises InputError for different sizes, for less than 7 pixels a side, and if the packages for
+    the metrics are not installed.
     """
     _check_shapes(result, truth)
     nonfinite = nonfinite_count(result)
     result, truth = finite(result), finite(truth)
-    shown, shown_truth = srgb_encoded(result), srgb_encoded(truth)
+    display, display_truth = encode_srgb(result), encode_srgb(truth)
     return Scores(
-        psnr_db=_psnr_db(shown, shown_truth),
-        ssim=_ssim(shown, shown_truth),
-        flip=float(flip_evaluation(shown, shown_truth, "LDR")[1]),
+        psnr_db=_psnr_db(display, display_truth),
+        ssim=_ssim(display, display_truth),
+        flip=float(flip_evaluation(display, display_truth, "LDR")[1]),
         flip_hdr=_flip_hdr(result, truth),
         relmse=_relmse(result, truth),
         nonfinite=nonfinite,
@@ -74,8 +74,8 @@ def nonfinite_count(rgb: FloatImage) -> int:
 
 def flip_library() -> ModuleType:
     """Import FLIP. Raises InputError that says what to install."""
-    # On a busy machine its threads would wait for each other 20 times as long as they compute: a
-    # picture of 64x48 took 0.1 s of processor in place of 0.005.
+    # Waiting threads sleep. Otherwise, on a busy machine, they would wait for each other 20 times
+    # as long as they compute: a picture of 64x48 took 0.1 s of processor instead of 0.005.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # is read when the library is loaded
     return import_extra("flip_evaluator")
 
@@ -92,6 +92,7 @@ def flip_evaluation(
 
 
 def _check_shapes(result: FloatImage, truth: FloatImage) -> None:
+    """Raise InputError if the pictures differ in size or are too small for SSIM."""
     if result.shape != truth.shape:
         raise InputError(
             "Only pictures of one size can be compared: the result is "
@@ -110,16 +111,17 @@ def finite(rgb: FloatImage) -> FloatImage:
     return np.where(np.isfinite(rgb), rgb, 0).astype(np.float32)
 
 
-def _psnr_db(shown: FloatImage, shown_truth: FloatImage) -> float:
-    mean_square = float(np.mean(_error(shown, shown_truth) ** 2))
+def _psnr_db(display: FloatImage, display_truth: FloatImage) -> float:
+    """Return the peak signal to noise ratio of display values in dB, at most PSNR_MOST_DB."""
+    mean_square = float(np.mean(_error(display, display_truth) ** 2))
     return (
         PSNR_MOST_DB if mean_square == 0 else min(-10 * float(np.log10(mean_square)), PSNR_MOST_DB)
     )
 
 
-def _ssim(shown: FloatImage, shown_truth: FloatImage) -> float:
+def _ssim(display: FloatImage, display_truth: FloatImage) -> float:
     """Return the mean over channels and all windows of 7 x 7 pixels, with sample covariances."""
-    a, b = shown.astype(np.float64), shown_truth.astype(np.float64)
+    a, b = display.astype(np.float64), display_truth.astype(np.float64)
     mean_a, mean_b = _window_means(a), _window_means(b)
     sample = _SSIM_SIDE_PX**2 / (_SSIM_SIDE_PX**2 - 1)
     variances = sample * (_window_means(a * a) + _window_means(b * b) - mean_a**2 - mean_b**2)
@@ -147,9 +149,11 @@ def _flip_hdr(result: FloatImage, truth: FloatImage) -> float:
 
 
 def _relmse(result: FloatImage, truth: FloatImage) -> float:
+    """Return the mean squared error relative to the squared light of the truth."""
     floor = truth.astype(np.float64) ** 2 + _RELATIVE_FLOOR
     return float(np.mean(_error(result, truth) ** 2 / floor))
 
 
 def _error(result: FloatImage, truth: FloatImage) -> NDArray[np.float64]:
+    """Return result - truth in float64."""
     return result.astype(np.float64) - truth

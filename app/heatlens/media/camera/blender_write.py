@@ -32,15 +32,17 @@ _ROTATION_ORDER = "XYZ"  # Blender's own
 def blender_text(camera: CameraSamples) -> str:
     """Return the Python script, which needs only Blender: `set_lens.py` with its values filled."""
     focus = camera.focus_distance_m
-    location, rotation = _placement(camera)
-    fps, fps_base = _rate(camera.frames_per_second)
+    location, rotation = _location_and_rotation(camera)
+    fps, fps_base = _blender_rate(camera.frames_per_second)
     values = {
         "NAME": ascii(camera.name),
         "FPS": fps,
         "FPS_BASE": fps_base,
         "FRAMES": _literal(list(camera.frames)),
-        "LENS": _literal(_lens(camera)),
-        "FOCUS_DISTANCE_M": _literal(None if focus is None else _values([*map(finite_m, focus)])),
+        "LENS": _literal(_lens_properties(camera)),
+        "FOCUS_DISTANCE_M": _literal(
+            None if focus is None else _constant_or_list([*map(finite_m, focus)])
+        ),
         "LOCATION_M": _literal(location),
         "ROTATION_DEG": _literal(rotation),
     }
@@ -50,18 +52,27 @@ def blender_text(camera: CameraSamples) -> str:
     return text
 
 
-def _lens(camera: CameraSamples) -> dict[str, object]:
-    """Return the value of each property; None removes one of our own that an earlier lens left.
+def _lens_properties(camera: CameraSamples) -> dict[str, object]:
+    """Return the value of each property; None removes a custom property of an earlier lens.
 
     A camera with an f-stop defines its opening too: missing values are those of a plain lens,
     whatever the camera in Blender had before.
     """
     tracks, image = camera.lens_tracks, camera.aperture_image
-    animated = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
+    animated = {
+        path: _constant_or_list(tracks[name])
+        for name, path in _PROPERTIES.items()
+        if name in tracks
+    }
     if camera.f_stop is None and "blades" not in camera.opening:
         return animated
-    own = {path: None for path in _PROPERTIES.values() if path.startswith("[")}
-    return own | animated | _diaphragm(camera) | {_IMAGE: None if image is None else image.path}
+    removed_properties = {path: None for path in _PROPERTIES.values() if path.startswith("[")}
+    return (
+        removed_properties
+        | animated
+        | _diaphragm(camera)
+        | {_IMAGE: None if image is None else image.path}
+    )
 
 
 def _diaphragm(camera: CameraSamples) -> dict[str, object]:
@@ -70,24 +81,24 @@ def _diaphragm(camera: CameraSamples) -> dict[str, object]:
     In both programs the corners lie on the circle. At rotation 0 Blender has the middle of a blade
     at the right, heatlens a corner at the top; both turn anticlockwise.
     """
-    still = (0.0,) * len(camera.frames)
-    blades, rotation = (camera.opening.get(name, still) for name in _DIAPHRAGM)
-    number = [round(value) for value in blades]
-    turns = [
+    zeros = (0.0,) * len(camera.frames)
+    blades, rotation = (camera.opening.get(name, zeros) for name in _DIAPHRAGM)
+    blade_counts = [round(value) for value in blades]
+    rotations = [
         math.remainder(math.pi / 2 + math.radians(deg) - math.pi / n, 2 * math.pi / n) if n else 0.0
-        for n, deg in zip(number, rotation, strict=True)
+        for n, deg in zip(blade_counts, rotation, strict=True)
     ]
-    return {_BLADES: _values(number), _ROTATION: _values(turns)}
+    return {_BLADES: _constant_or_list(blade_counts), _ROTATION: _constant_or_list(rotations)}
 
 
-def _rate(frames_per_second: float) -> tuple[int, float]:
+def _blender_rate(frames_per_second: float) -> tuple[int, float]:
     """Return Blender's integer rate and its divisor: 24 and 1.001 for 23.976."""
-    whole = round(frames_per_second) or 1
-    base = whole / frames_per_second
-    return whole, 1.001 if abs(base - 1.001) < 1e-5 else base
+    integer_rate = round(frames_per_second) or 1
+    divisor = integer_rate / frames_per_second
+    return integer_rate, 1.001 if abs(divisor - 1.001) < 1e-5 else divisor
 
 
-def _placement(camera: CameraSamples) -> tuple[object, object]:
+def _location_and_rotation(camera: CameraSamples) -> tuple[object, object]:
     """Return location and rotation in Blender's world, where z is up; both may be None.
 
     A moving value is a list of one vector for each frame, else it is one vector. Blender's cameras
@@ -95,17 +106,19 @@ def _placement(camera: CameraSamples) -> tuple[object, object]:
     """
     if camera.world_to_camera is None:
         return None, None
-    placed = camera_to_world(camera.world_to_camera, camera.up_axis, "z")
-    rotation = euler_deg(placed[:, :3, :3], _ROTATION_ORDER)
+    camera_matrices = camera_to_world(camera.world_to_camera, camera.up_axis, "z")
+    rotation = euler_deg(camera_matrices[:, :3, :3], _ROTATION_ORDER)
     return tuple(
-        _values([tuple(row) for row in rows.tolist()]) for rows in (placed[:, :3, 3], rotation)
+        _constant_or_list([tuple(row) for row in rows.tolist()])
+        for rows in (camera_matrices[:, :3, 3], rotation)
     )
 
 
-def _values(values: Any) -> Any:
+def _constant_or_list(values: Any) -> Any:
     """Return a list if the value changes, else a single value."""
     return values[0] if all(value == values[0] for value in values) else list(values)
 
 
 def _literal(value: Any) -> str:
+    """Return the value as Python source text."""
     return pprint.pformat(value, width=100, compact=True, sort_dicts=False)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.media.camera.blender_write import blender_text
-from heatlens.media.camera.nuke_write import left_out, nuke_text
+from heatlens.media.camera.nuke_write import nuke_text, unsupported_note
 from heatlens.media.camera.plate_camera import read_plate_camera
 from heatlens.media.camera.rows import csv_text, json_text, read_csv_camera, read_json_camera
 from heatlens.media.camera.samples import CameraSamples, UpAxis
@@ -16,13 +16,13 @@ from heatlens.media.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_
 from heatlens.media.camera.usd_write import METERS_PER_UNIT, usd_bytes
 from heatlens.media.documents.shot_file import SHOT_SUFFIX
 from heatlens.media.files.atomic_file import write_whole
-from heatlens.media.plate.opening_picture import image_beside, named_beside
+from heatlens.media.plate.opening_picture import read_relative_image, with_relative_path
 
-WRITTEN = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
+CAMERA_SUFFIXES = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
 
-# The formats that heatlens reads again. They have the path of an aperture image relative to the
-# file; others have it absolute, because they are pasted anywhere.
-_MOVED_WITH_FILES = (*USD_SUFFIXES, ".json", ".csv")
+# The formats that heatlens also reads. They hold the path of an aperture image relative to the
+# file. Others hold it absolute, because they are pasted anywhere.
+_WITH_RELATIVE_IMAGE = (*USD_SUFFIXES, ".json", ".csv")
 _AT_FRAME = re.compile(r"(.+\.csv)@(-?[0-9]{1,9})", re.IGNORECASE)
 _WITH_UNIT = (".usda", ".usd", ".usdc", ".nk")
 _UNIT_LEAST, _UNIT_MOST = 1e-6, 1e6  # metres; beyond them float32 cannot hold a lens and infinity
@@ -45,21 +45,21 @@ def write_camera(
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in WRITTEN or path.name.lower().endswith(SHOT_SUFFIX):
-        raise InputError(f"{path}: the name of a camera must end in {', '.join(WRITTEN)}.")
+    if suffix not in CAMERA_SUFFIXES or path.name.lower().endswith(SHOT_SUFFIX):
+        raise InputError(f"{path}: the name of a camera must end in {', '.join(CAMERA_SUFFIXES)}.")
     if meters_per_unit is not None:
         _check_unit(path, meters_per_unit)
     image = camera.aperture_image
-    if image is not None and suffix in _MOVED_WITH_FILES:
-        camera = replace(camera, aperture_image=named_beside(image, path.parent))
-    data = _encoded(suffix, camera, meters_per_unit, holds_inverse)
+    if image is not None and suffix in _WITH_RELATIVE_IMAGE:
+        camera = replace(camera, aperture_image=with_relative_path(image, path.parent))
+    data = _encode_camera(suffix, camera, meters_per_unit, holds_inverse)
     write_whole(path, data)
 
 
-def left_out_of(path: str | os.PathLike[str], camera: CameraSamples) -> tuple[str, ...]:
+def unsupported_notes(path: str | os.PathLike[str], camera: CameraSamples) -> tuple[str, ...]:
     """Return sentences on features of the camera that the target program does not support."""
-    words = left_out(camera) if Path(path).suffix.lower() == ".nk" else ""
-    return (words,) if words else ()
+    note = unsupported_note(camera) if Path(path).suffix.lower() == ".nk" else ""
+    return (note,) if note else ()
 
 
 def read_camera(
@@ -82,21 +82,21 @@ def read_camera(
     names cannot be read.
     """
     path, _ = split_prim(text)
-    if (table := _shoot_table(text, path)) is not None:
+    if (table := _find_shoot_table(text, path)) is not None:
         return read_shoot_table(*table, focus_unit_m)
     if focus_unit_m is not None:
         raise InputError(f"{text} is not a shoot table, so --table-unit does not apply.")
-    camera = _camera_named(text, path, scene_unit_m, up_axis)
+    camera = _read_by_suffix(text, path, scene_unit_m, up_axis)
     if camera.aperture_image is None:
         return camera
     try:
-        image = image_beside(camera.aperture_image, path.parent)
+        image = read_relative_image(camera.aperture_image, path.parent)
     except InputError as error:
         raise InputError(f"{path}: the aperture image that it names: {error}") from None
     return replace(camera, aperture_image=image)
 
 
-def _camera_named(text: str, path: Path, scene_unit_m: float, up_axis: UpAxis) -> CameraSamples:
+def _read_by_suffix(text: str, path: Path, scene_unit_m: float, up_axis: UpAxis) -> CameraSamples:
     """Return the camera of `text`, whose file is `path`; an image that it names is not read."""
     suffix = path.suffix.lower()
     if suffix in USD_SUFFIXES:
@@ -112,20 +112,21 @@ def _camera_named(text: str, path: Path, scene_unit_m: float, up_axis: UpAxis) -
     return read_plate_camera(text, scene_unit_m, up_axis)
 
 
-def _shoot_table(text: str, path: Path) -> tuple[Path, int | None] | None:
+def _find_shoot_table(text: str, path: Path) -> tuple[Path, int | None] | None:
     """Return the table of a shoot and the frame of its first row; None for other cameras."""
     if (match := _AT_FRAME.fullmatch(text)) is not None:
         return Path(match[1]), int(match[2])
     if path.suffix.lower() != ".csv":
         return None
     try:
-        names = table_columns(path)
+        column_names = table_columns(path)
     except InputError:  # `read_csv_camera` reports the problem
         return None
-    return (path, None) if is_shoot_table(names) else None
+    return (path, None) if is_shoot_table(column_names) else None
 
 
 def _check_unit(path: Path, meters_per_unit: float) -> None:
+    """Raise InputError if the format takes no unit, or for an impossible one."""
     if path.suffix.lower() not in _WITH_UNIT:
         raise InputError(f"{path}: this format is always in metres, so it takes no other unit.")
     if not _UNIT_LEAST <= meters_per_unit <= _UNIT_MOST:
@@ -135,10 +136,10 @@ def _check_unit(path: Path, meters_per_unit: float) -> None:
         )
 
 
-def _encoded(
+def _encode_camera(
     suffix: str, camera: CameraSamples, meters_per_unit: float | None, holds_inverse: bool
 ) -> bytes:
-    """Return the content of the file."""
+    """Return the content of a camera file with this extension."""
     if suffix in USD_SUFFIXES:
         return usd_bytes(camera, suffix, meters_per_unit or METERS_PER_UNIT)
     if suffix == ".nk":

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.lens.breathing import as_seen
+from heatlens.core.model.lens.breathing import without_breathing
 from heatlens.core.model.lens.filmback import FILMBACKS
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.option import options_of
@@ -16,9 +16,9 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.media.camera.placement import Matrix, matrix_of
 from heatlens.media.camera.plate_camera import picture_aspect, placement_of
 from heatlens.media.camera.samples import (
-    LOST_OF_OPENING,
     OPENING_TRACKS,
     PLAIN_OPENING,
+    UNSAVED_OPENING_FIELDS,
     CameraSamples,
     UpAxis,
     fields_of,
@@ -26,7 +26,7 @@ from heatlens.media.camera.samples import (
 from heatlens.media.plate.header.camera_header import camera_at_header
 from heatlens.media.plate.header.channels import Header
 from heatlens.media.plate.parts.header_read import read_headers
-from heatlens.media.scene.placing import placed
+from heatlens.media.scene.placing import place_scene
 from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_bounds import track_of
 from heatlens.media.scene.scene_read import open_scene
@@ -40,7 +40,7 @@ _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]
 
 
 @dataclass(frozen=True)
-class CameraWish:
+class CameraRequest:
     """The choices for writing a shot as a camera.
 
     frames            the frames to sample; None means those that are played, else all
@@ -56,8 +56,8 @@ class CameraWish:
     up_axis: UpAxis = "y"
 
 
-def camera_before_plates(shot: Shot, wish: CameraWish) -> CameraSamples:
-    """Return the lens of `shot` and its placement over the frames of a wish.
+def camera_before_plates(shot: Shot, request: CameraRequest) -> CameraSamples:
+    """Return the lens of `shot` and its placement over the requested frames.
 
     The height of the sensor follows from the shape of the plate's picture and the placement from
     its headers, if its files are there; the notes say which, or what was assumed.
@@ -66,45 +66,45 @@ def camera_before_plates(shot: Shot, wish: CameraWish) -> CameraSamples:
     possible lens.
     """
     sequence, notes = _plate(shot)
-    frames = wish.frames or shot.played or _frames_of(sequence)
+    frames = request.frames or shot.played_frames or _frames_of(sequence)
     if frames is None:
         raise InputError(
             "The shot has no frames: neither its plate nor its keys have any. Give them with "
             "--frames."
         )
-    unit_m = wish.scene_unit_m
+    unit_m = request.scene_unit_m
     unit_m = shot.plate_options.scene_unit_m if unit_m is None else unit_m
     placement, placement_notes = _placement(sequence, frames, unit_m)
-    height_mm, height_note = _height_mm(shot, sequence, wish.sensor_height_mm)
+    height_mm, height_note = _sensor_height_mm(shot, sequence, request.sensor_height_mm)
     return replace(
-        _lens_camera(shot, wish.name, frames),
+        _lens_camera(shot, request.name, frames),
         sensor_height_mm=(height_mm,) * frames.count,
         world_to_camera=placement,
-        up_axis=wish.up_axis,
+        up_axis=request.up_axis,
         notes=(*notes, height_note, *placement_notes, *_opening_notes(shot.lens)),
     )
 
 
-def camera_in_scene(shot: Shot, wish: CameraWish) -> CameraSamples:
-    """Return the lens of `shot` and its place in its scene over the frames of a wish.
+def camera_in_scene(shot: Shot, request: CameraRequest) -> CameraSamples:
+    """Return the lens of `shot` and its placement in its scene over the requested frames.
 
     Lengths are in metres and y is up, as in the scene. Raises InputError if the scene cannot be
     read, or does not have the camera.
     """
     framing = shot.framing or Framing()
-    scene = placed(open_scene(shot.source or "", framing.timing), framing)
-    frames = wish.frames or shot.played or scene.frames or _STILL
-    height_mm = wish.sensor_height_mm
-    why = "as given"
+    scene = place_scene(open_scene(shot.source or "", framing.timing), framing)
+    frames = request.frames or shot.played_frames or scene.frames or _STILL
+    height_mm = request.sensor_height_mm
+    origin = "as given"
     if height_mm is None:
         height_mm = shot.lens.sensor_width_mm * framing.height_px / framing.width_px
-        why = f"from a picture of {framing.width_px}x{framing.height_px}"
+        origin = f"from a picture of {framing.width_px}x{framing.height_px}"
     return replace(
-        _lens_camera(shot, wish.name, frames),
+        _lens_camera(shot, request.name, frames),
         sensor_height_mm=(height_mm,) * frames.count,
         world_to_camera=tuple(_scene_placement(shot, scene, framing, frame) for frame in frames),
         notes=(
-            f"sensor height {height_mm:.4g} mm, {why}.",
+            f"sensor height {height_mm:.4g} mm, {origin}.",
             f"placement as in {scene.path}.",
             *_opening_notes(shot.lens),
         ),
@@ -112,6 +112,7 @@ def camera_in_scene(shot: Shot, wish: CameraWish) -> CameraSamples:
 
 
 def _scene_placement(shot: Shot, scene: Scene, framing: Framing, frame: int) -> Matrix:
+    """Return the world-to-camera matrix of the view of a scene at a frame."""
     pose = track_of(scene, framing, shot.lens_at(frame)).pose_at(frame)
     return matrix_of(pose.world_to_camera)
 
@@ -123,7 +124,7 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
 
     Raises LensError if the keys of a frame describe no possible lens.
     """
-    lenses = [as_seen(shot.lens_at(frame)) for frame in frames]
+    lenses = [without_breathing(shot.lens_at(frame)) for frame in frames]
     tracks: dict[str, object] = {
         str(parameter): tuple(float(getattr(lens, parameter)) for lens in lenses)
         for parameter in LensParameter
@@ -145,16 +146,18 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
 
 def _opening_notes(lens: Lens) -> tuple[str, ...]:
     """Return notes on the aperture image and on other values that a camera cannot hold."""
-    lost = [name for name in LOST_OF_OPENING if getattr(lens, name) != PLAIN_OPENING[name]]
+    lost_fields = [
+        name for name in UNSAVED_OPENING_FIELDS if getattr(lens, name) != PLAIN_OPENING[name]
+    ]
     notes = tuple(
         f"the {options_of(Lens)[name].words} is lost: no camera format can hold it."
-        for name in lost
+        for name in lost_fields
     )
     image = lens.aperture_image
     if image is None:
         return notes
-    beside = f"the aperture image {image.path} is named beside the lens"
-    return *notes, f"{beside}. heatlens reads it back; other programs do not render with it."
+    first_clause = f"the aperture image {image.path} is named beside the lens"
+    return *notes, f"{first_clause}. heatlens reads it back; other programs do not render with it."
 
 
 def _plate(shot: Shot) -> tuple[Sequence | None, tuple[str, ...]]:
@@ -172,17 +175,19 @@ def _frames_of(sequence: Sequence | None) -> FrameRange | None:
     return None if sequence is None else FrameRange(sequence.first, sequence.last)
 
 
-def _height_mm(shot: Shot, sequence: Sequence | None, given_mm: float | None) -> tuple[float, str]:
+def _sensor_height_mm(
+    shot: Shot, sequence: Sequence | None, requested_mm: float | None
+) -> tuple[float, str]:
     """Return the height of the sensor's visible part, and a note on its origin."""
     width_mm = shot.lens.sensor_width_mm
-    if given_mm is not None:
-        return given_mm, f"sensor height {given_mm:g} mm, as given."
+    if requested_mm is not None:
+        return requested_mm, f"sensor height {requested_mm:g} mm, as given."
     if sequence is not None:
         path = sequence.path_at(sequence.present[0])
         headers = read_headers(path)
         height_mm = width_mm / picture_aspect(path, headers)
         note = f"sensor height {height_mm:.4g} mm, from the shape of {path.name}"
-        return height_mm, f"{note}{_other_height_words(headers, height_mm)}."
+        return height_mm, f"{note}{_header_height_note(headers, height_mm)}."
     backs = [back for back in FILMBACKS if back.width_mm == width_mm]
     if len({back.height_mm for back in backs}) == 1:
         height_mm = backs[0].height_mm
@@ -191,12 +196,12 @@ def _height_mm(shot: Shot, sequence: Sequence | None, given_mm: float | None) ->
     return height_mm, f"sensor height {height_mm:.4g} mm, assumed: a picture of 16:9."
 
 
-def _other_height_words(headers: Items[Header], height_mm: float) -> str:
+def _header_height_note(headers: Items[Header], height_mm: float) -> str:
     """Return the height that the headers give, if the picture shows another part of the sensor."""
-    told_mm = camera_at_header(headers).sensor_height_mm
-    if told_mm is None or math.isclose(told_mm, height_mm, rel_tol=_SAME_HEIGHT):
+    header_mm = camera_at_header(headers).sensor_height_mm
+    if header_mm is None or math.isclose(header_mm, height_mm, rel_tol=_SAME_HEIGHT):
         return ""
-    return f"; its header says {told_mm:.4g} mm, which is not the height of this picture"
+    return f"; its header says {header_mm:.4g} mm, which is not the height of this picture"
 
 
 def _placement(sequence: Sequence | None, frames: FrameRange, scene_unit_m: float) -> _Placement:
@@ -207,6 +212,7 @@ def _placement(sequence: Sequence | None, frames: FrameRange, scene_unit_m: floa
         headers = [read_headers(sequence.path_at(sequence.first))] * frames.count
     else:
         headers = [
-            read_headers(sequence.path_at(frame)) if sequence.has(frame) else [] for frame in frames
+            read_headers(sequence.path_at(frame)) if sequence.has_file(frame) else []
+            for frame in frames
         ]
     return placement_of(headers, tuple(frames), scene_unit_m)

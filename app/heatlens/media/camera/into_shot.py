@@ -18,18 +18,19 @@ from heatlens.media.camera.samples import (
 )
 
 
-def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -> Shot:
+def with_camera(shot: Shot, camera: CameraSamples, unchanged_fields: Collection[str] = ()) -> Shot:
     """Return `shot` with the lens of `camera`.
 
-    Fields of Lens named in `kept`, and those that the camera does not have, stay as they are; an
-    opening with any known value is taken whole. A value that changes over the frames gets linear
-    keys on the curve's own scale; a constant one gets none.
+    Fields of Lens named in `unchanged_fields`, and those that the camera does not have, stay as
+    they are. If the camera has any value of the opening, the whole opening is replaced. A value
+    that changes over the frames gets linear keys on the curve's own scale; a constant one gets
+    none.
 
     Raises InputError for a film back whose width changes, and LensError where the values describe
     no possible lens.
     """
-    tracks = lens_tracks(camera, kept)
-    shot = replace(shot, lens=replace(shot.lens, **first_values(camera, kept)))
+    tracks = lens_tracks(camera, unchanged_fields)
+    shot = replace(shot, lens=replace(shot.lens, **first_values(camera, unchanged_fields)))
     for parameter in LensParameter:
         if parameter in tracks:
             curve = shot.curves.of(parameter)
@@ -40,32 +41,34 @@ def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -
     return shot
 
 
-def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> Values:
-    """Return the fields of Lens of the camera at its first frame, except those in `kept`.
+def first_values(camera: CameraSamples, unchanged_fields: Collection[str] = ()) -> Values:
+    """Return the fields of Lens of the camera at its first frame, without `unchanged_fields`.
 
     Raises InputError for a sensor width that changes.
     """
-    plain = PLAIN_OPENING if camera.tells_opening else {}
-    values = {name: value for name, value in plain.items() if name not in kept}
-    first: Values = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
-    for name in first:
+    plain_opening = PLAIN_OPENING if camera.has_opening else {}
+    values = {name: value for name, value in plain_opening.items() if name not in unchanged_fields}
+    camera_values: Values = {
+        name: track[0] for name, track in lens_tracks(camera, unchanged_fields).items()
+    }
+    for name in camera_values:
         if type_of(Lens, name) is not float:  # cameras hold floats, even for counts
-            first[name] = type_of(Lens, name)(round(first[name]))
-    if camera.lens_model is not None and "model" not in kept:
-        first["model"] = camera.lens_model
-    if camera.aperture_image is not None and "aperture_image" not in kept:
-        first["aperture_image"] = camera.aperture_image
-    return values | first
+            camera_values[name] = type_of(Lens, name)(round(camera_values[name]))
+    if camera.lens_model is not None and "model" not in unchanged_fields:
+        camera_values["model"] = camera.lens_model
+    if camera.aperture_image is not None and "aperture_image" not in unchanged_fields:
+        camera_values["aperture_image"] = camera.aperture_image
+    return values | camera_values
 
 
-def lens_tracks(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, Track]:
-    """Return the camera's tracks that are fields of Lens, without those in `kept`.
+def lens_tracks(camera: CameraSamples, unchanged_fields: Collection[str] = ()) -> dict[str, Track]:
+    """Return the camera's tracks that are fields of Lens, without `unchanged_fields`.
 
     The f-stop is the nominal one, which belongs to the camera's lens model. Raises InputError for a
     sensor width that changes.
     """
     camera = with_nominal_f_stop(camera)
-    names = {field.name for field in fields(Lens)}.difference(kept)
+    names = {field.name for field in fields(Lens)}.difference(unchanged_fields)
     tracks = {name: track for name, track in camera.lens_tracks.items() if name in names}
     width_mm = tracks.get("sensor_width_mm")
     if width_mm is not None and not is_constant(width_mm):

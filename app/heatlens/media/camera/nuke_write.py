@@ -1,9 +1,7 @@
-"""A camera as the text of Nuke nodes, to be pasted or read as a script.
+"""Write a camera as the text of Nuke nodes, to be pasted or read as a script.
 
 Camera2 is read by every Nuke from 6 on. Nuke has no infinity: that focus is INFINITE_M away. The
-nodes that defocus follow, see `nuke_defocus`.
-
-Write Nuke's defocus nodes, with as much of the lens opening as they support.
+nodes that defocus follow it, with as much of the lens opening as they support.
 
 Bokeh takes the whole lens and computes the amount of blur from it. ZDefocus takes the focus plane
 S, the shape, and a `size`: with depths as distances it blurs z by size (1 - S / z), so the size is
@@ -44,16 +42,16 @@ _BOKEH_LENS = {
     "sensor_width_mm": "apertureWidth",
     "sensor_height_mm": "apertureHeight",
 }
-_HELD = ("blades", "blade_rotation_deg", "blade_curvature", "widest_f_stop")
-_COMPARE = (
+_SUPPORTED_FIELDS = ("blades", "blade_rotation_deg", "blade_curvature", "widest_f_stop")
+_COMPARE_NOTE = (
     "Foundry does not document the zero of rotation or the scale of curvature: compare by eye"
 )
 _HALF_DISC = "half_disc"
-_SIZE = (
+_SIZE_NOTE = (
     "Its size is half the disc of a point at infinity, half_disc times the width of the "
     "picture, for depths that hold distances in the unit of this file"
 )
-_OF_INVERSE = "Put the node {} before it, which turns the 1/z of the plate's depth.Z into that"
+_INVERSE_NOTE = "Put the node {} before it, which turns the 1/z of the plate's depth.Z into that"
 _MAX_SIZE = "width/4"  # Nuke's default would cut objects near the camera
 
 
@@ -64,13 +62,14 @@ def nuke_text(
 
     With `holds_inverse` the depth of the plate is 1/z, and a node turns it into distances.
     """
-    knobs = [*_placement(camera, meters_per_unit), *_lens(camera, meters_per_unit)]
+    knobs = [*_placement_knobs(camera, meters_per_unit), *_lens_knobs(camera, meters_per_unit)]
     lines = ["inputs 0", *knobs, f"name {camera.identifier}"]
     node = "Camera2 {\n" + "".join(f" {line}\n" for line in lines) + "}\n"
     return node + defocus_text(camera, meters_per_unit, holds_inverse)
 
 
-def _lens(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+def _lens_knobs(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+    """Yield the knobs of the lens; values that Nuke lacks are on the tab heatlens."""
     tracks = camera.lens_tracks
     for name, knob in _KNOBS.items():
         if name in tracks:
@@ -78,25 +77,25 @@ def _lens(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
     if "focus_distance_m" in tracks:
         distances = [finite_m(value) / meters_per_unit for value in tracks["focus_distance_m"]]
         yield f"focal_point {knob_value(camera, distances)}"
-    own = [name for name in (_NOMINAL, *OPENING_TRACKS) if name in tracks]
+    custom_names = [name for name in (_NOMINAL, *OPENING_TRACKS) if name in tracks]
     image = camera.aperture_image
-    if own or image is not None:
+    if custom_names or image is not None:
         yield "addUserKnob {20 heatlens}"
-    for name in own:
+    for name in custom_names:
         yield f'addUserKnob {{7 {name} l "{LENS_TRACKS[name]}"}}'
         yield f"{name} {knob_value(camera, tracks[name])}"
     if image is not None:
         yield 'addUserKnob {2 aperture_image l "aperture image"}'
-        yield f"aperture_image {quoted(image.path)}"
+        yield f"aperture_image {quote_tcl(image.path)}"
 
 
-def _placement(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+def _placement_knobs(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
     """Yield the knobs of the placement; in Nuke y is up and cameras look along -z."""
     if camera.world_to_camera is None:
         return
-    placed = camera_to_world(camera.world_to_camera, camera.up_axis, "y")
-    translate = placed[:, :3, 3] / meters_per_unit
-    rotate = euler_deg(placed[:, :3, :3], _ROTATION_ORDER)
+    camera_matrices = camera_to_world(camera.world_to_camera, camera.up_axis, "y")
+    translate = camera_matrices[:, :3, 3] / meters_per_unit
+    rotate = euler_deg(camera_matrices[:, :3, :3], _ROTATION_ORDER)
     yield f"rot_order {_ROTATION_ORDER}"
     for knob, values in (("translate", translate), ("rotate", rotate)):
         yield f"{knob} {{{' '.join(curve_or_number(camera, axis.tolist()) for axis in values.T)}}}"
@@ -106,7 +105,7 @@ def has_shape(camera: CameraSamples) -> bool:
     """Return True unless the opening is round."""
     tracks = camera.lens_tracks
     is_oval = set(tracks.get("squeeze", (1.0,))) != {1.0}
-    return is_oval or bool(camera.shaped) or camera.aperture_image is not None
+    return is_oval or bool(camera.shaped_fields) or camera.aperture_image is not None
 
 
 def defocus_text(camera: CameraSamples, meters_per_unit: float, holds_inverse: bool = False) -> str:
@@ -117,17 +116,19 @@ def defocus_text(camera: CameraSamples, meters_per_unit: float, holds_inverse: b
     """
     if not has_shape(camera) and "focus_distance_m" not in camera.lens_tracks:
         return ""
-    zdefocus = _node("ZDefocus2", camera, _zdefocus(camera, meters_per_unit), holds_inverse)
+    zdefocus = _defocus_node(
+        "ZDefocus2", camera, _zdefocus_knobs(camera, meters_per_unit), holds_inverse
+    )
     if holds_inverse:
-        zdefocus = _to_distance(camera) + zdefocus
+        zdefocus = _distance_node(camera) + zdefocus
     if not has_shape(camera):
         return zdefocus
-    return zdefocus + _node("Bokeh", camera, _bokeh(camera, meters_per_unit))
+    return zdefocus + _defocus_node("Bokeh", camera, _bokeh_knobs(camera, meters_per_unit))
 
 
-def left_out(camera: CameraSamples) -> str:
+def unsupported_note(camera: CameraSamples) -> str:
     """Return a sentence on the values of the opening that the nodes cannot hold, or ""."""
-    names = [OPENING_TRACKS[name] for name in camera.shaped if name not in _HELD]
+    names = [OPENING_TRACKS[name] for name in camera.shaped_fields if name not in _SUPPORTED_FIELDS]
     names += [] if camera.aperture_image is None else ["aperture image"]
     if not names:
         return ""
@@ -138,37 +139,39 @@ def left_out(camera: CameraSamples) -> str:
     )
 
 
-def _to_distance(camera: CameraSamples) -> str:
-    """Return the node that turns the 1/z of Nuke's own renders into distances; 0 is far away."""
+def _distance_node(camera: CameraSamples) -> str:
+    """Return the node that turns the 1/z of Nuke's own renders into distances; 0 is infinity."""
     knobs = (
         "inputs 0",
         "channel0 depth",
-        f"expr0 {quoted(f'depth.Z > 0 ? 1 / depth.Z : {INFINITE_M:g}')}",
+        f"expr0 {quote_tcl(f'depth.Z > 0 ? 1 / depth.Z : {INFINITE_M:g}')}",
         f"name {camera.identifier}_distance",
     )
     return "Expression {\n" + "".join(f" {knob}\n" for knob in knobs) + "}\n"
 
 
-def _node(
+def _defocus_node(
     kind: str, camera: CameraSamples, knobs: Iterator[str], holds_inverse: bool = False
 ) -> str:
-    compare = _COMPARE if has_shape(camera) else ""  # a disc has no blades to compare
-    size = _SIZE if kind == "ZDefocus2" and _half_discs(camera) else ""
-    inverse = _OF_INVERSE.format(f"{camera.identifier}_distance") if holds_inverse else ""
-    parts = size, inverse, left_out(camera).rstrip("."), compare
-    note = ". ".join(part for part in parts if part)
-    label = (f"label {quoted(note + '.')}",) if note else ()
+    """Return the text of a defocus node of this kind, with a note on it as its label."""
+    compare_note = _COMPARE_NOTE if has_shape(camera) else ""  # a disc has no blades to compare
+    size_note = _SIZE_NOTE if kind == "ZDefocus2" and _half_discs(camera) else ""
+    inverse_note = _INVERSE_NOTE.format(f"{camera.identifier}_distance") if holds_inverse else ""
+    sentences = size_note, inverse_note, unsupported_note(camera).rstrip("."), compare_note
+    note = ". ".join(sentence for sentence in sentences if sentence)
+    label = (f"label {quote_tcl(note + '.')}",) if note else ()
     lines = ("inputs 0", *knobs, *label, f"name {camera.identifier}_{kind}")
     return f"{kind} {{\n" + "".join(f" {line}\n" for line in lines) + "}\n"
 
 
-def _bokeh(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+def _bokeh_knobs(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+    """Yield the knobs of the node Bokeh."""
     tracks = camera.lens_tracks
     yield "depthStyle Real"
     if "focus_distance_m" in tracks:
-        yield f"focalPlane {_focus(camera, meters_per_unit)}"
+        yield f"focalPlane {_focus_value(camera, meters_per_unit)}"
     yield "realWorldLens true"
-    yield from _told(camera, _BOKEH_LENS)
+    yield from _unchanged_knobs(camera, _BOKEH_LENS)
     f_stops = tracks.get(
         "nominal_f_stop", tracks.get("f_stop")
     )  # the Bokeh node expects the f-stop of a real lens
@@ -177,21 +180,22 @@ def _bokeh(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
     yield "worldScale m"
     yield f"worldScaleMultiplier {meters_per_unit!r}"
     yield "filmFormat Custom"
-    yield f"kernelType {quoted('Aperture Blades' if _has_blades(tracks) else 'Circular')}"
-    yield from _told(camera, _BOKEH_SHAPE)
-    yield f"kCurvature {_curvature(camera)}"
-    yield f"kAspectRatio {_aspect(camera)}"
+    yield f"kernelType {quote_tcl('Aperture Blades' if _has_blades(tracks) else 'Circular')}"
+    yield from _unchanged_knobs(camera, _BOKEH_SHAPE)
+    yield f"kCurvature {_curvature_value(camera)}"
+    yield f"kAspectRatio {_aspect_value(camera)}"
     yield "kSoftness 0.0"
 
 
-def _zdefocus(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+def _zdefocus_knobs(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+    """Yield the knobs of the node ZDefocus."""
     yield "math depth"
     if "focus_distance_m" in camera.lens_tracks:
-        yield f"center {_focus(camera, meters_per_unit)}"
+        yield f"center {_focus_value(camera, meters_per_unit)}"
     yield f"filter_type {'bladed' if _has_blades(camera.lens_tracks) else 'disc'}"
-    yield from _told(camera, _ZDEFOCUS_SHAPE)
-    yield f"roundness {_curvature(camera)}"
-    yield f"aspect {_aspect(camera)}"
+    yield from _unchanged_knobs(camera, _ZDEFOCUS_SHAPE)
+    yield f"roundness {_curvature_value(camera)}"
+    yield f"aspect {_aspect_value(camera)}"
     yield "inner_brightness 1.0"  # an even disc; Nuke's default has a darker middle
     if half_discs := _half_discs(camera):
         yield f"size {{{{width*{_HALF_DISC}}}}}"
@@ -218,7 +222,7 @@ def _has_blades(tracks: Mapping[str, tuple[float, ...]]) -> bool:
     return max(tracks.get("blades", (0.0,))) > 0
 
 
-def _told(camera: CameraSamples, names: Mapping[str, str]) -> Iterator[str]:
+def _unchanged_knobs(camera: CameraSamples, names: Mapping[str, str]) -> Iterator[str]:
     """Yield the knobs that take a track unchanged; without blades Nuke's default stays."""
     tracks = camera.lens_tracks
     for name, knob in names.items():
@@ -226,17 +230,19 @@ def _told(camera: CameraSamples, names: Mapping[str, str]) -> Iterator[str]:
             yield f"{knob} {knob_value(camera, tracks[name])}"
 
 
-def _focus(camera: CameraSamples, meters_per_unit: float) -> str:
+def _focus_value(camera: CameraSamples, meters_per_unit: float) -> str:
+    """Return the focus distance as the value of a knob, in units of the scene."""
     focus_m = camera.lens_tracks["focus_distance_m"]
     return knob_value(camera, [finite_m(value) / meters_per_unit for value in focus_m])
 
 
-def _curvature(camera: CameraSamples) -> str:
-    still = (0.0,) * len(camera.frames)  # Nuke's default blades are a little round
-    return knob_value(camera, camera.lens_tracks.get("blade_curvature", still))
+def _curvature_value(camera: CameraSamples) -> str:
+    """Return the curvature of the blades as the value of a knob; 0 if it is unknown."""
+    zeros = (0.0,) * len(camera.frames)  # Nuke's default blades are a little round
+    return knob_value(camera, camera.lens_tracks.get("blade_curvature", zeros))
 
 
-def _aspect(camera: CameraSamples) -> str:
+def _aspect_value(camera: CameraSamples) -> str:
     """Return the width of the opening over its height."""
     squeeze = camera.lens_tracks.get("squeeze", (1.0,) * len(camera.frames))
     return knob_value(camera, [1.0 / value for value in squeeze])
@@ -256,7 +262,7 @@ def curve_or_number(camera: CameraSamples, values: Sequence[float]) -> str:
     return f"{{curve {' '.join(keys)}}}"
 
 
-def quoted(text: str) -> str:
+def quote_tcl(text: str) -> str:
     """Return a text as one word of Tcl, which counts quotes, brackets, $ and backslashes."""
     for sign in '\\"[]{}$':
         text = text.replace(sign, f"\\{sign}")

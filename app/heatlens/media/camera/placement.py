@@ -32,45 +32,47 @@ def matrix_of(rows: Iterable[Iterable[float]]) -> Matrix:
 
 def check_rigid(matrices: Sequence[Matrix], frames: Sequence[int]) -> None:
     """Raise InputError with the first frame whose matrix is not a rotation and translation."""
-    for frame, is_one in zip(frames, are_rigid(np.array(matrices)), strict=True):
-        if not is_one:
+    for frame, is_rigid in zip(frames, are_rigid(np.array(matrices)), strict=True):
+        if not is_rigid:
             raise InputError(
                 f"Frame {frame}: the placement cannot be a camera's: it scales, shears, mirrors "
                 "or is not finite."
             )
 
 
-def camera_to_world(matrices: Sequence[Matrix], up_axis: str, wanted_up: str) -> Array:
-    """Return the camera-to-world matrices, (N, 4, 4), with `wanted_up` as the up axis.
+def camera_to_world(matrices: Sequence[Matrix], up_axis: str, target_up_axis: str) -> Array:
+    """Return the camera-to-world matrices, (N, 4, 4), with `target_up_axis` as the up axis.
 
     `up_axis` is the axis that points up in the world of `matrices`, which are world to camera.
     """
-    placed: Array = np.linalg.inv(np.array(matrices, np.float64))
-    if up_axis == wanted_up:
-        return placed
-    return (_Y_TO_Z if wanted_up == "z" else _Y_TO_Z.T) @ placed
+    camera_matrices: Array = np.linalg.inv(np.array(matrices, np.float64))
+    if up_axis == target_up_axis:
+        return camera_matrices
+    return (_Y_TO_Z if target_up_axis == "z" else _Y_TO_Z.T) @ camera_matrices
 
 
-def euler_deg(turns: Array, order: str) -> Array:
+def euler_deg(rotations: Array, order: str) -> Array:
     """Return angles (N, 3) in degrees about x, y and z for rotations (N, 3, 3).
 
     The angles do not jump from frame to frame. `order` is XYZ or ZXY and begins with the axis that
     is turned about first: XYZ is Rz Ry Rx.
     """
     axes = ["XYZ".index(letter) for letter in order]
-    m = turns[:, axes][:, :, axes]  # the order is cyclic, so that renamed axes stay right-handed
+    m = rotations[:, axes][
+        :, :, axes
+    ]  # the order is cyclic, so that renamed axes stay right-handed
     cosine = np.hypot(m[:, 0, 0], m[:, 1, 0])
-    locked = cosine < _GIMBAL
+    is_locked = cosine < _GIMBAL
     first = np.where(
-        locked, np.arctan2(-m[:, 1, 2], m[:, 1, 1]), np.arctan2(m[:, 2, 1], m[:, 2, 2])
+        is_locked, np.arctan2(-m[:, 1, 2], m[:, 1, 1]), np.arctan2(m[:, 2, 1], m[:, 2, 2])
     )
-    last = np.where(locked, 0.0, np.arctan2(m[:, 1, 0], m[:, 0, 0]))
-    angles = np.empty((len(turns), 3))
+    last = np.where(is_locked, 0.0, np.arctan2(m[:, 1, 0], m[:, 0, 0]))
+    angles = np.empty((len(rotations), 3))
     angles[:, axes] = np.stack([first, np.arctan2(-m[:, 2, 0], cosine), last], axis=1)
     return np.unwrap(np.degrees(angles), axis=0, period=360.0)
 
 
-def shortest(stored: float, unit: float = 1.0) -> float:
+def shortest_decimal(stored: float, unit: float = 1.0) -> float:
     """Return the shortest decimal that becomes `stored` in float32: 1.3, not 1.29999995.
 
     `stored` is in the unit of the file. The result times `unit` is the same length in that unit.
@@ -78,7 +80,7 @@ def shortest(stored: float, unit: float = 1.0) -> float:
     value = stored / unit
     rounded = np.float32(stored)
     for digits in range(1, _DIGITS_MOST + 1):
-        short = float(f"{value:.{digits}g}")
-        if np.float32(short * unit) == rounded:
-            return short
+        decimal = float(f"{value:.{digits}g}")
+        if np.float32(decimal * unit) == rounded:
+            return decimal
     return value

@@ -9,20 +9,25 @@ import numpy as np
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FRAMES_PER_SECOND
 from heatlens.core.model.option import Values
-from heatlens.media.camera.placement import Matrix, matrix_of, shortest
+from heatlens.media.camera.placement import Matrix, matrix_of, shortest_decimal
 from heatlens.media.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, Track, UpAxis
 from heatlens.media.plate.header.camera_header import camera_at_header, lens_model_of
 from heatlens.media.plate.header.channels import Header
-from heatlens.media.plate.header.placement import PLACEMENT, are_rigid, from_exr, placement_at
+from heatlens.media.plate.header.placement import (
+    PLACEMENT,
+    are_rigid,
+    convert_from_exr,
+    find_placement,
+)
 from heatlens.media.plate.header.timecode import rate_at
 from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.plate import CameraHeader
-from heatlens.media.plate.windows import box_at_header, pixel_aspect_of
+from heatlens.media.plate.windows import pixel_aspect_of, read_header_window
 from heatlens.media.sequence.names import frames_text
 from heatlens.media.sequence.sequence import find_sequence
 
-_UNTOLD = ("sensor_height_mm", "squeeze", "nominal_f_stop", *OPENING_TRACKS)
-_TOLD_BY_HEADERS = [name for name in LENS_TRACKS if name not in _UNTOLD]
+_NOT_IN_HEADERS = ("sensor_height_mm", "squeeze", "nominal_f_stop", *OPENING_TRACKS)
+_HEADER_TRACKS = [name for name in LENS_TRACKS if name not in _NOT_IN_HEADERS]
 
 
 def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> CameraSamples:
@@ -36,13 +41,16 @@ def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y
     headers = {
         sequence.path_at(frame): read_headers(sequence.path_at(frame)) for frame in sequence.present
     }
-    cameras = {path: camera_at_header(found) for path, found in headers.items()}
-    tracks: Values = {name: _track(name, cameras) for name in _TOLD_BY_HEADERS}
+    cameras = {path: camera_at_header(file_headers) for path, file_headers in headers.items()}
+    tracks: Values = {name: _collect_track(name, cameras) for name in _HEADER_TRACKS}
     placement, notes = placement_of(list(headers.values()), sequence.present, scene_unit_m)
     width_mm = tracks["sensor_width_mm"]
     if width_mm is not None:
-        aspects = [picture_aspect(path, found) for path, found in headers.items()]
-        heights = (mm / aspect for mm, aspect in zip(width_mm, aspects, strict=True))
+        aspects = [picture_aspect(path, file_headers) for path, file_headers in headers.items()]
+        heights = (
+            frame_width_mm / aspect
+            for frame_width_mm, aspect in zip(width_mm, aspects, strict=True)
+        )
         tracks["sensor_height_mm"] = tuple(heights)
     return CameraSamples(
         name=re.sub(r"[._-]+$", "", Path(sequence.form.prefix).stem) or "camera",
@@ -61,7 +69,7 @@ def picture_aspect(path: Path, headers: Sequence[Header]) -> float:
 
     All parts of a file share the display window. Raises InputError if it is empty.
     """
-    window = box_at_header(headers[0], "displayWindow")
+    window = read_header_window(headers[0], "displayWindow")
     aspect, _ = pixel_aspect_of(path, headers[0])
     if window.is_empty:
         raise InputError(
@@ -78,15 +86,19 @@ def placement_of(
     `headers` holds the headers of one file for each frame. The placement is None if any file lacks
     it, because holding the camera still at those frames would be wrong.
     """
-    placements = [placement_at(of_frame) for of_frame in headers]
-    placed = [from_exr(value, scene_unit_m) for value in placements if value is not None]
-    if not placed:
+    placements = [find_placement(frame_headers) for frame_headers in headers]
+    rigid_placements = [
+        convert_from_exr(value, scene_unit_m) for value in placements if value is not None
+    ]
+    if not rigid_placements:
         return None, (f"no {PLACEMENT} in the plate's headers: the camera has no placement.",)
-    if len(placed) < len(frames):
+    if len(rigid_placements) < len(frames):
         missing = (frame for frame, value in zip(frames, placements, strict=True) if value is None)
-        where = frames_text(tuple(missing))
-        return None, (f"no usable {PLACEMENT} at frames {where}: the camera has no placement.",)
-    matrices, are_left_handed = zip(*placed, strict=True)
+        frame_list = frames_text(tuple(missing))
+        return None, (
+            f"no usable {PLACEMENT} at frames {frame_list}: the camera has no placement.",
+        )
+    matrices, are_left_handed = zip(*rigid_placements, strict=True)
     if not are_rigid(np.array(matrices)).all():
         return None, (f"{PLACEMENT} scales or shears: the camera has no placement.",)
     notes = [f"placement from {PLACEMENT} in the plate's headers."]
@@ -95,7 +107,8 @@ def placement_of(
     return tuple(map(matrix_of, matrices)), tuple(notes)
 
 
-def _track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None:
+def _collect_track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None:
+    """Return a value of the cameras at each frame; None if none has it, InputError if some do."""
     values = {path: getattr(camera, name) for path, camera in cameras.items()}
     missing = [path for path, value in values.items() if value is None]
     if len(missing) == len(values):
@@ -104,7 +117,7 @@ def _track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None:
         raise InputError(
             f"{missing[0]}: the header has no {LENS_TRACKS[name]}, but those of other frames do."
         )
-    return tuple(shortest(value) for value in values.values())
+    return tuple(shortest_decimal(value) for value in values.values())
 
 
 def _frames_per_second(headers: Sequence[Header]) -> float:

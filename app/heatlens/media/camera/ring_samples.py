@@ -16,21 +16,22 @@ def ring_samples(
 
     `timecode_at` returns the timecode of a frame, if it has one.
     """
-    return tuple(_sample(camera, at, timecode_at) for at in range(len(camera.frames)))
+    return tuple(_sample(camera, index, timecode_at) for index in range(len(camera.frames)))
 
 
 def _sample(
-    camera: CameraSamples, at: int, timecode_at: Callable[[int], Timecode | None]
+    camera: CameraSamples, index: int, timecode_at: Callable[[int], Timecode | None]
 ) -> LensSample:
+    """Return the sample of the frame with this index."""
     tracks = {
         "focus_distance_m": camera.focus_distance_m,
         "f_stop": camera.nominal_f_stop or camera.f_stop,
         "focal_length_mm": camera.focal_length_mm,
     }
     values: Values = {
-        name: finite_m(track[at]) for name, track in tracks.items() if track is not None
+        name: finite_m(track[index]) for name, track in tracks.items() if track is not None
     }
-    frame, rate = camera.frames[at], camera.frames_per_second
+    frame, rate = camera.frames[index], camera.frames_per_second
     timecode = timecode_at(frame) or time_of_frame(frame, rate)
     return LensSample(camera.name, **values, timecode=timecode, frames_per_second=rate)
 
@@ -54,5 +55,5 @@ def sample_of_shot(name: str, shot: Shot, frame: int, timecode: Timecode | None)
 
 def time_of_frame(frame: int, frames_per_second: float) -> Timecode | None:
     """Return the timecode of a frame that is counted from midnight; None before frame 0."""
-    timecode = Timecode(0, 0, 0, 0).later(max(frame, 0), max(frames_per_second, 1.0))
+    timecode = Timecode(0, 0, 0, 0).add_frames(max(frame, 0), max(frames_per_second, 1.0))
     return timecode if frame >= 0 and timecode.is_possible else None

@@ -1,8 +1,8 @@
 """A camera as plain numbers: its lens and its position at each frame.
 
-A real lens makes larger discs than a renderer with the same f-stop (see `LensModel`). So that a
-renderer makes the discs that heatlens showed, it gets a wider f-stop; the nominal f-stop is kept
-beside it.
+A real lens makes larger discs than a renderer with the same f-stop (see `LensModel`). A renderer
+therefore gets a wider f-stop, with which it makes the discs that heatlens showed. The nominal
+f-stop is stored beside it.
 """
 
 import math
@@ -45,7 +45,7 @@ PLAIN_OPENING = {
     name: getattr(Lens(50.0, 2.0, 2.0, 36.0), name) for name in (*APERTURE_FIELDS, "widest_f_stop")
 }
 # Values that no camera file can hold; an aperture image has an entry of its own.
-LOST_OF_OPENING = tuple(
+UNSAVED_OPENING_FIELDS = tuple(
     n for n in APERTURE_FIELDS if n not in (*OPENING_TRACKS, "squeeze", "aperture_image")
 )
 # The tracks of a lens and their names for the user.
@@ -79,8 +79,8 @@ class CameraSamples:
     opening            the tracks of OPENING_TRACKS that are known, as in `Lens`
     aperture_image     as in `Lens`; one that a file names is read by `camera_file.read_camera`
     timecodes          timecode of each frame, if they came with the table of a shoot
-    has_focus_unit     False for a shoot table without any unit of the focus, which is then taken as
-    metres
+    has_focus_unit     False for a shoot table without any unit of the focus, which is then taken
+                       as metres
 
     Raises InputError that names the frame if a value is impossible for a camera.
     """
@@ -118,16 +118,16 @@ class CameraSamples:
     @property
     def lens_tracks(self) -> Mapping[str, Track]:
         """The known tracks, by the names of their fields."""
-        named = {name: getattr(self, name, None) for name in LENS_TRACKS} | dict(self.opening)
-        return {name: track for name, track in named.items() if track is not None}
+        tracks = {name: getattr(self, name, None) for name in LENS_TRACKS} | dict(self.opening)
+        return {name: track for name, track in tracks.items() if track is not None}
 
     @property
-    def tells_opening(self) -> bool:
+    def has_opening(self) -> bool:
         """Return whether it defines the opening; omitted values are then as in a plain lens."""
         return bool(self.opening) or self.aperture_image is not None
 
     @property
-    def shaped(self) -> tuple[str, ...]:
+    def shaped_fields(self) -> tuple[str, ...]:
         """The fields of the opening that are not as in a plain lens."""
         return tuple(
             name for name, track in self.opening.items() if set(track) != {PLAIN_OPENING[name]}
@@ -153,8 +153,8 @@ class CameraSamples:
 def fields_of(tracks: Mapping[str, object]) -> Values:
     """Return the fields of `CameraSamples` that hold tracks; a track that is None is not known."""
     opening = {name: tracks[name] for name in OPENING_TRACKS if tracks.get(name) is not None}
-    others = {name: track for name, track in tracks.items() if name not in OPENING_TRACKS}
-    return {**others, "opening": opening}
+    other_tracks = {name: track for name, track in tracks.items() if name not in OPENING_TRACKS}
+    return {**other_tracks, "opening": opening}
 
 
 def is_constant(track: Track) -> bool:
@@ -172,11 +172,13 @@ def _check_frames(frames: tuple[int, ...]) -> None:
         raise InputError("A camera needs at least one frame.")
     for frame in frames:
         check_frame(frame)
-    for frame, after in pairwise(frames):
-        if after <= frame:
-            if after == frame:
+    for frame, next_frame in pairwise(frames):
+        if next_frame <= frame:
+            if next_frame == frame:
                 raise InputError(f"There are two entries for frame {frame}.")
-            raise InputError(f"Frame {after} comes after frame {frame}: frames must be in order.")
+            raise InputError(
+                f"Frame {next_frame} comes after frame {frame}: frames must be in order."
+            )
 
 
 def _check_length(name: str, count: int, frames: tuple[int, ...]) -> None:
@@ -200,22 +202,25 @@ def with_renderer_f_stop(camera: CameraSamples) -> CameraSamples:
     It is N (1 - f/S) at each frame, and a note says so. A camera that has the discs of a renderer
     already, or lacks the f-stop, the focus or the focal length, is returned unchanged.
     """
-    f_stops, focals, focus = camera.f_stop, camera.focal_length_mm, camera.focus_distance_m
+    f_stops, focal_lengths, focus = camera.f_stop, camera.focal_length_mm, camera.focus_distance_m
     model = camera.lens_model
     if model in (None, LensModel.RENDERER) or camera.nominal_f_stop is not None:
         return camera
-    if f_stops is None or focals is None or focus is None:
+    if f_stops is None or focal_lengths is None or focus is None:
         return camera
-    converted = tuple(
+    renderer_f_stops = tuple(
         n * model.focal_over_image_distance(f_mm, s_m)
-        for n, f_mm, s_m in zip(f_stops, focals, focus, strict=True)
+        for n, f_mm, s_m in zip(f_stops, focal_lengths, focus, strict=True)
     )
     note = (
-        f"f-stop written as {_span(converted)}, with which a CG renderer makes the discs of this "
-        f"{model.facts.words} at {_span(f_stops)}; the nominal value is kept beside it, and "
+        f"f-stop written as {_range_text(renderer_f_stops)}, with which a CG renderer makes the "
+        "discs of this "
+        f"{model.facts.words} at {_range_text(f_stops)}; the nominal value is kept beside it, and "
         "`--f-stop nominal` writes it instead."
     )
-    return replace(camera, f_stop=converted, nominal_f_stop=f_stops, notes=(*camera.notes, note))
+    return replace(
+        camera, f_stop=renderer_f_stops, nominal_f_stop=f_stops, notes=(*camera.notes, note)
+    )
 
 
 def with_nominal_f_stop(camera: CameraSamples) -> CameraSamples:
@@ -225,6 +230,6 @@ def with_nominal_f_stop(camera: CameraSamples) -> CameraSamples:
     return replace(camera, f_stop=camera.nominal_f_stop, nominal_f_stop=None)
 
 
-def _span(f_stops: tuple[float, ...]) -> str:
+def _range_text(f_stops: tuple[float, ...]) -> str:
     ends = f"f/{min(f_stops):.4g}", f"f/{max(f_stops):.4g}"
     return ends[0] if is_constant(f_stops) else f"{ends[0]} to {ends[1]}"

@@ -13,18 +13,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import file_bytes, unreadable
+from heatlens.core.base.paths import read_file_bytes, unreadable_error
 from heatlens.core.model.curves.frames import FRAMES_PER_SECOND
 from heatlens.core.model.option import Values
-from heatlens.core.model.timecode import Timecode, timecode_in
+from heatlens.core.model.timecode import Timecode, try_parse_timecode
 from heatlens.media.camera.samples import CameraSamples
-from heatlens.media.plate.header.shoot_names import ShootLens, not_understood, shoot_lens
+from heatlens.media.plate.header.shoot_names import (
+    ShootLens,
+    read_shoot_lens,
+    unknown_columns_sentence,
+)
 
 Row = Mapping[str, str]
 
 _WITH_POINT = re.compile(r"\s*[0-9]+\.[0-9]+\s*")
 _WITH_COMMA = re.compile(r"\s*[0-9]+,([0-9]+)\s*")
-_THOUSAND = 3  # digits after a comma that may separate thousands
+_THOUSANDS_DIGITS = 3  # digits after a comma that may separate thousands
 _EXPECTED = {
     "focus_distance_m": """a distance such as 2.24, 190cm, 6'3" or inf""",
     "focal_length_mm": "a focal length such as 50 or 50mm",
@@ -47,28 +51,30 @@ class ShootTable:
     columns: tuple[str, ...]
     rows: tuple[Row, ...]
     row_numbers: tuple[int, ...]
-    too_wide: str
+    extra_cells_note: str
 
 
-def table_of(text: str) -> ShootTable:
+def parse_table(text: str) -> ShootTable:
     """Return the rows of a table whose cells are separated by commas, semicolons or tabs.
 
     Decimal commas become points where the table has no points. Raises csv.Error for damaged
     text.
     """
-    head = text.split("\n", 1)[0]
-    between = max("\t;,", key=head.count)
-    reader = csv.DictReader(io.StringIO(text, newline=""), delimiter=between, skipinitialspace=True)
+    column_line = text.split("\n", 1)[0]
+    separator = max("\t;,", key=column_line.count)
+    reader = csv.DictReader(
+        io.StringIO(text, newline=""), delimiter=separator, skipinitialspace=True
+    )
     rows: list[Row] = []
     numbers: list[int] = []
-    too_wide = ""
+    extra_cells_note = ""
     for row in reader:
-        too_wide = too_wide or _too_wide(row, reader.line_num, between)
+        extra_cells_note = extra_cells_note or _extra_cells_note(row, reader.line_num, separator)
         rows.append({str(name): str(cell or "") for name, cell in row.items() if name})
         numbers.append(reader.line_num)
-    if _has_decimal_commas(rows, between):
-        rows = [{name: _pointed(cell) for name, cell in row.items()} for row in rows]
-    return ShootTable(tuple(reader.fieldnames or ()), tuple(rows), tuple(numbers), too_wide)
+    if _has_decimal_commas(rows, separator):
+        rows = [{name: _replace_decimal_commas(cell) for name, cell in row.items()} for row in rows]
+    return ShootTable(tuple(reader.fieldnames or ()), tuple(rows), tuple(numbers), extra_cells_note)
 
 
 def unreadable_notes(path: Path, table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
@@ -78,21 +84,22 @@ def unreadable_notes(path: Path, table: ShootTable, lenses: Sequence[ShootLens])
     """
     notes = []
     for field, expected in _EXPECTED.items():
-        bad = [index for index, lens in enumerate(lenses) if field in lens.unreadable]
-        if not bad:
+        bad_rows = [index for index, lens in enumerate(lenses) if field in lens.unreadable]
+        if not bad_rows:
             continue
-        column = lenses[bad[0]].unreadable[field]
-        cell = table.rows[bad[0]][column].strip()
-        count = len(bad) + sum(getattr(lens, field) is not None for lens in lenses)
-        where = f"row {table.row_numbers[bad[0]]} holds {cell!r}, which is not {expected}"
-        if 2 * len(bad) > count:
+        column = lenses[bad_rows[0]].unreadable[field]
+        cell = table.rows[bad_rows[0]][column].strip()
+        count = len(bad_rows) + sum(getattr(lens, field) is not None for lens in lenses)
+        example = f"row {table.row_numbers[bad_rows[0]]} holds {cell!r}, which is not {expected}"
+        if 2 * len(bad_rows) > count:
             raise InputError(
-                f"{path}: the column {column!r} cannot be read in {len(bad)} of {count} rows: "
-                f"{where}."
+                f"{path}: the column {column!r} cannot be read in {len(bad_rows)} of {count} rows: "
+                f"{example}."
             )
         notes.append(
-            f"The column {column!r} cannot be read in {len(bad)} of {count} rows, which keep the "
-            f"neighbouring row's value: {where}."
+            f"The column {column!r} cannot be read in {len(bad_rows)} of {count} rows, which "
+            "keep the "
+            f"neighbouring row's value: {example}."
         )
     return notes
 
@@ -104,25 +111,26 @@ def conflict_notes(table: ShootTable, lenses: Sequence[ShootLens]) -> list[str]:
         rows = [index for index, lens in enumerate(lenses) if field in lens.conflicts]
         if rows:
             lens, row = lenses[rows[0]], table.rows[rows[0]]
-            first, other = lens.sources[field], lens.conflicts[field]
+            used_column, ignored_column = lens.sources[field], lens.conflicts[field]
             notes.append(
-                f"The columns {first!r} and {other!r} disagree in {len(rows)} of {len(lenses)} "
-                f"rows, and {first!r} counts: row {table.row_numbers[rows[0]]} holds "
-                f"{row[first].strip()!r} and {row[other].strip()!r}."
+                f"The columns {used_column!r} and {ignored_column!r} disagree in {len(rows)} of "
+                f"{len(lenses)} "
+                f"rows, and {used_column!r} counts: row {table.row_numbers[rows[0]]} holds "
+                f"{row[used_column].strip()!r} and {row[ignored_column].strip()!r}."
             )
     return notes
 
 
-def _too_wide(row: Mapping[str | None, object], number: int, between: str) -> str:
+def _extra_cells_note(row: Mapping[str | None, object], number: int, separator: str) -> str:
     """Return a sentence if cells lie beyond the last column, as after unquoted decimal commas."""
-    extra = row.get(None)
-    if not isinstance(extra, list) or not any(str(cell).strip() for cell in extra):
+    extra_cells = row.get(None)
+    if not isinstance(extra_cells, list) or not any(str(cell).strip() for cell in extra_cells):
         return ""
-    hint = " Numbers with a decimal comma need quotes." if between == "," else ""
+    hint = " Numbers with a decimal comma need quotes." if separator == "," else ""
     return f"row {number} has more cells than the table has columns.{hint}"
 
 
-def _has_decimal_commas(rows: Sequence[Row], between: str) -> bool:
+def _has_decimal_commas(rows: Sequence[Row], separator: str) -> bool:
     """Return True if a comma marks decimals even before three digits, as in 4,812.
 
     In a table with a point in any number they do not, because commas may separate thousands.
@@ -131,11 +139,11 @@ def _has_decimal_commas(rows: Sequence[Row], between: str) -> bool:
     cells = [cell for row in rows for cell in row.values()]
     if any(_WITH_POINT.fullmatch(cell) for cell in cells):
         return False
-    after = [match[1] for cell in cells if (match := _WITH_COMMA.fullmatch(cell))]
-    return between == ";" or any(len(digits) != _THOUSAND for digits in after)
+    decimals = [match[1] for cell in cells if (match := _WITH_COMMA.fullmatch(cell))]
+    return separator == ";" or any(len(digits) != _THOUSANDS_DIGITS for digits in decimals)
 
 
-def _pointed(cell: str) -> str:
+def _replace_decimal_commas(cell: str) -> str:
     """Return the cell with points for decimal commas."""
     return re.sub(r"(?<=[0-9]),(?=[0-9])", ".", cell)
 
@@ -143,10 +151,10 @@ def _pointed(cell: str) -> str:
 _FRAMES = ("frame", "frameno", "frame number", "index")
 _TIMECODES = ("master tc", "timecode", "time code", "tc", "lens tc", "timecode in")
 _RATES = ("project fps", "fps", "sensor fps", "frames_per_second")
-_OF_RED = {"FrameNo", "Acceleration X"}  # RED gives distances in mm, without stating the unit
-_OWN = {"focus_distance_m", "focal_length_mm", "nominal_f_stop", "f_stop", "up_axis"}
-_OF_A_LENS = {"focus_distance_m", "focal_length_mm", "t_stop", "f_stop"}
-_READ = ("focal_length_mm", "f_stop", "focus_distance_m", "squeeze")
+_RED_COLUMNS = {"FrameNo", "Acceleration X"}  # RED gives distances in mm, without stating the unit
+_HEATLENS_COLUMNS = {"focus_distance_m", "focal_length_mm", "nominal_f_stop", "f_stop", "up_axis"}
+_LENS_FIELDS = {"focus_distance_m", "focal_length_mm", "t_stop", "f_stop"}
+_TRACK_NAMES = ("focal_length_mm", "f_stop", "focus_distance_m", "squeeze")
 _T_AS_F = (
     "The iris is in T-stops, which are taken as f-stops: the true f-stop is a little wider, by "
     "the light that the glass absorbs."
@@ -155,19 +163,19 @@ _METRES = (
     "The focus has no unit{0} and is taken as metres; for another, give --table-unit focus=mm, "
     "cm, ft or in."
 )
-_TOLD = ("focus_distance_m", "f_stop", "focal_length_mm")
+_EXPECTED_TRACKS = ("focus_distance_m", "f_stop", "focal_length_mm")
 
 
 def is_shoot_table(names: Sequence[str]) -> bool:
     """Return whether the columns are those of a shoot: at least two of them are lens values."""
-    example = shoot_lens({name: "1" for name in names if name})
-    return len(_OF_A_LENS & set(example.sources)) > 1
+    example = read_shoot_lens({name: "1" for name in names if name})
+    return len(_LENS_FIELDS & set(example.sources)) > 1
 
 
 def table_columns(path: Path) -> list[str]:
     """Return the names of the columns; none of heatlens's own names is one of a shoot."""
-    names = _read(path).columns
-    return [] if _OWN & set(names) else list(names)
+    names = _read_table(path).columns
+    return [] if _HEATLENS_COLUMNS & set(names) else list(names)
 
 
 def read_shoot_table(
@@ -181,24 +189,26 @@ def read_shoot_table(
     InputError if the file cannot be read, has no rows, most values of a column cannot be read, or
     the frames are not in order.
     """
-    table = _read(path)
+    table = _read_table(path)
     rows = table.rows
     if not rows:
         raise InputError(f"{path} has no rows: a camera needs at least one frame.")
-    if table.too_wide:
-        raise InputError(f"{path}: {table.too_wide}")
-    unit_m = 1e-3 if _OF_RED <= set(rows[0]) else None
-    lenses = [shoot_lens(row, unit_m, focus_unit_m) for row in rows]
+    if table.extra_cells_note:
+        raise InputError(f"{path}: {table.extra_cells_note}")
+    unit_m = 1e-3 if _RED_COLUMNS <= set(rows[0]) else None
+    lenses = [read_shoot_lens(row, unit_m, focus_unit_m) for row in rows]
     tracks = _tracks(lenses)
     notes = _notes(path, table, lenses, tracks)
     if all(track is None for track in tracks.values()):
-        raise InputError(f"{path}: no row has a value of the lens. {_unknown(table)}".strip())
+        raise InputError(
+            f"{path}: no row has a value of the lens. {_unknown_columns_note(table)}".strip()
+        )
     try:
         return CameraSamples(
             name=path.name.split(".")[0],
             frames=_frames(path, rows, first_frame),
             **tracks,
-            frames_per_second=_rate(rows[0]),
+            frames_per_second=_frame_rate(rows[0]),
             timecodes=_timecodes(rows) if first_frame is None else None,
             has_focus_unit=any(lens.has_unit and lens.focus_distance_m for lens in lenses),
             notes=notes,
@@ -207,40 +217,44 @@ def read_shoot_table(
         raise InputError(f"{path}: {error}") from None
 
 
-def _read(path: Path) -> ShootTable:
+def _read_table(path: Path) -> ShootTable:
     """Return the columns, separated by commas, semicolons or tabs, and the rows."""
     try:
-        return table_of(file_bytes(path).decode("utf-8-sig"))
+        return parse_table(read_file_bytes(path).decode("utf-8-sig"))
     except OSError as error:
-        raise unreadable(path, error) from error
+        raise unreadable_error(path, error) from error
     except (ValueError, csv.Error) as error:
         raise InputError(f"{path} is damaged: {error}.") from error
 
 
 def _tracks(lenses: Sequence[ShootLens]) -> Values:
     """Return the values of each field that is read, or None; T-stops stand in for f-stops."""
-    tracks = {name: _track(name, lenses) for name in _READ}
-    return tracks | {"f_stop": tracks["f_stop"] or _track("t_stop", lenses)}
+    tracks = {name: _filled_track(name, lenses) for name in _TRACK_NAMES}
+    return tracks | {"f_stop": tracks["f_stop"] or _filled_track("t_stop", lenses)}
 
 
-def _track(name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:
-    """Return a value for each row; None if no row has one."""
-    known = [getattr(lens, name) for lens in lenses]
-    first = next((value for value in known if value is not None), None)
+def _filled_track(name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:
+    """Return a value for each row, missing ones as in the row before; None if no row has one."""
+    values = [getattr(lens, name) for lens in lenses]
+    first = next((value for value in values if value is not None), None)
     if first is None:
         return None
-    held: list[float] = []
-    for value in known:
-        held.append(value if value is not None else held[-1] if held else first)
-    return tuple(held)
+    filled: list[float] = []
+    for value in values:
+        filled.append(value if value is not None else filled[-1] if filled else first)
+    return tuple(filled)
 
 
 def _notes(
     path: Path, table: ShootTable, lenses: Sequence[ShootLens], tracks: Values
 ) -> tuple[str, ...]:
     """Return notes on the values, and on columns that may hold missing ones."""
-    is_t_stop = tracks["f_stop"] is not None and _track("f_stop", lenses) is None
-    unknown = _unknown(table) if any(tracks[name] is None for name in _TOLD) else ""
+    is_t_stop = tracks["f_stop"] is not None and _filled_track("f_stop", lenses) is None
+    unknown = (
+        _unknown_columns_note(table)
+        if any(tracks[name] is None for name in _EXPECTED_TRACKS)
+        else ""
+    )
     return (
         *unreadable_notes(path, table, lenses),
         *conflict_notes(table, lenses),
@@ -254,21 +268,23 @@ def _unit_notes(lenses: Sequence[ShootLens]) -> list[str]:
     count = sum(not lens.has_unit for lens in lenses)
     if not count:
         return []
-    of = sum(lens.focus_distance_m is not None for lens in lenses)
-    if count == of:
+    focus_count = sum(lens.focus_distance_m is not None for lens in lenses)
+    if count == focus_count:
         return [_METRES.format("")]
-    return [_METRES.format(f" in {count} of {of} rows")]
+    return [_METRES.format(f" in {count} of {focus_count} rows")]
 
 
-def _unknown(table: ShootTable) -> str:
+def _unknown_columns_note(table: ShootTable) -> str:
     """Return a sentence on the columns that are not understood; "" where all are."""
-    others = {*_FRAMES, *_TIMECODES, *_RATES}
-    return not_understood(name for name in table.columns if name.strip().lower() not in others)
+    known_columns = {*_FRAMES, *_TIMECODES, *_RATES}
+    return unknown_columns_sentence(
+        name for name in table.columns if name.strip().lower() not in known_columns
+    )
 
 
 def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[int, ...]:
     """Return the frames in their column; without it, or with a given first frame, count on."""
-    column = _named(rows[0], _FRAMES)
+    column = _find_column(rows[0], _FRAMES)
     if column is None:
         first = 0 if first_frame is None else first_frame
         return tuple(range(first, first + len(rows)))
@@ -276,22 +292,23 @@ def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[i
         frames = [int(row[column].strip()) for row in rows]
     except ValueError:
         raise InputError(f"{path}: the column {column!r} should hold whole numbers.") from None
-    moved = 0 if first_frame is None else first_frame - frames[0]
-    return tuple(frame + moved for frame in frames)
+    shift = 0 if first_frame is None else first_frame - frames[0]
+    return tuple(frame + shift for frame in frames)
 
 
 def _timecodes(rows: Sequence[Row]) -> tuple[Timecode, ...] | None:
     """Return the timecode of each row; None if any row has none."""
-    column = _named(rows[0], _TIMECODES)
+    column = _find_column(rows[0], _TIMECODES)
     if column is None:
         return None
-    timecodes = [timecode_in(row[column]) for row in rows]
-    known = tuple(timecode for timecode in timecodes if timecode is not None)
-    return known if len(known) == len(rows) else None
+    timecodes = [try_parse_timecode(row[column]) for row in rows]
+    valid_timecodes = tuple(timecode for timecode in timecodes if timecode is not None)
+    return valid_timecodes if len(valid_timecodes) == len(rows) else None
 
 
-def _rate(row: Row) -> float:
-    column = _named(row, _RATES)
+def _frame_rate(row: Row) -> float:
+    """Return the frames per second in a row, else the usual rate."""
+    column = _find_column(row, _RATES)
     try:
         rate = float(row[column]) if column is not None else 0.0
     except ValueError:
@@ -299,7 +316,7 @@ def _rate(row: Row) -> float:
     return rate if 0 < rate <= 1000 else FRAMES_PER_SECOND
 
 
-def _named(row: Row, known: Sequence[str]) -> str | None:
+def _find_column(row: Row, accepted_names: Sequence[str]) -> str | None:
     """Return the column that has one of these names, ignoring case."""
-    by_small = {name.strip().lower(): name for name in row}
-    return next((by_small[name] for name in known if name in by_small), None)
+    by_lower_case = {name.strip().lower(): name for name in row}
+    return next((by_lower_case[name] for name in accepted_names if name in by_lower_case), None)

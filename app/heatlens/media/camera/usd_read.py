@@ -12,7 +12,7 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange, check_frame
 from heatlens.core.model.lens.lens import LensModel
 from heatlens.core.model.lens.opening_image import OpeningImage
-from heatlens.media.camera.placement import Matrix, matrix_of, shortest
+from heatlens.media.camera.placement import Matrix, matrix_of, shortest_decimal
 from heatlens.media.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis, fields_of
 from heatlens.media.camera.usd_write import (
     APERTURE_IMAGE,
@@ -29,8 +29,8 @@ from heatlens.media.files.usd_library import (
     lens_unit_mm,
     lens_unit_note,
     open_usd,
-    read_usd_apart,
-    usd_failures_reported,
+    read_usd_in_process,
+    report_usd_failures,
     usd_module,
 )
 from heatlens.media.plate.header.placement import are_rigid
@@ -47,8 +47,8 @@ _ATTRIBUTES = (
     *OPENING.values(),
 )
 _STILL_FRAME = 1
-_LISTED = 5
-_FAR = 0.999  # share of INFINITE_M, for rounding to float32 and another unit
+_LISTED_CAMERAS = 5
+_INFINITE_SHARE = 0.999  # share of INFINITE_M, for rounding to float32 and another unit
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def read_usd_camera(text: str) -> CameraSamples:
 
     Raises InputError as `usd_camera` does, and where OpenUSD ends that process.
     """
-    return read_usd_apart(usd_camera, text, split_prim(text)[0])
+    return read_usd_in_process(usd_camera, text, split_prim(text)[0])
 
 
 def usd_camera(text: str) -> CameraSamples:
@@ -83,46 +83,48 @@ def usd_camera(text: str) -> CameraSamples:
     several and none is named.
     """
     path, prim_path = split_prim(text)
-    with quiet_library(), usd_failures_reported(path):
-        opened = _opened(path, prim_path)
+    with quiet_library(), report_usd_failures(path):
+        stage = _open_stage(path, prim_path)
         try:
-            _check_projection(opened)
-            frames = _frames(opened)
-            placement, notes = _placement(opened, frames)
-            unit_note = _unit_note(opened, frames[0])
+            _check_projection(stage)
+            frames = _frames(stage)
+            placement, notes = _placement(stage, frames)
+            unit_note = _lens_unit_note(stage, frames[0])
             notes = notes if unit_note is None else (*notes, unit_note)
             return CameraSamples(
-                name=opened.prim.GetName(),
+                name=stage.prim.GetName(),
                 frames=frames,
-                **fields_of(_lens(opened, frames, unit_note)),
-                lens_model=_lens_model(opened),
-                aperture_image=_aperture_image(opened),
+                **fields_of(_lens_values(stage, frames, unit_note)),
+                lens_model=_lens_model(stage),
+                aperture_image=_aperture_image(stage),
                 world_to_camera=placement,
-                up_axis=_up_axis(opened),
-                frames_per_second=opened.stage.GetTimeCodesPerSecond(),
-                notes=(f"{path}: the camera is {opened.prim.GetPath()}.", *notes),
+                up_axis=_up_axis(stage),
+                frames_per_second=stage.stage.GetTimeCodesPerSecond(),
+                notes=(f"{path}: the camera is {stage.prim.GetPath()}.", *notes),
             )
         except InputError as error:
-            raise InputError(f"{path}: {opened.prim.GetPath()}: {error}") from None
+            raise InputError(f"{path}: {stage.prim.GetPath()}: {error}") from None
 
 
-def _opened(path: Path, prim_path: str | None) -> _Stage:
-    usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
+def _open_stage(path: Path, prim_path: str | None) -> _Stage:
+    """Open a USD file and choose its camera. Raises InputError."""
+    usd_package, geometry = usd_module("Usd"), usd_module("UsdGeom")
     stage = open_usd(path)
-    cameras = [p for p in _all_prims(usd, stage) if p.IsA(geometry.Camera)]
+    cameras = [prim for prim in _all_prims(usd_package, stage) if prim.IsA(geometry.Camera)]
     unit_m = geometry.GetStageMetersPerUnit(stage)
     if not 0 < unit_m < math.inf:
         raise InputError(f"{path} has {unit_m:g} metres per unit, so no length can be read.")
-    return _Stage(path, stage, _chosen(path, cameras, prim_path), unit_m)
+    return _Stage(path, stage, _choose_camera(path, cameras, prim_path), unit_m)
 
 
-def _all_prims(usd: UsdObject, stage: UsdObject) -> Iterable[UsdObject]:
+def _all_prims(usd_package: UsdObject, stage: UsdObject) -> Iterable[UsdObject]:
     """Return every prim of the stage, those within instances included."""
-    prims: Iterable[object] = stage.Traverse(usd.TraverseInstanceProxies())
+    prims: Iterable[object] = stage.Traverse(usd_package.TraverseInstanceProxies())
     return prims
 
 
-def _chosen(path: Path, cameras: list[UsdObject], prim_path: str | None) -> object:
+def _choose_camera(path: Path, cameras: list[UsdObject], prim_path: str | None) -> object:
+    """Return the camera at `prim_path`, or the only one; raise InputError that lists them."""
     by_path = {str(camera.GetPath()): camera for camera in cameras}
     if not by_path:
         raise InputError(f"{path} has no camera.")
@@ -130,26 +132,30 @@ def _chosen(path: Path, cameras: list[UsdObject], prim_path: str | None) -> obje
         return by_path[prim_path]
     if prim_path is None and len(by_path) == 1:
         return cameras[0]
-    listed = ", ".join([*list(by_path)[:_LISTED], *(["..."] if len(by_path) > _LISTED else [])])
+    camera_list = ", ".join(
+        [*list(by_path)[:_LISTED_CAMERAS], *(["..."] if len(by_path) > _LISTED_CAMERAS else [])]
+    )
     if prim_path is None:
         raise InputError(
-            f"{path} has {len(by_path)} cameras: {listed}. Name one, as in "
+            f"{path} has {len(by_path)} cameras: {camera_list}. Name one, as in "
             f"{path.name}:{next(iter(by_path))}"
         )
-    raise InputError(f"{path} has no camera {prim_path}; it has {listed}.")
+    raise InputError(f"{path} has no camera {prim_path}; it has {camera_list}.")
 
 
-def _check_projection(opened: _Stage) -> None:
-    if opened.prim.GetAttribute("projection").Get() == "orthographic":
+def _check_projection(stage: _Stage) -> None:
+    if stage.prim.GetAttribute("projection").Get() == "orthographic":
         raise InputError("the camera is orthographic: it has no lens.")
 
 
-def _frames(opened: _Stage) -> tuple[int, ...]:
+def _frames(stage: _Stage) -> tuple[int, ...]:
     """Return every whole frame within the time samples of lens and placement."""
     xformable = usd_module("UsdGeom").Xformable
-    attributes = [opened.prim.GetAttribute(name) for name in _ATTRIBUTES]
+    attributes = [stage.prim.GetAttribute(name) for name in _ATTRIBUTES]
     times = {time for attribute in attributes if attribute for time in attribute.GetTimeSamples()}
-    times.update(time for prim in _parents(opened) for time in xformable(prim).GetTimeSamples())
+    times.update(
+        time for prim in _transformable_prims(stage) for time in xformable(prim).GetTimeSamples()
+    )
     if not times:
         return (_STILL_FRAME,)
     for time in (min(times), max(times)):
@@ -157,101 +163,112 @@ def _frames(opened: _Stage) -> tuple[int, ...]:
     return tuple(FrameRange(math.floor(min(times)), math.ceil(max(times))))
 
 
-def _unit_note(opened: _Stage, frame: int) -> str | None:
-    """Return the sentence on a lens in mm, against USD; None for any other."""
+def _lens_unit_note(stage: _Stage, frame: int) -> str | None:
+    """Return a sentence if lengths of the lens are in mm, which USD does not allow; else None."""
     focal, width = (
-        _track(opened, MM_ATTRIBUTES[name], (frame,))[0]
+        _track(stage, MM_ATTRIBUTES[name], (frame,))[0]
         for name in ("focal_length_mm", "sensor_width_mm")
     )
-    unit_m = opened.meters_per_unit
+    unit_m = stage.meters_per_unit
     if math.isclose(lens_unit_mm(unit_m, focal, width), unit_m * 100):
         return None
-    return lens_unit_note(opened.path, unit_m, focal)
+    return lens_unit_note(stage.path, unit_m, focal)
 
 
-def _lens(opened: _Stage, frames: tuple[int, ...], unit_note: str | None) -> dict[str, UsdObject]:
-    mm = units_per_mm(opened.meters_per_unit) if unit_note is None else 1.0
+def _lens_values(
+    stage: _Stage, frames: tuple[int, ...], unit_note: str | None
+) -> dict[str, UsdObject]:
+    """Return the tracks of the lens; with a `unit_note`, lengths in the file are in mm."""
+    file_units_per_mm = units_per_mm(stage.meters_per_unit) if unit_note is None else 1.0
     lengths: dict[str, Track | None] = {
-        name: _track(opened, attribute, frames, mm) for name, attribute in MM_ATTRIBUTES.items()
+        name: _track(stage, attribute, frames, file_units_per_mm)
+        for name, attribute in MM_ATTRIBUTES.items()
     }
-    focus = _track(opened, "focusDistance", frames, 1 / opened.meters_per_unit)
+    focus = _track(stage, "focusDistance", frames, 1 / stage.meters_per_unit)
     return lengths | {
-        "f_stop": _unless_zero(_track(opened, "fStop", frames)),
-        "focus_distance_m": _unless_zero(tuple(map(_infinite_if_far, focus))),
-        "squeeze": _own_track(opened, SQUEEZE, frames),
-        **{name: _own_track(opened, own, frames) for name, own in OPENING.items()},
-        "nominal_f_stop": _own_track(opened, NOMINAL_F_STOP, frames),
+        "f_stop": _none_if_zero(_track(stage, "fStop", frames)),
+        "focus_distance_m": _none_if_zero(tuple(map(_infinite_if_far, focus))),
+        "squeeze": _heatlens_track(stage, SQUEEZE, frames),
+        **{
+            name: _heatlens_track(stage, attribute_name, frames)
+            for name, attribute_name in OPENING.items()
+        },
+        "nominal_f_stop": _heatlens_track(stage, NOMINAL_F_STOP, frames),
     }
 
 
-def _own_track(opened: _Stage, name: str, frames: tuple[int, ...]) -> Track | None:
+def _heatlens_track(stage: _Stage, name: str, frames: tuple[int, ...]) -> Track | None:
     """Return an attribute that only heatlens writes; None if it is not there."""
-    return _track(opened, name, frames) if opened.prim.HasAttribute(name) else None
+    return _track(stage, name, frames) if stage.prim.HasAttribute(name) else None
 
 
-def _lens_model(opened: _Stage) -> LensModel | None:
+def _lens_model(stage: _Stage) -> LensModel | None:
     """Return the lens model that heatlens has written; None if it is missing or unknown."""
-    attribute = opened.prim.GetAttribute(LENS_MODEL)
+    attribute = stage.prim.GetAttribute(LENS_MODEL)
     name = attribute.Get() if attribute else None
     return LensModel(name) if name in list(LensModel) else None
 
 
-def _aperture_image(opened: _Stage) -> OpeningImage | None:
+def _aperture_image(stage: _Stage) -> OpeningImage | None:
     """Return the aperture image named in the file, not yet read; None if there is none."""
-    attribute = opened.prim.GetAttribute(APERTURE_IMAGE)
+    attribute = stage.prim.GetAttribute(APERTURE_IMAGE)
     path = attribute.Get() if attribute else None
     return OpeningImage(path) if isinstance(path, str) and path else None
 
 
-def _track(opened: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0) -> Track:
+def _track(stage: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0) -> Track:
     """Return an attribute at each frame, divided by `unit`."""
-    attribute = opened.prim.GetAttribute(name)
+    attribute = stage.prim.GetAttribute(name)
     values = [attribute.Get(frame) for frame in frames]
     for frame, value in zip(frames, values, strict=True):
         if not isinstance(value, float | int):
             raise InputError(f"{name} should be a number at frame {frame}, got {value!r}.")
-    short = {value: shortest(value, unit) for value in dict.fromkeys(values)}  # mostly few
-    return tuple(short[value] for value in values)
+    decimals = {
+        value: shortest_decimal(value, unit) for value in dict.fromkeys(values)
+    }  # mostly few
+    return tuple(decimals[value] for value in values)
 
 
-def _unless_zero(track: Track) -> Track | None:
+def _none_if_zero(track: Track) -> Track | None:
     return track if any(track) else None
 
 
 def _infinite_if_far(distance_m: float) -> float:
-    return math.inf if distance_m >= INFINITE_M * _FAR else distance_m
+    return math.inf if distance_m >= INFINITE_M * _INFINITE_SHARE else distance_m
 
 
-def _up_axis(opened: _Stage) -> UpAxis:
-    axis = usd_module("UsdGeom").GetStageUpAxis(opened.stage)
+def _up_axis(stage: _Stage) -> UpAxis:
+    axis = usd_module("UsdGeom").GetStageUpAxis(stage.stage)
     return "z" if axis == "Z" else "y"
 
 
 def _placement(
-    opened: _Stage, frames: tuple[int, ...]
+    stage: _Stage, frames: tuple[int, ...]
 ) -> tuple[tuple[Matrix, ...] | None, tuple[str, ...]]:
     """Return world to camera in metres, without the scale of parents, and notes.
 
     The placement is None where the file has none.
     """
     geometry = usd_module("UsdGeom")
-    if not any(geometry.Xformable(prim).GetOrderedXformOps() for prim in _parents(opened)):
+    if not any(
+        geometry.Xformable(prim).GetOrderedXformOps() for prim in _transformable_prims(stage)
+    ):
         return None, ()
     to_world = np.empty((len(frames), 4, 4))
-    for own, frame in zip(to_world, frames, strict=True):
-        matrix = geometry.Xformable(opened.prim).ComputeLocalToWorldTransform(frame)
+    for frame_matrix, frame in zip(to_world, frames, strict=True):
+        matrix = geometry.Xformable(stage.prim).ComputeLocalToWorldTransform(frame)
         matrix.Orthonormalize(issueWarning=False)
-        own[:] = np.array(matrix, np.float64).T
-    to_world[:, :3, 3] *= opened.meters_per_unit
-    if not (is_one := are_rigid(to_world)).all():
-        frame = frames[int(np.argmin(is_one))]
+        frame_matrix[:] = np.array(matrix, np.float64).T
+    to_world[:, :3, 3] *= stage.meters_per_unit
+    if not (is_rigid := are_rigid(to_world)).all():
+        frame = frames[int(np.argmin(is_rigid))]
         return None, (f"its transform at frame {frame} shears or mirrors, and is left out.",)
     return tuple(map(matrix_of, np.linalg.inv(to_world).tolist())), ()
 
 
-def _parents(opened: _Stage) -> Iterable[object]:
+def _transformable_prims(stage: _Stage) -> Iterable[object]:
     """Yield the camera and its ancestors as far as they can have a transform."""
-    prim = opened.prim
+    prim = stage.prim
     while prim and not prim.IsPseudoRoot():
         if prim.IsA(usd_module("UsdGeom").Xformable):
             yield prim

@@ -1,16 +1,16 @@
 """Write a camera as USD: a UsdGeomCamera with a time sample at each frame of moving values.
 
-UsdGeomCamera does not describe the opening, so our own attributes do. The draft "Physical Cameras
-for USD" of the OpenUSD proposals names two of its values, blades and squeeze; it names none of the
-others, and no prefix yet. These two are custom data of the prim under the classes of that draft.
+UsdGeomCamera does not describe the opening, so attributes of heatlens do. The draft "Physical
+Cameras for USD" of the OpenUSD proposals names two of the values, blades and squeeze, without a
+prefix yet. These two are also custom data of the prim under the classes of that draft.
 
-Focus at infinity, for which renderers have no common sign, is INFINITE_M away.
+Focus at infinity is written as INFINITE_M, because renderers have no common value for it.
 """
 
 import re
 from collections.abc import Sequence
 
-from heatlens.core.base.paths import file_bytes
+from heatlens.core.base.paths import read_file_bytes
 from heatlens.core.base.stopping import temporary_folder
 from heatlens.media.camera.placement import camera_to_world
 from heatlens.media.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
@@ -33,7 +33,7 @@ OPENING = {
 CLIPPING_M = (0.01, 1e4)
 
 # Class and name in the draft proposal of each value that it defines.
-PROPOSED = {
+DRAFT_KEYS = {
     "blades": "PhysicalCameraLens:shutter_blades",
     "squeeze": "PhysicalCameraLensModelPinhole:squeeze",
 }
@@ -57,16 +57,17 @@ def usd_bytes(
 
     Raises InputError if OpenUSD is not installed.
     """
-    stage = _stage(camera, meters_per_unit)
+    stage = _build_stage(camera, meters_per_unit)
     with temporary_folder() as folder, quiet_library():
         path = folder / f"camera{suffix}"
         stage.GetRootLayer().Export(str(path))
-        return file_bytes(path)
+        return read_file_bytes(path)
 
 
-def _stage(camera: CameraSamples, meters_per_unit: float) -> UsdObject:
-    usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
-    stage = usd.Stage.CreateInMemory()
+def _build_stage(camera: CameraSamples, meters_per_unit: float) -> UsdObject:
+    """Return a stage in memory that holds the camera as its default prim."""
+    usd_package, geometry = usd_module("Usd"), usd_module("UsdGeom")
+    stage = usd_package.Stage.CreateInMemory()
     geometry.SetStageMetersPerUnit(stage, meters_per_unit)
     geometry.SetStageUpAxis(stage, camera.up_axis.upper())
     stage.SetTimeCodesPerSecond(camera.frames_per_second)
@@ -83,54 +84,66 @@ def _stage(camera: CameraSamples, meters_per_unit: float) -> UsdObject:
 
 
 def _author_lens(prim: UsdObject, camera: CameraSamples, meters_per_unit: float) -> None:
+    """Write the lens tracks, the lens model and the path of the aperture image."""
     tracks = camera.lens_tracks
-    mm = units_per_mm(meters_per_unit)
+    file_units_per_mm = units_per_mm(meters_per_unit)
     for name, attribute in MM_ATTRIBUTES.items():
         if name in tracks:
-            _author(prim.GetPrim().GetAttribute(attribute), camera, [v * mm for v in tracks[name]])
+            _author(
+                prim.GetPrim().GetAttribute(attribute),
+                camera,
+                [length_mm * file_units_per_mm for length_mm in tracks[name]],
+            )
     if "focus_distance_m" in tracks:
         distances = [finite_m(value) / meters_per_unit for value in tracks["focus_distance_m"]]
         _author(prim.GetFocusDistanceAttr(), camera, distances)
     if "f_stop" in tracks:
         _author(prim.GetFStopAttr(), camera, tracks["f_stop"])
     if "squeeze" in tracks:
-        _author_own(prim, SQUEEZE, camera, tracks["squeeze"])
+        _author_float_attribute(prim, SQUEEZE, camera, tracks["squeeze"])
     if "nominal_f_stop" in tracks:
-        _author_own(prim, NOMINAL_F_STOP, camera, tracks["nominal_f_stop"])
+        _author_float_attribute(prim, NOMINAL_F_STOP, camera, tracks["nominal_f_stop"])
     for name, track in camera.opening.items():
-        _author_own(prim, OPENING[name], camera, track)
-    _author_proposed(prim, camera)
+        _author_float_attribute(prim, OPENING[name], camera, track)
+    _author_draft_values(prim, camera)
     if camera.aperture_image is not None:
-        text = usd_module("Sdf").ValueTypeNames.String
-        prim.GetPrim().CreateAttribute(APERTURE_IMAGE, text).Set(camera.aperture_image.path)
+        string_type = usd_module("Sdf").ValueTypeNames.String
+        prim.GetPrim().CreateAttribute(APERTURE_IMAGE, string_type).Set(camera.aperture_image.path)
     if camera.lens_model is not None:
-        token = usd_module("Sdf").ValueTypeNames.Token
-        prim.GetPrim().CreateAttribute(LENS_MODEL, token).Set(str(camera.lens_model))
+        token_type = usd_module("Sdf").ValueTypeNames.Token
+        prim.GetPrim().CreateAttribute(LENS_MODEL, token_type).Set(str(camera.lens_model))
 
 
-def _author_proposed(prim: UsdObject, camera: CameraSamples) -> None:
+def _author_draft_values(prim: UsdObject, camera: CameraSamples) -> None:
     """Write the values that the draft proposal names, unless they are the defaults."""
     tracks = camera.lens_tracks
-    for name, key in PROPOSED.items():
+    for name, key in DRAFT_KEYS.items():
         value = tracks[name][0] if name in tracks else 1.0
         if value > 1.0:
-            proposed = round(value) if name == "blades" else value
-            prim.GetPrim().SetCustomDataByKey(key, proposed)
+            stored_value = round(value) if name == "blades" else value
+            prim.GetPrim().SetCustomDataByKey(key, stored_value)
 
 
-def _author_own(prim: UsdObject, name: str, camera: CameraSamples, values: Sequence[float]) -> None:
-    kind = usd_module("Sdf").ValueTypeNames.Float
-    _author(prim.GetPrim().CreateAttribute(name, kind), camera, values)
+def _author_float_attribute(
+    prim: UsdObject, name: str, camera: CameraSamples, values: Sequence[float]
+) -> None:
+    """Create the attribute `name`, a float, and write its values."""
+    value_type = usd_module("Sdf").ValueTypeNames.Float
+    _author(prim.GetPrim().CreateAttribute(name, value_type), camera, values)
 
 
 def _author_placement(prim: UsdObject, camera: CameraSamples, meters_per_unit: float) -> None:
     """Write camera to world; USD's points are rows, so its matrices are transposed."""
     if camera.world_to_camera is None:
         return
-    placed = camera_to_world(camera.world_to_camera, camera.up_axis, camera.up_axis)
-    placed[:, :3, 3] /= meters_per_unit
+    camera_matrices = camera_to_world(camera.world_to_camera, camera.up_axis, camera.up_axis)
+    camera_matrices[:, :3, 3] /= meters_per_unit
     matrix = usd_module("Gf").Matrix4d
-    _author(prim.AddTransformOp().GetAttr(), camera, [matrix(m.T.tolist()) for m in placed])
+    _author(
+        prim.AddTransformOp().GetAttr(),
+        camera,
+        [matrix(camera_matrix.T.tolist()) for camera_matrix in camera_matrices],
+    )
 
 
 def _author(attribute: UsdObject, camera: CameraSamples, values: Sequence[UsdObject]) -> None:

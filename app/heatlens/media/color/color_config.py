@@ -14,7 +14,7 @@ from typing import Any
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import ocio
-from heatlens.core.base.paths import file_bytes, unreadable
+from heatlens.core.base.paths import read_file_bytes, unreadable_error
 from heatlens.media.plate.header.entries import FOR_THE_EYE
 
 # The full name, because `ocio://default` differs between versions of the library, which would
@@ -33,7 +33,7 @@ LINEAR_REC709 = (
     "lin_srgb",
 )
 _ARCHIVE = b"PK"  # .ocioz
-_SAID_ALREADY = re.compile(r"^Error: Loading the OCIO profile '.*?' failed\. ")
+_REPEATED_PREFIX = re.compile(r"^Error: Loading the OCIO profile '.*?' failed\. ")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,19 +83,19 @@ class ColorConfig:
             "the plate's colours cannot be interpreted. Add that role."
         )
 
-    def space_called(self, *names: str) -> str | None:
+    def find_space(self, *names: str) -> str | None:
         """Return the first colour space with one of `names`.
 
         A name may be the space's own, an alias or its interop identifier. Returns None where there
         is none, or the space is marked as data.
         """
         for name in names:
-            space = self.config.getColorSpace(name) or self._with_interop_id(name)
+            space = self.config.getColorSpace(name) or self._find_by_interop_id(name)
             if space is not None and not space.isData():
                 return str(space.getName())
         return None
 
-    def _with_interop_id(self, name: str) -> Any:
+    def _find_by_interop_id(self, name: str) -> Any:
         """Return the space with this identifier, which configs may give since OpenColorIO 2.5."""
         for space in self.config.getColorSpaces():
             if name and space.getInteropID() == name:
@@ -119,8 +119,8 @@ class ColorConfig:
         OpenColorIO 2, every space that is not data.
         """
         spaces = list(self.config.getColorSpaces())
-        linear = [s for s in spaces if s.getEncoding() == "scene-linear"]
-        names = [s.getName() for s in linear or spaces if not s.isData()]
+        linear = [space for space in spaces if space.getEncoding() == "scene-linear"]
+        names = [space.getName() for space in linear or spaces if not space.isData()]
         return tuple(dict.fromkeys([self.default_input_space, *names]))
 
 
@@ -130,46 +130,51 @@ def load_color_config(path: str | None) -> ColorConfig:
     `path` may be a .ocio or .ocioz file or an `ocio://` name. Raises InputError if the config is
     missing or broken, or OpenColorIO is not installed.
     """
-    named = path or os.environ.get("OCIO")
-    if not named:
-        return ColorConfig(f"built-in {BUILT_IN}", _read(f"ocio://{BUILT_IN}", "built-in config"))
-    source = named if path else f"$OCIO {named}"
-    return ColorConfig(source, _read(named, source))
+    address = path or os.environ.get("OCIO")
+    if not address:
+        return ColorConfig(
+            f"built-in {BUILT_IN}", _read_config(f"ocio://{BUILT_IN}", "built-in config")
+        )
+    source = address if path else f"$OCIO {address}"
+    return ColorConfig(source, _read_config(address, source))
 
 
-def files_of_config(path: Path) -> tuple[Path, ...]:
+def list_config_files(path: Path) -> tuple[Path, ...]:
     """Return the config at `path`, then the tables that it names and that are found."""
     library, config = ocio(), load_color_config(str(path)).config
     files = [path]
-    for name in dict.fromkeys(name for it in _transforms(config) for name in _tables(it)):
+    for name in dict.fromkeys(
+        name for transform in _all_transforms(config) for name in _table_names(transform)
+    ):
         with suppress(library.Exception, library.ExceptionMissingFile):
             files.append(Path(config.getCurrentContext().resolveFileLocation(name)))
     return tuple(files)
 
 
-def _transforms(config: Any) -> Iterator[Any]:
+def _all_transforms(config: Any) -> Iterator[Any]:
+    """Yield every transform of the config, in both directions; some are None."""
     library = ocio()
     for kind, entries in (
         ("COLORSPACE", list(config.getColorSpaces())),
         ("VIEWTRANSFORM", list(config.getViewTransforms())),
     ):
-        for way in ("TO", "FROM"):
-            direction = getattr(library, f"{kind}_DIR_{way}_REFERENCE")
+        for direction_name in ("TO", "FROM"):
+            direction = getattr(library, f"{kind}_DIR_{direction_name}_REFERENCE")
             yield from (entry.getTransform(direction) for entry in entries)
     for look in config.getLooks():
         yield from (look.getTransform(), look.getInverseTransform())
 
 
-def _tables(transform: Any) -> Iterator[str]:
+def _table_names(transform: Any) -> Iterator[str]:
     """Return the names of the files that a transform refers to, alone or as a group."""
     if isinstance(transform, ocio().FileTransform):
         yield transform.getSrc()
     elif isinstance(transform, ocio().GroupTransform):
         for inner in transform:
-            yield from _tables(inner)
+            yield from _table_names(inner)
 
 
-def _read(address: str, source: str) -> object:
+def _read_config(address: str, source: str) -> object:
     """Read the config; an error in one of its views appears only when that view is used."""
     library = ocio()
     if not address.isprintable():  # bytes of another encoding arrive as surrogates
@@ -181,7 +186,7 @@ def _read(address: str, source: str) -> object:
         raise InputError(f"{source} is not a usable OpenColorIO config: it is damaged.") from error
     except (library.Exception, library.ExceptionMissingFile) as error:
         raise InputError(
-            f"{source} is not a usable OpenColorIO config: {one_line(error)}"
+            f"{source} is not a usable OpenColorIO config: {error_text(error)}"
         ) from error
     if not config.getDisplays():
         raise InputError(f"{source} defines no display, so it cannot show a picture.")
@@ -193,7 +198,7 @@ def _check_file(path: Path, source: str) -> None:
     if not path.exists():  # OpenColorIO's own name, or a missing file, which the library reports
         return
     try:
-        data = file_bytes(path)
+        data = read_file_bytes(path)
         if not data.startswith(_ARCHIVE):
             data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -201,18 +206,18 @@ def _check_file(path: Path, source: str) -> None:
             f"{source} is not a usable OpenColorIO config: byte {error.start} is not UTF-8."
         ) from error
     except OSError as error:
-        raise unreadable(path, error) from error
+        raise unreadable_error(path, error) from error
 
 
-def one_line(error: Exception) -> str:
+def error_text(error: Exception) -> str:
     """Return the library's message without line breaks and without the file's name."""
-    return _SAID_ALREADY.sub("", " ".join(str(error).split())).rstrip(".") + "."
+    return _REPEATED_PREFIX.sub("", " ".join(str(error).split())).rstrip(".") + "."
 
 
-def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
-    """Raise InputError, listing the known names, unless `name` is among `known`."""
-    if name not in known:
-        raise InputError(f"{what} {name!r} is not among {', '.join(known)}.")
+def check_known(kind: str, name: str, known_names: tuple[str, ...]) -> None:
+    """Raise InputError, which lists `known_names`, unless `name` is one of them."""
+    if name not in known_names:
+        raise InputError(f"{kind} {name!r} is not among {', '.join(known_names)}.")
 
 
 def default_view(config: ColorConfig, display: str, attributes: Mapping[str, object]) -> str:

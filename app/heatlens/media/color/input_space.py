@@ -34,59 +34,68 @@ _NAMES: Mapping[Primaries, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class InputSpace:
-    """A space of the config, why it was chosen, and a note if the header's space is unknown.
+    """A space of the config, the origin of the choice, and a note if the header's is unknown.
 
     Light in primaries that no space of the config has is converted to linear Rec. 709 by a matrix.
     """
 
     name: str
-    why: str
+    origin: str
     note: str = ""
-    turned_from: Primaries | None = None  # the plate's primaries, if a matrix converts to `name`
+    source_primaries: Primaries | None = (
+        None  # the plate's primaries, if a matrix converts to `name`
+    )
 
 
 def input_space_of(
-    config: ColorConfig | None, attributes: Mapping[str, object], chosen: str = ""
+    config: ColorConfig | None, attributes: Mapping[str, object], chosen_space: str = ""
 ) -> InputSpace:
-    """Return the colour space of a picture whose header has `attributes`, or `chosen` if given.
+    """Return `chosen_space` if it is given, else that of a picture whose header has `attributes`.
 
     If `config` is None, the plain sRGB curve is used, which knows the primaries of
     `plate.primaries` by name. Raises InputError if the config has no default space.
     """
-    if chosen:
-        return InputSpace(chosen, "chosen")
+    if chosen_space:
+        return InputSpace(chosen_space, "chosen")
     stated = header_primaries(attributes)
-    space = None if stated is None else _found(config, stated)
+    space = None if stated is None else _stated_space(config, stated)
     if stated is not None and space is not None:
         return InputSpace(space, f"header, {stated.attribute}")
     if stated is not None and stated.primaries is not None:
-        rec709 = REC709.name if config is None else config.space_called(*LINEAR_REC709)
+        rec709 = REC709.name if config is None else config.find_space(*LINEAR_REC709)
         if rec709 is not None:
-            why = f"header, {stated.attribute}, by a matrix"
-            return InputSpace(rec709, why, turned_from=stated.primaries)
-    usual = REC709.name if config is None else config.default_input_space
+            origin = f"header, {stated.attribute}, by a matrix"
+            return InputSpace(rec709, origin, source_primaries=stated.primaries)
+    default_space = REC709.name if config is None else config.default_input_space
     if stated is None:
-        return InputSpace(usual, "the header names no other")
-    return InputSpace(usual, f"no other for {stated.attribute}", _note(config, stated, usual))
+        return InputSpace(default_space, "the header names no other")
+    return InputSpace(
+        default_space,
+        f"no other for {stated.attribute}",
+        _unknown_space_note(config, stated, default_space),
+    )
 
 
-def _found(config: ColorConfig | None, stated: HeaderPrimaries) -> str | None:
+def _stated_space(config: ColorConfig | None, stated: HeaderPrimaries) -> str | None:
     """Return the name in the config of the space that the header states, or None."""
     if config is None:
         return None if stated.known is None else stated.known.name
     if stated.known is None:
         # A studio's config may have its own names; chromaticities are not a name.
-        return config.space_called(stated.value) if stated.attribute == "colorInteropID" else None
-    return config.space_called(stated.known.interop_id, *_NAMES[stated.known])
+        return config.find_space(stated.value) if stated.attribute == "colorInteropID" else None
+    return config.find_space(stated.known.interop_id, *_NAMES[stated.known])
 
 
-def _note(config: ColorConfig | None, stated: HeaderPrimaries, usual: str) -> str:
+def _unknown_space_note(
+    config: ColorConfig | None, stated: HeaderPrimaries, default_space: str
+) -> str:
     """Return a sentence on a header whose space is not in the config."""
     if stated.known is not None and config is not None:
         problem = f"{config.source} has no {stated.known.name}, which is the header's"
     else:
         problem = "heatlens knows no colour space with the header's"
     return (
-        f"{problem} {stated.attribute} ({stated.value}): the plate is read as {usual} until "
+        f"{problem} {stated.attribute} ({stated.value}): the plate is read as {default_space} "
+        "until "
         "another input space is chosen."
     )

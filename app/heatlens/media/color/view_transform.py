@@ -17,9 +17,9 @@ from heatlens.core.base.extras import ocio
 from heatlens.core.base.paths import data_dir
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.view.view import PLAIN_VIEW
-from heatlens.media.color.color_config import ColorConfig, check_known, one_line
+from heatlens.media.color.color_config import ColorConfig, check_known, error_text
 from heatlens.media.plate.header.primaries import KNOWN, REC709, XYZ, Primaries
-from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.plate.picture.display import encode_srgb
 from heatlens.media.plate.plate import FloatImage
 
 Matrix = npt.NDArray[np.floating[Any]]
@@ -34,10 +34,12 @@ def to_rec709(primaries: Primaries) -> Matrix:
 
     White stays white; the D65 white of XYZ becomes white.
     """
-    back: Matrix = np.linalg.inv(_to_xyz(REC709))
+    xyz_to_rec709: Matrix = np.linalg.inv(_to_xyz(REC709))
     if primaries == XYZ:
-        return back
-    matrix: Matrix = back @ _adapted(_white(primaries), _white(REC709)) @ _to_xyz(primaries)
+        return xyz_to_rec709
+    matrix: Matrix = (
+        xyz_to_rec709 @ _adapt_white(_white_xyz(primaries), _white_xyz(REC709)) @ _to_xyz(primaries)
+    )
     return matrix
 
 
@@ -45,22 +47,27 @@ def _to_xyz(primaries: Primaries) -> Matrix:
     """Return the XYZ of red, green and blue as columns, which sum to the white with Y = 1."""
     red, green, blue, _ = np.reshape(primaries.chromaticities, (4, 2))
     columns = np.stack([_xyz(*xy) for xy in (red, green, blue)], axis=1)
-    matrix: Matrix = columns * np.linalg.solve(columns, _white(primaries))
+    matrix: Matrix = columns * np.linalg.solve(columns, _white_xyz(primaries))
     return matrix
 
 
-def _white(primaries: Primaries) -> Matrix:
+def _white_xyz(primaries: Primaries) -> Matrix:
+    """Return the XYZ of the white with Y = 1."""
     x, y = primaries.chromaticities[6:]
     return _xyz(x, y) / y
 
 
 def _xyz(x: float, y: float) -> Matrix:
-    """Return XYZ with the sum 1, because blue of AP0 has almost no luminance."""
+    """Return the XYZ of a chromaticity with the sum 1.
+
+    Y is not scaled to 1, because blue of AP0 has almost no luminance.
+    """
     return np.array([x, y, 1.0 - x - y])
 
 
-def _adapted(white: Matrix, wanted: Matrix) -> Matrix:
-    gain = (_BRADFORD @ wanted) / (_BRADFORD @ white)
+def _adapt_white(white: Matrix, target_white: Matrix) -> Matrix:
+    """Return the Bradford matrix (3, 3) that adapts XYZ from one white to another."""
+    gain = (_BRADFORD @ target_white) / (_BRADFORD @ white)
     matrix: Matrix = np.linalg.inv(_BRADFORD) @ np.diag(gain) @ _BRADFORD
     return matrix
 
@@ -99,34 +106,40 @@ class ViewTransform:
         NaN counts as black. A tone-mapped view stays inside 0..1, Raw does not.
         """
         light = np.clip(np.nan_to_num(rgb, nan=0.0), -LIGHT_MAX, LIGHT_MAX)
-        shown = self.encode(np.float32(2.0**exposure_stops) * light.astype(np.float32))
+        display_values = self.encode(np.float32(2.0**exposure_stops) * light.astype(np.float32))
         if gamma == 1.0:
-            return shown
-        bent: FloatImage = np.sign(shown) * np.abs(shown) ** np.float32(1.0 / gamma)
-        return bent
+            return display_values
+        gamma_applied: FloatImage = np.sign(display_values) * np.abs(display_values) ** np.float32(
+            1.0 / gamma
+        )
+        return gamma_applied
 
 
 def srgb_transform(
-    input_space: str = REC709.name, turned_from: Primaries | None = None
+    input_space: str = REC709.name, source_primaries: Primaries | None = None
 ) -> ViewTransform:
     """Return the plain curve of IEC 61966-2-1, clipped at white; it needs no library.
 
     `input_space`: name of one of the primaries in `plate.primaries`; raises InputError for others.
-    `turned_from`: the light's own primaries, where they have no name.
+    `source_primaries`: the light's own primaries, where they have no name.
     """
-    check_known("Input space", input_space, tuple(known.name for known in KNOWN))
+    check_known(
+        "Input space", input_space, tuple(named_primaries.name for named_primaries in KNOWN)
+    )
     glsl = (data_dir("shaders") / "lib" / "srgb_view.lib.glsl").read_text()
-    encode: Callable[[FloatImage], FloatImage] = srgb_encoded
+    encode: Callable[[FloatImage], FloatImage] = encode_srgb
     key = "sRGB"
-    if turned_from is not None or input_space != REC709.name:
-        own = turned_from or next(known for known in KNOWN if known.name == input_space)
-        key = f"sRGB of {own.name} {own.chromaticities}"
-        matrix = to_rec709(own)
-        glsl, encode = _in_rec709(glsl, matrix), _encoder_after(matrix)
+    if source_primaries is not None or input_space != REC709.name:
+        primaries = source_primaries or next(
+            named_primaries for named_primaries in KNOWN if named_primaries.name == input_space
+        )
+        key = f"sRGB of {primaries.name} {primaries.chromaticities}"
+        matrix = to_rec709(primaries)
+        glsl, encode = _prepend_matrix(glsl, matrix), _encoder_with_matrix(matrix)
     return ViewTransform("sRGB", PLAIN_VIEW, input_space, key, glsl, (), encode)
 
 
-def _in_rec709(glsl: str, matrix: Matrix) -> str:
+def _prepend_matrix(glsl: str, matrix: Matrix) -> str:
     """Return the same GLSL with a matrix applied first. GLSL matrices are column-major."""
     values = ", ".join(f"{value:.9g}" for value in matrix.T.flat)
     return (
@@ -136,10 +149,12 @@ def _in_rec709(glsl: str, matrix: Matrix) -> str:
     )
 
 
-def _encoder_after(matrix: Matrix) -> Callable[[FloatImage], FloatImage]:
+def _encoder_with_matrix(matrix: Matrix) -> Callable[[FloatImage], FloatImage]:
+    """Return a function that applies a matrix and then the sRGB curve to light (H, W, 3)."""
+
     def encode(light: FloatImage) -> FloatImage:
         finite = np.clip(np.nan_to_num(light, nan=0.0), -LIGHT_MAX, LIGHT_MAX)
-        return srgb_encoded(finite @ matrix.T.astype(np.float32))
+        return encode_srgb(finite @ matrix.T.astype(np.float32))
 
     return encode
 
@@ -149,34 +164,38 @@ def view_transform(
     display: str,
     view: str,
     input_space: str,
-    turned_from: Primaries | None = None,
+    source_primaries: Primaries | None = None,
     grade: Grade | None = None,
 ) -> ViewTransform:
     """Return the transform of `view` on `display` for light in `input_space`.
 
-    `turned_from`: the light's own primaries, if it must first be converted to linear Rec. 709.
-    `grade`: applied before the view, but for views of raw numbers.
+    `source_primaries`: the light's own, if it must first be converted to linear Rec. 709.
+    `grade`: applied before the view, except for views of raw numbers.
     Raises InputError if the config lacks one of the names or cannot build the transform.
     """
     check_known(f"{config.source}: view of {display}", view, config.views(display))
     library = ocio()
     try:
-        parts = [] if turned_from is None else [_matrix_transform(library, turned_from)]
-        space = input_space
+        transforms = (
+            [] if source_primaries is None else [_matrix_transform(library, source_primaries)]
+        )
+        grading_space = input_space
         if grade is not None and not config.is_data_view(display, view):
-            space = config.grading_space(input_space)
-            parts.append(library.ColorSpaceTransform(src=input_space, dst=space))
-            parts.append(_grade_transform(library, grade))
-        parts.append(library.DisplayViewTransform(src=space, display=display, view=view))
-        processor = config.config.getProcessor(library.GroupTransform(parts))
-        glsl, luts, key = _for_gpu(library, processor)
-        on_cpu = processor.getDefaultCPUProcessor()
+            grading_space = config.grading_space(input_space)
+            transforms.append(library.ColorSpaceTransform(src=input_space, dst=grading_space))
+            transforms.append(_grade_transform(library, grade))
+        transforms.append(
+            library.DisplayViewTransform(src=grading_space, display=display, view=view)
+        )
+        processor = config.config.getProcessor(library.GroupTransform(transforms))
+        glsl, luts, key = _gpu_shader(library, processor)
+        cpu_processor = processor.getDefaultCPUProcessor()
     except (library.Exception, library.ExceptionMissingFile) as error:
         raise InputError(
             f"{config.source}: {view} on {display} from {input_space} cannot be built: "
-            f"{one_line(error)}"
+            f"{error_text(error)}"
         ) from error
-    return ViewTransform(display, view, input_space, key, glsl, luts, _encoder(on_cpu))
+    return ViewTransform(display, view, input_space, key, glsl, luts, _cpu_encoder(cpu_processor))
 
 
 def _grade_transform(library: ModuleType, grade: Grade) -> object:
@@ -191,38 +210,46 @@ def _matrix_transform(library: ModuleType, primaries: Primaries) -> object:
     return library.MatrixTransform(matrix=matrix.ravel().tolist())
 
 
-def _encoder(on_cpu: Any) -> Callable[[FloatImage], FloatImage]:
+def _cpu_encoder(cpu_processor: Any) -> Callable[[FloatImage], FloatImage]:
+    """Return a function that converts light (H, W, 3) by OpenColorIO's processor."""
+
     def encode(light: FloatImage) -> FloatImage:
-        shown = np.array(light, np.float32, order="C")  # because the library writes in place
-        on_cpu.applyRGB(shown)
-        return shown
+        display_values = np.array(
+            light, np.float32, order="C"
+        )  # because the library writes in place
+        cpu_processor.applyRGB(display_values)
+        return display_values
 
     return encode
 
 
-# Every file gets its values by this shader too, not by OpenColorIO on the CPU: both differ in about
-# one pixel of 1,500 by one code, and the shader took 0.2 s where the CPU took 1.3 s for a picture
-# in high definition.
-def _for_gpu(library: ModuleType, processor: Any) -> tuple[str, tuple[Lut, ...], str]:
+# Files get their values by this shader too, not by OpenColorIO on the CPU: the shader takes 0.2 s
+# for a picture in high definition, the CPU 1.3 s. They differ in about one pixel of 1,500 by one
+# code.
+def _gpu_shader(library: ModuleType, processor: Any) -> tuple[str, tuple[Lut, ...], str]:
     """Return GLSL, its tables, and a key that identifies both."""
-    on_gpu = processor.getDefaultGPUProcessor()
+    gpu_processor = processor.getDefaultGPUProcessor()
     shader = library.GpuShaderDesc.CreateShaderDesc(
         language=library.GPU_LANGUAGE_GLSL_4_0, functionName=_FUNCTION, resourcePrefix="ocio_"
     )
     shader.setAllowTexture1D(False)  # the GPU binds none; the picture would be black
-    on_gpu.extractGpuShaderInfo(shader)
-    luts = [_lut(t, (t.edgeLen,) * 3 + (3,), library) for t in shader.get3DTextures()]
+    gpu_processor.extractGpuShaderInfo(shader)
+    luts = [
+        _to_lut(table_3d, (table_3d.edgeLen,) * 3 + (3,), library)
+        for table_3d in shader.get3DTextures()
+    ]
     for table in shader.getTextures():
         is_red = table.channel == library.GpuShaderDesc.TEXTURE_RED_CHANNEL
         size = (max(table.height, 1), table.width)
-        luts.append(_lut(table, size if is_red else (*size, 3), library))
+        luts.append(_to_lut(table, size if is_red else (*size, 3), library))
     glsl = str(shader.getShaderText())
     for lut in luts:
         glsl = glsl.replace(lut.sampler.removesuffix("_tx"), lut.sampler)
-    return glsl, tuple(luts), str(on_gpu.getCacheID())
+    return glsl, tuple(luts), str(gpu_processor.getCacheID())
 
 
-def _lut(table: Any, shape: tuple[int, ...], library: ModuleType) -> Lut:
+def _to_lut(table: Any, shape: tuple[int, ...], library: ModuleType) -> Lut:
+    """Return a table of OpenColorIO as an array of this shape, with the name of its sampler."""
     values = np.array(table.getValues(), np.float32).reshape(shape)
     is_linear = table.interpolation != library.INTERP_NEAREST
     return Lut(f"{table.samplerName}_tx", values, is_linear)

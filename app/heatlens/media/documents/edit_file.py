@@ -1,7 +1,7 @@
 """Read the cut of an editor, by OpenTimelineIO: .otio, EDL, XML of Final Cut, AAF.
 
-Each clip of the picture becomes a shot with the frames of its media that the cut shows. What a reel
-cannot hold, such as a dissolve, is said in a note of the shot.
+Each clip of the picture becomes a shot with the frames of its media that the cut shows. A note of
+the shot reports what a reel cannot hold, such as a dissolve.
 """
 
 import math
@@ -16,7 +16,7 @@ from typing import Any, cast
 from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.base.extras import import_extra
 from heatlens.core.base.outside_text import one_line
-from heatlens.core.base.paths import file_bytes, unreadable
+from heatlens.core.base.paths import read_file_bytes, unreadable_error
 from heatlens.core.model.curves.frames import FRAMES_PER_SECOND, FrameRange, exact_rate
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.grade import Grade
@@ -25,22 +25,22 @@ from heatlens.core.model.shot.reel import (
     ReelShot,
     Retime,
     check_cut_length,
-    named_apart,
     shot_name,
+    with_unique_names,
 )
 from heatlens.core.model.timecode import timecode_at
 from heatlens.core.model.units import parse_distance_m
-from heatlens.media.documents.edit_media import MediaFinder, played
-from heatlens.media.documents.edit_times import Seen, seen_in
+from heatlens.media.documents.edit_media import MediaFinder, resolve_frames
+from heatlens.media.documents.edit_times import ShownSpan, shown_spans
 from heatlens.media.documents.edit_types import Item, Timeline
-from heatlens.media.documents.edl_text import prepared
-from heatlens.media.files.apart import called_apart
+from heatlens.media.documents.edl_text import prepare_edl
+from heatlens.media.files.apart import call_in_process
 from heatlens.media.files.limits import allow_for, is_bounded
 
 EDIT_SUFFIXES = (".otio", ".otioz", ".edl", ".aaf", ".xml")
 _ADAPTERS = {".edl": "cmx_3600", ".xml": "fcp_xml", ".aaf": "AAF"}
 _PACKAGES = {".edl": "otio_cmx3600_adapter", ".xml": "otio_fcp_adapter", ".aaf": "otio_aaf_adapter"}
-_AAF = bytes.fromhex("d0cf11e0a1b11ae1")  # of all compound files
+_AAF_SIGNATURE = bytes.fromhex("d0cf11e0a1b11ae1")  # of all compound files
 
 
 @dataclass(frozen=True)
@@ -66,23 +66,24 @@ def read_edit(path: Path, options: EditOptions) -> Reel:
     A damaged file can crash OpenTimelineIO, or keep it busy for ever.
     """
     if is_bounded():
-        return _bounded_reel((path, options))
-    return called_apart(_bounded_reel, (path, options), str(path))
+        return _read_reel_bounded((path, options))
+    return call_in_process(_read_reel_bounded, (path, options), str(path))
 
 
-def _bounded_reel(asked: tuple[Path, EditOptions]) -> Reel:
-    path, options = asked
+def _read_reel_bounded(arguments: tuple[Path, EditOptions]) -> Reel:
+    """Read the reel of an edit, (path, options), in a process with limits of time and memory."""
+    path, options = arguments
     allow_for(path)
     timeline = read_timeline(path, options.rate)
-    with _refused(f"{path} holds something impossible"):
+    with _raise_input_error(f"{path} holds something impossible"):
         return reel_of_timeline(path, timeline, options)
 
 
 @contextmanager
-def _refused(sentence: str) -> Iterator[None]:
-    """Raise InputError that begins with `sentence` for whatever OpenTimelineIO raises.
+def _raise_input_error(sentence: str) -> Iterator[None]:
+    """Convert whatever OpenTimelineIO raises in the block to an InputError that starts `sentence`.
 
-    Its adapters and its schemas pass on whatever lies below them: a missing attribute, an index.
+    Its adapters and schemas raise errors of any type, such as AttributeError and IndexError.
     """
     try:
         yield
@@ -94,164 +95,196 @@ def _refused(sentence: str) -> Iterator[None]:
 
 def reel_of_timeline(path: Path, timeline: Timeline, options: EditOptions) -> Reel:
     """Return the reel of a timeline of the file `path`, with its nested tracks laid out."""
-    seen = seen_in(timeline.tracks)
+    spans = shown_spans(timeline.tracks)
     finder = MediaFinder(path, options.folders)
-    clips = [part.clip for part in seen if part.clip is not None]
+    clips = [span.clip for span in spans if span.clip is not None]
     if not clips:
         raise InputError(f"{path} has no clip in its picture tracks.")
     rate = float(clips[0].duration().rate)
-    check_cut_length(float(seen[-1].end_s * exact_rate(rate)), str(path))
+    check_cut_length(float(spans[-1].end_s * exact_rate(rate)), str(path))
     shots, gaps = list[ReelShot](), dict[int, int]()
-    for part in seen:
-        frames = _frames_of(part, rate)
-        if frames and part.clip is None:
+    for span in spans:
+        frames = _frames_of(span, rate)
+        if frames and span.clip is None:
             gaps[len(shots)] = gaps.get(len(shots), 0) + len(frames)
         elif frames:
-            shots.append(_shot(part, frames, finder, rate))
+            shots.append(_reel_shot(span, frames, finder, rate))
     start = timeline.global_start_time
     return Reel(
         name=shot_name(timeline.name or path.stem),
-        shots=named_apart(tuple(shots)),
+        shots=with_unique_names(tuple(shots)),
         frames_per_second=rate,
         start_timecode=None if start is None else str(timecode_at(start.value, rate)),
         gaps=tuple(gaps.items()),
     )
 
 
-def _frames_of(part: Seen, rate: float) -> range:
-    """Return the frames of the cut, from 0, that show a part."""
-    exact = exact_rate(rate)
-    return range(math.ceil(part.first_s * exact), math.ceil(part.end_s * exact))
+def _frames_of(span: ShownSpan, rate: float) -> range:
+    """Return the frames of the cut, counted from 0, within a span."""
+    exact_frame_rate = exact_rate(rate)
+    return range(
+        math.ceil(span.first_s * exact_frame_rate), math.ceil(span.end_s * exact_frame_rate)
+    )
 
 
 def read_timeline(path: Path, rate: float | None = None) -> Timeline:
     """Return the timeline of a file. Raises InputError if it cannot be read, or holds none."""
     if not path.is_file():
-        raise unreadable(path)
-    read, timeline = _read(path, rate), cast(type[Timeline], otio().schema.Timeline)
-    if isinstance(read, timeline):
-        return read
-    several = read if isinstance(read, otio().schema.SerializableCollection) else ()
-    chosen = next((one for one in several if isinstance(one, timeline)), None)
-    if chosen is None:
+        raise unreadable_error(path)
+    otio_object = _read_otio(path, rate)
+    timeline_type = cast(type[Timeline], otio().schema.Timeline)
+    if isinstance(otio_object, timeline_type):
+        return otio_object
+    candidates = (
+        otio_object if isinstance(otio_object, otio().schema.SerializableCollection) else ()
+    )
+    found_timeline = next(
+        (candidate for candidate in candidates if isinstance(candidate, timeline_type)), None
+    )
+    if found_timeline is None:
         raise InputError(f"{path} holds no timeline.")
-    return chosen
+    return found_timeline
 
 
-def _read(path: Path, rate: float | None) -> Any:
+def _read_otio(path: Path, rate: float | None) -> Any:
     """Return whatever a file holds for OpenTimelineIO. Raises InputError if that fails."""
     suffix = path.suffix.lower()
-    if suffix == ".aaf" and file_bytes(path)[: len(_AAF)] != _AAF:  # its reader leaves it open
+    if (
+        suffix == ".aaf" and read_file_bytes(path)[: len(_AAF_SIGNATURE)] != _AAF_SIGNATURE
+    ):  # its reader leaves it open
         raise InputError(f"{path} cannot be read as an edit: it is not an AAF file")
     adapters = otio().adapters
     if suffix in _ADAPTERS:
         import_extra(_PACKAGES[suffix])
     if suffix == ".edl":
-        return _edl(path, rate or FRAMES_PER_SECOND)
-    with _refused(f"{path} cannot be read as an edit"):
+        return _read_edl(path, rate or FRAMES_PER_SECOND)
+    with _raise_input_error(f"{path} cannot be read as an edit"):
         return adapters.read_from_file(os.fspath(path), _ADAPTERS.get(suffix))
 
 
-def _edl(path: Path, rate: float) -> Any:
-    text = prepared(path, file_bytes(path).decode("utf-8-sig", "replace"), rate)
-    with _refused(f"{path} cannot be read as an edit"):
+def _read_edl(path: Path, rate: float) -> Any:
+    """Return the timeline of an EDL at this rate. Raises InputError."""
+    text = prepare_edl(path, read_file_bytes(path).decode("utf-8-sig", "replace"), rate)
+    with _raise_input_error(f"{path} cannot be read as an edit"):
         timeline = otio().adapters.read_from_string(text, _ADAPTERS[".edl"], rate=rate)
-    return _begun_together(timeline)
+    return _align_tracks(timeline)
 
 
-def _begun_together(timeline: Any) -> Any:
-    """Let the tracks of an EDL begin at the timecode of the first one.
+def _align_tracks(timeline: Any) -> Any:
+    """Return the timeline of an EDL with all tracks beginning at the earliest timecode.
 
-    Its adapter tells where each was recorded as a range that begins at minus that time.
+    The adapter stores the record time of a track as a range that starts at minus that time. Later
+    tracks get a gap in front.
     """
     tracks, schema, time = list(timeline.tracks), otio().schema, otio().opentime
     zero = time.RationalTime(0, 1)
-    begins = [zero - it.source_range.start_time if it.source_range else zero for it in tracks]
-    for track, begin in zip(tracks, begins, strict=True):
+    start_times = [
+        zero - track.source_range.start_time if track.source_range else zero for track in tracks
+    ]
+    for track, start_time in zip(tracks, start_times, strict=True):
         track.source_range = None
-        if begin > min(begins):
-            track.insert(0, schema.Gap(duration=begin - min(begins)))
+        if start_time > min(start_times):
+            track.insert(0, schema.Gap(duration=start_time - min(start_times)))
     if timeline.global_start_time is None and tracks:
-        timeline.global_start_time = min(begins)
+        timeline.global_start_time = min(start_times)
     return timeline
 
 
-def _shot(part: Seen, frames: range, finder: MediaFinder, rate: float) -> ReelShot:
-    clip = part.clip
+def _reel_shot(span: ShownSpan, frames: range, finder: MediaFinder, rate: float) -> ReelShot:
+    """Return the shot of a clip that the cut shows at `frames`, with notes for the user."""
+    clip = span.clip
     assert clip is not None  # a gap is no shot
-    media = finder.of(clip)
-    made, retime, doubt = played(part, frames, media, rate)
-    there = media.sequence is None or made.intersection(
+    media = finder.find_media(clip)
+    exported_frames, retime, start_note = resolve_frames(span, frames, media, rate)
+    has_frames = media.sequence is None or exported_frames.intersection(
         FrameRange(media.sequence.first, media.sequence.last)
     )
-    grade, ungraded = _grade(clip.metadata.get("cdl"))
+    grade, grade_note = _clip_grade(clip.metadata.get("cdl"))
     notes = (
-        _speed_note(part, retime),
-        doubt if media.source else f"its media are missing: {media.told}",
+        _speed_note(span, retime),
+        start_note if media.source else f"its media are missing: {media.edit_name}",
         media.note,
-        "" if there else f"none of its frames {made} exists: {media.told}",
+        "" if has_frames else f"none of its frames {exported_frames} exists: {media.edit_name}",
         _rate_note(clip, rate),
-        ungraded,
-        *_dissolves(clip),
+        grade_note,
+        *_transition_notes(clip),
     )
-    marks, others = _markers(clip)
-    kept = (*filter(None, notes), *others)
-    return ReelShot(shot_name(clip.name or "shot"), media.source, made, kept, marks, grade, retime)
+    marks, marker_notes = _split_markers(clip)
+    all_notes = (*filter(None, notes), *marker_notes)
+    return ReelShot(
+        shot_name(clip.name or "shot"),
+        media.source,
+        exported_frames,
+        all_notes,
+        marks,
+        grade,
+        retime,
+    )
 
 
-def _grade(cdl: Any) -> tuple[Grade | None, str]:
+def _clip_grade(cdl: Any) -> tuple[Grade | None, str]:
     """Return the grade of the metadata of a clip, and a note if it cannot be read."""
     if cdl is None:
         return None, ""
     try:
         channels = dict(cdl.get("asc_sop") or {})
-        values: Values = {name: tuple(map(float, it)) for name, it in channels.items()}
+        values: Values = {
+            name: tuple(map(float, channel_values)) for name, channel_values in channels.items()
+        }
         return Grade(**values, saturation=float(cdl.get("asc_sat", 1.0))), ""
     except (ArithmeticError, AttributeError, TypeError, ValueError, InputError):
         return None, "its grade (ASC CDL) cannot be read, and is not shown"
 
 
-def _speed_note(part: Seen, retime: Retime | None) -> str:
-    """Return what the cut does to the speed of a clip, and what that means for files; "" if not."""
-    if retime is None or part.clock.speed == 1:
+def _speed_note(span: ShownSpan, retime: Retime | None) -> str:
+    """Return a note on a clip whose speed the cut changes, and on its files; "" at usual speed."""
+    if retime is None or span.clock.speed == 1:
         return ""
     if retime.speed == 0:
         return f"the cut holds this frame for {retime.count} frames"
     return (
-        f"the cut plays it at {float(part.clock.speed):.4g} times the speed; as files its frames "
+        f"the cut plays it at {float(span.clock.speed):.4g} times the speed; as files its frames "
         "are made once each, the movie of the cut and --edit-out keep the speed"
     )
 
 
 def _rate_note(clip: Item, rate: float) -> str:
-    own = float(clip.duration().rate)
-    return "" if own == rate else f"it runs at {own:g} frames a second, the cut at {rate:g}"
+    clip_rate = float(clip.duration().rate)
+    return (
+        ""
+        if clip_rate == rate
+        else f"it runs at {clip_rate:g} frames a second, the cut at {rate:g}"
+    )
 
 
-def _dissolves(clip: Item) -> Iterator[str]:
+def _transition_notes(clip: Item) -> Iterator[str]:
     """Yield a note for each transition beside a clip."""
     schema, track = otio().schema, clip.parent()
     if not isinstance(track, schema.Track):
         return
-    before, after = track.neighbors_of(clip)
-    if isinstance(before, schema.Transition):
-        yield _dissolve_words(before.out_offset.value + before.in_offset.value, "before it")
-    if isinstance(after, schema.Transition):
-        yield _dissolve_words(after.out_offset.value + after.in_offset.value, "after it")
+    transition_before, transition_after = track.neighbors_of(clip)
+    if isinstance(transition_before, schema.Transition):
+        yield _transition_note(
+            transition_before.out_offset.value + transition_before.in_offset.value, "before it"
+        )
+    if isinstance(transition_after, schema.Transition):
+        yield _transition_note(
+            transition_after.out_offset.value + transition_after.in_offset.value, "after it"
+        )
 
 
-def _dissolve_words(frames: float, where: str) -> str:
-    return f"a transition of {frames:g} frames {where} needs --handles {math.ceil(frames / 2)}"
+def _transition_note(frames: float, position: str) -> str:
+    return f"a transition of {frames:g} frames {position} needs --handles {math.ceil(frames / 2)}"
 
 
-def _markers(clip: Item) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _split_markers(clip: Item) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the markers that are focus marks, such as "A=2.4m", and the others as notes."""
     marks, notes = [], []
     for marker in clip.markers:
         text = " ".join(filter(None, (marker.name, marker.comment))).strip()
-        name, sign, place = (part.strip() for part in text.partition("="))
-        if sign and name and _is_distance(place):
-            marks.append(f"{name}={place}")
+        name, sign, distance_text = (text_part.strip() for text_part in text.partition("="))
+        if sign and name and _is_distance(distance_text):
+            marks.append(f"{name}={distance_text}")
         elif text:
             notes.append(f"marker: {text}")
     return tuple(marks), tuple(notes)

@@ -15,10 +15,10 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange, exact_rate
 from heatlens.core.model.shot.reel import Retime
 from heatlens.core.model.timecode import timecode_at
-from heatlens.media.documents.edit_times import Seen, seconds
-from heatlens.media.files.picture_formats import movie_named, suffixes_read
+from heatlens.media.documents.edit_times import ShownSpan, seconds
+from heatlens.media.files.picture_formats import parse_movie_name, suffixes_read
 from heatlens.media.plate.parts.header_read import first_timecode, is_marked_blurred
-from heatlens.media.sequence.names import NameForm, form_of, sequences_among
+from heatlens.media.sequence.names import NameForm, group_sequences, parse_frame_name
 from heatlens.media.sequence.sequence import Sequence, find_sequence
 
 _DEPTH_MOST = 6  # folders below one of --media; deeper ones are not searched
@@ -33,7 +33,7 @@ class Media:
     sequence  its frames; None for a scene, a shot, and if it is missing
     start_s   the time of `first` in the clock of the edit; None if the edit does not say
     first     the number of the frame at `start_s`
-    told      the name in the edit
+    edit_name  the name in the edit
     rate      frames per second of the numbers of frames; None for those of the clip
     step      frames from one that exists to the next
     note      what else the folders hold by this name; "" if nothing does
@@ -43,7 +43,7 @@ class Media:
     sequence: Sequence | None
     first: int
     start_s: Fraction | None
-    told: str
+    edit_name: str
     rate: float | None = None
     step: int = 1
     note: str = ""
@@ -56,46 +56,56 @@ class Media:
         """
         if self.sequence is None or round(time) in self.sequence.frames:
             return round(time), ""
-        began = first_timecode(self.sequence)
-        if began is not None and began[1].fits(rate):
-            return began[0] + round(time) - began[1].count(rate), ""
+        first_header_timecode = first_timecode(self.sequence)
+        if first_header_timecode is not None and first_header_timecode[1].fits(rate):
+            return first_header_timecode[0] + round(time) - first_header_timecode[1].count(rate), ""
         return self.sequence.first, (
             f"the edit begins at {timecode_at(time, rate)}, but no header of the media tells a "
             "timecode: their first frame is taken"
         )
 
 
-def played(
-    part: Seen, frames: range, media: Media, rate: float
+def resolve_frames(
+    span: ShownSpan, frames: range, media: Media, rate: float
 ) -> tuple[FrameRange, Retime | None, str]:
     """Return which frames of its media a cut shows, how it plays them, and a note or "".
 
-    `frames` are those of the cut, at `rate` a second, that show the part.
+    `frames` are those of the cut, at `rate` a second, within the span.
     """
-    assert part.clip is not None  # a gap plays nothing
-    time = part.clip.trimmed_range().start_time
-    begin_s, first, doubt = media.start_s, media.first, ""
+    assert span.clip is not None  # a gap plays nothing
+    time = span.clip.trimmed_range().start_time
+    begin_s, first, start_note = media.start_s, media.first, ""
     if begin_s is None:
         begin_s = seconds(time)
-        first, doubt = media.frame_at(float(time.value), float(time.rate))
-    own, cut = exact_rate(media.rate or float(time.rate)), exact_rate(rate)
-    start = first + (part.clock.at(frames.start / cut) - begin_s) * own
-    speed = part.clock.speed * own / cut
+        first, start_note = media.frame_at(float(time.value), float(time.rate))
+    media_rate, cut_rate = exact_rate(media.rate or float(time.rate)), exact_rate(rate)
+    start = first + (span.clock.at(frames.start / cut_rate) - begin_s) * media_rate
+    speed = span.clock.speed * media_rate / cut_rate
     retime = Retime(float(start), float(speed), len(frames), media.step)
-    shown = retime.shown(first)
-    made = FrameRange(min(shown), max(shown))
-    if shown == tuple(made):
-        return made, None, doubt
-    return FrameRange(made.first, _last_made(retime, made, media)), retime, doubt
+    shown_frames = retime.source_frames(first)
+    exported_frames = FrameRange(min(shown_frames), max(shown_frames))
+    if shown_frames == tuple(exported_frames):
+        return exported_frames, None, start_note
+    return (
+        FrameRange(exported_frames.first, _last_exported(retime, exported_frames, media)),
+        retime,
+        start_note,
+    )
 
 
-def _last_made(retime: Retime, made: FrameRange, media: Media) -> int:
-    """Return the last frame within the time of the last one shown, if the media have it."""
-    latest = retime.start + max(0.0, retime.speed * (retime.count - 1))
-    within = math.ceil(round(latest + abs(retime.speed), 6)) - 1
+def _last_exported(retime: Retime, exported_frames: FrameRange, media: Media) -> int:
+    """Return the last frame to export: the last one within the time that the cut shows.
+
+    Frames that the media do not have are left out.
+    """
+    last_shown_time = retime.start + max(0.0, retime.speed * (retime.count - 1))
+    last_frame = math.ceil(round(last_shown_time + abs(retime.speed), 6)) - 1
     if media.sequence is not None:
-        within = min(within, media.sequence.last)
-    return max(made.last, made.first + (within - made.first) // retime.step * retime.step)
+        last_frame = min(last_frame, media.sequence.last)
+    return max(
+        exported_frames.last,
+        exported_frames.first + (last_frame - exported_frames.first) // retime.step * retime.step,
+    )
 
 
 class MediaFinder:
@@ -109,65 +119,83 @@ class MediaFinder:
         """Take the file of the edit and the folders to search; they are listed when needed."""
         self._folder = edit.absolute().parent
         self._folders = folders
-        self._known: dict[str, dict[str, str]] | None = None
+        self._sources_by_key: dict[str, dict[str, str]] | None = None
 
-    def of(self, clip: Any) -> Media:
+    def find_media(self, clip: Any) -> Media:
         """Return the media of a clip of OpenTimelineIO."""
         reference = _reference_of(clip)
         if reference is None:
-            return self._found("", clip.name, None, None)
+            return self._find_by_path_or_name("", clip.name, None, None)
         available = reference.available_range
         start_s = None if available is None else seconds(available.start_time)
         if hasattr(reference, "frame_zero_padding"):
-            target = _pattern_of(reference)
+            target = _sequence_pattern(reference)
             first = int(reference.start_frame)
-            images, step = float(reference.rate), int(reference.frame_step)
-            media = self._found(target, clip.name, first, start_s)
-            begin_s = first / exact_rate(images) if start_s is None else start_s
-            return replace(media, start_s=begin_s, rate=images, step=max(1, step))
+            image_rate, step = float(reference.rate), int(reference.frame_step)
+            media = self._find_by_path_or_name(target, clip.name, first, start_s)
+            begin_s = first / exact_rate(image_rate) if start_s is None else start_s
+            return replace(media, start_s=begin_s, rate=image_rate, step=max(1, step))
         rate = None if available is None else float(available.start_time.rate)
         target = getattr(reference, "target_url", None) or ""
-        return replace(self._found(target, clip.name or reference.name, None, start_s), rate=rate)
+        return replace(
+            self._find_by_path_or_name(target, clip.name or reference.name, None, start_s),
+            rate=rate,
+        )
 
-    def _found(self, target: str, name: str, first: int | None, start_s: Fraction | None) -> Media:
-        """Return the media of a URL or path, or else of a name."""
-        path = _path_of(target, self._folder) if target else ""
-        for fitting in ([path] if path else [], self._by_name(path), self._by_name(name)):
-            there = [source for source in fitting if _is_there(source)]
-            if there:
-                source = next((it for it in there if not is_blurred_source(it)), there[0])
-                others = [other for other in there if other != source]
-                return self._media(source, others, target or name, first, start_s)
+    def _find_by_path_or_name(
+        self, target: str, name: str, first: int | None, start_s: Fraction | None
+    ) -> Media:
+        """Return the media at a URL or path, or else of this name in the folders."""
+        path = _absolute_path(target, self._folder) if target else ""
+        for candidates in (
+            [path] if path else [],
+            self._find_by_name(path),
+            self._find_by_name(name),
+        ):
+            existing = [source for source in candidates if _exists(source)]
+            if existing:
+                source = next(
+                    (candidate for candidate in existing if not is_blurred_source(candidate)),
+                    existing[0],
+                )
+                alternatives = [alternative for alternative in existing if alternative != source]
+                return self._media_of_source(source, alternatives, target or name, first, start_s)
         return Media("", None, first or 0, start_s, target or name)
 
-    def _media(
+    def _media_of_source(
         self,
         source: str,
-        others: Items[str],
+        alternatives: Items[str],
         target: str,
         first: int | None,
         start_s: Fraction | None,
     ) -> Media:
-        note, sequence = _also_fit(source, others), _sequence_at(source)
+        note, sequence = _alternatives_note(source, alternatives), _sequence_at(source)
         if sequence is None:
             return Media(source, None, first or 0, start_s, target, note=note)
-        at = sequence.first if first is None else first
+        first_frame = sequence.first if first is None else first
         plates = sequence if _is_numbered(sequence) else None
-        return Media(_source_of(source, sequence), plates, at, start_s, target, note=note)
+        return Media(
+            _source_name(source, sequence), plates, first_frame, start_s, target, note=note
+        )
 
-    def _by_name(self, name: str | None) -> Items[str]:
+    def _find_by_name(self, name: str | None) -> Items[str]:
         """Return the media in the folders that are called `name`, by any of its usual forms."""
         if not name or not self._folders:
             return []
-        if self._known is None:
-            self._known = {}
+        if self._sources_by_key is None:
+            self._sources_by_key = {}
             for key, source in _all_media(self._folders):
-                self._known.setdefault(key, {})[os.path.abspath(source)] = source
-        fitting = next((self._known[key] for key in _keys(name) if key in self._known), {})
-        return list(reversed(fitting.values()))
+                self._sources_by_key.setdefault(key, {})[os.path.abspath(source)] = source
+        sources = next(
+            (self._sources_by_key[key] for key in _name_keys(name) if key in self._sources_by_key),
+            {},
+        )
+        return list(reversed(sources.values()))
 
 
-def _is_there(source: str) -> bool:
+def _exists(source: str) -> bool:
+    """Return True if a source is a file, or a sequence with files."""
     return _sequence_at(source) is not None or os.path.isfile(source)
 
 
@@ -177,38 +205,45 @@ def is_blurred_source(source: str) -> bool:
     return sequence is not None and is_marked_blurred(sequence.path_at(sequence.present[0]))
 
 
-def _also_fit(source: str, others: Items[str]) -> str:
+def _alternatives_note(source: str, alternatives: Items[str]) -> str:
     """Return a note that names the media that are not taken; "" if there are none."""
-    if not others:
+    if not alternatives:
         return ""
-    names = (f"{other} (already blurred)" * is_blurred_source(other) or other for other in others)
-    return f"{len(others) + 1} media fit: {source} is taken, and not {', '.join(names)}"
+    names = (
+        f"{alternative} (already blurred)" * is_blurred_source(alternative) or alternative
+        for alternative in alternatives
+    )
+    return f"{len(alternatives) + 1} media fit: {source} is taken, and not {', '.join(names)}"
 
 
 def _reference_of(clip: Any) -> Any:
-    """Return the media of a clip: the active ones, else others that it tells; None if none."""
-    others = clip.media_references()
-    active = others.pop(clip.active_media_reference_key, None)
-    named = (it for it in (active, *others.values()) if it is not None)
-    return next((it for it in named if not it.is_missing_reference), None)
+    """Return the reference to the media of a clip: the active one, else another; None if none."""
+    other_references = clip.media_references()
+    active = other_references.pop(clip.active_media_reference_key, None)
+    references = (
+        reference for reference in (active, *other_references.values()) if reference is not None
+    )
+    return next((reference for reference in references if not reference.is_missing_reference), None)
 
 
-def _pattern_of(reference: Any) -> str:
+def _sequence_pattern(reference: Any) -> str:
+    """Return the pattern of the files of an ImageSequenceReference, with # for digits."""
     base = reference.target_url_base or ""
     digits = "#" * max(1, int(reference.frame_zero_padding))
-    lead = base if not base or base.endswith("/") else f"{base}/"
-    return f"{lead}{reference.name_prefix}{digits}{reference.name_suffix}"
+    prefix = base if not base or base.endswith("/") else f"{base}/"
+    return f"{prefix}{reference.name_prefix}{digits}{reference.name_suffix}"
 
 
-def _path_of(url: str, folder: Path) -> str:
+def _absolute_path(url: str, folder: Path) -> str:
     """Return the absolute path of a URL or path; relative ones begin at the folder of the edit."""
-    hashed = _DIGITS.sub(lambda match: "#" * int(match[1] or len(match[2])), url)
+    pattern = _DIGITS.sub(lambda match: "#" * int(match[1] or len(match[2])), url)
     is_url = url.lower().startswith("file:")
-    path = unquote(urlsplit(hashed.replace("#", "%23")).path) if is_url else hashed
+    path = unquote(urlsplit(pattern.replace("#", "%23")).path) if is_url else pattern
     return os.path.abspath(folder / path)
 
 
 def _sequence_at(source: str) -> Sequence | None:
+    """Return the sequence of a source; None if there is none."""
     try:
         return find_sequence(source)
     except InputError:
@@ -220,35 +255,36 @@ def _is_numbered(sequence: Sequence) -> bool:
     return not sequence.is_single
 
 
-def _source_of(source: str, sequence: Sequence) -> str:
+def _source_name(source: str, sequence: Sequence) -> str:
     """Return how a shot names the files: a frame of a sequence stands for all of them."""
-    return source if sequence.is_single or movie_named(Path(source)) else sequence.pattern
+    return source if sequence.is_single or parse_movie_name(Path(source)) else sequence.pattern
 
 
-def _keys(name: str) -> Iterator[str]:
+def _name_keys(name: str) -> Iterator[str]:
     """Yield the forms under which media are listed: the name, its stem, and that without frames."""
     last = Path(name).name.lower()
     yield last
-    form, _ = form_of(last)
+    form, _ = parse_frame_name(last)
     yield form.text if form.padding else last
     yield form.prefix.rstrip("._-") if form.padding else Path(last).stem
 
 
 def _all_media(folders: Iterable[Path]) -> Iterator[tuple[str, str]]:
     """Yield the media below the folders with the forms of their names; later ones win."""
-    for top in folders:
-        for folder, below, names in os.walk(top):
-            depth = len(Path(folder).parts) - len(top.parts)
-            below[:] = sorted(below, reverse=True) if depth < _DEPTH_MOST else []
+    for top_folder in folders:
+        for folder, subfolders, names in os.walk(top_folder):
+            depth = len(Path(folder).parts) - len(top_folder.parts)
+            subfolders[:] = sorted(subfolders, reverse=True) if depth < _DEPTH_MOST else []
             numbered = [name for name in names if name.lower().endswith(suffixes_read())]
-            for form in sequences_among(numbered):
-                yield from _named(os.path.join(folder, form.text), form)
+            for form in group_sequences(numbered):
+                yield from _keys_of_sequence(os.path.join(folder, form.text), form)
             for name in sorted(set(names).difference(numbered)):
                 yield Path(name).stem.lower(), os.path.join(folder, name)
                 yield name.lower(), os.path.join(folder, name)
 
 
-def _named(pattern: str, form: NameForm) -> Iterator[tuple[str, str]]:
+def _keys_of_sequence(pattern: str, form: NameForm) -> Iterator[tuple[str, str]]:
+    """Yield the keys under which a sequence is listed, each with its pattern."""
     if form.padding:
         yield form.prefix.rstrip("._-").lower(), pattern
         yield f"{form.prefix}{'#' * form.padding}{form.suffix}".lower(), pattern

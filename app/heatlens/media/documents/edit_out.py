@@ -9,22 +9,22 @@ from typing import Any
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.core.model.shot.pull import baked
+from heatlens.core.model.shot.pull import bake_live_focus
 from heatlens.core.model.shot.reel import Reel, Retime
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance
 from heatlens.media.documents.edit_file import otio
-from heatlens.media.files.atomic_file import replacing
+from heatlens.media.files.atomic_file import replace_atomically
 from heatlens.media.sequence.names import NameForm
 
 EDIT_OUT_SUFFIX = ".otio"
 
 
 @dataclass(frozen=True)
-class Exported:
+class ExportedShot:
     """The frames of a shot that were exported, in the files of `form` in `folder`.
 
-    cut     those that the cut shows, the others being handles
+    cut     the frames that the cut shows; the others are handles
     retime  how the cut plays them; None for each once, in order
     """
 
@@ -42,8 +42,8 @@ def check_edit_out(path: Path) -> None:
         raise InputError(f"--edit-out {path}: the name must end in {EDIT_OUT_SUFFIX}.")
 
 
-def write_edit(path: Path, reel: Reel, exported: Mapping[str, Exported]) -> None:
-    """Write the cut completely or not at all; `exported` has a name of each shot."""
+def write_edit(path: Path, reel: Reel, exported_shots: Mapping[str, ExportedShot]) -> None:
+    """Write the cut completely or not at all; `exported_shots` holds each shot by its name."""
     schema, time = otio().schema, otio().opentime
     rate, gaps = reel.frames_per_second, dict(reel.gaps)
     timeline = schema.Timeline(reel.name)
@@ -51,59 +51,60 @@ def write_edit(path: Path, reel: Reel, exported: Mapping[str, Exported]) -> None
         timeline.global_start_time = time.from_timecode(reel.start_timecode, rate)
     track = schema.Track("heatlens", kind=schema.TrackKind.Video)
     timeline.tracks.append(track)
-    items = [_clip(shot.name, exported[shot.name], rate) for shot in reel.shots]
+    items = [_clip(shot.name, exported_shots[shot.name], rate) for shot in reel.shots]
     for number, item in enumerate([*items, None]):
         if number in gaps:
             track.append(schema.Gap(duration=time.RationalTime(gaps[number], rate)))
         if item is not None:
             track.append(item)
-    with replacing(path) as beside:
-        otio().adapters.write_to_file(timeline, os.fspath(beside), "otio_json")
+    with replace_atomically(path) as temporary_path:
+        otio().adapters.write_to_file(timeline, os.fspath(temporary_path), "otio_json")
 
 
-def _clip(name: str, made: Exported, rate: float) -> Any:
+def _clip(name: str, exported_shot: ExportedShot, rate: float) -> Any:
+    """Return the clip of an exported shot, with its speed and the markers of its focus."""
     schema = otio().schema
     media = schema.ImageSequenceReference(
-        target_url_base=f"{made.folder.absolute().as_uri()}/",
-        name_prefix=made.form.prefix,
-        name_suffix=made.form.suffix,
-        start_frame=made.frames.first,
-        frame_step=made.retime.step if made.retime else 1,
+        target_url_base=f"{exported_shot.folder.absolute().as_uri()}/",
+        name_prefix=exported_shot.form.prefix,
+        name_suffix=exported_shot.form.suffix,
+        start_frame=exported_shot.frames.first,
+        frame_step=exported_shot.retime.step if exported_shot.retime else 1,
         rate=rate,
-        frame_zero_padding=made.form.padding,
-        available_range=_range(made.frames, rate),
+        frame_zero_padding=exported_shot.form.padding,
+        available_range=_time_range(exported_shot.frames, rate),
     )
-    clip = schema.Clip(name, media, _range(made.cut, rate))
-    if made.retime is not None:
-        _play(clip, made.retime, rate)
-    clip.markers.extend(_pulls(made, rate))
+    clip = schema.Clip(name, media, _time_range(exported_shot.cut, rate))
+    if exported_shot.retime is not None:
+        _set_speed(clip, exported_shot.retime, rate)
+    clip.markers.extend(_focus_markers(exported_shot, rate))
     return clip
 
 
-def _play(clip: Any, retime: Retime, rate: float) -> None:
+def _set_speed(clip: Any, retime: Retime, rate: float) -> None:
     """Set the times of a clip that the cut plays at another speed; backwards, from the end."""
     schema, time = otio().schema, otio().opentime
     first = retime.start + min(0.0, retime.speed * (retime.count - 1))
     clip.source_range = time.TimeRange(
         time.RationalTime(first, rate), time.RationalTime(retime.count, rate)
     )
-    held = retime.speed == 0
+    is_freeze = retime.speed == 0
     clip.effects.append(
-        schema.FreezeFrame() if held else schema.LinearTimeWarp(time_scalar=retime.speed)
+        schema.FreezeFrame() if is_freeze else schema.LinearTimeWarp(time_scalar=retime.speed)
     )
 
 
-def _pulls(made: Exported, rate: float) -> Iterable[Any]:
+def _focus_markers(exported_shot: ExportedShot, rate: float) -> Iterable[Any]:
     """Yield a marker for each key of the focus within the cut."""
-    for key in baked(made.shot).curves.of(LensParameter.FOCUS_DISTANCE).keys:
-        if key.frame in made.cut:
+    for key in bake_live_focus(exported_shot.shot).curves.of(LensParameter.FOCUS_DISTANCE).keys:
+        if key.frame in exported_shot.cut:
             frame = FrameRange(round(key.frame), round(key.frame))
             yield otio().schema.Marker(
-                f"focus {format_distance(key.value)}", marked_range=_range(frame, rate)
+                f"focus {format_distance(key.value)}", marked_range=_time_range(frame, rate)
             )
 
 
-def _range(frames: FrameRange, rate: float) -> Any:
+def _time_range(frames: FrameRange, rate: float) -> Any:
     time = otio().opentime
     first, count = time.RationalTime(frames.first, rate), time.RationalTime(frames.count, rate)
     return time.TimeRange(first, count)

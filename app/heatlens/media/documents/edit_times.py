@@ -1,4 +1,4 @@
-"""What a cut shows when: the clips of nested tracks and stacks, each with the clock of its media.
+"""Find which clip a cut shows at each time, in nested tracks and stacks, and its media's clock.
 
 All times are exact fractions of a second, so that items of different frame rates meet in one clock.
 """
@@ -15,7 +15,7 @@ from heatlens.media.documents.edit_types import Composition, Item, Time
 
 _FRACTIONS_MOST = 10_000  # of a frame; finer ones are errors of rounding
 _PICTURE = "Video"  # the kind of a track that is seen
-_HARDLY_S = Fraction(1, 10**9)
+_INSTANT_S = Fraction(1, 10**9)
 
 
 def seconds(time: Time) -> Fraction:
@@ -31,6 +31,7 @@ class Clock:
     speed: Fraction = Fraction(1)
 
     def at(self, cut_s: Fraction) -> Fraction:
+        """Return the time of the item at a time of the cut, in seconds."""
         return self.begin_s + self.speed * cut_s
 
     def span(self, first_s: Fraction, end_s: Fraction, within: "Span") -> "Span | None":
@@ -38,24 +39,27 @@ class Clock:
         if self.speed == 0:
             return within if first_s <= self.begin_s < end_s else None
         ends = [(time - self.begin_s) / self.speed for time in (first_s, end_s)]
-        late = _HARDLY_S if self.speed < 0 else 0  # backwards, the end is left out all the same
-        first, end = max(min(ends) + late, within[0]), min(max(ends) + late, within[1])
+        # A span excludes its end, played backwards too; so that is shifted by an instant.
+        shift_s = _INSTANT_S if self.speed < 0 else 0
+        first, end = max(min(ends) + shift_s, within[0]), min(max(ends) + shift_s, within[1])
         return (first, end) if first < end else None
 
-    def within(self, item: Item, placed_s: Fraction) -> "Clock":
+    def clock_of_item(self, item: Item, item_start_s: Fraction) -> "Clock":
         """Return the clock of an item that begins at `placed_s` of this one."""
-        shown, speed = item.trimmed_range(), speed_of(item)
-        begin_s = seconds(shown.start_time)
+        trimmed_range, speed = item.trimmed_range(), speed_of(item)
+        begin_s = seconds(trimmed_range.start_time)
         if speed < 0:
-            begin_s -= speed * (seconds(shown.duration) - 1 / exact_rate(shown.duration.rate))
-        return Clock(begin_s + speed * (self.begin_s - placed_s), speed * self.speed)
+            begin_s -= speed * (
+                seconds(trimmed_range.duration) - 1 / exact_rate(trimmed_range.duration.rate)
+            )
+        return Clock(begin_s + speed * (self.begin_s - item_start_s), speed * self.speed)
 
 
 Span = tuple[Fraction, Fraction]
 
 
 @dataclass(frozen=True)
-class Seen:
+class ShownSpan:
     """What the cut shows from `first_s` to before `end_s`: a clip, or nothing if that is None."""
 
     clip: Item | None
@@ -63,94 +67,106 @@ class Seen:
     first_s: Fraction
     end_s: Fraction
 
-    def cut_to(self, span: Span) -> "Seen":
+    def clip_to(self, span: Span) -> "ShownSpan":
         """Return the part within a span."""
         return replace(self, first_s=max(self.first_s, span[0]), end_s=min(self.end_s, span[1]))
 
 
-def seen_in(stack: Composition) -> list[Seen]:
+def shown_spans(stack: Composition) -> list[ShownSpan]:
     """Return what the stack of a timeline shows, in order and without a hole.
 
     Sound that is longer than the picture does not make the cut longer.
     """
-    shown = stack.source_range
-    if shown is not None:
-        begin_s, long_s = seconds(shown.start_time), seconds(shown.duration)
+    source_range = stack.source_range
+    if source_range is not None:
+        begin_s, length_s = seconds(source_range.start_time), seconds(source_range.duration)
     else:
         begin_s = Fraction(0)
-        long_s = max((seconds(it.duration()) for it in stack if _is_picture(it)), default=begin_s)
-    return _seen(stack, Clock(begin_s), (Fraction(0), long_s)) if long_s > 0 else []
+        length_s = max(
+            (seconds(item.duration()) for item in stack if _is_picture(item)), default=begin_s
+        )
+    return _spans_of_item(stack, Clock(begin_s), (Fraction(0), length_s)) if length_s > 0 else []
 
 
 def speed_of(item: Item) -> Fraction:
-    """Return how many times as fast as usual an item is played: 0 held, below 0 backwards."""
+    """Return the speed of an item relative to its media: 0 for a freeze, below 0 for backwards."""
     scalars = (effect.time_scalar for effect in item.effects if hasattr(effect, "time_scalar"))
     return Fraction(math.prod(scalars)).limit_denominator(_FRACTIONS_MOST)
 
 
 def _is_picture(item: Item) -> bool:
+    """Return True for an item that is enabled and not a track of sound."""
     return getattr(item, "enabled", False) and getattr(item, "kind", _PICTURE) == _PICTURE
 
 
-def _is_called(item: Item, name: str) -> TypeGuard[Composition]:
+def _has_schema(item: Item, name: str) -> TypeGuard[Composition]:
     return item.schema_name() == name
 
 
-def _seen(item: Item, clock: Clock, span: Span) -> list[Seen]:
+def _spans_of_item(item: Item, clock: Clock, span: Span) -> list[ShownSpan]:
+    """Return what an item shows in a span of the cut, in order."""
     if not _is_picture(item) or item.schema_name() == "Gap":
-        return [Seen(None, clock, *span)]
-    if _is_called(item, "Stack"):
-        return _topmost(item, clock, span)
-    if _is_called(item, "Track"):
-        return _in_turn(item, clock, span)
-    return [Seen(item, clock, *span)]
+        return [ShownSpan(None, clock, *span)]
+    if _has_schema(item, "Stack"):
+        return _spans_of_stack(item, clock, span)
+    if _has_schema(item, "Track"):
+        return _spans_of_track(item, clock, span)
+    return [ShownSpan(item, clock, *span)]
 
 
-def _placed(item: Item, clock: Clock, placed_s: Fraction, span: Span) -> list[Seen]:
-    """Return what is seen of an item that begins at `placed_s` of the clock."""
-    long_s = seconds(item.duration())
-    part = clock.span(placed_s, placed_s + long_s, span)
-    return [] if part is None else _seen(item, clock.within(item, placed_s), part)
+def _spans_of_item_at(
+    item: Item, clock: Clock, item_start_s: Fraction, span: Span
+) -> list[ShownSpan]:
+    """Return what an item shows that begins at `item_start_s` of the clock."""
+    length_s = seconds(item.duration())
+    visible_span = clock.span(item_start_s, item_start_s + length_s, span)
+    return (
+        []
+        if visible_span is None
+        else _spans_of_item(item, clock.clock_of_item(item, item_start_s), visible_span)
+    )
 
 
-def _in_turn(track: Composition, clock: Clock, span: Span) -> list[Seen]:
-    parts, placed_s = list[Seen](), Fraction(0)
+def _spans_of_track(track: Composition, clock: Clock, span: Span) -> list[ShownSpan]:
+    """Return what a track shows, whose items follow each other."""
+    spans, item_start_s = list[ShownSpan](), Fraction(0)
     for item in track:
         if item.schema_name() != "Transition":
-            parts += _placed(item, clock, placed_s, span)
-            placed_s += seconds(item.duration())
-    return list(_filled(parts, span))
+            spans += _spans_of_item_at(item, clock, item_start_s, span)
+            item_start_s += seconds(item.duration())
+    return list(_fill_gaps(spans, span))
 
 
-def _topmost(stack: Composition, clock: Clock, span: Span) -> list[Seen]:
-    """Return what is seen of a stack: where an item shows nothing, the one below it."""
-    above = [Seen(None, clock, *span)]
+def _spans_of_stack(stack: Composition, clock: Clock, span: Span) -> list[ShownSpan]:
+    """Return what a stack shows: where an item shows nothing, the one below it is visible."""
+    above = [ShownSpan(None, clock, *span)]
     for item in reversed(stack):
-        below = list(_filled(_placed(item, clock, Fraction(0), span), span))
-        above = list(_over(above, below))
+        below = list(_fill_gaps(_spans_of_item_at(item, clock, Fraction(0), span), span))
+        above = list(_fill_holes_from_below(above, below))
     return above
 
 
-def _over(above: list[Seen], below: list[Seen]) -> Iterator[Seen]:
-    begins = [part.first_s for part in below]
-    for part in above:
-        if part.clip is not None:
-            yield part
+def _fill_holes_from_below(above: list[ShownSpan], below: list[ShownSpan]) -> Iterator[ShownSpan]:
+    """Yield the spans of `above`, and those of `below` where `above` shows nothing."""
+    start_times = [span_above.first_s for span_above in below]
+    for span_above in above:
+        if span_above.clip is not None:
+            yield span_above
             continue
-        span = (part.first_s, part.end_s)
-        for under in below[max(0, bisect_right(begins, span[0]) - 1) :]:
-            if under.first_s >= span[1]:
+        span = (span_above.first_s, span_above.end_s)
+        for span_below in below[max(0, bisect_right(start_times, span[0]) - 1) :]:
+            if span_below.first_s >= span[1]:
                 break
-            yield under.cut_to(span)
+            yield span_below.clip_to(span)
 
 
-def _filled(parts: Iterable[Seen], span: Span) -> Iterator[Seen]:
-    """Yield the parts in order, and between them those where nothing is seen."""
-    at_s = span[0]
-    for part in sorted(parts, key=lambda part: part.first_s):
-        if part.first_s > at_s:
-            yield Seen(None, part.clock, at_s, part.first_s)
-        yield part
-        at_s = part.end_s
-    if at_s < span[1]:
-        yield Seen(None, Clock(), at_s, span[1])
+def _fill_gaps(spans: Iterable[ShownSpan], span: Span) -> Iterator[ShownSpan]:
+    """Yield the spans in order, with spans without a clip between them, to fill all of `span`."""
+    filled_until_s = span[0]
+    for shown in sorted(spans, key=lambda entry: entry.first_s):
+        if shown.first_s > filled_until_s:
+            yield ShownSpan(None, shown.clock, filled_until_s, shown.first_s)
+        yield shown
+        filled_until_s = shown.end_s
+    if filled_until_s < span[1]:
+        yield ShownSpan(None, Clock(), filled_until_s, span[1])

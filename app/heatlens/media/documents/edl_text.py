@@ -1,9 +1,9 @@
-"""Prepare the text of an EDL for OpenTimelineIO, which takes some lists otherwise than editors do.
+"""Prepare the text of an EDL for OpenTimelineIO, which reads some lists differently from editors.
 
-A list does not tell its rate. Where its timecodes have frames that the rate has not, the sentence
-says so in our words. A line M2 tells the speed of the event before it; the adapter uses it only if
-source and record have different lengths, while Resolve writes equal ones. There the source gets the
-length that the speed makes.
+A list does not state its frame rate. Timecodes with frames beyond the assumed rate are refused with
+a sentence of heatlens. A line M2 states the speed of the event before it. The adapter uses it only
+if source and record have different lengths, but Resolve writes equal ones: the source of such an
+event gets the length that follows from the speed.
 """
 
 import re
@@ -19,17 +19,29 @@ _FRAMES = re.compile(r"\b\d\d:\d\d:\d\d[:;](\d\d)\b")
 _SAME_SPEED = 1e-3
 
 
-def prepared(path: Path, text: str, rate: float) -> str:
+def prepare_edl(path: Path, text: str, rate: float) -> str:
     """Return the text of the EDL at `path` for the adapter, at `rate` frames a second.
 
     Raises InputError if its timecodes have frames beyond the rate.
     """
-    most = max((int(digits) for digits in _FRAMES.findall(text)), default=0)
-    if most >= round(rate):
-        usual = next((it for it in (25, 30, 50, 60) if most < it), None)
-        help_ = "no rate has so many" if usual is None else f"give its rate, as --edit-fps {usual}"
+    highest_frame = max((int(digits) for digits in _FRAMES.findall(text)), default=0)
+    if highest_frame >= round(rate):
+        likely_rate = next(
+            (
+                rate_candidate
+                for rate_candidate in (25, 30, 50, 60)
+                if highest_frame < rate_candidate
+            ),
+            None,
+        )
+        help_ = (
+            "no rate has so many"
+            if likely_rate is None
+            else f"give its rate, as --edit-fps {likely_rate}"
+        )
         raise InputError(
-            f"{path} has timecodes with frames up to {most}, so it has more than {rate:g} frames a "
+            f"{path} has timecodes with frames up to {highest_frame}, so it has more than "
+            f"{rate:g} frames a "
             f"second, which an EDL does not tell: {help_}."
         )
     lines, event = text.splitlines(), None
@@ -38,25 +50,26 @@ def prepared(path: Path, text: str, rate: float) -> str:
             event = number
         speed = _SPEED.match(line)
         if speed is not None and event is not None:
-            lines[event] = _at_speed(lines[event], float(speed[1]), rate)
+            lines[event] = _stretch_source(lines[event], float(speed[1]), rate)
     return "\n".join(lines) + "\n"
 
 
-def _at_speed(event: str, speed: float, rate: float) -> str:
-    """Return an event whose source is as long as its speed makes it, where a list tells no length.
+def _stretch_source(event: str, speed: float, rate: float) -> str:
+    """Return the line of an event with a source as long as its speed requires.
 
-    `speed` is in frames of the source a second.
+    An event whose source and record already differ in length is returned unchanged. `speed` is in
+    frames of the source a second.
     """
     time = import_extra("opentimelineio").opentime
     match = _EVENT.match(event)
     assert match is not None
-    begin, end, recorded, recorded_end = (
-        time.from_timecode(it, round(rate)) for it in match.groups()
+    source_start, source_stop, record_start, record_stop = (
+        time.from_timecode(timecode, round(rate)) for timecode in match.groups()
     )
-    is_told = end - begin != recorded_end - recorded
-    if is_told or abs(speed / rate - 1) < _SAME_SPEED or speed == 0:
+    has_own_length = source_stop - source_start != record_stop - record_start
+    if has_own_length or abs(speed / rate - 1) < _SAME_SPEED or speed == 0:
         return event
-    count = max(1, round((end - begin).value * abs(speed) / rate))
-    other = begin + time.RationalTime(count, round(rate))
-    source_end: str = time.to_timecode(other, round(rate))
+    count = max(1, round((source_stop - source_start).value * abs(speed) / rate))
+    new_source_stop = source_start + time.RationalTime(count, round(rate))
+    source_end: str = time.to_timecode(new_source_stop, round(rate))
     return event[: match.start(2)] + source_end + event[match.end(2) :]

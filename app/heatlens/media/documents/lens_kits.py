@@ -11,9 +11,9 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.paths import kits_dir
 from heatlens.core.model.lens.lens_kit import KitLens, LensKit
-from heatlens.core.model.option import or_meant
+from heatlens.core.model.option import suggest_similar
 from heatlens.media.files.json_record import read_json, record_to_json
-from heatlens.media.plate.opening_picture import image_beside, kit_with_image
+from heatlens.media.plate.opening_picture import convert_kit_image, read_relative_image
 
 KIT_VERSION = 1
 _VERSION = "heatlens_lens_kit"
@@ -41,7 +41,7 @@ class KitShelf:
     problems: tuple[str, ...]
     folder: Path
 
-    def chosen(self, text: str) -> tuple[LensKit, float | None]:
+    def select_kit(self, text: str) -> tuple[LensKit, float | None]:
         """Return the kit for "NAME[:LENGTH]" and the focal length in mm, None if not given.
 
         Raises InputError if there is no such kit, or it has no lens of this length.
@@ -49,40 +49,40 @@ class KitShelf:
         name, _, length = text.partition(":")
         kit = self.kits.get(name.strip())
         if kit is None:
-            damaged = f" {self.problems[0]}" if self.problems else ""
-            damaged += or_meant(name.strip(), self.kits)
+            hint = f" {self.problems[0]}" if self.problems else ""
+            hint += suggest_similar(name.strip(), self.kits)
             raise InputError(
                 f"There is no lens kit {name.strip()!r}; there are {', '.join(self.kits)}. "
-                f"Put your own kits into {self.folder}.{damaged}"
+                f"Put your own kits into {self.folder}.{hint}"
             )
-        return kit, None if not length else _length(kit, length)
+        return kit, None if not length else _parse_kit_length(kit, length)
 
 
 def kit_shelf(folder: Path | None = None) -> KitShelf:
     """Read all kits; `folder` holds the user's own kits, and has a default."""
     folder = kits_dir() if folder is None else folder
-    shipped = [read_kit(path) for path in sorted(_SHIPPED.glob("*.json"))]
-    own, problems = [], []
+    shipped_kits = [read_kit(path) for path in sorted(_SHIPPED.glob("*.json"))]
+    own_kits, problems = [], []
     for path in sorted(folder.glob("*.json")):
         try:
-            own.append(read_kit(path))
+            own_kits.append(read_kit(path))
         except InputError as error:
             problems.append(str(error))
-    kits = {kit.name: kit for kit in (*shipped, *own)}
-    return KitShelf(kits, frozenset(kit.name for kit in own), tuple(problems), folder)
+    kits = {kit.name: kit for kit in (*shipped_kits, *own_kits)}
+    return KitShelf(kits, frozenset(kit.name for kit in own_kits), tuple(problems), folder)
 
 
 def read_kit(path: Path) -> LensKit:
     """Read a kit. Raises InputError that names the file and the damaged place in it."""
-    top = read_json(path)
-    top.check_version(_VERSION, KIT_VERSION, "lens kit")
-    entries = top.members([_VERSION, *_FIELDS], ["name", "words", "lenses"])
-    values = {n: entries[n].of_type(kind) for n, kind in _FIELDS.items() if n in entries}
-    kit: LensKit = top.built(LensKit, values)
+    document = read_json(path)
+    document.check_version(_VERSION, KIT_VERSION, "lens kit")
+    entries = document.members([_VERSION, *_FIELDS], ["name", "words", "lenses"])
+    values = {n: entries[n].convert(kind) for n, kind in _FIELDS.items() if n in entries}
+    kit: LensKit = document.build(LensKit, values)
     try:
-        return kit_with_image(kit, lambda image: image_beside(image, path.parent))
+        return convert_kit_image(kit, lambda image: read_relative_image(image, path.parent))
     except InputError as error:
-        top.refuse(f"the aperture image that it names: {error}")
+        document.refuse(f"the aperture image that it names: {error}")
 
 
 def kit_text(kit: LensKit) -> str:
@@ -91,17 +91,18 @@ def kit_text(kit: LensKit) -> str:
     return json.dumps(entries, indent=2, ensure_ascii=False)
 
 
-def _length(kit: LensKit, text: str) -> float:
+def _parse_kit_length(kit: LensKit, text: str) -> float:
     """Parse a focal length in mm, which a lens of the kit must have."""
     try:
-        asked = float(text.strip().lower().removesuffix("mm").replace(",", "."))
+        requested_mm = float(text.strip().lower().removesuffix("mm").replace(",", "."))
     except ValueError:
         raise InputError(
-            f"{text!r} is not a focal length in mm. Example: {kit.name}:{kit.lenses[0].longest:g}."
+            f"{text!r} is not a focal length in mm. Example: "
+            f"{kit.name}:{kit.lenses[0].longest_length_mm:g}."
         ) from None
-    if not 0 < asked < 1e6:
+    if not 0 < requested_mm < 1e6:
         raise InputError(f"A focal length must be above 0 mm, not {text}.")
-    lens: KitLens = kit.nearest(asked)
-    if lens.length_near(asked) != asked:
-        raise InputError(kit.no_length(asked))
-    return asked
+    lens: KitLens = kit.nearest(requested_mm)
+    if lens.length_near(requested_mm) != requested_mm:
+        raise InputError(kit.missing_length_message(requested_mm))
+    return requested_mm

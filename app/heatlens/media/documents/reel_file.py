@@ -16,10 +16,10 @@ REEL_SUFFIX = ".heatreel.json"
 REEL_SUFFIXES = (REEL_SUFFIX, *EDIT_SUFFIXES)
 REEL_VERSION = 1
 _VERSION = "heatlens_reel"
-_AS_IT_IS = EditOptions()
+_DEFAULT_OPTIONS = EditOptions()
 _LISTS = ("notes", "marks")
-_REEL = ("frames_per_second", "start_timecode", "shots", "gap_after")
-_SHOT = ("name", "source", "frames", "notes", "marks", "grade", "retime", "gap_before")
+_REEL_FIELDS = ("frames_per_second", "start_timecode", "shots", "gap_after")
+_SHOT_FIELDS = ("name", "source", "frames", "notes", "marks", "grade", "retime", "gap_before")
 
 
 def is_reel(text: str) -> bool:
@@ -27,7 +27,7 @@ def is_reel(text: str) -> bool:
     return text.lower().endswith(REEL_SUFFIXES)
 
 
-def read_reel(path: Path, options: EditOptions = _AS_IT_IS) -> Reel:
+def read_reel(path: Path, options: EditOptions = _DEFAULT_OPTIONS) -> Reel:
     """Return the reel of a file, or of an edit read with `options`.
 
     The sources of its shots become absolute paths. Raises InputError that names the file and the
@@ -35,20 +35,20 @@ def read_reel(path: Path, options: EditOptions = _AS_IT_IS) -> Reel:
     """
     if not path.name.lower().endswith(REEL_SUFFIX):
         return read_edit(path, options)
-    top = read_json(path)
-    top.check_version(_VERSION, REEL_VERSION, "reel")
-    entries = top.members([_VERSION, *_REEL], ["shots"])
+    document = read_json(path)
+    document.check_version(_VERSION, REEL_VERSION, "reel")
+    entries = document.members([_VERSION, *_REEL_FIELDS], ["shots"])
     values = {
-        name: entries[name].of_type(kind)
+        name: entries[name].convert(kind)
         for name, kind in (("frames_per_second", float), ("start_timecode", str))
         if name in entries
     }
     items = entries["shots"].items()
-    gaps = [(at, _gap(item)) for at, item in enumerate(items)]
-    gaps += [(len(items), entries["gap_after"].whole())] if "gap_after" in entries else []
-    values["shots"] = tuple(_shot(item, path) for item in items)
+    gaps = [(index, _read_gap(item)) for index, item in enumerate(items)]
+    gaps += [(len(items), entries["gap_after"].integer())] if "gap_after" in entries else []
+    values["shots"] = tuple(_read_shot(item, path) for item in items)
     values["gaps"] = tuple(gap for gap in gaps if gap[1])
-    return top.built(Reel, {"name": path.name[: -len(REEL_SUFFIX)], **values})
+    return document.build(Reel, {"name": path.name[: -len(REEL_SUFFIX)], **values})
 
 
 def write_reel(path: Path, reel: Reel) -> None:
@@ -58,20 +58,23 @@ def write_reel(path: Path, reel: Reel) -> None:
         _VERSION: REEL_VERSION,
         "frames_per_second": reel.frames_per_second,
         **({"start_timecode": reel.start_timecode} if reel.start_timecode else {}),
-        "shots": [_entry(shot, gaps.get(at, 0), path.parent) for at, shot in enumerate(reel.shots)],
+        "shots": [
+            _shot_entry(shot, gaps.get(at, 0), path.parent) for at, shot in enumerate(reel.shots)
+        ],
     }
     if len(reel.shots) in gaps:
         entries["gap_after"] = gaps[len(reel.shots)]
     write_whole(path, (json.dumps(entries, indent=2, ensure_ascii=False) + "\n").encode())
 
 
-def _gap(entry: JsonEntry) -> int:
-    members = entry.members(_SHOT)
-    return members["gap_before"].whole() if "gap_before" in members else 0
+def _read_gap(entry: JsonEntry) -> int:
+    """Return the number of empty frames before the shot of an entry."""
+    members = entry.members(_SHOT_FIELDS)
+    return members["gap_before"].integer() if "gap_before" in members else 0
 
 
-def _shot(entry: JsonEntry, path: Path) -> ReelShot:
-    members = entry.members(_SHOT)
+def _read_shot(entry: JsonEntry, path: Path) -> ReelShot:
+    members = entry.members(_SHOT_FIELDS)
     for name in ("name", "source"):
         if name not in members:
             entry.refuse(f"the entry {name!r} is missing")
@@ -80,7 +83,7 @@ def _shot(entry: JsonEntry, path: Path) -> ReelShot:
         frames = parse_frame_range(members["frames"].text()) if "frames" in members else None
     except InputError as error:
         members["frames"].refuse(str(error))
-    return entry.built(
+    return entry.build(
         ReelShot,
         {
             "name": members["name"].text(),
@@ -88,12 +91,13 @@ def _shot(entry: JsonEntry, path: Path) -> ReelShot:
             "frames": frames,
             "grade": members["grade"].record(Grade) if "grade" in members else None,
             "retime": members["retime"].record(Retime) if "retime" in members else None,
-            **{name: members[name].of_type(tuple[str, ...]) for name in _LISTS if name in members},
+            **{name: members[name].convert(tuple[str, ...]) for name in _LISTS if name in members},
         },
     )
 
 
-def _entry(shot: ReelShot, gap: int, folder: Path) -> dict[str, object]:
+def _shot_entry(shot: ReelShot, gap: int, folder: Path) -> dict[str, object]:
+    """Return the JSON entry of a shot with `gap` empty frames before it."""
     return {
         "name": shot.name,
         "source": relative_source(shot.source, folder) if shot.source else "",

@@ -30,13 +30,13 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import LensCurves, Shot
 from heatlens.media.files.atomic_file import write_whole
-from heatlens.media.files.json_record import JsonEntry, plain, read_json, record_to_json
+from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json, to_json
 from heatlens.media.plate.opening_picture import (
-    image_beside,
-    named_beside,
-    path_beside,
-    path_from,
-    shot_with_images,
+    absolute_path,
+    convert_shot_images,
+    read_relative_image,
+    relative_path,
+    with_relative_path,
 )
 
 SHOT_SUFFIX = ".heatlens.json"
@@ -58,42 +58,43 @@ _FIELDS: dict[str, tuple[str, object]] = {
     "grade": ("grade", Grade),
 }
 # Sources that are names and not paths, unless a file has that name: the built-in scene.
-_NAMES = ("demo",)
-_OTHERS = ("source", "focus_interpolation", "keys", "live_focus", "marks")
+_BUILT_IN_SOURCES = ("demo",)
+_SPECIAL_ENTRIES = ("source", "focus_interpolation", "keys", "live_focus", "marks")
 
 
-def read_shot(path: str | os.PathLike[str], moved: Sequence[Sequence[str]] = ()) -> Shot:
+def read_shot(path: str | os.PathLike[str], moved_folders: Sequence[Sequence[str]] = ()) -> Shot:
     """Read a shot file; the source of the shot becomes an absolute path.
 
-    `moved` holds folders, relative to the shot, and where their files are on this machine.
+    `moved_folders` holds pairs of a folder, relative to the shot, and the folder that has its files
+    on this machine.
 
     Raises InputError that names the file and the place in it if it is damaged, holds impossible
     values or has an unknown version, and if an aperture image is missing or cannot be read, because
     the discs would be wrong without it.
     """
     path = Path(path)
-    top = read_json(path)
-    top.check_version(_VERSION, SHOT_VERSION, "shot")
-    entries = top.members([_VERSION, *_FIELDS, *_OTHERS], ["lens"])
+    document = read_json(path)
+    document.check_version(_VERSION, SHOT_VERSION, "shot")
+    entries = document.members([_VERSION, *_FIELDS, *_SPECIAL_ENTRIES], ["lens"])
     values = {
-        field: entries[name].of_type(kind)
+        field: entries[name].convert(kind)
         for name, (field, kind) in _FIELDS.items()
         if name in entries
     }
     if "source" in entries:
-        values["source"] = absolute_source(entries["source"].text(), path, moved)
+        values["source"] = absolute_source(entries["source"].text(), path, moved_folders)
     if "plate_options" in values:
         values["plate_options"] = values["plate_options"].with_files_beside(
-            lambda text: absolute_source(text, path, moved)
+            lambda text: absolute_source(text, path, moved_folders)
         )
     if "marks" in entries:
-        values["marks"] = tuple(_mark(entry) for entry in entries["marks"].items())
-    shot = top.built(Shot, values | {"curves": _curves(entries)})
-    _check_keys(top, shot)
+        values["marks"] = tuple(_read_mark(entry) for entry in entries["marks"].items())
+    shot = document.build(Shot, values | {"curves": _read_curves(entries)})
+    _check_keys(document, shot)
     try:
-        return shot_with_images(shot, lambda image: _image_at(image, path, moved))
+        return convert_shot_images(shot, lambda image: _read_image(image, path, moved_folders))
     except InputError as error:
-        top.refuse(f"the aperture image that it names: {error}")
+        document.refuse(f"the aperture image that it names: {error}")
 
 
 def is_shot_file(text: str) -> bool:
@@ -110,7 +111,7 @@ def write_shot(path: str | os.PathLike[str], shot: Shot) -> None:
 
     Raises InputError if the file cannot be written.
     """
-    _write(Path(path), shot)
+    _write_json(Path(path), shot)
     with suppress(OSError):  # a remaining one is offered once more
         autosave_path(path).unlink(missing_ok=True)
 
@@ -123,16 +124,16 @@ def autosave_path(path: str | os.PathLike[str]) -> Path:
 
 def write_autosave(path: str | os.PathLike[str], shot: Shot) -> None:
     """Write the unsaved state of the shot file `path` to its autosave, for `read_shot`."""
-    _write(autosave_path(path), shot)
+    _write_json(autosave_path(path), shot)
 
 
 def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, object]:
     """Return the entries of the file for `shot`, with paths relative to `folder`."""
     options = shot.plate_options.with_files_beside(lambda text: relative_source(text, folder))
     shot = replace(shot, plate_options=options)
-    shot = shot_with_images(shot, lambda image: named_beside(image, folder))
+    shot = convert_shot_images(shot, lambda image: with_relative_path(image, folder))
     fields = {
-        name: plain(value)
+        name: to_json(value)
         for name, (field, _) in _FIELDS.items()
         if (value := getattr(shot, field)) is not None and value != ()
     }
@@ -143,24 +144,31 @@ def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, object
         **source,
         **fields,
         "focus_interpolation": _focus_word(shot.curves.focus_distance_m.scale),
-        "keys": {str(p): [_key_json(key) for key in c.keys] for p, c in curves.items() if c.keys},
-        **({} if shot.curves.live is None else {"live_focus": plain(shot.curves.live)}),
+        "keys": {
+            str(name): [_key_json(key) for key in curve.keys]
+            for name, curve in curves.items()
+            if curve.keys
+        },
+        **({} if shot.curves.live is None else {"live_focus": to_json(shot.curves.live)}),
         "marks": [record_to_json(mark) for mark in shot.marks],
     }
 
 
-def _write(path: Path, shot: Shot) -> None:
-    text = _lines(shot_to_json(shot, path.parent)) + "\n"
+def _write_json(path: Path, shot: Shot) -> None:
+    """Write the entries of a shot to `path` completely or not at all."""
+    text = _format_json(shot_to_json(shot, path.parent)) + "\n"
     # File names that are not valid Unicode cannot be written as UTF-8; JSON reads their escapes.
     data = text.encode("utf-8", "backslashreplace")
     write_whole(path, data)
 
 
-def _lines(value: object, indent: str = "") -> str:
+def _format_json(value: object, indent: str = "") -> str:
     """Format JSON with one entry or list item on each line; list items are not broken up."""
     inner = f"{indent}  "
     if isinstance(value, dict) and value:
-        rows = [f"{json.dumps(name)}: {_lines(entry, inner)}" for name, entry in value.items()]
+        rows = [
+            f"{json.dumps(name)}: {_format_json(entry, inner)}" for name, entry in value.items()
+        ]
     elif isinstance(value, list) and value:
         rows = [json.dumps(item, ensure_ascii=False) for item in value]
     else:
@@ -169,16 +177,16 @@ def _lines(value: object, indent: str = "") -> str:
     return f"{start}\n{inner}" + f",\n{inner}".join(rows) + f"\n{indent}{end}"
 
 
-def _check_keys(top: JsonEntry, shot: Shot) -> None:
+def _check_keys(document: JsonEntry, shot: Shot) -> None:
     """Raise InputError if a key leads to an impossible lens, or a followed mark is missing."""
-    if shot.lost_marks:
-        top.refuse(f"the focus follows mark {shot.lost_marks[0]}, which the shot lacks")
-    keys = JsonEntry(top.path, "keys", None)
+    if shot.missing_marks:
+        document.refuse(f"the focus follows mark {shot.missing_marks[0]}, which the shot lacks")
+    keys = JsonEntry(document.path, "keys", None)
     for frame in shot.key_frames:
-        keys.built(shot.lens_at, {"frame": frame})
+        keys.build(shot.lens_at, {"frame": frame})
 
 
-def _curves(entries: Mapping[str, JsonEntry]) -> LensCurves:
+def _read_curves(entries: Mapping[str, JsonEntry]) -> LensCurves:
     """Return the keys of each parameter; the file states the interpolation scale of the focus."""
     curves = LensCurves()
     if "focus_interpolation" in entries:
@@ -188,17 +196,19 @@ def _curves(entries: Mapping[str, JsonEntry]) -> LensCurves:
         curves = replace(curves, live=entries["live_focus"].record(LiveFocus))
     if "keys" not in entries:
         return curves
-    keyed: Values = {
-        name: entry.built(
+    keyed_curves: Values = {
+        name: entry.build(
             Curve,
             {
                 "keys": tuple(item.record(Key) for item in entry.items()),
                 "scale": curves.of(LensParameter(name)).scale,
             },
         )
-        for name, entry in entries["keys"].members([p.value for p in LensParameter]).items()
+        for name, entry in entries["keys"]
+        .members([parameter.value for parameter in LensParameter])
+        .items()
     }
-    return replace(curves, **keyed)
+    return replace(curves, **keyed_curves)
 
 
 def _key_json(key: Key) -> dict[str, object]:
@@ -207,38 +217,45 @@ def _key_json(key: Key) -> dict[str, object]:
     return {name: value for name, value in record_to_json(key).items() if value != default}
 
 
-def _mark(entry: JsonEntry) -> Mark:
-    """Return the mark of an entry, of the kind that its entries tell; else a point."""
+def _read_mark(entry: JsonEntry) -> Mark:
+    """Return the mark of an entry; the names of its members tell its kind, else it is a point."""
     entries = entry.value if isinstance(entry.value, dict) else {}
     return entry.record(kind_of_entries(entries))
 
 
 def _focus_word(scale: Scale) -> str:
-    return next(word for word, known in FOCUS_SCALES.items() if known is scale)
+    """Return the word for a scale of the focus in files and on the command line."""
+    return next(word for word, known_scale in FOCUS_SCALES.items() if known_scale is scale)
 
 
 def relative_source(source: str, folder: str | os.PathLike[str]) -> str:
     """Return the path relative to the folder of the file, or absolute on another drive."""
-    if source in _NAMES and not os.path.exists(source):
+    if source in _BUILT_IN_SOURCES and not os.path.exists(source):
         return source
-    return path_beside(source, folder)
+    return relative_path(source, folder)
 
 
-def _image_at(image: OpeningImage, path: Path, moved: Sequence[Sequence[str]]) -> OpeningImage:
-    return image_beside(replace(image, path=absolute_source(image.path, path, moved)), path.parent)
+def _read_image(
+    image: OpeningImage, path: Path, moved_folders: Sequence[Sequence[str]]
+) -> OpeningImage:
+    """Return the aperture image that the shot file `path` names, with its light."""
+    return read_relative_image(
+        replace(image, path=absolute_source(image.path, path, moved_folders)), path.parent
+    )
 
 
-def _moved(absolute: str, folder: Path, moved: Sequence[Sequence[str]]) -> str:
-    for old, new in moved:
-        before = path_from(old, folder)
-        if Path(before) in Path(absolute).parents:
-            return os.path.abspath(os.path.join(new, os.path.relpath(absolute, before)))
+def _map_moved_folder(absolute: str, folder: Path, moved_folders: Sequence[Sequence[str]]) -> str:
+    """Return the path of a file on this machine, if it lies in one of the moved folders."""
+    for old_folder, new_folder in moved_folders:
+        old_path = absolute_path(old_folder, folder)
+        if Path(old_path) in Path(absolute).parents:
+            return os.path.abspath(os.path.join(new_folder, os.path.relpath(absolute, old_path)))
     return absolute
 
 
-def absolute_source(source: str, path: Path, moved: Sequence[Sequence[str]] = ()) -> str:
+def absolute_source(source: str, path: Path, moved_folders: Sequence[Sequence[str]] = ()) -> str:
     """Return the absolute path of `source`, which is relative to the folder of the file `path`."""
     if not source or "\0" in source:  # invalid: Shot refuses it with a better message
         return source
-    absolute = _moved(path_from(source, path.parent), path.parent, moved)
-    return source if source in _NAMES and not os.path.exists(absolute) else absolute
+    absolute = _map_moved_folder(absolute_path(source, path.parent), path.parent, moved_folders)
+    return source if source in _BUILT_IN_SOURCES and not os.path.exists(absolute) else absolute

@@ -1,9 +1,8 @@
-"""Pack and unpack what a reading process answers, so that an answer can run nothing.
+"""Pack and unpack the answers of reading processes, so that an answer cannot run any code.
 
 An answer is a pickle, because it holds arrays and values of many classes. A pickle can name any
-function of any module and have it called, so that unpacking takes the names below and no others.
-`tests/media/files/test_answers.py` finds a class that a reader answers with and that is missing
-here.
+function of any module and have it called. Unpacking therefore accepts only the names below.
+`tests/media/files/test_answers.py` finds a class of an answer that is missing here.
 """
 
 import io
@@ -24,7 +23,7 @@ _VALUES = {
     "fractions": ("Fraction",),
     "pathlib": ("Path", "PosixPath", "PurePosixPath", "WindowsPath", "PureWindowsPath"),
 }
-_OURS = {
+_HEATLENS_CLASSES = {
     "heatlens.core.base.errors": (
         "FaultError",
         "GpuError",
@@ -50,22 +49,22 @@ _OURS = {
     "heatlens.core.model.view.guides": ("Canvas", "FrameLine"),
     "heatlens.media.plate.picture.picture_open": ("RawPicture",),
     "heatlens.media.scene.gltf.animation": ("Animation", "ValueTrack"),
-    "heatlens.media.scene.gltf.deform": ("Binding", "Deformed", "Skin", "Targets"),
+    "heatlens.media.scene.gltf.deform": ("Binding", "DeformedMesh", "Skin", "Targets"),
     "heatlens.media.scene.gltf.json_values": ("Record",),
     "heatlens.media.scene.gltf.lights": ("MovingLights",),
     "heatlens.media.scene.gltf.nodes": ("NodeTree",),
-    "heatlens.media.scene.gltf.read": ("_Hanging",),
+    "heatlens.media.scene.gltf.read": ("_NodeMotion",),
     "heatlens.media.scene.scene": (
         *("Daylight", "Instance", "Lighting", "MapPlace", "Material", "Mesh", "PointLight"),
         *("Scene", "SceneCamera", "Wrap"),
     ),
-    "heatlens.media.scene.usd.read": ("_Sampled",),
+    "heatlens.media.scene.usd.read": ("_SampledMotion",),
 }
-ALLOWED: Mapping[str, tuple[str, ...]] = _ARRAYS | _VALUES | _OURS
+ALLOWED: Mapping[str, tuple[str, ...]] = _ARRAYS | _VALUES | _HEATLENS_CLASSES
 
 
 class AnswerError(Exception):
-    """An answer names something that no answer holds."""
+    """An answer is damaged, or names a class or function that is not allowed."""
 
 
 class _Unpacker(pickle.Unpickler):
@@ -76,15 +75,15 @@ class _Unpacker(pickle.Unpickler):
         return super().find_class(module, name)
 
 
-def packed(answer: object) -> bytes:
+def pack_answer(answer: object) -> bytes:
     """Return `answer` as bytes."""
     return pickle.dumps(answer, protocol=pickle.HIGHEST_PROTOCOL)
 
 
-def unpacked(answer: bytes) -> object:
-    """Return what `packed` was given.
+def unpack_answer(answer: bytes) -> object:
+    """Return the answer that `pack_answer` packed.
 
-    Raises AnswerError for bytes that name anything beside the list, or are no answer at all.
+    Raises AnswerError for bytes that name anything outside the list, or are no answer at all.
     """
     try:
         return _Unpacker(io.BytesIO(answer)).load()

@@ -1,12 +1,11 @@
 """Call a function in a separate process, for libraries that crash on damaged files.
 
 Run as a module, this calls the function that its arguments name with the pickled value of standard
-input, and answers the calling process with its result. `limits` bounds its time and memory, because
-a few thousand bytes can describe a scene of a billion objects. It never outlives the calling
-process.
+input, and sends the result to the calling process. `limits` bounds its time and memory, because a
+few thousand bytes can describe a scene of a billion objects. It never outlives the calling process.
 
-The answer has the pipe of standard output for itself. Libraries print there, names from the file
-among the words, and what they print goes to standard error instead.
+The pipe of standard output is reserved for the answer. Whatever libraries print there, which may
+contain names from the file, goes to standard error instead.
 """
 
 import atexit
@@ -23,11 +22,11 @@ from typing import BinaryIO, TypeVar, cast
 
 import heatlens
 from heatlens.core.base.errors import HeatlensError, InputError
-from heatlens.core.base.faults import told_error
-from heatlens.core.base.last_words import LastWords
-from heatlens.core.base.stopping import end_with
+from heatlens.core.base.faults import to_heatlens_error
+from heatlens.core.base.last_words import StderrTail
+from heatlens.core.base.stopping import die_with_parent
 from heatlens.media.files import limits
-from heatlens.media.files.answers import AnswerError, packed, unpacked
+from heatlens.media.files.answers import AnswerError, pack_answer, unpack_answer
 
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
@@ -35,117 +34,121 @@ Result = TypeVar("Result")
 _FAILED = 1  # exit code of Python for an uncaught error
 _NO_MEMORY = 71  # EX_OSERR of sysexits.h, a system error
 
-_running: set["subprocess.Popen[bytes]"] = set()
-_of_thread = local()  # holds `stop` in threads that can be stopped
+_running_processes: set["subprocess.Popen[bytes]"] = set()
+_thread_values = local()  # holds `stop` in threads that can be stopped
 
 
 class Stop:
     """Stops the reading processes of another thread, both running ones and later ones."""
 
     def __init__(self) -> None:
-        self._is_asked = False
+        self._is_requested = False
         self._processes: set[subprocess.Popen[bytes]] = set()
 
-    def ask(self) -> None:
+    def request(self) -> None:
         """Kill the running processes, and let later ones end at once."""
-        self._is_asked = True
+        self._is_requested = True
         for process in tuple(self._processes):
             process.kill()
 
     @contextmanager
-    def heard(self) -> Iterator[None]:
+    def applies_to_thread(self) -> Iterator[None]:
         """Let this object stop the processes that this thread starts within the block."""
-        _of_thread.stop = self
+        _thread_values.stop = self
         try:
             yield
         finally:
-            del _of_thread.stop
+            del _thread_values.stop
 
     def add(self, process: "subprocess.Popen[bytes]") -> None:
         """Kill `process` when a stop is asked for, or at once if it already was."""
         self._processes.add(process)
-        if self._is_asked:
+        if self._is_requested:
             process.kill()
 
 
-# Draco, meshoptimizer, Basis Universal, libheif and OpenUSD unpack bytes of strangers in C, and
-# OpenTimelineIO crashed or worked for ever on 8 of 8,000 damaged edits. A crash there ended the
-# window. The process costs its start, so a whole scene shares one.
-def called_apart(read: Callable[[Argument], Result], argument: Argument, what: str) -> Result:
+# A separate process keeps a crash of a library from ending the window. Draco, meshoptimizer, Basis
+# Universal, libheif and OpenUSD unpack bytes of strangers in C; OpenTimelineIO crashed or never
+# ended on 8 of 8,000 damaged edits. Starting a process takes time, so a whole scene shares one.
+def call_in_process(
+    read: Callable[[Argument], Result], argument: Argument, file_name: str
+) -> Result:
     """Return `read(argument)`, computed in another process.
 
     `read` must be a function of a module in this package, with a picklable result. Raises the
-    HeatlensError that it raises, and an InputError that begins with `what`, the name of the file,
-    if the process crashes or exceeds its limits on time or memory.
+    HeatlensError that it raises, and an InputError that begins with `file_name` if the process
+    crashes or exceeds its limits on time or memory.
     """
-    names = (__spec__.name, str(os.getpid()), read.__module__, read.__name__, what)
+    arguments = (__spec__.name, str(os.getpid()), read.__module__, read.__name__, file_name)
     # -P: a file in the working folder that has the name of a Python module must not be run.
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", *names],
+        [sys.executable, "-P", "-m", *arguments],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         env=_environment(),
     )
-    _running.add(process)
-    if hasattr(_of_thread, "stop"):
-        _of_thread.stop.add(process)
+    _running_processes.add(process)
+    if hasattr(_thread_values, "stop"):
+        _thread_values.stop.add(process)
     try:
-        written, printed = _exchanged(process, pickle.dumps(argument))
+        answer, error_text = _exchange(process, pickle.dumps(argument))
     finally:
-        _running.discard(process)
+        _running_processes.discard(process)
         process.kill()
-    _check_end(process.returncode, printed, what)
+    _check_exit_code(process.returncode, error_text, file_name)
     try:
-        outcome = unpacked(written)
+        outcome = unpack_answer(answer)
     except AnswerError as error:
-        raise InputError(f"{what} cannot be read: {error}.") from error
+        raise InputError(f"{file_name} cannot be read: {error}.") from error
     if isinstance(outcome, HeatlensError):
         raise outcome
     return cast(Result, outcome)
 
 
-def _exchanged(process: "subprocess.Popen[bytes]", asked: bytes) -> tuple[bytes, str]:
-    """Return the answer of `process` and the end of what it printed."""
+def _exchange(process: "subprocess.Popen[bytes]", argument: bytes) -> tuple[bytes, str]:
+    """Send the pickled argument to `process`; return its answer and the end of its error output."""
     assert process.stdin is not None and process.stdout is not None
-    printed = LastWords(process)
+    stderr_tail = StderrTail(process)
     with process:
         with suppress(BrokenPipeError):  # it ended early: its exit code tells why
-            process.stdin.write(asked)
+            process.stdin.write(argument)
         with suppress(BrokenPipeError):
             process.stdin.close()
-        written = process.stdout.read()
+        answer = process.stdout.read()
         process.wait()
-        words = printed.text()
-    return written, words
+        error_text = stderr_tail.text()
+    return answer, error_text
 
 
 @atexit.register
-def end_all() -> None:
+def kill_reading_processes() -> None:
     """Kill the processes that are still reading, because the program closes."""
-    for process in tuple(_running):
+    for process in tuple(_running_processes):
         process.kill()
 
 
-def _check_end(code: int, printed: str, what: str) -> None:
-    """Raise an error for a process that ended with a `code` other than 0."""
+def _check_exit_code(exit_code: int, error_text: str, file_name: str) -> None:
+    """Raise an error for a process that ended with an `exit_code` other than 0."""
     gigabytes = f"{limits.gigabytes_most():g} GB of memory"
-    if code == _FAILED:
-        raise told_error(RuntimeError(printed), f"{what}: not read")
-    if -code in limits.TIME_SIGNALS:
+    if exit_code == _FAILED:
+        raise to_heatlens_error(RuntimeError(error_text), f"{file_name}: not read")
+    if -exit_code in limits.TIME_SIGNALS:
         raise InputError(
-            f"{what} cannot be read within {limits.seconds_most():g} s of processor time and "
+            f"{file_name} cannot be read within {limits.seconds_most():g} s of processor time and "
             f"{limits.SECONDS_A_MEGABYTE:g} s for each megabyte: it is damaged, or has too many "
             f"parts. The variable {limits.SECONDS} allows more."
         )
-    if code == _NO_MEMORY:
+    if exit_code == _NO_MEMORY:
         raise InputError(
-            f"{what} cannot be read within {gigabytes}: it is damaged, or has too many parts. The "
+            f"{file_name} cannot be read within {gigabytes}: it is damaged, or has too many "
+            "parts. The "
             f"variable {limits.GIGABYTES} allows more."
         )
-    if code:
+    if exit_code:
         raise InputError(
-            f"{what} cannot be read: it is damaged in a way that crashes the library that reads "
+            f"{file_name} cannot be read: it is damaged in a way that crashes the library that "
+            "reads "
             f"it, or needs more than {gigabytes} (the variable {limits.GIGABYTES} allows more)."
         )
 
@@ -160,39 +163,41 @@ def _environment() -> dict[str, str]:
     return threads | os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
 
 
-def _outcome(module: str, name: str, what: str) -> object:
+def _call_by_name(module: str, function_name: str, file_name: str) -> object:
     """Return the result of the function, or the HeatlensError that it raises or that reports it."""
     try:
-        return getattr(importlib.import_module(module), name)(pickle.load(sys.stdin.buffer))
+        return getattr(importlib.import_module(module), function_name)(
+            pickle.load(sys.stdin.buffer)
+        )
     except MemoryError:
         raise SystemExit(_NO_MEMORY) from None
     except HeatlensError as error:
         return error
     except Exception as error:
-        return told_error(error, f"{what} could not be read")
+        return to_heatlens_error(error, f"{file_name} could not be read")
 
 
-def _answer_line() -> BinaryIO:
-    """Return the pipe of standard output, and let all later output go to standard error.
+def _claim_stdout() -> BinaryIO:
+    """Return the pipe of standard output, and redirect all later output to standard error.
 
     The descriptor changes, not only `sys.stdout`: libraries of C print too.
     """
-    line = os.fdopen(os.dup(1), "wb")
+    pipe = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    return line
+    return pipe
 
 
-def _answer(line: BinaryIO, outcome: object) -> None:
-    """Send the answer."""
+def _send_answer(pipe: BinaryIO, outcome: object) -> None:
+    """Write the packed outcome to the pipe and close it."""
     try:
-        with line:
-            line.write(packed(outcome))
+        with pipe:
+            pipe.write(pack_answer(outcome))
     except MemoryError:
         raise SystemExit(_NO_MEMORY) from None
 
 
 if __name__ == "__main__":
-    end_with(int(sys.argv[1]))
-    answers = _answer_line()
+    die_with_parent(int(sys.argv[1]))
+    answers = _claim_stdout()
     limits.bound_this_process()
-    _answer(answers, _outcome(*sys.argv[2:]))
+    _send_answer(answers, _call_by_name(*sys.argv[2:]))

@@ -1,7 +1,7 @@
 """Write files completely or not at all: beside the target, then renamed over it.
 
-Before the work begins it is checked whether an output can be written. A file that several processes
-of this user read, change and write is locked.
+Other functions check before a long work whether its output can be written, and lock a file that
+several processes of this user read, change and write.
 """
 
 import os
@@ -17,29 +17,29 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.stopping import folder_made, unfinished
+from heatlens.core.base.stopping import mark_unfinished, record_new_folder
 
 try:
     import fcntl
 except ImportError:  # no such module on Windows; two windows at once may then lose a change
     fcntl = None  # type: ignore[assignment]
 
-_PART = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
-_FORGOTTEN_S = 24 * 60 * 60.0  # a file that is being written changes more often than this
+_UNFINISHED_NAME = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
+_ABANDONED_AFTER_S = 24 * 60 * 60.0  # a file that is being written changes more often than this
 _FOR_ALL, FOR_THE_USER = 0o666, 0o600
 _NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_RDWR
-_PATIENCE_S = 2.0  # a process that stopped in the middle must not block the others forever
+_LOCK_WAIT_S = 2.0  # a process that stopped in the middle must not block the others forever
 
 
-def _machine() -> str:
+def _machine_digits() -> str:
     """Return eight digits that identify this machine or, on Linux, this container."""
-    where = platform.node()
+    identity = platform.node()
     with suppress(OSError):
-        where += os.readlink("/proc/self/ns/pid")
-    return f"{zlib.crc32(where.encode()):08x}"
+        identity += os.readlink("/proc/self/ns/pid")
+    return f"{zlib.crc32(identity.encode()):08x}"
 
 
-_MACHINE = _machine()  # folders may be shared between machines, which reuse process numbers
+_MACHINE = _machine_digits()  # folders may be shared between machines, which reuse process numbers
 _NEW_FILE |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -51,47 +51,52 @@ def write_whole(
     `mode` holds the permission bits of a new file, before the user's umask. Raises InputError if
     the file cannot be written completely.
     """
-    with replacing(path, mode, follows_links) as beside, open(beside, "wb", buffering=0) as file:
-        left = memoryview(data)
-        while left:  # a full disk may accept a part, and fail only at the next write
-            left = left[file.write(left) :]
+    with (
+        replace_atomically(path, mode, follows_links) as temporary_path,
+        open(temporary_path, "wb", buffering=0) as file,
+    ):
+        unwritten = memoryview(data)
+        while unwritten:  # a full disk may accept a part, and fail only at the next write
+            unwritten = unwritten[file.write(unwritten) :]
         os.fsync(file.fileno())
-        arrived = os.fstat(file.fileno()).st_size
-        if arrived != len(data):
-            raise OSError(f"only {arrived:,} of {len(data):,} bytes are on the disk")
+        file_size = os.fstat(file.fileno()).st_size
+        if file_size != len(data):
+            raise OSError(f"only {file_size:,} of {len(data):,} bytes are on the disk")
 
 
-# A rename within a folder is the only step that other programs see, and it cannot be half done;
-# across disks it would be a copy, so the unfinished file lies beside its target. Its name tells
-# machine and process, so that whoever finds it later can know that its writer is dead.
+# Other programs see only the final rename within the folder, which cannot be half done. Across
+# disks it would be a copy, so the unfinished file lies beside its target. Its name contains machine
+# and process, which tells `remove_leftovers` whether its writer still runs.
 @contextmanager
-def replacing(
+def replace_atomically(
     path: str | os.PathLike[str], mode: int = _FOR_ALL, follows_links: bool = True
 ) -> Iterator[Path]:
     """Yield a path to write to; it replaces `path` when the block ends without an error.
 
-    The old file stays until then, and after an error. The target of a link is replaced, or, where
-    others may put links, without `follows_links`, the link itself. The yielded path is an empty
-    file with a short random name. Use `write_whole` if all bytes are in memory. Raises InputError
-    if the file cannot be written.
+    The old file stays until then, and after an error. If `path` is a link, its target is replaced;
+    without `follows_links`, for folders in which others may put links, the link itself. The yielded
+    path is an empty file with a short random name. Use `write_whole` if all bytes are in memory.
+    Raises InputError if the file cannot be written.
     """
     target = Path(os.path.realpath(path) if follows_links else path)
     _check_target(target)
-    beside = target.with_name(f".heatlens-{secrets.token_hex(8)}.{_MACHINE}.{os.getpid()}.part")
+    temporary_path = target.with_name(
+        f".heatlens-{secrets.token_hex(8)}.{_MACHINE}.{os.getpid()}.part"
+    )
     try:
-        with unfinished(beside):
-            os.close(os.open(beside, _NEW_FILE, mode))
-            yield beside
-            _to_disk(beside)
-            os.replace(beside, target)
+        with mark_unfinished(temporary_path):
+            os.close(os.open(temporary_path, _NEW_FILE, mode))
+            yield temporary_path
+            _flush_to_disk(temporary_path)
+            os.replace(temporary_path, target)
     except (OSError, RuntimeError) as error:  # RuntimeError is what OpenEXR raises
-        words = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        error_text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         # The temporary name would mean nothing to the user.
-        why = words.replace(str(beside), str(target)).rstrip(".")
-        raise InputError(f"{target} could not be written: {why}.") from error
+        reason = error_text.replace(str(temporary_path), str(target)).rstrip(".")
+        raise InputError(f"{target} could not be written: {reason}.") from error
     finally:
         with suppress(OSError):  # if this fails, an earlier step has failed and was reported
-            beside.unlink(missing_ok=True)
+            temporary_path.unlink(missing_ok=True)
 
 
 def remove_leftovers(folder: Path) -> None:
@@ -102,14 +107,15 @@ def remove_leftovers(folder: Path) -> None:
     """
     with suppress(OSError):
         for name in os.listdir(folder):
-            match = _PART.fullmatch(name)
-            if match and _is_dead(folder / name, match[1], int(match[2])):
+            match = _UNFINISHED_NAME.fullmatch(name)
+            if match and _is_abandoned(folder / name, match[1], int(match[2])):
                 (folder / name).unlink(missing_ok=True)
 
 
-def _is_dead(part: Path, machine: str, process: int) -> bool:
+def _is_abandoned(path: Path, machine: str, process: int) -> bool:
+    """Return True if the process that wrote an unfinished file has ended, or probably has."""
     if machine != _MACHINE or os.name == "nt":  # on Windows, signal 0 would end the process
-        return time.time() - part.stat().st_mtime > _FORGOTTEN_S
+        return time.time() - path.stat().st_mtime > _ABANDONED_AFTER_S
     try:
         os.kill(process, 0)
     except (ProcessLookupError, OverflowError):
@@ -127,7 +133,7 @@ def _has_ended(process: int) -> bool:
     return False
 
 
-def _to_disk(path: Path) -> None:
+def _flush_to_disk(path: Path) -> None:
     """Flush the file to the disk, so that a power cut cannot leave the new name without content.
 
     Raises OSError if the file is empty.
@@ -150,28 +156,28 @@ def _check_target(target: Path) -> None:
 
 
 @contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Wait, but not for long, until no other process is in such a block for the same `path`.
+def lock_file(path: Path) -> Iterator[None]:
+    """Lock `path` for the block, and wait up to `_LOCK_WAIT_S` while another process has the lock.
 
     The file system of a server may have no locks; the block is then entered at once. Raises OSError
     if the file `path`, which stays empty, cannot be made.
     """
     flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    opened = os.open(path, flags, 0o600)
+    descriptor = os.open(path, flags, 0o600)
     try:
-        end = time.monotonic() + _PATIENCE_S
-        while not _is_taken(opened) and time.monotonic() < end:
+        deadline = time.monotonic() + _LOCK_WAIT_S
+        while not _try_lock(descriptor) and time.monotonic() < deadline:
             time.sleep(0.02)
         yield
     finally:
-        os.close(opened)  # this releases the lock
+        os.close(descriptor)  # this releases the lock
 
 
-def _is_taken(opened: int) -> bool:
-    """Return False while another process has the lock."""
+def _try_lock(descriptor: int) -> bool:
+    """Lock an open file without waiting; return False while another process has the lock."""
     try:
         if fcntl is not None:
-            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     except OSError:  # a file system without locks
@@ -204,7 +210,7 @@ def make_folder(folder: Path, parents: bool = False) -> None:
     """
     try:
         if not folder.is_dir():
-            folder_made(folder)
+            record_new_folder(folder)
         folder.mkdir(exist_ok=True, parents=parents)
     except OSError as error:
         raise InputError(
@@ -212,18 +218,17 @@ def make_folder(folder: Path, parents: bool = False) -> None:
         ) from error
 
 
-# A study worked for minutes before it found that nothing can be written in /proc, whose rights say
-# otherwise. Making a file is the only proof.
-def check_writable(path: Path, around: Path | None = None) -> None:
-    """Raise InputError if no file can be created in the folder of `path`, or in `around` it.
+# The check creates a file, because the rights of a folder prove nothing: those of /proc allow files
+# that nobody can create. Without it a study worked for minutes before its output failed there.
+def check_writable(path: Path, existing_folder: Path | None = None) -> None:
+    """Raise InputError if no file can be created in the folder of `path`, which must exist.
 
-    The folder must exist.
+    `existing_folder` is checked instead, if it is given.
     """
-    folder = around or path.parent
+    folder = existing_folder or path.parent
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{path}: {folder} is not writable. Choose another folder.")
     try:
-        # The rights of a folder do not tell everything: nobody can make a file in /proc.
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
@@ -233,10 +238,10 @@ def check_writable(path: Path, around: Path | None = None) -> None:
         ) from error
 
 
-def check_place(path: Path) -> None:
-    """Raise InputError if nothing can be written where `path`, or its first missing folder, lies.
+def check_output_path(path: Path) -> None:
+    """Raise InputError if nothing can be written in the first existing folder above `path`.
 
-    It is for the beginning of a command; which missing folders it makes is its own decision.
+    A command calls this at its beginning; it decides itself which missing folders it makes.
     """
     folder = Path(os.path.realpath(path)).parent
     while not os.path.lexists(folder):
@@ -245,8 +250,8 @@ def check_place(path: Path) -> None:
         check_writable(path, folder)
 
 
-def check_space(folder: Path, need_bytes: float, what: str) -> None:
-    """Raise InputError if the disk of `folder` has less free space than `what` will need.
+def check_space(folder: Path, need_bytes: float, product: str) -> None:
+    """Raise InputError if the disk of `folder` has less free space than `product` will need.
 
     A folder that will be made lies on the disk of the one around it. Nothing is refused if the free
     space is unknown, or if there is no disk.
@@ -257,12 +262,14 @@ def check_space(folder: Path, need_bytes: float, what: str) -> None:
         return
     if disk.total and need_bytes > disk.free:
         raise InputError(
-            f"{folder}: {what} will need about {_size(need_bytes)}, and {_size(disk.free)} are "
+            f"{folder}: {product} will need about {_size_text(need_bytes)}, and "
+            f"{_size_text(disk.free)} are "
             "free on that disk. Free some, or choose another folder."
         )
 
 
-def _size(count: float) -> str:
+def _size_text(count: float) -> str:
+    """Return a number of bytes as text in GB, MB or kB."""
     for unit, name in ((1e9, "GB"), (1e6, "MB")):
         if count >= unit:
             return f"{count / unit:.1f} {name}"

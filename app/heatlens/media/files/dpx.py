@@ -1,9 +1,9 @@
 """Write DPX with OpenImageIO, and read from its header what an export needs to know.
 
-Its numbers are display values, as of a PNG: the header tells the transfer of video, Rec.709, which
-is the nearest that it knows, and not printing density.
+The numbers are display values, as in a PNG. The header states the transfer of video, Rec.709, which
+is the nearest that DPX has, and not printing density.
 
-Source: SMPTE ST 268-1:2014, table 1. Places and lengths below are those of the generic header.
+Source: SMPTE ST 268-1:2014, table 1. Offsets and lengths below are those of the generic header.
 """
 
 import struct
@@ -17,8 +17,8 @@ import numpy as np
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import import_extra
-from heatlens.core.base.paths import file_bytes, opened_file
-from heatlens.media.files.marks import comment_of, marks_in
+from heatlens.core.base.paths import open_regular_file, read_file_bytes
+from heatlens.media.files.marks import marks_comment, parse_marks
 from heatlens.media.files.picture_encoding import Stored
 from heatlens.media.files.quiet import quiet_library
 
@@ -37,30 +37,30 @@ def require_openimageio() -> ModuleType:
 def dpx_bytes(values: Stored, marks: Mapping[str, str]) -> bytes:
     """Encode whole numbers of 10 bits (H, W, 3), with the marks as the name of the project."""
     library = require_openimageio()
-    height, width, count = values.shape
-    spec = library.ImageSpec(width, height, count, library.UINT16)
+    height, width, channels = values.shape
+    spec = library.ImageSpec(width, height, channels, library.UINT16)
     spec.attribute("oiio:BitsPerSample", 10)
     spec.attribute("dpx:Transfer", "ITU-R 709-4")
-    spec.attribute("DocumentName", comment_of(marks))
-    wide = np.round(values * (65535 / _WHITE)).astype(np.uint16)
+    spec.attribute("DocumentName", marks_comment(marks))
+    scaled_values = np.round(values * (65535 / _WHITE)).astype(np.uint16)
     with tempfile.TemporaryDirectory() as folder, quiet_library():
         path = Path(folder) / "a.dpx"
-        out = library.ImageOutput.create("dpx")
-        is_written = out.open(str(path), spec) and out.write_image(wide)
-        if not (out.close() and is_written):
-            raise InputError(f"A DPX could not be encoded ({out.geterror()}).")
-        data = bytearray(file_bytes(path))
-    data[_FILE_NAME] = bytes(_FILE_NAME.stop - _FILE_NAME.start)  # that of the temporary file
+        writer = library.ImageOutput.create("dpx")
+        is_written = writer.open(str(path), spec) and writer.write_image(scaled_values)
+        if not (writer.close() and is_written):
+            raise InputError(f"A DPX could not be encoded ({writer.geterror()}).")
+        data = bytearray(read_file_bytes(path))
+    data[_FILE_NAME] = bytes(_FILE_NAME.stop - _FILE_NAME.start)  # erase the temporary file's name
     return bytes(data)
 
 
 def dpx_marks(path: Path) -> dict[str, str]:
     """Return the marks in the header of a DPX; raises ValueError if the header is cut short."""
-    with opened_file(path) as file:
+    with open_regular_file(path) as file:
         header = file.read(_HEADER_BYTES)
     if len(header) < _HEADER_BYTES or header[:4] not in _ORDERS:
         raise ValueError(f"{path} is not a DPX")
-    return marks_in(header[_PROJECT].partition(b"\0")[0])
+    return parse_marks(header[_PROJECT].partition(b"\0")[0])
 
 
 def is_whole_dpx(file: BinaryIO, size: int) -> bool:

@@ -1,4 +1,4 @@
-"""What heatlens does not read, told by the name of a file, and what it reads in its place."""
+"""Name the kinds of files that heatlens cannot read, by their extension, and the alternatives."""
 
 from pathlib import Path
 
@@ -27,6 +27,9 @@ _WORDS = {
 
 
 def foreign_words(path: Path) -> str:
-    """Return what a file is that heatlens does not read, and what it reads; "" if unknown."""
+    """Return words for a file of a kind that heatlens cannot read; "" for any other file.
+
+    They say what the file is, and which kinds heatlens reads instead.
+    """
     words = _WORDS.get(path.suffix.lower(), "")
     return words.format(suffixes=", ".join(suffixes_read()))

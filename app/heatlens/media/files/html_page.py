@@ -1,4 +1,4 @@
-"""Render HTML 5 pages from templates beside the code; all values are escaped. PDF of them."""
+"""Render HTML 5 pages from templates beside the code, with all values escaped, and PDF of them."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -11,10 +11,11 @@ from heatlens.core.base.outside_text import one_line
 
 def check_pdf(purpose: str) -> None:
     """Raise InputError that begins with `purpose` if what makes a PDF is missing."""
-    _weasyprint(purpose)
+    _import_weasyprint(purpose)
 
 
-def _weasyprint(purpose: str) -> ModuleType:
+def _import_weasyprint(purpose: str) -> ModuleType:
+    """Import WeasyPrint. Raises InputError that begins with `purpose` if it is unusable."""
     try:
         return import_extra("weasyprint", f"{purpose} as PDF")
     except OSError as error:
@@ -24,18 +25,18 @@ def _weasyprint(purpose: str) -> ModuleType:
         ) from error
 
 
-def pdf_of(purpose: str, page: str) -> bytes:
-    """Return a page with all its pictures inside as PDF; nothing is fetched.
+def render_pdf(purpose: str, page: str) -> bytes:
+    """Return an HTML page as PDF; its pictures must be embedded, because nothing is fetched.
 
     Raises InputError if the package for PDF is missing.
     """
-    library = _weasyprint(purpose)
-    inside = library.URLFetcher(allowed_protocols=("data",))
-    made: bytes = library.HTML(string=page, url_fetcher=inside).write_pdf()
-    return made
+    library = _import_weasyprint(purpose)
+    embedded_only = library.URLFetcher(allowed_protocols=("data",))
+    pdf: bytes = library.HTML(string=page, url_fetcher=embedded_only).write_pdf()
+    return pdf
 
 
-def page_of(
+def render_page(
     template: Path,
     values: Mapping[str, object],
     filters: Mapping[str, Callable[..., object]] | None = None,

@@ -16,7 +16,7 @@ from types import NoneType
 from typing import Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
 from heatlens.core.base.errors import HeatlensError, InputError
-from heatlens.core.base.paths import file_bytes, unreadable
+from heatlens.core.base.paths import read_file_bytes, unreadable_error
 from heatlens.core.model.lens.opening_image import OpeningImage
 
 T = TypeVar("T")
@@ -31,16 +31,17 @@ def record_to_json(record: Any) -> dict[str, object]:
     Its fields must be numbers, texts, enums, such dataclasses, or tuples or maps of these. Those
     without a default come first.
     """
-    own = sorted(fields(record), key=lambda field: not _is_needed(field))
-    values = {field.name: getattr(record, field.name) for field in own}
-    return {name: plain(value) for name, value in values.items() if value is not None}
+    ordered_fields = sorted(fields(record), key=lambda field: not _is_required(field))
+    values = {field.name: getattr(record, field.name) for field in ordered_fields}
+    return {name: to_json(value) for name, value in values.items() if value is not None}
 
 
-def _is_needed(field: Any) -> bool:
+def _is_required(field: Any) -> bool:
+    """Return True for a field of a dataclass without a default."""
     return field.default is MISSING and field.default_factory is MISSING
 
 
-def plain(value: object) -> object:
+def to_json(value: object) -> object:
     """Return the JSON value of a number, text, enum, image (its path), tuple, map or dataclass."""
     if isinstance(value, OpeningImage):
         return value.path
@@ -49,9 +50,9 @@ def plain(value: object) -> object:
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, tuple):
-        return [plain(item) for item in value]
+        return [to_json(item) for item in value]
     if isinstance(value, Mapping):
-        return {name: plain(member) for name, member in value.items()}
+        return {name: to_json(member) for name, member in value.items()}
     if isinstance(value, float):
         if math.isinf(value):
             return "inf"
@@ -77,34 +78,43 @@ class JsonEntry:
     value: Any
 
     def refuse(self, sentence: str) -> NoReturn:
-        """Raise InputError that names the file and the place, and says `sentence`."""
-        place = f" {self.place}:" if self.place else ""
-        raise InputError(f"{self.path}:{place} {sentence}")
+        """Raise InputError with the file, the place in it and `sentence`."""
+        place_text = f" {self.place}:" if self.place else ""
+        raise InputError(f"{self.path}:{place_text} {sentence}")
 
-    def check_version(self, entry: str, version: int, what: str) -> None:
-        """Refuse a file that is not a `what` of heatlens, or has another version than `version`.
+    def check_version(self, entry: str, version: int, kind: str) -> None:
+        """Refuse a file that is not a `kind` of heatlens, or has another version than `version`.
 
         `entry` is the name of the entry that holds the version.
         """
         if not isinstance(self.value, dict) or entry not in self.value:
-            self.refuse(f"this is no {what} of heatlens: it has no entry {entry!r}")
+            self.refuse(f"this is no {kind} of heatlens: it has no entry {entry!r}")
         stored = JsonEntry(self.path, entry, self.value[entry])
-        if stored.whole() != version:
+        if stored.integer() != version:
             stored.refuse(
-                f"version {stored.whole()} is not known here, only {version}; a newer heatlens "
+                f"version {stored.integer()} is not known here, only {version}; a newer heatlens "
                 "may have written it"
             )
 
-    def members(self, known: Collection[str], needed: Iterable[str] = ()) -> dict[str, "JsonEntry"]:
-        """Return the entries of an object by name; all must be among `known`."""
+    def members(
+        self, known_names: Collection[str], required_names: Iterable[str] = ()
+    ) -> dict[str, "JsonEntry"]:
+        """Return the entries of an object by name.
+
+        All must be among `known_names`, and none of `required_names` may be missing.
+        """
         if not isinstance(self.value, dict):
-            self.refuse(f"{_shown(self.value)} should be an object in braces")
+            self.refuse(f"{_short_json(self.value)} should be an object in braces")
         for name in self.value:
-            if name not in known:
-                near = get_close_matches(name, known, 1)
-                hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+            if name not in known_names:
+                similar_names = get_close_matches(name, known_names, 1)
+                hint = (
+                    f"did you mean {similar_names[0]!r}?"
+                    if similar_names
+                    else f"known are {', '.join(known_names)}"
+                )
                 self.refuse(f"unknown entry {name!r}; {hint}")
-        for name in needed:
+        for name in required_names:
             if name not in self.value:
                 self.refuse(f"the entry {name!r} is missing")
         prefix = f"{self.place}." if self.place else ""
@@ -113,8 +123,9 @@ class JsonEntry:
         }
 
     def items(self) -> list["JsonEntry"]:
+        """Return the items of a list."""
         if not isinstance(self.value, list):
-            self.refuse(f"{_shown(self.value)} should be a list in brackets")
+            self.refuse(f"{_short_json(self.value)} should be a list in brackets")
         return [
             JsonEntry(self.path, f"{self.place}[{index}]", value)
             for index, value in enumerate(self.value)
@@ -123,94 +134,95 @@ class JsonEntry:
     def record(self, kind: type[T]) -> T:
         """Return this object as a dataclass `kind`; missing entries take their defaults."""
         hints = get_type_hints(kind)
-        own: tuple[Any, ...] = fields(kind)  # type: ignore[arg-type]
-        needed = [field.name for field in own if _is_needed(field)]
-        entries = self.members([field.name for field in own], needed)
-        return self.built(kind, {n: entry.of_type(hints[n]) for n, entry in entries.items()})
+        record_fields: tuple[Any, ...] = fields(kind)  # type: ignore[arg-type]
+        required_names = [field.name for field in record_fields if _is_required(field)]
+        entries = self.members([field.name for field in record_fields], required_names)
+        return self.build(kind, {n: entry.convert(hints[n]) for n, entry in entries.items()})
 
-    def built(self, kind: Callable[..., T], values: Mapping[str, object]) -> T:
+    def build(self, kind: Callable[..., T], values: Mapping[str, object]) -> T:
         """Build `kind` from `values`; its HeatlensError becomes an InputError with the place."""
         try:
             return kind(**values)
         except HeatlensError as error:
             self.refuse(str(error))
 
-    def of_type(self, hint: Any) -> Any:
-        """Return the value converted for a field with the type `hint`."""
-        if NoneType in get_args(hint):
-            (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)
-            return None if self.value is None else self.of_type(hint)
-        if get_origin(hint) is tuple:
-            return self.row(get_args(hint))
-        if get_origin(hint) is Mapping:
-            return self.by_name(get_args(hint)[1])
-        if get_origin(hint) is Literal:
-            return self.choice(get_args(hint))
-        if hint is OpeningImage:
+    def convert(self, field_type: Any) -> Any:
+        """Return the value converted to `field_type`, the type hint of a field."""
+        if NoneType in get_args(field_type):
+            (field_type,) = (kind for kind in get_args(field_type) if kind is not NoneType)
+            return None if self.value is None else self.convert(field_type)
+        if get_origin(field_type) is tuple:
+            return self.tuple_of(get_args(field_type))
+        if get_origin(field_type) is Mapping:
+            return self.mapping_of(get_args(field_type)[1])
+        if get_origin(field_type) is Literal:
+            return self.choice(get_args(field_type))
+        if field_type is OpeningImage:
             return OpeningImage(self.text())  # read later, once the folder is known
-        if is_dataclass(hint):
-            return self.record(hint)  # type: ignore[arg-type]
-        if issubclass(hint, Enum):
-            return hint(self.choice([member.value for member in hint]))
-        read = {float: self.number, int: self.whole, str: self.text, bool: self.flag}
-        return read[hint]()
+        if is_dataclass(field_type):
+            return self.record(field_type)  # type: ignore[arg-type]
+        if issubclass(field_type, Enum):
+            return field_type(self.choice([member.value for member in field_type]))
+        readers = {float: self.number, int: self.integer, str: self.text, bool: self.flag}
+        return readers[field_type]()
 
-    def by_name(self, hint: Any) -> dict[str, Any]:
+    def mapping_of(self, hint: Any) -> dict[str, Any]:
         """Return an object as a mapping to values of one type; its entries may have any name."""
-        known = self.value if isinstance(self.value, dict) else ()
-        return {name: entry.of_type(hint) for name, entry in self.members(known).items()}
+        names = self.value if isinstance(self.value, dict) else ()
+        return {name: entry.convert(hint) for name, entry in self.members(names).items()}
 
-    def row(self, hints: tuple[Any, ...]) -> tuple[object, ...]:
+    def tuple_of(self, hints: tuple[Any, ...]) -> tuple[object, ...]:
         """Return a list as a tuple with these types; `...` at the end allows any length."""
         items = self.items()
         if hints[-1] is Ellipsis:
             hints = (hints[0],) * len(items)
         if len(items) != len(hints):
             self.refuse(f"there should be {len(hints)} values, not {len(items)}")
-        return tuple(item.of_type(hint) for item, hint in zip(items, hints, strict=True))
+        return tuple(item.convert(hint) for item, hint in zip(items, hints, strict=True))
 
     def number(self) -> float:
         """Return a finite number, or infinity for "inf"."""
         if self.value == "inf":
             return math.inf
         if isinstance(self.value, bool) or not isinstance(self.value, int | float):
-            self.refuse(f"{_shown(self.value)} should be a number")
+            self.refuse(f"{_short_json(self.value)} should be a number")
         if not abs(self.value) < 1e300:
-            self.refuse(f'{_shown(self.value)} is too large; infinity is written "inf"')
+            self.refuse(f'{_short_json(self.value)} is too large; infinity is written "inf"')
         return float(self.value)
 
-    def whole(self) -> int:
+    def integer(self) -> int:
         """Return an integer."""
         number = self.number()
         if not number.is_integer():
-            self.refuse(f"{_shown(self.value)} should be a whole number")
+            self.refuse(f"{_short_json(self.value)} should be a whole number")
         return int(number)
 
     def flag(self) -> bool:
         """Return true or false."""
         if not isinstance(self.value, bool):
-            self.refuse(f"{_shown(self.value)} should be true or false")
+            self.refuse(f"{_short_json(self.value)} should be true or false")
         return self.value
 
     def text(self) -> str:
+        """Return a text."""
         if not isinstance(self.value, str):
-            self.refuse(f"{_shown(self.value)} should be a text in quotation marks")
+            self.refuse(f"{_short_json(self.value)} should be a text in quotation marks")
         return self.value
 
     def choice(self, choices: Collection[str]) -> str:
         """Return one of these words."""
         if not isinstance(self.value, str) or self.value not in choices:
-            self.refuse(f"{_shown(self.value)} should be one of {', '.join(choices)}")
+            self.refuse(f"{_short_json(self.value)} should be one of {', '.join(choices)}")
         return self.value
 
 
 def read_json(path: Path) -> JsonEntry:
     """Read a whole JSON file. Raises InputError if it cannot be read or is damaged."""
     try:
-        text = file_bytes(path).decode("utf-8-sig")  # some editors write a byte order mark
-        value = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
+        text = read_file_bytes(path).decode("utf-8-sig")  # some editors write a byte order mark
+        value = json.loads(text, object_pairs_hook=_unique_entries, parse_constant=_refuse_constant)
     except OSError as error:
-        raise unreadable(path, error) from error
+        raise unreadable_error(path, error) from error
     except UnicodeDecodeError as error:
         raise InputError(
             f"{path} is not a text file, as shots and cameras in JSON are: it is another kind of "
@@ -226,7 +238,7 @@ def read_json(path: Path) -> JsonEntry:
     return JsonEntry(path, "", value)
 
 
-def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
+def _unique_entries(pairs: list[tuple[str, object]]) -> dict[str, object]:
     """Return an object; refuse an entry that occurs twice, because one of them would be lost."""
     entries = dict(pairs)
     if len(entries) != len(pairs):
@@ -236,12 +248,12 @@ def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return entries
 
 
-def _constant(name: str) -> NoReturn:
+def _refuse_constant(name: str) -> NoReturn:
     """Refuse NaN and Infinity, which some programs write and JSON does not have."""
     raise ValueError(f'{name} is not a JSON number; infinity is written "inf"')
 
 
-def _shown(value: object) -> str:
+def _short_json(value: object) -> str:
     """Return a value as JSON text, shortened to 40 characters."""
     text = json.dumps(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

@@ -16,7 +16,7 @@ SECONDS, GIGABYTES = "HEATLENS_READING_SECONDS", "HEATLENS_READING_GIGABYTES"
 # OpenUSD itself takes nearly a gigabyte.
 SECONDS_MOST, GIGABYTES_MOST = 10.0, 3.0
 SECONDS_A_MEGABYTE = 10.0  # valid files of many small objects take one or two
-_CLOCK = 30.0  # elapsed time may be this many times the processor time, on a busy machine
+_ELAPSED_FACTOR = 30.0  # elapsed time may be this many times the processor time, on a busy machine
 
 TIME_SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGXCPU", "SIGALRM") if hasattr(signal, name)
@@ -48,12 +48,12 @@ def bound_this_process() -> None:
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    _lower(resource.RLIMIT_AS, int(gigabytes_most() * 1e9))
+    _lower_limit(resource.RLIMIT_AS, int(gigabytes_most() * 1e9))
     _bound_time()
 
 
 def allow_for(path: str | os.PathLike[str]) -> None:
-    """Raise the time limit of a bounded process for the file at `path`, once for each file."""
+    """Extend the time limit of a bounded process for the file at `path`, once for each file."""
     name = os.path.realpath(path)
     if not _allowed or name in _allowed:
         return
@@ -63,28 +63,29 @@ def allow_for(path: str | os.PathLike[str]) -> None:
 
 
 def _bound_time() -> None:
+    """Set the limits of processor time and of elapsed time from the allowed seconds."""
     if os.name != "posix":
         return
     import resource
 
     seconds = math.ceil(sum(_allowed.values()))
-    _lower(resource.RLIMIT_CPU, seconds)
-    signal.setitimer(signal.ITIMER_REAL, _CLOCK * seconds)
+    _lower_limit(resource.RLIMIT_CPU, seconds)
+    signal.setitimer(signal.ITIMER_REAL, _ELAPSED_FACTOR * seconds)
 
 
-def _lower(kind: int, most: int) -> None:
+def _lower_limit(kind: int, limit: int) -> None:
     """Set a resource limit, unless the user's own is lower."""
     import resource
 
     _, hard = resource.getrlimit(kind)
-    least = most if hard == resource.RLIM_INFINITY else min(most, hard)
-    resource.setrlimit(kind, (least, hard))
+    lower_limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+    resource.setrlimit(kind, (lower_limit, hard))
 
 
-def _from_environment(name: str, most: float) -> float:
-    """Return the number in an environment variable if it is finite and above 0, else `most`."""
+def _from_environment(name: str, default: float) -> float:
+    """Return the number in an environment variable if it is finite and above 0, else `default`."""
     try:
-        value = float(os.environ.get(name, most))
+        value = float(os.environ.get(name, default))
     except ValueError:
-        return most
-    return value if 0 < value < math.inf else most
+        return default
+    return value if 0 < value < math.inf else default

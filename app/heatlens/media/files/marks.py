@@ -1,4 +1,4 @@
-"""What heatlens writes into its own files: what an export made, and whether it went through a lens.
+"""Marks that heatlens writes into its files: the job of an export, and whether a lens was applied.
 
 An EXR holds each mark as an entry of its header, and a PNG as a text; other pictures and movies
 have one comment for both. Without these marks a picture could be blurred twice.
@@ -6,7 +6,7 @@ have one comment for both. Without these marks a picture could be blurred twice.
 
 from collections.abc import Mapping
 
-# What an exported frame was made of. It must not be copied to other files.
+# The name of the mark that identifies the job of an exported frame. It must not be copied.
 JOB_ATTRIBUTE = "heatlens:job"
 # Whether a lens has been applied: YES, or _NO for a pinhole plate.
 BLURRED_ATTRIBUTE = "heatlens:blurred"
@@ -21,12 +21,12 @@ def blurred_mark(is_blurred: bool) -> dict[str, str]:
     return {BLURRED_ATTRIBUTE: YES if is_blurred else _NO}
 
 
-def comment_of(marks: Mapping[str, str]) -> str:
+def marks_comment(marks: Mapping[str, str]) -> str:
     """Return the marks as one text, for files whose only text is a comment."""
     return " ".join(f"{name}={value}" for name, value in marks.items())
 
 
-def marks_in(comment: object) -> dict[str, str]:
+def parse_marks(comment: object) -> dict[str, str]:
     """Return the marks in a comment; none for the comment of another program."""
     text = comment.decode("ascii", "replace") if isinstance(comment, bytes) else str(comment or "")
     words = (word.partition("=") for word in text.split())
@@ -36,4 +36,4 @@ def marks_in(comment: object) -> dict[str, str]:
 def picture_marks(info: Mapping[str, object], tags: Mapping[int, object]) -> dict[str, str]:
     """Return the marks in the texts of a picture and its TIFF or EXIF tags, as Pillow has them."""
     comment = info.get("comment") or tags.get(IMAGE_DESCRIPTION)
-    return marks_in(comment) | {name: str(info[name]) for name in _MARKS if name in info}
+    return parse_marks(comment) | {name: str(info[name]) for name in _MARKS if name in info}

@@ -1,7 +1,7 @@
 """The formats of pictures besides EXR, each declared in one record, and the frames of movies.
 
 Whatever differs between the formats is a field of `PictureFormat`, so a new format is one more
-record in `FORMATS`: what is read, written, offered, explained and known again follows from it.
+record in `FORMATS`, from which readers, writers, menus and help derive.
 
 A movie stands for a folder of its frames: clip.mov/frame.0012.mov is the twelfth frame of clip.mov.
 The frames of clip.mov@1001 are counted from 1001.
@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, BinaryIO
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import OnUse
 from heatlens.media.files.whole_pictures import (
-    is_whole_jpeg,
-    is_whole_png,
-    is_whole_tiff,
-    is_whole_webp,
+    is_complete_jpeg,
+    is_complete_png,
+    is_complete_tiff,
+    is_complete_webp,
 )
 
 if TYPE_CHECKING:
@@ -38,12 +38,12 @@ _FRAME = re.compile(r"frame\.([0-9]{4,10})\..*", re.ASCII)
 
 @dataclass(frozen=True)
 class Writing:
-    """How pictures of one format are written, and known again by the next export.
+    """How pictures of one format are written, and recognized by the next export.
 
-    note         what the help says of the files
-    encoded      returns a file of whole numbers (H, W, 3 or 4) and marks
+    note         words on the files for the help
+    encoded      returns the bytes of a file for whole numbers (H, W, 3 or 4) and marks
     marks        returns the marks in a file; raises ValueError or what its library does
-    is_whole     tells of an open file and its length whether all of it is there
+    is_whole     returns for an open file and its length whether the file is complete
     bits         of each channel
     keeps_alpha  it holds transparency; without it, pictures lie over black
     most_px      the longest side
@@ -66,8 +66,8 @@ class PictureFormat:
 
     word       what menus and sentences call it
     suffixes   its file extensions in lower case, the usual one first
-    begins     how its files may begin; () if their beginning does not tell
-    of_pillow  the names of Pillow for what may be in it; () if it is read without Pillow
+    begins     the first bytes that its files may have; () if they do not identify it
+    of_pillow  Pillow's names of the formats that may be in it; () if it is read without Pillow
     writing    how it is written; None if it is only read
     """
 
@@ -80,7 +80,7 @@ class PictureFormat:
 
 # Each command line reads this table; NumPy and Pillow, which encode, are slow to import.
 _encoding = partial(OnUse, "media.files.picture_encoding")
-_of_dpx = partial(OnUse, "media.files.dpx")
+_dpx = partial(OnUse, "media.files.dpx")
 _by_pillow = partial(Writing, marks=OnUse("media.files.opened_by_ending", "marks_by_pillow"))
 # Pillow has no other name for a JPEG with further pictures behind the first, as of phones.
 FORMATS = [
@@ -89,7 +89,7 @@ FORMATS = [
         (".png",),
         (b"\x89PNG",),
         ("PNG",),
-        _by_pillow("8 bits", encoded=_encoding("png_bytes"), is_whole=is_whole_png),
+        _by_pillow("8 bits", encoded=_encoding("png_bytes"), is_whole=is_complete_png),
     ),
     PictureFormat(
         "JPEG",
@@ -99,7 +99,7 @@ FORMATS = [
         _by_pillow(
             "8 bits, with losses",
             encoded=_encoding("jpeg_bytes"),
-            is_whole=is_whole_jpeg,
+            is_whole=is_complete_jpeg,
             keeps_alpha=False,
         ),
     ),
@@ -108,7 +108,7 @@ FORMATS = [
         (".tif", ".tiff"),
         (b"II*\0", b"MM\0*"),
         ("TIFF",),
-        _by_pillow("8 bits", encoded=_encoding("tiff_bytes"), is_whole=is_whole_tiff),
+        _by_pillow("8 bits", encoded=_encoding("tiff_bytes"), is_whole=is_complete_tiff),
     ),
     PictureFormat("HEIC", (".heic", ".heif"), of_pillow=("HEIF",)),
     PictureFormat(
@@ -119,7 +119,7 @@ FORMATS = [
         _by_pillow(
             "8 bits, with losses as in JPEG, and transparency",
             encoded=_encoding("webp_bytes"),
-            is_whole=is_whole_webp,
+            is_whole=is_complete_webp,
             most_px=16383,
         ),
     ),
@@ -129,12 +129,12 @@ FORMATS = [
         (b"SDPX", b"XPDS"),
         writing=Writing(
             "10 bits, as displayed and not the log of film",
-            _of_dpx("dpx_bytes"),
-            _of_dpx("dpx_marks"),
-            _of_dpx("is_whole_dpx"),
+            _dpx("dpx_bytes"),
+            _dpx("dpx_marks"),
+            _dpx("is_whole_dpx"),
             bits=10,
             keeps_alpha=False,
-            require=_of_dpx("require_openimageio"),
+            require=_dpx("require_openimageio"),
         ),
     ),
     PictureFormat("BMP", (".bmp",), (b"BM",), ("BMP", "DIB")),
@@ -148,38 +148,52 @@ FORMATS = [
 def format_of(path: str | os.PathLike[str]) -> PictureFormat | None:
     """Return the format that the ending of a name tells; None for EXR, movies and others."""
     suffix = Path(path).suffix.lower()
-    return next((it for it in FORMATS if suffix in it.suffixes), None)
+    return next(
+        (picture_format for picture_format in FORMATS if suffix in picture_format.suffixes), None
+    )
 
 
 def writing_of(path: str | os.PathLike[str]) -> Writing:
     """Return how the format of a name is written. Raises InputError for names of no such format."""
-    kind = format_of(path)
-    if kind is None or kind.writing is None:
+    picture_format = format_of(path)
+    if picture_format is None or picture_format.writing is None:
         raise InputError(f"{path}: pictures are written as {', '.join(suffixes_written()[1:])}.")
-    return kind.writing
+    return picture_format.writing
 
 
 def suffixes_read() -> tuple[str, ...]:
     """Return the endings of all pictures that can be read."""
-    return (".exr", *(suffix for it in FORMATS for suffix in it.suffixes))
+    return (".exr", *(suffix for picture_format in FORMATS for suffix in picture_format.suffixes))
 
 
 def suffixes_written() -> tuple[str, ...]:
     """Return the endings of all pictures that can be written, EXR as the first."""
-    return (".exr", *(suffix for it in FORMATS if it.writing for suffix in it.suffixes))
+    return (
+        ".exr",
+        *(
+            suffix
+            for picture_format in FORMATS
+            if picture_format.writing
+            for suffix in picture_format.suffixes
+        ),
+    )
 
 
 def words_written() -> str:
     """Return the endings of the pictures for viewing, with what the help says of each."""
-    return ", ".join(f"{it.suffixes[0]} ({it.writing.note})" for it in FORMATS if it.writing)
+    return ", ".join(
+        f"{picture_format.suffixes[0]} ({picture_format.writing.note})"
+        for picture_format in FORMATS
+        if picture_format.writing
+    )
 
 
 def is_picture(path: Path) -> bool:
     """Return whether the name is that of a readable picture other than EXR, or of a movie."""
-    return format_of(path) is not None or movie_named(path) is not None
+    return format_of(path) is not None or parse_movie_name(path) is not None
 
 
-def movie_named(path: Path) -> tuple[Path, int] | None:
+def parse_movie_name(path: Path) -> tuple[Path, int] | None:
     """Return the file of a movie and the number of its first frame; None for another name."""
     match = _MOVIE.fullmatch(path.name)
     if match is None:
@@ -192,19 +206,19 @@ def movie_frame_name(movie: Path, frame: int) -> str:
     return f"frame.{frame:04d}{movie.suffix}"
 
 
-def in_movie(path: Path) -> tuple[Path, int] | None:
+def movie_of_frame(path: Path) -> tuple[Path, int] | None:
     """Return the file of the movie of which `path` is a frame, and how many frames come before it.
 
     The movie itself stands for its first frame. None if `path` is not a movie.
     """
-    folder, match = movie_named(path.parent), _FRAME.fullmatch(path.name)
-    if folder is not None and match is not None:
-        return folder[0], int(match[1]) - folder[1]
-    alone = movie_named(path)
-    return None if alone is None else (alone[0], 0)
+    parent_movie, match = parse_movie_name(path.parent), _FRAME.fullmatch(path.name)
+    if parent_movie is not None and match is not None:
+        return parent_movie[0], int(match[1]) - parent_movie[1]
+    movie = parse_movie_name(path)
+    return None if movie is None else (movie[0], 0)
 
 
 def file_on_disk(path: Path) -> Path:
     """Return the file that holds the picture at `path`: a movie for each of its frames."""
-    movie = in_movie(path)
+    movie = movie_of_frame(path)
     return path if movie is None else movie[0]

@@ -22,17 +22,17 @@ class _Depth(threading.local):
     blocks = 0
 
 
-class _WithoutQuietThreads:
+class _MutableStdout:
     """A stream that drops output of threads in a quiet block, and passes on all other output."""
 
     def __init__(self, stream: TextIO | None):
-        self.replaces = stream
+        self.original = stream
         self._stream = _copy_of(stream) or io.StringIO()  # None in a program without a terminal
 
     def __del__(self) -> None:
-        """Close the copy when another stream has replaced the one that it was made for."""
+        """Close the copy of the original stream, if one was made."""
         stream = self.__dict__.get("_stream")
-        if stream is not None and stream is not self.replaces:
+        if stream is not None and stream is not self.original:
             stream.close()
 
     def write(self, text: str) -> int:
@@ -52,9 +52,9 @@ def _copy_of(stream: TextIO | None) -> TextIO | None:
 
 _depth = _Depth()
 # Keeps the last stream alive: `print` in another thread may use it without a reference.
-_last_quiet: list[_WithoutQuietThreads] = []
+_last_streams: list[_MutableStdout] = []
 _lock = threading.Lock()
-_undo = ExitStack()
+_restore_stack = ExitStack()
 _threads_inside = 0
 
 
@@ -88,16 +88,16 @@ def quiet_library() -> Iterator[None]:
     prints of other threads get through. The output of C code is lost for all threads, so keep the
     block short.
     """
-    _enter()
+    _mute_for_first()
     _depth.blocks += 1
     try:
         yield
     finally:
         _depth.blocks -= 1
-        _leave()
+        _restore_after_last()
 
 
-def _enter() -> None:
+def _mute_for_first() -> None:
     """Mute the process when the first thread enters.
 
     If each thread did so, one could restore the muted streams of another.
@@ -105,32 +105,32 @@ def _enter() -> None:
     global _threads_inside
     with _lock:
         if _threads_inside == 0:
-            _undo.enter_context(_muted_process())
+            _restore_stack.enter_context(_mute_process())
         _threads_inside += 1
 
 
-def _leave() -> None:
+def _restore_after_last() -> None:
     """Restore the streams when the last thread leaves."""
     global _threads_inside
     with _lock:
         _threads_inside -= 1
         if _threads_inside == 0:
-            _undo.close()
+            _restore_stack.close()
 
 
 @contextlib.contextmanager
-def _muted_process() -> Iterator[None]:
+def _mute_process() -> Iterator[None]:
     """Mute stdout and stderr of the process for the block."""
-    stdout: Any = _quiet_stdout()
+    stdout: Any = _shared_stdout()
     with contextlib.suppress(OSError, ValueError):  # the next print reports such an error
         if sys.stdout is not None:
             sys.stdout.flush()
-    with contextlib.redirect_stdout(stdout), _muted_descriptor(1), _muted_stderr():
+    with contextlib.redirect_stdout(stdout), _mute_descriptor(1), _mute_stderr():
         yield
 
 
 @contextlib.contextmanager
-def _muted_descriptor(number: int) -> Iterator[int | None]:
+def _mute_descriptor(number: int) -> Iterator[int | None]:
     """Point a descriptor of the process to nowhere for the block; yield a copy of the old one.
 
     Yields None if the process does not have the descriptor, as under pythonw.
@@ -157,30 +157,30 @@ def _flush_c() -> None:
         ctypes.CDLL(None).fflush(None)
 
 
-def _quiet_stdout() -> _WithoutQuietThreads:
-    """Return the same stream as long as stdout does not change, so it is never freed while in use.
+def _shared_stdout() -> _MutableStdout:
+    """Return one stream for all quiet blocks, as long as stdout stays the same.
 
-    Before Python 3.14, `print` holds no reference of its own to sys.stdout.
+    It is never freed while in use: before Python 3.14, `print` holds no reference to sys.stdout.
     """
-    if not _last_quiet or _last_quiet[0].replaces is not sys.stdout:
-        _last_quiet[:] = [_WithoutQuietThreads(sys.stdout)]
-    return _last_quiet[0]
+    if not _last_streams or _last_streams[0].original is not sys.stdout:
+        _last_streams[:] = [_MutableStdout(sys.stdout)]
+    return _last_streams[0]
 
 
 @contextlib.contextmanager
-def _muted_stderr() -> Iterator[None]:
+def _mute_stderr() -> Iterator[None]:
     """Point the process's stderr to nowhere for the block, but keep Python's own working."""
-    goes_through = _is_process_stream(sys.stderr, 2)
-    with _muted_descriptor(2) as saved:
-        if saved is None or not goes_through:
+    is_process_stderr = _is_process_stream(sys.stderr, 2)
+    with _mute_descriptor(2) as saved:
+        if saved is None or not is_process_stderr:
             yield
             return
-        with _python_stderr_to(saved):
+        with _redirect_python_stderr(saved):
             yield
 
 
 @contextlib.contextmanager
-def _python_stderr_to(descriptor: int) -> Iterator[None]:
+def _redirect_python_stderr(descriptor: int) -> Iterator[None]:
     """Redirect Python's stderr to `descriptor` for the block."""
     encoding = sys.stderr.encoding
     with (

@@ -12,35 +12,36 @@ from heatlens.core.base.background import Threads
 from heatlens.core.base.closing import Closing
 from heatlens.core.base.errors import HeatlensError
 from heatlens.media.frame_cache.plate_shelf import (
+    CachedPlate,
     Damaged,
     Direction,
-    Held,
     PlateShelf,
     PlayOrder,
     Stamps,
     plate_bytes,
 )
 from heatlens.media.plate.plate import Plate
-from heatlens.media.sequence.sequence import Sequence, rescanned, stamp_of
+from heatlens.media.sequence.sequence import Sequence, rescan, stamp_of
 
 __all__ = ["Damaged", "Direction", "FrameCache", "FrameState", "plate_bytes"]
 
-# absent: only on disk; queued: wanted, but not begun; missing: has no file.
+# absent: only on disk; queued: to be read, but not begun; missing: has no file.
 FrameState = Literal["absent", "queued", "reading", "ready", "damaged", "missing"]
 
 
 class FrameCache(Closing):
     """Plates of `sequence`, made by `read`, within `budget_bytes` of colour and depth.
 
-    `want` sets the playhead; `get` returns at once with whatever is in memory. `read` runs on up to
-    `workers` threads at a time; the memory it needs while working is not counted. A HeatlensError
-    makes the frame Damaged until its file changes. Any other exception is a fault of the program:
-    reading stops, and every later `want`, `get`, `wait` and `refresh` raises it. `on_ready` is
-    called without arguments on one of the threads whenever a state changes, and should only wake a
-    loop. A frame larger than the budget is held alone while the playhead is on it.
+    `set_playhead` chooses the frames to read; `get` returns at once with whatever is in memory.
+    `read` runs on up to `workers` threads at a time; the memory it needs while working is not
+    counted. A HeatlensError makes the frame Damaged until its file changes. Any other exception is
+    a fault of the program: reading stops, and every later `set_playhead`, `get`, `read_and_wait`
+    and `refresh` raises it. `on_ready` is called without arguments on one of the threads whenever a
+    state changes, and should only wake a loop. A frame larger than the budget is kept alone while
+    the playhead is on it.
 
-    If `keeps_seen` is False, frames are dropped as soon as they are no longer wanted, for a single
-    pass over the sequence.
+    If `keeps_passed` is False, frames are dropped as soon as the playhead has passed them, for a
+    single pass over the sequence.
 
     One lock guards all changing fields; no file is accessed and no callback called under it.
     """
@@ -52,77 +53,77 @@ class FrameCache(Closing):
         budget_bytes: int,
         workers: int = 2,
         on_ready: Callable[[], None] = lambda: None,
-        keeps_seen: bool = True,
+        keeps_passed: bool = True,
         files_of: Callable[[Path], tuple[Path, ...]] = lambda path: (path,),
     ):
         self._read = read
         self._files_of = files_of
         self._workers = workers
         self._on_ready = on_ready
-        self._keeps_seen = keeps_seen
-        self._changed = threading.Condition(threading.Lock())
+        self._keeps_passed = keeps_passed
+        self._condition = threading.Condition(threading.Lock())
         self._sequence = sequence
         self._unread_states = _unread_states(sequence)
-        # Before the first `want`, nothing is wanted, not even the playhead.
+        # Before the first `set_playhead` no frame is read, not even that at the playhead.
         self._order = PlayOrder.at(sequence.frames, sequence.first, 1, window=-1)
         self._shelf = PlateShelf(budget_bytes)
         self._nearest_m = math.inf
-        self._is_looking = False
+        self._is_scanning = False
         self._problem: str | None = None
         self._failure: BaseException | None = None
-        self._failed_at: TracebackType | None = None
-        self._closed = False
+        self._failure_trace: TracebackType | None = None
+        self._is_closed = False
         # One thread more than concurrent reads, so that scanning the folder never waits for them.
         self._threads = Threads("frame-cache", workers + 1)
 
     @property
     def sequence(self) -> Sequence:
         """The sequence as it was at the last scan of the disk."""
-        with self._changed:
+        with self._condition:
             return self._sequence
 
     @property
     def problem(self) -> str | None:
         """A sentence on why the last scan of the disk failed, or None; known frames stay."""
-        with self._changed:
+        with self._condition:
             return self._problem
 
     @property
     def bytes_in_use(self) -> int:
         """Bytes of the pixels held, and of the space reserved for frames that are being read."""
-        with self._changed:
+        with self._condition:
             return self._shelf.bytes_in_use
 
-    # Also over frames that were only read ahead: the focus bar takes its scale from here, and grew
-    # on each frame in which things came nearer while a shot played for the first time.
+    # Frames that were only read ahead count too, because the focus bar takes its scale from here.
+    # Otherwise it grows on each frame with nearer surfaces while a shot plays for the first time.
     @property
     def nearest_m(self) -> float:
         """Metres to the nearest surface of all plates read so far; infinity where none has one."""
-        with self._changed:
+        with self._condition:
             return self._nearest_m
 
-    def want(self, frame: int, direction: Direction = 1, window: int = 24) -> None:
+    def set_playhead(self, frame: int, direction: Direction = 1, window: int = 24) -> None:
         """Put the playhead on `frame`: read this first, then `window` frames in `direction`.
 
         The first frame follows the last, as in a looping player.
         """
         self._raise_failure()
-        with self._changed:
+        with self._condition:
             self._order = PlayOrder.at(self._sequence.frames, frame, direction, window)
             self._shelf.trim(self._order)
-            if not self._keeps_seen:
-                self._shelf.keep_only(set(self._order.wanted()))
+            if not self._keeps_passed:
+                self._shelf.keep_only(set(self._order.frames_to_read()))
             self._begin_reads()
-            self._changed.notify_all()
+            self._condition.notify_all()
 
     def get(self, frame: int) -> Plate | Damaged | None:
         """Return `frame` if it is in memory, without waiting; None if it is not yet there."""
         self._raise_failure()
-        with self._changed:
-            held = self._shelf.held.get(frame)
-        return held.content if held else None
+        with self._condition:
+            cached = self._shelf.cached.get(frame)
+        return cached.content if cached else None
 
-    def wait(
+    def read_and_wait(
         self, frame: int, direction: Direction = 1, window: int = 24
     ) -> Plate | Damaged | None:
         """Read `frame` and wait for it, as exports do, which leave no frame out.
@@ -130,21 +131,21 @@ class FrameCache(Closing):
         Returns None for a frame without a file, or when another thread moves the playhead or
         closes.
         """
-        self.want(frame, direction, window)
-        with self._changed:
-            self._changed.wait_for(lambda: not self._is_coming(frame))
+        self.set_playhead(frame, direction, window)
+        with self._condition:
+            self._condition.wait_for(lambda: not self._is_coming(frame))
         return self.get(frame)
 
     def states(self) -> dict[int, FrameState]:
         """Return the state of every frame of the sequence, in order, for the timeline."""
-        with self._changed:
+        with self._condition:
             states = self._unread_states.copy()
-            for frame in self._order.wanted():
+            for frame in self._order.frames_to_read():
                 if states[frame] == "absent":
                     states[frame] = "queued"
             states.update(dict.fromkeys(self._shelf.reserved, "reading"))
-            for frame, held in self._shelf.held.items():
-                states[frame] = "damaged" if isinstance(held.content, Damaged) else "ready"
+            for frame, cached in self._shelf.cached.items():
+                states[frame] = "damaged" if isinstance(cached.content, Damaged) else "ready"
         return states
 
     def refresh(self) -> None:
@@ -154,73 +155,74 @@ class FrameCache(Closing):
         are wanted.
         """
         self._raise_failure()
-        with self._changed:
-            if not (self._is_looking or self._closed):
-                self._is_looking = True
-                stamps = {frame: held.stamps for frame, held in self._shelf.held.items()}
-                self._threads.submit(self._look, self._sequence, stamps)
+        with self._condition:
+            if not (self._is_scanning or self._is_closed):
+                self._is_scanning = True
+                stamps = {frame: held.stamps for frame, held in self._shelf.cached.items()}
+                self._threads.submit(self._scan_disk, self._sequence, stamps)
 
     def close(self) -> None:
         """Stop reading and free the frames that are held, without waiting for anything.
 
         A read that has begun goes on, because a disk cannot be interrupted; its frame is dropped.
         """
-        with self._changed:
-            self._closed = True
-            self._shelf.held.clear()
-            self._changed.notify_all()
+        with self._condition:
+            self._is_closed = True
+            self._shelf.cached.clear()
+            self._condition.notify_all()
         self._threads.close()
 
     def _raise_failure(self) -> None:
         """Raise in the caller's thread the exception that stopped a worker thread."""
-        with self._changed:
-            failure, trace = self._failure, self._failed_at
+        with self._condition:
+            failure, trace = self._failure, self._failure_trace
         if failure is not None:
             raise failure.with_traceback(trace)  # a kept traceback would grow with each call
 
     def _is_unread(self, frame: int) -> bool:
         """Return True for a file that is neither held nor being read; the lock is held."""
-        is_known = frame in self._shelf.held or frame in self._shelf.reserved
-        return not is_known and self._sequence.has(frame)
+        is_known = frame in self._shelf.cached or frame in self._shelf.reserved
+        return not is_known and self._sequence.has_file(frame)
 
     def _is_coming(self, frame: int) -> bool:
         """Return True while waiting for `frame` makes sense; the lock is held."""
-        if self._closed or self._failure or self._order.playhead != frame:
+        if self._is_closed or self._failure or self._order.playhead != frame:
             return False
         return frame in self._shelf.reserved or self._is_unread(frame)
 
     def _begin_reads(self) -> None:
         """Start reading the most wanted frames that fit into memory; the lock is held."""
-        if self._closed or self._failure:
+        if self._is_closed or self._failure:
             return
-        for frame in filter(self._is_unread, self._order.wanted()):
+        for frame in filter(self._is_unread, self._order.frames_to_read()):
             if len(self._shelf.reserved) >= self._workers:
                 return
             if not self._shelf.reserve(frame, self._order):
                 return
             self._threads.submit(self._read_frame, frame, self._sequence.path_at(frame))
 
-    # The lock is held for the bookkeeping alone, never for a file or a callback: `get` is asked by
-    # the loop of the window, and a slow disk would stop the picture.
+    # The lock is held for the bookkeeping alone, never for a file or a callback: the loop of the
+    # window calls `get`, and a slow disk would stop the picture.
     def _read_frame(self, frame: int, path: Path) -> None:
         """Read `path` and put it on the shelf; runs on a thread."""
-        with self._failures_kept():
+        with self._store_failure():
             stamps = self._stamps(path)  # before reading, so that a later write is noticed
-            held = Held(self._plate_or_damage(path), stamps)
-            with self._changed:
-                if self._closed:
+            cached = CachedPlate(self._read_or_damaged(path), stamps)
+            with self._condition:
+                if self._is_closed:
                     del self._shelf.reserved[frame]
                     return
-                self._nearest_m = min(self._nearest_m, _nearest_m(held.content))
-                self._shelf.put(frame, held, self._order)
-                del held  # if the shelf drops the frame, its memory is free for the next one
-                if not self._sequence.has(frame):
-                    self._shelf.forget(frame)  # the file was removed since the read began
+                self._nearest_m = min(self._nearest_m, _nearest_m(cached.content))
+                self._shelf.put(frame, cached, self._order)
+                del cached  # if the shelf drops the frame, its memory is free for the next one
+                if not self._sequence.has_file(frame):
+                    self._shelf.drop_changed(frame)  # the file was removed since the read began
                 self._begin_reads()
-                self._changed.notify_all()
+                self._condition.notify_all()
             self._on_ready()
 
-    def _plate_or_damage(self, path: Path) -> Plate | Damaged:
+    def _read_or_damaged(self, path: Path) -> Plate | Damaged:
+        """Return the plate at `path`, or Damaged with the reason if it cannot be read."""
         try:
             return self._read(path)
         except HeatlensError as error:
@@ -230,45 +232,55 @@ class FrameCache(Closing):
         """Return the stamps of all files that the plate at `path` is read from."""
         return tuple(stamp_of(file) for file in self._files_of(path))
 
-    def _stale(self, sequence: Sequence, read: Mapping[int, Stamps]) -> tuple[int, ...]:
-        """Return the frames of `read` whose files have other stamps now."""
-        return tuple(f for f, stamps in read.items() if self._stamps(sequence.path_at(f)) != stamps)
+    def _find_changed_frames(
+        self, sequence: Sequence, stamps_by_frame: Mapping[int, Stamps]
+    ) -> tuple[int, ...]:
+        """Return the frames whose files have other stamps now than in `stamps_by_frame`."""
+        return tuple(
+            frame
+            for frame, stamps in stamps_by_frame.items()
+            if self._stamps(sequence.path_at(frame)) != stamps
+        )
 
-    def _look(self, sequence: Sequence, read: Mapping[int, Stamps]) -> None:
+    def _scan_disk(self, sequence: Sequence, stamps_by_frame: Mapping[int, Stamps]) -> None:
         """Scan `sequence` and the files that were read for changes; runs on a thread."""
-        with self._failures_kept():
+        with self._store_failure():
             try:
-                scanned, stale, problem = rescanned(sequence), self._stale(sequence, read), None
+                scanned = rescan(sequence)
+                changed_frames = self._find_changed_frames(sequence, stamps_by_frame)
+                problem = None
             except HeatlensError as error:
-                scanned, stale, problem = sequence, (), str(error)
-            with self._changed:
-                if self._closed:
+                scanned, changed_frames, problem = sequence, (), str(error)
+            with self._condition:
+                if self._is_closed:
                     return
-                is_news = (scanned, problem) != (self._sequence, self._problem) or bool(stale)
-                self._is_looking, self._problem = False, problem
-                self._take_over(scanned, stale)
-                self._changed.notify_all()
-            if is_news:
+                has_changed = (scanned, problem) != (self._sequence, self._problem) or bool(
+                    changed_frames
+                )
+                self._is_scanning, self._problem = False, problem
+                self._apply_scan(scanned, changed_frames)
+                self._condition.notify_all()
+            if has_changed:
                 self._on_ready()
 
-    def _take_over(self, sequence: Sequence, stale: tuple[int, ...]) -> None:
-        """Use `sequence` from now on, and forget the `stale` frames; the lock is held."""
+    def _apply_scan(self, sequence: Sequence, changed_frames: tuple[int, ...]) -> None:
+        """Use `sequence` from now on, and drop the changed frames; the lock is held."""
         self._sequence, self._unread_states = sequence, _unread_states(sequence)
         order = self._order
         self._order = PlayOrder.at(sequence.frames, order.playhead, order.direction, order.window)
-        for frame in stale:
-            self._shelf.forget(frame)
+        for frame in changed_frames:
+            self._shelf.drop_changed(frame)
         self._begin_reads()
 
     @contextmanager
-    def _failures_kept(self) -> Iterator[None]:
-        """Keep an exception raised in the block for the callers of this object, and wake them."""
+    def _store_failure(self) -> Iterator[None]:
+        """Store an exception of the block, which callers of this object then raise; wake them."""
         try:
             yield
         except BaseException as error:
-            with self._changed:
-                self._failure, self._failed_at = error, error.__traceback__
-                self._changed.notify_all()
+            with self._condition:
+                self._failure, self._failure_trace = error, error.__traceback__
+                self._condition.notify_all()
             self._on_ready()
             raise
 

@@ -30,7 +30,7 @@ class PlayOrder:
         playhead = frames[max(bisect_right(frames, frame) - 1, 0)]
         return PlayOrder(frames, playhead, direction, window)
 
-    def wanted(self) -> Iterator[int]:
+    def frames_to_read(self) -> Iterator[int]:
         """Yield the playhead and the frames ahead of it, in the order of playback."""
         start, count = self._index(self.playhead), len(self.frames)
         for steps in range(min(self.window + 1, count)):
@@ -61,7 +61,7 @@ class Damaged:
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class CachedPlate:
     """A plate that was read, and the `stamps` of its files before it was read."""
 
     content: Plate | Damaged
@@ -69,24 +69,24 @@ class Held:
 
     @property
     def size_bytes(self) -> int:
-        """Bytes of the colour, depth and fragment lists; notes are too small to count."""
+        """Bytes of the colour, the depth and the deep samples; notes are too small to count."""
         return plate_bytes(self.content) if isinstance(self.content, Plate) else 0
 
 
 def plate_bytes(plate: Plate) -> int:
-    """Return the bytes of memory that the pixels and the fragment lists of `plate` take."""
+    """Return the bytes of memory that the pixels and the deep samples of `plate` take."""
     depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
-    lists = 0 if plate.fragments is None else plate.fragments.nbytes
-    lists += 0 if plate.beyond is None else plate_bytes(plate.beyond)
+    deep_bytes = 0 if plate.fragments is None else plate.fragments.nbytes
+    deep_bytes += 0 if plate.with_border is None else plate_bytes(plate.with_border)
     pixels = plate.color.nbytes + (0 if depth is None else depth.nbytes)
-    # A cutout has as much for each of its two parts, and a share of each pixel.
-    cut = 0 if plate.cutout is None else 2 * pixels + plate.cutout.share.nbytes
-    return pixels + cut + lists
+    # Each of the two parts of a cutout has as many pixels, and there is one share for each pixel.
+    cutout_bytes = 0 if plate.cutout is None else 2 * pixels + plate.cutout.share.nbytes
+    return pixels + cutout_bytes + deep_bytes
 
 
-# Not by last use, as `ByteLru`: in a loop longer than the memory, the frame used longest ago is the
-# one that is shown next. What lies ahead of the playhead is kept, and space is taken before a read
-# begins, so that several threads cannot exceed the budget together.
+# Frames ahead of the playhead are kept, not those used last as in `ByteLru`: in a loop longer than
+# the memory, the frame used longest ago is the one that is shown next. Space is reserved before a
+# read begins, so that several threads cannot exceed the budget together.
 class PlateShelf:
     """Plates by frame, and space reserved for those that are being read.
 
@@ -96,57 +96,65 @@ class PlateShelf:
 
     def __init__(self, budget_bytes: int):
         self.budget_bytes = budget_bytes
-        self.held: dict[int, Held] = {}
+        self.cached: dict[int, CachedPlate] = {}
         self.reserved: dict[int, int] = {}
-        self._known_bytes: dict[int, int] = {}  # sizes of frames when they were last read
-        self._usual_bytes = budget_bytes  # until a size is known, the first frame is read alone
+        self._last_read_bytes: dict[int, int] = {}  # sizes of frames when they were last read
+        self._expected_bytes = budget_bytes  # until a size is known, the first frame is read alone
 
     @property
     def bytes_in_use(self) -> int:
         """Bytes of the pixels held, and of the reserved space."""
-        held_bytes = sum(held.size_bytes for held in self.held.values())
-        return held_bytes + sum(self.reserved.values())
+        cached_bytes = sum(cached.size_bytes for cached in self.cached.values())
+        return cached_bytes + sum(self.reserved.values())
 
     def reserve(self, frame: int, order: PlayOrder) -> bool:
-        """Reserve space for `frame`, dropping less wanted frames; return False if it cannot fit.
+        """Reserve space for `frame`, dropping frames of higher rank; return False if it cannot fit.
 
         Its size is assumed to be that of its last read, else that of the last frame read.
         """
-        size_bytes = self._known_bytes.get(frame, self._usual_bytes)
-        victims = [f for f in self._by_rank(order) if order.rank(f) > order.rank(frame)]
-        kept_bytes = self.bytes_in_use - sum(self.held[f].size_bytes for f in victims)
+        size_bytes = self._last_read_bytes.get(frame, self._expected_bytes)
+        droppable = [
+            candidate
+            for candidate in self._by_rank(order)
+            if order.rank(candidate) > order.rank(frame)
+        ]
+        kept_bytes = self.bytes_in_use - sum(
+            self.cached[candidate].size_bytes for candidate in droppable
+        )
         fits = kept_bytes + size_bytes <= self.budget_bytes
         if not fits and (kept_bytes > 0 or frame != order.playhead):
             return False
-        while victims and self.bytes_in_use + size_bytes > self.budget_bytes:
-            del self.held[victims.pop()]
+        while droppable and self.bytes_in_use + size_bytes > self.budget_bytes:
+            del self.cached[droppable.pop()]
         self.reserved[frame] = size_bytes
         return True
 
-    def put(self, frame: int, held: Held, order: PlayOrder) -> None:
-        """Put `held` into the space reserved for `frame`, and drop others if it is larger."""
+    def put(self, frame: int, cached: CachedPlate, order: PlayOrder) -> None:
+        """Put `cached` into the space reserved for `frame`, and drop others if it is larger."""
         del self.reserved[frame]
-        self.held[frame] = held
-        if held.size_bytes:
-            self._known_bytes[frame] = self._usual_bytes = held.size_bytes
+        self.cached[frame] = cached
+        if cached.size_bytes:
+            self._last_read_bytes[frame] = self._expected_bytes = cached.size_bytes
         self.trim(order)
 
     def trim(self, order: PlayOrder) -> None:
-        """Drop the least wanted frames until the rest fits, but never that at the playhead."""
-        victims = [frame for frame in self._by_rank(order) if frame != order.playhead]
-        while victims and self.bytes_in_use > self.budget_bytes:
-            del self.held[victims.pop()]
+        """Drop the frames of the highest rank until the rest fits, but never the playhead's."""
+        droppable = [frame for frame in self._by_rank(order) if frame != order.playhead]
+        while droppable and self.bytes_in_use > self.budget_bytes:
+            del self.cached[droppable.pop()]
 
     def keep_only(self, frames: set[int]) -> None:
         """Drop the pixels of all other frames."""
-        for frame in self.held.keys() - frames:
-            del self.held[frame]
+        for frame in self.cached.keys() - frames:
+            del self.cached[frame]
 
-    def forget(self, frame: int) -> None:
+    def drop_changed(self, frame: int) -> None:
         """Drop `frame` and its known size, because its file has changed."""
-        self.held.pop(frame, None)
-        self._known_bytes.pop(frame, None)
+        self.cached.pop(frame, None)
+        self._last_read_bytes.pop(frame, None)
 
     def _by_rank(self, order: PlayOrder) -> list[int]:
-        """Return the frames with pixels in memory, the most wanted first."""
-        return sorted((f for f, held in self.held.items() if held.size_bytes), key=order.rank)
+        """Return the frames with pixels in memory; the lowest rank, kept longest, comes first."""
+        return sorted(
+            (frame for frame, cached in self.cached.items() if cached.size_bytes), key=order.rank
+        )

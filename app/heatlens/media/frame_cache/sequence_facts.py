@@ -1,4 +1,4 @@
-"""What is in the frames of a shot and how heatlens would read them, as plain values for JSON."""
+"""Survey the frames of a shot and how heatlens reads them, as plain values for JSON."""
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
@@ -22,21 +22,23 @@ Facts = dict[str, object]
 
 
 def sequence_facts(
-    sequence: Sequence, options: PlateOptions, tell: Callable[[int], None] = lambda frame: None
+    sequence: Sequence,
+    options: PlateOptions,
+    report_frame: Callable[[int], None] = lambda frame: None,
 ) -> Facts:
     """Return frames, gaps, sizes, the depths of the shot, and faults of single frames.
 
-    Reads every frame, and calls `tell` with each one first. Lengths are in metres; values that no
-    frame has are None. A sentence that applies to several frames is given once. Raises InputError
-    where no frame has a thing that the options name.
+    Reads every frame, and calls `report_frame` before each one. Lengths are in metres; values that
+    no frame has are None. A sentence that applies to several frames is returned once. Raises
+    InputError if no frame has a thing that the options name.
     """
     require_things(sequence.path_at(sequence.present[0]), options)
     survey = _Survey(options)
     reader = NeighbourReader(options, sequence)
     for frame in sequence.present:
-        tell(frame)
+        report_frame(frame)
         try:
-            survey.add(frame, reader.alone(sequence.path_at(frame)))
+            survey.add(frame, reader.read_alone(sequence.path_at(frame)))
         except InputError as error:
             survey.damaged[frame] = str(error)
     return {
@@ -45,12 +47,12 @@ def sequence_facts(
         "frame_count": len(sequence.present),
         "missing": frames_text(sequence.missing) if sequence.missing else None,
         **survey.facts(),
-        "things": _things(sequence, survey.damaged),
-        "neighbours": _neighbours(sequence, reader, survey.damaged),
+        "things": _thing_names(sequence, survey.damaged),
+        "neighbours": _neighbour_facts(sequence, reader, survey.damaged),
     }
 
 
-def _things(sequence: Sequence, damaged: Collection[int]) -> dict[str, list[str]]:
+def _thing_names(sequence: Sequence, damaged: Collection[int]) -> dict[str, list[str]]:
     """Return the names of things in the Cryptomattes of all frames."""
     things: dict[str, set[str]] = {}
     for frame in sequence.present:
@@ -62,14 +64,24 @@ def _things(sequence: Sequence, damaged: Collection[int]) -> dict[str, list[str]
     return {layer: sorted(names) for layer, names in things.items()}
 
 
-def _neighbours(sequence: Sequence, reader: NeighbourReader, damaged: Collection[int]) -> Facts:
+def _neighbour_facts(
+    sequence: Sequence, reader: NeighbourReader, damaged: Collection[int]
+) -> Facts:
     """Return which neighbours are used, and what they show on average at three frames."""
-    near, good = reader.neighbourhood, [it for it in sequence.present if it not in damaged]
-    facts: Facts = {"count": near.count, "step": near.step, "words": near.words, "found": None}
-    if near.count and good:
-        asked = sorted({good[0], good[len(good) // 2], good[-1]})
-        plates = (reader.alone(sequence.path_at(frame)) for frame in asked)
-        facts["found"] = fmean(reader.found(plate).hidden_part for plate in plates)
+    neighbourhood = reader.neighbourhood
+    readable_frames = [frame for frame in sequence.present if frame not in damaged]
+    facts: Facts = {
+        "count": neighbourhood.count,
+        "step": neighbourhood.step,
+        "words": neighbourhood.words,
+        "found": None,
+    }
+    if neighbourhood.count and readable_frames:
+        sampled_frames = sorted(
+            {readable_frames[0], readable_frames[len(readable_frames) // 2], readable_frames[-1]}
+        )
+        plates = (reader.read_alone(sequence.path_at(sampled)) for sampled in sampled_frames)
+        facts["found"] = fmean(reader.add_hidden_surfaces(plate).hidden_part for plate in plates)
     return facts
 
 
@@ -78,7 +90,9 @@ class _Survey:
 
     def __init__(self, options: PlateOptions) -> None:
         self._options = options
-        self._beside = {Path(it).name: PlateFiles((it,)) for it in options.files_beside}
+        self._companion_files = {
+            Path(companion).name: PlateFiles((companion,)) for companion in options.files_beside
+        }
         self._sizes: dict[str, list[int]] = {}
         self._readings: dict[str, list[int]] = {}
         self._notes: dict[str, list[int]] = {}
@@ -94,50 +108,53 @@ class _Survey:
         reading = f"{depth.channel}, {depth.convention}, {depth.kind}"
         self._readings.setdefault(reading, []).append(frame)
         span = depth_span(plate, self._options.scene_unit_m)
-        doubtful = [doubt.sentence for doubt in span_doubts(span)]
+        doubts = [doubt.sentence for doubt in span_doubts(span)]
         for report in plate.behind:
             self._behind.setdefault(report.name, []).append(report)
-        reported_already = {report.sentence for report in plate.behind}
-        for note in (*plate.notes, *doubtful):
-            if note not in reported_already:
-                self._notes.setdefault(self._without_paths(note, plate.path), []).append(frame)
+        behind_sentences = {report.sentence for report in plate.behind}
+        for note in (*plate.notes, *doubts):
+            if note not in behind_sentences:
+                self._notes.setdefault(self._replace_paths(note, plate.path), []).append(frame)
         if span.has_surfaces:
             near, far = (span.near_m, frame), (span.far_m, frame)
             self._near = near if self._near is None else min(self._near, near)
             self._far = far if self._far is None else max(self._far, far)
 
-    def _without_paths(self, note: str, path: Path) -> str:
-        """Name the files of a frame alike in all frames, so that the same sentence is equal."""
+    def _replace_paths(self, note: str, path: Path) -> str:
+        """Return `note` with names that are equal in all frames in place of the frame's paths.
+
+        The same sentence about several frames then becomes one note.
+        """
         names = {path: path.name}
-        for name, files in self._beside.items():
+        for name, files in self._companion_files.items():
             names |= dict.fromkeys(files(path)[1:], name)
         for file, name in names.items():
             note = note.replace(f"{file}: ", "").replace(str(file), name)
         return note
 
     def facts(self) -> Facts:
-        """Return all of it."""
+        """Return the collected facts by their names in the JSON."""
         return {
-            "sizes": _by_frames(self._sizes),
-            "depth": _by_frames(self._readings),
+            "sizes": _frames_by_value(self._sizes),
+            "depth": _frames_by_value(self._readings),
             "near_m": None if self._near is None else self._near[0],
             "near_frame": None if self._near is None else self._near[1],
             "far_m": None if self._far is None else self._far[0],
             "far_frame": None if self._far is None else self._far[1],
             "behind": {name: _mean_words(reports) for name, reports in self._behind.items()},
-            "notes": _by_frames(self._notes),
+            "notes": _frames_by_value(self._notes),
             "damaged": {str(frame): sentence for frame, sentence in self.damaged.items()},
         }
 
 
 def _mean_words(reports: list[BehindReport]) -> str:
-    """Return what a picture behind adds, averaged over its frames."""
+    """Return words on the pixels that a picture behind adds, averaged over its frames."""
     count = len(reports)
     hidden = sum(report.hidden_part for report in reports) / count
     share = sum(report.seen_part for report in reports) / count
     return replace(reports[0], hidden_part=hidden, seen_part=share).words
 
 
-def _by_frames(frames_of: dict[str, list[int]]) -> dict[str, str]:
-    """Return each thing with the frames that have it."""
+def _frames_by_value(frames_of: dict[str, list[int]]) -> dict[str, str]:
+    """Return each name with its frames as text."""
     return {name: frames_text(tuple(frames)) for name, frames in frames_of.items()}

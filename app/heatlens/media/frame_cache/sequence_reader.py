@@ -17,9 +17,14 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.depth_words import DepthConvention
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.frame_cache.plate_shelf import plate_bytes
-from heatlens.media.plate.header.placement import from_exr, is_rigid, placement_at
-from heatlens.media.plate.neighbours.found import Found, with_neighbours
-from heatlens.media.plate.neighbours.trust import border_px, chosen_frames, standing, step_of
+from heatlens.media.plate.header.placement import convert_from_exr, find_placement, is_rigid
+from heatlens.media.plate.neighbours.found import NeighbourResult, with_neighbours
+from heatlens.media.plate.neighbours.trust import (
+    border_px,
+    choose_frame_step,
+    choose_frames,
+    is_static_between,
+)
 from heatlens.media.plate.neighbours.view import FloatMatrix, View
 from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.plate import Plate
@@ -28,59 +33,60 @@ from heatlens.media.sequence.sequence import Sequence, Stamp, stamp_of
 
 
 class SequenceReader:
-    """Reads plates; if their depth convention is not given, it is guessed once and then kept.
+    """Reads plates; if their depth convention is unknown, it is guessed once for all frames.
 
     A guess depends on the values of a frame, and a sequence must not change its convention from one
-    frame to the next. `first` is the frame that decides; if it is None or cannot be read, the
+    frame to the next. The frame at `deciding_path` decides; if it is None or cannot be read, the
     first frame that is read decides. May be called from several threads.
 
     The bins of the depths are counted here as well, because the thread that shows a plate is busier
     than the one that reads it.
     """
 
-    def __init__(self, options: PlateOptions, first: Path | None = None) -> None:
+    def __init__(self, options: PlateOptions, deciding_path: Path | None = None) -> None:
         self._options = options
-        self._first = first
+        self._deciding_path = deciding_path
         self._lock = threading.Lock()
 
     def __call__(self, path: Path) -> Plate:
         """Read the plate at `path`. Raises InputError as `read_plate` does."""
         with self._lock:  # held while the deciding frame is read, because the others wait for it
             options = self._options
-            is_open = len(options.behind_conventions) < len(options.behind)
-            if options.depth_convention is DepthConvention.AUTO or is_open:
-                return self._decided(path)
-        return read_plate(path, options).counted()
+            has_unknown_convention = len(options.behind_conventions) < len(options.behind)
+            if options.depth_convention is DepthConvention.AUTO or has_unknown_convention:
+                return self._read_and_decide(path)
+        return read_plate(path, options).count_bins()
 
-    def _decided(self, path: Path) -> Plate:
-        """Read the plate at `path` after the deciding frame has settled the options."""
-        if self._first is not None and self._first != path:
+    def _read_and_decide(self, path: Path) -> Plate:
+        """Read the plate at `path` after the deciding frame has fixed the conventions."""
+        if self._deciding_path is not None and self._deciding_path != path:
             try:
-                self._settle(read_plate(self._first, self._options))
+                self._fix_conventions(read_plate(self._deciding_path, self._options))
             except InputError:  # reported when that frame is shown; another one decides
-                self._first = None
+                self._deciding_path = None
         plate = read_plate(path, self._options)
-        self._settle(plate)
-        return plate.counted()
+        self._fix_conventions(plate)
+        return plate.count_bins()
 
-    def _settle(self, plate: Plate) -> None:
-        self._options = settled_options(self._options, plate)
+    def _fix_conventions(self, plate: Plate) -> None:
+        """Read all later plates with the conventions of this one."""
+        self._options = fix_conventions(self._options, plate)
 
 
-def settled_options(options: PlateOptions, plate: Plate) -> PlateOptions:
+def fix_conventions(options: PlateOptions, plate: Plate) -> PlateOptions:
     """Return `options` with the conventions that were used for `plate` and the pictures behind."""
-    of_behind = {report.name: report.convention for report in plate.behind}
+    convention_by_name = {report.name: report.convention for report in plate.behind}
     return replace(
         options,
         depth_convention=plate.depth.convention,
-        behind_conventions=tuple(of_behind[text] for text in options.behind),
+        behind_conventions=tuple(convention_by_name[text] for text in options.behind),
     )
 
 
-USUAL_COUNT = 2  # frames on either side where the headers tell the camera
+DEFAULT_COUNT = 2  # frames on either side where the headers tell the camera
 _SHELF_BYTES = 1 << 30  # six plates of 4K
 _Key = tuple[Path, Stamp | None]
-_UNASKED = "No neighbouring frames are used."
+_NOT_USED = "No neighbouring frames are used."
 
 
 @dataclass(frozen=True)
@@ -96,14 +102,14 @@ class Neighbourhood:
     count: int = 0
     step: int = 1
     cameras: dict[int, FloatMatrix] = field(default_factory=dict)
-    words: str = _UNASKED
+    words: str = _NOT_USED
 
-    def around(self, frame: int, present: tuple[int, ...]) -> tuple[int, ...]:
+    def neighbours_of(self, frame: int, present: tuple[int, ...]) -> tuple[int, ...]:
         """Return the neighbours of `frame` that are used."""
         candidates = self.cameras or present
         if not self.count or frame not in candidates:
             return ()
-        return chosen_frames(frame, tuple(candidates), self.count, self.step)
+        return choose_frames(frame, tuple(candidates), self.count, self.step)
 
 
 class NeighbourReader:
@@ -117,42 +123,44 @@ class NeighbourReader:
         self._options = options
         self._sequence = sequence
         self._read = SequenceReader(options, sequence.path_at(sequence.present[0]))
-        self._shelf = _Shelf(self._read)
+        self._plate_cache = _PlateCache(self._read)
         self._lock = threading.Lock()
 
     def __call__(self, path: Path) -> Plate:
         """Read the plate at `path` and add the surfaces. Raises InputError as `read_plate` does."""
-        return self.found(self.alone(path)).plate
+        return self.add_hidden_surfaces(self.read_alone(path)).plate
 
-    def alone(self, path: Path) -> Plate:
+    def read_alone(self, path: Path) -> Plate:
         """Read the plate at `path` without its neighbours."""
-        return self._shelf(path) if self.neighbourhood.count else self._read(path)
+        return self._plate_cache(path) if self.neighbourhood.count else self._read(path)
 
-    def found(self, plate: Plate) -> Found:
-        """Add the surfaces to a plate that was read alone; also return the frames that showed them.
+    def add_hidden_surfaces(self, plate: Plate) -> NeighbourResult:
+        """Add hidden surfaces to a plate that was read alone, and report which frames showed them.
 
         A neighbour that cannot be read is named and left out.
         """
-        path, frames = plate.path, self._frames(plate.path)
-        view = None if not frames else self._view(self._frame(path), plate)
+        path, frames = plate.path, self._neighbour_frames(plate.path)
+        view = None if not frames else self._view(self._frame_number(path), plate)
         if view is None:
-            return Found(plate, 0.0, ())
-        views, unread = [], []
+            return NeighbourResult(plate, 0.0, ())
+        views, unreadable_frames = [], []
         for frame in frames:
             try:
-                views.append(self._view(frame, self._shelf(self._sequence.path_at(frame))))
+                views.append(self._view(frame, self._plate_cache(self._sequence.path_at(frame))))
             except InputError as error:
-                unread.append((frame, str(error)))
-        others = [it for it in views if it is not None]
-        found = with_neighbours(view, others, border_px(plate))
-        left_out = tuple(sorted((*found.left_out, *unread)))
-        notes = tuple(f"Frame {frame} is not used for {path}: {why}" for frame, why in left_out)
-        with_notes = replace(found.plate, notes=(*found.plate.notes, *notes))
-        return replace(found, plate=with_notes.counted(), left_out=left_out)
+                unreadable_frames.append((frame, str(error)))
+        neighbour_views = [neighbour_view for neighbour_view in views if neighbour_view is not None]
+        result = with_neighbours(view, neighbour_views, border_px(plate))
+        left_out = tuple(sorted((*result.left_out, *unreadable_frames)))
+        notes = tuple(
+            f"Frame {frame} is not used for {path}: {reason}" for frame, reason in left_out
+        )
+        with_notes = replace(result.plate, notes=(*result.plate.notes, *notes))
+        return replace(result, plate=with_notes.count_bins(), left_out=left_out)
 
     def files_of(self, path: Path) -> tuple[Path, ...]:
         """Return the files of the neighbours that the plate at `path` is made with."""
-        return tuple(self._sequence.path_at(frame) for frame in self._frames(path))
+        return tuple(self._sequence.path_at(frame) for frame in self._neighbour_frames(path))
 
     @property
     def neighbourhood(self) -> Neighbourhood:
@@ -162,41 +170,43 @@ class NeighbourReader:
 
     @cached_property
     def _neighbourhood(self) -> Neighbourhood:
-        asked, present = self._options.neighbours, self._sequence.present
-        if asked == 0 or len(present) < 2 or not self._sequence.form.padding:
+        """The neighbours to use by the options, the headers and a plate or two."""
+        requested_count, present = self._options.neighbours, self._sequence.present
+        if requested_count == 0 or len(present) < 2 or not self._sequence.form.padding:
             return Neighbourhood()
         cameras = self._cameras()
-        plate = self._first_readable(present) if cameras or asked else None
-        if plate is None or (asked is None and plate.fragments is not None):
-            return Neighbourhood()  # nobody asked, or it holds its hidden surfaces
-        if why_not := self._why_not(plate, cameras):
-            return Neighbourhood(words=f"{_UNASKED} {why_not}")
-        return self._neighbours(plate, asked or USUAL_COUNT, cameras)
+        plate = self._first_readable(present) if cameras or requested_count else None
+        if plate is None or (requested_count is None and plate.fragments is not None):
+            return Neighbourhood()  # not requested, or the plate holds its hidden surfaces
+        if obstacle := self._obstacle(plate, cameras):
+            return Neighbourhood(words=f"{_NOT_USED} {obstacle}")
+        return self._choose_neighbours(plate, requested_count or DEFAULT_COUNT, cameras)
 
-    def _neighbours(
+    def _choose_neighbours(
         self, plate: Plate, count: int, cameras: dict[int, FloatMatrix]
     ) -> Neighbourhood:
         """Return the frames on either side that are used; all plates are like `plate`."""
         focal = _focal_px(plate, self._options) or (1.0, 1.0)
-        step = step_of(cameras, plate, focal[0], count)
-        every = "" if step == 1 else f", every {step} frames"
-        how = "the headers have the camera" if cameras else "the camera stands still"
-        words = f"Uses {count} frames on either side{every}: {how}."
+        step = choose_frame_step(cameras, plate, focal[0], count)
+        step_words = "" if step == 1 else f", every {step} frames"
+        reason = "the headers have the camera" if cameras else "the camera stands still"
+        words = f"Uses {count} frames on either side{step_words}: {reason}."
         return Neighbourhood(count, step, cameras, words)
 
-    def _why_not(self, plate: Plate, cameras: dict[int, FloatMatrix]) -> str:
+    def _obstacle(self, plate: Plate, cameras: dict[int, FloatMatrix]) -> str:
         """Return why no neighbours can be used, as a sentence; "" if they can."""
         if not plate.has_distances:
             return "The plates hold circles of confusion."
         if cameras:
             return "" if _focal_px(plate, self._options) else _NO_FOCAL
-        last = self._first_readable(self._sequence.present[::-1])
-        return "" if last is not None and standing(plate, last) else _NO_CAMERA
+        last_plate = self._first_readable(self._sequence.present[::-1])
+        return "" if last_plate is not None and is_static_between(plate, last_plate) else _NO_CAMERA
 
     def _first_readable(self, frames: tuple[int, ...]) -> Plate | None:
+        """Return the plate of the first of `frames` that can be read; None if none can."""
         for frame in frames:
             try:
-                return self._shelf(self._sequence.path_at(frame))
+                return self._plate_cache(self._sequence.path_at(frame))
             except InputError:  # reported where the frame is shown
                 continue
         return None
@@ -206,27 +216,31 @@ class NeighbourReader:
         cameras = {}
         for frame in self._sequence.present:
             try:
-                attribute = placement_at(read_headers(self._sequence.path_at(frame)))
+                attribute = find_placement(read_headers(self._sequence.path_at(frame)))
             except InputError:  # reported where the frame is shown; the others are used
                 continue
             if attribute is None:
                 return {}
-            matrix, _ = from_exr(attribute, self._options.scene_unit_m)
+            matrix, _ = convert_from_exr(attribute, self._options.scene_unit_m)
             if not is_rigid(matrix):
                 return {}
             cameras[frame] = matrix
         return cameras
 
-    def _frame(self, path: Path) -> int:
+    def _frame_number(self, path: Path) -> int:
         frame = self._sequence.frame_at(path)
-        assert frame is not None  # `_frames` found neighbours
+        assert frame is not None  # `_neighbour_frames` found neighbours
         return frame
 
-    def _frames(self, path: Path) -> tuple[int, ...]:
+    def _neighbour_frames(self, path: Path) -> tuple[int, ...]:
+        """Return the neighbours that are used for the plate at `path`."""
         frame = self._sequence.frame_at(path)
-        return () if frame is None else self.neighbourhood.around(frame, self._sequence.present)
+        return (
+            () if frame is None else self.neighbourhood.neighbours_of(frame, self._sequence.present)
+        )
 
     def _view(self, frame: int, plate: Plate) -> View | None:
+        """Return a plate with its camera; None if its focal length is unknown."""
         cameras, box = self.neighbourhood.cameras, plate.display_window
         centre = box.width / 2, box.height / 2
         if not cameras:
@@ -252,35 +266,36 @@ def _focal_px(plate: Plate, options: PlateOptions) -> tuple[float, float] | None
     return focal_px, focal_px * plate.pixel_aspect_ratio
 
 
-class _Shelf:
+class _PlateCache:
     """Keeps the latest plates within a limit of bytes, so that each is read once."""
 
     def __init__(self, read: Callable[[Path], Plate]) -> None:
         self._read = read
         self._lock = threading.Lock()
-        # The frame on the screen is wanted even where it alone is beyond the limit.
-        self.held: ByteLru[_Key, Plate] = ByteLru(_SHELF_BYTES, plate_bytes, keeps_newest=True)
-        self._coming: dict[_Key, Future[Plate]] = {}
+        # The newest plate is kept even if it alone exceeds the limit: it may be on the screen.
+        self.plates: ByteLru[_Key, Plate] = ByteLru(_SHELF_BYTES, plate_bytes, keeps_newest=True)
+        self._pending_reads: dict[_Key, Future[Plate]] = {}
 
     def __call__(self, path: Path) -> Plate:
-        """Return the plate at `path`; read it if it is not held or its files have changed."""
+        """Return the plate at `path`; read it if it is not cached or its file has changed."""
         key = path, stamp_of(path)
         with self._lock:
-            plate = self.held.get(key)
+            plate = self.plates.get(key)
             if plate is not None:
                 return plate
-            is_mine = key not in self._coming
-            coming = self._coming.setdefault(key, Future())
-        if is_mine:
-            self._fill(key, coming)
-        return coming.result()
+            is_first_request = key not in self._pending_reads
+            pending = self._pending_reads.setdefault(key, Future())
+        if is_first_request:
+            self._complete_read(key, pending)
+        return pending.result()
 
-    def _fill(self, key: _Key, coming: "Future[Plate]") -> None:
+    def _complete_read(self, key: _Key, pending: "Future[Plate]") -> None:
+        """Read a plate, put it or its error into `pending`, and cache the plate."""
         try:
-            coming.set_result(self._read(key[0]))
+            pending.set_result(self._read(key[0]))
         except BaseException as error:
-            coming.set_exception(error)
+            pending.set_exception(error)
         with self._lock:
-            del self._coming[key]
-            if coming.exception() is None:
-                self.held.put(key, coming.result())
+            del self._pending_reads[key]
+            if pending.exception() is None:
+                self.plates.put(key, pending.result())

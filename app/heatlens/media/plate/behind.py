@@ -11,33 +11,47 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.media.plate.deep.stacked import Stacked, Surface, farthest_m, lists_over, stacked
+from heatlens.media.plate.deep.stacked import (
+    Stacked,
+    Surface,
+    farthest_m,
+    move_lists,
+    stack_surfaces,
+)
 from heatlens.media.plate.depth.depth import finite_range
 from heatlens.media.plate.fragments import LEAST_COVERAGE, OPAQUE, SAME_DEPTH, FloatImage
 from heatlens.media.plate.plate import BehindReport, Plate, ReadPixels
-from heatlens.media.plate.windows import moved_to_window
-from heatlens.media.sequence.depth_files import beside_path
+from heatlens.media.plate.windows import move_to_window
+from heatlens.media.sequence.depth_files import companion_path
 
 
 def layer_options(options: PlateOptions, layer: str) -> PlateOptions:
-    """Return how to read a layer of the plate's own file; its depth is found by its name."""
-    own = replace(options, depth_channel=None, depth_source=None, depth_model=None)
-    own = replace(own, never_blur=None, only_blur=None)
-    return replace(own, color_layer=layer, behind=(), behind_conventions=())
+    """Return the options for reading a layer of the plate's own file.
+
+    The depth channel of the layer is found by its name.
+    """
+    layer_only = replace(options, depth_channel=None, depth_source=None, depth_model=None)
+    layer_only = replace(layer_only, never_blur=None, only_blur=None)
+    return replace(layer_only, color_layer=layer, behind=(), behind_conventions=())
 
 
 def file_options(options: PlateOptions, number: int) -> PlateOptions:
-    """Return how to read the file behind with this index; its channels are found by their names."""
-    own = replace(
-        layer_options(options, ""), color_layer=None, depth_convention=_convention(options, number)
+    """Return the options for reading file `number` behind the plate.
+
+    Its channels are found by their names.
+    """
+    file_only = replace(
+        layer_options(options, ""),
+        color_layer=None,
+        depth_convention=_convention_behind(options, number),
     )
-    if own.depth_convention.facts.takes_ends:
-        return own
-    return replace(own, near_m=None, far_m=None)
+    if file_only.depth_convention.facts.takes_ends:
+        return file_only
+    return replace(file_only, near_m=None, far_m=None)
 
 
 def deep_options(options: PlateOptions) -> PlateOptions:
-    """Return how to read a deep file behind: options about flat depth channels do not apply."""
+    """Return the options for a deep file behind the plate, without those of flat depth channels."""
     return replace(
         options,
         depth_convention=DepthConvention.AUTO,
@@ -49,7 +63,7 @@ def deep_options(options: PlateOptions) -> PlateOptions:
     )
 
 
-def _convention(options: PlateOptions, number: int) -> DepthConvention:
+def _convention_behind(options: PlateOptions, number: int) -> DepthConvention:
     """Return the depth convention of a file behind.
 
     A convention that was given together with a separate depth file applies to that file only.
@@ -61,7 +75,9 @@ def _convention(options: PlateOptions, number: int) -> DepthConvention:
 
 def behind_paths(path: Path, options: PlateOptions) -> tuple[Path, ...]:
     """Return the files behind the plate at `path`; a pattern gives its frame of the same number."""
-    return tuple(beside_path(path, text, "--behind", "picture behind") for text in options.behind)
+    return tuple(
+        companion_path(path, text, "--behind", "picture behind") for text in options.behind
+    )
 
 
 def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()) -> Plate:
@@ -73,100 +89,107 @@ def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()
     """
     if not behind:
         return plate
-    front, others = _surface(plate, plate.data_window), []
-    for other in behind:
-        _check_same_view(plate, other)
-        others.append(_without_twins(_surface(other, plate.data_window), front))
-    made = stacked([front, *others], _is_measured(plate, front, behind, others))
-    names = names or [str(other.path) for other in behind]
-    reports = tuple(
-        _report(name, other.depth.convention, surface, front, made.depth_m)
-        for name, other, surface in zip(names, behind, others, strict=True)
+    front, surfaces_behind = _surface_over(plate, plate.data_window), []
+    for behind_plate in behind:
+        _check_same_view(plate, behind_plate)
+        surfaces_behind.append(
+            _drop_shared_surfaces(_surface_over(behind_plate, plate.data_window), front)
+        )
+    stack = stack_surfaces(
+        [front, *surfaces_behind], _is_coverage_measured(plate, front, behind, surfaces_behind)
     )
-    return _restacked(plate, made, reports)
+    names = names or [str(behind_plate.path) for behind_plate in behind]
+    reports = tuple(
+        _measure_coverage(name, behind_plate.depth.convention, surface, front, stack.depth_m)
+        for name, behind_plate, surface in zip(names, behind, surfaces_behind, strict=True)
+    )
+    return _replace_picture(plate, stack, reports)
 
 
-def _without_twins(other: Surface, front: Surface) -> Surface:
+def _drop_shared_surfaces(behind_surface: Surface, front: Surface) -> Surface:
     """Return `other` without the pixels in which it shows the same surface as the plate.
 
     A clean plate has the same distances beside the actor, but never exactly the same colours.
     """
-    with np.errstate(invalid="ignore"):  # the sky in front of the sky
-        is_close = np.abs(other.depth_m - front.depth_m) <= SAME_DEPTH * front.depth_m
-    is_twin = np.where(np.isinf(front.depth_m), np.isinf(other.depth_m), is_close)
+    with np.errstate(invalid="ignore"):  # infinity minus infinity where both show the sky
+        is_close = np.abs(behind_surface.depth_m - front.depth_m) <= SAME_DEPTH * front.depth_m
+    is_twin = np.where(np.isinf(front.depth_m), np.isinf(behind_surface.depth_m), is_close)
     is_twin &= front.color[..., 3] >= OPAQUE
     if not is_twin.any():
-        return other
-    color = np.where(is_twin[..., None], np.float32(0.0), other.color)
-    return replace(other, color=color)
+        return behind_surface
+    color = np.where(is_twin[..., None], np.float32(0.0), behind_surface.color)
+    return replace(behind_surface, color=color)
 
 
-def _is_measured(
-    plate: Plate, front: Surface, behind: Sequence[Plate], others: Sequence[Surface]
+def _is_coverage_measured(
+    plate: Plate, front: Surface, behind: Sequence[Plate], surfaces_behind: Sequence[Surface]
 ) -> bool:
     """Return True if the coverage of every visible surface was measured, by samples or by alpha."""
     if plate.fragments is None or not plate.fragments.is_measured:
         return False
     return all(
-        other.has_alpha or not _is_seen(surface, front).any()
-        for other, surface in zip(behind, others, strict=True)
+        behind_plate.has_alpha or not _mask_in_front(surface, front).any()
+        for behind_plate, surface in zip(behind, surfaces_behind, strict=True)
     )
 
 
-def _report(
+def _measure_coverage(
     name: str,
     convention: DepthConvention,
     added: Surface,
     front: Surface,
     nearest_m: FloatImage,
 ) -> BehindReport:
-    """Return which share of the pixels `added` covers behind the plate, and in front of it."""
-    is_hidden = _is_there(added) & (farthest_m(added) > (1 + SAME_DEPTH) * nearest_m)
-    is_seen = _is_seen(added, front)
+    """Report the shares of the pixels that `added` covers behind the plate and in front of it."""
+    is_hidden = _mask_covered(added) & (farthest_m(added) > (1 + SAME_DEPTH) * nearest_m)
+    is_seen = _mask_in_front(added, front)
     return BehindReport(name, float(is_hidden.mean()), float(is_seen.mean()), convention)
 
 
-def _is_seen(added: Surface, front: Surface) -> NDArray[np.bool_]:
-    front_m = np.where(_is_there(front), front.depth_m, np.float32(np.inf))
-    return _is_there(added) & (added.depth_m < np.float32(1 - SAME_DEPTH) * front_m)
+def _mask_in_front(added: Surface, front: Surface) -> NDArray[np.bool_]:
+    """Return a mask (H, W) of the pixels in which `added` lies in front of `front`."""
+    front_m = np.where(_mask_covered(front), front.depth_m, np.float32(np.inf))
+    return _mask_covered(added) & (added.depth_m < np.float32(1 - SAME_DEPTH) * front_m)
 
 
-def _is_there(surface: Surface) -> NDArray[np.bool_]:
+def _mask_covered(surface: Surface) -> NDArray[np.bool_]:
+    """Return a mask (H, W) of the pixels that the surface covers at least in part."""
     is_there: NDArray[np.bool_] = surface.color[..., 3] > LEAST_COVERAGE
     return is_there
 
 
-def _restacked(plate: Plate, made: Stacked, reports: tuple[BehindReport, ...]) -> Plate:
+def _replace_picture(plate: Plate, stack: Stacked, reports: tuple[BehindReport, ...]) -> Plate:
     """Return the plate with the composite of all surfaces; it has alpha only if it had before."""
-    has_alpha = plate.has_alpha and bool((made.color[..., 3] < 1.0).any())
+    has_alpha = plate.has_alpha and bool((stack.color[..., 3] < 1.0).any())
     if not has_alpha:
-        made.color[..., 3] = 1.0
-    infinite_count = int(np.isinf(made.depth_m).sum())
-    near_m, far_m = finite_range(made.depth_m, infinite_count)
-    seen = replace(plate.depth, near_m=near_m, far_m=far_m, infinite_count=infinite_count)
-    merged = ""
-    if made.shortened:
-        merged = (
-            f"{plate.path}: surfaces of the most similar blur were merged in {made.shortened} "
-            f"pixels, which have up to {made.most} of them."
+        stack.color[..., 3] = 1.0
+    infinite_count = int(np.isinf(stack.depth_m).sum())
+    near_m, far_m = finite_range(stack.depth_m, infinite_count)
+    depth_report = replace(plate.depth, near_m=near_m, far_m=far_m, infinite_count=infinite_count)
+    merge_note = ""
+    if stack.merged_pixels:
+        merge_note = (
+            f"{plate.path}: surfaces of the most similar blur were merged in {stack.merged_pixels} "
+            f"pixels, which have up to {stack.most_in_pixel} of them."
         )
     return replace(
         plate,
-        pixels=ReadPixels(made.color, made.depth_m),
+        pixels=ReadPixels(stack.color, stack.depth_m),
         has_alpha=has_alpha,
-        depth=seen,
-        fragments=made.lists,
+        depth=depth_report,
+        fragments=stack.lists,
         notes=(
             *plate.notes,
             *(report.sentence for report in reports),
-            *filter(None, (merged,)),
+            *filter(None, (merge_note,)),
         ),
-        surfaces_lost=plate.surfaces_lost or merged,
+        surfaces_lost=plate.surfaces_lost or merge_note,
         behind=(*plate.behind, *reports),
     )
 
 
-def _depth_of(plate: Plate) -> FloatImage:
+def _require_depth_m(plate: Plate) -> FloatImage:
+    """Return the depth of a plate in metres. Raises InputError if it has circles of confusion."""
     if plate.depth_m is None:
         raise InputError(
             f"{plate.path} holds circles of confusion and no distances, so it cannot be sorted "
@@ -175,24 +198,24 @@ def _depth_of(plate: Plate) -> FloatImage:
     return plate.depth_m
 
 
-def _surface(plate: Plate, window: Box) -> Surface:
+def _surface_over(plate: Plate, window: Box) -> Surface:
     """Return the plate's pixels over `window`; their coverage is 0 where the plate has none."""
-    depth_m, lists = _depth_of(plate), plate.fragments
+    depth_m, lists = _require_depth_m(plate), plate.fragments
     if plate.data_window == window:
         return Surface(plate.color, depth_m, lists)
-    planes = [
-        moved_to_window(plate.color[..., k], plate.data_window, window, 0.0) for k in range(4)
-    ]
-    depth_m = moved_to_window(depth_m, plate.data_window, window, np.inf)
-    lists = None if lists is None else lists_over(lists, plate.data_window, window)
+    planes = [move_to_window(plate.color[..., k], plate.data_window, window, 0.0) for k in range(4)]
+    depth_m = move_to_window(depth_m, plate.data_window, window, np.inf)
+    lists = None if lists is None else move_lists(lists, plate.data_window, window)
     return Surface(np.stack(planes, axis=-1), depth_m, lists)
 
 
-def _check_same_view(plate: Plate, other: Plate) -> None:
-    if plate.display_window != other.display_window:
+def _check_same_view(plate: Plate, behind_plate: Plate) -> None:
+    """Raise InputError if the display windows of the two plates differ."""
+    if plate.display_window != behind_plate.display_window:
         raise InputError(
-            f"{other.path} does not show the same view as {plate.path}: its display window is "
-            f"{_size_words(other.display_window)}, that of the plate "
+            f"{behind_plate.path} does not show the same view as {plate.path}: its display "
+            "window is "
+            f"{_size_words(behind_plate.display_window)}, that of the plate "
             f"{_size_words(plate.display_window)}. Render both with the same camera and size."
         )
 

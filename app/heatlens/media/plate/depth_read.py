@@ -13,28 +13,28 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.picture_formats import is_picture
-from heatlens.media.plate.deep.deep_plate import flattened_part
+from heatlens.media.plate.deep.deep_plate import read_flattened_part
 from heatlens.media.plate.depth.depth import DepthResult, finite_range, read_depth
 from heatlens.media.plate.depth.depth_guess import DepthOrigin
 from heatlens.media.plate.depth.repair import DEPTH_LEAST_M
 from heatlens.media.plate.exr.exr_read import is_deep_file, read_parts
-from heatlens.media.plate.header.camera_header import camera_at_header, checked_lens_mm
+from heatlens.media.plate.header.camera_header import camera_at_header, require_lens_mm
 from heatlens.media.plate.header.channel_choice import ColorChoice, choose_depth
 from heatlens.media.plate.header.channels import ChannelRef, Header, Part, flat_channels, pixels_of
-from heatlens.media.plate.header.entries import picture_facts, written_by
+from heatlens.media.plate.header.entries import picture_facts, writing_program
 from heatlens.media.plate.parts.picture_parts import depth_parts
 from heatlens.media.plate.plate import CameraHeader, FloatImage
 from heatlens.media.plate.position import depth_of_positions, position_channels
 from heatlens.media.plate.windows import (
-    box_at_header,
-    moved_to_window,
+    move_to_window,
     pixel_aspect_of,
-    resized_nearest,
+    read_header_window,
+    resize_nearest,
 )
 from heatlens.media.sequence.depth_files import depth_path_for
 
 # The leaf of Mitsuba's `depth` integrator: the parameter t of the ray that hits.
-_ALONG_RAY = "t"
+_MITSUBA_RAY_LEAF = "t"
 _SAME_ASPECT = 0.02  # rounding of the sizes may change the aspect ratio by this part
 
 
@@ -43,48 +43,51 @@ def read_depth_of(
 ) -> DepthResult:
     """Read the depth that belongs to `color`, planar, over the colour's data window.
 
-    Without a colour it covers its own data window. If `options` name a depth file, it is read from
-    there. Raises InputError that names the file, the channel and the option that helps.
+    Without a colour, the depth covers its own data window. If `options` name a depth file, it is
+    read from there. Raises InputError that names the file, the channel and the option that helps.
     """
     headers = [header for header, _ in parts]
     target = headers[color.rgb[0].part] if color else None
     if options.depth_source is not None:
         path = depth_path_for(path, options.depth_source)
-        parts = depth_file_parts(path)
+        parts = read_depth_file_parts(path)
         camera_headers, headers = headers, [header for header, _ in parts]
-        find = partial(_in_depth_file, path, headers, color, options)
+        choose_channel = partial(_choose_in_depth_file, path, headers, color, options)
     else:
         camera_headers = headers
         is_coc = options.depth_convention.facts.is_coc
-        find = partial(choose_depth, path, headers, options.depth_channel, color, is_coc)
-    source = _depth_channel(path, parts, color, options, camera_headers, find)
-    return _read(path, parts, source, target, camera_headers, options)
+        choose_channel = partial(choose_depth, path, headers, options.depth_channel, color, is_coc)
+    source = _find_depth_source(path, parts, color, options, camera_headers, choose_channel)
+    return _read_source(path, parts, source, target, camera_headers, options)
 
 
-def depth_file_parts(path: Path) -> list[Part]:
+def read_depth_file_parts(path: Path) -> list[Part]:
     """Read the parts of a depth file; the values stay as they are stored."""
     if is_picture(path):
         return depth_parts(path)
-    return [flattened_part(path)] if is_deep_file(path) else read_parts(path)
+    return [read_flattened_part(path)] if is_deep_file(path) else read_parts(path)
 
 
 @dataclass(frozen=True, eq=False)
-class _Source:
-    """Stored values (H, W), their channel, and how they were computed from positions, if so."""
+class _DepthSource:
+    """Stored depth values (H, W) and their channel.
+
+    why  how the values were computed from positions; "" if they were stored as a depth
+    """
 
     ref: ChannelRef
     values: FloatImage
     why: str = ""
 
 
-def _depth_channel(
+def _find_depth_source(
     path: Path,
     parts: Sequence[Part],
     color: ColorChoice | None,
     options: PlateOptions,
     camera_headers: Sequence[Header],
-    find: Callable[[], ChannelRef],
-) -> _Source:
+    choose_channel: Callable[[], ChannelRef],
+) -> _DepthSource:
     """Find the depth channel, or compute a depth from positions.
 
     Positions are used if there is no depth channel, or if the options name them.
@@ -94,8 +97,8 @@ def _depth_channel(
     position = None if name is None else position_channels(headers, name, view)
     if position is None:
         try:
-            ref = find()
-            return _Source(ref, pixels_of(parts, ref).astype(np.float32))
+            ref = choose_channel()
+            return _DepthSource(ref, pixels_of(parts, ref).astype(np.float32))
         except InputError:
             position = None if name is not None else position_channels(headers, name, view)
             if position is None:
@@ -103,10 +106,10 @@ def _depth_channel(
     points = np.stack([pixels_of(parts, ref).astype(np.float32) for ref in position], axis=-1)
     all_headers = [*camera_headers, *headers]
     values, why = depth_of_positions(path, points, position[0].layer, all_headers)
-    return _Source(position[2], values, why)
+    return _DepthSource(position[2], values, why)
 
 
-def _in_depth_file(
+def _choose_in_depth_file(
     path: Path, headers: Sequence[Header], color: ColorChoice | None, options: PlateOptions
 ) -> ChannelRef:
     """Find the depth channel of a separate depth file; its only channel may have any name.
@@ -118,31 +121,33 @@ def _in_depth_file(
     try:
         return choose_depth(path, headers, options.depth_channel, color, is_coc)
     except InputError:
-        only = _only_channel(headers, color.view if color else "")
-        if options.depth_channel is not None or only is None:
+        only_channel = _only_channel(headers, color.view if color else "")
+        if options.depth_channel is not None or only_channel is None:
             raise
-        return only
+        return only_channel
 
 
 def _only_channel(headers: Sequence[Header], view: str) -> ChannelRef | None:
     """Return the only channel of a view besides alpha, or the red one of three that are grey."""
-    usable = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
-    plain = [ref for ref in usable if ref.leaf.lower() not in ("a", "alpha")]
-    if len(plain) == 1:
-        return plain[0]
-    by_letter = {ref.leaf.lower(): ref for ref in plain}
-    return by_letter["r"] if len(plain) == 3 and by_letter.keys() == {"r", "g", "b"} else None
+    view_channels = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
+    value_channels = [ref for ref in view_channels if ref.leaf.lower() not in ("a", "alpha")]
+    if len(value_channels) == 1:
+        return value_channels[0]
+    by_letter = {ref.leaf.lower(): ref for ref in value_channels}
+    return (
+        by_letter["r"] if len(value_channels) == 3 and by_letter.keys() == {"r", "g", "b"} else None
+    )
 
 
-def _read(
+def _read_source(
     path: Path,
     parts: Sequence[Part],
-    source: _Source,
+    source: _DepthSource,
     target: Header | None,
     camera_headers: Sequence[Header],
     options: PlateOptions,
 ) -> DepthResult:
-    """Read the depth of `source`, planar, over the window of `target`; None means its own."""
+    """Read the depth of `source`, planar, over the data window of `target` (None: its own)."""
     ref, values = source.ref, source.values
     headers = [header for header, _ in parts]
     header = headers[ref.part]
@@ -151,13 +156,13 @@ def _read(
     if target is None:
         target = header
     elif options.depth_source is not None:
-        values, header, size_notes = _at_size_of(path, values, header, target)
+        values, header, size_notes = _resize_to_color(path, values, header, target)
     _check_same_display(path, ref.full_name, header, target)
     what = f"{path}: depth channel {ref.full_name!r}"
     if facts is not None:
         what = f"{path}: the depth"
     kind, kind_notes = _likely_kind(ref, what, options)
-    origin = DepthOrigin(written_by(headers), kind, facts)
+    origin = DepthOrigin(writing_program(headers), kind, facts)
     if source.why:
         options = replace(
             options, depth_convention=DepthConvention.DISTANCE, depth_kind=DepthKind.PLANAR
@@ -168,37 +173,49 @@ def _read(
     result = replace(result, notes=(*size_notes, *result.notes, *kind_notes))
     if result.report.kind is DepthKind.RADIAL:
         camera = camera_at_header([target, header, *camera_headers])
-        result = _with_values(result, _made_planar(path, result.values, header, camera, options))
-    return _aligned(path, result, header, target)
+        result = _replace_values(
+            result, _convert_to_planar(path, result.values, header, camera, options)
+        )
+    return _move_to_color_window(path, result, header, target)
 
 
-def _at_size_of(
-    path: Path, values: FloatImage, own: Header, target: Header
+def _resize_to_color(
+    path: Path, values: FloatImage, depth_header: Header, target: Header
 ) -> tuple[FloatImage, Header, tuple[str, ...]]:
     """Resize the depth of a full frame to the size of the colour; return others unchanged.
 
     Returns the values, their header and notes. Only a depth without overscan and with the same
     aspect ratio is resized.
     """
-    window = box_at_header(own, "dataWindow")
-    wanted = box_at_header(target, "displayWindow")
-    is_whole = window == box_at_header(own, "displayWindow")
-    is_like = abs(window.width * wanted.height / (window.height * wanted.width) - 1) < _SAME_ASPECT
-    if window == wanted or not (is_whole and is_like):
-        return values, own, ()
-    note = (
-        f"{path} is {window.width} x {window.height} pixels and the colour {wanted.width} x "
-        f"{wanted.height}: every pixel takes the depth nearest to it."
+    window = read_header_window(depth_header, "dataWindow")
+    color_window = read_header_window(target, "displayWindow")
+    is_full_frame = window == read_header_window(depth_header, "displayWindow")
+    is_same_aspect = (
+        abs(window.width * color_window.height / (window.height * color_window.width) - 1)
+        < _SAME_ASPECT
     )
-    placed = {"dataWindow": target["displayWindow"], "displayWindow": target["displayWindow"]}
-    return resized_nearest(values, (wanted.height, wanted.width)), own | placed, (note,)
+    if window == color_window or not (is_full_frame and is_same_aspect):
+        return values, depth_header, ()
+    note = (
+        f"{path} is {window.width} x {window.height} pixels and the colour {color_window.width} x "
+        f"{color_window.height}: every pixel takes the depth nearest to it."
+    )
+    color_windows = {
+        "dataWindow": target["displayWindow"],
+        "displayWindow": target["displayWindow"],
+    }
+    return (
+        resize_nearest(values, (color_window.height, color_window.width)),
+        depth_header | color_windows,
+        (note,),
+    )
 
 
 def _likely_kind(
     ref: ChannelRef, what: str, options: PlateOptions
 ) -> tuple[DepthKind, tuple[str, ...]]:
     """Return the kind of depth that the channel's name suggests, with a note if it is radial."""
-    if ref.leaf.lower() != _ALONG_RAY or options.depth_kind is not DepthKind.AUTO:
+    if ref.leaf.lower() != _MITSUBA_RAY_LEAF or options.depth_kind is not DepthKind.AUTO:
         return DepthKind.PLANAR, ()
     note = (
         f"{what} is named as Mitsuba names distances along the ray: taken as radial; "
@@ -207,31 +224,33 @@ def _likely_kind(
     return DepthKind.RADIAL, (note,)
 
 
-def _check_same_display(path: Path, channel: str, own: Header, target: Header) -> None:
+def _check_same_display(path: Path, channel: str, depth_header: Header, target: Header) -> None:
     """Raise InputError if the display windows differ, so that pixels cannot be matched."""
-    if box_at_header(own, "displayWindow") != box_at_header(target, "displayWindow"):
+    if read_header_window(depth_header, "displayWindow") != read_header_window(
+        target, "displayWindow"
+    ):
         raise InputError(
             f"{path}: depth channel {channel!r} and the colour have different display windows, so "
             "it is unclear which pixels belong together. Write them with the same one."
         )
 
 
-def _made_planar(
+def _convert_to_planar(
     path: Path, radial_m: FloatImage, header: Header, camera: CameraHeader, options: PlateOptions
 ) -> FloatImage:
     """Convert distances along the rays to depth along the axis.
 
     Focal length and sensor width of the options take precedence over those of the header.
     """
-    focal_length_mm, sensor_width_mm = checked_lens_mm(
+    focal_length_mm, sensor_width_mm = require_lens_mm(
         path,
         options.focal_length_mm or camera.focal_length_mm,
         options.sensor_width_mm or camera.sensor_width_mm,
     )
     planar_m = planar_depth_m(
         radial_m,
-        box_at_header(header, "dataWindow"),
-        box_at_header(header, "displayWindow"),
+        read_header_window(header, "dataWindow"),
+        read_header_window(header, "displayWindow"),
         pixel_aspect_of(path, header)[0],
         focal_length_mm,
         sensor_width_mm,
@@ -239,13 +258,16 @@ def _made_planar(
     return np.maximum(planar_m, np.float32(DEPTH_LEAST_M))  # views of nearly 180 degrees reach 0
 
 
-def _aligned(path: Path, result: DepthResult, own: Header, target: Header) -> DepthResult:
+def _move_to_color_window(
+    path: Path, result: DepthResult, depth_header: Header, target: Header
+) -> DepthResult:
     """Return `result` over the data window of the colour, infinite where it has no depth."""
-    source, window = box_at_header(own, "dataWindow"), box_at_header(target, "dataWindow")
+    source = read_header_window(depth_header, "dataWindow")
+    window = read_header_window(target, "dataWindow")
     if source == window:
         return result
     is_coc = result.report.convention.facts.is_coc
-    values = moved_to_window(result.values, source, window, 0.0 if is_coc else math.inf)
+    values = move_to_window(result.values, source, window, 0.0 if is_coc else math.inf)
     shared = source.intersection(window)
     missing = values.size - shared.width * shared.height
     note = (
@@ -253,10 +275,10 @@ def _aligned(path: Path, result: DepthResult, own: Header, target: Header) -> De
         f"{result.report.channel!r}: taken as {'in focus' if is_coc else 'infinitely far'}."
     )
     notes = (*result.notes, note) if missing else result.notes
-    return _with_values(replace(result, notes=notes), values)
+    return _replace_values(replace(result, notes=notes), values)
 
 
-def _with_values(result: DepthResult, values: FloatImage) -> DepthResult:
+def _replace_values(result: DepthResult, values: FloatImage) -> DepthResult:
     """Return `result` with other values, and with a report of the range of these."""
     if result.report.convention.facts.is_coc:
         return replace(result, values=values)

@@ -20,8 +20,8 @@ class FragmentLists:
                  if its list begins with the visible surface instead of the one behind it
     words        (N, 3) uint32: red and green, blue and coverage as pairs of halfs, and the dioptres
                  as a float32; colours are not multiplied by the coverage
-    is_measured  the coverage of everything in front was measured, so that silhouettes of the flat
-                 picture need no guess
+    is_measured  whether the coverage of everything in front was measured, by samples or by alpha;
+                 then it need not be guessed at the silhouettes of the flat picture
     """
 
     starts: NDArray[np.uint32]
@@ -48,7 +48,7 @@ class FragmentLists:
         """(N,) part of the pixel, 0..1."""
         return self._halves[:, 3]
 
-    def scaled(self, scale: float) -> "FragmentLists":
+    def scale_light(self, scale: float) -> "FragmentLists":
         """Return the lists with their light multiplied by `scale`; coverage and depth stay."""
         if scale == 1.0:
             return self
@@ -63,10 +63,11 @@ class FragmentLists:
 
     @property
     def _halves(self) -> NDArray[np.float16]:
+        """(N, 4) colour and coverage."""
         return np.ascontiguousarray(self.words[:, :2]).view(np.float16)
 
 
-def packed_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> NDArray[np.uint32]:
+def pack_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> NDArray[np.uint32]:
     """Return `FragmentLists.starts` for the number of fragments of each pixel."""
     starts = np.zeros(counts.size + 1, np.uint32)
     starts[1:] = 2 * np.cumsum(counts)
@@ -74,7 +75,7 @@ def packed_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> ND
     return starts
 
 
-def packed_words(rgba: NDArray[np.float32], depth_m: NDArray[np.float32]) -> NDArray[np.uint32]:
+def pack_words(rgba: NDArray[np.float32], depth_m: NDArray[np.float32]) -> NDArray[np.uint32]:
     """Return `FragmentLists.words` for straight colours with coverage, and depths in metres."""
     words = np.empty((len(depth_m), 3), np.uint32)
     words[:, :2] = np.clip(rgba, -_HALF_MAX, _HALF_MAX).astype(np.float16).view(np.uint32)

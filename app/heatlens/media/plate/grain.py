@@ -18,15 +18,16 @@ _BLOCKS_LEAST = 50
 _EVENEST = 5  # per cent of the blocks that count as the evenest
 _DARK = 0.1  # share of the mean light, clipped at 1: darker blocks are left out
 _MAD_TO_SIGMA = 1.4826
-_APART = 0.01  # relative distance to all neighbours from which a pixel is an object of its own
+_ISOLATION = 0.01  # relative distance to all neighbours from which a pixel is an object of its own
 _NARROW = 3  # a lamp stands on a thing up to so many pixels wide, such as a pole
-_AROUND = [(y, x) for y in range(3) for x in range(3) if (y, x) != (1, 1)]
+_NEIGHBOURS = [(y, x) for y in range(3) for x in range(3) if (y, x) != (1, 1)]
 
 
-# Medians of blocks, and of these the evenest: texture and edges raise the roughness of a block, but
-# nothing lowers it below its grain. Relative to the light, because grain of a path tracer grows
-# with it; dark blocks are left out, where the quotient says nothing.
-def noise_of(color: FloatImage) -> float:
+# The noise is the median roughness of a block, in the evenest blocks: texture and edges raise the
+# roughness of a block, but nothing lowers it below its grain. It is divided by the light of the
+# block, because the grain of a path tracer grows with the light. Dark blocks are left out, where
+# this quotient means nothing.
+def measure_noise(color: FloatImage) -> float:
     """Return the relative noise of the evenest parts of a picture (H, W, C); 0 if it is too small.
 
     Each pixel is compared with its neighbours by a mask that neither ramps nor straight edges move.
@@ -37,14 +38,18 @@ def noise_of(color: FloatImage) -> float:
     rows, columns = (((side - 2) // _BLOCK) for side in light.shape)
     if rows * columns < _BLOCKS_LEAST:
         return 0.0
-    part = [light[y : y - 2 or None, x : x - 2 or None] for y in range(3) for x in range(3)]
-    corners, sides = part[0] + part[2] + part[6] + part[8], part[1] + part[3] + part[5] + part[7]
-    rough = np.abs(corners - 2.0 * sides + 4.0 * part[4]) / 6.0
-    spread, level = (_percentile(_blocks(it, rows, columns), 50) for it in (rough, part[4]))
-    lit = level > max(_DARK * float(np.minimum(light, 1.0).mean()), 1e-6)
-    if np.count_nonzero(lit) < _BLOCKS_LEAST:
+    shifted = [light[y : y - 2 or None, x : x - 2 or None] for y in range(3) for x in range(3)]
+    corners = shifted[0] + shifted[2] + shifted[6] + shifted[8]
+    sides = shifted[1] + shifted[3] + shifted[5] + shifted[7]
+    roughness = np.abs(corners - 2.0 * sides + 4.0 * shifted[4]) / 6.0
+    block_noise, block_light = (
+        _percentile(_split_into_blocks(values, rows, columns), 50)
+        for values in (roughness, shifted[4])
+    )
+    is_lit = block_light > max(_DARK * float(np.minimum(light, 1.0).mean()), 1e-6)
+    if np.count_nonzero(is_lit) < _BLOCKS_LEAST:
         return 0.0
-    return _MAD_TO_SIGMA * float(_percentile(spread[lit] / level[lit], _EVENEST))
+    return _MAD_TO_SIGMA * float(_percentile(block_noise[is_lit] / block_light[is_lit], _EVENEST))
 
 
 def _percentile(values: NDArray[np.float64], percent: float) -> NDArray[np.float64]:
@@ -53,18 +58,18 @@ def _percentile(values: NDArray[np.float64], percent: float) -> NDArray[np.float
     NumPy's own loads masked arrays first, which takes longer than the rest of `info`'s work.
     """
     ordered = np.sort(values, axis=-1)
-    at = percent / 100 * (ordered.shape[-1] - 1)
-    low, high = ordered[..., math.floor(at)], ordered[..., math.ceil(at)]
-    return np.asarray(low + (at % 1) * (high - low))
+    position = percent / 100 * (ordered.shape[-1] - 1)
+    low, high = ordered[..., math.floor(position)], ordered[..., math.ceil(position)]
+    return np.asarray(low + (position % 1) * (high - low))
 
 
-def _blocks(values: NDArray[np.float64], rows: int, columns: int) -> NDArray[np.float64]:
-    """Return the whole blocks of an image, a row of pixels each."""
-    cut = values[: rows * _BLOCK, : columns * _BLOCK].reshape(rows, _BLOCK, columns, _BLOCK)
-    return cut.swapaxes(1, 2).reshape(-1, _BLOCK * _BLOCK)
+def _split_into_blocks(values: NDArray[np.float64], rows: int, columns: int) -> NDArray[np.float64]:
+    """Return the complete blocks of an image as rows of an array (blocks, pixels)."""
+    cropped = values[: rows * _BLOCK, : columns * _BLOCK].reshape(rows, _BLOCK, columns, _BLOCK)
+    return cropped.swapaxes(1, 2).reshape(-1, _BLOCK * _BLOCK)
 
 
-def noise_doubt(noise: float, what: str, cure: str = "") -> tuple[str, ...]:
+def noise_note(noise: float, what: str, cure: str = "") -> tuple[str, ...]:
     """Return a note if the noise of a picture is too much; `cure` ends the advice."""
     if noise < NOISE_DOUBTFUL:
         return ()
@@ -77,31 +82,33 @@ def noise_doubt(noise: float, what: str, cure: str = "") -> tuple[str, ...]:
     )
 
 
-# Grain becomes discs whether it is drawn as a highlight or diffused, because both keep its light:
-# so the light itself has to go. What stands apart in depth, or on a pole, is spared, because a lamp
-# of one pixel looks like a grain in every other respect.
+# A bright grain becomes a disc whether it is drawn as a highlight or diffused, because both keep
+# its light, so the light itself is removed. A pixel that is isolated in depth, or on a pole, is
+# spared: it may be a lamp, which otherwise looks like a grain.
 def despike(color: FloatImage, depth: FloatImage) -> int:
     """Replace pixels of `color` (H, W, C) far brighter than all around them, in place; count them.
 
     The more a pixel outshines the brightest of its eight neighbours, the more it is mixed with
-    their median, so that nothing pops between frames. A pixel apart from all its neighbours in
-    `depth` (H, W), or on a narrow thing in front of others, is a lamp and stays.
+    their median; this gradual change avoids pops between frames. A pixel far from all its
+    neighbours in `depth` (H, W), or on a narrow thing in front of others, is a lamp and stays.
     """
     light = color[..., :3].mean(axis=2)
     brightest = np.maximum(np.max(list(_neighbours(light)), axis=0), 0.0)
-    spikes = (light > SPIKE_FROM * brightest) & ~_stands_apart(depth) & ~_is_on_narrow_thing(depth)
-    rows, columns = np.nonzero(spikes)
+    is_spike = (
+        (light > SPIKE_FROM * brightest) & ~_mask_isolated(depth) & ~_mask_on_narrow_thing(depth)
+    )
+    rows, columns = np.nonzero(is_spike)
     if not rows.size:
         return 0
     padded = np.pad(color[..., :3], ((1, 1), (1, 1), (0, 0)), mode="reflect")
-    around = np.median([padded[rows + y, columns + x] for y, x in _AROUND], axis=0)
-    ratio = light[spikes] / np.maximum(brightest[spikes], np.float32(1e-30))
+    median_color = np.median([padded[rows + y, columns + x] for y, x in _NEIGHBOURS], axis=0)
+    ratio = light[is_spike] / np.maximum(brightest[is_spike], np.float32(1e-30))
     weight = np.minimum((ratio - SPIKE_FROM) / (SPIKE_WHOLE - SPIKE_FROM), 1.0)[:, None]
-    color[spikes, :3] += weight * (around - color[spikes, :3])
+    color[is_spike, :3] += weight * (median_color - color[is_spike, :3])
     return int(rows.size)
 
 
-def despike_note(color: FloatImage, depth: FloatImage, what: str) -> tuple[str, ...]:
+def despike_with_note(color: FloatImage, depth: FloatImage, what: str) -> tuple[str, ...]:
     """Despike the picture, and return a sentence with the number of changed pixels."""
     count = despike(color, depth)
     words = f"{count} of {depth.size} pixels were far brighter than their neighbours"
@@ -111,28 +118,32 @@ def despike_note(color: FloatImage, depth: FloatImage, what: str) -> tuple[str, 
 def _neighbours(values: FloatImage) -> Iterator[FloatImage]:
     """Yield the eight neighbours of every pixel; beyond the border the picture is mirrored."""
     (height, width), padded = values.shape, np.pad(values, 1, mode="reflect")
-    return (padded[y : y + height, x : x + width] for y, x in _AROUND)
+    return (padded[y : y + height, x : x + width] for y, x in _NEIGHBOURS)
 
 
-def _stands_apart(depth: FloatImage) -> NDArray[np.bool_]:
-    """Return which pixels are at another depth than each of their neighbours."""
-    apart = np.ones(depth.shape, bool)
-    with np.errstate(invalid="ignore"):  # the sky beside the sky
-        for other in _neighbours(depth):
-            nearer = np.minimum(np.abs(depth), np.abs(other))
-            apart &= np.abs(depth - other) > _APART * nearer
-    return apart
+def _mask_isolated(depth: FloatImage) -> NDArray[np.bool_]:
+    """Return a mask of the pixels at another depth than each of their neighbours."""
+    is_apart = np.ones(depth.shape, bool)
+    with np.errstate(invalid="ignore"):  # infinity minus infinity in the sky
+        for neighbour in _neighbours(depth):
+            nearer_depth = np.minimum(np.abs(depth), np.abs(neighbour))
+            is_apart &= np.abs(depth - neighbour) > _ISOLATION * nearer_depth
+    return is_apart
 
 
-def _is_on_narrow_thing(depth: FloatImage) -> NDArray[np.bool_]:
-    """Return which pixels lie on a thing of at most `_NARROW` pixels across, or up and down."""
-    narrow = np.zeros(depth.shape, bool)
-    for here, out in ((depth, narrow), (depth.T, narrow.T)):
-        padded = np.pad(here, ((_NARROW, _NARROW), (0, 0)), mode="edge")
-        rows = len(here)
-        behind = [padded[i : i + rows] > (1 + _APART) * here for i in range(2 * _NARROW + 1)]
-        for before in range(1, _NARROW + 1):  # the sides of the thing lie _NARROW + 1 rows apart
-            out |= np.logical_or.reduce(behind[_NARROW - before : _NARROW]) & np.logical_or.reduce(
-                behind[_NARROW + 1 : 2 * _NARROW + 2 - before]
-            )
-    return narrow
+def _mask_on_narrow_thing(depth: FloatImage) -> NDArray[np.bool_]:
+    """Return a mask of the pixels on things at most `_NARROW` pixels wide or high."""
+    is_narrow = np.zeros(depth.shape, bool)
+    for oriented_depth, oriented_mask in ((depth, is_narrow), (depth.T, is_narrow.T)):
+        padded = np.pad(oriented_depth, ((_NARROW, _NARROW), (0, 0)), mode="edge")
+        rows = len(oriented_depth)
+        is_behind = [
+            padded[i : i + rows] > (1 + _ISOLATION) * oriented_depth for i in range(2 * _NARROW + 1)
+        ]
+        for rows_before in range(
+            1, _NARROW + 1
+        ):  # the sides of the thing lie _NARROW + 1 rows apart
+            oriented_mask |= np.logical_or.reduce(
+                is_behind[_NARROW - rows_before : _NARROW]
+            ) & np.logical_or.reduce(is_behind[_NARROW + 1 : 2 * _NARROW + 2 - rows_before])
+    return is_narrow

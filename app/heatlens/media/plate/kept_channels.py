@@ -17,43 +17,43 @@ from heatlens.media.plate.header.channels import (
     ChannelRef,
     Header,
     flat_channels,
-    listed,
+    join_names,
     pixels_of,
 )
 from heatlens.media.plate.mattes.cryptomatte import METADATA
 from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.read import color_file_parts
-from heatlens.media.plate.windows import box_at_header, moved_to_window
+from heatlens.media.plate.windows import move_to_window, read_header_window
 
 ALL = "all"
 
 
-def kept_channels(
-    plate: Plate, options: PlateOptions, wanted: Sequence[str]
+def read_kept_channels(
+    plate: Plate, options: PlateOptions, requested_names: Sequence[str]
 ) -> tuple[dict[str, NDArray[np.generic]], dict[str, Any]]:
     """Return pixels (H, W) by full name over the plate's data window, and attributes they need.
 
-    `wanted` are names of layers or channels, or "all". The colour is never included, because it is
-    what is rendered. Raises InputError for a name that the file does not have.
+    `requested_names` are names of layers or channels, or "all". The colour is never included,
+    because it is rendered. Raises InputError for a name that the file does not have.
     """
-    if not wanted:
+    if not requested_names:
         return {}, {}
     parts = color_file_parts(plate.path, options)
     headers = [header for header, _ in parts]
-    chosen = _chosen(plate.path, headers, options, wanted)
-    kept: dict[str, NDArray[np.generic]] = {}
-    for ref in chosen:
-        source = box_at_header(headers[ref.part], "dataWindow")
+    refs = _select_channels(plate.path, headers, options, requested_names)
+    pixels_by_name: dict[str, NDArray[np.generic]] = {}
+    for ref in refs:
+        source = read_header_window(headers[ref.part], "dataWindow")
         pixels = pixels_of(parts, ref)
         if source != plate.data_window:
-            pixels = moved_to_window(pixels, source, plate.data_window, 0.0)
-        kept[ref.full_name] = pixels
-    return kept, _id_attributes(headers) if kept else {}
+            pixels = move_to_window(pixels, source, plate.data_window, 0.0)
+        pixels_by_name[ref.full_name] = pixels
+    return pixels_by_name, _id_attributes(headers) if pixels_by_name else {}
 
 
-def check_kept(path: Path, options: PlateOptions, wanted: Sequence[str]) -> None:
-    """Raise InputError for anything that `kept_channels` would refuse, without reading pixels."""
+def check_kept_channels(path: Path, options: PlateOptions, requested_names: Sequence[str]) -> None:
+    """Raise InputError for all that `read_kept_channels` would refuse, without reading pixels."""
     if is_picture(path):
         raise InputError(f"{path} is not an EXR file: it has no other channels to keep.")
     if is_deep_file(path):
@@ -61,34 +61,36 @@ def check_kept(path: Path, options: PlateOptions, wanted: Sequence[str]) -> None
             f"{path} is a deep file: its other channels have several values in a pixel, which "
             "cannot be kept beside a picture. Leave --keep-channels out."
         )
-    _chosen(path, read_headers(path), options, wanted)
+    _select_channels(path, read_headers(path), options, requested_names)
 
 
-def _chosen(
-    path: Path, headers: Sequence[Header], options: PlateOptions, wanted: Sequence[str]
+def _select_channels(
+    path: Path, headers: Sequence[Header], options: PlateOptions, requested_names: Sequence[str]
 ) -> list[ChannelRef]:
-    """Return the wanted layers and channels, in the order of the file."""
+    """Return the requested layers and channels, in the order of the file."""
     color = choose_color(path, headers, options.color_layer, options.eye)
     refs = [ref for ref in flat_channels(headers) if ref not in (*color.rgb, color.alpha)]
-    if ALL in wanted:
+    if ALL in requested_names:
         return refs
-    chosen: set[ChannelRef] = set()
-    for name in wanted:
-        named = [ref for ref in refs if _is_called(ref, name.lower())]
-        if not named:
-            raise _unknown(path, refs, name)
-        chosen.update(named)
-    return [ref for ref in refs if ref in chosen]
+    selected: set[ChannelRef] = set()
+    for name in requested_names:
+        matches = [ref for ref in refs if _matches_name(ref, name.lower())]
+        if not matches:
+            raise _unknown_name_error(path, refs, name)
+        selected.update(matches)
+    return [ref for ref in refs if ref in selected]
 
 
-def _unknown(path: Path, refs: Sequence[ChannelRef], name: str) -> InputError:
+def _unknown_name_error(path: Path, refs: Sequence[ChannelRef], name: str) -> InputError:
+    """Return the error for a name that no layer or channel has, with the closest name."""
     names = sorted({ref.layer or ref.full_name for ref in refs})
-    near = get_close_matches(name, names, 1)
-    hint = f"Did you mean {near[0]}?" if near else f"It has: {listed(names)}."
+    closest = get_close_matches(name, names, 1)
+    hint = f"Did you mean {closest[0]}?" if closest else f"It has: {join_names(names)}."
     return InputError(f"{path} has no layer or channel {name!r} to keep. {hint}")
 
 
-def _is_called(ref: ChannelRef, name: str) -> bool:
+def _matches_name(ref: ChannelRef, name: str) -> bool:
+    """Return True if a lower-case name is that of the channel, its layer or a layer above."""
     layer = ref.layer.lower()
     return name in (ref.full_name.lower(), ref.key.lower(), layer) or layer.startswith(f"{name}.")
 

@@ -10,7 +10,7 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark, MatteMark, PointMark, WorldMark
 from heatlens.media.plate.coc_line import depth_at_m
-from heatlens.media.plate.mattes.mattes import UnknownThingError, thing_m
+from heatlens.media.plate.mattes.mattes import UnknownThingError, thing_distance_m
 from heatlens.media.plate.plate import Plate
 
 
@@ -33,46 +33,46 @@ def point_m(plate: Plate, mark: PointMark) -> float:
 
 def matte_m(plate: Plate, mark: MatteMark) -> float | None:
     """Return the distance of a thing; None where it is hidden."""
-    return thing_m(plate, mark.matte, mark.part)
+    return thing_distance_m(plate, mark.matte, mark.part)
 
 
-def mark_over_plates_m(plates: Iterable[tuple[int, Plate]], mark: Mark) -> Distances:
+def mark_distances_m(plates: Iterable[tuple[int, Plate]], mark: Mark) -> Distances:
     """Return the distance of a mark on each plate, by frame.
 
-    Raises InputError as `mark_on_plate_m` does, but for an unknown thing only where every plate
-    lacks it: some renderers name only the things in the picture.
+    Raises InputError as `mark_on_plate_m` does, but for an unknown thing only if every plate lacks
+    it: some renderers name only the things in the picture.
     """
     distances_m: dict[int, float | None] = {}
-    unknown: list[UnknownThingError] = []
+    unknown_errors: list[UnknownThingError] = []
     for frame, plate in plates:
         distances_m[frame] = None
         try:
             distances_m[frame] = mark_on_plate_m(plate, mark)
         except UnknownThingError as error:
-            unknown.append(error)
-    if unknown and len(unknown) == len(distances_m):
-        raise unknown[0]
+            unknown_errors.append(error)
+    if unknown_errors and len(unknown_errors) == len(distances_m):
+        raise unknown_errors[0]
     return distances_m
 
 
 def world_m(plate: Plate, mark: WorldMark) -> float | None:
     """Return how far a point in the world lies in front of the camera; None behind it."""
     if plate.world_to_camera is None:
-        raise _no_camera(plate, mark)
+        raise _no_camera_error(plate, mark)
     row = plate.world_to_camera[2]
     depth_m = -float(row[:3] @ (mark.x_m, mark.y_m, mark.z_m) + row[3])
     return depth_m if depth_m > 0 else None
 
 
-def world_mark(plate: Plate, mark: PointMark, lens: Lens) -> WorldMark:
-    """Return a mark on the place in the world that is at a point of the picture now.
+def make_world_mark(plate: Plate, mark: PointMark, lens: Lens) -> WorldMark:
+    """Return a mark at the world position of the surface that a point of the picture shows.
 
-    `lens` counts where the header has none. Raises InputError outside the picture, on the sky, and
-    for a plate that does not tell where its camera stands.
+    `lens` is used where the header has none. Raises InputError outside the picture, on the sky, and
+    for a plate whose header does not hold the position of its camera.
     """
     depth_m = depth_at_m(plate, int(mark.x_px), int(mark.y_px))
     if plate.world_to_camera is None:
-        raise _no_camera(plate, mark)
+        raise _no_camera_error(plate, mark)
     if not np.isfinite(depth_m):
         raise InputError(f"Mark {mark.name} is on the sky, which has no place in the world.")
     camera, box = plate.camera, plate.display_window
@@ -80,12 +80,12 @@ def world_mark(plate: Plate, mark: PointMark, lens: Lens) -> WorldMark:
     pitch = (camera.sensor_width_mm or lens.sensor_width_mm) / box.width / focal_mm
     right = (mark.x_px + 0.5 - box.width / 2) * pitch
     down = (mark.y_px + 0.5 - box.height / 2) * pitch / plate.pixel_aspect_ratio
-    ahead = np.array([right * depth_m, -down * depth_m, -depth_m, 1.0])
-    x, y, z, _ = np.linalg.inv(plate.world_to_camera) @ ahead
+    camera_point = np.array([right * depth_m, -down * depth_m, -depth_m, 1.0])
+    x, y, z, _ = np.linalg.inv(plate.world_to_camera) @ camera_point
     return WorldMark(mark.name, float(x), float(y), float(z))
 
 
-def _no_camera(plate: Plate, mark: Mark) -> InputError:
+def _no_camera_error(plate: Plate, mark: Mark) -> InputError:
     return InputError(
         f"{plate.path} does not tell where its camera stands: mark {mark.name} needs the entry "
         "worldToCamera in its header."

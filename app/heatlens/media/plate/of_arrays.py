@@ -24,7 +24,7 @@ def plate_of_arrays(
     for colours that are not floating point or not finite, masked and complex values, and depths
     that are not above 0. Infinite depths mean that nothing was hit.
     """
-    colors = _array("The colours", color)
+    colors = _convert_to_array("The colours", color)
     _check_colors(colors)
     height, width = colors.shape[:2]
     check_sides("The colours have", width, height)
@@ -32,13 +32,13 @@ def plate_of_arrays(
         raise InputError("An array of colours needs either depth_m or coc_px beside it.")
     is_coc = coc_px is not None
     name = "coc_px" if is_coc else "depth_m"
-    depth = _array(name, coc_px if is_coc else depth_m)
+    depth = _convert_to_array(name, coc_px if is_coc else depth_m)
     _check_numbers(name, depth, "fiu")
     if depth.shape != (height, width):
         raise InputError(f"The colours are {width}x{height}, the depth has shape {depth.shape}.")
-    rgba = _rgba(colors)
-    values = _float32(name, depth)
-    report = _coc_report(values) if is_coc else _depth_report(values)
+    rgba = _convert_to_rgba(colors)
+    values = _convert_to_float32(name, depth)
+    report = _report_coc(values) if is_coc else _report_depth(values)
     window = Box(0, 0, width, height)
     return Plate(
         path=_NAME,
@@ -55,7 +55,7 @@ def plate_of_arrays(
     )
 
 
-def _array(what: str, values: ArrayLike | None) -> NDArray[np.generic]:
+def _convert_to_array(what: str, values: ArrayLike | None) -> NDArray[np.generic]:
     """Return the values as an array, without copying an array."""
     try:
         return np.asanyarray(values)
@@ -84,18 +84,18 @@ def _check_numbers(what: str, values: NDArray[np.generic], kinds: str) -> None:
         raise InputError(f"{what} cannot be read as numbers: the dtype is {values.dtype}.")
 
 
-def _rgba(colors: NDArray[np.generic]) -> FloatImage:
+def _convert_to_rgba(colors: NDArray[np.generic]) -> FloatImage:
     """Return (H, W, 4), opaque where the colours have no alpha."""
-    pixels = _float32("The colours", colors)
+    pixels = _convert_to_float32("The colours", colors)
     if not np.isfinite(pixels).all():
         raise InputError("The colours hold NaN or infinity: set these to 0 first.")
     if pixels.shape[2] == 4:
         return pixels
-    opaque = np.ones((*pixels.shape[:2], 1), np.float32)
-    return np.concatenate([pixels, opaque], axis=2)
+    alpha = np.ones((*pixels.shape[:2], 1), np.float32)
+    return np.concatenate([pixels, alpha], axis=2)
 
 
-def _float32(what: str, values: NDArray[np.generic]) -> FloatImage:
+def _convert_to_float32(what: str, values: NDArray[np.generic]) -> FloatImage:
     """Return the values as float32. Raises InputError if some of them are masked."""
     if np.ma.is_masked(values):
         raise InputError(
@@ -106,21 +106,23 @@ def _float32(what: str, values: NDArray[np.generic]) -> FloatImage:
         return np.ascontiguousarray(values, np.float32)
 
 
-def _depth_report(depth_m: FloatImage) -> DepthReport:
+def _report_depth(depth_m: FloatImage) -> DepthReport:
+    """Return the report on depths. Raises InputError for NaN, zeros and negative values."""
     if not (depth_m > 0).all():  # NaN fails as well
         raise InputError(
             "depth_m holds NaN, zeros or negative values: a distance is above 0, or infinite."
         )
     finite = depth_m[np.isfinite(depth_m)]
     near, far = (float(finite.min()), float(finite.max())) if finite.size else (np.inf, np.inf)
-    beyond = depth_m.size - finite.size
-    why = "The caller says so."
+    infinite_count = depth_m.size - finite.size
+    reason = "The caller says so."
     return DepthReport(
-        "depth_m", DepthConvention.DISTANCE, DepthKind.PLANAR, why, near, far, beyond, 0
+        "depth_m", DepthConvention.DISTANCE, DepthKind.PLANAR, reason, near, far, infinite_count, 0
     )
 
 
-def _coc_report(coc_px: FloatImage) -> DepthReport:
+def _report_coc(coc_px: FloatImage) -> DepthReport:
+    """Return the report on circles of confusion. Raises InputError for NaN and infinity."""
     if not np.isfinite(coc_px).all():
         raise InputError("coc_px holds NaN or infinity.")
     return DepthReport(

@@ -1,6 +1,6 @@
-"""How much overscan the blur of a lens needs around the frame, and how much a plate has.
+"""Compute how much overscan the blur of a lens needs around the frame, and how much a plate has.
 
-A lens that breathes shows another part of the frame at each focus.
+A lens that breathes shows another section of the plate at each focus distance.
 """
 
 import math
@@ -26,7 +26,7 @@ class OverscanNeed:
     needed_px   the radius of the widest disc, the larger of its width and height
     at_frame    the frame with this widest disc
     has_px      overscan of the plate outside its display window, on the side with the least
-    short       ranges of frames that need more than that
+    short       ranges of frames that need more overscan than the plate has
     """
 
     needed_px: float
@@ -37,15 +37,20 @@ class OverscanNeed:
     @property
     def sentence(self) -> str:
         """How much overscan is needed, and what to render if the plate has too little."""
-        at = f"what lies up to {self.needed_px:.0f} px outside the frame blurs into it"
-        most = f"Overscan: {at}, most at frame {self.at_frame}; "
+        need_words = f"what lies up to {self.needed_px:.0f} px outside the frame blurs into it"
+        beginning = f"Overscan: {need_words}, most at frame {self.at_frame}; "
         if not self.short:
-            return f"{most}the plate has {self.has_px} px."
-        frames = ", ".join(str(run) if run.count > 1 else str(run.first) for run in self.short)
-        wanted = _STEP_PX * math.ceil(self.needed_px / _STEP_PX)
+            return f"{beginning}the plate has {self.has_px} px."
+        frames = ", ".join(
+            str(frame_range) if frame_range.count > 1 else str(frame_range.first)
+            for frame_range in self.short
+        )
+        suggested_px = _STEP_PX * math.ceil(self.needed_px / _STEP_PX)
         return (
-            f"{most}the plate has {self.has_px} px, too few for the borders of {frames}. Render it "
-            f"with {wanted} px on every side: {self.needed_px:.0f} rounded up to a multiple of "
+            f"{beginning}the plate has {self.has_px} px, too few for the borders of {frames}. "
+            "Render it "
+            f"with {suggested_px} px on every side: {self.needed_px:.0f} rounded up to a "
+            "multiple of "
             f"{_STEP_PX}."
         )
 
@@ -57,33 +62,39 @@ def overscan_need(plate: Plate, lenses: Mapping[int, Lens]) -> OverscanNeed | No
     """
     if not lenses or not plate.has_distances:
         return None
-    reach_px = {frame: _reach_px(plate, lens) for frame, lens in lenses.items()}
-    at_frame = max(reach_px, key=lambda frame: reach_px[frame])
+    radii_px = {frame: _widest_radius_px(plate, lens) for frame, lens in lenses.items()}
+    at_frame = max(radii_px, key=lambda frame: radii_px[frame])
     has_px = overscan_px(plate)
-    short = [frame for frame, needed_px in reach_px.items() if needed_px > has_px + 1]
-    return OverscanNeed(reach_px[at_frame], at_frame, has_px, _runs(sorted(short)))
+    short_frames = [frame for frame, needed_px in radii_px.items() if needed_px > has_px + 1]
+    return OverscanNeed(
+        radii_px[at_frame], at_frame, has_px, _group_in_ranges(sorted(short_frames))
+    )
 
 
 def overscan_px(plate: Plate) -> int:
     """Return the overscan of a plate in pixels, on the side with the least of it."""
-    data, shown = plate.data_window, plate.display_window
-    sides = (shown.x0 - data.x0, shown.y0 - data.y0, data.x1 - shown.x1, data.y1 - shown.y1)
+    data, display = plate.data_window, plate.display_window
+    sides = (display.x0 - data.x0, display.y0 - data.y0, data.x1 - display.x1, data.y1 - display.y1)
     return max(0, min(sides))
 
 
-def _reach_px(plate: Plate, lens: Lens) -> float:
+def _widest_radius_px(plate: Plate, lens: Lens) -> float:
     """Return the radius of the widest disc, which is that of the nearest or the farthest point."""
     line = line_of(plate, lens)
     report = plate.depth
     farthest = math.inf if report.infinite_count else report.far_m
-    ends = [line.at_infinity_px + line.per_dioptre_px / z for z in (report.near_m, farthest)]
+    diameters = [line.at_infinity_px + line.per_dioptre_px / z for z in (report.near_m, farthest)]
     half_extents = DiscShape(lens.aperture, plate.pixel_aspect_ratio).half_extents
     data = plate.data_window
-    leans = line.lean_px(Box(0, 0, data.width, data.height))
-    return max(half_extents) * max(abs(end + lean) for end in ends for lean in leans) / 2
+    tilts = line.focus_offset_limits_px(Box(0, 0, data.width, data.height))
+    return (
+        max(half_extents)
+        * max(abs(diameter + tilt) for diameter in diameters for tilt in tilts)
+        / 2
+    )
 
 
-def _runs(frames: list[int]) -> tuple[FrameRange, ...]:
+def _group_in_ranges(frames: list[int]) -> tuple[FrameRange, ...]:
     """Return sorted frame numbers as ranges without gaps."""
     if not frames:
         return ()
@@ -92,7 +103,7 @@ def _runs(frames: list[int]) -> tuple[FrameRange, ...]:
     return tuple(FrameRange(first, last) for first, last in zip(starts, ends, strict=True))
 
 
-def room_of(plate: Plate) -> float:
+def overscan_ratio(plate: Plate) -> float:
     """Return the width of the plate with its symmetric overscan, divided by that of its frame."""
     return 1.0 + 2.0 * overscan_px(plate) / plate.display_window.width
 
@@ -102,23 +113,26 @@ def frame_centre_px(plate: Plate, scale: float = 1.0) -> tuple[float, float]:
 
     `scale` is the proxy scale by which the result is multiplied.
     """
-    data, shown = plate.data_window, plate.display_window
-    x, y = (shown.x0 + shown.x1) / 2 - data.x0, (shown.y0 + shown.y1) / 2 - data.y0
+    data, display = plate.data_window, plate.display_window
+    x, y = (display.x0 + display.x1) / 2 - data.x0, (display.y0 + display.y1) / 2 - data.y0
     return x * scale, y * scale
 
 
 def plate_pixel(plate: Plate, lens: Lens, pixel: tuple[int, int]) -> tuple[int, int]:
     """Return the pixel of the plate's display window that is seen at `pixel` of the picture."""
-    ratio = plate_ratio(lens, room_of(plate))
+    ratio = plate_ratio(lens, overscan_ratio(plate))
     if ratio == 1.0:
         return pixel
     sides = plate.display_window.width, plate.display_window.height
-    x, y = (side / 2 + (at + 0.5 - side / 2) * ratio for at, side in zip(pixel, sides, strict=True))
+    x, y = (
+        side / 2 + (coordinate + 0.5 - side / 2) * ratio
+        for coordinate, side in zip(pixel, sides, strict=True)
+    )
     return int(x // 1), int(y // 1)
 
 
 def picture_point(plate: Plate, lens: Lens, point: tuple[float, float]) -> tuple[float, float]:
     """Return where `point` of the plate's display window appears in the picture."""
-    ratio = plate_ratio(lens, room_of(plate))
+    ratio = plate_ratio(lens, overscan_ratio(plate))
     middle_x, middle_y = plate.display_window.width / 2, plate.display_window.height / 2
     return middle_x + (point[0] - middle_x) / ratio, middle_y + (point[1] - middle_y) / ratio

@@ -13,7 +13,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.focus.plausibility import DepthSpan
 from heatlens.core.model.lens.lens import LensModel
-from heatlens.core.model.value_bins import ValueBins, bins_of
+from heatlens.core.model.value_bins import ValueBins, bin_values
 from heatlens.media.plate.fragments import FragmentLists
 
 FloatImage = NDArray[np.float32]
@@ -52,7 +52,7 @@ class DepthReport:
 
 @dataclass(frozen=True)
 class BehindReport:
-    """What one picture behind adds to a plate.
+    """Report on one picture behind a plate.
 
     name         the file or pattern as it was given, or a layer of the plate's own file
     hidden_part  share of the plate's pixels in which it lies behind the visible surface, 0..1
@@ -67,12 +67,12 @@ class BehindReport:
 
     @property
     def sentence(self) -> str:
-        """A full sentence on what it adds, beginning with its name."""
+        """A full sentence on where the picture lies, beginning with its name."""
         return f"{self.name} {self.words}."
 
     @property
     def words(self) -> str:
-        """What it adds, as the predicate of a sentence."""
+        """Where the picture lies, as the predicate of a sentence."""
         hidden, seen = (f"{100 * part:.3g} %" for part in (self.hidden_part, self.seen_part))
         if not (self.hidden_part or self.seen_part):
             return (
@@ -132,13 +132,15 @@ def read_pixels(color: FloatImage, depth: FloatImage, is_coc: bool) -> ReadPixel
 
 @dataclass(frozen=True, eq=False)
 class Cutout:
-    """What a matte keeps from the blur, and the rest of the picture, which is blurred.
+    """A thing that a matte keeps from the blur, and the rest of the picture, which is blurred.
 
-    light  (H, W, 4) of what is kept, times its share; also where it goes on behind something nearer
-    share  (H, W) of each pixel, 0..1
-    depth  (H, W) of what is kept, as the plate has it
-    rest   the picture without it; what it hides is guessed
-    ground  (H, W, 4) over which the rest is blurred, which has alpha then; None: it has all of it
+    light   (H, W, 4) light of the thing times its share, also where it continues behind a nearer
+            surface
+    share   (H, W) part of each pixel that the thing covers, 0..1
+    depth   (H, W) depth of the thing, as the plate holds it
+    rest    the picture without the thing; what the thing hides is guessed
+    ground  (H, W, 4) colours over which the rest is blurred, which then has alpha; None if the rest
+            covers all pixels
     """
 
     light: FloatImage
@@ -173,10 +175,10 @@ class Plate:
     behind: tuple[BehindReport, ...] = ()  # the sources of `fragments`, in any order
     surfaces_lost: str = ""  # a sentence, where surfaces behind were merged or left out
     missing_count: int = 0  # pixels whose depth a renderer has not sent yet
-    # The same with more pixels on every side, from other frames: what blurs in across the border.
-    beyond: "Plate | None" = None
-    world_to_camera: NDArray[np.float64] | None = None  # 4x4 in metres, where the header tells it
-    cutout: Cutout | None = None  # what a matte keeps from the blur
+    # The same plate with a border of pixels from other frames, which blur into the frame.
+    with_border: "Plate | None" = None
+    world_to_camera: NDArray[np.float64] | None = None  # 4x4 in metres, if the header has it
+    cutout: Cutout | None = None  # the thing that a matte keeps from the blur
 
     @property
     def color(self) -> FloatImage:
@@ -204,32 +206,37 @@ class Plate:
         In dioptres, or in pixels if the plate holds circles of confusion.
         """
         if self.coc_px is not None:
-            return bins_of(self.coc_px)
+            return bin_values(self.coc_px)
         assert self.depth_m is not None
         dioptres = np.float32(1.0) / self.depth_m
         if self.fragments is not None:
             dioptres = np.concatenate([dioptres.ravel(), self.fragments.dioptres])
-        return bins_of(dioptres)
+        return bin_values(dioptres)
 
     @cached_property
-    def seen_bins(self) -> ValueBins:
-        """The distribution of what is visible in the frame alone, if there are fragments."""
+    def visible_bins(self) -> ValueBins:
+        """The distribution of the visible surfaces inside the frame.
+
+        For a plate without fragments it is that of `bins`.
+        """
         if self.fragments is None or self.depth_m is None:
             return self.bins
-        shown, x, y = self.display_window, self.data_window.x0, self.data_window.y0
-        part = np.s_[max(shown.y0 - y, 0) : shown.y1 - y, max(shown.x0 - x, 0) : shown.x1 - x]
-        framed = self.depth_m[part]
-        return bins_of(np.float32(1.0) / (framed if framed.size else self.depth_m))
+        display, x, y = self.display_window, self.data_window.x0, self.data_window.y0
+        frame_area = np.s_[
+            max(display.y0 - y, 0) : display.y1 - y, max(display.x0 - x, 0) : display.x1 - x
+        ]
+        frame_depth_m = self.depth_m[frame_area]
+        return bin_values(np.float32(1.0) / (frame_depth_m if frame_depth_m.size else self.depth_m))
 
-    def counted(self) -> "Plate":
-        """Return the plate with its bins counted, so that a later thread need not count them."""
-        assert self.bins is not None and self.seen_bins is not None
-        if self.beyond is not None:
-            self.beyond.counted()
+    def count_bins(self) -> "Plate":
+        """Count the bins now, for threads that read them later, and return the plate."""
+        assert self.bins is not None and self.visible_bins is not None
+        if self.with_border is not None:
+            self.with_border.count_bins()
         return self
 
-    def shows(self, x: int, y: int) -> bool:
-        """Return True for a pixel, counted from the corner of the display window, that it has."""
+    def contains_pixel(self, x: int, y: int) -> bool:
+        """Return True if the data window contains pixel (x, y) of the display window."""
         return self.data_window.contains(x + self.display_window.x0, y + self.display_window.y0)
 
     @property

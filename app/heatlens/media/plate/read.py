@@ -1,25 +1,24 @@
 """Read files as plates: a picture with the depth that belongs to it."""
 
-# The steps of `read_plate`. Each one needs what the step before it has decided.
+# The steps of `read_plate`. Each one uses the result of the previous step.
 #
-# 1. The file: a deep EXR holds samples and no planes, and goes another way (`deep_plate`). The
-#    header of any other EXR is checked as bytes (`exr_scan`) before a library opens it, because a
-#    damaged one can claim gigabytes. Photos take the form of EXR parts (`picture_parts`), so that
-#    the steps below know one form only.
+# 1. The file: a deep EXR holds samples instead of planes, and is read by `deep_plate`. The header
+#    of any other EXR is checked as bytes (`exr_scan`) before a library opens it, because a damaged
+#    one can claim gigabytes. Photos are converted to the form of EXR parts (`picture_parts`), so
+#    the steps below handle one form only.
 # 2. The colour (`channel_choice`): it is chosen before the depth, because among equal names of
 #    depth that of its layer, part and view wins, and because its data window is that of the plate.
-# 3. The lens in the header (`camera_header`): it turns distances along the rays into depth.
-# 4. The depth (`depth_read`): its channel, what the values mean (`depth_guess`, asking
-#    `depth_shape` where name and range leave it open), metres without holes (`depth`, `repair`),
-#    and only then the window of the colour. Positions are looked for where no channel holds a
-#    depth.
-# 5. The plate (`_plate_of`): a photo's point of focus becomes a distance only now, because it is
-#    read from the depth. Colour and depth together grow by the empty outside of an element.
-# 6. What options ask of a whole plate (`read_plate`): a depth made flat comes first, because
-#    surfaces behind are sorted by it. The cutout comes last, because it takes pixels apart.
+# 3. The lens in the header (`camera_header`): it converts distances along the rays to depth.
+# 4. The depth (`depth_read`): its channel, the meaning of its values (`depth_guess`, and
+#    `depth_shape` where name and range do not decide), metres without holes (`depth`, `repair`),
+#    and last the window of the colour. If no channel holds a depth, positions are searched for.
+# 5. The plate (`_read_layer`): a photo's point of focus becomes a distance in this step, because it
+#    is read from the depth. A plate with alpha is padded with empty pixels to its display window.
+# 6. The options for a whole plate (`read_plate`): a depth is made flat first, because surfaces
+#    behind are sorted by it. The cutout comes last, because it splits pixels.
 #
-# A step that neither the file nor an option asks for is not entered: the usual plate, one EXR with
-# Z, passes through `exr`, `header`, `depth` and this file.
+# Steps that neither the file nor an option needs are skipped: the usual plate, one EXR with Z,
+# passes through `exr`, `header`, `depth` and this file.
 
 import os
 from collections.abc import Sequence
@@ -40,15 +39,15 @@ from heatlens.media.plate.behind import (
     layer_options,
     with_behind,
 )
-from heatlens.media.plate.deep.deep_plate import flattened_part, read_deep_plate
+from heatlens.media.plate.deep.deep_plate import read_deep_plate, read_flattened_part
 from heatlens.media.plate.deep.stacked import with_empty_outside
 from heatlens.media.plate.depth.depth import DepthResult
 from heatlens.media.plate.depth.repair import bound_color, repair_color
 from heatlens.media.plate.depth_read import read_depth_of
-from heatlens.media.plate.estimate.estimated_depth import estimated_depth
+from heatlens.media.plate.estimate.estimated_depth import estimate_depth
 from heatlens.media.plate.exr.exr_read import is_deep_file, read_parts
 from heatlens.media.plate.exr.exr_write import COMPRESSIONS
-from heatlens.media.plate.grain import despike_note
+from heatlens.media.plate.grain import despike_with_note
 from heatlens.media.plate.header.camera_header import camera_at_header
 from heatlens.media.plate.header.channel_choice import ColorChoice, NoDepthError, choose_color
 from heatlens.media.plate.header.channels import (
@@ -64,17 +63,17 @@ from heatlens.media.plate.header.channels import (
 from heatlens.media.plate.header.entries import (
     FOCUS_POINT,
     FOR_THE_EYE,
+    attributes_to_keep,
     blurred_notes,
-    carried,
     notes_of,
 )
-from heatlens.media.plate.header.placement import PLACEMENT, rigid_at
+from heatlens.media.plate.header.placement import PLACEMENT, read_rigid_placement
 from heatlens.media.plate.mattes.matte_options import with_cutout, with_flat_depth
 from heatlens.media.plate.parts.picture_parts import color_parts
-from heatlens.media.plate.picture.highlights import lifted
-from heatlens.media.plate.picture.portrait import focused_as_taken
+from heatlens.media.plate.picture.highlights import lift_highlights
+from heatlens.media.plate.picture.portrait import apply_photo_focus
 from heatlens.media.plate.plate import FloatImage, Plate, read_pixels
-from heatlens.media.plate.windows import box_at_header, pixel_aspect_of
+from heatlens.media.plate.windows import pixel_aspect_of, read_header_window
 
 
 def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None) -> Plate:
@@ -84,7 +83,7 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     Raises InputError that names the file, what was found and which option would help.
     """
     path, options = Path(path), options or PlateOptions()
-    plate, behind = _file_read(path, options)
+    plate, plates_behind = _read_file(path, options)
     if options.lift_highlights_stops and not plate.attributes.get(FOR_THE_EYE):
         raise InputError(
             f"{path}: its light is not clipped at white, as that of pictures and movies of whole "
@@ -93,18 +92,23 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     if options.flat_depth is not None:
         plate = with_flat_depth(plate, options.flat_depth)
     if PLACEMENT in plate.attributes:
-        plate = replace(plate, world_to_camera=rigid_at(plate.attributes, options.scene_unit_m))
-    for number, other in enumerate(behind_paths(path, options) if options.behind else ()):
-        own = file_options(options, number)
-        own = deep_options(own) if is_deep_file(other) else own
-        behind[options.behind[number]] = _read_behind(other, own)
-    if behind:
-        plate = with_behind(plate, list(behind.values()), list(behind))
+        plate = replace(
+            plate, world_to_camera=read_rigid_placement(plate.attributes, options.scene_unit_m)
+        )
+    for number, path_behind in enumerate(behind_paths(path, options) if options.behind else ()):
+        behind_options = file_options(options, number)
+        behind_options = (
+            deep_options(behind_options) if is_deep_file(path_behind) else behind_options
+        )
+        plates_behind[options.behind[number]] = _read_behind(path_behind, behind_options)
+    if plates_behind:
+        plate = with_behind(plate, list(plates_behind.values()), list(plates_behind))
     keeps_sharp = options.never_blur is not None or options.only_blur is not None
     return with_cutout(plate, options) if keeps_sharp else plate
 
 
 def _read_behind(path: Path, options: PlateOptions) -> Plate:
+    """Read a plate behind another one. Raises InputError if it has no depth."""
     try:
         return read_plate(path, options)
     except NoDepthError as error:
@@ -114,17 +118,17 @@ def _read_behind(path: Path, options: PlateOptions) -> Plate:
         ) from error
 
 
-def _file_read(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plate]]:
-    """Return the plate of the file at `path`, and plates of its layers behind it, by name."""
+def _read_file(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plate]]:
+    """Return the plate of the file at `path`, and the plates of its hidden layers by name."""
     if is_deep_file(path):
         return read_deep_plate(path, options), {}
     parts = color_file_parts(path, options)
-    plate = _plate_of(path, [part for part in parts if not is_behind(part)] or parts, options)
-    behind = {
-        f"The layer {layer}": _plate_of(path, parts, layer_options(options, layer))
+    plate = _read_layer(path, [part for part in parts if not is_behind(part)] or parts, options)
+    plates_behind = {
+        f"The layer {layer}": _read_layer(path, parts, layer_options(options, layer))
         for layer in behind_layers(parts)
     }
-    return plate, behind
+    return plate, plates_behind
 
 
 def color_file_parts(path: Path, options: PlateOptions) -> list[Part]:
@@ -136,10 +140,10 @@ def color_file_parts(path: Path, options: PlateOptions) -> list[Part]:
         return color_parts(path, options.picture_curve, options.depth_side)
     if options.depth_side is not DepthSide.NONE:
         raise InputError(f"{path} is an EXR, which has depth channels: leave --depth-side out.")
-    return [flattened_part(path)] if is_deep_file(path) else read_parts(path)
+    return [read_flattened_part(path)] if is_deep_file(path) else read_parts(path)
 
 
-def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate:
+def _read_layer(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate:
     """Return the plate of one layer of the file, with the depth that belongs to it."""
     headers = [header for header, _ in parts]
     choice = choose_color(path, headers, options.color_layer, options.eye)
@@ -147,43 +151,43 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
     header = headers[choice.rgb[0].part]
     camera = camera_at_header([header, *headers])
     aspect, aspect_notes = pixel_aspect_of(path, header)
-    depth = depth_of(path, parts, choice, options)
-    blurred = blurred_notes(path, header, options.strict)
-    notes = *blurred, *choice.notes, *color_notes, *aspect_notes, *depth.notes
+    depth = read_or_estimate_depth(path, parts, choice, options)
+    blur_notes = blurred_notes(path, header, options.strict)
+    notes = *blur_notes, *choice.notes, *color_notes, *aspect_notes, *depth.notes
     if header.get(FOR_THE_EYE) and options.lift_highlights_stops:
-        color = lifted(color, options.lift_highlights_stops)
+        color = lift_highlights(color, options.lift_highlights_stops)
     if options.despike:
-        notes += despike_note(color, depth.values, str(path))
+        notes += despike_with_note(color, depth.values, str(path))
     is_coc = depth.report.convention.facts.is_coc
     plate = Plate(
         path=path,
         pixels=read_pixels(color, depth.values, is_coc),
         has_alpha=choice.alpha is not None,
-        data_window=box_at_header(header, "dataWindow"),
-        display_window=box_at_header(header, "displayWindow"),
+        data_window=read_header_window(header, "dataWindow"),
+        display_window=read_header_window(header, "displayWindow"),
         pixel_aspect_ratio=aspect,
         camera=camera,
         depth=depth.report,
         aovs=tuple(ref.full_name for ref in list_channels(headers)),
-        attributes=carried(header) | ({"view": choice.view} if choice.view else {}),
+        attributes=attributes_to_keep(header) | ({"view": choice.view} if choice.view else {}),
         notes=(*notes_of(header), *notes),
-        compression=_compression(header),
+        compression=_offered_compression(header),
         views=views_of(headers),
     )
-    plate = focused_as_taken(plate, header) if FOCUS_POINT in header else plate
+    plate = apply_photo_focus(plate, header) if FOCUS_POINT in header else plate
     return with_empty_outside(plate) if plate.has_alpha else plate
 
 
-def depth_of(
+def read_or_estimate_depth(
     path: Path, parts: Sequence[Part], choice: ColorChoice | None, options: PlateOptions
 ) -> DepthResult:
     """Return the depth that belongs to a colour, read from a file or estimated by a network.
 
-    Raises InputError as `read_depth_of` and `estimated_depth` do.
+    Raises InputError as `read_depth_of` and `estimate_depth` do.
     """
-    is_read = options.depth_source is not None or options.depth_channel is not None
-    sides = options.depth_side is not DepthSide.NONE
-    if is_read + sides + (options.depth_model is not None) > 1:
+    is_in_file = options.depth_source is not None or options.depth_channel is not None
+    is_in_half = options.depth_side is not DepthSide.NONE
+    if is_in_file + is_in_half + (options.depth_model is not None) > 1:
         raise InputError(
             f"{path}: its depth is in a file or channel, in a half of the picture, or estimated: "
             "give one of --depth or --depth-channel, --depth-side and --depth-model."
@@ -193,7 +197,7 @@ def depth_of(
     if choice is None:
         raise InputError(f"{path} has no colour from which a depth could be estimated.")
     light = read_color(path, parts, choice)[0]
-    return estimated_depth(path, light, options, partial(read_light, options))
+    return estimate_depth(path, light, options, partial(read_light, options))
 
 
 def read_light(options: PlateOptions, path: Path) -> FloatImage:
@@ -214,17 +218,17 @@ def read_color(
     color[:, :, 3] = 1.0 if choice.alpha is None else pixels_of(parts, choice.alpha)
     what = f"{path}: colour layer {choice.layer or 'RGB'!r}"
     count = repair_color(color, what)
-    bounded = bound_color(color, what)
+    clamp_notes = bound_color(color, what)
     if not count:
-        return color, bounded
+        return color, clamp_notes
     return color, (
         f"{path}: {count} of {red.size} pixels had NaN or infinity in their colour and were "
         "replaced by the median of their neighbours.",
-        *bounded,
+        *clamp_notes,
     )
 
 
-def _compression(header: Header) -> str:
+def _offered_compression(header: Header) -> str:
     """Return the compression of the colour part, or "" if `write_exr` does not offer it."""
     name = compression_name(header)
     return name if name in COMPRESSIONS else ""

@@ -18,13 +18,13 @@ Number = TypeVar("Number", bound=np.generic)
 HeaderWindow = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
-def box_at_header(header: Header, key: str) -> Box:
+def read_header_window(header: Header, key: str) -> Box:
     """Return the window `key` ("dataWindow" or "displayWindow") of an EXR header."""
     (x_min, y_min), (x_max, y_max) = header[key]
     return Box(int(x_min), int(y_min), int(x_max) + 1, int(y_max) + 1)
 
 
-def header_at_box(box: Box) -> HeaderWindow:
+def make_header_window(box: Box) -> HeaderWindow:
     """Return the EXR form of `box`: its first and its last pixel."""
     return (
         np.array([box.x0, box.y0], dtype=np.int32),
@@ -32,26 +32,26 @@ def header_at_box(box: Box) -> HeaderWindow:
     )
 
 
-def moved_to_window(
+def move_to_window(
     values: NDArray[Number], source: Box, target: Box, outside: float
 ) -> NDArray[Number]:
     """Return `values` (H, W) moved from window `source` to `target`, elsewhere `outside`."""
     moved: NDArray[Number] = np.full((target.height, target.width), outside, dtype=values.dtype)
     shared = source.intersection(target)
     if not shared.is_empty:
-        moved[_rows_columns(shared, target)] = values[_rows_columns(shared, source)]
+        moved[_slices_in_window(shared, target)] = values[_slices_in_window(shared, source)]
     return moved
 
 
-def resized_nearest(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
-    """Resize `values` (H, W) to the nearest pixel: the mean of two depths lies on no surface."""
+def resize_nearest(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
+    """Resize `values` (H, W) by the nearest pixel: a mean of two depths lies on no surface."""
     rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(np.intp)
     columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(np.intp)
     resized: FloatImage = np.ascontiguousarray(values[rows[:, None], columns[None, :]])
     return resized
 
 
-def _rows_columns(box: Box, window: Box) -> tuple[slice, slice]:
+def _slices_in_window(box: Box, window: Box) -> tuple[slice, slice]:
     """Return the slices of rows and columns of `box` in an array over `window`."""
     rows = slice(box.y0 - window.y0, box.y1 - window.y0)
     return rows, slice(box.x0 - window.x0, box.x1 - window.x0)

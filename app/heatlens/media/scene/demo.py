@@ -1,8 +1,9 @@
 """The scene that comes with the program: three people in a street at nightfall.
 
-Everything a lens can show is in it: something close to the camera, people who cross at three
+It shows the main effects of a lens: an object close to the camera, people who cross at three
 distances, and hundreds of small lights behind them. The street is a glTF file, which
-assets/demo_street makes; what glTF cannot hold is here: the sky, the loop, the camera and the shot.
+assets/demo_street makes. This module adds what glTF cannot hold: the sky, the loop, the camera and
+the shot.
 """
 
 from dataclasses import replace
@@ -13,7 +14,7 @@ from heatlens.core.base.paths import data_dir
 from heatlens.core.model.curves.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.core.model.lens.lens import Lens, LensModel
 from heatlens.core.model.marks.marks import DistanceMark
-from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, pose_looking_at
 from heatlens.core.model.shot.pull import pull
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
@@ -40,17 +41,17 @@ _NIGHTFALL = Daylight(
 def demo_scene() -> Scene:
     """Return the scene, which moves over frames 1 to 240 and then starts again."""
     street = read_gltf(data_dir("assets") / "demo.glb")
-    once = street.transforms_at
+    transforms_once = street.transforms_at
 
-    def again_and_again(frame: float) -> Array:
-        return once(_FRAMES.first + (frame - _FRAMES.first) % _FRAMES.count)
+    def transforms_in_loop(frame: float) -> Array:
+        return transforms_once(_FRAMES.first + (frame - _FRAMES.first) % _FRAMES.count)
 
     return replace(
         street,
         path=Path(DEMO_SOURCE),
         cameras=(SceneCamera(_CAMERA, _dolly(), 50.0, 36.0),),
         daylight=_NIGHTFALL,
-        motion=again_and_again,
+        motion=transforms_in_loop,
         frames=_FRAMES,
         frames_per_second=FRAMES_PER_SECOND,
         clips=(),
@@ -69,8 +70,8 @@ def demo_shot() -> Shot:
         frames_per_second=FRAMES_PER_SECOND,
         framing=Framing(1280, 720, camera=_CAMERA),
     )
-    for (start, frames), mark, after in zip(_PULLS, _MARKS, _MARKS[1:], strict=False):
-        shot = pull(shot, mark.distance_m, after.distance_m, start, frames)
+    for (start, frames), mark, next_mark in zip(_PULLS, _MARKS, _MARKS[1:], strict=False):
+        shot = pull(shot, mark.distance_m, next_mark.distance_m, start, frames)
     return shot
 
 
@@ -81,4 +82,4 @@ def _dolly() -> CameraTrack:
         (120, (0.02, 1.09, -0.05), (-0.02, 1.29, -6.0)),
         (240, (0.2, 1.13, 0.0), (-0.04, 1.25, -6.0)),
     )
-    return CameraTrack(tuple(PoseKey(frame, looking_at(eye, at)) for frame, eye, at in keys))
+    return CameraTrack(tuple(PoseKey(frame, pose_looking_at(eye, at)) for frame, eye, at in keys))

@@ -16,9 +16,9 @@ from heatlens.core.model.option import Values
 from heatlens.core.model.shot.framing import Framing, SceneTiming
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.scene.placing import Placing, placed_first
+from heatlens.media.scene.placing import Placing, place_for_first_shot
 from heatlens.media.scene.scene import Scene, SceneCamera
-from heatlens.media.scene.scene_bounds import bounds_m, started_framing, subject_m, track_of
+from heatlens.media.scene.scene_bounds import bounds_m, first_framing, subject_m, track_of
 from heatlens.media.scene.scene_read import is_demo, open_scene
 
 _ASSUMED = Lens(
@@ -29,8 +29,8 @@ _ASSUMED = Lens(
     model=LensModel.RENDERER,
 )
 _WIDE_F_STOP = 1.4  # for a large scene, which shows less blur
-_NOTHING: Mapping[str, object] = MappingProxyType({})
-_UNTOLD = Placing()
+_NO_FIELDS: Mapping[str, object] = MappingProxyType({})
+_FILE_PLACING = Placing()
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,47 +49,49 @@ class FirstShot:
     @property
     def frame(self) -> int:
         """The first frame; 1 if nothing moves."""
-        return 1 if self.shot.played is None else self.shot.played.first
+        return 1 if self.shot.played_frames is None else self.shot.played_frames.first
 
 
 def first_shot(
     text: str,
     size: tuple[int, int] | None = None,
     camera: str | None = None,
-    given: Mapping[str, object] = _NOTHING,
+    given_fields: Mapping[str, object] = _NO_FIELDS,
     timing: SceneTiming | None = None,
-    placing: Placing = _UNTOLD,
+    placing: Placing = _FILE_PLACING,
 ) -> FirstShot:
     """Return the first shot of the scene `text`, in `size` pixels, seen through `camera`.
 
-    `given` holds fields of Lens, which replace any keys at every frame; `timing` converts the
+    `given_fields` are fields of Lens by name, which replace any keys; `timing` converts the
     seconds of a file to frames; `placing` gives the unit and the up axis if the file does not.
     Raises InputError if the scene cannot be read or has no such camera, and LensError if the values
     are impossible.
     """
     scene = open_scene(text, timing)
-    scene, framing = placed_first(scene, started_framing(scene), placing)
-    begun = _demo(scene, text) if is_demo(text) else _of_file(scene, text, framing)
+    scene, framing = place_for_first_shot(scene, first_framing(scene), placing)
+    first = _demo_shot(scene, text) if is_demo(text) else _file_shot(scene, text, framing)
     if timing is not None:
-        framing = replace(begun.shot.framing or Framing(), timing=timing)
-        begun = replace(begun, shot=replace(begun.shot, framing=framing))
+        framing = replace(first.shot.framing or Framing(), timing=timing)
+        first = replace(first, shot=replace(first.shot, framing=framing))
     if size is not None or camera is not None:
-        begun = _framed(begun, size, camera)
-    begun = _with_given(begun, given)
-    if "focus_distance_m" not in begun.assumed:
-        return begun
-    lens = replace(begun.shot.lens, focus_distance_m=_middle_m(begun))
-    return replace(begun, shot=replace(begun.shot, lens=lens))
+        first = _apply_framing(first, size, camera)
+    first = _apply_given_fields(first, given_fields)
+    if "focus_distance_m" not in first.assumed:
+        return first
+    lens = replace(first.shot.lens, focus_distance_m=_middle_depth_m(first))
+    return replace(first, shot=replace(first.shot, lens=lens))
 
 
-def _demo(scene: Scene, text: str) -> FirstShot:
+def _demo_shot(scene: Scene, text: str) -> FirstShot:
+    """Return the first shot of the demo scene, which has a complete lens."""
     from heatlens.media.scene.demo import demo_shot  # the demo is read only when it is used
 
     sources = dict.fromkeys((*ANGLE, *OPENING, "model"), "as the demo is shot")
     return FirstShot(scene, replace(demo_shot(), source=text), sources, frozenset())
 
 
-def _of_file(scene: Scene, text: str, framing: Framing) -> FirstShot:
+def _file_shot(scene: Scene, text: str, framing: Framing) -> FirstShot:
+    """Return the first shot of a scene file, with assumed values where the file has none."""
     is_large = not scene.cameras and subject_m(scene) is not None
     shot = Shot(
         replace(_ASSUMED, f_stop=_WIDE_F_STOP) if is_large else _ASSUMED,
@@ -104,19 +106,19 @@ def _of_file(scene: Scene, text: str, framing: Framing) -> FirstShot:
         "focus_distance_m": "assumed: the middle of the scene",
         "model": "as for every 3D scene",
     }
-    begun = FirstShot(scene, shot, sources, frozenset((*ANGLE, *OPENING)))
-    return begun if framing.camera is None else _through(begun, framing.camera)
+    first = FirstShot(scene, shot, sources, frozenset((*ANGLE, *OPENING)))
+    return first if framing.camera is None else _apply_camera(first, framing.camera)
 
 
-def _through(begun: FirstShot, name: str) -> FirstShot:
-    """Return the shot with the lens of the scene's camera `name`, as far as the file has it."""
-    camera, shot = begun.scene.camera_named(name), begun.shot
+def _apply_camera(first: FirstShot, name: str) -> FirstShot:
+    """Return the shot seen through the scene's camera `name`, with the lens values of the file."""
+    camera, shot = first.scene.camera_named(name), first.shot
     values = lens_values(camera)
     return replace(
-        begun,
+        first,
         shot=through_camera(shot, camera),
-        sources={**begun.sources, **_source_notes(camera, values)},
-        assumed=begun.assumed.difference(values),
+        sources={**first.sources, **_source_notes(camera, values)},
+        assumed=first.assumed.difference(values),
     )
 
 
@@ -129,55 +131,57 @@ def _source_notes(camera: SceneCamera, fields: Iterable[str]) -> dict[str, str]:
     return sources
 
 
-def _framed(begun: FirstShot, size: tuple[int, int] | None, camera: str | None) -> FirstShot:
-    framing = begun.shot.framing or Framing()
+def _apply_framing(first: FirstShot, size: tuple[int, int] | None, camera: str | None) -> FirstShot:
+    """Return the shot with this size in pixels and through this camera, where they are given."""
+    framing = first.shot.framing or Framing()
     if size is not None:
         framing = replace(framing, width_px=size[0], height_px=size[1])
     if camera is None:
-        return replace(begun, shot=replace(begun.shot, framing=framing))
-    name = begun.scene.camera_named(camera).name
-    return _through(replace(begun, shot=replace(begun.shot, framing=framing)), name)
+        return replace(first, shot=replace(first.shot, framing=framing))
+    name = first.scene.camera_named(camera).name
+    return _apply_camera(replace(first, shot=replace(first.shot, framing=framing)), name)
 
 
-def lens_with(begun: FirstShot, given: Mapping[str, Any]) -> Lens:
+def lens_with_fields(first: FirstShot, given_fields: Mapping[str, Any]) -> Lens:
     """Return the lens of the shot with the given fields.
 
     A camera of which only the angle of view is known keeps it on a sensor of another width.
     """
-    shot, angle = begun.shot, _angle_alone(begun)
-    width_mm = given.get("sensor_width_mm")
-    if angle is None or width_mm is None or "focal_length_mm" in given:
-        return replace(shot.lens, **given)
-    focal_mm = angle.focal_length_mm * width_mm / angle.sensor_width_mm
-    return replace(shot.lens, **{**given, "focal_length_mm": focal_mm})
+    shot, angle_camera = first.shot, _camera_with_angle_only(first)
+    width_mm = given_fields.get("sensor_width_mm")
+    if angle_camera is None or width_mm is None or "focal_length_mm" in given_fields:
+        return replace(shot.lens, **given_fields)
+    focal_mm = angle_camera.focal_length_mm * width_mm / angle_camera.sensor_width_mm
+    return replace(shot.lens, **{**given_fields, "focal_length_mm": focal_mm})
 
 
-def _angle_alone(begun: FirstShot) -> SceneCamera | None:
+def _camera_with_angle_only(first: FirstShot) -> SceneCamera | None:
     """Return the camera of the shot if its file has an angle of view but no sensor, else None."""
-    name = None if begun.shot.framing is None else begun.shot.framing.camera
-    camera = None if name is None else begun.scene.camera_named(name)
+    name = None if first.shot.framing is None else first.shot.framing.camera
+    camera = None if name is None else first.scene.camera_named(name)
     return camera if camera is not None and camera.is_width_assumed else None
 
 
-def _with_given(begun: FirstShot, given: Mapping[str, object]) -> FirstShot:
-    shot, lens = begun.shot, lens_with(begun, given)
-    for name in set(map(str, LensParameter)).intersection(given):
+def _apply_given_fields(first: FirstShot, given_fields: Mapping[str, object]) -> FirstShot:
+    """Return the shot with the given fields of Lens, whose keys are removed."""
+    shot, lens = first.shot, lens_with_fields(first, given_fields)
+    for name in set(map(str, LensParameter)).intersection(given_fields):
         curve = shot.curves.of(LensParameter(name))
         shot = shot.with_curve(LensParameter(name), replace(curve, keys=()))
     return replace(
-        begun,
+        first,
         shot=replace(shot, lens=lens),
-        sources={**begun.sources, **dict.fromkeys(given, "given")},
-        assumed=begun.assumed.difference(given),
+        sources={**first.sources, **dict.fromkeys(given_fields, "given")},
+        assumed=first.assumed.difference(given_fields),
     )
 
 
-def _middle_m(begun: FirstShot) -> float:
+def _middle_depth_m(first: FirstShot) -> float:
     """Return the planar depth of the middle of the scene, at least twice the focal length.
 
     For a large scene, it is the middle of the object that is in view.
     """
-    scene, shot, frame = begun.scene, begun.shot, begun.frame
+    scene, shot, frame = first.scene, first.shot, first.frame
     subject = None if scene.cameras else subject_m(scene)
     pose = track_of(scene, shot.framing or Framing(), shot.lens).pose_at(frame)
     middle = bounds_m(scene, frame).mean(axis=0) if subject is None else subject.mean(axis=0)

@@ -23,7 +23,7 @@ _UV_MOST = 1e4  # repeats; beyond that float32 cannot distinguish the pixels of 
 _UP = np.array([0.0, 1.0, 0.0])  # normal of a triangle without area, which is invisible
 
 
-def made_mesh(
+def make_mesh(
     what: str,
     positions_m: Floats,
     triangles: Triangles,
@@ -37,17 +37,17 @@ def made_mesh(
     Colours (V, 3) or (V, 4) are linear and are clipped to 0..1. Raises InputError, beginning with
     `what`, for positions that are not finite and indices without a position.
     """
-    _check(what, positions_m, triangles)
-    uvs = np.zeros((len(positions_m), 2), np.float32) if uvs is None else _uvs(uvs)
-    colors = None if colors is None else _shares(colors)
+    _check_geometry(what, positions_m, triangles)
+    uvs = np.zeros((len(positions_m), 2), np.float32) if uvs is None else _clip_uvs(uvs)
+    colors = None if colors is None else _clip_colors(colors)
     if normals is None:
-        # Each triangle gets its own vertices, so that each can have its own normal.
-        apart, triangles = triangles.reshape(-1), own_vertices(len(triangles))
-        positions_m, uvs = positions_m[apart], uvs[apart]
-        colors = None if colors is None else colors[apart]
+        # Each triangle gets vertices and a normal of its own.
+        sources, triangles = triangles.reshape(-1), unshared_triangles(len(triangles))
+        positions_m, uvs = positions_m[sources], uvs[sources]
+        colors = None if colors is None else colors[sources]
         normals = smooth_normals(positions_m, triangles)
     else:
-        apart, normals = None, _unit(normals, positions_m, triangles)
+        sources, normals = None, _normalize_normals(normals, positions_m, triangles)
     return Mesh(
         np.ascontiguousarray(positions_m),
         np.ascontiguousarray(normals),
@@ -55,17 +55,17 @@ def made_mesh(
         np.ascontiguousarray(triangles),
         material,
         None if colors is None else np.ascontiguousarray(colors, np.float32),
-        sources=apart,
+        sources=sources,
     )
 
 
-def _shares(colors: Floats) -> Floats | None:
+def _clip_colors(colors: Floats) -> Floats | None:
     """Clip colours to 0..1; return None if all are white, as many exporters write them."""
-    shares = np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0)
-    return None if (shares == 1).all() else shares
+    clipped = np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0)
+    return None if (clipped == 1).all() else clipped
 
 
-def own_vertices(count: int) -> Triangles:
+def unshared_triangles(count: int) -> Triangles:
     """Return (count, 3) triangles that share no vertices."""
     return np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
 
@@ -73,15 +73,18 @@ def own_vertices(count: int) -> Triangles:
 def smooth_normals(positions: Floats, triangles: Triangles) -> Floats:
     """Return normals (V, 3): the mean of the triangles around each vertex, weighted by area."""
     corners = positions[triangles].astype(np.float64)
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    cross_products = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sums = np.zeros((len(positions), 3))
     for axis in range(3):
         for corner in range(3):
-            sums[:, axis] += np.bincount(triangles[:, corner], across[:, axis], len(positions))
-    return _normalized(sums, _UP)
+            sums[:, axis] += np.bincount(
+                triangles[:, corner], cross_products[:, axis], len(positions)
+            )
+    return _normalize_or(sums, _UP)
 
 
-def _check(what: str, positions: Floats, triangles: Triangles) -> None:
+def _check_geometry(what: str, positions: Floats, triangles: Triangles) -> None:
+    """Raise InputError for positions that are not finite and indices without a position."""
     if not (np.abs(positions) <= _FAR_MOST_M).all():
         raise InputError(
             f"{what}: a vertex is at NaN or beyond {_FAR_MOST_M:g} m, where nothing can be drawn."
@@ -93,38 +96,42 @@ def _check(what: str, positions: Floats, triangles: Triangles) -> None:
         )
 
 
-def _uvs(uvs: Floats) -> Floats:
-    finite = np.nan_to_num(uvs, nan=0.0, posinf=0.0, neginf=0.0)
-    return np.asarray(np.clip(finite, -_UV_MOST, _UV_MOST), np.float32)
+def _clip_uvs(uvs: Floats) -> Floats:
+    """Return texture coordinates (V, 2) within the range of float32 textures; NaN becomes 0."""
+    finite_uvs = np.nan_to_num(uvs, nan=0.0, posinf=0.0, neginf=0.0)
+    return np.asarray(np.clip(finite_uvs, -_UV_MOST, _UV_MOST), np.float32)
 
 
-def _unit(normals: Floats, positions: Floats, triangles: Triangles) -> Floats:
+def _normalize_normals(normals: Floats, positions: Floats, triangles: Triangles) -> Floats:
     """Normalise normals; one of length 0 becomes that of the triangles around its vertex."""
     lengths = np.linalg.norm(normals.astype(np.float64), axis=1)
     if (np.isfinite(lengths) & (lengths > 1e-6)).all():
         return np.asarray(normals / lengths[:, None], np.float32)
-    return _normalized(np.nan_to_num(normals), smooth_normals(positions, triangles))
+    return _normalize_or(np.nan_to_num(normals), smooth_normals(positions, triangles))
 
 
-def _normalized(vectors: NDArray[np.floating], instead: NDArray[np.floating]) -> Floats:
+def _normalize_or(vectors: NDArray[np.floating], fallback: NDArray[np.floating]) -> Floats:
+    """Return vectors (V, 3) of length 1; those without a direction become `fallback`."""
     lengths = np.linalg.norm(vectors.astype(np.float64), axis=1, keepdims=True)
-    safe = lengths > 1e-30
-    return np.where(safe, vectors / np.where(safe, lengths, 1.0), instead).astype(np.float32)
+    has_direction = lengths > 1e-30
+    return np.where(
+        has_direction, vectors / np.where(has_direction, lengths, 1.0), fallback
+    ).astype(np.float32)
 
 
 # Area of a triangle, or of its texture coordinates, relative to two edges, that counts as none.
-_FLAT = 1e-6
+_NO_AREA = 1e-6
 _SIDES = np.array([(1, 2), (2, 0), (0, 1)])  # the two other corners of each corner
 
 
-def unit_tangents(values: NDArray[np.float32]) -> NDArray[np.float32]:
+def normalize_tangents(values: NDArray[np.float32]) -> NDArray[np.float32]:
     """Normalise tangents (V, 4) of a file: length 1 or 0, and a sign of 1 or -1."""
-    along = _of_length_one(values[:, :3].astype(np.float64))
+    directions = _scale_to_unit(values[:, :3].astype(np.float64))
     signs = np.where(values[:, 3:] < 0, -1.0, 1.0)
-    return np.concatenate([along, signs], axis=1).astype(np.float32)
+    return np.concatenate([directions, signs], axis=1).astype(np.float32)
 
 
-def with_tangents(mesh: Mesh) -> Mesh:
+def add_tangents(mesh: Mesh) -> Mesh:
     """Return the mesh with tangents.
 
     A vertex between mirrored and other texture coordinates is split in two. Tangents are zero where
@@ -132,76 +139,78 @@ def with_tangents(mesh: Mesh) -> Mesh:
     """
     if mesh.tangents is not None:
         return mesh
-    along, is_mirrored = _across_triangles(mesh)
-    mesh = _parted(mesh, is_mirrored)
+    directions, is_mirrored = _triangle_tangents(mesh)
+    mesh = _split_mirrored_vertices(mesh, is_mirrored)
     triangles, normals = mesh.triangles, mesh.normals.astype(np.float64)
-    angles, sums = _angles(mesh), np.zeros((len(normals), 3))
+    angles, sums = _corner_angles(mesh), np.zeros((len(normals), 3))
     for corner in range(3):
-        at = triangles[:, corner]
-        # Normalise in the tangent plane of the vertex, so that sloped triangles weigh the same.
-        leaning = along - normals[at] * np.sum(along * normals[at], axis=1, keepdims=True)
-        heavy = _of_length_one(leaning) * angles[:, corner, None]
+        vertex = triangles[:, corner]
+        # Normalise in the tangent plane of the vertex, where sloped triangles have the same weight.
+        projected = directions - normals[vertex] * np.sum(
+            directions * normals[vertex], axis=1, keepdims=True
+        )
+        weighted = _scale_to_unit(projected) * angles[:, corner, None]
         for axis in range(3):
-            sums[:, axis] += np.bincount(at, heavy[:, axis], len(normals))
+            sums[:, axis] += np.bincount(vertex, weighted[:, axis], len(normals))
     signs = np.ones((len(normals), 1))
     signs[triangles[is_mirrored]] = -1.0
-    tangents = np.concatenate([_of_length_one(sums), signs], axis=1).astype(np.float32)
+    tangents = np.concatenate([_scale_to_unit(sums), signs], axis=1).astype(np.float32)
     return replace(mesh, tangents=tangents)
 
 
-def _across_triangles(mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
+def _triangle_tangents(mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
     """Return directions (T, 3) of u, zero for none, and a mask (T,) of mirrored uvs."""
     corners = mesh.positions_m[mesh.triangles].astype(np.float64)
-    places = mesh.uvs[mesh.triangles].astype(np.float64)
+    uvs = mesh.uvs[mesh.triangles].astype(np.float64)
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    s, t = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
+    s, t = uvs[:, 1] - uvs[:, 0], uvs[:, 2] - uvs[:, 0]
     area = s[:, 0] * t[:, 1] - t[:, 0] * s[:, 1]
-    along = (t[:, 1:] * a - s[:, 1:] * b) * np.sign(area)[:, None]
-    facing = np.cross(a, b)
-    is_flat = np.abs(area) <= _FLAT * np.linalg.norm(s, axis=1) * np.linalg.norm(t, axis=1)
-    is_flat |= np.linalg.norm(facing, axis=1) <= _FLAT * np.linalg.norm(a, axis=1) * (
+    directions = (t[:, 1:] * a - s[:, 1:] * b) * np.sign(area)[:, None]
+    cross_products = np.cross(a, b)
+    is_flat = np.abs(area) <= _NO_AREA * np.linalg.norm(s, axis=1) * np.linalg.norm(t, axis=1)
+    is_flat |= np.linalg.norm(cross_products, axis=1) <= _NO_AREA * np.linalg.norm(a, axis=1) * (
         np.linalg.norm(b, axis=1)
     )
     # The order of the corners may contradict the normals; v runs down.
-    outside = np.sum(facing * mesh.normals[mesh.triangles].sum(axis=1), axis=1)
-    is_mirrored = (area > 0) == (outside >= 0)
-    return np.where(is_flat[:, None], 0.0, _of_length_one(along)), is_mirrored & ~is_flat
+    agreement = np.sum(cross_products * mesh.normals[mesh.triangles].sum(axis=1), axis=1)
+    is_mirrored = (area > 0) == (agreement >= 0)
+    return np.where(is_flat[:, None], 0.0, _scale_to_unit(directions)), is_mirrored & ~is_flat
 
 
-def _parted(mesh: Mesh, is_mirrored: NDArray[np.bool_]) -> Mesh:
-    """Duplicate each vertex that mirrored triangles share with others."""
+def _split_mirrored_vertices(mesh: Mesh, is_mirrored: NDArray[np.bool_]) -> Mesh:
+    """Return the mesh with a copy of each vertex that mirrored triangles share with others."""
     count = len(mesh.positions_m)
     uses = np.zeros((2, count), bool)
     uses[0][mesh.triangles[~is_mirrored]] = uses[1][mesh.triangles[is_mirrored]] = True
     shared = np.flatnonzero(uses.all(axis=0))
     if not len(shared):
         return mesh
-    second = np.arange(count)
-    second[shared] = count + np.arange(len(shared))
-    triangles = np.where(is_mirrored[:, None], second[mesh.triangles], mesh.triangles)
-    kept = np.concatenate([np.arange(count), shared])
+    duplicate = np.arange(count)
+    duplicate[shared] = count + np.arange(len(shared))
+    triangles = np.where(is_mirrored[:, None], duplicate[mesh.triangles], mesh.triangles)
+    sources = np.concatenate([np.arange(count), shared])
     return replace(
         mesh,
-        positions_m=mesh.positions_m[kept],
-        normals=mesh.normals[kept],
-        uvs=mesh.uvs[kept],
+        positions_m=mesh.positions_m[sources],
+        normals=mesh.normals[sources],
+        uvs=mesh.uvs[sources],
         triangles=triangles.astype(np.uint32),
-        colors=None if mesh.colors is None else mesh.colors[kept],
-        more_uvs=None if mesh.more_uvs is None else mesh.more_uvs[kept],
-        sources=(kept if mesh.sources is None else mesh.sources[kept]).astype(np.uint32),
+        colors=None if mesh.colors is None else mesh.colors[sources],
+        more_uvs=None if mesh.more_uvs is None else mesh.more_uvs[sources],
+        sources=(sources if mesh.sources is None else mesh.sources[sources]).astype(np.uint32),
     )
 
 
-def _angles(mesh: Mesh) -> Array:
+def _corner_angles(mesh: Mesh) -> Array:
     """Return the angles (T, 3) at the corners in radians."""
     corners = mesh.positions_m[mesh.triangles].astype(np.float64)
     sides = corners[:, _SIDES] - corners[:, :, None]
-    cosines = np.sum(_of_length_one(sides[:, :, 0]) * _of_length_one(sides[:, :, 1]), axis=-1)
+    cosines = np.sum(_scale_to_unit(sides[:, :, 0]) * _scale_to_unit(sides[:, :, 1]), axis=-1)
     return np.asarray(np.arccos(np.clip(cosines, -1.0, 1.0)))
 
 
-def _of_length_one(vectors: Array) -> Array:
+def _scale_to_unit(vectors: Array) -> Array:
     """Return vectors (..., 3) scaled to length 1; zero stays zero."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    safe = lengths > 1e-30
-    return np.where(safe, vectors / np.where(safe, lengths, 1.0), 0.0)
+    has_direction = lengths > 1e-30
+    return np.where(has_direction, vectors / np.where(has_direction, lengths, 1.0), 0.0)

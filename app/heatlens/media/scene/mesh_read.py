@@ -20,24 +20,24 @@ from numpy.typing import NDArray
 from heatlens.core.base.errors import InputError, MissingPackageError
 from heatlens.core.base.extras import extra, import_extra
 from heatlens.core.base.outside_text import one_line
-from heatlens.core.base.paths import file_bytes, unreadable
-from heatlens.media.scene.mesh_make import made_mesh, own_vertices, smooth_normals
-from heatlens.media.scene.obj_files import FilesBeside
+from heatlens.core.base.paths import read_file_bytes, unreadable_error
+from heatlens.media.scene.mesh_make import make_mesh, smooth_normals, unshared_triangles
+from heatlens.media.scene.obj_files import FolderFiles
 from heatlens.media.scene.picture_read import read_picture
 from heatlens.media.scene.ply_strips import (
     point_normals,
     splat_colors,
     strip_triangles,
-    triangulated,
+    triangulate_polygons,
 )
-from heatlens.media.scene.point_cloud import POINTS_MOST, drawn_points
+from heatlens.media.scene.point_cloud import POINTS_MOST, make_point_solids
 from heatlens.media.scene.scene import Instance, Material, Mesh, Scene
 
 if TYPE_CHECKING:
     from trimesh import PointCloud
 
 _CUTOFF = 0.5
-_SPLATS = (
+_SPLATS_NOTE = (
     "These are Gaussian splats, which heatlens cannot draw: each is a small solid of its colour, "
     "without its size, direction and transparency. Render them as plates with depth instead."
 )
@@ -45,9 +45,11 @@ _FAR_MOST = 1e9  # nothing can be drawn beyond this distance
 
 
 @dataclass
-class _Reading:
+class _MeshReader:
+    """Collects the meshes, materials and pictures of a file."""
+
     path: Path
-    folder: FilesBeside
+    folder: FolderFiles
     meshes: list[Mesh] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
@@ -57,34 +59,35 @@ class _Reading:
 
     def add(self, name: str, geometry: Any) -> None:
         """Add one of the parts that trimesh found."""
-        geometry = self._of_strips(geometry)
+        geometry = self._convert_strips(geometry)
         faces = getattr(geometry, "faces", None)
         if faces is None or not len(faces):
             self._add_points(name, geometry)
             return
-        positions = self._rows("vertices", geometry.vertices, 3)
-        corners = self._rows("triangles", faces, 3)
+        positions = self._check_rows("vertices", geometry.vertices, 3)
+        corners = self._check_rows("triangles", faces, 3)
         if np.min(corners) < 0 or np.max(corners) >= len(positions):
             raise InputError(f"{self.path}: a triangle refers to a vertex that does not exist.")
-        places, triangles = _floats(positions), corners.astype(np.uint32)
+        positions_m, triangles = _convert_to_floats(positions), corners.astype(np.uint32)
         uvs = getattr(geometry.visual, "uv", None)
         if uvs is not None:
-            rows = self._rows("texture coordinates", uvs, 2, len(positions))
-            uvs = _floats(rows * (1, -1) + (0, 1))
-        normals = self._normals(geometry, places, triangles)
-        material = self._material(geometry.visual)
-        colors = None if material.base_color_map is not None else _colors(geometry)
+            rows = self._check_rows("texture coordinates", uvs, 2, len(positions))
+            uvs = _convert_to_floats(rows * (1, -1) + (0, 1))
+        normals = self._read_normals(geometry, positions_m, triangles)
+        material = self._read_material(geometry.visual)
+        colors = None if material.base_color_map is not None else _vertex_colors(geometry)
         if colors is not None:
             material = replace(material, base_color=(1.0, 1.0, 1.0))
-        if geometry.visual.kind == "face":  # each triangle has a colour, so none share vertices
-            apart, triangles = triangles.reshape(-1), own_vertices(len(triangles))
-            places, normals = places[apart], None if normals is None else normals[apart]
+        if geometry.visual.kind == "face":  # a colour for each triangle, which needs own vertices
+            corner_index, triangles = triangles.reshape(-1), unshared_triangles(len(triangles))
+            positions_m = positions_m[corner_index]
+            normals = None if normals is None else normals[corner_index]
         self.names.append(name)
         self.materials.append(material)
         what, number = f"{self.path}: {name}", len(self.meshes)
-        self.meshes.append(made_mesh(what, places, triangles, normals, uvs, number, colors))
+        self.meshes.append(make_mesh(what, positions_m, triangles, normals, uvs, number, colors))
 
-    def _of_strips(self, geometry: Any) -> object:
+    def _convert_strips(self, geometry: Any) -> object:
         """Return a geometry with its triangle strips converted to triangles, if it has any."""
         if not hasattr(geometry, "faces") and hasattr(geometry, "metadata"):
             faces = strip_triangles(geometry)
@@ -103,32 +106,37 @@ class _Reading:
         if getattr(geometry, "entities", None) is not None or not len(geometry.vertices):
             self.notes["Lines are not drawn; only triangles and points are."] = None
             return
-        positions = self._rows("points", geometry.vertices, 3).astype(np.float64)
-        is_seen = (np.abs(positions) < _FAR_MOST).all(axis=1)
-        if not is_seen.all():
+        positions = self._check_rows("points", geometry.vertices, 3).astype(np.float64)
+        is_valid = (np.abs(positions) < _FAR_MOST).all(axis=1)
+        if not is_valid.all():
             self.notes[
-                f"{np.count_nonzero(~is_seen):,} points have no valid position and are left out."
+                f"{np.count_nonzero(~is_valid):,} points have no valid position and are left out."
             ] = None
-        if not is_seen.any():
+        if not is_valid.any():
             return
         normals, colors = point_normals(geometry), _point_colors(geometry)
         splats = splat_colors(geometry)
         if splats is not None:
-            normals, colors = None, _linear(splats)  # their normals are all 0
-            self.notes[_SPLATS] = None
-        facing = None if normals is None else normals[is_seen]
-        drawn = drawn_points(positions[is_seen], None, facing)
-        if np.count_nonzero(is_seen) > POINTS_MOST:
+            normals, colors = None, _decode_srgb(splats)  # their normals are all 0
+            self.notes[_SPLATS_NOTE] = None
+        valid_normals = None if normals is None else normals[is_valid]
+        solids = make_point_solids(positions[is_valid], None, valid_normals)
+        if np.count_nonzero(is_valid) > POINTS_MOST:
             self.notes[f"There are very many points: {POINTS_MOST:,} are drawn, but larger."] = None
-        tint = None if colors is None else colors[is_seen][drawn.point]
-        material = Material() if tint is None else Material(base_color=(1.0, 1.0, 1.0))
+        solid_colors = None if colors is None else colors[is_valid][solids.point]
+        material = Material() if solid_colors is None else Material(base_color=(1.0, 1.0, 1.0))
         what, number = f"{self.path}: {name}", len(self.meshes)
-        places, turned = _floats(drawn.positions), _floats(drawn.normals)
+        solid_positions = _convert_to_floats(solids.positions)
+        solid_normals = _convert_to_floats(solids.normals)
         self.names.append(name)
         self.materials.append(material)
-        self.meshes.append(made_mesh(what, places, drawn.triangles, turned, None, number, tint))
+        self.meshes.append(
+            make_mesh(
+                what, solid_positions, solids.triangles, solid_normals, None, number, solid_colors
+            )
+        )
 
-    def _rows(
+    def _check_rows(
         self, what: str, values: object, width: int, count: int | None = None
     ) -> NDArray[np.generic]:
         """Return rows of the file as (N, `width`); raise InputError for short or missing rows.
@@ -138,8 +146,8 @@ class _Reading:
         rows = np.asarray(values)
         if rows.ndim == 2 and rows.shape[1] > width == 2:
             rows = rows[:, :2]
-        is_right = rows.ndim == 2 and rows.shape[1] == width and rows.dtype.kind in "fiu"
-        if not is_right or (count is not None and len(rows) != count):
+        has_shape = rows.ndim == 2 and rows.shape[1] == width and rows.dtype.kind in "fiu"
+        if not has_shape or (count is not None and len(rows) != count):
             number = "" if count is None else f"{count} "
             shape = " x ".join(map(str, rows.shape))
             raise InputError(
@@ -148,27 +156,30 @@ class _Reading:
             )
         return rows
 
-    def _normals(
+    def _read_normals(
         self, geometry: Any, positions: NDArray[np.float32], triangles: NDArray[np.uint32]
     ) -> NDArray[np.float32] | None:
         """Return the file's normals; if a PLY has none, it is taken as a scan and made smooth."""
         # trimesh computes missing normals; only its cache shows whether the file had any.
         if self.path.suffix.lower() != ".stl" and "vertex_normals" in geometry._cache:
             normals = geometry.vertex_normals
-            return _floats(self._rows("normals", normals, 3, len(positions)))
+            return _convert_to_floats(self._check_rows("normals", normals, 3, len(positions)))
         if self.path.suffix.lower() == ".ply" and np.isfinite(positions).all():
             return smooth_normals(positions, triangles)
         return None
 
-    def _material(self, visual: object) -> Material:
+    def _read_material(self, visual: object) -> Material:
+        """Return the material of an OBJ's `mtllib`; the default one if there is none."""
         material = getattr(visual, "material", None)
         entries = getattr(material, "kwargs", None)
         if material is None or not entries:
             return Material()
-        shininess, alpha = _row(entries, "ns", (0.0,))[0], _row(entries, "d", (1.0,))[0]
-        picture = self._picture(material)
-        red, green, blue = (1.0,) * 3 if picture is not None else _row(entries, "kd", (0.8,) * 3)
-        glow = _row(entries, "ke", (0.0,) * 3)
+        shininess, alpha = _read_row(entries, "ns", (0.0,))[0], _read_row(entries, "d", (1.0,))[0]
+        picture = self._read_picture(material)
+        red, green, blue = (
+            (1.0,) * 3 if picture is not None else _read_row(entries, "kd", (0.8,) * 3)
+        )
+        glow = _read_row(entries, "ke", (0.0,) * 3)
         return Material(
             name=str(material.name),
             base_color=(red, green, blue),
@@ -180,7 +191,7 @@ class _Reading:
             base_color_map=picture,
         )
 
-    def _picture(self, material: Any) -> int | None:
+    def _read_picture(self, material: Any) -> int | None:
         """Return the index of a material's colour map among the images, or None."""
         name = getattr(material.image, "info", {}).get("file_path")
         if name is None:
@@ -199,31 +210,31 @@ def read_mesh(path: Path) -> Scene:
     """
     trimesh = _trimesh()
     try:
-        data = file_bytes(path)
+        data = read_file_bytes(path)
     except OSError as error:
-        raise unreadable(path, error) from error
+        raise unreadable_error(path, error) from error
     if not data:
         raise InputError(f"{path} is empty: it holds no scene.")
     if path.suffix.lower() == ".ply":
-        data = triangulated(data)
-    reading = _Reading(path, FilesBeside(path))
-    with _log_told(reading.notes):
-        for name, geometry in _parts(trimesh, path, data, reading.folder):
-            reading.add(name, geometry)
+        data = triangulate_polygons(data)
+    reader = _MeshReader(path, FolderFiles(path))
+    with _note_logged_errors(reader.notes):
+        for name, geometry in _load_parts(trimesh, path, data, reader.folder):
+            reader.add(name, geometry)
     # A truncated binary STL looks like text without triangles.
-    if path.suffix.lower() == ".stl" and not reading.meshes:
+    if path.suffix.lower() == ".stl" and not reader.meshes:
         raise InputError(
             f"{path} is cut short or not in the format STL: no triangle can be read. Export it "
             "again."
         )
-    missing = [f"{name} is missing, and is left out." for name in reading.folder.missing]
+    missing = [f"{name} is missing, and is left out." for name in reader.folder.missing]
     return Scene(
         path,
-        tuple(reading.meshes),
-        tuple(Instance(name, i, np.eye(4)) for i, name in enumerate(reading.names)),
-        tuple(reading.materials) or (Material(),),
-        tuple(reading.images),
-        notes=tuple(f"{path}: {note}" for note in dict.fromkeys([*missing, *reading.notes])),
+        tuple(reader.meshes),
+        tuple(Instance(name, i, np.eye(4)) for i, name in enumerate(reader.names)),
+        tuple(reader.materials) or (Material(),),
+        tuple(reader.images),
+        notes=tuple(f"{path}: {note}" for note in dict.fromkeys([*missing, *reader.notes])),
     )
 
 
@@ -231,7 +242,7 @@ def _trimesh() -> ModuleType:
     return import_extra("trimesh")
 
 
-class _Told(logging.Handler):
+class _ErrorNotes(logging.Handler):
     """Notes each error that trimesh logs, except missing files, which are noted elsewhere."""
 
     def __init__(self, notes: dict[str, None]) -> None:
@@ -246,9 +257,9 @@ class _Told(logging.Handler):
 
 
 @contextmanager
-def _log_told(notes: dict[str, None]) -> Iterator[None]:
-    """Note the errors that trimesh logs; it would print them with tracebacks."""
-    log, handler = logging.getLogger("trimesh"), _Told(notes)
+def _note_logged_errors(notes: dict[str, None]) -> Iterator[None]:
+    """Add the errors that trimesh logs to the notes; it would print them with tracebacks."""
+    log, handler = logging.getLogger("trimesh"), _ErrorNotes(notes)
     log.addHandler(handler)
     try:
         yield
@@ -256,13 +267,18 @@ def _log_told(notes: dict[str, None]) -> Iterator[None]:
         log.removeHandler(handler)
 
 
-def _parts(
-    trimesh: ModuleType, path: Path, data: bytes, folder: FilesBeside
+def _load_parts(
+    trimesh: ModuleType, path: Path, data: bytes, folder: FolderFiles
 ) -> Iterator[tuple[str, Any]]:
+    """Yield the name and the geometry of each part that trimesh finds in a file's bytes."""
     kind = path.suffix.lower().removeprefix(".")
     try:
         # trimesh imports some libraries only when a file needs them.
-        with extra("scene").needed(str(path)), warnings.catch_warnings(), np.errstate(all="ignore"):
+        with (
+            extra("scene").require(str(path)),
+            warnings.catch_warnings(),
+            np.errstate(all="ignore"),
+        ):
             warnings.simplefilter("ignore")  # about damaged numbers and deprecated calls
             scene = trimesh.load_scene(
                 io.BytesIO(data), file_type=kind, resolver=folder, process=False
@@ -279,23 +295,24 @@ def _parts(
     yield from parts
 
 
-def _floats(values: object) -> NDArray[np.float32]:
+def _convert_to_floats(values: object) -> NDArray[np.float32]:
+    """Return values as float32; those beyond its range become infinite."""
     with np.errstate(over="ignore"):  # infinite values are refused later
         return np.asarray(values).astype(np.float32)
 
 
-def _row(entries: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple[float, ...]:
+def _read_row(entries: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple[float, ...]:
     """Return the numbers of a material entry, all at least 0, or the default if it is invalid."""
     value = entries.get(name, default)
     try:
         row = [float(item) for item in (value if isinstance(value, list | tuple) else [value])]
     except (TypeError, ValueError):
         return default
-    usable = len(row) == len(default) and all(0 <= item < 1e6 for item in row)
-    return tuple(row) if usable else default
+    is_valid = len(row) == len(default) and all(0 <= item < 1e6 for item in row)
+    return tuple(row) if is_valid else default
 
 
-def _colors(geometry: Any) -> NDArray[np.float32] | None:
+def _vertex_colors(geometry: Any) -> NDArray[np.float32] | None:
     """Return linear colours (V, 3), or (3 T, 3) if triangles share no vertices.
 
     The formats do not define the encoding of colours; sRGB is the usual one. Alpha is left out,
@@ -309,7 +326,7 @@ def _colors(geometry: Any) -> NDArray[np.float32] | None:
     items = geometry.faces if kind == "face" else geometry.vertices
     if colors is None or np.shape(colors) != (len(items), 3):
         return None
-    return np.repeat(_linear(np.clip(colors, 0, 1)), 3 if kind == "face" else 1, axis=0)
+    return np.repeat(_decode_srgb(np.clip(colors, 0, 1)), 3 if kind == "face" else 1, axis=0)
 
 
 def _point_colors(geometry: "PointCloud") -> NDArray[np.float32] | None:
@@ -317,10 +334,10 @@ def _point_colors(geometry: "PointCloud") -> NDArray[np.float32] | None:
     colors = getattr(geometry, "colors", None)
     if colors is None or np.ndim(colors) != 2 or np.shape(colors)[0] != len(geometry.vertices):
         return None
-    return _linear(np.asarray(colors)[:, :3] / 255)
+    return _decode_srgb(np.asarray(colors)[:, :3] / 255)
 
 
-def _linear(shares: NDArray[np.floating]) -> NDArray[np.float32]:
+def _decode_srgb(shares: NDArray[np.floating]) -> NDArray[np.float32]:
     """Decode sRGB values from 0 to 1 as IEC 61966-2-1 defines it."""
     curve = ((shares + 0.055) / 1.055) ** 2.4
-    return _floats(np.where(shares <= 0.04045, shares / 12.92, curve))
+    return _convert_to_floats(np.where(shares <= 0.04045, shares / 12.92, curve))

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from heatlens.core.base.paths import file_bytes, opened_file, unreadable
+from heatlens.core.base.paths import open_regular_file, read_file_bytes, unreadable_error
 
 
-class FilesBeside:
-    """Reads the files beside a scene's file for trimesh.
+class FolderFiles:
+    """Reads the files in the folder of a scene's file for trimesh.
 
     `missing` lists the names for which no file was found.
     """
@@ -39,7 +39,7 @@ class FilesBeside:
     def get(self, name: str) -> bytes:
         """Return the bytes of a file; raise OSError where it is missing or outside the folder."""
         try:
-            return file_bytes(self.path(name))
+            return read_file_bytes(self.path(name))
         except OSError as error:
             self.missing.append(name.strip()[:80])
             raise FileNotFoundError(name) from error
@@ -56,37 +56,37 @@ def files_of_obj(path: Path) -> tuple[Path, ...]:
     Files outside the folder of the OBJ are left out, because they are never read. Raises InputError
     if the OBJ cannot be opened.
     """
-    beside = FilesBeside(path)
+    folder_files = FolderFiles(path)
     files: dict[Path, None] = {}
-    name = _library_of(path)
+    name = _find_library(path)
     if name is None:
         return ()
     with suppress(OSError):
-        library = beside.path(name)
+        library = folder_files.path(name)
         files[library] = None
-        for picture in _pictures_of(library):
+        for picture in _find_pictures(library):
             with suppress(OSError):
-                files[beside.path(picture)] = None
+                files[folder_files.path(picture)] = None
     return tuple(files)
 
 
-def _library_of(path: Path) -> str | None:
+def _find_library(path: Path) -> str | None:
     """Return the name after the first `mtllib`; a backslash continues a line."""
     try:
-        with opened_file(path) as file:
+        with open_regular_file(path) as file:
             if not path.stat().st_size:
                 return None
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                at = data.find(_LIBRARY)
-                if at < 0:
+                position = data.find(_LIBRARY)
+                if position < 0:
                     return None
-                data.seek(at + len(_LIBRARY))
-                return _text(b"".join(_lines(data)))
+                data.seek(position + len(_LIBRARY))
+                return _decode_text(b"".join(_continued_line(data)))
     except OSError as error:
-        raise unreadable(path, error) from error
+        raise unreadable_error(path, error) from error
 
 
-def _lines(data: mmap.mmap) -> Iterator[bytes]:
+def _continued_line(data: mmap.mmap) -> Iterator[bytes]:
     """Yield the rest of a line and the lines that continue it."""
     while line := data.readline():
         line = line.rstrip(b"\r\n")
@@ -95,14 +95,14 @@ def _lines(data: mmap.mmap) -> Iterator[bytes]:
             return
 
 
-def _pictures_of(library: Path) -> Iterator[str]:
+def _find_pictures(library: Path) -> Iterator[str]:
     """Yield the name after each `map_Kd`; raise OSError if the file cannot be read."""
-    for line in _text(file_bytes(library)).splitlines():
+    for line in _decode_text(read_file_bytes(library)).splitlines():
         if len(words := line.split()) > 1 and words[0].lower() == _PICTURE:
             yield line[line.lower().index(_PICTURE) + len(_PICTURE) :]
 
 
-def _text(data: bytes) -> str:
+def _decode_text(data: bytes) -> str:
     """Decode UTF-8, or else Latin-1, which older programs write."""
     try:
         return data.decode("utf-8").strip()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.files.opened_by_ending import picture_of
+from heatlens.media.files.opened_by_ending import open_embedded_picture
 
 _FORMATS = ("PNG", "JPEG", "WEBP")
 # GPUs allow no larger textures; a damaged header can claim any size.
@@ -18,19 +18,19 @@ _TOGETHER_MOST = 1 << 29
 
 
 def read_picture(
-    data: bytes, what: str, before: Sequence[NDArray[np.uint8]] = ()
+    data: bytes, what: str, earlier_pictures: Sequence[NDArray[np.uint8]] = ()
 ) -> NDArray[np.uint8]:
     """Read a picture as (H, W, 4) with row 0 on top; `what` names it in errors.
 
     Raises InputError if the picture is damaged, has an unknown format or is too large, alone or
-    together with the pictures of its scene that were read `before`.
+    together with `earlier_pictures`, which were read for the same scene.
     """
-    held = sum(picture.size // 4 for picture in before)
+    earlier_pixels = sum(picture.size // 4 for picture in earlier_pictures)
     try:
-        with warnings.catch_warnings(), picture_of(data) as image:
+        with warnings.catch_warnings(), open_embedded_picture(data) as image:
             warnings.simplefilter("ignore")  # warnings about odd but readable headers
             _check_size(image, what)
-            if held + image.width * image.height > _TOGETHER_MOST:
+            if earlier_pixels + image.width * image.height > _TOGETHER_MOST:
                 raise InputError(
                     f"{what}: all pictures of a scene may have {_TOGETHER_MOST:,} pixels together, "
                     "and with this one they have more. Make them smaller."
@@ -51,6 +51,7 @@ def pixels_of_image(image: Image.Image) -> NDArray[np.uint8]:
 
 
 def _check_size(image: Image.Image, what: str) -> None:
+    """Raise InputError for an empty picture, or one that is too large for a surface."""
     width, height = image.size
     if max(width, height) > _SIDE_MOST_PX or width * height > _PIXELS_MOST or not width * height:
         raise InputError(

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import opened_file
+from heatlens.core.base.paths import open_regular_file
 from heatlens.core.model.shot.framing import Framing, WorldAxis
 from heatlens.media.scene.scene import Array, Motion, Scene
 from heatlens.media.scene.scene_bounds import bounds_m
 
-UNTOLD_SUFFIXES = (".obj", ".ply", ".stl")
+SUFFIXES_WITHOUT_UNIT = (".obj", ".ply", ".stl")
 _HEAD_BYTES = 400  # enough for the first lines of these formats
-# By format: if a whole scene is larger than this number, its unit is guessed as the one beside it.
+# By format: sizes, and the unit in metres that is guessed for a scene larger than this number.
 _UNITS = {
     ".stl": ((5.0, 1e-3),),
     ".obj": ((5000.0, 1e-3), (100.0, 1e-2)),
@@ -25,7 +25,7 @@ _UNITS = {
 }
 _NAMES = {1.0: "metres", 1e-2: "centimetres", 1e-3: "millimetres"}
 # The columns are the images of x, y and z of a file, a rotation that turns its up axis upwards.
-_TURNS = {
+_ROTATIONS = {
     WorldAxis.X: ((0, -1, 0), (1, 0, 0), (0, 0, 1)),
     WorldAxis.Y: ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     WorldAxis.Z: ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
@@ -42,54 +42,61 @@ class Placing:
 
 def lacks_placing(scene: Scene) -> bool:
     """Return True for a scene whose file defines neither a unit nor an up axis."""
-    return scene.path.suffix.lower() in UNTOLD_SUFFIXES
+    return scene.path.suffix.lower() in SUFFIXES_WITHOUT_UNIT
 
 
-def placed_first(scene: Scene, framing: Framing, chosen: Placing) -> tuple[Scene, Framing]:
-    """Return the scene and the framing with the chosen values, and noted guesses for the rest.
+def place_for_first_shot(
+    scene: Scene, framing: Framing, chosen_placing: Placing
+) -> tuple[Scene, Framing]:
+    """Return the scene and the framing with the chosen values, and guesses with notes for the rest.
 
     Raises InputError if values are given for a file that defines them itself.
     """
     if not lacks_placing(scene):
-        if chosen != Placing():
+        if chosen_placing != Placing():
             raise InputError(
                 f"{scene.path} defines its own unit and up axis: leave --up-axis and "
                 "--meters-per-unit out."
             )
         return scene, framing
-    axis, unit_m = chosen.up_axis or _likely_axis(scene.path), chosen.meters_per_unit
+    axis = chosen_placing.up_axis or _likely_axis(scene.path)
+    unit_m = chosen_placing.meters_per_unit
     size = float(np.ptp(bounds_m(scene, 1), axis=0).max())
     unit_m = unit_m or _likely_unit_m(scene.path, size)
     framing = replace(framing, up_axis=axis, meters_per_unit=unit_m)
-    notes = (*scene.notes, *_guesses(scene.path, framing, chosen, size))
-    return replace(placed(scene, framing), notes=notes), framing
+    notes = (*scene.notes, *_guess_notes(scene.path, framing, chosen_placing, size))
+    return replace(place_scene(scene, framing), notes=notes), framing
 
 
-def placed(scene: Scene, framing: Framing | None) -> Scene:
-    """Return the scene turned to the framing's up axis, and scaled to metres by its unit."""
-    wanted = framing or Framing()
-    now = (scene.up_axis, scene.meters_per_unit)
-    if not lacks_placing(scene) or now == (wanted.up_axis, wanted.meters_per_unit):
+def place_scene(scene: Scene, framing: Framing | None) -> Scene:
+    """Return the scene rotated to the framing's up axis, and scaled to metres by its unit."""
+    target = framing or Framing()
+    current_placing = (scene.up_axis, scene.meters_per_unit)
+    if not lacks_placing(scene) or current_placing == (target.up_axis, target.meters_per_unit):
         return scene
-    change = _matrix(wanted.up_axis, wanted.meters_per_unit) @ np.linalg.inv(_matrix(*now))
+    change = _placing_matrix(target.up_axis, target.meters_per_unit) @ np.linalg.inv(
+        _placing_matrix(*current_placing)
+    )
     return replace(
         scene,
         instances=tuple(
             replace(instance, to_world=change @ instance.to_world) for instance in scene.instances
         ),
-        motion=None if scene.motion is None else _moved(scene.motion, change),
-        up_axis=wanted.up_axis,
-        meters_per_unit=wanted.meters_per_unit,
+        motion=None if scene.motion is None else _transform_motion(scene.motion, change),
+        up_axis=target.up_axis,
+        meters_per_unit=target.meters_per_unit,
     )
 
 
-def _matrix(axis: WorldAxis, unit_m: float) -> Array:
+def _placing_matrix(axis: WorldAxis, unit_m: float) -> Array:
+    """Return the matrix (4, 4) from a file with this up axis and unit to the world in metres."""
     matrix = np.eye(4)
-    matrix[:3, :3] = unit_m * np.array(_TURNS[axis])
+    matrix[:3, :3] = unit_m * np.array(_ROTATIONS[axis])
     return matrix
 
 
-def _moved(motion: Motion, change: Array) -> Motion:
+def _transform_motion(motion: Motion, change: Array) -> Motion:
+    """Return the motion with each matrix multiplied by `change` (4, 4) from the left."""
     return lambda frame: np.asarray(change @ motion(frame))
 
 
@@ -102,7 +109,7 @@ def _likely_axis(path: Path) -> WorldAxis:
 
 def _is_of_blender(path: Path) -> bool:
     """Return True for a file whose first lines name Blender, which writes metres."""
-    with opened_file(path) as file:
+    with open_regular_file(path) as file:
         return b"Blender" in file.read(_HEAD_BYTES)
 
 
@@ -113,11 +120,12 @@ def _likely_unit_m(path: Path, size: float) -> float:
     return next((unit_m for least, unit_m in _UNITS[path.suffix.lower()] if size > least), 1.0)
 
 
-def _guesses(path: Path, framing: Framing, chosen: Placing, size: float) -> list[str]:
+def _guess_notes(path: Path, framing: Framing, chosen_placing: Placing, size: float) -> list[str]:
+    """Return a note on the guessed values of a scene of this size in its own unit, if any."""
     guesses = []
-    if chosen.up_axis is None:
+    if chosen_placing.up_axis is None:
         guesses.append(f"{framing.up_axis} is taken as up; change it with --up-axis")
-    if chosen.meters_per_unit is None:
+    if chosen_placing.meters_per_unit is None:
         unit_m = framing.meters_per_unit
         guesses.append(
             f"its unit is taken as {_NAMES[unit_m]}, which makes it {size * unit_m:.3g} m large; "

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _NORMAL = ("nx", "ny", "nz")
 _SPLAT = ("f_dc_0", "f_dc_1", "f_dc_2")
-_HARMONIC = 0.28209479  # of degree 0: 1 / (2 sqrt(pi))
+_CONSTANT_HARMONIC = 0.28209479  # of degree 0: 1 / (2 sqrt(pi))
 _END = b"end_header\n"
 _TYPES = {
     "char": "i1",
@@ -51,38 +51,38 @@ def strip_triangles(cloud: "PointCloud") -> NDArray[np.int64] | None:
     In a strip, each vertex forms a triangle with the two before it, with alternating orientation;
     -1 ends a strip. Indices are not checked.
     """
-    strips = _element(cloud, "tristrips")
+    strips = _raw_element(cloud, "tristrips")
     if strips is None:
         return None
-    triangles = [_of_strip(_numbers(strip)) for strip in _lists(strips)]
+    triangles = [_triangulate_strip(_finite_numbers(strip)) for strip in _read_lists(strips)]
     return np.concatenate(triangles) if triangles else np.zeros((0, 3), np.int64)
 
 
 def point_normals(cloud: "PointCloud") -> NDArray[np.float64] | None:
     """Return the normals (V, 3) of the points in a PLY, or None."""
-    return _columns(cloud, _NORMAL)
+    return _read_columns(cloud, _NORMAL)
 
 
 def splat_colors(cloud: "PointCloud") -> NDArray[np.float64] | None:
     """Return the colours (V, 3), sRGB values of 0 to 1, of Gaussian splats; None for other points.
 
-    The constant term of their spherical harmonics, as the program of Kerbl et al. writes it ("3D
-    Gaussian Splatting for Real-Time Radiance Field Rendering", 2023).
+    The colour is the constant term of their spherical harmonics, as the program of Kerbl et al.
+    writes it ("3D Gaussian Splatting for Real-Time Radiance Field Rendering", 2023).
     """
-    constant = _columns(cloud, _SPLAT)
-    return None if constant is None else np.clip(0.5 + _HARMONIC * constant, 0.0, 1.0)
+    constant = _read_columns(cloud, _SPLAT)
+    return None if constant is None else np.clip(0.5 + _CONSTANT_HARMONIC * constant, 0.0, 1.0)
 
 
-def _columns(cloud: "PointCloud", names: tuple[str, ...]) -> NDArray[np.float64] | None:
+def _read_columns(cloud: "PointCloud", names: tuple[str, ...]) -> NDArray[np.float64] | None:
     """Return these properties (V, N) of the points in a PLY; None if one is missing."""
-    vertices, count = _element(cloud, "vertex"), len(cloud.vertices)
-    columns = [_numbers(_column(vertices, name)) for name in names]
+    vertices, count = _raw_element(cloud, "vertex"), len(cloud.vertices)
+    columns = [_finite_numbers(_raw_column(vertices, name)) for name in names]
     if any(len(column) != count for column in columns):
         return None
     return np.stack(columns, axis=1)
 
 
-def _numbers(values: object) -> NDArray[np.float64]:
+def _finite_numbers(values: object) -> NDArray[np.float64]:
     """Return finite numbers (N,); none if any value is not finite or no number."""
     try:
         numbers = np.asarray(() if values is None else values, np.float64).reshape(-1)
@@ -91,26 +91,28 @@ def _numbers(values: object) -> NDArray[np.float64]:
     return numbers if np.isfinite(numbers).all() else np.zeros(0)
 
 
-def _of_strip(strip: NDArray[np.generic]) -> NDArray[np.int64]:
+def _triangulate_strip(strip: NDArray[np.generic]) -> NDArray[np.int64]:
+    """Return the triangles (T, 3) of strips that -1 separates, without those of no area."""
     corners = np.clip(strip, -1, 2**40).astype(np.int64)
     if len(corners) < 3:
         return np.zeros((0, 3), np.int64)
     rows = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
-    at = np.arange(len(corners))
-    starts = np.maximum.accumulate(np.where(corners == -1, at + 1, 0))
-    is_odd = (at[:-2] - starts[:-2]) % 2 == 1
+    position = np.arange(len(corners))
+    starts = np.maximum.accumulate(np.where(corners == -1, position + 1, 0))
+    is_odd = (position[:-2] - starts[:-2]) % 2 == 1
     rows[is_odd] = rows[is_odd][:, [1, 0, 2]]
-    is_whole = (rows >= 0).all(axis=1)
+    is_complete = (rows >= 0).all(axis=1)
     has_area = (rows[:, 0] != rows[:, 1]) & (rows[:, 1] != rows[:, 2]) & (rows[:, 0] != rows[:, 2])
-    return np.asarray(rows[is_whole & has_area])
+    return np.asarray(rows[is_complete & has_area])
 
 
-def _element(cloud: "PointCloud", name: str) -> object:
+def _raw_element(cloud: "PointCloud", name: str) -> object:
+    """Return the data of an element as trimesh read them; None if there is none."""
     raw = cloud.metadata.get("_ply_raw")
     return raw[name].get("data") if isinstance(raw, dict) and name in raw else None
 
 
-def _lists(element: Any) -> list[object]:
+def _read_lists(element: Any) -> list[object]:
     """Return the lists of an element, which have different types for text and binary files."""
     if isinstance(element, dict):
         return list(next(iter(element.values()), []))
@@ -118,15 +120,16 @@ def _lists(element: Any) -> list[object]:
     if not names:
         return []
     lists = element[names[0]]
-    inner = lists.dtype.names
-    return list(lists[inner[-1]] if inner else lists)
+    inner_names = lists.dtype.names
+    return list(lists[inner_names[-1]] if inner_names else lists)
 
 
-def _column(element: Any, name: str) -> Any:
+def _raw_column(element: Any, name: str) -> Any:
+    """Return the values of a property of an element; None if there is none."""
     if isinstance(element, dict):
         return element.get(name)
-    is_there = element is not None and name in (element.dtype.names or ())
-    return element[name] if is_there else None
+    has_column = element is not None and name in (element.dtype.names or ())
+    return element[name] if has_column else None
 
 
 @dataclass(frozen=True)
@@ -152,56 +155,58 @@ class _Element:
         return np.dtype(fields)
 
 
-def triangulated(data: bytes) -> bytes:
+def triangulate_polygons(data: bytes) -> bytes:
     """Return a PLY with mixed polygons as one with triangles; return any other file unchanged."""
     head, end, body = data.partition(_END)
-    elements = _elements(head)
+    elements = _parse_elements(head)
     names = [element.line.split()[1] for element in elements]
     if not end or b"face" not in names or b"\r" in head:
         return data
-    place = names.index(b"face")
-    face, before = elements[place], elements[:place]
+    face_index = names.index(b"face")
+    face, elements_before = elements[face_index], elements[:face_index]
     lists = [name for name, kinds in face.properties if len(kinds) > 1]
-    if not all(element.is_plain for element in before) or lists not in (
+    if not all(element.is_plain for element in elements_before) or lists not in (
         [_CORNERS[0]],
         [_CORNERS[1]],
     ):
         return data
-    start = sum(element.count * element.dtype().itemsize for element in before)
-    cut = _cut(body, start, face, lists[0])
-    if cut is None:
+    start = sum(element.count * element.dtype().itemsize for element in elements_before)
+    triangles_and_stop = _cut_polygons(body, start, face, lists[0])
+    if triangles_and_stop is None:
         return data
-    rows, stop = cut
+    rows, stop = triangles_and_stop
     head = head.replace(face.line, b"element face %d" % len(rows), 1)
     return b"".join([head, end, body[:start], rows.tobytes(), body[stop:]])
 
 
-def _elements(head: bytes) -> list[_Element]:
+def _parse_elements(head: bytes) -> list[_Element]:
     """Return the elements of a binary header; none if it contains an unknown word."""
     elements: list[_Element] = []
     order = ""
     for line in head.splitlines():
         match words := line.split():
-            case [b"format", told, *_]:
-                order = _ORDERS.get(told, "")
+            case [b"format", format_name, *_]:
+                order = _ORDERS.get(format_name, "")
             case [b"element", _, count] if count.isdigit():
                 elements.append(_Element(line, int(count), []))
             case [b"property", *_] if elements:
-                name, kinds = words[-1].decode("latin-1"), _kinds(words)
+                name, kinds = words[-1].decode("latin-1"), _property_types(words)
                 if not kinds or name in dict(elements[-1].properties):
                     return []
                 elements[-1].properties.append((name, [order + kind for kind in kinds]))
     return elements if order else []
 
 
-def _kinds(words: list[bytes]) -> list[str]:
+def _property_types(words: list[bytes]) -> list[str]:
     """Return the type of a property, or both types of a list; none if a word is unknown."""
     kinds = [word.decode("latin-1") for word in words[1:-1] if word != b"list"]
     is_valid = len(words) > 2 and len(kinds) == (2 if words[1] == b"list" else 1)
     return [_TYPES[kind] for kind in kinds] if is_valid and set(kinds) <= set(_TYPES) else []
 
 
-def _cut(body: bytes, start: int, face: _Element, name: str) -> tuple[NDArray[np.void], int] | None:
+def _cut_polygons(
+    body: bytes, start: int, face: _Element, name: str
+) -> tuple[NDArray[np.void], int] | None:
     """Return the records of triangles, and the offset in the body where the polygons end.
 
     Returns None if all polygons have the same number of corners, or the file is cut short.
@@ -210,31 +215,31 @@ def _cut(body: bytes, start: int, face: _Element, name: str) -> tuple[NDArray[np
     if kinds[0][1] == "f":
         return None
     assert record.fields is not None
-    within = record.fields[f"{name} count"][1]
+    count_offset = record.fields[f"{name} count"][1]
     count, corner_bytes = struct.Struct(kinds[0][0] + _CODES[kinds[0][1:]]), int(kinds[1][2:])
-    places, sizes, at = [], [], start
+    offsets, sizes, offset = [], [], start
     for _ in range(face.count):
-        if at + record.itemsize > len(body):
+        if offset + record.itemsize > len(body):
             return None
-        (size,) = count.unpack_from(body, at + within)
-        places.append(at)
+        (size,) = count.unpack_from(body, offset + count_offset)
+        offsets.append(offset)
         sizes.append(size)
-        at += record.itemsize + corner_bytes * max(size, 0)
-    if at > len(body) or min(sizes, default=0) < 0 or len(set(sizes)) < 2:
+        offset += record.itemsize + corner_bytes * max(size, 0)
+    if offset > len(body) or min(sizes, default=0) < 0 or len(set(sizes)) < 2:
         return None
-    return _triangles(
-        np.frombuffer(body, np.uint8), np.array(places), np.array(sizes), face, name
-    ), at
+    return _make_fans(
+        np.frombuffer(body, np.uint8), np.array(offsets), np.array(sizes), face, name
+    ), offset
 
 
-def _triangles(
-    body: Bytes, places: NDArray[np.int64], sizes: NDArray[np.int64], face: _Element, name: str
+def _make_fans(
+    body: Bytes, offsets: NDArray[np.int64], sizes: NDArray[np.int64], face: _Element, name: str
 ) -> NDArray[np.void]:
     """Return the records of triangle fans, sorted by the number of corners of the polygons."""
-    made = []
+    fans = []
     for size in np.unique(sizes[sizes >= 3]).tolist():
-        record, own = face.dtype(size), places[sizes == size]
-        rows = body[own[:, None] + np.arange(record.itemsize)].reshape(-1).view(record)
+        record, polygon_offsets = face.dtype(size), offsets[sizes == size]
+        rows = body[polygon_offsets[:, None] + np.arange(record.itemsize)].reshape(-1).view(record)
         for last in range(2, size):
             triangles = np.zeros(len(rows), face.dtype(3))
             for field in record.names or ():
@@ -242,6 +247,6 @@ def _triangles(
                 if rows[field].ndim == 1 and field != f"{name} count":
                     triangles[field] = rows[field]
             triangles[name] = rows[name][:, [0, last - 1, last]]
-            made.append(triangles)
-    whole = np.zeros(sum(map(len, made)), face.dtype(3))
-    return np.concatenate(made, out=whole) if made else whole  # in the byte order of the file
+            fans.append(triangles)
+    joined = np.zeros(sum(map(len, fans)), face.dtype(3))
+    return np.concatenate(fans, out=joined) if fans else joined  # in the byte order of the file

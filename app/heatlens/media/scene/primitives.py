@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float32]
 
-AROUND = 48  # number of sides of round shapes
-_CAP_RINGS = 12  # number of rings from the rim of a hemisphere to its pole
+SIDES_AROUND = 48  # number of sides of round shapes
+_CAP_RINGS = 12  # number of rings from the edge of a hemisphere to its pole
 # By axis: which axes of the shape become x, y and z.
-_TURNS = {"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)}
+_AXIS_ORDERS = {"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,17 +29,17 @@ class Shape:
     uvs: Floats
     triangles: NDArray[np.uint32]
 
-    def along(self, axis: str) -> "Shape":
+    def align_to(self, axis: str) -> "Shape":
         """Return the shape with its own z along the axis X, Y or Z."""
-        turn = list(_TURNS[axis])
-        return Shape(self.positions[:, turn], self.normals[:, turn], self.uvs, self.triangles)
+        order = list(_AXIS_ORDERS[axis])
+        return Shape(self.positions[:, order], self.normals[:, order], self.uvs, self.triangles)
 
 
 def sphere(radius: float) -> Shape:
     """Return a sphere about the origin."""
     tilt = np.linspace(-np.pi / 2, np.pi / 2, 2 * _CAP_RINGS + 1)
     slopes = np.stack([np.cos(tilt), np.sin(tilt)], axis=1)
-    return _turned([(radius * slopes, slopes)])
+    return _revolve([(radius * slopes, slopes)])
 
 
 def capsule(height: float, bottom: float, top: float) -> Shape:
@@ -49,7 +49,7 @@ def capsule(height: float, bottom: float, top: float) -> Shape:
     up = np.stack([np.cos(tilt), np.sin(tilt)], axis=1)
     down = (up * (1, -1))[::-1]
     profile = np.vstack([bottom * down + (0, -half), top * up + (0, half)])
-    return _turned([(profile, np.vstack([down, up]))])
+    return _revolve([(profile, np.vstack([down, up]))])
 
 
 def cylinder(height: float, bottom: float, top: float) -> Shape:
@@ -58,10 +58,10 @@ def cylinder(height: float, bottom: float, top: float) -> Shape:
     side = np.array([(bottom, -half), (top, half)])
     facing = np.array([height, bottom - top]) / max(float(np.hypot(height, bottom - top)), 1e-30)
     bands = [(side, np.tile(facing, (2, 1)))]
-    for radius, at, up in ((bottom, -half, -1.0), (top, half, 1.0)):
-        rim = np.array([(0.0, at), (radius, at)])[:: int(-up)]
-        bands += [(rim, np.tile((0.0, up), (2, 1)))] if radius > 0 else []
-    return _turned(bands)
+    for radius, z, up in ((bottom, -half, -1.0), (top, half, 1.0)):
+        cap = np.array([(0.0, z), (radius, z)])[:: int(-up)]
+        bands += [(cap, np.tile((0.0, up), (2, 1)))] if radius > 0 else []
+    return _revolve(bands)
 
 
 def cube(size: float) -> Shape:
@@ -76,55 +76,65 @@ def cube(size: float) -> Shape:
             face[:, (axis + 2) % 3] = square[:, 1]
             positions.append(0.5 * size * face)
             normals.append(np.where(np.arange(3) == axis, side, 0.0) + np.zeros((4, 1)))
-    return _of_quads(np.vstack(positions), np.vstack(normals), np.tile((square + 1) / 2, (6, 1)))
+    return _make_quads(np.vstack(positions), np.vstack(normals), np.tile((square + 1) / 2, (6, 1)))
 
 
 def plane(width: float, length: float) -> Shape:
     """Return a rectangle that faces z: `width` along x, `length` along y."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], np.float32)
     positions = np.column_stack([square * (width / 2, length / 2), np.zeros(4)])
-    return _of_quads(positions, np.tile((0.0, 0.0, 1.0), (4, 1)), (square + 1) / 2)
+    return _make_quads(positions, np.tile((0.0, 0.0, 1.0), (4, 1)), (square + 1) / 2)
 
 
-def _of_quads(
+def _make_quads(
     positions: NDArray[np.floating], normals: NDArray[np.floating], uvs: NDArray[np.floating]
 ) -> Shape:
     """Return a shape of rectangles, each with its own four vertices."""
-    first = 4 * np.arange(len(positions) // 4, dtype=np.uint32)[:, None]
-    halves = [first + np.array(half, np.uint32) for half in ((0, 1, 2), (0, 2, 3))]
+    first_corner = 4 * np.arange(len(positions) // 4, dtype=np.uint32)[:, None]
+    halves = [first_corner + np.array(half, np.uint32) for half in ((0, 1, 2), (0, 2, 3))]
     triangles = np.vstack(halves)
-    return Shape(f32(positions), f32(normals), f32(uvs * (1, -1) + (0, 1)), triangles)
+    return Shape(
+        convert_to_float32(positions),
+        convert_to_float32(normals),
+        convert_to_float32(uvs * (1, -1) + (0, 1)),
+        triangles,
+    )
 
 
-def _turned(
-    bands: Sequence[tuple[NDArray[np.floating], NDArray[np.floating]]], around: int = AROUND
+def _revolve(
+    bands: Sequence[tuple[NDArray[np.floating], NDArray[np.floating]]],
+    side_count: int = SIDES_AROUND,
 ) -> Shape:
     """Rotate profiles of (radius, z), with (radius, z) of their normals, about z.
 
     Profiles run from the bottom up on the outside, and do not share vertices.
     """
-    angles = 2 * np.pi * np.arange(around + 1) / around
+    angles = 2 * np.pi * np.arange(side_count + 1) / side_count
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     positions, normals, uvs, triangles, count = [], [], [], [], 0
     for profile, slopes in bands:
         along = np.linspace(0, 1, len(profile))
-        positions.append(_around(profile, circle))
-        normals.append(_around(slopes, circle))
+        positions.append(_rotate_rows(profile, circle))
+        normals.append(_rotate_rows(slopes, circle))
         uvs.append(np.stack(np.meshgrid(angles / (2 * np.pi), 1 - along), axis=-1).reshape(-1, 2))
-        triangles.append(count + _strips(len(profile), around + 1))
-        count += len(profile) * (around + 1)
-    whole = f32(np.vstack(positions)), f32(np.vstack(normals)), f32(np.vstack(uvs))
-    return _without_slivers(Shape(*whole, np.vstack(triangles).astype(np.uint32)))
+        triangles.append(count + _grid_triangles(len(profile), side_count + 1))
+        count += len(profile) * (side_count + 1)
+    joined = (
+        convert_to_float32(np.vstack(positions)),
+        convert_to_float32(np.vstack(normals)),
+        convert_to_float32(np.vstack(uvs)),
+    )
+    return _drop_slivers(Shape(*joined, np.vstack(triangles).astype(np.uint32)))
 
 
-def _around(rows: NDArray[np.floating], circle: NDArray[np.floating]) -> NDArray[np.floating]:
+def _rotate_rows(rows: NDArray[np.floating], circle: NDArray[np.floating]) -> NDArray[np.floating]:
     """Return points (R * C, 3) for rows (R, 2) of radius and height, and a circle (C, 2)."""
     flat = rows[:, None, :1] * circle
     heights = np.broadcast_to(rows[:, None, 1:], (*flat.shape[:2], 1))
     return np.concatenate([flat, heights], axis=2).reshape(-1, 3)
 
 
-def _strips(rows: int, columns: int) -> NDArray[np.uint32]:
+def _grid_triangles(rows: int, columns: int) -> NDArray[np.uint32]:
     """Return the triangles between neighbouring rows of a grid of vertices."""
     first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1, 1)
     low = first + np.array((0, 1, columns + 1))
@@ -132,17 +142,17 @@ def _strips(rows: int, columns: int) -> NDArray[np.uint32]:
     return np.vstack([low, high]).astype(np.uint32)
 
 
-def _without_slivers(shape: Shape) -> Shape:
+def _drop_slivers(shape: Shape) -> Shape:
     """Return the shape without triangles whose corners coincide, as at a pole."""
     corners = shape.positions[shape.triangles].astype(np.float64)
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.linalg.norm(across, axis=1)
-    wide = shape.triangles[area > 1e-9 * max(float(area.max(initial=0.0)), 1e-30)]
-    return Shape(shape.positions, shape.normals, shape.uvs, wide)
+    cross_products = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(cross_products, axis=1)
+    kept_triangles = shape.triangles[area > 1e-9 * max(float(area.max(initial=0.0)), 1e-30)]
+    return Shape(shape.positions, shape.normals, shape.uvs, kept_triangles)
 
 
-def f32(values: NDArray[np.floating]) -> Floats:
-    """Return values as a mesh holds them."""
+def convert_to_float32(values: NDArray[np.floating]) -> Floats:
+    """Return values as contiguous float32, as a mesh holds them."""
     with np.errstate(over="ignore"):  # infinite values are refused when a mesh is made
         return np.ascontiguousarray(values, np.float32)
 
@@ -151,7 +161,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-def tubes(
+def make_tubes(
     points: Array, radii: Array, counts: Indices, sides: int, is_crossed: bool = False
 ) -> tuple[Array, Array, NDArray[np.uint32], Indices]:
     """Return positions (V, 3), normals (V, 3), triangles (T, 3), and the point of each vertex (V,).
@@ -161,7 +171,7 @@ def tubes(
     Crossed tubes have two bands through their middle instead of four sides.
     """
     curve = np.repeat(np.arange(len(counts)), counts)
-    side, up = _across(points, curve, len(counts))
+    side, up = _tube_frames(points, curve, len(counts))
     angles = 2 * np.pi * np.arange(sides) / sides
     normals = (
         np.cos(angles)[None, :, None] * side[:, None] + np.sin(angles)[None, :, None] * up[:, None]
@@ -173,31 +183,34 @@ def tubes(
     low, high = (first[:, None] * sides + k for k in (i, j))
     quads = np.stack([low, high, high + sides, low + sides], axis=-1).reshape(-1, 4)
     triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.uint32)
-    whose = np.repeat(np.arange(len(points)), sides)
-    return positions.reshape(-1, 3), normals.reshape(-1, 3), triangles, whose
+    point_index = np.repeat(np.arange(len(points)), sides)
+    return positions.reshape(-1, 3), normals.reshape(-1, 3), triangles, point_index
 
 
-def _across(points: Array, curve: Indices, count: int) -> tuple[Array, Array]:
+def _tube_frames(points: Array, curve: Indices, count: int) -> tuple[Array, Array]:
     """Return two unit vectors (P, 3) perpendicular to the curve at each point.
 
-    The first leans towards the axis that is farthest from the curve's directions, so that tubes
-    twist only where a curve turns towards it.
+    The first points towards the coordinate axis that is farthest from the curve's directions. Tubes
+    then twist only where a curve turns towards this axis.
     """
     tangents = _tangents(points, curve)
     along = np.stack([np.bincount(curve, np.abs(column), count) for column in tangents.T], axis=1)
-    leaning = np.eye(3)[np.argmin(along, axis=1)][curve]
-    side = _unit(leaning - (leaning * tangents).sum(axis=1, keepdims=True) * tangents)
+    reference_axis = np.eye(3)[np.argmin(along, axis=1)][curve]
+    side = _normalize(
+        reference_axis - (reference_axis * tangents).sum(axis=1, keepdims=True) * tangents
+    )
     return side, np.cross(tangents, side)
 
 
 def _tangents(points: Array, curve: Indices) -> Array:
     """Return the direction (P, 3) of the curve at each point, from its neighbours."""
     steps = np.where((curve[:-1] == curve[1:])[:, None], np.diff(points, axis=0), 0.0)
-    none = np.zeros((1, 3))
-    return _unit(np.vstack([none, steps]) + np.vstack([steps, none]))
+    zero_step = np.zeros((1, 3))
+    return _normalize(np.vstack([zero_step, steps]) + np.vstack([steps, zero_step]))
 
 
-def _unit(vectors: Array) -> Array:
+def _normalize(vectors: Array) -> Array:
+    """Return vectors (N, 3) of length 1; those without a direction become +z."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    safe = lengths > 1e-30
-    return np.where(safe, vectors / np.where(safe, lengths, 1.0), (0.0, 0.0, 1.0))
+    has_direction = lengths > 1e-30
+    return np.where(has_direction, vectors / np.where(has_direction, lengths, 1.0), (0.0, 0.0, 1.0))

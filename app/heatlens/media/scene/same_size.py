@@ -1,9 +1,9 @@
 """Keep the size of a thing in the picture of a scene while focal length or camera change.
 
-A thing at depth z is as large as focal length / z. So where the focal length becomes k times as
-long, the camera goes back along its axis until the thing is at k z, and all that is kept by
-distance follows: focus and marks. Over frames this is a dolly zoom: the camera follows a keyed
-focal length, or the focal length a moving camera.
+The size of a thing at depth z is proportional to focal length / z. If the focal length becomes k
+times as long, the camera moves back along its axis until the thing is at depth k z, and the focus
+distance and the marks change with it. Over frames this is a dolly zoom: the camera follows a keyed
+focal length, or the focal length follows a moving camera.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.core.model.shot.framing import CameraTrack, Framing, Pose, PoseKey, Vector
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.core.model.shot.pull import followed, recorded
+from heatlens.core.model.shot.pull import apply_recorded_parameter, focus_on_distances
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance
 from heatlens.core.model.view.orbit import pivot_of
@@ -27,17 +27,17 @@ from heatlens.media.scene.scene_bounds import object_depth_m, track_of
 DepthAt = Callable[[int, int], float]  # metres at a pixel of the frame whose size is kept
 
 _STILL_M = 1e-9
-_OFF_MOST = 0.002  # largest error of the size between keys of the camera
+_SIZE_ERROR_MOST = 0.002  # largest error of the size between keys of the camera
 
 
 @dataclass(frozen=True)
 class KeptSize:
-    """A thing of a scene, whose size at a frame is kept.
+    """A thing of a scene whose size in the picture is kept.
 
-    shot      before the change
-    frame     at which the size is measured
-    mark      on the thing
-    depth_at  the depth at a pixel at that frame, for marks on points
+    shot      the shot before the change
+    frame     frame at which the size is measured
+    mark      mark on the thing
+    depth_at  function from a pixel to its depth at that frame, for marks on points
     """
 
     scene: Scene
@@ -46,50 +46,57 @@ class KeptSize:
     mark: Mark
     depth_at: DepthAt
 
-    def at_length(self, focal_length_mm: float) -> Shot:
-        """Return the shot with another focal length, from where the thing is as large as before.
+    def with_focal_length(self, focal_length_mm: float) -> Shot:
+        """Return the shot with another focal length and a camera that keeps the thing's size.
 
-        Keys of the focal length are scaled by the same factor. Raises InputError where something
-        that has a distance would come to lie behind the camera, and LensError for such a lens.
+        Keys of the focal length are scaled by the same factor. Raises InputError if a mark or the
+        focus would come to lie behind the camera, and LensError for an impossible lens.
         """
         factor = focal_length_mm / self.shot.lens_at(self.frame).focal_length_mm
         lens = replace(self.shot.lens, focal_length_mm=self.shot.lens.focal_length_mm * factor)
-        longer = _scaled_keys(replace(self.shot, lens=lens), factor)
-        return self._moved(longer, lambda frame: factor * self.depth_m(frame))
+        scaled_shot = _scale_keys(replace(self.shot, lens=lens), factor)
+        return self._move_camera(scaled_shot, lambda frame: factor * self.depth_m(frame))
 
-    def by_camera(self) -> Shot:
+    def follow_with_camera(self) -> Shot:
         """Return the shot with a camera that follows the keys of the focal length."""
-        size = self._length_mm(self.frame) / self.depth_m(self.frame)
-        return self._moved(self.shot, lambda frame: self._length_mm(frame) / size)
+        length_per_m = self._focal_length_mm(self.frame) / self.depth_m(self.frame)
+        return self._move_camera(
+            self.shot, lambda frame: self._focal_length_mm(frame) / length_per_m
+        )
 
-    def by_length(self) -> Shot:
+    def follow_with_focal_length(self) -> Shot:
         """Return the shot with a focal length that follows the camera and the thing."""
-        size = self._length_mm(self.frame) / self.depth_m(self.frame)
-        track = {int(at): size * self.depth_m(at) for at in self._frames}
+        length_per_m = self._focal_length_mm(self.frame) / self.depth_m(self.frame)
+        focal_lengths_mm = {
+            int(frame): length_per_m * self.depth_m(frame) for frame in self._frames
+        }
         framing = self.shot.framing
         if framing is not None and not self.scene.cameras:  # a view of all depends on the lens
             framing = replace(framing, track=self._track)
-        return recorded(replace(self.shot, framing=framing), LensParameter.FOCAL_LENGTH, track)
+        return apply_recorded_parameter(
+            replace(self.shot, framing=framing), LensParameter.FOCAL_LENGTH, focal_lengths_mm
+        )
 
     def depth_m(self, frame: float) -> float:
         """Return how far in front of the camera the thing is at a frame of the shot."""
         pose = self._track.pose_at(frame)
         if isinstance(self.mark, ObjectMark):
             return object_depth_m(self.scene, self.mark.object_name, pose, frame)
-        depth_m = _ahead_m(pose, self._place_m)
+        depth_m = _depth_ahead_m(pose, self._world_position_m)
         if depth_m <= 0:
             raise InputError(f"{self.mark.name} is behind the camera at frame {frame:g}.")
         return depth_m
 
     @cached_property
-    def _place_m(self) -> Vector:
-        """The place in the world of a mark that stands."""
+    def _world_position_m(self) -> Vector:
+        """The position in the world of a mark that does not move."""
         far_m = self._distance_m(self.mark)
         if not np.isfinite(far_m):
             raise InputError(f"{self.mark.name} is infinitely far away: its size never changes.")
         return pivot_of(self._track.pose_at(self.frame), far_m)
 
     def _distance_m(self, mark: Mark) -> float:
+        """Return the distance of a mark at the frame; raise InputError for a mark of plates."""
         if isinstance(mark, DistanceMark):
             return mark.distance_m
         if isinstance(mark, PointMark):
@@ -109,116 +116,140 @@ class KeptSize:
         span = self.shot.span
         return [self.frame] if span is None else [float(frame) for frame in span]
 
-    def _length_mm(self, frame: float) -> float:
+    def _focal_length_mm(self, frame: float) -> float:
         return self.shot.lens_at(frame).focal_length_mm
 
-    def _moved(self, shot: Shot, wanted_m: Callable[[float], float]) -> Shot:
-        """Return the shot with a camera from which the thing is at `wanted_m`, and what follows."""
-        frames, track = self._frames, self._track
-        forward = {frame: self.depth_m(frame) - wanted_m(frame) for frame in frames}
-        is_still = not track.is_moving and np.ptp(list(forward.values())) < _STILL_M
-        if is_still:
-            framing = self._framing.at(_forward(track.pose_at(self.frame), forward[frames[0]]), 1)
-            by_m = forward[frames[0]]
-        else:
-            framing = replace(self._framing, track=_along(track, forward, wanted_m))
-            by_m = self.depth_m(self.frame) - wanted_m(self.frame)
-        marks = tuple(self._mark(mark, by_m, shot) for mark in shot.marks)
-        shot = replace(shot, framing=framing, marks=marks)
-        return _nearer_focus(shot, by_m) if is_still else self._with_focus(shot, forward)
+    def _move_camera(self, shot: Shot, target_depth_m: Callable[[float], float]) -> Shot:
+        """Return the shot with a camera for which the thing has the depth `target_depth_m`.
 
-    def _mark(self, mark: Mark, by_m: float, shot: Shot) -> Mark:
-        """Return a mark as it is from where the camera stands after it went forward."""
+        The marks and the focus are adjusted to the new camera.
+        """
+        frames, track = self._frames, self._track
+        forward_m = {frame: self.depth_m(frame) - target_depth_m(frame) for frame in frames}
+        is_still = not track.is_moving and np.ptp(list(forward_m.values())) < _STILL_M
+        if is_still:
+            framing = self._framing.with_pose(
+                _move_forward(track.pose_at(self.frame), forward_m[frames[0]]), 1
+            )
+            step_m = forward_m[frames[0]]
+        else:
+            framing = replace(
+                self._framing, track=_move_along_axis(track, forward_m, target_depth_m)
+            )
+            step_m = self.depth_m(self.frame) - target_depth_m(self.frame)
+        marks = tuple(self._move_mark(mark, step_m, shot) for mark in shot.marks)
+        shot = replace(shot, framing=framing, marks=marks)
+        return (
+            _bring_focus_nearer(shot, step_m) if is_still else self._follow_focus(shot, forward_m)
+        )
+
+    def _move_mark(self, mark: Mark, step_m: float, shot: Shot) -> Mark:
+        """Return a mark as the camera sees it after moving forward by `step_m`."""
         if not isinstance(mark, (DistanceMark, PointMark)):
             return mark
         far_m = self._distance_m(mark)
-        after_m = _left(far_m, by_m, f"mark {mark.name}")
+        remaining_m = _remaining_m(far_m, step_m, f"mark {mark.name}")
         if isinstance(mark, DistanceMark):
-            return replace(mark, distance_m=after_m)
-        larger = shot.lens_at(self.frame).focal_length_mm / self._length_mm(self.frame)
-        larger *= far_m / after_m if np.isfinite(far_m) else 1.0
-        size, at = np.array(self._framing.size), np.array([mark.x_px, mark.y_px])
-        x, y = ((at + 0.5 - size / 2) * larger + size / 2 - 0.5).tolist()
+            return replace(mark, distance_m=remaining_m)
+        scale = shot.lens_at(self.frame).focal_length_mm / self._focal_length_mm(self.frame)
+        scale *= far_m / remaining_m if np.isfinite(far_m) else 1.0
+        size, point_px = np.array(self._framing.size), np.array([mark.x_px, mark.y_px])
+        x, y = ((point_px + 0.5 - size / 2) * scale + size / 2 - 0.5).tolist()
         if not (0 <= x < size[0] and 0 <= y < size[1]):
-            return DistanceMark(mark.name, after_m)  # it has left the picture
+            return DistanceMark(mark.name, remaining_m)  # it has left the picture
         return replace(mark, x_px=x, y_px=y)
 
-    def _with_focus(self, shot: Shot, forward: dict[float, float]) -> Shot:
-        focus_m = {at: self.shot.lens_at(at).focus_distance_m for at in forward}
+    def _follow_focus(self, shot: Shot, forward_m: dict[float, float]) -> Shot:
+        """Return the shot with the focus on the same depths of the scene at every frame.
+
+        `forward_m` holds how far the camera moves forward, by frame.
+        """
+        focus_m = {frame: self.shot.lens_at(frame).focus_distance_m for frame in forward_m}
         what = "what is in focus"
-        after = {int(at): _left(far_m, forward[at], what) for at, far_m in focus_m.items()}
-        made = followed(shot, after)
-        values = {key.value for key in made.curves.focus_distance_m.keys}
+        remaining_m = {
+            int(frame): _remaining_m(far_m, forward_m[frame], what)
+            for frame, far_m in focus_m.items()
+        }
+        followed_shot = focus_on_distances(shot, remaining_m)
+        values = {key.value for key in followed_shot.curves.focus_distance_m.keys}
         if shot.curves.focus_distance_m.keys or len(values) > 1:
-            return made
+            return followed_shot
         return replace(shot, lens=replace(shot.lens, focus_distance_m=values.pop()))  # it stands
 
 
-def _left(distance_m: float, by_m: float, what: str) -> float:
-    """Return a distance after the camera went forward. Raises InputError where none is left."""
-    if distance_m - by_m <= 0:
+def _remaining_m(distance_m: float, step_m: float, what: str) -> float:
+    """Return a distance after the camera moved forward. Raises InputError if it is not above 0."""
+    if distance_m - step_m <= 0:
         raise InputError(
-            f"The camera would go {format_distance(by_m)} forward, past {what} at "
+            f"The camera would go {format_distance(step_m)} forward, past {what} at "
             f"{format_distance(distance_m)}."
         )
-    return distance_m - by_m
+    return distance_m - step_m
 
 
-def _scaled_keys(shot: Shot, factor: float) -> Shot:
+def _scale_keys(shot: Shot, factor: float) -> Shot:
+    """Return the shot with all keys of the focal length multiplied by a factor."""
     curve = shot.curves.focal_length_mm
     keys = tuple(replace(key, value=key.value * factor) for key in curve.keys)
     return shot.with_curve(LensParameter.FOCAL_LENGTH, replace(curve, keys=keys))
 
 
-def _nearer_focus(shot: Shot, by_m: float) -> Shot:
-    """Return the shot whose focus is by so much nearer at every frame."""
+def _bring_focus_nearer(shot: Shot, step_m: float) -> Shot:
+    """Return the shot with a focus that is nearer by `step_m` at every frame."""
     what, curve = "what is in focus", shot.curves.focus_distance_m
-    keys = tuple(replace(key, value=_left(key.value, by_m, what)) for key in curve.keys)
+    keys = tuple(replace(key, value=_remaining_m(key.value, step_m, what)) for key in curve.keys)
     shot = shot.with_curve(LensParameter.FOCUS_DISTANCE, replace(curve, keys=keys))
     if not keys:
-        after_m = _left(shot.lens.focus_distance_m, by_m, what)
-        shot = replace(shot, lens=replace(shot.lens, focus_distance_m=after_m))
+        remaining_m = _remaining_m(shot.lens.focus_distance_m, step_m, what)
+        shot = replace(shot, lens=replace(shot.lens, focus_distance_m=remaining_m))
     for frame in shot.key_frames:
         shot.lens_at(frame)
     return shot
 
 
-def _ahead_m(pose: Pose, place_m: Vector) -> float:
-    return float(np.subtract(pose.position_m, place_m) @ pose.turn[:, 2])
+def _depth_ahead_m(pose: Pose, position_m: Vector) -> float:
+    """Return the planar depth of a position in the world in front of a camera."""
+    return float(np.subtract(pose.position_m, position_m) @ pose.turn[:, 2])
 
 
-def _forward(pose: Pose, by_m: float) -> Pose:
-    x, y, z = np.asarray(pivot_of(pose, by_m)).tolist()
+def _move_forward(pose: Pose, step_m: float) -> Pose:
+    """Return the pose moved forward along the view axis."""
+    x, y, z = np.asarray(pivot_of(pose, step_m)).tolist()
     return replace(pose, position_m=(x, y, z))
 
 
-# Between keys the camera moves on its own curve and not on the dolly's. Keys are added where the
-# size is off most until none is off by more than 0.2 %: few enough for a person to edit.
-def _along(
-    track: CameraTrack, forward: dict[float, float], wanted_m: Callable[[float], float]
+# Between keys the camera moves on the curve of its keys, not on that of the dolly. Keys are added
+# where the error of the size is largest, until it is at most 0.2 % everywhere: this gives few
+# enough keys for a person to edit.
+def _move_along_axis(
+    track: CameraTrack, forward_m: dict[float, float], target_depth_m: Callable[[float], float]
 ) -> CameraTrack:
     """Return the track moved along its axis at all frames, with as few keys as the size allows."""
-    poses = {frame: _forward(track.pose_at(frame), by_m) for frame, by_m in forward.items()}
-    keyed = {*(key.frame for key in track.keys if key.frame in poses), min(poses), max(poses)}
+    poses = {
+        frame: _move_forward(track.pose_at(frame), step_m) for frame, step_m in forward_m.items()
+    }
+    key_frames = {*(key.frame for key in track.keys if key.frame in poses), min(poses), max(poses)}
     while True:
-        made = CameraTrack(tuple(PoseKey(frame, poses[frame]) for frame in sorted(keyed)))
-        off = {
+        moved_track = CameraTrack(
+            tuple(PoseKey(frame, poses[frame]) for frame in sorted(key_frames))
+        )
+        errors = {
             frame: float(
-                np.linalg.norm(np.subtract(made.pose_at(frame).position_m, pose.position_m))
+                np.linalg.norm(np.subtract(moved_track.pose_at(frame).position_m, pose.position_m))
             )
-            / wanted_m(frame)
+            / target_depth_m(frame)
             for frame, pose in poses.items()
         }
-        worst = max(off, key=lambda frame: off[frame])
-        if off[worst] <= _OFF_MOST or worst in keyed:
-            return made
-        keyed.add(worst)
+        worst_frame = max(errors, key=lambda frame: errors[frame])
+        if errors[worst_frame] <= _SIZE_ERROR_MOST or worst_frame in key_frames:
+            return moved_track
+        key_frames.add(worst_frame)
 
 
 def crop_words(shot: Shot, frame: float, focal_length_mm: float) -> str:
-    """Return why a plate cannot be seen from elsewhere, and what another length shows of it."""
+    """Return a sentence on why a plate cannot keep a size, and on the crop of a focal length."""
     factor = shot.lens_at(frame).focal_length_mm / focal_length_mm
-    shown = (
+    effect_words = (
         f"shows the middle {100 * factor:.3g} % of its width and height, everything "
         f"{1 / factor:.3g} times as large"
         if factor <= 1
@@ -226,5 +257,5 @@ def crop_words(shot: Shot, frame: float, focal_length_mm: float) -> str:
     )
     return (
         "A plate is seen from one place, so no camera can move to keep a size: "
-        f"{focal_length_mm:g} mm {shown}."
+        f"{focal_length_mm:g} mm {effect_words}."
     )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.core.model.option import or_meant
+from heatlens.core.model.option import suggest_similar
 from heatlens.core.model.shot.framing import CameraTrack, WorldAxis
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ class Mesh:
     tangents     (V, 4) float32: the direction of u, unit or zero, and the sign of the bitangent
                  against v; None for a mesh without a normal map, which has no effect without them
     more_uvs     (V, 2) float32: the second set of texture coordinates, which a `MapPlace` may use
-    sources      (V,) uint32: the vertex of the file that each was made of; None for same order
+    sources      (V,) uint32: the vertex of the file from which each was made; None for same order
     """
 
     positions_m: NDArray[np.float32]
@@ -64,8 +64,8 @@ class Mesh:
         # Parts of an object often share a list of vertices, of which each uses only some.
         is_used = np.zeros(len(self.positions_m), bool)
         is_used[self.triangles] = True
-        used = self.positions_m[is_used]
-        return np.array([used.min(axis=0), used.max(axis=0)], np.float64)
+        used_positions = self.positions_m[is_used]
+        return np.array([used_positions.min(axis=0), used_positions.max(axis=0)], np.float64)
 
 
 class Wrap(IntEnum):
@@ -78,7 +78,7 @@ class Wrap(IntEnum):
 
 @dataclass(frozen=True)
 class MapPlace:
-    """How a map is placed on a surface.
+    """The placement of a map on a surface.
 
     Texture coordinates (u, v) become matrix @ (u, v) + offset, where matrix is two rows.
     `coordinates` is the number of their set: 0 for a mesh's `uvs`, 1 for its `more_uvs`. `wraps`
@@ -95,10 +95,10 @@ class MapPlace:
         """Return whether the picture is not simply repeated beyond its borders."""
         return self.wraps != (Wrap.REPEAT, Wrap.REPEAT)
 
-    def placed(self, uvs: NDArray[np.float32]) -> NDArray[np.float32]:
+    def transform(self, uvs: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return texture coordinates (V, 2) after the transform."""
-        moved = uvs @ np.array(self.matrix).T + np.array(self.offset)
-        return np.asarray(moved, np.float32)
+        transformed = uvs @ np.array(self.matrix).T + np.array(self.offset)
+        return np.asarray(transformed, np.float32)
 
 
 @dataclass(frozen=True)
@@ -138,9 +138,9 @@ class Material:
     @property
     def maps(self) -> tuple[int | None, ...]:
         """The maps of base colour, metal and roughness, emission, normals, and occlusion."""
-        shine = self.metallic_roughness_map
+        metal_and_roughness = self.metallic_roughness_map
         return (
-            *(self.base_color_map, shine, self.emission_map),
+            *(self.base_color_map, metal_and_roughness, self.emission_map),
             *(self.normal_map, self.occlusion_map),
         )
 
@@ -232,7 +232,7 @@ class Scene:
     notes     sentences for the user
     up_axis, meters_per_unit  chosen or guessed for a file that lacks them, see `placing`
 
-    Raises InputError if there is nothing to see.
+    Raises InputError if it has no instances.
     """
 
     path: Path
@@ -313,9 +313,10 @@ class Scene:
             if camera.name == name:
                 return camera
         names = [camera.name for camera in self.cameras]
-        known = ", ".join(names) or "none"
+        name_list = ", ".join(names) or "none"
         raise InputError(
-            f"{self.path} has no camera called {name!r}; there are: {known}.{or_meant(name, names)}"
+            f"{self.path} has no camera called {name!r}; there are: "
+            f"{name_list}.{suggest_similar(name, names)}"
         )
 
 

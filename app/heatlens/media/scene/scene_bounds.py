@@ -11,7 +11,7 @@ from heatlens.core.model.shot.framing import (
     Framing,
     Pose,
     PoseKey,
-    looking_at,
+    pose_looking_at,
     pose_of,
 )
 from heatlens.media.scene.scene import Array, Scene
@@ -25,21 +25,21 @@ def corners_of(boxes_m: Array) -> Array:
     return np.asarray(np.where(_PICKS == 0, boxes_m[..., :1, :], boxes_m[..., 1:, :]))
 
 
-def placed_corners(boxes_m: Array, to_world: Array) -> Array:
+def transform_corners(boxes_m: Array, to_world: Array) -> Array:
     """Return the corners (N, 8, 3) of boxes (N, 2, 3) in the world.
 
     The matrices `to_world` (N, 4, 4) transform each box from its own axes.
     """
-    turned = corners_of(boxes_m) @ to_world[:, :3, :3].transpose(0, 2, 1)
-    return np.asarray(turned + to_world[:, None, :3, 3])
+    rotated = corners_of(boxes_m) @ to_world[:, :3, :3].transpose(0, 2, 1)
+    return np.asarray(rotated + to_world[:, None, :3, 3])
 
 
 _MARGIN = 1.15  # factor for the space around the framed points
-_CLOSEST = 1e-3  # least distance of a camera from objects, relative to their size
+_CLOSEST_PART = 1e-3  # least distance of a camera from objects, relative to their size
 _LARGE_M = 4.0  # a larger scene that is seen as a whole is sharp everywhere
 _LEAST_PART, _MOST_PART = 0.05, 0.4  # size of a subject, as a part of the scene
-_AROUND_SUBJECT = 1.0  # least part of the subject that is in view, before the margin
-_FROM = (0.35, 0.25, 1.0)  # view direction: a little from the right and from above
+_AROUND_SUBJECT = 1.0  # part of the subject's box that is framed, before the margin
+_VIEW_FROM = (0.35, 0.25, 1.0)  # view direction: a little from the right and from above
 
 
 def bounds_m(scene: Scene, frame: float, name: str | None = None) -> Array:
@@ -55,14 +55,14 @@ def corners_m(scene: Scene, frame: float, name: str | None = None) -> Array:
     """Return (N, 3) corners of the boxes around all objects, or those called `name`."""
     if name is None:
         return box_corners_m(scene, frame).reshape(-1, 3)
-    boxes, places = scene.boxes_at(frame), scene.transforms_at(frame)
-    chosen = np.array([instance.name == name for instance in scene.instances])
-    return placed_corners(boxes[chosen], places[chosen]).reshape(-1, 3)
+    boxes, to_world = scene.boxes_at(frame), scene.transforms_at(frame)
+    is_named = np.array([instance.name == name for instance in scene.instances])
+    return transform_corners(boxes[is_named], to_world[is_named]).reshape(-1, 3)
 
 
 def box_corners_m(scene: Scene, frame: float) -> Array:
     """Return (N, 8, 3) corners of the box around each object at a frame."""
-    return placed_corners(scene.boxes_at(frame), scene.transforms_at(frame))
+    return transform_corners(scene.boxes_at(frame), scene.transforms_at(frame))
 
 
 def box_around(points_m: Array) -> Array:
@@ -91,14 +91,14 @@ def object_depth_m(scene: Scene, name: str, pose: Pose, frame: float) -> float:
     return depth_m
 
 
-def framed(points_m: Array, lens: Lens, aspect: float, turn: Array | None = None) -> Pose:
+def frame_points(points_m: Array, lens: Lens, aspect: float, turn: Array | None = None) -> Pose:
     """Return the nearest pose from which all points (N, 3) are in the picture, with a margin.
 
     The camera looks along -z of `turn` at the middle of the box around the points. The default
     looks a little down and to the left.
     """
     if turn is None:
-        turn = looking_at(_FROM, (0.0, 0.0, 0.0)).turn
+        turn = pose_looking_at(_VIEW_FROM, (0.0, 0.0, 0.0)).turn
     box = box_around(points_m)
     middle = box.mean(axis=0)
     matrix = np.eye(4)
@@ -109,11 +109,11 @@ def framed(points_m: Array, lens: Lens, aspect: float, turn: Array | None = None
 
 def _distance_m(points: Array, lens: Lens, aspect: float) -> float:
     """Return the distance along z from which all points (N, 3), in camera axes, are visible."""
-    across = lens.sensor_width_mm / (2 * lens.focal_length_mm)  # half the visible width at 1 m
-    away = _MARGIN / across * (np.abs(points[:, :2]) * (1.0, aspect)).max(axis=1)
-    # Points on the axis have no width that would keep the camera away from them.
-    least = max(_CLOSEST * float(np.ptp(points, axis=0).max()), 1e-6)
-    return float((points[:, 2] + np.maximum(away, least)).max())
+    half_width = lens.sensor_width_mm / (2 * lens.focal_length_mm)  # half the visible width at 1 m
+    distances_m = _MARGIN / half_width * (np.abs(points[:, :2]) * (1.0, aspect)).max(axis=1)
+    # Points on the axis have no width, so a least distance keeps the camera away from them.
+    least_m = max(_CLOSEST_PART * float(np.ptp(points, axis=0).max()), 1e-6)
+    return float((points[:, 2] + np.maximum(distances_m, least_m)).max())
 
 
 def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
@@ -127,13 +127,15 @@ def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
     first = scene.frames.first if scene.frames else 1
     aspect = framing.width_px / framing.height_px
     corners = corners_m(scene, first)
-    whole = framed(corners, lens, aspect)
+    whole_pose = frame_points(corners, lens, aspect)
     subject = subject_m(scene)
     if subject is None:
-        return CameraTrack((PoseKey(first, whole),))
+        return CameraTrack((PoseKey(first, whole_pose),))
     middle = subject.mean(axis=0)
-    around = middle + _AROUND_SUBJECT * (subject - middle)
-    return CameraTrack((PoseKey(first, framed(around, lens, aspect, whole.turn)),))
+    subject_points = middle + _AROUND_SUBJECT * (subject - middle)
+    return CameraTrack(
+        (PoseKey(first, frame_points(subject_points, lens, aspect, whole_pose.turn)),)
+    )
 
 
 def subject_m(scene: Scene) -> Array | None:
@@ -145,19 +147,19 @@ def subject_m(scene: Scene) -> Array | None:
     scene is small enough to be seen as a whole, or no object is suitable.
     """
     first = scene.frames.first if scene.frames else 1
-    corners = placed_corners(scene.boxes_at(first), scene.transforms_at(first)).reshape(-1, 8, 3)
+    corners = transform_corners(scene.boxes_at(first), scene.transforms_at(first)).reshape(-1, 8, 3)
     if not len(corners):
         return None
     low, high = corners.min(axis=1), corners.max(axis=1)
-    whole, sizes = (high.max(axis=0) - low.min(axis=0)).max(), (high - low).max(axis=1)
-    stands_out = (sizes > _LEAST_PART * whole) & (sizes < _MOST_PART * whole)
-    if not (whole > _LARGE_M and stands_out.any()):
+    scene_size, sizes = (high.max(axis=0) - low.min(axis=0)).max(), (high - low).max(axis=1)
+    is_suitable = (sizes > _LEAST_PART * scene_size) & (sizes < _MOST_PART * scene_size)
+    if not (scene_size > _LARGE_M and is_suitable.any()):
         return None
-    towards = looking_at(_FROM, (0.0, 0.0, 0.0)).turn[:, 2]
-    near = np.where(stands_out, (low + high) @ towards, -np.inf)
-    return np.asarray(corners[int(near.argmax())])
+    view_axis = pose_looking_at(_VIEW_FROM, (0.0, 0.0, 0.0)).turn[:, 2]
+    nearness = np.where(is_suitable, (low + high) @ view_axis, -np.inf)
+    return np.asarray(corners[int(nearness.argmax())])
 
 
-def started_framing(scene: Scene) -> Framing:
+def first_framing(scene: Scene) -> Framing:
     """Return the first framing of a scene: the picture of its first camera."""
     return Framing(camera=scene.cameras[0].name) if scene.cameras else Framing()

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import OnUse
-from heatlens.core.base.paths import unreadable
+from heatlens.core.base.paths import unreadable_error
 from heatlens.core.model.shot.framing import SceneTiming
 from heatlens.media.files.quiet import quiet_library
-from heatlens.media.files.usd_library import read_usd_apart, usd_failures_reported, usd_module
+from heatlens.media.files.usd_library import read_usd_in_process, report_usd_failures, usd_module
 from heatlens.media.scene.scene import Scene
 
 
@@ -20,21 +20,21 @@ def files_of_usd(path: Path) -> tuple[Path, ...]:
     of its own, which takes half a second. Raises InputError if the file cannot be read.
     """
     if not path.is_file():
-        raise unreadable(path)
-    return read_usd_apart(named_by_usd, str(path), path)
+        raise unreadable_error(path)
+    return read_usd_in_process(named_by_usd, str(path), path)
 
 
 def named_by_usd(text: str) -> tuple[Path, ...]:
     """Return what `files_of_usd` does, in this process."""
-    own = Path(text).resolve()
-    with quiet_library(), usd_failures_reported(text):
-        layers, pictures, missing = usd_module("UsdUtils").ComputeAllDependencies(str(own))
-    listed = (*(layer.realPath for layer in layers), *pictures, *missing)
-    paths = (Path(_file_of(name)) for name in listed)
-    return tuple(dict.fromkeys(path for path in paths if path.is_absolute() and path != own))
+    usd_file = Path(text).resolve()
+    with quiet_library(), report_usd_failures(text):
+        layers, pictures, missing = usd_module("UsdUtils").ComputeAllDependencies(str(usd_file))
+    names = (*(layer.realPath for layer in layers), *pictures, *missing)
+    paths = (Path(_outer_file(name)) for name in names)
+    return tuple(dict.fromkeys(path for path in paths if path.is_absolute() and path != usd_file))
 
 
-def _file_of(name: object) -> str:
+def _outer_file(name: object) -> str:
     """Return the file itself, or the package that contains it."""
     resolver = usd_module("Ar")
     is_packed = resolver.IsPackageRelativePath(name)
@@ -50,7 +50,7 @@ _READERS = {
     **dict.fromkeys((".obj", ".ply", ".stl"), _MESH),
     **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), _USD),
 }
-_NAMING: dict[str, Callable[[Path], tuple[Path, ...]]] = {
+_FILE_FINDERS: dict[str, Callable[[Path], tuple[Path, ...]]] = {
     **dict.fromkeys((".glb", ".gltf"), _GLTF_FILES),
     ".obj": OnUse("media.scene.obj_files", "files_of_obj"),
     **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz"), files_of_usd),
@@ -70,15 +70,15 @@ def files_of_scene(path: Path) -> tuple[Path, ...]:
     PLY and STL files name no others. Raises InputError if a file that may name others cannot be
     read.
     """
-    names = _NAMING.get(path.suffix.lower())
-    return (path,) if names is None else (path, *names(path))
+    find_files = _FILE_FINDERS.get(path.suffix.lower())
+    return (path,) if find_files is None else (path, *find_files(path))
 
 
-def check_scene_is_there(text: str) -> None:
+def check_scene_files_exist(text: str) -> None:
     """Raise InputError if a file of the scene `text` is missing."""
     for path in () if is_demo(text) else files_of_scene(Path(text)):
         if not os.path.isfile(path):
-            raise unreadable(path)
+            raise unreadable_error(path)
 
 
 def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) -> Scene:
@@ -91,10 +91,10 @@ def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) 
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
-        known = ", ".join(SCENE_SUFFIXES)
-        raise InputError(f"{path} is not a scene that heatlens reads; it reads {known}.")
+        suffix_list = ", ".join(SCENE_SUFFIXES)
+        raise InputError(f"{path} is not a scene that heatlens reads; it reads {suffix_list}.")
     if not os.path.isfile(path):
-        raise unreadable(path)
+        raise unreadable_error(path)
     if timing is None:
         scene: Scene = reader(path)
         return scene
@@ -103,14 +103,14 @@ def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) 
             f"{path}: clips, frame rate and first frame can be chosen only for glTF; other scenes "
             "define their frames or do not move."
         )
-    moved: Scene = reader(path, timing)
-    return moved
+    timed_scene: Scene = reader(path, timing)
+    return timed_scene
 
 
 DEMO = "demo"  # the scene that comes with the program, unless a file has that name
 
 
-def names_scene(text: str) -> bool:
+def is_scene_name(text: str) -> bool:
     """Return True if `text` names a scene rather than plates."""
     return is_demo(text) or is_scene_file(text)
 

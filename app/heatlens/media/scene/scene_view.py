@@ -4,12 +4,12 @@ A point at planar depth z and at (x, y) in the camera's axes, metres, is seen at
 
     W/2 + F (x - u) / z + F u / S        F = W f / w, the focal length in pixels
 
-through the point (u, v) of a lens focused at S: what lies at S stays where a pinhole sees it,
-everything else is shifted by F u (1/S - 1/z), which over the whole lens is the disc of `coc_line`.
+through the point (u, v) of a lens focused at S. Points at S stay where a pinhole sees them; other
+points are shifted by F u (1/S - 1/z), which over the whole lens is the disc of `coc_line`. Source:
 Haeberli and Akeley 1990, section 4; a pinhole has u = v = 0. Rows run downwards.
 
-The near plane lies at the nearest visible depth, so that the depth buffer is not wasted on nearer
-distances.
+The near plane lies at the nearest visible depth, because the depth buffer would waste its precision
+on nearer distances.
 """
 
 from dataclasses import dataclass, replace
@@ -17,14 +17,20 @@ from itertools import combinations
 
 import numpy as np
 
-from heatlens.core.model.focus.coc import LEVEL, Lean, axial_dioptres, lean_of, lens_diameter_m
+from heatlens.core.model.focus.coc import (
+    LEVEL,
+    FocusOffset,
+    axial_dioptres,
+    focus_offset_of,
+    lens_diameter_m,
+)
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.pupil import Pupil
 from heatlens.core.model.shot.framing import Pose
 from heatlens.media.scene.scene import Array
 from heatlens.media.scene.scene_bounds import corners_of
 
-_NEAREST = 1e-4  # nearest near plane as a part of the far plane, for 24 bits of depth
+_NEAR_TO_FAR_LEAST = 1e-4  # nearest near plane as a part of the far plane, for 24 bits of depth
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,16 +41,15 @@ class SceneView:
     size             (width, height) in pixels
     focal_px         focal length in pixels across
     focus_m          planar distance that no point of the lens shifts; may be infinite
-    near_m, far_m    planar depths between which things are drawn
+    near_m, far_m    planar depths between which objects are drawn
     offset_m         (u, v): the point of the lens in the camera's x and y
-    lean             where the focus is nearer than that, in pixels of the view
     jitter_px        (x, y), to the right and down: the sample's offset from the pixel's middle
-    sample           number of the sample within its pixel, so that partial coverage can cover
-                     some of them; None for a single sample
+    sample           number of the sample within its pixel, of which partial coverage covers some;
+                     None for a single sample
     across           how many pixels of the view are samples of one picture pixel, along each axis
     first_row        first row of the picture that is drawn
     rows_above       rows above it in the texture, which belong to other draws
-    lean             where the focus is nearer than `focus_m`, in pixels of the view
+    lean             tilt of the focus plane away from `focus_m`, in pixels of the view
     """
 
     world_to_camera: Array
@@ -59,11 +64,11 @@ class SceneView:
     across: int = 1
     first_row: int = 0
     rows_above: int = 0
-    lean: Lean = LEVEL
+    focus_offset: FocusOffset = LEVEL
 
     @property
     def clip_from_world(self) -> Array:
-        """(4, 4) for columns; y of clip space runs down, so that row 0 of a texture is on top.
+        """(4, 4) for columns; y of clip space runs down, which puts row 0 of a texture on top.
 
         After the perspective division, z runs from -1 at `near_m` to 1 at `far_m`.
         """
@@ -75,21 +80,21 @@ class SceneView:
         # A shift that is the same at every depth is a multiple of w = -z.
         clip[0] = x, 0, -x * u / self.focus_m, -x * u
         clip[1] = 0, -y, y * v / self.focus_m, y * v
-        clip[:2] += self._leaning(x, -y) @ clip[:2]
+        clip[:2] += self._tilt_matrix(x, -y) @ clip[:2]
         clip[0][2] += 2 * self.jitter_px[0] / width
         clip[1][2] += 2 * self.jitter_px[1] / height
         clip[2] = 0, 0, (far + near) / (near - far), 2 * far * near / (near - far)
         clip[3] = 0, 0, -1, 0
         return np.asarray(clip @ self.world_to_camera)
 
-    def _leaning(self, x: float, y: float) -> Array:
-        """Return (2, 2) from where a level lens sees a point to how far off a tilted one does.
+    def _tilt_matrix(self, x: float, y: float) -> Array:
+        """Return (2, 2) from the position of a point in a level lens to its shift in a tilted one.
 
-        `x` and `y` are clip space for each tangent. Through the point u of a lens whose focus has
-        the gradient g, a line from u that a level lens sees at q meets the plane of focus at p with
-        p - u (g . p) = q.
+        `x` and `y` are the scales from tangents to clip space. For the point u of a lens whose
+        focus plane has the gradient g, a line that a level lens sees at q meets the focus plane at
+        p with p - u (g . p) = q.
         """
-        tilt = np.array([self.lean.slope[0], -self.lean.slope[1]]) * self.focal_px
+        tilt = np.array([self.focus_offset.slope[0], -self.focus_offset.slope[1]]) * self.focal_px
         u, scale = np.array(self.offset_m), np.array([x, y])
         return np.asarray(np.outer(scale * u, tilt / scale) / (1.0 - tilt @ u))
 
@@ -104,17 +109,22 @@ def view_of(pose: Pose, lens: Lens, size: tuple[int, int], box_m: Array) -> Scen
     world_to_camera = pose.world_to_camera
     depths = -(corners_of(box_m) @ world_to_camera[2, :3] + world_to_camera[2, 3])
     far = max(1.01 * float(depths.max()), 1e-3)
-    near = max(0.99 * float(depths.min()), _NEAREST * far)
+    near = max(0.99 * float(depths.min()), _NEAR_TO_FAR_LEAST * far)
     focal_px = size[0] * lens.focal_length_mm / lens.sensor_width_mm
-    focus_m, lean = lens.focus_distance_m, lean_of(lens, size)
-    return SceneView(world_to_camera, size, focal_px, focus_m, near, far, lean=lean)
+    focus_m, focus_offset = lens.focus_distance_m, focus_offset_of(lens, size)
+    return SceneView(world_to_camera, size, focal_px, focus_m, near, far, focus_offset=focus_offset)
 
 
-def finer(view: SceneView, times: int) -> SceneView:
-    """Return the same view with `times` as many pixels along each axis."""
+def refine_view(view: SceneView, factor: int) -> SceneView:
+    """Return the same view with `factor` times as many pixels along each axis."""
     width, height = view.size
-    fine = times * width, times * height
-    return replace(view, size=fine, focal_px=times * view.focal_px, lean=view.lean.scaled(times))
+    fine_size = factor * width, factor * height
+    return replace(
+        view,
+        size=fine_size,
+        focal_px=factor * view.focal_px,
+        focus_offset=view.focus_offset.scaled(factor),
+    )
 
 
 def pupil_of(lens: Lens) -> Pupil:
@@ -122,35 +132,37 @@ def pupil_of(lens: Lens) -> Pupil:
     return Pupil(lens.aperture, lens_diameter_m(lens) / 2, axial_dioptres(lens))
 
 
-_CLOSE_PART = 0.01  # share of the far plane: a farther surface needs no closer look
-_JUST_BEFORE = 0.99
-_ASIDE_PX = 1.0  # how far a sample may lie outside the picture
+_CLOSE_PART = 0.01  # share of the far plane; boxes beyond it need not be clipped
+_NEAR_PLANE_PART = 0.99  # distance of the near plane, as a part of the nearest visible depth
+_MARGIN_PX = 1.0  # how far a sample may lie outside the picture
 # The edges of a box, by the numbers of its corners (corners.py), which differ in one bit.
 _EDGES = np.array([(a, b) for a, b in combinations(range(8), 2) if (a ^ b) in (1, 2, 4)])
 
 
 def with_near_plane(view: SceneView, nearest_m: float) -> SceneView:
     """Return the view with its near plane moved back to just in front of `nearest_m`."""
-    near_m = min(_JUST_BEFORE * nearest_m, view.far_m / 2)
+    near_m = min(_NEAR_PLANE_PART * nearest_m, view.far_m / 2)
     return view if near_m <= view.near_m else replace(view, near_m=near_m)
 
 
-def nearest_seen_m(view: SceneView, corners_m: Array, lens_radius_m: float) -> float:
-    """Return a planar depth in metres; nothing in the boxes `corners_m` (N, 8, 3) is seen nearer.
+def nearest_visible_m(view: SceneView, corners_m: Array, lens_radius_m: float) -> float:
+    """Return a lower bound of the planar depth of all visible parts of boxes, in metres.
+
+    `corners_m` (N, 8, 3) are the corners of the boxes.
 
     The boxes are in world space, seen from every point of a lens of this radius, 0 for a pinhole.
     The depth is 0 or less if the camera is inside a box, and infinite if nothing is visible.
     """
-    turn, place = view.world_to_camera[:3, :3], view.world_to_camera[:3, 3]
-    corners = np.asarray(corners_m, np.float64) @ turn.T + place
+    rotation, translation = view.world_to_camera[:3, :3], view.world_to_camera[:3, 3]
+    corners = np.asarray(corners_m, np.float64) @ rotation.T + translation
     depths = -corners[:, :, 2]
-    least = depths.min(axis=1)
-    is_close = least < _CLOSE_PART * view.far_m
-    far_enough = least[~is_close].min(initial=np.inf)
-    return float(min(far_enough, _clipped(view, corners[is_close], lens_radius_m)))
+    nearest = depths.min(axis=1)
+    is_close = nearest < _CLOSE_PART * view.far_m
+    nearest_far_box = nearest[~is_close].min(initial=np.inf)
+    return float(min(nearest_far_box, _nearest_in_picture(view, corners[is_close], lens_radius_m)))
 
 
-def _clipped(view: SceneView, corners: Array, lens_radius_m: float) -> float:
+def _nearest_in_picture(view: SceneView, corners: Array, lens_radius_m: float) -> float:
     """Return a lower bound of the depth of boxes (N, 8, 3) clipped by the sides of the picture.
 
     The boxes are in the camera's axes. Each side of the picture is a plane. The visible part of a
@@ -158,26 +170,28 @@ def _clipped(view: SceneView, corners: Array, lens_radius_m: float) -> float:
     """
     if not len(corners):
         return np.inf
-    least = np.full(len(corners), -np.inf)
+    nearest = np.full(len(corners), -np.inf)
     depths = -corners[:, :, 2]
     for axis in range(2):
-        slope = (view.size[axis] / 2 + _ASIDE_PX) / view.focal_px + lens_radius_m / view.focus_m
+        slope = (view.size[axis] / 2 + _MARGIN_PX) / view.focal_px + lens_radius_m / view.focus_m
         for side in (-1.0, 1.0):
-            inside = slope * depths + lens_radius_m - side * corners[:, :, axis]
-            least = np.maximum(least, _least_inside(depths, inside))
-    return float(least.min())
+            inside_m = slope * depths + lens_radius_m - side * corners[:, :, axis]
+            nearest = np.maximum(nearest, _nearest_inside(depths, inside_m))
+    return float(nearest.min())
 
 
-def _least_inside(depths: Array, inside: Array) -> Array:
+def _nearest_inside(depths: Array, inside: Array) -> Array:
     """Return (N,) the least depth of the part of each box where `inside` is at least 0.
 
     Both arguments are values (N, 8) at the corners, linear in between. The result is infinite if no
     part is inside.
     """
     a, b = _EDGES.T
-    from_a = inside[:, a] - inside[:, b]
+    difference = inside[:, a] - inside[:, b]
     is_crossed = (inside[:, a] < 0) != (inside[:, b] < 0)
-    part = np.where(is_crossed, inside[:, a] / np.where(is_crossed, from_a, 1.0), 0.0)
-    crossed = np.where(is_crossed, depths[:, a] + part * (depths[:, b] - depths[:, a]), np.inf)
-    at_corners = np.where(inside >= 0, depths, np.inf)
-    return np.asarray(np.minimum(at_corners.min(axis=1), crossed.min(axis=1)))
+    position = np.where(is_crossed, inside[:, a] / np.where(is_crossed, difference, 1.0), 0.0)
+    crossing_depths = np.where(
+        is_crossed, depths[:, a] + position * (depths[:, b] - depths[:, a]), np.inf
+    )
+    corner_depths = np.where(inside >= 0, depths, np.inf)
+    return np.asarray(np.minimum(corner_depths.min(axis=1), crossing_depths.min(axis=1)))

@@ -59,29 +59,29 @@ class _Edges:
     sharpness: Array
 
 
-def subdivided(mesh: Polygons) -> Polygons:
+def subdivide(mesh: Polygons) -> Polygons:
     """Return the mesh with one quad for each corner of the old one."""
-    edges, face_of = _edges(mesh), np.repeat(np.arange(len(mesh.counts)), mesh.counts)
+    edges, face_of = _find_edges(mesh), np.repeat(np.arange(len(mesh.counts)), mesh.counts)
     face_points = _means(mesh.points[mesh.corners], face_of, mesh.counts)
     edge_points = _edge_points(mesh, edges, face_points, face_of)
     points = _vertex_points(mesh, edges, face_points, face_of)
-    vertices, first_face = len(mesh.points), len(mesh.points) + len(edges.ends)
-    following, before = neighbours(mesh.counts)
+    vertex_count, first_face = len(mesh.points), len(mesh.points) + len(edges.ends)
+    next_corner, previous_corner = neighbour_corners(mesh.counts)
     quads = np.stack(
         [
             mesh.corners,
-            vertices + edges.of_corner,
+            vertex_count + edges.of_corner,
             first_face + face_of,
-            vertices + edges.of_corner[before],
+            vertex_count + edges.of_corner[previous_corner],
         ],
         axis=1,
     )
     values = {
-        name: _corner_values(value, following, before, face_of, mesh.counts)
+        name: _corner_values(value, next_corner, previous_corner, face_of, mesh.counts)
         for name, value in mesh.values.items()
     }
-    creases, sharpness = _split_creases(edges, vertices)
-    left = mesh.point_sharpness > 1
+    creases, sharpness = _split_creases(edges, vertex_count)
+    is_still_sharp = mesh.point_sharpness > 1
     return Polygons(
         np.vstack([points, edge_points, face_points]),
         np.full(len(quads), 4, np.int64),
@@ -90,8 +90,8 @@ def subdivided(mesh: Polygons) -> Polygons:
         mesh.faces[face_of] if len(mesh.faces) else face_of,
         creases,
         sharpness,
-        mesh.sharp_points[left],
-        mesh.point_sharpness[left] - 1,
+        mesh.sharp_points[is_still_sharp],
+        mesh.point_sharpness[is_still_sharp] - 1,
     )
 
 
@@ -101,12 +101,15 @@ def corner_normals(mesh: Polygons) -> NDArray[np.float32]:
     Faces at a vertex share its normal if they are connected by smooth edges.
     """
     face_of = np.repeat(np.arange(len(mesh.counts)), mesh.counts)
-    following, _ = neighbours(mesh.counts)
-    at = mesh.points[mesh.corners]
+    next_corner, _ = neighbour_corners(mesh.counts)
+    corner_points = mesh.points[mesh.corners]
     areas = np.stack(
-        [np.bincount(face_of, column, len(mesh.counts)) for column in np.cross(at, at[following]).T]
+        [
+            np.bincount(face_of, column, len(mesh.counts))
+            for column in np.cross(corner_points, corner_points[next_corner]).T
+        ]
     ).T
-    group = _smooth_groups(mesh, _edges(mesh), following)
+    group = _smooth_groups(mesh, _find_edges(mesh), next_corner)
     count = int(group.max(initial=-1)) + 1
     sums = np.stack([np.bincount(group, column, count) for column in areas[face_of].T]).T
     lengths = np.linalg.norm(sums, axis=1, keepdims=True)
@@ -114,38 +117,41 @@ def corner_normals(mesh: Polygons) -> NDArray[np.float32]:
     return np.asarray(units[group], np.float32)
 
 
-def neighbours(counts: Indices) -> tuple[Indices, Indices]:
+def neighbour_corners(counts: Indices) -> tuple[Indices, Indices]:
     """Return, for each corner, the next and the previous corner of its face, each (C,)."""
     total = int(counts.sum())
-    following, before = np.arange(1, total + 1), np.arange(-1, total - 1)
-    some = counts > 0
-    lasts = np.cumsum(counts)[some] - 1
-    firsts = lasts - counts[some] + 1
-    following[lasts], before[firsts] = firsts, lasts
-    return following, before
+    next_corner, previous_corner = np.arange(1, total + 1), np.arange(-1, total - 1)
+    has_corners = counts > 0
+    lasts = np.cumsum(counts)[has_corners] - 1
+    firsts = lasts - counts[has_corners] + 1
+    next_corner[lasts], previous_corner[firsts] = firsts, lasts
+    return next_corner, previous_corner
 
 
-def _edges(mesh: Polygons) -> _Edges:
-    following, _ = neighbours(mesh.counts)
-    pairs = np.sort(np.stack([mesh.corners, mesh.corners[following]], axis=1), axis=1)
+def _find_edges(mesh: Polygons) -> _Edges:
+    """Return the edges of a mesh with the sharpness of its creases."""
+    next_corner, _ = neighbour_corners(mesh.counts)
+    pairs = np.sort(np.stack([mesh.corners, mesh.corners[next_corner]], axis=1), axis=1)
     keys = pairs[:, 0] * len(mesh.points) + pairs[:, 1]
     edge_keys, of_corner, faces = np.unique(keys, return_inverse=True, return_counts=True)
     ends = np.stack(np.divmod(edge_keys, max(len(mesh.points), 1)), axis=1)
     sharpness = np.where(faces == 2, 0.0, np.inf)
     creases = np.sort(mesh.creases, axis=1)
-    wanted = creases[:, 0] * len(mesh.points) + creases[:, 1]
-    places = np.minimum(np.searchsorted(edge_keys, wanted), max(len(edge_keys) - 1, 0))
-    is_there = edge_keys[places] == wanted if len(edge_keys) else np.zeros(len(wanted), bool)
-    np.maximum.at(sharpness, places[is_there], mesh.crease_sharpness[is_there])
+    crease_keys = creases[:, 0] * len(mesh.points) + creases[:, 1]
+    edge_index = np.minimum(np.searchsorted(edge_keys, crease_keys), max(len(edge_keys) - 1, 0))
+    is_edge = (
+        edge_keys[edge_index] == crease_keys if len(edge_keys) else np.zeros(len(crease_keys), bool)
+    )
+    np.maximum.at(sharpness, edge_index[is_edge], mesh.crease_sharpness[is_edge])
     return _Edges(of_corner.reshape(-1), ends, faces, sharpness)
 
 
 def _edge_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: Indices) -> Array:
-    """Return (E, 3): the middle of a sharp edge, else the mean with the faces beside it."""
+    """Return (E, 3): the middle of a sharp edge, else the mean with its adjacent faces."""
     middles = mesh.points[edges.ends].mean(axis=1)
-    beside = _means(face_points[face_of], edges.of_corner, edges.faces)
-    sharp = np.clip(edges.sharpness, 0, 1)[:, None]
-    return np.asarray(middles * sharp + (middles + beside) / 2 * (1 - sharp))
+    face_means = _means(face_points[face_of], edges.of_corner, edges.faces)
+    sharp_share = np.clip(edges.sharpness, 0, 1)[:, None]
+    return np.asarray(middles * sharp_share + (middles + face_means) / 2 * (1 - sharp_share))
 
 
 def _vertex_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: Indices) -> Array:
@@ -153,63 +159,74 @@ def _vertex_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: I
     points, count = mesh.points, len(mesh.points)
     valence = np.bincount(edges.ends.reshape(-1), minlength=count)
     faces = np.bincount(mesh.corners, minlength=count)
-    others = edges.ends[:, ::-1].reshape(-1)
-    around = _sums(points[others], edges.ends.reshape(-1), count) / np.maximum(valence, 1)[:, None]
-    of_faces = _sums(face_points[face_of], mesh.corners, count) / np.maximum(faces, 1)[:, None]
+    other_ends = edges.ends[:, ::-1].reshape(-1)
+    neighbour_means = (
+        _sums(points[other_ends], edges.ends.reshape(-1), count) / np.maximum(valence, 1)[:, None]
+    )
+    face_means = _sums(face_points[face_of], mesh.corners, count) / np.maximum(faces, 1)[:, None]
     n = np.maximum(valence, 1)[:, None]
-    smooth = (points * (n - 2) + around + of_faces) / n
+    smooth = (points * (n - 2) + neighbour_means + face_means) / n
     is_sharp = edges.sharpness > 0
     ends = edges.ends[is_sharp]
     sharp_edges = np.bincount(ends.reshape(-1), minlength=count)
-    along = _sums(points[ends[:, ::-1].reshape(-1)], ends.reshape(-1), count)
-    crease = 0.75 * points + 0.125 * along
-    share = _sums(np.repeat(edges.sharpness[is_sharp], 2)[:, None], ends.reshape(-1), count)[:, 0]
-    share = np.clip(np.nan_to_num(share / np.maximum(sharp_edges, 1), posinf=1.0), 0, 1)
+    crease_neighbours = _sums(points[ends[:, ::-1].reshape(-1)], ends.reshape(-1), count)
+    crease = 0.75 * points + 0.125 * crease_neighbours
+    crease_share = _sums(np.repeat(edges.sharpness[is_sharp], 2)[:, None], ends.reshape(-1), count)[
+        :, 0
+    ]
+    crease_share = np.clip(
+        np.nan_to_num(crease_share / np.maximum(sharp_edges, 1), posinf=1.0), 0, 1
+    )
     is_corner = (sharp_edges > 2) | ((faces == 1) & (sharp_edges > 1)) | (valence == 0)
     target = np.where(is_corner[:, None], points, crease)
-    share = np.where((sharp_edges >= 2) | (valence == 0), share, 0.0)
-    share = np.where(valence == 0, 1.0, share)
-    moved = target * share[:, None] + smooth * (1 - share[:, None])
-    fixed = np.clip(mesh.point_sharpness, 0, 1)[:, None]
-    at = mesh.sharp_points
-    moved[at] = points[at] * fixed + moved[at] * (1 - fixed)
-    return np.asarray(moved)
+    crease_share = np.where((sharp_edges >= 2) | (valence == 0), crease_share, 0.0)
+    crease_share = np.where(valence == 0, 1.0, crease_share)
+    moved_points = target * crease_share[:, None] + smooth * (1 - crease_share[:, None])
+    fixed_share = np.clip(mesh.point_sharpness, 0, 1)[:, None]
+    fixed_points = mesh.sharp_points
+    moved_points[fixed_points] = points[fixed_points] * fixed_share + moved_points[fixed_points] * (
+        1 - fixed_share
+    )
+    return np.asarray(moved_points)
 
 
 def _corner_values(
-    values: Array, following: Indices, before: Indices, face_of: Indices, counts: Indices
+    values: Array, next_corner: Indices, previous_corner: Indices, face_of: Indices, counts: Indices
 ) -> Array:
     """Return (4 C, n): the values at the four corners of the quad of each corner."""
-    middle = _means(values, face_of, counts)[face_of]
-    ahead, behind = (values + values[following]) / 2, (values + values[before]) / 2
-    return np.stack([values, ahead, middle, behind], axis=1).reshape(-1, values.shape[1])
+    face_mean = _means(values, face_of, counts)[face_of]
+    next_middle = (values + values[next_corner]) / 2
+    previous_middle = (values + values[previous_corner]) / 2
+    return np.stack([values, next_middle, face_mean, previous_middle], axis=1).reshape(
+        -1, values.shape[1]
+    )
 
 
-def _split_creases(edges: _Edges, vertices: int) -> tuple[Indices, Array]:
+def _split_creases(edges: _Edges, vertex_count: int) -> tuple[Indices, Array]:
     """Return the halves of edges that stay sharp; boundaries are always found again."""
-    sharp = np.flatnonzero((edges.sharpness > 1) & np.isfinite(edges.sharpness))
-    middles = vertices + sharp
-    halves = [np.stack([edges.ends[sharp, end], middles], axis=1) for end in (0, 1)]
-    return np.vstack(halves), np.tile(edges.sharpness[sharp] - 1, 2)
+    sharp_edges = np.flatnonzero((edges.sharpness > 1) & np.isfinite(edges.sharpness))
+    middles = vertex_count + sharp_edges
+    halves = [np.stack([edges.ends[sharp_edges, end], middles], axis=1) for end in (0, 1)]
+    return np.vstack(halves), np.tile(edges.sharpness[sharp_edges] - 1, 2)
 
 
-# Corners of a vertex that smooth edges connect share a normal; walking around each vertex would be
-# a loop in Python over millions. So the least number spreads along all edges at once, in as many
-# rounds as the longest fan of faces needs.
-def _smooth_groups(mesh: Polygons, edges: _Edges, following: Indices) -> Indices:
+# Corners of a vertex that smooth edges connect form a group. The least number of each group spreads
+# along all edges at once, in as many rounds as the longest fan of faces needs. Walking around each
+# vertex would be a loop in Python over millions.
+def _smooth_groups(mesh: Polygons, edges: _Edges, next_corner: Indices) -> Indices:
     """Return (C,) a group number for each corner; corners of a group share a normal."""
-    inner = (edges.sharpness > 0) & (edges.faces == 2)
-    if not inner.any():
+    is_inner_crease = (edges.sharpness > 0) & (edges.faces == 2)
+    if not is_inner_crease.any():
         return np.unique(mesh.corners, return_inverse=True)[1].reshape(-1)
     # The two corners at each end of a smooth edge belong together.
     order = np.argsort(edges.of_corner, kind="stable")
     starts = np.cumsum(edges.faces) - edges.faces
     smooth = np.flatnonzero((edges.sharpness <= 0) & (edges.faces == 2))
-    one, other = order[starts[smooth]], order[starts[smooth] + 1]
-    same_way = mesh.corners[one] == mesh.corners[other]
-    first = np.where(same_way, other, following[other])
-    second = np.where(same_way, following[other], other)
-    a = np.concatenate([one, following[one]])
+    corner, other_corner = order[starts[smooth]], order[starts[smooth] + 1]
+    is_same_direction = mesh.corners[corner] == mesh.corners[other_corner]
+    first = np.where(is_same_direction, other_corner, next_corner[other_corner])
+    second = np.where(is_same_direction, next_corner[other_corner], other_corner)
+    a = np.concatenate([corner, next_corner[corner]])
     b = np.concatenate([first, second])
     group = np.arange(len(mesh.corners))
     for _ in range(_SPREAD_ROUNDS):
@@ -221,11 +238,12 @@ def _smooth_groups(mesh: Polygons, edges: _Edges, following: Indices) -> Indices
     return np.unique(group, return_inverse=True)[1].reshape(-1)
 
 
-def _sums(rows: Array, places: Indices, count: int) -> Array:
-    """Return (count, n), the sum of the rows (R, n) at each of the places (R,)."""
-    columns = [np.bincount(places, column, count) for column in rows.T]
+def _sums(rows: Array, index: Indices, count: int) -> Array:
+    """Return (count, n), the sums of the rows (R, n) that have the same index (R,)."""
+    columns = [np.bincount(index, column, count) for column in rows.T]
     return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
 
 
-def _means(rows: Array, places: Indices, counts: Indices) -> Array:
-    return np.asarray(_sums(rows, places, len(counts)) / np.maximum(counts, 1)[:, None])
+def _means(rows: Array, index: Indices, counts: Indices) -> Array:
+    """Return the means of the rows (R, n) that have the same index; `counts` is how many have."""
+    return np.asarray(_sums(rows, index, len(counts)) / np.maximum(counts, 1)[:, None])

@@ -6,8 +6,8 @@ from collections.abc import Sequence as Items
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.files.picture_formats import in_movie, is_picture, movie_named
-from heatlens.media.sequence.names import form_of, parse_pattern
+from heatlens.media.files.picture_formats import is_picture, movie_of_frame, parse_movie_name
+from heatlens.media.sequence.names import parse_frame_name, parse_pattern
 from heatlens.media.sequence.sequence import Sequence, find_sequence
 
 _DEPTH_WORDS = frozenset(
@@ -16,53 +16,60 @@ _DEPTH_WORDS = frozenset(
 
 
 def depth_path_for(path: Path, source: str) -> Path:
-    """Return the file that holds the depth of the picture at `path`, as `beside_path` finds it."""
-    return beside_path(path, source, "--depth", "depth")
+    """Return the file with the depth of the picture at `path`, as `companion_path` finds it."""
+    return companion_path(path, source, "--depth", "depth")
 
 
-def beside_path(path: Path, source: str, option: str, what: str) -> Path:
+def companion_path(path: Path, source: str, option: str, content: str) -> Path:
     """Return the file that belongs to the picture at `path`.
 
-    This is `source`, or its frame of the same number if it is a pattern; frames of a movie go with
-    others in order. Raises InputError if there is no such frame or the picture has no number. The
-    error names `option` and `what` the file holds.
+    This is `source`, or its frame of the same number if it is a pattern; frames of a movie are
+    matched with others by their order. Raises InputError if there is no such frame or the picture
+    has no number. The error names `option` and the `content` of the file.
     """
-    other = Path(os.path.expanduser(source))
-    if _go_in_order(path, other):
-        return _in_order(path, find_sequence(source), what)
-    if os.path.exists(other) or parse_pattern(other.name) is None:
-        return other
-    frame = form_of(path.name)[1]
+    companion = Path(os.path.expanduser(source))
+    if _is_matched_by_order(path, companion):
+        return _companion_by_order(path, find_sequence(source), content)
+    if os.path.exists(companion) or parse_pattern(companion.name) is None:
+        return companion
+    frame = parse_frame_name(path.name)[1]
     if frame is None:
         raise InputError(
             f"{path} has no frame number in its name, so none of {source} belongs to it: name one "
             f"file with {option}."
         )
     sequence = find_sequence(source)
-    beside = sequence.path_at(frame)
-    if not sequence.has(frame):
-        raise InputError(f"{beside} is missing: the {what} of {path}.")
-    return beside
+    frame_path = sequence.path_at(frame)
+    if not sequence.has_file(frame):
+        raise InputError(f"{frame_path} is missing: the {content} of {path}.")
+    return frame_path
 
 
-def _go_in_order(path: Path, source: Path) -> bool:
-    """Return whether the frames of `source` belong to those beside `path` first with first."""
-    if movie_named(source) is not None:
+def _is_matched_by_order(path: Path, source: Path) -> bool:
+    """Return whether frames of `source` are matched with pictures by order, not by number."""
+    if parse_movie_name(source) is not None:
         return True
-    return in_movie(path) is not None and parse_pattern(source.name) is not None
+    return movie_of_frame(path) is not None and parse_pattern(source.name) is not None
 
 
-def _in_order(path: Path, source: Sequence, what: str) -> Path:
-    """Return the frame of `source` with as many before it as `path` has in its own sequence."""
-    own = find_sequence(path)
-    movie, frame = in_movie(path), own.frame_at(path)
-    at = movie[1] if movie is not None else own.frames.index(frame) if frame is not None else 0
-    if at >= len(source.frames):
+def _companion_by_order(path: Path, source: Sequence, content: str) -> Path:
+    """Return the frame of `source` at the same index as `path` has in its own sequence."""
+    picture_sequence = find_sequence(path)
+    movie, frame = movie_of_frame(path), picture_sequence.frame_at(path)
+    index = (
+        movie[1]
+        if movie is not None
+        else picture_sequence.frames.index(frame)
+        if frame is not None
+        else 0
+    )
+    if index >= len(source.frames):
         raise InputError(
-            f"{source.pattern} has {len(source.frames)} frames, but {path} is number {at + 1} of "
-            f"its own: its {what} is missing."
+            f"{source.pattern} has {len(source.frames)} frames, but {path} is number {index + 1} "
+            "of "
+            f"its own: its {content} is missing."
         )
-    return source.path_at(source.frames[at])
+    return source.path_at(source.frames[index])
 
 
 class PlateFiles:
@@ -74,57 +81,64 @@ class PlateFiles:
     def __init__(self, sources: Items[str]) -> None:
         """Keep the files or patterns of the depth and of pictures behind, if any."""
         self._sources = tuple(sources)
-        self._frames: dict[str, Sequence] = {}
+        self._sequences: dict[str, Sequence] = {}
 
     def __call__(self, path: Path) -> tuple[Path, ...]:
         """Return the picture at `path`, then the files beside it, whether they exist or not.
 
         A pattern adds nothing if it has no file yet or the picture has no number.
         """
-        return (path, *(file for it in self._sources for file in self._beside(path, it)))
+        return (
+            path,
+            *(file for source in self._sources for file in self._companions(path, source)),
+        )
 
-    def _beside(self, path: Path, source: str) -> tuple[Path, ...]:
-        other, frame = Path(os.path.expanduser(source)), form_of(path.name)[1]
-        is_in_order = _go_in_order(path, other)
-        if not is_in_order and (os.path.exists(other) or parse_pattern(other.name) is None):
-            return (other,)
+    def _companions(self, path: Path, source: str) -> tuple[Path, ...]:
+        """Return the file of `source` for the picture at `path`; () if there is none."""
+        companion, frame = Path(os.path.expanduser(source)), parse_frame_name(path.name)[1]
+        is_in_order = _is_matched_by_order(path, companion)
+        if not is_in_order and (os.path.exists(companion) or parse_pattern(companion.name) is None):
+            return (companion,)
         try:
-            frames = self._frames.get(source) or find_sequence(source)
-            self._frames[source] = frames
+            sequence = self._sequences.get(source) or find_sequence(source)
+            self._sequences[source] = sequence
             if is_in_order:
-                return (_in_order(path, frames, "depth"),)
+                return (_companion_by_order(path, sequence, "depth"),)
         except InputError:  # the pattern has no such file yet
             return ()
-        return () if frame is None else (frames.path_at(frame),)
+        return () if frame is None else (sequence.path_at(frame),)
 
 
-def picture_and_depth(names: Items[str]) -> tuple[str, str] | None:
-    """Return (picture, depth) if the names of two files say that they belong together; else None.
+def pair_picture_with_depth(names: Items[str]) -> tuple[str, str] | None:
+    """Return (picture, depth) if the names of two files match as such a pair; else None.
 
     A depth with a number in its name stands for its whole sequence if the picture has a number too.
     """
     if len(names) != 2 or not all(_is_plate_file(name) for name in names):
         return None
-    depths = [name for name in names if _is_called_depth(name)]
+    depths = [name for name in names if _has_depth_name(name)]
     if len(depths) != 1:
         return None
     (depth,) = depths
     (picture,) = (name for name in names if name != depth)
-    return picture, _with_its_frames(picture, depth)
+    return picture, _pattern_of_depth(picture, depth)
 
 
 def _is_plate_file(name: str) -> bool:
     return Path(name).suffix.lower() == ".exr" or is_picture(Path(name))
 
 
-def _is_called_depth(name: str) -> bool:
+def _has_depth_name(name: str) -> bool:
     words = re.split(r"[^a-z]+", Path(name).stem.lower())
     return bool(_DEPTH_WORDS.intersection(words))
 
 
-def _with_its_frames(picture: str, depth: str) -> str:
+def _pattern_of_depth(picture: str, depth: str) -> str:
     """Return the pattern of the depth's sequence if both files are frames, else the file."""
-    if form_of(Path(picture).name)[1] is None or form_of(Path(depth).name)[1] is None:
+    if (
+        parse_frame_name(Path(picture).name)[1] is None
+        or parse_frame_name(Path(depth).name)[1] is None
+    ):
         return depth
     sequence = find_sequence(depth)
     return depth if len(sequence.present) == 1 else sequence.pattern

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.media.files.picture_formats import MOVIES_READ
-from heatlens.media.sequence.names import NameForm, are_frames, sequences_among
+from heatlens.media.sequence.names import NameForm, are_frames, group_sequences
 from heatlens.media.sequence.sequence import Sequence
 
 _DIGITS = re.compile(r"(\d+)")
@@ -61,47 +61,53 @@ def list_folder(folder: Path, suffixes: tuple[str, ...], is_single: bool = False
             folders = [entry.name for entry in visible if os.path.isdir(entry.path)]
     except OSError as error:
         raise InputError(f"{folder} cannot be read: {error.strerror or error}.") from error
-    inside = set(folders)
+    folder_names = set(folders)
     names = [
         entry.name
         for entry in visible
-        if entry.name.lower().endswith(suffixes) and entry.name not in inside
+        if entry.name.lower().endswith(suffixes) and entry.name not in folder_names
     ]
-    entries = sorted(_entries(folder, names, is_single), key=lambda entry: natural(entry.name))
-    return FolderList(folder, tuple(sorted(folders, key=natural)), tuple(entries))
+    entries = sorted(
+        _list_entries(folder, names, is_single), key=lambda entry: natural_key(entry.name)
+    )
+    return FolderList(folder, tuple(sorted(folders, key=natural_key)), tuple(entries))
 
 
-def natural(name: str) -> list[str | int]:
+def natural_key(name: str) -> list[str | int]:
     """Return a sort key for natural order: shot9 before shot10, ignoring case."""
-    return [int(p) if p.isdecimal() else p for p in _DIGITS.split(name.casefold())]
+    return [int(part) if part.isdecimal() else part for part in _DIGITS.split(name.casefold())]
 
 
-def _entries(folder: Path, names: list[str], is_single: bool) -> list[Entry]:
-    texts = [name for name in names if name.lower().endswith(_NO_FRAMES)]
-    entries = [Entry(name, folder / name, _written_s(folder / name)) for name in texts]
-    for form, frames in sequences_among(set(names).difference(texts)).items():
+def _list_entries(folder: Path, names: list[str], is_single: bool) -> list[Entry]:
+    """Return an entry for each file, or for each sequence of files unless `is_single`."""
+    unnumbered_names = [name for name in names if name.lower().endswith(_NO_FRAMES)]
+    entries = [Entry(name, folder / name, _modified_s(folder / name)) for name in unnumbered_names]
+    for form, frames in group_sequences(set(names).difference(unnumbered_names)).items():
         if not are_frames(form, frames):
-            names_of_it = [form.name_at(frame) for frame in frames or (0,)]
-            entries += [Entry(it, folder / it, _written_s(folder / it)) for it in names_of_it]
+            single_names = [form.name_at(frame) for frame in frames or (0,)]
+            entries += [
+                Entry(single_name, folder / single_name, _modified_s(folder / single_name))
+                for single_name in single_names
+            ]
         elif is_single:
-            entries += [_single(folder, form, frame) for frame in frames]
+            entries += [_single_entry(folder, form, frame) for frame in frames]
         else:
             name = form.name_at(frames[-1])
             sequence = Sequence(folder, form, frames, frames)
             path = Path(sequence.pattern)
-            entries.append(Entry(form.text, path, _written_s(folder / name), sequence))
+            entries.append(Entry(form.text, path, _modified_s(folder / name), sequence))
     return entries
 
 
-def _single(folder: Path, form: NameForm, frame: int) -> Entry:
+def _single_entry(folder: Path, form: NameForm, frame: int) -> Entry:
     """Return the entry of one file of a sequence; its path opens only this frame."""
     name, path = form.name_at(frame), folder / form.name_at(frame)
     if form.is_notation:
         path = folder / f"{form.prefix}{frame}-{frame}{'#' * form.padding}{form.suffix}"
-    return Entry(name, path, _written_s(folder / name))
+    return Entry(name, path, _modified_s(folder / name))
 
 
-def _written_s(path: Path) -> float:
+def _modified_s(path: Path) -> float:
     """Return the time of the last change; 0 for a file that is gone or a broken link."""
     try:
         return path.stat().st_mtime

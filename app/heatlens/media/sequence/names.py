@@ -14,7 +14,7 @@ from fileseq.frameset import FrameSet
 from heatlens.core.base.errors import InputError
 
 # Share of the frames from first to last that must exist if the name alone does not decide.
-_LEAST_PART = 0.1
+_DENSITY_LEAST = 0.1
 _DIGITS_MOST = 20  # of a frame number; an absurd padding, as in %4000000000d, would fill the memory
 MAX_FRAMES = 1_000_000  # about twelve hours; more comes from a date or a hash in the name
 
@@ -47,7 +47,7 @@ class NameForm:
         if not (name.startswith(self.prefix) and name.endswith(self.suffix)):
             return None
         digits = name[len(self.prefix) : len(name) - len(self.suffix)]
-        if not _NUMBER.fullmatch(digits) or (digits[0] == "-" and not _takes_sign(self.prefix)):
+        if not _NUMBER.fullmatch(digits) or (digits[0] == "-" and not _allows_sign(self.prefix)):
             return None
         return digits
 
@@ -55,7 +55,9 @@ class NameForm:
         """Return the sorted frames of `names` that have this form and exactly this padding."""
         numbers = (self.number_in(name) for name in names)
         frames = ((int(number), number) for number in numbers if number is not None)
-        return tuple(sorted(f for f, text in frames if str(f).zfill(self.padding) == text))
+        return tuple(
+            sorted(frame for frame, digits in frames if str(frame).zfill(self.padding) == digits)
+        )
 
     @property
     def text(self) -> str:
@@ -68,7 +70,7 @@ class NameForm:
         return parse_pattern(self.text) == (self, None)
 
 
-def form_of(name: str) -> tuple[NameForm, int | None]:
+def parse_frame_name(name: str) -> tuple[NameForm, int | None]:
     """Return the form of `name`, and its frame number or None.
 
     A version (`shot_v02.exr`) is not a frame number, nor is one of more than 20 digits, and a minus
@@ -78,7 +80,7 @@ def form_of(name: str) -> tuple[NameForm, int | None]:
     if not match or _VERSION.fullmatch(match[1]) or len(match[2].lstrip("-")) > _DIGITS_MOST:
         return NameForm(name, 0, ""), None
     prefix, digits, suffix = match.groups()
-    if digits[0] == "-" and not _takes_sign(prefix):
+    if digits[0] == "-" and not _allows_sign(prefix):
         prefix, digits = f"{prefix}-", digits[1:]
     return NameForm(prefix, len(digits), suffix), int(digits)
 
@@ -95,7 +97,7 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
     except (ValueError, ArithmeticError):  # the latter for numbers of dozens of digits
         return None
     tail = parsed.padding() + parsed.extension()
-    if not parsed.padding() or not name.endswith(tail) or _is_foreign(parsed.padding()):
+    if not parsed.padding() or not name.endswith(tail) or _is_tile_or_subframe(parsed.padding()):
         return None
     if parsed.zfill() > _DIGITS_MOST:
         raise InputError(
@@ -104,7 +106,7 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
         )
     head, prefix = name.removesuffix(tail), parsed.basename()
     frames = head.removeprefix(prefix)
-    if frames.startswith("-") and not _takes_sign(prefix):
+    if frames.startswith("-") and not _allows_sign(prefix):
         prefix, frames = f"{prefix}-", frames[1:]
     if frames.isdecimal() and prefix[-1:].isalpha():
         prefix, frames = head, ""
@@ -119,11 +121,12 @@ def parse_frames(text: str) -> tuple[int, ...]:
     try:
         if re.search(r"\d\s+\d", text):
             raise ValueError("fileseq would join the two numbers")
-        named = FrameSet(text)
-        count = len(named)
-        read = tuple(named) if count <= MAX_FRAMES else ()  # a range of millions is not unfolded
+        frame_set = FrameSet(text)
+        count = len(frame_set)
+        # A range of millions is not unfolded.
+        values = tuple(frame_set) if count <= MAX_FRAMES else ()
     except ValueError as error:  # the base of the errors of fileseq
-        raise InputError(_no_frames(text)) from error
+        raise InputError(_frames_message(text)) from error
     for first, last in re.findall(r"(-?\d+)-(-?\d+)(?!\d|x-)", text):
         if int(last) < int(first):
             raise InputError(f"Frames {first}-{last} run backwards. Give the smaller number first.")
@@ -131,9 +134,9 @@ def parse_frames(text: str) -> tuple[int, ...]:
         raise InputError(
             f"Frames {text!r} are {count:,} frames: heatlens takes up to {MAX_FRAMES:,}."
         )
-    frames = tuple(sorted(frame for frame in read if isinstance(frame, int)))
-    if not frames or len(frames) < len(read):
-        raise InputError(_no_frames(text))
+    frames = tuple(sorted(frame for frame in values if isinstance(frame, int)))
+    if not frames or len(frames) < len(values):
+        raise InputError(_frames_message(text))
     return frames
 
 
@@ -142,15 +145,17 @@ def frames_text(frames: Iterable[int]) -> str:
     return str(FrameSet.framesToFrameRange(frames, sort=True))
 
 
-def padding_of(form: NameForm, names: Iterable[str]) -> tuple[int, ...]:
+def paddings_of(form: NameForm, names: Iterable[str]) -> tuple[int, ...]:
     """Return the paddings of the numbers of `names` in `form`, which is usually a single one.
 
     Numbers with leading zeros decide; if there are none, the shortest number does.
     """
     numbers = {number for name in names if (number := form.number_in(name)) is not None}
-    padded = {len(number) for number in numbers if number.lstrip("-")[0] == "0" and number != "0"}
+    padded_lengths = {
+        len(number) for number in numbers if number.lstrip("-")[0] == "0" and number != "0"
+    }
     shortest = min(map(len, numbers), default=0)
-    return tuple(sorted(padded)) or ((shortest,) if shortest else ())
+    return tuple(sorted(padded_lengths)) or ((shortest,) if shortest else ())
 
 
 def are_frames(form: NameForm, frames: Sequence[int]) -> bool:
@@ -164,10 +169,10 @@ def are_frames(form: NameForm, frames: Sequence[int]) -> bool:
     is_padded = any(len(str(abs(frame))) < form.padding for frame in frames)
     if is_padded or not form.prefix[-1:].isalpha():
         return True
-    return len(frames) >= _LEAST_PART * (frames[-1] - frames[0] + 1)
+    return len(frames) >= _DENSITY_LEAST * (frames[-1] - frames[0] + 1)
 
 
-def sequences_among(names: Iterable[str]) -> dict[NameForm, tuple[int, ...]]:
+def group_sequences(names: Iterable[str]) -> dict[NameForm, tuple[int, ...]]:
     """Return every form among `names` with its frames, which are () for a name without a number.
 
     Hidden files are left out, because operating systems and programs add their own.
@@ -176,25 +181,25 @@ def sequences_among(names: Iterable[str]) -> dict[NameForm, tuple[int, ...]]:
     for name in names:
         if name.startswith("."):
             continue
-        form, number = form_of(name)
+        form, number = parse_frame_name(name)
         groups.setdefault(replace(form, padding=0 if number is None else 1), []).append(name)
     sequences = {}
     for form, members in groups.items():
-        for padding in padding_of(form, members) or (0,):
+        for padding in paddings_of(form, members) or (0,):
             padded = replace(form, padding=padding)
             sequences[padded] = padded.frames_in(members)
     return sequences
 
 
-def _takes_sign(prefix: str) -> bool:
+def _allows_sign(prefix: str) -> bool:
     """Return whether a minus after `prefix` can be the sign of a number."""
     return not prefix[-1:].isalnum()
 
 
-def _is_foreign(padding: str) -> bool:
+def _is_tile_or_subframe(padding: str) -> bool:
     """Return True for notations of fileseq that are not frame numbers: tiles and sub-frames."""
     return "UDIM" in padding or "." in padding
 
 
-def _no_frames(text: str) -> str:
+def _frames_message(text: str) -> str:
     return f"Frames {text!r} cannot be read: write 1001-1100, 1001-1100x2 or 1001,1005,1010-1020."

@@ -14,21 +14,21 @@ from heatlens.core.base.errors import InputError
 from heatlens.media.files.movie_read import movie_at
 from heatlens.media.files.picture_formats import (
     file_on_disk,
-    in_movie,
     is_picture,
     movie_frame_name,
-    movie_named,
+    movie_of_frame,
+    parse_movie_name,
 )
 from heatlens.media.sequence.names import (
     MAX_FRAMES,
     NameForm,
     are_frames,
-    form_of,
     frames_text,
-    padding_of,
+    group_sequences,
+    paddings_of,
+    parse_frame_name,
     parse_frames,
     parse_pattern,
-    sequences_among,
 )
 
 # What to show for a frame without a file: the nearest earlier one (else the first), black, or
@@ -40,7 +40,7 @@ Stamp = tuple[int, ...]
 _STILL_FRAME = 1  # frame number of a picture without a number in its name
 _NOTATIONS = "shot.####.exr, shot.%04d.exr, shot.@@@@.exr or shot.$F4.exr"
 # How other programs and shells write a frame number: [0001-0003], {frame:04d}, <F4>, * and ?.
-_FOREIGN = re.compile(r"\[[^\]]*\]|\{[^}]*\}|<[^>]*>|[*?]+")
+_FOREIGN_NOTATION = re.compile(r"\[[^\]]*\]|\{[^}]*\}|<[^>]*>|[*?]+")
 _NEAR_NAMES = 3  # how many an error lists
 
 
@@ -84,7 +84,7 @@ class Sequence:
 
         If the name itself contains notation marks, it is the path of one of the files instead.
         """
-        if movie_named(self.folder) is not None and not os.path.isdir(self.folder):
+        if parse_movie_name(self.folder) is not None and not os.path.isdir(self.folder):
             return str(self.folder)
         is_notation = self.form.padding and self.form.is_notation
         first = self.form.name_at((self.present or self.frames)[0])
@@ -98,23 +98,30 @@ class Sequence:
         """Return the frame whose file is `path`; None if it is none of the wanted ones."""
         name = Path(path).name
         frames = self.form.frames_in([name]) if self.form.padding else (_STILL_FRAME,)
-        return next((f for f in frames if f in self._wanted and self.path_at(f).name == name), None)
+        return next(
+            (
+                frame
+                for frame in frames
+                if frame in self._frame_set and self.path_at(frame).name == name
+            ),
+            None,
+        )
 
     @cached_property
-    def _wanted(self) -> frozenset[int]:
+    def _frame_set(self) -> frozenset[int]:
         return frozenset(self.frames)
 
-    def has(self, frame: int) -> bool:
+    def has_file(self, frame: int) -> bool:
         """Return True if `frame` is wanted and had a file."""
-        at = bisect_left(self.present, frame)
-        return self.present[at : at + 1] == (frame,)
+        index = bisect_left(self.present, frame)
+        return self.present[index : index + 1] == (frame,)
 
     def shown_frame(self, frame: int, policy: MissingPolicy = "hold") -> int | None:
         """Return `frame`, or the frame that is shown in its place; None for black.
 
         Raises InputError if `frame` has no file and the policy is `stop`.
         """
-        if self.has(frame):
+        if self.has_file(frame):
             return frame
         if policy == "stop":
             raise InputError(
@@ -129,8 +136,8 @@ class Sequence:
 
         Raises InputError as `shown_frame` does.
         """
-        shown = self.shown_frame(frame, policy)
-        return None if shown is None else self.path_at(shown)
+        shown_number = self.shown_frame(frame, policy)
+        return None if shown_number is None else self.path_at(shown_number)
 
 
 def find_sequence(
@@ -148,18 +155,18 @@ def find_sequence(
     path = Path(os.path.expanduser(text))
     if os.path.isdir(path) or _movie_frames_in(path) is not None:
         names = _names_in(path)
-        return _sequence_of(path, names, _form_of_folder(path, names), frames)
+        return _sequence_of(path, names, _find_form_in_folder(path, names), frames)
     if not os.path.isdir(path.parent) and _movie_frames_in(path.parent) is None:
         raise InputError(f"{path} cannot be found: the folder {path.parent} does not exist.")
     names = _names_in(path.parent)
     if os.path.isfile(path) or path.name in (_movie_frames_in(path.parent) or ()):
-        form, own_frames = _form_of_file(path, names, whole)
+        form, own_frames = _form_of_existing_file(path, names, whole)
     else:
         form, own_frames = _form_of_pattern(path, names)
     return _sequence_of(path.parent, names, form, own_frames if frames is None else frames)
 
 
-def rescanned(sequence: Sequence) -> Sequence:
+def rescan(sequence: Sequence) -> Sequence:
     """Scan the folder of `sequence` again, and return the sequence as it is on disk now.
 
     Without a `frame_range` it grows with its files. It never shrinks, because keys may be set on
@@ -169,14 +176,16 @@ def rescanned(sequence: Sequence) -> Sequence:
     on_disk = _frames_among(sequence.form, names)
     wanted = sequence.frames
     if sequence.frame_range is None and on_disk:
-        wanted = _span(sequence.folder, min(on_disk[0], wanted[0]), max(on_disk[-1], wanted[-1]))
-    present = _shared(on_disk, wanted)
+        wanted = _frame_span(
+            sequence.folder, min(on_disk[0], wanted[0]), max(on_disk[-1], wanted[-1])
+        )
+    present = _keep_wanted(on_disk, wanted)
     return replace(sequence, frames=wanted, present=present)
 
 
 def stamp_of(path: Path) -> Stamp | None:
     """Return a value that changes when the file does; None if there is no file."""
-    movie = in_movie(path)
+    movie = movie_of_frame(path)
     try:
         status = file_on_disk(path).stat()
     except OSError:
@@ -184,13 +193,17 @@ def stamp_of(path: Path) -> Stamp | None:
     return status.st_mtime_ns, status.st_size, *(() if movie is None else movie[1:])
 
 
-def _form_of_file(path: Path, names: list[str], whole: bool) -> tuple[NameForm, str | None]:
-    """Return the form of the file at `path`, and its own frame range if it stands for itself."""
-    form, frame = form_of(path.name)
+def _form_of_existing_file(
+    path: Path, names: list[str], whole: bool
+) -> tuple[NameForm, str | None]:
+    """Return the form of the file at `path`, and its frame range; None for its whole sequence."""
+    form, frame = parse_frame_name(path.name)
     if frame is None:
         return form, None
-    fitting = (replace(form, padding=padding) for padding in padding_of(form, names))
-    form = next((fit for fit in fitting if fit.name_at(frame) == path.name), form)
+    candidates = (replace(form, padding=padding) for padding in paddings_of(form, names))
+    form = next(
+        (candidate for candidate in candidates if candidate.name_at(frame) == path.name), form
+    )
     is_whole = whole and are_frames(form, form.frames_in(names))
     return form, None if is_whole else str(frame)
 
@@ -199,11 +212,11 @@ def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | N
     """Return the sequence of `form` among the `names` in `folder`, limited to `frames` if given."""
     on_disk = _frames_among(form, names)
     if not on_disk:
-        raise InputError(f"No file is called {folder / form.text}. {_near(form, names)}")
+        raise InputError(f"No file is called {folder / form.text}. {_suggestion(form, names)}")
     if frames is None:
-        return Sequence(folder, form, _span(folder, on_disk[0], on_disk[-1]), on_disk)
+        return Sequence(folder, form, _frame_span(folder, on_disk[0], on_disk[-1]), on_disk)
     wanted = parse_frames(frames)
-    sequence = Sequence(folder, form, wanted, _shared(on_disk, wanted), frames)
+    sequence = Sequence(folder, form, wanted, _keep_wanted(on_disk, wanted), frames)
     if not sequence.present:
         raise InputError(
             f"{sequence.pattern} has no file for frames {frames}: there are {frames_text(on_disk)}."
@@ -211,20 +224,21 @@ def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | N
     return sequence
 
 
-def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
+def _find_form_in_folder(folder: Path, names: list[str]) -> NameForm:
     """Return the form of the only sequence in `folder`, which may also hold stills.
 
     EXR files take precedence over other formats. Raises InputError for several sequences or none.
     """
     exr = [name for name in names if name.lower().endswith(".exr")]
-    by_form = sequences_among(exr or [name for name in names if is_picture(Path(name))])
+    by_form = group_sequences(exr or [name for name in names if is_picture(Path(name))])
     forms = [form for form, frames in by_form.items() if are_frames(form, frames)] or list(by_form)
     if len(forms) == 1:
         return forms[0]
     if not by_form:
         raise InputError(f"The folder {folder} holds no EXR file, and no other picture.")
     raise InputError(
-        f"The folder {folder} holds more than one picture: {_listed(by_form)}. Name one of them."
+        f"The folder {folder} holds more than one picture: {_list_sequences(by_form)}. Name one "
+        "of them."
     )
 
 
@@ -232,17 +246,24 @@ def _form_of_pattern(path: Path, names: list[str]) -> tuple[NameForm, str | None
     """Return the form in the name of `path`, with its padding, and the frames it names, if any."""
     parsed = parse_pattern(path.name)
     if parsed is None:
-        plain, count = _FOREIGN.subn("", path.name)
+        plain_name, count = _FOREIGN_NOTATION.subn("", path.name)
         is_pattern = count or any(mark in path.name for mark in "#%@$")
-        what = f"neither a file nor a pattern such as {_NOTATIONS}" if is_pattern else "not there"
-        raise InputError(f"{path} is {what}. {_near(form_of(plain)[0], names)}")
+        problem = (
+            f"neither a file nor a pattern such as {_NOTATIONS}" if is_pattern else "not there"
+        )
+        raise InputError(
+            f"{path} is {problem}. {_suggestion(parse_frame_name(plain_name)[0], names)}"
+        )
     form, frames = parsed
     if form.padding != 1:
         return form, frames
-    paddings = padding_of(form, names) or (1,)
+    paddings = paddings_of(form, names) or (1,)
     if len(paddings) > 1:
-        forms = {(f := replace(form, padding=p)): f.frames_in(names) for p in paddings}
-        raise InputError(f"{path} can mean {_listed(forms)}: write one # for each digit.")
+        forms = {
+            (padded_form := replace(form, padding=padding)): padded_form.frames_in(names)
+            for padding in paddings
+        }
+        raise InputError(f"{path} can mean {_list_sequences(forms)}: write one # for each digit.")
     return replace(form, padding=paddings[0]), frames
 
 
@@ -260,20 +281,21 @@ def _names_in(folder: Path) -> list[str]:
 
 def _movie_frames_in(path: Path) -> list[str] | None:
     """Return the names of the frames if `path` is a movie, else None."""
-    named = movie_named(path)
-    if named is None or not os.path.isfile(named[0]):
+    movie_and_first = parse_movie_name(path)
+    if movie_and_first is None or not os.path.isfile(movie_and_first[0]):
         return None
-    movie, first = named
-    return [movie_frame_name(movie, first + at) for at in range(movie_at(movie).count)]
+    movie, first = movie_and_first
+    return [movie_frame_name(movie, first + index) for index in range(movie_at(movie).count)]
 
 
 def _frames_among(form: NameForm, names: list[str]) -> tuple[int, ...]:
+    """Return the frames of `form` among `names`; one frame for a file without a number."""
     if form.padding:
         return form.frames_in(names)
     return (_STILL_FRAME,) if form.prefix in names else ()
 
 
-def _span(folder: Path, first: int, last: int) -> tuple[int, ...]:
+def _frame_span(folder: Path, first: int, last: int) -> tuple[int, ...]:
     """Return every frame from `first` to `last`."""
     if last - first >= MAX_FRAMES:
         raise InputError(
@@ -283,29 +305,37 @@ def _span(folder: Path, first: int, last: int) -> tuple[int, ...]:
     return tuple(range(first, last + 1))
 
 
-def _shared(frames: tuple[int, ...], wanted: tuple[int, ...]) -> tuple[int, ...]:
+def _keep_wanted(frames: tuple[int, ...], wanted: tuple[int, ...]) -> tuple[int, ...]:
     """Return those of `frames` that are wanted, in order."""
-    among = set(wanted)
-    return tuple(frame for frame in frames if frame in among)
+    wanted_set = set(wanted)
+    return tuple(frame for frame in frames if frame in wanted_set)
 
 
-def _near(form: NameForm, names: list[str]) -> str:
+def _suggestion(form: NameForm, names: list[str]) -> str:
     """Return a sentence on the most similar names in the folder, or else on any EXR files."""
-    meant = sorted(name for name in names if name.startswith(f"{form.prefix}{form.suffix}."))
-    if meant:  # the extension was left out
-        return f"Did you mean {' or '.join(meant[:_NEAR_NAMES])}?"
-    by_form = sequences_among(names)
-    by_text = {f"{f.prefix}{f.suffix}": f for f in by_form}
-    near = get_close_matches(f"{form.prefix}{form.suffix}", by_text, _NEAR_NAMES)
-    if near and not by_form[by_text[near[0]]] and not form.padding:
-        return f"Did you mean {by_text[near[0]].text}?"
-    near = near or [text for text in by_text if text.lower().endswith(".exr")][:_NEAR_NAMES]
-    if not near:
+    extended_names = sorted(
+        name for name in names if name.startswith(f"{form.prefix}{form.suffix}.")
+    )
+    if extended_names:  # the extension was left out
+        return f"Did you mean {' or '.join(extended_names[:_NEAR_NAMES])}?"
+    by_form = group_sequences(names)
+    by_text = {f"{name_form.prefix}{name_form.suffix}": name_form for name_form in by_form}
+    similar = get_close_matches(f"{form.prefix}{form.suffix}", by_text, _NEAR_NAMES)
+    if similar and not by_form[by_text[similar[0]]] and not form.padding:
+        return f"Did you mean {by_text[similar[0]].text}?"
+    similar = similar or [text for text in by_text if text.lower().endswith(".exr")][:_NEAR_NAMES]
+    if not similar:
         return "The folder holds no EXR file."
-    return f"The folder holds {_listed({by_text[text]: by_form[by_text[text]] for text in near})}."
+    return (
+        "The folder holds "
+        f"{_list_sequences({by_text[text]: by_form[by_text[text]] for text in similar})}."
+    )
 
 
-def _listed(sequences: Mapping[NameForm, tuple[int, ...]]) -> str:
+def _list_sequences(sequences: Mapping[NameForm, tuple[int, ...]]) -> str:
     """Return the names of sequences with their frames, as text for a sentence."""
-    texts = (f"{f.text} ({frames_text(at)})" if at else f.text for f, at in sequences.items())
+    texts = (
+        f"{form.text} ({frames_text(frames)})" if frames else form.text
+        for form, frames in sequences.items()
+    )
     return ", ".join(sorted(texts))

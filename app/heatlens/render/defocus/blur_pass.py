@@ -86,76 +86,80 @@ class BlurPass:
     def __init__(self, solver: LineSolver) -> None:
         self._solver = solver
 
-    def run(self, what: Diffusion, targets: BlurTargets, mask: TileMask | None = None) -> None:
+    def run(self, diffusion: Diffusion, targets: BlurTargets, mask: TileMask | None = None) -> None:
         """Diffuse a picture, or only its tiles in `mask`.
 
-        The target may be `what.color` itself; pixels in focus keep their values.
+        The target may be `diffusion.color` itself; pixels in focus keep their values.
         """
-        for _ in self.steps(what, targets, mask):
+        for _ in self.steps(diffusion, targets, mask):
             pass
 
     def steps(
-        self, what: Diffusion, targets: BlurTargets, mask: TileMask | None = None
+        self, diffusion: Diffusion, targets: BlurTargets, mask: TileMask | None = None
     ) -> Iterator[None]:
         """Do what `run` does in short steps, so that a window can answer in between."""
-        kernel = what.kernel
+        kernel = diffusion.kernel
         system = LineSystem(
             "lib/blur_system.lib.glsl",
             poles=len(kernel.poles),
             is_complex=kernel.is_complex,
-            defines=_defines(targets.poles.dtype == PACKED, bool(what.shape_uniforms)),
+            defines=_defines(targets.poles.dtype == PACKED, bool(diffusion.shape_uniforms)),
         )
-        source = what.color
-        for left in reversed(range(kernel.steps)):
-            over = None if left else targets.over
-            for axis, bound in _both_axes(what, source, replace(targets, over=over)):
-                yield from self._solver.steps(system, axis, what.size, bound, mask)
+        source = diffusion.color
+        for steps_left in reversed(range(kernel.steps)):
+            over = None if steps_left else targets.over
+            for axis, bindings in _bindings_of_axes(diffusion, source, replace(targets, over=over)):
+                yield from self._solver.steps(system, axis, diffusion.size, bindings, mask)
             source = targets.out_color
 
 
 def _defines(is_packed: bool, is_shaped: bool) -> tuple[tuple[str, object], ...]:
+    """Return the shader's defines for packed poles, and for discs that are no ellipses."""
     return (("HALF_POLES", 1),) * is_packed + (("SHAPED", 1),) * is_shaped
 
 
-# Rows mix their solutions to one image for each pole of the columns, divided by the weight that the
-# columns give it: a uniform picture then has the same uniform value in each image and stays exact,
-# also in half floats. Halves are packed in words and rounded by the shader, since Mesa truncates.
-# They halve what goes through memory between the two axes.
-def _both_axes(
-    what: Diffusion, source: Texture, targets: BlurTargets
+# Rows mix their solutions to one image for each pole of the columns. Each image is divided by the
+# weight that the columns give it: a uniform picture then has the same uniform value in each image
+# and stays exact, also in half floats. Half floats halve the memory traffic between the two axes.
+# The shader rounds them and packs them in words, since Mesa truncates.
+def _bindings_of_axes(
+    diffusion: Diffusion, source: Texture, targets: BlurTargets
 ) -> Iterator[tuple[Axis, Bindings]]:
-    """Yield rows of `source`, then columns; pixels in focus are taken from `what.color`."""
-    kernel, sums, over = what.kernel, what.kernel.mix.sum(axis=0), targets.over
+    """Yield the axis and its shader inputs for the rows of `source`, then for the columns.
+
+    Pixels in focus are taken from `diffusion.color`.
+    """
+    kernel, sums, over = diffusion.kernel, diffusion.kernel.mix.sum(axis=0), targets.over
     uniforms: dict[str, object] = {
-        "kappa": _numbers(kernel, kernel.poles),
-        "mix_weights": _numbers(kernel, kernel.mix / sums),
-        "sum_weights": _numbers(kernel, sums),
+        "kappa": _to_shader_numbers(kernel, kernel.poles),
+        "mix_weights": _to_shader_numbers(kernel, kernel.mix / sums),
+        "sum_weights": _to_shader_numbers(kernel, sums),
         "compact_c": kernel.compact,
-        "least_px": what.least_px,
-        "resampled_px_2": what.resampled_px_2,
-        **what.shape_uniforms,
+        "least_px": diffusion.least_px,
+        "resampled_px_2": diffusion.resampled_px_2,
+        **diffusion.shape_uniforms,
     }
     yield (
         "rows",
         Bindings(
-            {"coc_tx": what.coc, "source_tx": source},
+            {"coc_tx": diffusion.coc, "source_tx": source},
             {"out_poles_img": targets.poles},
-            uniforms | {"axis_scale": what.axis_scales[0]},
+            uniforms | {"axis_scale": diffusion.axis_scales[0]},
         ),
     )
     yield (
         "columns",
         Bindings(
-            {"coc_tx": what.coc, "color_tx": what.color, "poles_tx": targets.poles},
+            {"coc_tx": diffusion.coc, "color_tx": diffusion.color, "poles_tx": targets.poles},
             {"color_img": targets.out_color if over is None else over.color},
             uniforms
-            | {"axis_scale": what.axis_scales[1], "is_over": over is not None}
+            | {"axis_scale": diffusion.axis_scales[1], "is_over": over is not None}
             | {"is_farthest": over is not None and over.is_farthest},
         ),
     )
 
 
-def _numbers(kernel: Kernel, values: npt.NDArray[np.complex128]) -> object:
+def _to_shader_numbers(kernel: Kernel, values: npt.NDArray[np.complex128]) -> object:
     """Return a kernel's coefficients in the layout of the shader's `Num` array."""
     flat = values.ravel()
     numbers = [(z.real, z.imag) for z in flat] if kernel.is_complex else [z.real for z in flat]

@@ -12,23 +12,24 @@ _EVERYWHERE = (-1e30, 1e30)  # circles of confusion
 class CutoutTextures:
     """A cutout on the GPU (`plate.plate.Cutout`), at the size of a picture.
 
-    light   RGBA: rgb times its share of the pixel, and the share
-    alpha   the same with the plate's alpha as its light; None for a plate without alpha
-    depth   that of what is kept, or, once a lens is known, its signed circle of confusion
-    rest    RGBA of the picture without it
-    rest_depth  as that of a plate
-    ground  RGBA, over which the rest is blurred, which has alpha then; None if it needs none
+    light       RGBA: rgb times its share of the pixel, and the share
+    alpha       the same with the plate's alpha as its light; None for a plate without alpha
+    depth       depth of the cutout, or, once a lens is known, its signed circle of confusion
+    rest_color  RGBA of the picture without the cutout
+    rest_depth  depth of the picture without the cutout, as that of a plate
+    ground      RGBA, behind the rest of the picture, which is blurred with alpha then; None if
+                the rest needs no ground
     """
 
     light: Texture
     alpha: Texture | None
     depth: Texture
-    rest: Texture
+    rest_color: Texture
     rest_depth: Texture
     ground: Texture | None = None
 
     def lights_of(self, other: "CutoutTextures") -> list[tuple[Texture, Texture]]:
-        """Return each light of another cutout with the same of this one."""
+        """Return the pairs (texture of `other`, same texture of this cutout) that both have."""
         pairs = [
             (other.light, self.light),
             (other.alpha, self.alpha),
@@ -42,7 +43,7 @@ class CutoutTextures:
             self.light,
             self.alpha,
             self.depth,
-            self.rest,
+            self.rest_color,
             self.rest_depth,
             self.ground,
         ):
@@ -63,7 +64,7 @@ class SharpPart:
     coc: Texture
 
     def of_alpha(self) -> "SharpPart":
-        """Return the same for the plate's alpha as a picture."""
+        """Return the part with the plate's alpha in place of its light, to blur alpha alike."""
         return SharpPart(self.alpha or self.light, self.alpha, self.coc)
 
 
@@ -75,11 +76,11 @@ class CutoutPass:
         self._ground = ComputeProgram(ctx, "defocus/cutout_ground.comp.glsl")
 
     def over_layers(self, sharp: SharpPart, ends_px: tuple[float, float], color: Texture) -> None:
-        """Composite what has its place within a range of coc over `color`, where alpha stays."""
+        """Composite the part within a range of coc over `color`, which keeps its alpha."""
         self._run(sharp, sharp.coc, ends_px, color, is_on_top=False)
 
     def on_top(self, sharp: SharpPart, coc: Texture, color: Texture) -> None:
-        """Composite all that is not hidden by the picture, of which this is the coc."""
+        """Composite over `color` all that a picture with this signed `coc` does not hide."""
         self._run(sharp, coc, _EVERYWHERE, color, is_on_top=True)
 
     def over_ground(self, ground: Texture, color: Texture, is_opaque: bool) -> None:
@@ -99,6 +100,7 @@ class CutoutPass:
         color: Texture,
         is_on_top: bool,
     ) -> None:
+        """Composite the part with its coc between `ends_px` over `color`."""
         self._program.dispatch(
             pixel_groups(color.size),
             textures={

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from heatlens.render.defocus.listed_fragments import FragmentBuffers, ListedFragments
 from heatlens.render.defocus.optics import Optics
-from heatlens.render.defocus.other_methods import Place, level_places, pyramid_size
+from heatlens.render.defocus.other_methods import LevelRect, layout_levels, pyramid_size
 from heatlens.render.defocus.pixel_list import PixelBands
 from heatlens.render.defocus.scratch import Scratch
 from heatlens.render.defocus.steps import Steps
@@ -30,10 +30,11 @@ def cuts_behind(optics: Optics, least_px: float) -> list[float]:
     return [px for px in middles if least_px < px < optics.farthest_px]
 
 
-# A guess serves wide surfaces that are both much blurred, and nothing else. Wherever blurs overlap,
-# 7 parts by a guess lost on thin things (FLIP of a portrait with hair .0957 -> .1105, of a wire
-# fence .1010 -> .1212). As a fill behind what is in front it was worse than following structures
-# (.0723 -> .0835), because it loses the bars of a window.
+# A guess serves edges between two wide surfaces that are both much blurred, and nothing else. Used
+# wherever blurs overlap, 7 parts by a guess were worse for thin things (FLIP of a portrait with
+# hair .0957 -> .1105, of a wire fence .1010 -> .1212). As a fill behind surfaces in front of the
+# focus a guess was worse than following structures (.0723 -> .0835), because it loses the bars of a
+# window.
 class FarGuess:
     """Makes fragment lists with a guess behind each cut, for the same step."""
 
@@ -41,7 +42,7 @@ class FarGuess:
         self._ctx, self._bands = ctx, PixelBands(ctx)
 
     @cached_property
-    def _first(self) -> ComputeProgram:
+    def _pull_picture(self) -> ComputeProgram:
         return ComputeProgram(self._ctx, "defocus/guess_pull.comp.glsl", {"FIRST": 1})
 
     @cached_property
@@ -64,7 +65,7 @@ class FarGuess:
         least_px: float,
         scratch: Scratch,
     ) -> Steps[ListedFragments | None]:
-        """Return lists with a fragment a cut for a picture RGBA and its signed coc.
+        """Return lists with one fragment for each cut, for a picture RGBA and its signed coc.
 
         Surfaces whose coc is at most `least_px` are not behind the focus. Return None if the
         picture has no gap from GUESSED_FROM_PX on.
@@ -73,57 +74,63 @@ class FarGuess:
         if optics.line is None or not cuts_px or cuts_px[-1] <= GUESSED_FROM_PX:
             return None
         line = optics.line.at_infinity_px, optics.line.per_dioptre_px
-        lists = ListedFragments(_room(coc.size, len(cuts_px), scratch), optics.line)
-        places = level_places(coc.size, math.inf)
-        levels = scratch.texture("guess levels", pyramid_size(places), 4)
+        lists = ListedFragments(_allocate_lists(coc.size, len(cuts_px), scratch), optics.line)
+        level_rects = layout_levels(coc.size, math.inf)
+        levels = scratch.texture("guess levels", pyramid_size(level_rects), 4)
         for cut, cut_px in enumerate(cuts_px):
-            yield from self._filled(color, coc, cut_px, levels, places)
-            written = self._bands.run(
+            yield from self._fill_levels(color, coc, cut_px, levels, level_rects)
+            list_steps = self._bands.run(
                 self._lists,
                 coc.size,
-                {"coarser_place": places[0], "cut": cut, "cuts": len(cuts_px), "cut_px": cut_px}
+                {
+                    "coarser_place": level_rects[0],
+                    "cut": cut,
+                    "cuts": len(cuts_px),
+                    "cut_px": cut_px,
+                }
                 | {"least_px": least_px, "line": line},
                 textures={"coc_tx": coc, "levels_tx": levels},
                 buffers=lists.buffers,
             )
-            for _ in written:
+            for _ in list_steps:
                 yield FAR_PARTS
         return lists
 
-    def _filled(
+    def _fill_levels(
         self,
         color: Texture,
         coc: Texture,
         cut_px: float,
         levels: Texture,
-        places: list[Place],
+        level_rects: list[LevelRect],
     ) -> Iterator[str]:
         """Fill all levels of the pyramid with what is farther than `cut_px`."""
-        self._first.dispatch(
-            pixel_groups(places[0][2:]),
+        self._pull_picture.dispatch(
+            pixel_groups(level_rects[0][2:]),
             textures={"color_tx": color, "coc_tx": coc},
             images={"out_levels_img": levels},
-            uniforms={"out_place": places[0], "cut_px": cut_px},
+            uniforms={"out_place": level_rects[0], "cut_px": cut_px},
         )
-        for finer, place in pairwise(places):
+        for finer_rect, rect in pairwise(level_rects):
             self._pull.dispatch(
-                pixel_groups(place[2:]),
+                pixel_groups(rect[2:]),
                 textures={"levels_tx": levels},
                 images={"out_levels_img": levels},
-                uniforms={"finer_place": finer, "out_place": place},
+                uniforms={"finer_place": finer_rect, "out_place": rect},
             )
         yield FAR_PARTS
-        for place, coarser in reversed(list(pairwise(places))):
+        for rect, coarser_rect in reversed(list(pairwise(level_rects))):
             self._push.dispatch(
-                pixel_groups(place[2:]),
+                pixel_groups(rect[2:]),
                 textures={"levels_tx": levels},
                 images={"levels_img": levels},
-                uniforms={"place": place, "coarser_place": coarser},
+                uniforms={"place": rect, "coarser_place": coarser_rect},
             )
         yield FAR_PARTS
 
 
-def _room(size: tuple[int, int], cuts: int, scratch: Scratch) -> FragmentBuffers:
+def _allocate_lists(size: tuple[int, int], cuts: int, scratch: Scratch) -> FragmentBuffers:
+    """Return the memory for lists with `cuts` fragments at each pixel of a picture of `size`."""
     pixels = size[0] * size[1]
     starts = scratch.buffer("guess starts", WORD_BYTES * (pixels + 1))
     words = scratch.buffer("guess words", FRAGMENT_BYTES * pixels * cuts)

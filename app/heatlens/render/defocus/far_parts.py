@@ -35,7 +35,7 @@ _NO_PART = np.zeros((1, 4))
 def is_in_parts(optics: Optics, settings: DefocusSettings) -> bool:
     """Return whether the far field is blurred in parts, if its surfaces are known or guessed."""
     is_far = optics.farthest_px > 2 * FAR_FROM_PX * settings.proxy
-    is_level = optics.line is None or optics.line.lean.is_level
+    is_level = optics.line is None or optics.line.focus_offset.is_level
     return parts_for(settings) > 1 and is_far and is_level
 
 
@@ -47,11 +47,11 @@ def with_far_cut(cuts: list[LayerCut], proxy: float) -> list[LayerCut]:
     """
     at_px = FAR_FROM_PX * proxy
     cut = Cut(at_px, at_px * _SOFTNESS)
-    number = next((i for i, layer in enumerate(cuts) if layer.near.at_px < at_px), None)
-    if number is None:  # everything is farther
+    index = next((i for i, layer in enumerate(cuts) if layer.near.at_px < at_px), None)
+    if index is None:  # everything is farther
         return [*cuts[:-1], replace(cuts[-1], near=cut)]
-    far, near = replace(cuts[number], near=cut), replace(cuts[number], far=cut)
-    before, after = cuts[:number], cuts[number + 1 :]
+    far, near = replace(cuts[index], near=cut), replace(cuts[index], far=cut)
+    before, after = cuts[:index], cuts[index + 1 :]
     if before and far.far.at_px < 2 * at_px:  # too close to the next cut, which it replaces
         before, far = before[:-1], replace(before[-1], near=cut)
     if len(before) + 2 + len(after) > LAYERS_MAX:
@@ -75,7 +75,7 @@ class FarField:
 
 
 @dataclass(frozen=True)
-class _Room:
+class _ViewMemory:
     """The memory for the view of one part."""
 
     view: Texture
@@ -84,10 +84,11 @@ class _Room:
     links: Buffer
 
     @staticmethod
-    def of(what: FarSurfaces, scratch: Scratch) -> "_Room":
-        width, height = what.coc.size
-        surfaces = what.front_first + width * height
-        return _Room(
+    def of(far_surfaces: FarSurfaces, scratch: Scratch) -> "_ViewMemory":
+        """Return the memory for a view of the size of the picture."""
+        width, height = far_surfaces.coc.size
+        surfaces = far_surfaces.front_first + width * height
+        return _ViewMemory(
             scratch.texture("far view", (width, height), 4),
             scratch.texture("far coc", (width, height), 1),
             scratch.buffer("far heads", WORD_BYTES * (width + 1) * (height + 1)),
@@ -95,11 +96,12 @@ class _Room:
         )
 
 
-# In one layer, surfaces of different blur keep light from each other, and hidden ones of the same
-# layer are not used; 13 layers were worse with two lenses of three. A path-traced forest with known
-# surfaces: FLIP .0843 in layers, .0580 in 37 parts. Views that are only moved and averaged need 96
-# of them and are soft in focus. A view needs no more than the kernel of a draft, for it has little
-# overlap left: the same picture to .0003.
+# Parts of the lens show surfaces of different blur that overlap. Within one layer, such surfaces
+# keep light from each other, and hidden surfaces of that layer are not used; 13 layers were worse
+# with two lenses of three. A path-traced forest with known surfaces: FLIP .0843 in layers, .0580 in
+# 37 parts. Views that are only moved and averaged, without a blur, need 96 parts and are soft in
+# focus. The kernel of a draft is enough for a view, where little overlap is left: the picture
+# changes by .0003.
 class FarPartsPass:
     """Renders the far field in parts, which replaces layers."""
 
@@ -108,11 +110,11 @@ class FarPartsPass:
         self._zones = FarZones(ctx)
         self._programs: dict[tuple[str, bool], ComputeProgram] = {}
 
-    def _program(self, name: str, places: int = 1) -> ComputeProgram:
+    def _program(self, name: str, positions: int = 1) -> ComputeProgram:
         """Return a program, which is built when it is first used."""
-        key = name, places > 1
+        key = name, positions > 1
         if key not in self._programs:
-            defines = {"PART_VARIES": 1} if places > 1 else {}
+            defines = {"PART_VARIES": 1} if positions > 1 else {}
             self._programs[key] = ComputeProgram(
                 self._ctx, f"defocus/far_{name}.comp.glsl", defines
             )
@@ -120,7 +122,7 @@ class FarPartsPass:
 
     def steps(
         self,
-        what: FarSurfaces,
+        far_surfaces: FarSurfaces,
         optics: Optics,
         parts: int,
         kernel: Kernel,
@@ -131,60 +133,64 @@ class FarPartsPass:
 
         Return None if there is no zone.
         """
-        zone = self._zones.find(what, optics, parts, scratch)
+        zone = self._zones.find(far_surfaces, optics, parts, scratch)
         yield FAR_PARTS
         if zone is None:
-            scratch.passed(FAR_PARTS)
+            scratch.end_pass(FAR_PARTS)
             return None
-        room = _Room.of(what, scratch)
-        total = scratch.texture("far sum", what.coc.size, 4)
-        yield from self._added(room, zone, total, None)
-        for part in lens_parts(optics.disc, what.coc.size, parts):
-            yield from self._viewed(what, zone, part, room)
-            seen = Diffusion(room.view, room.coc, kernel, optics.disc.half_extents)
-            for _ in self._blur.steps(seen, BlurTargets(poles, room.view), zone.tiles):
+        memory = _ViewMemory.of(far_surfaces, scratch)
+        total = scratch.texture("far sum", far_surfaces.coc.size, 4)
+        yield from self._add_view(memory, zone, total, None)
+        for part in lens_parts(optics.disc, far_surfaces.coc.size, parts):
+            yield from self._render_view(far_surfaces, zone, part, memory)
+            diffusion = Diffusion(memory.view, memory.coc, kernel, optics.disc.half_extents)
+            for _ in self._blur.steps(diffusion, BlurTargets(poles, memory.view), zone.tiles):
                 yield FAR_PARTS
-            yield from self._added(room, zone, total, part)
-        yield scratch.passed(FAR_PARTS)
+            yield from self._add_view(memory, zone, total, part)
+        yield scratch.end_pass(FAR_PARTS)
         return FarField(total, zone)
 
-    def _viewed(
-        self, what: FarSurfaces, zone: FarZone, part: NDArray[np.float64], room: _Room
+    def _render_view(
+        self,
+        far_surfaces: FarSurfaces,
+        zone: FarZone,
+        part: NDArray[np.float64],
+        memory: _ViewMemory,
     ) -> Iterator[str]:
-        """Write what one part of the lens sees, and the discs of that part."""
-        linked = {"head_block": room.heads, "link_block": room.links}
-        images = {"out_view_img": room.view, "out_coc_img": room.coc}
-        uniforms = what.uniforms | zone.tiles.uniforms | _part_uniforms(part)
-        for name, out in (("links", {}), ("view", images)):
-            yield from _named(
+        """Write the view of one part of the lens, and the diameters of the discs of that part."""
+        link_buffers = {"head_block": memory.heads, "link_block": memory.links}
+        images = {"out_view_img": memory.view, "out_coc_img": memory.coc}
+        uniforms = far_surfaces.uniforms | zone.tiles.uniforms | _part_uniforms(part)
+        for name, out_images in (("links", {}), ("view", images)):
+            yield from _name_steps(
                 self._bands.run(
                     self._program(name, len(part)),
-                    what.coc.size,
+                    far_surfaces.coc.size,
                     uniforms,
-                    textures=what.textures,
-                    images=out,
-                    buffers=what.lists.buffers | zone.buffers | linked,
+                    textures=far_surfaces.textures,
+                    images=out_images,
+                    buffers=far_surfaces.lists.buffers | zone.buffers | link_buffers,
                 )
             )
 
-    def _added(
+    def _add_view(
         self,
-        room: _Room,
+        memory: _ViewMemory,
         zone: FarZone,
         total: Texture,
         part: NDArray[np.float64] | None,
     ) -> Iterator[str]:
-        """Add the blurred view of a part to the sum, or begin one without a part."""
+        """Add the blurred view of a part to the sum; if `part` is None, begin the sum."""
         width, height = total.size
-        own = _NO_PART if part is None else part
-        return _named(
+        positions = _NO_PART if part is None else part
+        return _name_steps(
             self._bands.run(
-                self._program("sum", len(own)),
+                self._program("sum", len(positions)),
                 (width + 1, height + 1),
-                _part_uniforms(own) | zone.tiles.uniforms | {"begins": part is None},
-                textures={"view_tx": room.view},
+                _part_uniforms(positions) | zone.tiles.uniforms | {"begins": part is None},
+                textures={"view_tx": memory.view},
                 images={"sum_img": total},
-                buffers=zone.buffers | {"head_block": room.heads},
+                buffers=zone.buffers | {"head_block": memory.heads},
             )
         )
 
@@ -196,9 +202,9 @@ class FarPartsPass:
             images={"out_color_img": out},
         )
 
-    # A zone anywhere adds the cut of the far field to the whole picture. When the first one
-    # appeared, a slow pull jumped by 5 levels, also far from the zone; so the picture comes over
-    # from the one without, as the zones grow.
+    # The picture changes gradually to the one with the far field, as the zones grow. A zone
+    # anywhere adds the cut of the far field to the whole picture: without the mix, a slow focus
+    # pull jumped by 5 levels when the first zone appeared, also far from the zone.
     def mix(self, without: Texture, field: FarField, out: Texture) -> None:
         """Mix `out` with the picture without the far field, as far as its zones have grown."""
         self._program("mix").dispatch(
@@ -211,10 +217,11 @@ class FarPartsPass:
 
 def _part_uniforms(part: NDArray[np.float64]) -> dict[str, object]:
     """Return the uniform of lib/lens_part.lib.glsl."""
-    places = [tuple(place) for place in part]
-    return {"lens_part": places if len(places) > 1 else places[0]}
+    positions = [tuple(position) for position in part]
+    return {"lens_part": positions if len(positions) > 1 else positions[0]}
 
 
-def _named(steps: Iterator[None]) -> Iterator[str]:
+def _name_steps(steps: Iterator[None]) -> Iterator[str]:
+    """Run the steps and yield the name of the far field for each."""
     for _ in steps:
         yield FAR_PARTS

@@ -36,8 +36,8 @@ class FarSurfaces:
 
     @property
     def front_first(self) -> int:
-        """The number of the first pixel, after those of all fragments."""
-        return self.lists.held.words.size // FRAGMENT_BYTES
+        """The index of the first pixel of the picture; indices of fragments come before it."""
+        return self.lists.packed_lists.words.size // FRAGMENT_BYTES
 
     @property
     def textures(self) -> dict[str, Texture]:
@@ -47,16 +47,20 @@ class FarSurfaces:
     @property
     def uniforms(self) -> dict[str, object]:
         """The uniforms of lib/far_fragments.lib.glsl."""
-        own: dict[str, object] = {"least_px": self.least_px, "front_first": self.front_first}
-        return self.lists.uniforms | own
+        own_uniforms: dict[str, object] = {
+            "least_px": self.least_px,
+            "front_first": self.front_first,
+        }
+        return self.lists.uniforms | own_uniforms
 
 
 @dataclass(frozen=True)
 class FarZone:
     """Where parts of the lens replace layers.
 
-    blocks  left of the square of the reach of edges in each block (far_over.comp.glsl), pixels^2
-    tiles   those in which the view of a part is needed
+    blocks  for each block, the square of the reach of edges less the squared distance to them,
+            pixels^2 (far_over.comp.glsl)
+    tiles   the tiles in which the view of a part is needed
     growth  how far the zones have grown from nothing, above 0 to 1
     """
 
@@ -75,53 +79,58 @@ class FarZones:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._made: tuple[ComputeProgram, ComputeProgram, SegmentPass] | None = None
+        self._built_programs: tuple[ComputeProgram, ComputeProgram, SegmentPass] | None = None
 
     def find(
-        self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
+        self, far_surfaces: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
     ) -> FarZone | None:
         """Return the zones, or None if there are none; wait for the GPU."""
-        blocks = self._blocks(what, optics, parts, scratch)
-        left_px_2 = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2)
-        in_zone = (left_px_2[..., 0] > 0.0) & (left_px_2[..., 1] < FAR_WHOLE_PX_2)
+        blocks = self._spread_edges(far_surfaces, optics, parts, scratch)
+        excess_px_2 = np.frombuffer(blocks.read(), np.float32).reshape(*blocks.size[::-1], 2)
+        in_zone = (excess_px_2[..., 0] > 0.0) & (excess_px_2[..., 1] < FAR_WHOLE_PX_2)
         if not in_zone.any():
             return None
         radius_px = max(optics.disc.half_extents) * optics.farthest_px / 2
-        margin_px = radius_px * _part_scale(what, parts) + _FEATHER_PX
-        growth = min(float(left_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
-        return FarZone(blocks, self._mask(in_zone, what.coc.size, margin_px, scratch), growth)
+        margin_px = radius_px * _part_scale(far_surfaces, parts) + _FEATHER_PX
+        growth = min(float(excess_px_2[..., 0].max()) / FAR_WHOLE_PX_2, 1.0)
+        return FarZone(
+            blocks, self._find_tiles(in_zone, far_surfaces.coc.size, margin_px, scratch), growth
+        )
 
-    # Parts for the whole picture were worse than layers where surfaces do not overlap (a corridor:
-    # FLIP .0261, in zones .0174, in layers alone .0167). The reach of an edge is stored as a square
-    # less the squared distance, so that rows and columns one after the other give round zones. It
-    # is multiplied by how far the blur and its step have passed their limits, because zones that
-    # begin as whole blocks made a slow pull flash by up to 14.6 levels.
-    def _blocks(self, what: FarSurfaces, optics: Optics, parts: int, scratch: Scratch) -> Texture:
+    # Parts are used in zones only, because for the whole picture they were worse than layers where
+    # surfaces do not overlap (a corridor: FLIP .0261, in zones .0174, in layers alone .0167). The
+    # reach of an edge is stored as its square less the squared distance: rows and columns one after
+    # the other then give round zones. The reach is multiplied by how far the blur and its step have
+    # passed their limits; zones that begin as whole blocks made a slow focus pull flash by up to
+    # 14.6 levels.
+    def _spread_edges(
+        self, far_surfaces: FarSurfaces, optics: Optics, parts: int, scratch: Scratch
+    ) -> Texture:
         """Find the edges of surfaces of different blur, and spread their reach."""
-        size = blocks_for(what.coc.size, FAR_BLOCK)
+        size = blocks_for(far_surfaces.coc.size, FAR_BLOCK)
         edges, spread, _ = self._programs()
-        zone, rows = (scratch.texture(name, size, 2) for name in ("far zone", "far zone rows"))
+        zone, zone_rows = (scratch.texture(name, size, 2) for name in ("far zone", "far zone rows"))
         edges.dispatch(
             pixel_groups(size),
-            textures=what.textures,
+            textures=far_surfaces.textures,
             images={"out_zone_img": zone},
-            buffers=what.lists.buffers,
-            uniforms=what.uniforms
-            | {"part_scale": _part_scale(what, parts)}
-            | (_GUESSED_EDGES if what.is_guessed else _KNOWN_EDGES),
+            buffers=far_surfaces.lists.buffers,
+            uniforms=far_surfaces.uniforms
+            | {"part_scale": _part_scale(far_surfaces, parts)}
+            | (_GUESSED_EDGES if far_surfaces.is_guessed else _KNOWN_EDGES),
         )
-        widest = max(optics.disc.half_extents) * optics.farthest_px / 2 + _MARGIN_PX
-        reach = {"reach_blocks": min(math.ceil(widest / FAR_BLOCK), max(size))}
-        for one, other, along in ((zone, rows, (1, 0)), (rows, zone, (0, 1))):
+        widest_px = max(optics.disc.half_extents) * optics.farthest_px / 2 + _MARGIN_PX
+        reach = {"reach_blocks": min(math.ceil(widest_px / FAR_BLOCK), max(size))}
+        for source, target, direction in ((zone, zone_rows, (1, 0)), (zone_rows, zone, (0, 1))):
             spread.dispatch(
                 pixel_groups(size),
-                textures={"zone_tx": one},
-                images={"out_zone_img": other},
-                uniforms=reach | {"along": along},
+                textures={"zone_tx": source},
+                images={"out_zone_img": target},
+                uniforms=reach | {"along": direction},
             )
         return zone
 
-    def _mask(
+    def _find_tiles(
         self,
         in_zone: NDArray[np.bool_],
         size: tuple[int, int],
@@ -131,20 +140,20 @@ class FarZones:
         """Return the tiles of a picture of `size` within `margin_px` of the zones."""
         words = scratch.parts("far tiles", 1, TileMask.bytes_for(size))
         words.whole.write(tiles_near(in_zone, margin_px).astype(np.uint32).tobytes())
-        lines = scratch.parts("far segments", 2, SegmentPass.bytes_for(size))
+        segment_memory = scratch.parts("far segments", 2, SegmentPass.bytes_for(size))
         _, _, segments = self._programs()
-        (mask,) = segments.find([size], words, lines)
+        (mask,) = segments.find([size], words, segment_memory)
         return mask
 
     def _programs(self) -> tuple[ComputeProgram, ComputeProgram, SegmentPass]:
         """Return the programs, which are built when they are first used."""
-        if self._made is None:
+        if self._built_programs is None:
             edges, spread = (
                 ComputeProgram(self._ctx, f"defocus/far_{name}.comp.glsl")
                 for name in ("edges", "zone")
             )
-            self._made = edges, spread, SegmentPass(self._ctx)
-        return self._made
+            self._built_programs = edges, spread, SegmentPass(self._ctx)
+        return self._built_programs
 
 
 def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]:
@@ -158,12 +167,14 @@ def tiles_near(blocks: NDArray[np.bool_], margin_px: float) -> NDArray[np.bool_]
 def _near_along(blocks: NDArray[np.bool_], margin: int) -> NDArray[np.bool_]:
     """Return for each tile along the first axis whether a block is within `margin` blocks."""
     side = TILE // FAR_BLOCK
-    count = np.concatenate([np.zeros((1, blocks.shape[1]), int), blocks.cumsum(axis=0)])
-    first = np.arange(0, len(blocks), side)
-    low, high = (np.clip(first + by, 0, len(blocks)) for by in (-margin, side + margin))
-    return np.asarray(count[high] > count[low])
+    counts_before = np.concatenate([np.zeros((1, blocks.shape[1]), int), blocks.cumsum(axis=0)])
+    first_blocks = np.arange(0, len(blocks), side)
+    low, high = (
+        np.clip(first_blocks + offset, 0, len(blocks)) for offset in (-margin, side + margin)
+    )
+    return np.asarray(counts_before[high] > counts_before[low])
 
 
-def _part_scale(what: FarSurfaces, parts: int) -> float:
+def _part_scale(far_surfaces: FarSurfaces, parts: int) -> float:
     """Return the diameter of a part over that of the lens, as zones are found for it."""
-    return float(min(parts, GUESSED_PARTS if what.is_guessed else parts) ** -0.5)
+    return float(min(parts, GUESSED_PARTS if far_surfaces.is_guessed else parts) ** -0.5)

@@ -42,9 +42,9 @@ class Fit:
     error: float
 
 
-# Every search begins at the poles of the rim before, from the flat disc outwards, so that the poles
-# of neighbouring rims correspond: `rim_kernel` mixes them one by one. Searches from random poles
-# give them no common order.
+# Each search begins at the poles of the previous rim, from the flat disc outwards. The poles of
+# neighboring rims correspond then, and `rim_kernel` can mix them one by one. Searches from random
+# poles give them no common order.
 def fit_rims(name: str) -> list[Fit]:
     """Return the kernels of discs with the rims `RIMS`, by the poles of a stored flat disc."""
     power, fits = POWERS[name], {}
@@ -53,9 +53,9 @@ def fit_rims(name: str) -> list[Fit]:
         for rim in sorted((r for r in RIMS if r * sign >= 0), key=abs):
             error = DiscError(power, rim)
             if rim > RIMS[0]:
-                poles = refined(error, poles).poles
+                poles = refine_poles(error, poles).poles
             mix, _ = error.best_mix(poles)
-            fits[rim] = Fit(poles, mix, error.of(poles, mix)[0])
+            fits[rim] = Fit(poles, mix, error.evaluate(poles, mix)[0])
     return [fits[rim] for rim in RIMS]
 
 
@@ -66,49 +66,54 @@ def fit_disc(count: int, power: float = 1.0, starts: int = 12, seed: int = 1) ->
     for _ in range(starts):
         size = random.uniform(_SIZES[0], _SIZES[1], count)
         phase = random.uniform(-PHASE_MOST, PHASE_MOST, count)
-        fits.append(refined(error, np.exp(size + 1j * phase)))
+        fits.append(refine_poles(error, np.exp(size + 1j * phase)))
     return min(fits, key=lambda fit: fit.error)
 
 
-def refined(error: DiscError, poles: Complexes) -> Fit:
+def refine_poles(error: DiscError, poles: Complexes) -> Fit:
     """Return the kernel of least error found downhill from `poles`."""
     count = len(poles)
 
-    def of(point: Reals) -> tuple[float, Reals]:
-        here = _poles(point, count)
-        mix, multipliers = error.best_mix(here)
-        value, by_pole, _ = error.of(here, mix)
-        by_log = (by_pole + multipliers[1] * _moment_by_pole(mix)) * here
-        return error.decibels(value, _parts(by_log))
+    def error_of(point: Reals) -> tuple[float, Reals]:
+        poles_here = _poles_at(point, count)
+        mix, multipliers = error.best_mix(poles_here)
+        value, by_pole, _ = error.evaluate(poles_here, mix)
+        by_log = (by_pole + multipliers[1] * _moment_by_pole(mix)) * poles_here
+        return error.decibels(value, _real_slopes(by_log))
 
     options = {"maxiter": 2000, "ftol": 1e-13, "gtol": 1e-9}
-    end = minimize(
-        of, _start(poles), jac=True, method="L-BFGS-B", bounds=_bounds(count), options=options
+    result = minimize(
+        error_of,
+        _to_point(poles),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=_bounds(count),
+        options=options,
     )
-    poles = _poles(end.x, count)
+    poles = _poles_at(result.x, count)
     mix, _ = error.best_mix(poles)
-    return Fit(poles, mix, error.of(poles, mix)[0])
+    return Fit(poles, mix, error.evaluate(poles, mix)[0])
 
 
 # An M of rank K below the number of poles would need only K images between rows and columns, which
 # are most of the memory that a blur moves. The stored kernels have full rank, although the last
 # singular value of disc_4 is .002, where the first is 1.3.
-def of_rank(error: DiscError, near: Fit, rank: int) -> Fit:
-    """Return the kernel of least error near the fit `near` whose M is V V^T, V (J, `rank`)."""
-    search = _RankSearch(error, len(near.poles), rank)
-    images = images_of(near.mix)[:, :rank]
-    end = minimize(
+def fit_of_rank(error: DiscError, start_fit: Fit, rank: int) -> Fit:
+    """Return the kernel of least error near `start_fit` whose M is V V^T, V (J, `rank`)."""
+    search = _RankSearch(error, len(start_fit.poles), rank)
+    images = images_of(start_fit.mix)[:, :rank]
+    result = minimize(
         search.error_of,
-        np.concatenate([_start(near.poles), _parts(images.conj())]),
+        np.concatenate([_to_point(start_fit.poles), _real_slopes(images.conj())]),
         jac=True,
         method="SLSQP",
-        bounds=_bounds(len(near.poles)) + [(None, None)] * (2 * images.size),
+        bounds=_bounds(len(start_fit.poles)) + [(None, None)] * (2 * images.size),
         constraints={"type": "eq", "fun": search.excess, "jac": search.excess_slopes},
         options={"maxiter": 3000, "ftol": 1e-12},
     )
-    poles, images = search.opened(end.x)
+    poles, images = search.poles_and_images(result.x)
     mix = images @ images.T
-    return Fit(poles, mix, error.of(poles, mix)[0])
+    return Fit(poles, mix, error.evaluate(poles, mix)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,27 +124,27 @@ class _RankSearch:
     count: int
     rank: int
 
-    def opened(self, point: Reals) -> tuple[Complexes, Complexes]:
+    def poles_and_images(self, point: Reals) -> tuple[Complexes, Complexes]:
         """Return the poles (J,) and V (J, rank) of a point."""
         real, imaginary = np.split(point[2 * self.count :], 2)
         images = (real + 1j * imaginary).reshape(self.count, self.rank)
-        return _poles(point, self.count), images
+        return _poles_at(point, self.count), images
 
     def error_of(self, point: Reals) -> tuple[float, Reals]:
         """Return the error in decibels and its slopes."""
-        poles, images = self.opened(point)
-        value, by_pole, by_mix = self.error.of(poles, images @ images.T)
+        poles, images = self.poles_and_images(point)
+        value, by_pole, by_mix = self.error.evaluate(poles, images @ images.T)
         return self.error.decibels(value, _slopes(poles, images, by_pole, by_mix))
 
     def excess(self, point: Reals) -> Reals:
         """Return the relative excess of light and variance (2,)."""
-        poles, images = self.opened(point)
+        poles, images = self.poles_and_images(point)
         mix = images @ images.T
         return np.array([mix.sum().real / LIGHT, _moment(poles, mix) / VARIANCE]) - 1
 
     def excess_slopes(self, point: Reals) -> Reals:
         """Return the slopes of both (2, point)."""
-        poles, images = self.opened(point)
+        poles, images = self.poles_and_images(point)
         each = np.ones((self.count, self.count), np.complex128)
         light = _slopes(poles, images, 0 * poles, each)
         by_pole = _moment_by_pole(images @ images.T)
@@ -149,25 +154,30 @@ class _RankSearch:
 
 def _slopes(poles: Complexes, images: Complexes, by_pole: Complexes, by_mix: Complexes) -> Reals:
     """Convert gradients along poles and M = V V^T to gradients along log poles and V."""
-    return np.concatenate([_parts(by_pole * poles), _parts((by_mix + by_mix.T) @ images)])
+    return np.concatenate(
+        [_real_slopes(by_pole * poles), _real_slopes((by_mix + by_mix.T) @ images)]
+    )
 
 
-def _parts(slopes: Complexes) -> Reals:
+def _real_slopes(slopes: Complexes) -> Reals:
     """Return slopes along real and imaginary parts from the complex slopes of `DiscError.of`."""
     return np.concatenate([slopes.real.ravel(), -slopes.imag.ravel()])
 
 
-def _start(poles: Complexes) -> Reals:
+def _to_point(poles: Complexes) -> Reals:
+    """Return the point (2 J,) of a search at `poles`: real, then imaginary parts of log kappa."""
     logs = np.log(poles)
     return np.concatenate([logs.real, logs.imag])
 
 
-def _poles(point: Reals, count: int) -> Complexes:
+def _poles_at(point: Reals, count: int) -> Complexes:
+    """Return the `count` poles at a point of a search."""
     poles: Complexes = np.exp(point[:count] + 1j * point[count : 2 * count])
     return poles
 
 
 def _bounds(count: int) -> list[tuple[float | None, float | None]]:
+    """Return the limits of the real and then of the imaginary parts of `count` log poles."""
     return [(-12.0, 0.0)] * count + [(-PHASE_MOST, PHASE_MOST)] * count
 
 
@@ -177,6 +187,7 @@ def _moment(poles: Complexes, mix: Complexes) -> float:
 
 
 def _moment_by_pole(mix: Complexes) -> Complexes:
+    """Return the slopes (J,) of `_moment` along the poles."""
     slopes: Complexes = 2 * mix.sum(axis=1)
     return slopes
 
@@ -193,13 +204,14 @@ def entry_of(fit: Fit) -> dict[str, object]:
     """Return a kernel as it is written in the file."""
     moment = _moment(fit.poles, fit.mix)
     return {
-        "kappa": [_pair(pole) for pole in fit.poles],
-        "M": [[_pair(weight) for weight in row] for row in fit.mix],
+        "kappa": [_rounded_pair(pole) for pole in fit.poles],
+        "M": [[_rounded_pair(weight) for weight in row] for row in fit.mix],
         "variance_over_disc": round(moment / VARIANCE, 6),
     }
 
 
-def _pair(value: complex) -> list[float]:
+def _rounded_pair(value: complex) -> list[float]:
+    """Return the real and imaginary part, rounded to 9 digits."""
     return [float(f"{value.real:.9g}"), float(f"{value.imag:.9g}")]
 
 
@@ -220,15 +232,15 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("-o", "--output", type=Path, help="write the kernels to this JSON file")
     args = parser.parse_args(words)
     if args.rims:
-        _fit_all_rims(args.names, args.output)
+        _fit_and_print_rims(args.names, args.output)
         return 0
-    entries = {name: entry_of(_fitted(name, args)) for name in args.names}
+    entries = {name: entry_of(_fit_and_print(name, args)) for name in args.names}
     if args.output is not None:
         args.output.write_text(json.dumps({"kernels": entries}, indent=1) + "\n")
     return 0
 
 
-def _fit_all_rims(names: Sequence[str], output: Path | None) -> None:
+def _fit_and_print_rims(names: Sequence[str], output: Path | None) -> None:
     """Print how well discs with a rim are matched, and write them, one kernel on each line."""
     lines = []
     for name in names:
@@ -236,29 +248,30 @@ def _fit_all_rims(names: Sequence[str], output: Path | None) -> None:
             power = POWERS[name]
             flat = named_kernel(name)
             error = DiscError(power, rim)
-            now, before = fit.error, error.of(flat.poles, flat.mix)[0]
-            errors = f"error {now / error.of_nothing:.2e} of the disc's norm"
-            errors += f", flat {before / error.of_nothing:.2e}"
+            fit_error, flat_error = fit.error, error.evaluate(flat.poles, flat.mix)[0]
+            errors = f"error {fit_error / error.disc_norm:.2e} of the disc's norm"
+            errors += f", flat {flat_error / error.disc_norm:.2e}"
             sys.stdout.write(f"{name} rim {rim:g}: {errors}\n")
             lines.append(json.dumps({"name": name, "rim": rim} | entry_of(fit)))
     if output is not None:
         output.write_text('{"kernels": [\n' + ",\n".join(lines) + "\n]}\n")
 
 
-def _fitted(name: str, args: argparse.Namespace) -> Fit:
+def _fit_and_print(name: str, args: argparse.Namespace) -> Fit:
+    """Fit one kernel by the options of the command, and print its error."""
     power, stored = POWERS[name], named_kernel(name)
     error = DiscError(power)
     if args.from_stored:
-        fit = refined(error, stored.poles)
+        fit = refine_poles(error, stored.poles)
     else:
         fit = fit_disc(len(stored.poles), power, args.starts, args.seed)
     if args.rank is not None:
-        fit = of_rank(error, fit, args.rank)
-    before = error.of(stored.poles, stored.mix)[0] / error.of_nothing
+        fit = fit_of_rank(error, fit, args.rank)
+    stored_share = error.evaluate(stored.poles, stored.mix)[0] / error.disc_norm
     images = np.linalg.matrix_rank(fit.mix, tol=1e-9)
-    now = fit.error / error.of_nothing
-    words = f"{len(fit.poles)} poles, {images} images, error {now:.4e} of the disc's norm"
-    sys.stdout.write(f"{name}: {words}; stored {before:.4e}\n")
+    error_share = fit.error / error.disc_norm
+    summary = f"{len(fit.poles)} poles, {images} images, error {error_share:.4e} of the disc's norm"
+    sys.stdout.write(f"{name}: {summary}; stored {stored_share:.4e}\n")
     return fit
 
 

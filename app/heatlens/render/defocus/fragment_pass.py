@@ -54,11 +54,11 @@ _Buffers = dict[str, Buffer]
 _Uniforms = dict[str, object]
 
 
-# An anti-aliased pixel of a silhouette has a mixed colour and the depth of one sample. Left alone,
-# it leaks the nearer colour into the blurred background. Splitting it was the largest single gain
-# behind wires (FLIP .109 -> .081). The middle of a rim pixel is known to be seen, so that its near
-# surface covers at most half of a far rim and at least half of a near one: mean FLIP of eleven
-# lenses .0432 -> .0419.
+# Splits the anti-aliased pixels of silhouettes, which have a mixed color and the depth of one
+# sample. Left whole, such a pixel leaks the nearer color into the blurred background; splitting it
+# was the largest single gain behind wires (FLIP .109 -> .081). A rim pixel has the depth of what is
+# seen at its middle: the near surface covers at most half of a far rim pixel, and at least half of
+# a near rim pixel. That limit: mean FLIP of eleven lenses .0432 -> .0419.
 class FragmentPass:
     """Computes kind, far and near of a `Fragments` from its colour and coc."""
 
@@ -70,55 +70,57 @@ class FragmentPass:
         self._near = ListProgram(ctx, "defocus/fragments_near.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
 
-    # Each pass has its own end of a list, far rims in front and near ones in the back, because a
-    # software rasteriser runs both sides of every branch. One pass for both took 238 ms in place of
-    # 115. The near rim comes first: its own colour is found once, where each far rim beside it
-    # looked for it before. Hair has a list of its own for the same reason.
+    # Far rims are listed from the front of a buffer and near rims from its back, and each kind has
+    # its own pass, because a software rasterizer runs both sides of every branch: one pass for both
+    # took 238 ms instead of 115. Near rims come first: their own color is found once, and far rims
+    # beside them read it. Hair has a list of its own for the same reason.
     def steps(
         self, picture: Fragments, optics: Optics, pixels: Buffer, thin: Buffer
     ) -> Iterator[None]:
         """Split the silhouette pixels of `picture`; `pixels` and `thin` are scratch memory."""
         clear_list(pixels)
         clear_list(thin)
-        rims: _Buffers = {"two_lists_block": pixels}
+        edge_buffers: _Buffers = {"two_lists_block": pixels}
         uniforms = optics.infinity_uniforms
         textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
         lists = picture.lists
-        yield from self._found(picture, uniforms, rims | list_buffers(lists))
+        yield from self._classify_pixels(picture, uniforms, edge_buffers | list_buffers(lists))
         programs = self._own, self._far, self._near
         own, far, near = (each.version(lists is not None) for each in programs)
-        split: _Images = {"far_img": picture.far, "near_img": picture.near}
-        begun: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
-        to_thin: _Buffers = {"pixel_list_block": thin}
-        known, of_lists = rims | list_buffers(lists), list_uniforms(lists)
-        on_rims: tuple[tuple[ComputeProgram, Buffer, int, _Images, _Buffers, _Uniforms], ...]
-        on_rims = (
-            (own, pixels, OF_BACK, begun, known | to_thin, of_lists),
-            (far, pixels, OF_FRONT, split, known | to_thin, of_lists),
-            (self._thin, thin, OF_FRONT, split, to_thin, {}),
-            (near, pixels, OF_BACK, split, known, of_lists),
+        split_images: _Images = {"far_img": picture.far, "near_img": picture.near}
+        first_images: _Images = {"out_far_img": picture.far, "out_near_img": picture.near}
+        thin_buffers: _Buffers = {"pixel_list_block": thin}
+        list_inputs, list_values = edge_buffers | list_buffers(lists), list_uniforms(lists)
+        passes: tuple[tuple[ComputeProgram, Buffer, int, _Images, _Buffers, _Uniforms], ...]
+        passes = (
+            (own, pixels, OF_BACK, first_images, list_inputs | thin_buffers, list_values),
+            (far, pixels, OF_FRONT, split_images, list_inputs | thin_buffers, list_values),
+            (self._thin, thin, OF_FRONT, split_images, thin_buffers, {}),
+            (near, pixels, OF_BACK, split_images, list_inputs, list_values),
         )
-        for program, listed, offset, images, buffers, more in on_rims:
-            for part in self._slices.of(picture.color.size):
+        for program, pixel_buffer, offset, images, buffers, extra_uniforms in passes:
+            for slice_uniforms in self._slices.of(picture.color.size):
                 program.dispatch(
-                    listed,
+                    pixel_buffer,
                     offset=offset,
                     textures=textures,
                     images=images,
                     buffers=buffers,
-                    uniforms=uniforms | part | more,
+                    uniforms=uniforms | slice_uniforms | extra_uniforms,
                 )
                 yield
 
-    def _found(self, picture: Fragments, uniforms: _Uniforms, written: _Buffers) -> Iterator[None]:
-        """Find the kind of each pixel, and list the rims."""
+    def _classify_pixels(
+        self, picture: Fragments, uniforms: _Uniforms, out_buffers: _Buffers
+    ) -> Iterator[None]:
+        """Write the kind of each pixel, and list the rim pixels."""
         lists = picture.lists
-        of_lists = {} if lists is None else {"is_measured": lists.is_measured}
+        list_values = {} if lists is None else {"is_measured": lists.is_measured}
         return self._bands.run(
             self._find.version(lists is not None),
             picture.color.size,
-            uniforms | list_uniforms(lists) | of_lists,
+            uniforms | list_uniforms(lists) | list_values,
             textures={"coc_tx": picture.coc},
             images={"out_kind_img": picture.kind},
-            buffers=written,
+            buffers=out_buffers,
         )

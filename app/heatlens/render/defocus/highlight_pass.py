@@ -84,13 +84,13 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class ListsWithoutHighlights:
-    """Fragment lists, and room for the words of the same lists without their highlights."""
+    """Fragment lists, and memory for the words of the same lists without their highlights."""
 
     whole: ListedFragments
     low_words: Buffer
 
     @property
-    def diffused(self) -> ListedFragments:
+    def lists_to_diffuse(self) -> ListedFragments:
         """The lists whose light is diffused with the layers."""
         return self.whole.with_words(self.low_words)
 
@@ -100,8 +100,8 @@ class WithoutHighlights:
     """A picture split into its highlights and the rest.
 
     low     RGBA, the part to diffuse
-    high    RGBA, the part to draw as discs, and its signed coc; written only where `lit` says so
-    lit     a bit for each pixel: it has a part to draw (lib/lit_bits.lib.glsl)
+    high    RGBA, the part to draw as discs, and its signed coc; written only where `lit` is set
+    lit     a bit for each pixel that has a part to draw (lib/lit_bits.lib.glsl)
     around  R of half the size, the luminance that highlights exceed
     lists   the same for fragment lists; None without lists
     """
@@ -124,11 +124,11 @@ class WithoutHighlights:
         return lit if lists is None else lit | {"low_fragment_block": lists.low_words}
 
 
-# A lamp 300 times as bright as the wall shows the few per cent of ripple that any short sum of
-# exponentials has. Drawn as discs, highlights took FLIP from .107 to .050 in a still life with
-# lamps. Surroundings are measured at half size, with light clipped so that a lamp does not raise
-# the level that it is compared with. Bright surfaces are diffused: only what outshines most of its
-# surroundings is a highlight.
+# Highlights are taken out of the picture, to be drawn as discs: FLIP .107 -> .050 in a still life
+# with lamps. Diffused, a lamp 300 times as bright as the wall would show the few per cent of ripple
+# that any short sum of exponentials has. Only what outshines most of its surroundings is a
+# highlight; bright surfaces are diffused. Surroundings are measured at half size, with clipped
+# light, because a lamp must not raise the level that it is compared with.
 class HighlightSplitPass:
     """Splits a picture into its highlights and the rest."""
 
@@ -152,39 +152,39 @@ class HighlightSplitPass:
         `has_places`: the position of each light in its pixel is known, see `HighlightListPass`.
         """
         lists = out.lists
-        read = None if lists is None else lists.whole
+        source_lists = None if lists is None else lists.whole
         luminance, half_coc, targets = scratch.luminance, scratch.coc, scratch.targets
         yield from self._bands.run(
             self._luminance.version(lists is not None),
             luminance.size,
-            list_uniforms(read),
+            list_uniforms(source_lists),
             side=2,
             textures={"color_tx": color, "coc_tx": coc},
             images={"out_luminance_img": luminance, "out_coc_img": half_coc},
-            buffers=list_buffers(read) | {"lit_block": out.lit},
+            buffers=list_buffers(source_lists) | {"lit_block": out.lit},
         )
         if lists is not None:
-            words = lists.whole.held.words
+            words = lists.whole.packed_lists.words
             words.copy_to(lists.low_words)
         heat = named_kernel("heat")
-        what = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
-        yield from self._blur.steps(what, targets)
+        diffusion = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
+        yield from self._blur.steps(diffusion, targets)
         yield from self._bands.run(
             self._split.version(lists is not None),
             color.size,
-            list_uniforms(read) | ({} if lists is None else {"has_places": has_places}),
+            list_uniforms(source_lists) | ({} if lists is None else {"has_places": has_places}),
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color}
             | ({} if lists is None else {"luminance_tx": luminance}),
             images={"out_low_img": out.low, "out_high_img": out.high, "out_around_img": out.around},
-            buffers=list_buffers(read) | out.buffers,
+            buffers=list_buffers(source_lists) | out.buffers,
         )
 
 
-# Drawing must have a limit, in discs and in area. Highlights are merged in blocks, at several
-# levels, and the plan takes the finest level that fits. Before bright surfaces are put back, lamps
-# are merged as far as their discs allow: a street at night, with large lamps among sparks, FLIP
-# .0271 -> .0253. Merging runs only on listed blocks that hold light (102 -> 21 ms with 1,600
-# discs), and writes them in the order of the picture, however the invocations run.
+# Highlights are merged in blocks, at several levels, because drawing needs a limit, in discs and in
+# area. The plan takes the finest level that fits. Before bright surfaces are put back, lamps are
+# merged as far as their discs allow: a street at night, with large lamps among sparks, FLIP .0271
+# -> .0253. Merging runs only on listed blocks that hold light (102 -> 21 ms with 1,600 discs). It
+# writes the discs in the order of the picture, in whatever order the invocations run.
 class HighlightListPass:
     """Merges highlights into a bounded list of discs, in the order of the picture."""
 
@@ -194,9 +194,11 @@ class HighlightListPass:
         count = {"COUNT": 1}
         if not is_software(ctx):  # a GPU waits for the slowest invocation
             count["LEVELS_AT_ONCE"] = HIGHLIGHT_LEVELS
-        self._count = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on), count)
+        self._count = ProgramVersions(
+            lambda switches: ComputeProgram(ctx, sprites, switches), count
+        )
         self._plan = ComputeProgram(ctx, "defocus/highlight_plan.comp.glsl")
-        self._write = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on))
+        self._write = ProgramVersions(lambda switches: ComputeProgram(ctx, sprites, switches))
         self._restore = ListProgram(ctx, "defocus/highlight_restore.comp.glsl")
         self._bands, self._slices = PixelBands(ctx), Slices(ctx)
         self._openings = OpeningTextures(ctx)
@@ -213,37 +215,38 @@ class HighlightListPass:
 
         `places`, RGBA of the picture's size, has the position of each light in its pixel.
         """
-        high, size = split.high, split.high.size
-        sums = {"plan_block": buffers.plan, "row_block": buffers.row}
-        tallied = sums | {"tally_block": buffers.tally}
+        size = split.high.size
+        plan_buffers = {"plan_block": buffers.plan, "row_block": buffers.row}
+        tally_buffers = plan_buffers | {"tally_block": buffers.tally}
         blocks = blocks_for(size, HIGHLIGHT_BLOCK)
         clear_list(buffers.lit)
-        listed = {"pixel_list_block": buffers.lit, "lit_block": split.lit}
+        block_buffers = {"pixel_list_block": buffers.lit, "lit_block": split.lit}
         yield from self._bands.run(
             self._find,
             blocks,
             {"picture_size": size},
             side=HIGHLIGHT_BLOCK,
             group=HIGHLIGHT_GROUP,
-            buffers=listed | tallied,
+            buffers=block_buffers | tally_buffers,
         )
-        textures = {"high_tx": high, "places_tx": places or high}
-        merged = partial(
-            self._merged,
+        textures = {"high_tx": split.high, "places_tx": places or split.high}
+        merge_steps = partial(
+            self._run_on_blocks,
             textures=textures | self._openings.of(optics.disc.aperture),
-            buffers=tallied | listed | {"sprite_block": buffers.sprite},
+            buffers=tally_buffers | block_buffers | {"sprite_block": buffers.sprite},
             uniforms=optics.disc.uniforms
             | {"has_places": places is not None, "area_max": _AREA_MAX * size[0] * size[1]},
         )
-        count, write = (it.with_(**optics.disc.switches) for it in (self._count, self._write))
-        yield from merged(count, size)
-        self._plan.dispatch((1, 1), buffers=sums, uniforms=_planned(size, blocks))
+        count = self._count.version(**optics.disc.switches)
+        write = self._write.version(**optics.disc.switches)
+        yield from merge_steps(count, size)
+        self._plan.dispatch((1, 1), buffers=plan_buffers, uniforms=_plan_uniforms(size, blocks))
         yield
-        yield from merged(write, size)
+        yield from merge_steps(write, size)
         self._put_back(split, buffers, coc)
         yield
 
-    def _merged(
+    def _run_on_blocks(
         self,
         program: ComputeProgram,
         size: tuple[int, int],
@@ -252,29 +255,32 @@ class HighlightListPass:
         **inputs: Any,
     ) -> Iterator[None]:
         """Run on the listed blocks of a picture of `size`."""
-        for part in self._slices.of(size):
+        for slice_uniforms in self._slices.of(size):
             program.dispatch(
-                buffers["pixel_list_block"], buffers=buffers, uniforms=uniforms | part, **inputs
+                buffers["pixel_list_block"],
+                buffers=buffers,
+                uniforms=uniforms | slice_uniforms,
+                **inputs,
             )
             yield
 
     def _put_back(self, split: WithoutHighlights, buffers: HighlightBuffers, coc: Texture) -> None:
         """Add the highlights to the rest again, if the plan says that they are too many."""
         lists, textures = split.lists, {"high_tx": split.high}
-        read = None if lists is None else lists.whole
-        planned = {"tally_block": buffers.tally, "plan_block": buffers.plan}
+        source_lists = None if lists is None else lists.whole
+        plan_buffers = {"tally_block": buffers.tally, "plan_block": buffers.plan}
         self._restore.version(lists is not None).dispatch(
             buffers.plan,
             offset=20,
             textures=textures if lists is None else textures | {"coc_tx": coc},
             images={"low_img": split.low},
-            buffers=list_buffers(read) | split.buffers | planned,
-            uniforms=list_uniforms(read),
+            buffers=list_buffers(source_lists) | split.buffers | plan_buffers,
+            uniforms=list_uniforms(source_lists),
         )
 
 
-def _planned(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, object]:
-    """Return the uniforms of the plan for a picture of `size` in so many `blocks`."""
+def _plan_uniforms(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, object]:
+    """Return the uniforms of the plan for a picture of `size` with `blocks` across and down."""
     restore_groups = pixel_groups(size)
     return {
         "blocks": blocks,
@@ -284,21 +290,21 @@ def _planned(size: tuple[int, int], blocks: tuple[int, int]) -> dict[str, object
     }
 
 
-# A layer cannot tell what hides a lamp from one point of the lens and not from another, so each
-# pixel of a disc sends a ray through the depth of the picture. The ray ends at the nearest thing
-# that any ray to this lamp may meet, which the vertex shader finds from the tiles: 105 -> 69 ms for
-# the same bits.
+# Each pixel of a disc traces a ray through the depth of the picture, to find whether the lamp is
+# hidden from its point of the lens; layers do not have that information. The ray ends at the
+# nearest surface that any ray to this lamp may meet, which the vertex shader finds from the tiles:
+# 105 -> 69 ms for the same bits.
 class HighlightDrawPass:
-    """The list of discs added to the picture."""
+    """Draws the list of discs into the picture."""
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._programs = ProgramVersions(
-            lambda on: DrawProgram(ctx, "defocus/highlight_draw", defines=on)
+            lambda switches: DrawProgram(ctx, "defocus/highlight_draw", defines=switches)
         )
         self._quads: dict[DrawProgram, tuple[Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
-        self._is_cut = is_software(ctx)
+        self._is_drawn_in_bands = is_software(ctx)
         self._openings = OpeningTextures(ctx)
 
     def steps(
@@ -316,7 +322,7 @@ class HighlightDrawPass:
         It is drawn in bands without a GPU, so that many large discs do not hold up the window.
         """
         width, height = color.size
-        rows = max(1, _PIXELS_A_BAND // width) if self._is_cut else height
+        rows = max(1, _PIXELS_A_BAND // width) if self._is_drawn_in_bands else height
         for first in range(0, height, rows):
             band = (0, first, width, rows)
             self._draw_band(buffers, picture, nearest, optics, color, band, sharp)
@@ -333,8 +339,8 @@ class HighlightDrawPass:
         sharp: SharpPart | None,
     ) -> None:
         """Draw only into `band` (x, y, width, height); set all state that others change."""
-        listed = picture.lists is not None
-        program = self._programs.with_(LISTS=listed, **optics.disc.switches)
+        has_lists = picture.lists is not None
+        program = self._programs.version(LISTS=has_lists, **optics.disc.switches)
         quads = self._quads_of(program, buffers.sprite)
         target = self._target.around(color)
         target.use()
@@ -363,11 +369,12 @@ class HighlightDrawPass:
         target.scissor = None
 
     def _quads_of(self, program: DrawProgram, sprites: Buffer) -> VertexArray:
-        held = self._quads.get(program)
-        if held is None or held[0] is not sprites:
-            if held is not None:
-                held[1].release()
+        """Return the vertex array of a program for the buffer of discs; the latest is kept."""
+        cached = self._quads.get(program)
+        if cached is None or cached[0] is not sprites:
+            if cached is not None:
+                cached[1].release()
             layout = [(sprites, "4f 4f/i", "in_place", "in_light")]
-            held = sprites, program.vertex_array(layout)
-            self._quads[program] = held
-        return held[1]
+            cached = sprites, program.vertex_array(layout)
+            self._quads[program] = cached
+        return cached[1]

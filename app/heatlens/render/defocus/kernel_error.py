@@ -42,8 +42,8 @@ class DiscError:
 
     def __init__(self, power: float = 1.0, rim: float = 0.0) -> None:
         """Set up the error with the `power` p of the weight, for a disc with a `rim`, -1 to 1."""
-        radius, per_radius = _gauss(np.linspace(0, _FREQUENCY_MOST, _RADII // 8 + 1), 8)
-        angle, per_angle = _gauss(np.array([0.0, np.pi / 4]), _ANGLES)
+        radius, per_radius = _gauss_points(np.linspace(0, _FREQUENCY_MOST, _RADII // 8 + 1), 8)
+        angle, per_angle = _gauss_points(np.array([0.0, np.pi / 4]), _ANGLES)
         weight = per_radius * radius * (radius**2 + IMAGE_SPECTRUM) ** -power
         self._across_2 = (np.outer(radius, np.cos(angle)) ** 2).ravel()
         self._down_2 = (np.outer(radius, np.sin(angle)) ** 2).ravel()
@@ -52,7 +52,7 @@ class DiscError:
         self._disc = np.repeat(spectrum(radius / spread, rim), _ANGLES)
 
     @cached_property
-    def of_nothing(self) -> float:
+    def disc_norm(self) -> float:
         """Return E of a kernel that is zero: the norm of the disc itself."""
         return float(self._weight @ self._disc**2)
 
@@ -61,23 +61,23 @@ class DiscError:
 
         In decibels, a search converges equally well for good and poor kernels.
         """
-        in_decibels = 10 * float(np.log10(value / self.of_nothing))
+        in_decibels = 10 * float(np.log10(value / self.disc_norm))
         return in_decibels, 10 / np.log(10) / value * slopes
 
-    def of(self, poles: Complexes, mix: Complexes) -> tuple[float, Complexes, Complexes]:
+    def evaluate(self, poles: Complexes, mix: Complexes) -> tuple[float, Complexes, Complexes]:
         """Return E, dE/dkappa (J,) and dE/dM (J, J).
 
         E changes by the real part of their products with changes of kappa and M.
         """
         across, down = self._factors(poles)
         mixed_across, mixed_down = mix @ across, mix @ down
-        off = np.sum(across * mixed_down, axis=0).real - self._disc
-        weighed = self._weight * off
+        difference = np.sum(across * mixed_down, axis=0).real - self._disc
+        weighted = self._weight * difference
         slope_across = -4 * self._across_2 * across**2
         slope_down = -4 * self._down_2 * down**2
-        by_pole = 2 * (slope_across * mixed_down + slope_down * mixed_across) @ weighed
-        by_mix = 2 * (across * weighed) @ down.T
-        return float(weighed @ off), by_pole, (by_mix + by_mix.T) / 2
+        by_pole = 2 * (slope_across * mixed_down + slope_down * mixed_across) @ weighted
+        by_mix = 2 * (across * weighted) @ down.T
+        return float(weighted @ difference), by_pole, (by_mix + by_mix.T) / 2
 
     def best_mix(self, poles: Complexes) -> tuple[Complexes, Reals]:
         """Return the M of least error with light and variance exact, and their two multipliers."""
@@ -85,20 +85,22 @@ class DiscError:
         across, down = self._factors(poles)
         columns, light, variance = [], [], []
         for a, b in pairs:
-            both = across[a] * down[b] if a == b else across[a] * down[b] + across[b] * down[a]
+            factor = across[a] * down[b] if a == b else across[a] * down[b] + across[b] * down[a]
             moment = 2 * (poles[a] if a == b else poles[a] + poles[b])
-            columns += [both.real, -both.imag]
+            columns += [factor.real, -factor.imag]
             light += [1.0 if a == b else 2.0, 0.0]
             variance += [moment.real, -moment.imag]
-        basis, exact = np.array(columns), np.array([light, variance])
-        weighed = basis * self._weight
-        system = np.block([[2 * weighed @ basis.T, exact.T], [exact, np.zeros((2, 2))]])
-        right = np.concatenate([2 * weighed @ self._disc, [LIGHT, VARIANCE]])
-        solved = np.linalg.lstsq(system, right, rcond=1e-15)[0]
+        basis, constraints = np.array(columns), np.array([light, variance])
+        weighted = basis * self._weight
+        system = np.block(
+            [[2 * weighted @ basis.T, constraints.T], [constraints, np.zeros((2, 2))]]
+        )
+        right_side = np.concatenate([2 * weighted @ self._disc, [LIGHT, VARIANCE]])
+        solution = np.linalg.lstsq(system, right_side, rcond=1e-15)[0]
         mix = np.zeros((len(poles), len(poles)), np.complex128)
-        for (a, b), real, imaginary in zip(pairs, solved[0:-2:2], solved[1:-2:2], strict=True):
+        for (a, b), real, imaginary in zip(pairs, solution[0:-2:2], solution[1:-2:2], strict=True):
             mix[a, b] = mix[b, a] = complex(real, imaginary)
-        return mix, solved[-2:]
+        return mix, solution[-2:]
 
     def _factors(self, poles: Complexes) -> tuple[Complexes, Complexes]:
         """Return f_a (J, frequencies) along both axes."""
@@ -108,29 +110,31 @@ class DiscError:
 
 def spectrum(frequency: Reals, rim: float) -> Reals:
     """Return the transform of a disc of radius 1 and light 1 with a bright or soft rim, -1 to 1."""
-    part = RIM_MOST * abs(rim)
-    return (1 - part) * _faded(frequency, 0) + part * _rim_spectrum(frequency, rim > 0)
+    rim_share = RIM_MOST * abs(rim)
+    return (1 - rim_share) * _fading_spectrum(frequency, 0) + rim_share * _rim_spectrum(
+        frequency, rim > 0
+    )
 
 
 def _rim_spectrum(frequency: Reals, is_bright: bool) -> Reals:
     """Return the transform of (p + 1) s^2p if bright, else (p + 1) (1 - s^2)^p; p = RIM_POWER."""
     if not is_bright:
-        return _faded(frequency, RIM_POWER)
+        return _fading_spectrum(frequency, RIM_POWER)
     total = np.zeros_like(frequency)
     for m in range(RIM_POWER + 1):  # s^2p = (1 - (1 - s^2))^p
-        total += (-1) ** m * math.comb(RIM_POWER, m) * _faded(frequency, m) / (m + 1)
+        total += (-1) ** m * math.comb(RIM_POWER, m) * _fading_spectrum(frequency, m) / (m + 1)
     return (RIM_POWER + 1) * total
 
 
-def _faded(frequency: Reals, power: int) -> Reals:
+def _fading_spectrum(frequency: Reals, power: int) -> Reals:
     """Return the transform of (m + 1) (1 - s^2)^m, m = `power`; for m = 0 it is 2 J_1(q) / q."""
     order = power + 1
     bessel = jv(order, frequency) / frequency**order
     return np.asarray(2.0**order * math.factorial(order) * bessel)
 
 
-def _gauss(edges: Reals, count: int) -> tuple[Reals, Reals]:
-    """Return places and weights of Gauss-Legendre quadrature with `count` in each interval."""
-    place, weight = np.polynomial.legendre.leggauss(count)
+def _gauss_points(edges: Reals, count: int) -> tuple[Reals, Reals]:
+    """Return points and weights of Gauss-Legendre quadrature with `count` in each interval."""
+    points, weights = np.polynomial.legendre.leggauss(count)
     half = np.diff(edges)[:, None] / 2
-    return (edges[:-1, None] + half * (place + 1)).ravel(), (half * weight).ravel()
+    return (edges[:-1, None] + half * (points + 1)).ravel(), (half * weights).ravel()

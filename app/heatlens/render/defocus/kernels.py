@@ -22,7 +22,7 @@ import numpy.typing as npt
 # With this value, the radius at half height is within 3 % of the disc's from d = 4 px on.
 DISC_COMPACT = 0.1
 
-# The rims for which there are kernels; those in between are mixed.
+# The rims for which there are kernels; kernels of other rims are mixed from the two nearest.
 RIMS = tuple(step / 4 for step in range(-4, 5))
 
 _FILE = Path(__file__).with_name("disc_kernels.json")
@@ -53,16 +53,16 @@ def named_kernel(name: str) -> Kernel:
     """Return the fitted kernel `heat`, `disc_2` ... Raises KeyError for an unknown name."""
     entry = json.loads(_FILE.read_text())["kernels"][name]
     compact = DISC_COMPACT if name.startswith("disc") else 0.0
-    return Kernel(name, _complex(entry["kappa"]), _complex(entry["M"]), compact=compact)
+    return Kernel(name, _to_complex(entry["kappa"]), _to_complex(entry["M"]), compact=compact)
 
 
 @lru_cache(maxsize=64)
 def rim_kernel(name: str, rim: float) -> Kernel:
     """Return the kernel of a disc with a rim from -1, soft, to 1, bright; 0 is the flat disc's.
 
-    Like all kernels it has the variance of a flat disc, so a disc with a bright rim is smaller, and
-    one with a soft rim larger. The number of poles is that of the flat disc as well,
-    so that a rim costs nothing. Raises KeyError for a kernel that is not a disc.
+    Like all kernels it has the variance of a flat disc: a disc with a bright rim is smaller, and
+    one with a soft rim larger. It has as many poles as the flat disc, and so a rim costs nothing.
+    Raises KeyError for a kernel that is not a disc.
     """
     flat, kernels = named_kernel(name), _rim_kernels()[name]
     if rim == 0.0:
@@ -70,9 +70,9 @@ def rim_kernel(name: str, rim: float) -> Kernel:
     step = min(max((rim - RIMS[0]) / (RIMS[1] - RIMS[0]), 0.0), len(RIMS) - 1.0)
     low = min(int(step), len(RIMS) - 2)
     (poles_low, mix_low), (poles_high, mix_high) = kernels[low], kernels[low + 1]
-    part = step - low
-    poles = (1 - part) * poles_low + part * poles_high
-    mix = (1 - part) * mix_low + part * mix_high
+    fraction = step - low
+    poles = (1 - fraction) * poles_low + fraction * poles_high
+    mix = (1 - fraction) * mix_low + fraction * mix_high
     variance = 2 * (mix.sum(axis=1) @ poles).real
     return replace(flat, name=f"{name}_rim", poles=poles / (16 * variance), mix=mix)
 
@@ -82,7 +82,9 @@ def _rim_kernels() -> dict[str, list[tuple[npt.NDArray[np.complex128], ...]]]:
     """Return poles and mixing weights for each of `RIMS`, by the names of the flat discs."""
     rims: dict[str, list[tuple[npt.NDArray[np.complex128], ...]]] = {}
     for entry in json.loads(_RIM_FILE.read_text())["kernels"]:
-        rims.setdefault(entry["name"], []).append((_complex(entry["kappa"]), _complex(entry["M"])))
+        rims.setdefault(entry["name"], []).append(
+            (_to_complex(entry["kappa"]), _to_complex(entry["M"]))
+        )
     return rims
 
 
@@ -93,6 +95,7 @@ def gaussian_kernel(steps: int) -> Kernel:
     return Kernel(f"gaussian_{steps}", heat.poles / steps, heat.mix, steps)
 
 
-def _complex(pairs: object) -> npt.NDArray[np.complex128]:
+def _to_complex(pairs: object) -> npt.NDArray[np.complex128]:
+    """Return pairs of real and imaginary parts as complex numbers."""
     values = np.asarray(pairs, np.float64)
     return np.ascontiguousarray(values).view(np.complex128)[..., 0]

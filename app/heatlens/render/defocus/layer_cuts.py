@@ -26,7 +26,9 @@ Array = npt.NDArray[np.float64]
 
 GAPS_MAX = 6
 _CELLS = 256  # cells in which values are counted; a cut is between two cells
-_STRAY = 0.0005  # share of the values at either end that does not widen the cells
+_OUTLIER_SHARE = (
+    0.0005  # share of the values at either end that is ignored for the range of the cells
+)
 _POWER = 0.65  # exponent of the distance of two values in the cost of sharing a layer
 _CROSSING = 0.12  # cost of a cut through all values
 _NEARBY = 0.02  # distance from a cut, as a share of the range, at which a value counts only 1/e
@@ -34,59 +36,64 @@ _LAYER = 0.0005  # cost of one more layer
 _SOFTNESS = 0.01  # half width of a cut's transition, as a share of the range
 
 
-# Cuts at fixed diameters (-1, -4, -10, -25 and -62.5 px) came first. They went through things,
-# which a pull then handed from layer to layer. In gaps, the mean FLIP of eleven lenses fell from
-# .0445 to .0432, in less time. Count only what is seen in the frame: the backs that lists know, and
-# what lies beyond the border, make one thing of two (a face with known surfaces: .0153 with them,
-# .0105 without).
+# Cuts lie in gaps between things: mean FLIP of eleven lenses .0432, against .0445 with cuts at
+# fixed diameters (-1, -4, -10, -25 and -62.5 px), and in less time. Fixed cuts go through things,
+# which a focus pull then moves from layer to layer. Only what is seen in the frame is counted:
+# hidden surfaces of fragment lists, and those outside the frame, fill the gap between two things (a
+# face with known surfaces: .0153 with them, .0105 without).
 @lru_cache(maxsize=16)
 def gaps_of(bins: ValueBins) -> Array:
     """Return the ends (n, 2) of the transition of each cut, in the unit of `bins`, ascending."""
     shares = bins.counts / bins.counts.sum()
-    low, high = np.interp((_STRAY, 1.0 - _STRAY), np.cumsum(shares), bins.middles)
+    low, high = np.interp((_OUTLIER_SHARE, 1.0 - _OUTLIER_SHARE), np.cumsum(shares), bins.middles)
     if not bin_step(low, high):
         return np.zeros((0, 2))
-    places = np.clip((bins.middles - low) / (high - low) * _CELLS, 0, _CELLS - 1).astype(np.int64)
-    cells = np.bincount(places, shares, _CELLS).astype(np.float64)
+    cell_of_bin = np.clip((bins.middles - low) / (high - low) * _CELLS, 0, _CELLS - 1).astype(
+        np.int64
+    )
+    cells = np.bincount(cell_of_bin, shares, _CELLS).astype(np.float64)
     cuts = low + (high - low) / _CELLS * np.array(_cheapest_cuts(cells), np.float64)
     return cuts[:, None] + (high - low) * np.array([-_SOFTNESS, _SOFTNESS])
 
 
-# The cost of a set of cuts is a sum over its layers and cuts. So the best way to end a layer at a
-# cell with n cuts continues the best way with n - 1 cuts to an earlier cell, and no set has to be
-# tried as a whole.
+# Dynamic programming: the cost of a set of cuts is a sum over its layers and cuts. The cheapest
+# layers up to a cell with n cuts are therefore the cheapest up to an earlier cell with n - 1 cuts,
+# and one more layer. No set has to be tried as a whole.
 def _cheapest_cuts(cells: Array) -> list[int]:
     """Return the cells before which to cut, ascending."""
-    layers, crossing = _layer_costs(cells), _LAYER + _CROSSING * (_weights()[1] @ cells)
-    costs, before = [layers[0]], []  # least cost of the cells up to each end, by number of cuts
+    layers, crossing = _layer_costs(cells), _LAYER + _CROSSING * (_cost_weights()[1] @ cells)
+    costs, previous_cells = (
+        [layers[0]],
+        [],
+    )  # least cost of the cells up to each end, by number of cuts
     for _ in range(GAPS_MAX):
-        ways = (costs[-1] + crossing)[:, None] + layers
-        before.append(ways.argmin(axis=0))
-        costs.append(ways.min(axis=0))
+        candidates = (costs[-1] + crossing)[:, None] + layers
+        previous_cells.append(candidates.argmin(axis=0))
+        costs.append(candidates.min(axis=0))
     cuts = [_CELLS]
-    for latest in before[: int(np.argmin([cost[-1] for cost in costs]))][::-1]:
-        cuts.append(int(latest[cuts[-1]]))
+    for previous in previous_cells[: int(np.argmin([cost[-1] for cost in costs]))][::-1]:
+        cuts.append(int(previous[cuts[-1]]))
     return cuts[:0:-1]
 
 
-# A layer costs a sum over all pairs of its cells. Sums over the rectangles of a table that begin in
-# its corner (a summed-area table) give that for every begin and end at once.
+# The cost of a layer is a sum over all pairs of its cells. A summed-area table of the pairs gives
+# that sum for every first and last cell at once.
 def _layer_costs(cells: Array) -> Array:
-    """Return the cost of a layer from each place (begin) to each later one (end), else infinity."""
+    """Return the cost of a layer from each cell (row) to each later one (column), else infinity."""
     pairs = np.zeros((_CELLS + 1, _CELLS + 1))
-    pairs[1:, 1:] = (cells[:, None] * cells * _weights()[0]).cumsum(axis=0).cumsum(axis=1)
-    own = np.diagonal(pairs)
-    within = 0.5 * (own + own[:, None] - pairs - pairs.T)
-    return np.where(np.tri(_CELLS + 1, dtype=bool), np.inf, within)
+    pairs[1:, 1:] = (cells[:, None] * cells * _cost_weights()[0]).cumsum(axis=0).cumsum(axis=1)
+    diagonal = np.diagonal(pairs)
+    costs = 0.5 * (diagonal + diagonal[:, None] - pairs - pairs.T)
+    return np.where(np.tri(_CELLS + 1, dtype=bool), np.inf, costs)
 
 
 @cache
-def _weights() -> tuple[Array, Array]:
-    """Return the cost of each pair of cells in a layer, and how near each place is to each cell."""
+def _cost_weights() -> tuple[Array, Array]:
+    """Return the cost of each pair of cells in a layer, and how near each cut is to each cell."""
     cells = np.arange(_CELLS)
-    apart = np.abs(cells[:, None] - cells) / _CELLS
-    away = np.abs(np.arange(_CELLS + 1)[:, None] - cells - 0.5) / _CELLS
-    return apart**_POWER, np.exp(-away / _NEARBY)
+    pair_distance = np.abs(cells[:, None] - cells) / _CELLS
+    cut_distance = np.abs(np.arange(_CELLS + 1)[:, None] - cells - 0.5) / _CELLS
+    return pair_distance**_POWER, np.exp(-cut_distance / _NEARBY)
 
 
 FIRST_CUT_PX = -1.0  # limit between the sharp range and anything in front of it
@@ -96,7 +103,7 @@ FAR_CUT_LEAST_PX = 1.3  # ... but at least this
 FAR_SOFTNESS = 0.2  # half width of its transition, as a share of its coc ...
 FAR_SOFTNESS_LEAST_PX = 0.8  # ... but at least this, because the farthest thing may pass it
 
-_BEYOND_PX = 1.0e30  # larger than any coc
+_OUTER_LIMIT_PX = 1.0e30  # larger than any coc
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,9 +114,9 @@ class Cut:
     half_width_px: float
 
 
-NEARER_THAN_ALL = Cut(-_BEYOND_PX, 0.1 * _BEYOND_PX)
-FARTHER_THAN_ALL = Cut(_BEYOND_PX, 0.1 * _BEYOND_PX)
-_BEYOND = (NEARER_THAN_ALL, FARTHER_THAN_ALL)
+NEARER_THAN_ALL = Cut(-_OUTER_LIMIT_PX, 0.1 * _OUTER_LIMIT_PX)
+FARTHER_THAN_ALL = Cut(_OUTER_LIMIT_PX, 0.1 * _OUTER_LIMIT_PX)
+_OUTER_LIMITS = (NEARER_THAN_ALL, FARTHER_THAN_ALL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,23 +146,25 @@ def layer_cuts(
     `gaps_px` are the ends (n, 2) of the transitions of cuts in gaps, ascending. Empty layers are
     left out. A picture scaled by `proxy` is cut at the same depths as the whole picture.
     """
-    whole = _cuts_of_whole(occupied_px / proxy, gaps_px / proxy, layers_max)
-    return whole if proxy == 1.0 else [_scaled(layer, proxy) for layer in whole]
+    whole = _cuts_at_full_size(occupied_px / proxy, gaps_px / proxy, layers_max)
+    return whole if proxy == 1.0 else [_scale_layer(layer, proxy) for layer in whole]
 
 
-def _scaled(layer: LayerCut, proxy: float) -> LayerCut:
+def _scale_layer(layer: LayerCut, proxy: float) -> LayerCut:
+    """Return the layer with its limits for a picture scaled by `proxy`."""
     near, far = (
-        cut if cut in _BEYOND else Cut(cut.at_px * proxy, cut.half_width_px * proxy)
+        cut if cut in _OUTER_LIMITS else Cut(cut.at_px * proxy, cut.half_width_px * proxy)
         for cut in (layer.near, layer.far)
     )
     return replace(layer, near=near, far=far)
 
 
-# Behind the focus one cut is enough. Without it a sharp wire fence insulates each mesh of the
+# Behind the focus there is one cut. Without it a sharp wire fence insulates each mesh of the
 # blurred background from the next (FLIP .148 against .109 in the prototype); more cuts there gained
-# nothing. It is soft, because what is guessed behind wires changes with the layer of the wall: a
-# softer one calmed a slow pull of that fence from 2.22 to 1.76.
-def _cuts_of_whole(occupied_px: Array, gaps_px: Array, layers_max: int) -> list[LayerCut]:
+# nothing. The cut is soft, because what is guessed behind wires changes with the layer of the wall:
+# a softer cut calmed a slow focus pull over that fence from 2.22 to 1.76.
+def _cuts_at_full_size(occupied_px: Array, gaps_px: Array, layers_max: int) -> list[LayerCut]:
+    """Return the layers of a picture at full size, far to near, without empty ones."""
     farthest_px = float(occupied_px[-1])
     far_px = max(farthest_px * FAR_CUT_PART, FAR_CUT_LEAST_PX)
     far = Cut(far_px, max(far_px * FAR_SOFTNESS, FAR_SOFTNESS_LEAST_PX))
@@ -167,14 +176,14 @@ def _cuts_of_whole(occupied_px: Array, gaps_px: Array, layers_max: int) -> list[
         LayerCut(near=closer, far=farther, is_before_focus=farther.at_px <= FIRST_CUT_PX)
         for farther, closer in pairwise(limits)
     ]
-    layers = [layer for layer in layers if _holds_any(layer, occupied_px)]
+    layers = [layer for layer in layers if _contains_any(layer, occupied_px)]
     return [replace(layers[0], far=FARTHER_THAN_ALL), *layers[1:]]
 
 
 def _near_cuts(occupied_px: Array, gaps_px: Array, count: int) -> list[Cut]:
     """Return at most `count` cuts in front of the focus that some pixel reaches, far to near.
 
-    If there are more gaps, those nearest to the camera count: they stay the same during a pull.
+    Of more gaps, those nearest to the camera are used: they stay the same during a focus pull.
     """
     if not count:
         return []
@@ -184,7 +193,7 @@ def _near_cuts(occupied_px: Array, gaps_px: Array, count: int) -> list[Cut]:
     return [cut for cut in cuts if cut.at_px + cut.half_width_px > occupied_px[0]]
 
 
-def _holds_any(layer: LayerCut, occupied_px: Array) -> bool:
+def _contains_any(layer: LayerCut, occupied_px: Array) -> bool:
     """Return True if any coc lies in the layer or its transitions."""
     low = layer.near.at_px - layer.near.half_width_px
     high = layer.far.at_px + layer.far.half_width_px

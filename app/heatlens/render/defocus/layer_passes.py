@@ -23,16 +23,17 @@ class Layer:
     color  rgb premultiplied by coverage, a = coverage; hidden pixels to fill are marked
     state  r = |coc| in pixels of the layer, g = how much content it has, 0..1
     size   of the layer; if it is smaller than the picture, it is in the corner of the textures
-    mask   the active tiles; `listed` has the same tiles as a list
-    known  what the fragment lists say of each pixel (layer_split.comp.glsl); None without lists
+    mask   the active tiles; `tile_list` has the same tiles as a list
+    list_info  two values for each pixel from its fragment list (layer_split.comp.glsl); None
+               without lists
     """
 
     color: Texture
     state: Texture
     size: tuple[int, int]
     mask: TileMask
-    listed: TileList
-    known: Texture | None = None
+    tile_list: TileList
+    list_info: Texture | None = None
 
 
 class LayerSplitPass:
@@ -52,33 +53,33 @@ class LayerSplitPass:
         """Write the layer of `plan` at the plan's size, and list its hidden `pixels`."""
         clear_list(pixels)
         uniforms = {
-            **_limits(plan.cut),
+            **_limit_uniforms(plan.cut),
             "is_farthest": plan.cut.is_farthest,
             "reduction": plan.reduction,
             "layer_size": out.size,
         }
         lists = picture.lists
         images = {"out_layer_img": out.color, "out_state_img": out.state}
-        if lists is not None and out.known is not None:
-            images["out_listed_img"] = out.known
+        if lists is not None and out.list_info is not None:
+            images["out_listed_img"] = out.list_info
             uniforms |= list_uniforms(lists) | {
                 "is_nearest": plan.cut.is_nearest,
                 "at_infinity_px": lists.line.at_infinity_px,
             }
-        for part in self._slices.of(picture.coc.size):
+        for slice_uniforms in self._slices.of(picture.coc.size):
             self._programs[plan.reduction > 1].version(lists is not None).dispatch(
-                out.listed.words,
+                out.tile_list.words,
                 offset=TileList.OF_LAYER,
                 textures=picture.textures(),
                 images=images,
-                buffers={"pixel_list_block": pixels, "tile_list_block": out.listed.words}
+                buffers={"pixel_list_block": pixels, "tile_list_block": out.tile_list.words}
                 | list_buffers(lists),
-                uniforms=uniforms | part,
+                uniforms=uniforms | slice_uniforms,
             )
             yield
 
 
-def _limits(cut: LayerCut) -> dict[str, object]:
+def _limit_uniforms(cut: LayerCut) -> dict[str, object]:
     """Return the uniforms of lib/layer.lib.glsl."""
     return {
         "cut_near_px": (cut.near.at_px, cut.near.half_width_px),
@@ -90,7 +91,7 @@ def _limits(cut: LayerCut) -> dict[str, object]:
 class HiddenScratch:
     """The scratch memory of the hidden fill.
 
-    bits    which pixels are visible: so far all, see `SeenBitsPass`
+    bits    which pixels are visible; at first all are, see `SeenBitsPass`
     blocks  list of blocks to fill, of size `list_bytes` of the picture
     cost    RGBA, a pixel for each block of 2 x 2
     match   like `cost`; only with fragment lists that are matched to the picture
@@ -103,23 +104,27 @@ class HiddenScratch:
 
     @property
     def lists(self) -> dict[str, StorageBuffer]:
-        """The storage blocks that tell what to fill, and from what."""
+        """The storage blocks with the blocks of pixels to fill, and with the visible pixels."""
         return {"bits_block": self.bits, "two_lists_block": self.blocks}
 
 
-# The paper fills by diffusion. Along rows and columns that does not join a stripe that a wire
-# interrupts, so only the coc is diffused, and colour follows the direction whose two ends are most
-# alike. Tried and worse: no fill at all behind the focus, dividing by the blurred coverage instead
-# (a fence: FLIP .091 -> .094, .077 -> .083). Deep behind a silhouette, where the ends are far away,
-# one guess serves 2 x 2 pixels.
+# Color follows the direction whose two ends are most alike; only the coc is diffused. The paper
+# fills color by diffusion too, but along rows and columns that does not join a stripe that a wire
+# interrupts. Tried and worse: no fill behind the focus, with the blurred color divided by the
+# blurred coverage instead (a fence: FLIP .091 -> .094, .077 -> .083). Deep behind a silhouette,
+# where the ends are far away, 2 x 2 pixels share one guess.
 class HiddenFillPass:
     """Guesses hidden colours: continues visible structures behind nearer layers."""
 
     def __init__(self, ctx: Device) -> None:
-        blocks, cost, fill = (f"defocus/hidden_{it}.comp.glsl" for it in ("blocks", "cost", "fill"))
-        self._block_programs = ProgramVersions(lambda on: ComputeProgram(ctx, blocks, on))
-        self._cost_programs = ProgramVersions(lambda on: ComputeProgram(ctx, cost, on))
-        self._fill_programs = ProgramVersions(lambda on: ComputeProgram(ctx, fill, on))
+        blocks, cost, fill = (
+            f"defocus/hidden_{name}.comp.glsl" for name in ("blocks", "cost", "fill")
+        )
+        self._block_programs = ProgramVersions(
+            lambda switches: ComputeProgram(ctx, blocks, switches)
+        )
+        self._cost_programs = ProgramVersions(lambda switches: ComputeProgram(ctx, cost, switches))
+        self._fill_programs = ProgramVersions(lambda switches: ComputeProgram(ctx, fill, switches))
         self._slices = Slices(ctx)
 
     def steps(
@@ -135,44 +140,46 @@ class HiddenFillPass:
         Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `around`
         is that of `Fragments`, for a layer that may hold highlights.
         """
-        known: _Textures = {} if layer.known is None else {"listed_tx": layer.known}
-        compared, out_match, match = _matched(layer, scratch)
-        written = {"out_cost_img": scratch.cost} | out_match
-        self._list_blocks(layer, pixels, scratch, written)
+        info_textures: _Textures = {} if layer.list_info is None else {"listed_tx": layer.list_info}
+        match_inputs, out_match, match_textures = _match_textures(layer, scratch)
+        cost_images = {"out_cost_img": scratch.cost} | out_match
+        self._list_blocks(layer, pixels, scratch, cost_images)
         yield
-        guessed, cost = scratch.lists, self._cost_programs.with_(MATCHED=bool(match))
-        fill = self._fill_programs.with_(LISTS=bool(known), MATCHED=bool(match))
+        fill_buffers = scratch.lists
+        cost = self._cost_programs.version(MATCHED=bool(match_textures))
+        fill = self._fill_programs.version(LISTS=bool(info_textures), MATCHED=bool(match_textures))
         uniforms: dict[str, object] = {"reach_px": reach_px, "layer_size": layer.size}
-        for part in self._slices.of(layer.size):
+        for slice_uniforms in self._slices.of(layer.size):
             cost.dispatch(
                 scratch.blocks,
-                textures={"layer_tx": layer.color} | compared,
-                images=written,
-                buffers=guessed,
-                uniforms=uniforms | part,
+                textures={"layer_tx": layer.color} | match_inputs,
+                images=cost_images,
+                buffers=fill_buffers,
+                uniforms=uniforms | slice_uniforms,
             )
             yield
-        read = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | known | match
-        for part in self._slices.of(layer.size):
+        fill_textures = {"cost_tx": scratch.cost, "around_tx": around or scratch.cost}
+        fill_textures |= info_textures | match_textures
+        for slice_uniforms in self._slices.of(layer.size):
             fill.dispatch(
                 scratch.blocks,
                 offset=OF_BOTH,
-                textures=read,
+                textures=fill_textures,
                 images={"layer_img": layer.color, "state_img": layer.state},
-                buffers=guessed,
-                uniforms=uniforms | {"has_highlights": around is not None} | part,
+                buffers=fill_buffers,
+                uniforms=uniforms | {"has_highlights": around is not None} | slice_uniforms,
             )
             yield
 
     def _list_blocks(
-        self, layer: Layer, pixels: Buffer, scratch: HiddenScratch, written: "_Textures"
+        self, layer: Layer, pixels: Buffer, scratch: HiddenScratch, cost_images: "_Textures"
     ) -> None:
         """Mark the hidden `pixels` as not visible, and list the blocks to fill."""
         clear_list(scratch.blocks)
-        self._block_programs.with_(MATCHED=scratch.match is not None).dispatch(
+        self._block_programs.version(MATCHED=scratch.match is not None).dispatch(
             pixels,
             textures={"layer_tx": layer.color},
-            images=written,
+            images=cost_images,
             buffers={
                 "bits_block": scratch.bits,
                 "pixel_list_block": pixels,
@@ -188,19 +195,20 @@ class HiddenFillPass:
 _Textures = dict[str, Texture]
 
 
-def _matched(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures, _Textures]:
+def _match_textures(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures, _Textures]:
     """Return the inputs of the brightness match, its output, and the textures to read it from.
 
     All are empty if nothing is matched.
     """
-    if layer.known is None or scratch.match is None:
+    if layer.list_info is None or scratch.match is None:
         return {}, {}, {}
-    compared = {"listed_tx": layer.known, "state_tx": layer.state}
-    return compared, {"out_match_img": scratch.match}, {"match_tx": scratch.match}
+    inputs = {"listed_tx": layer.list_info, "state_tx": layer.state}
+    return inputs, {"out_match_img": scratch.match}, {"match_tx": scratch.match}
 
 
-# Surfaces of different blur in one layer would have a hard common silhouette. Here both sides get
-# the blur of the nearer one, as a lens shows it: near leaves are soft, and nothing glows into them.
+# At a silhouette between surfaces of different blur in one layer, both sides get the blur of the
+# nearer one, as a lens shows it: near leaves are soft, and nothing glows into them. Otherwise the
+# silhouette would be hard.
 class CocFillPass:
     """Extends the coc of a layer beyond its content, and softens it at silhouettes."""
 
@@ -226,13 +234,13 @@ class CocFillPass:
         """
         size = corner or state.size
         uniforms = {"kappa": 1.0, "is_near": cut.is_before_focus}
-        between = {"rows_diameter_block": rows[0], "rows_weight_block": rows[1]}
+        row_buffers = {"rows_diameter_block": rows[0], "rows_weight_block": rows[1]}
         axes: tuple[Axis, Axis] = ("rows", "columns")
         images: tuple[_Textures, ...] = {}, {"out_coc_img": out_coc}
-        for axis, written, scale in zip(axes, images, axis_scales, strict=True):
-            given = uniforms | {"axis_scale": scale}
-            bound = Bindings({"state_tx": state}, written, given, between)
-            yield from self._solver.steps(self._SYSTEM, axis, size, bound, mask)
+        for axis, out_images, scale in zip(axes, images, axis_scales, strict=True):
+            axis_uniforms = uniforms | {"axis_scale": scale}
+            bindings = Bindings({"state_tx": state}, out_images, axis_uniforms, row_buffers)
+            yield from self._solver.steps(self._SYSTEM, axis, size, bindings, mask)
 
     @staticmethod
     def rows_bytes(size: tuple[int, int]) -> int:
@@ -246,11 +254,11 @@ class CompositePass:
 
     def __init__(self, ctx: Device) -> None:
         shader = "defocus/composite.comp.glsl"
-        self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, shader, on))
+        self._programs = ProgramVersions(lambda switches: ComputeProgram(ctx, shader, switches))
         self._begin = ComputeProgram(ctx, "defocus/composite_begin.comp.glsl")
 
-    # Clearing the picture through a framebuffer took 2.4 of the 10.8 ms of a 3840x2160 frame on an
-    # NVIDIA H200, although the farthest layer replaces nearly all of it.
+    # Only tiles that the farthest layer leaves are cleared. Clearing the whole picture through a
+    # framebuffer took 2.4 of the 10.8 ms of a 3840x2160 frame on an NVIDIA H200.
     def begin(self, farthest: LayerPlan, mask: TileMask, color: Texture) -> None:
         """Make `color` black where the `farthest` layer, the first, will not replace it."""
         self._begin.dispatch(
@@ -271,14 +279,14 @@ class CompositePass:
 
         If `plan.share` < 1, composite over `behind` and cross-fade with `color`.
         """
-        listed, mask, is_mixed = blurred.listed.words, blurred.mask, plan.share < 1.0
-        shared: _Textures = {"behind_tx": behind} if is_mixed else {}
-        self._programs.with_(MIXED=is_mixed).dispatch(
-            listed,
+        list_words, mask, is_mixed = blurred.tile_list.words, blurred.mask, plan.share < 1.0
+        behind_textures: _Textures = {"behind_tx": behind} if is_mixed else {}
+        self._programs.version(MIXED=is_mixed).dispatch(
+            list_words,
             offset=TileList.OF_PICTURE,
-            textures={"layer_tx": blurred.color} | shared,
+            textures={"layer_tx": blurred.color} | behind_textures,
             images={"out_color_img": color},
-            buffers={"tile_list_block": listed, "tile_mask_block": mask.words},
+            buffers={"tile_list_block": list_words, "tile_mask_block": mask.words},
             uniforms=WHOLE_LIST
             | mask.uniforms
             | {"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction}

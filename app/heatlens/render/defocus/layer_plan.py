@@ -14,8 +14,8 @@ from heatlens.render.defocus.layer_cuts import FARTHER_THAN_ALL, LayerCut
 from heatlens.render.defocus.optics import Optics
 
 REDUCTIONS = (8, 4, 2)
-LEAST_REDUCED_PX = 7.0  # smallest coc of a reduced layer, in its own pixels, and
-ALONE_FROM_PX = 8.0  # that from which it is not mixed with the layer at twice its size
+LEAST_REDUCED_PX = 7.0  # smallest coc of a reduced layer, in its own pixels
+ALONE_FROM_PX = 8.0  # coc from which a reduced layer is not mixed with the one at twice its size
 LEAST_REDUCED_SIDE = 64  # smallest shorter side of a reduced layer; smaller ones gain little
 SPREAD = 1.0  # reach of a kernel, relative to the coc; beyond it, less than a thousandth is left
 MARGIN_PX = 8.0  # neighbourhood used by the fill, and by enlarging a reduced layer
@@ -38,7 +38,7 @@ class LayerPlan:
     share: float = 1.0
 
     @property
-    def sizes(self) -> "list[LayerPlan]":
+    def sized_plans(self) -> "list[LayerPlan]":
         """The plan of each size at which the layer is processed, the larger one first."""
         if self.share == 1.0:
             return [self]
@@ -74,30 +74,34 @@ class LayerPlan:
 
 def layer_plans(cuts: list[LayerCut], optics: Optics, size: tuple[int, int]) -> list[LayerPlan]:
     """Return a plan for each layer of a picture of `size` (width, height), in the same order."""
-    return [_plan(cut, optics, min(size)) for cut in cuts]
+    return [_plan_layer(cut, optics, min(size)) for cut in cuts]
 
 
-# Reducing from 5 px on was tried: mean FLIP .0469, against .0456 at full size and .0457 from 8 px
-# on. The change from one size to the next was then the largest jump in slow pulls; mixing both
-# between 7 and 8 px took the unrest of one shot from 3.05 to 2.44.
-def _plan(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
+# Layers are reduced from a coc of 8 px on: mean FLIP .0457, against .0456 at full size and .0469
+# when reduced from 5 px on. Both sizes are mixed between 7 and 8 px, because the change from one
+# size to the next was the largest jump in slow focus pulls: the unrest of one shot fell from 3.05
+# to 2.44.
+def _plan_layer(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
+    """Plan the layer of `cut` in a picture whose shorter side is `side_px`."""
     coc = optics.occupied_px
     low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).ends_px)
-    held = coc[max(low - 1, 0) : high + 1]  # a limit may lie within a bin
-    widest = float(np.max(np.abs(held), initial=0.0))
-    narrowest = _least_px(cut, float(held[-1])) * min(optics.disc.spreads)
-    fitting = [k for k in REDUCTIONS if side_px >= k * LEAST_REDUCED_SIDE]
-    reduction = next((k for k in fitting if narrowest >= k * LEAST_REDUCED_PX), 1)
+    layer_coc = coc[max(low - 1, 0) : high + 1]  # a limit may lie within a bin
+    widest_px = float(np.max(np.abs(layer_coc), initial=0.0))
+    narrowest_px = _least_px(cut, float(layer_coc[-1])) * min(optics.disc.spreads)
+    allowed_reductions = [k for k in REDUCTIONS if side_px >= k * LEAST_REDUCED_SIDE]
+    reduction = next((k for k in allowed_reductions if narrowest_px >= k * LEAST_REDUCED_PX), 1)
     share = np.clip(
-        (narrowest / reduction - LEAST_REDUCED_PX) / (ALONE_FROM_PX - LEAST_REDUCED_PX), 0.0, 1.0
+        (narrowest_px / reduction - LEAST_REDUCED_PX) / (ALONE_FROM_PX - LEAST_REDUCED_PX), 0.0, 1.0
     )
-    uncovering = 0.0 if cut.is_nearest else max(-optics.nearest_px, 0.0)
-    uncovered = max(optics.disc.half_extents) * (uncovering + widest) / 2 + MARGIN_PX
-    return LayerPlan(cut, reduction, widest, uncovered, 1.0 if reduction == 1 else float(share))
+    nearer_px = 0.0 if cut.is_nearest else max(-optics.nearest_px, 0.0)
+    uncovered_px = max(optics.disc.half_extents) * (nearer_px + widest_px) / 2 + MARGIN_PX
+    return LayerPlan(
+        cut, reduction, widest_px, uncovered_px, 1.0 if reduction == 1 else float(share)
+    )
 
 
 def _least_px(cut: LayerCut, farthest_px: float) -> float:
-    """Return the smallest |coc| of a layer, given by its cut, which moves little during a pull."""
+    """Return the smallest |coc| of a layer by its cut, which moves little during a focus pull."""
     if not cut.is_before_focus:
         return cut.near.at_px - cut.near.half_width_px
     if cut.far is FARTHER_THAN_ALL:
@@ -106,7 +110,7 @@ def _least_px(cut: LayerCut, farthest_px: float) -> float:
 
 
 def reach_tiles(plan: LayerPlan, nearest_px: float, wider_scale: float, tile_px: float) -> int:
-    """Return how many tiles from its content a layer can still be visible."""
+    """Return the distance from its content, in tiles, up to which a layer can be visible."""
     uncovered = (max(-nearest_px, 0.0) + plan.widest_px) / 2
     reach = wider_scale * max(SPREAD * plan.widest_px, uncovered) + MARGIN_PX
     return math.ceil(reach / tile_px) + 1

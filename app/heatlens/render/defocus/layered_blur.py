@@ -1,8 +1,10 @@
-"""Blur a picture in layers, far to near: its highlights as discs, what is in front over the rest.
+"""Blur a picture in layers, which are composited far to near, and draw its highlights as discs.
 
-highlights apart -> fragments -> for each layer, in its visible tiles and at the size that its blur
-allows: blur (`LayerBlur`: split it off, fill hidden pixels, extend the coc, diffuse), composite ->
-highlights drawn
+1. Split the picture into highlights and the rest.
+2. Split the mixed pixels of silhouettes (fragments).
+3. For each layer, in its visible tiles and at the size that its blur allows: blur (`LayerBlur`:
+   split it off, fill hidden pixels, extend the coc, diffuse) and composite.
+4. Draw the highlights.
 """
 
 import math
@@ -49,15 +51,15 @@ class LayerBlur:
         self,
         picture: Fragments,
         plan: LayerPlan,
-        where: LayerTiles,
+        tiles: LayerTiles,
         optics: Optics,
         settings: DefocusSettings,
         out: Texture,
     ) -> Steps[Layer]:
-        """Return one layer, blurred; composite it over `out` if it is as large."""
-        layer, layer_coc = yield from self._layer(picture, plan, where, optics)
+        """Return one layer, blurred; composite it over `out` if both have the same size."""
+        layer, layer_coc = yield from self._prepare_layer(picture, plan, tiles, optics)
         is_in_front, rim = plan.cut.is_before_focus, optics.disc.aperture.rim
-        what = Diffusion(
+        diffusion = Diffusion(
             layer.color,
             layer_coc,
             kernel_for(settings, -rim if is_in_front else rim),
@@ -69,52 +71,58 @@ class LayerBlur:
         )
         poles = self._passes.poles(self._scratch, "poles", picture.coc.size, kernel_for(settings))
         over = Over(out, plan.cut.is_farthest) if plan.reduction == 1 else None
-        blur = self._passes.blur.steps(what, BlurTargets(poles, layer.color, over), layer.mask)
-        yield from self._scratch.named("blur", blur)
+        blur = self._passes.blur.steps(diffusion, BlurTargets(poles, layer.color, over), layer.mask)
+        yield from self._scratch.run_pass("blur", blur)
         return layer
 
-    def _layer(
+    def _prepare_layer(
         self,
         picture: Fragments,
         plan: LayerPlan,
-        where: LayerTiles,
+        tiles: LayerTiles,
         optics: Optics,
     ) -> Steps[tuple[Layer, Texture]]:
         """Return a layer with hidden pixels filled, and its coc, in the active tiles."""
-        whole, scratch = picture.coc.size, self._scratch
-        hidden = scratch.buffer("hidden list", list_bytes(whole))
-        color = scratch.texture("layer", whole, 4)
-        state = scratch.texture("layer state", whole, 2)
-        known = None if picture.lists is None else scratch.texture("known", whole, 2, "f2")
-        layer = Layer(color, state, plan.size(whole), where.mask, where.listed, known)
+        picture_size, scratch = picture.coc.size, self._scratch
+        hidden = scratch.buffer("hidden list", list_bytes(picture_size))
+        color = scratch.texture("layer", picture_size, 4)
+        state = scratch.texture("layer state", picture_size, 2)
+        list_info = (
+            None if picture.lists is None else scratch.texture("known", picture_size, 2, "f2")
+        )
+        layer = Layer(color, state, plan.size(picture_size), tiles.mask, tiles.tile_list, list_info)
         split = self._passes.split.steps(picture, plan, hidden, layer)
-        yield from self._scratch.named("layer split", split)
+        yield from self._scratch.run_pass("layer split", split)
         if not plan.cut.is_nearest:
-            yield from self._scratch.named(
-                "hidden fill", self._hidden_fill(layer, hidden, plan, picture, where.seen)
+            yield from self._scratch.run_pass(
+                "hidden fill", self._fill_hidden(layer, hidden, plan, picture, tiles.visible_bits)
             )
-        self._scratch.passed("hidden fill")
-        layer_coc = scratch.texture("layer coc", whole, 1)
-        need = CocFillPass.rows_bytes(whole)
-        rows = scratch.buffer("coc fill diameters", need), scratch.buffer("coc fill weights", need)
+        self._scratch.end_pass("hidden fill")
+        layer_coc = scratch.texture("layer coc", picture_size, 1)
+        row_bytes = CocFillPass.rows_bytes(picture_size)
+        rows = (
+            scratch.buffer("coc fill diameters", row_bytes),
+            scratch.buffer("coc fill weights", row_bytes),
+        )
         extend = self._passes.coc_fill.steps(
             state, plan.cut, optics.disc.spreads, rows, layer_coc, layer.mask, layer.size
         )
-        yield from self._scratch.named("coc fill", extend)
+        yield from self._scratch.run_pass("coc fill", extend)
         return layer, layer_coc
 
-    def _hidden_fill(
+    def _fill_hidden(
         self,
         layer: Layer,
         hidden: Buffer,
         plan: LayerPlan,
         picture: Fragments,
-        seen: BufferPart,
+        visible_bits: BufferPart,
     ) -> Iterator[None]:
-        whole, blocks = picture.coc.size, blocks_for(picture.coc.size, 2)
-        work = HiddenScratch(
-            seen,
-            self._scratch.buffer("hidden blocks", list_bytes(whole)),
+        """Fill the pixels of a layer in the list `hidden`, in steps."""
+        picture_size, blocks = picture.coc.size, blocks_for(picture.coc.size, 2)
+        hidden_scratch = HiddenScratch(
+            visible_bits,
+            self._scratch.buffer("hidden blocks", list_bytes(picture_size)),
             self._scratch.texture("hidden cost", blocks, 4),
             self._scratch.texture("hidden match", blocks, 4)
             if picture.lists is not None and not picture.lists.is_exact
@@ -122,7 +130,7 @@ class LayerBlur:
         )
         reach_px = math.ceil(plan.uncovered_px / plan.reduction)
         around = picture.around if plan.is_in_focus and plan.reduction == 1 else None
-        return self._passes.hidden.steps(layer, hidden, work, reach_px, around)
+        return self._passes.hidden.steps(layer, hidden, hidden_scratch, reach_px, around)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +138,9 @@ class LayeredPicture:
     """A picture to blur in layers.
 
     color, coc      RGBA, and signed coc in pixels
-    has_highlights  they are drawn as discs
+    has_highlights  bright pixels are drawn as discs
     lists           the surfaces behind the visible ones; None if none are known
-    sharp           what is kept from the blur
+    sharp           the part that stays sharp; None if all is blurred
     places          RGBA, subpixel positions of the light; None if they are not known
     may_guess       surfaces behind the focus may be guessed for parts of the lens
     """
@@ -147,53 +155,57 @@ class LayeredPicture:
 
 
 class LayeredBlur:
-    """Blurs pictures in layers; `tell` is called with layers done and their number."""
+    """Blurs pictures in layers; calls `report_layers` with the layers done and their number."""
 
     def __init__(
-        self, passes: DefocusPasses, scratch: Scratch, tell: Callable[[int, int], None]
+        self, passes: DefocusPasses, scratch: Scratch, report_layers: Callable[[int, int], None]
     ) -> None:
         self._passes = passes
         self._scratch = scratch
-        self._tell = tell
+        self._report_layers = report_layers
         self._layer = LayerBlur(passes, scratch)
 
     def steps(
         self,
-        what: LayeredPicture,
+        source: LayeredPicture,
         optics: Optics,
         settings: DefocusSettings,
         name: str,
         turn: Turn = ONLY,
     ) -> Steps[Texture]:
         """Blur layers far to near, and composite them in the texture called `name`."""
-        color, coc, lists, sharp = what.color, what.coc, what.lists, what.sharp
-        listed = around = None
-        if what.has_highlights:
-            without = self._room_without(color.size, lists)
+        color, coc, lists, sharp = source.color, source.coc, source.lists, source.sharp
+        highlights = around = None
+        if source.has_highlights:
+            split = self._allocate_split(color.size, lists)
             kernel = kernel_for(settings)
-            listed = yield from self._without_highlights(what, kernel, optics, without)
-            color, around = without.low, without.around
-            lists = None if without.lists is None else without.lists.diffused
-        diffused = replace(what, color=color, lists=lists)
-        far = yield from self._far_field(diffused, optics, settings)
-        picture = yield from self._fragmented(color, coc, optics, lists, around)
-        growing = far if far is not None and far.zone.growth < 1.0 else None
-        first, then = turn.halves if growing is not None else (turn, turn)
-        out = yield from self._over_each_other(picture, optics, settings, far, sharp, name, first)
-        if growing is not None:  # its cut changes the picture everywhere
-            alone = yield from self._over_each_other(
-                picture, optics, settings, None, sharp, "without far", then
+            highlights = yield from self._split_highlights(source, kernel, optics, split)
+            color, around = split.low, split.around
+            lists = None if split.lists is None else split.lists.lists_to_diffuse
+        source_to_diffuse = replace(source, color=color, lists=lists)
+        far = yield from self._far_field(source_to_diffuse, optics, settings)
+        picture = yield from self._split_silhouettes(color, coc, optics, lists, around)
+        growing_field = far if far is not None and far.zone.growth < 1.0 else None
+        first_turn, second_turn = turn.halves if growing_field is not None else (turn, turn)
+        out = yield from self._composite_layers(
+            picture, optics, settings, far, sharp, name, first_turn
+        )
+        if growing_field is not None:  # its cut changes the picture everywhere
+            without_far = yield from self._composite_layers(
+                picture, optics, settings, None, sharp, "without far", second_turn
             )
-            self._passes.far_parts.mix(alone, growing, out)
-            yield self._scratch.passed("composite")
-        if listed is not None:
+            self._passes.far_parts.mix(without_far, growing_field, out)
+            yield self._scratch.end_pass("composite")
+        if highlights is not None:
             nearest = self._scratch.texture("tile nearest", tile_count(out.size), 1)
-            drawn = self._passes.draw_highlights.steps(listed, picture, nearest, optics, out, sharp)
-            yield from self._scratch.named("highlights drawn", drawn)
-        self._scratch.passed("highlights drawn")
+            draw_steps = self._passes.draw_highlights.steps(
+                highlights, picture, nearest, optics, out, sharp
+            )
+            yield from self._scratch.run_pass("highlights drawn", draw_steps)
+        self._scratch.end_pass("highlights drawn")
         return out
 
-    def _over_each_other(
+    def _composite_layers(
         self,
         picture: Fragments,
         optics: Optics,
@@ -209,20 +221,22 @@ class LayeredBlur:
         if far is not None:
             cuts = with_far_cut(cuts, settings.proxy)
         plans = layer_plans(cuts, optics, out.size)
-        sizes = [size for plan in plans for size in plan.sizes]
-        content = self._passes.tiles.look_through(picture, sizes, self._scratch)
-        active = self._passes.tiles.find(content, sizes, optics, self._scratch)
-        self._passes.composite.begin(sizes[0], active[0].mask, out)
-        yield self._scratch.passed("tiles")
+        sized_plans = [sized_plan for plan in plans for sized_plan in plan.sized_plans]
+        content = self._passes.tiles.find_content(picture, sized_plans, self._scratch)
+        active = self._passes.tiles.find_active(content, sized_plans, optics, self._scratch)
+        self._passes.composite.begin(sized_plans[0], active[0].mask, out)
+        yield self._scratch.end_pass("tiles")
         tiles = iter(active)
         farther_px = math.inf
-        for number, plan in enumerate(plans):
-            self._tell(turn.before * len(plans) + number, turn.pictures * len(plans))
-            behind = self._kept(out) if plan.share < 1.0 else out
-            for size, where in zip(plan.sizes, tiles, strict=False):
-                layer = yield from self._layer.steps(picture, size, where, optics, settings, out)
-                if size.reduction > 1:
-                    self._passes.composite.run(layer, size, behind, out)
+        for index, plan in enumerate(plans):
+            self._report_layers(turn.before * len(plans) + index, turn.pictures * len(plans))
+            behind = self._copy_colors(out) if plan.share < 1.0 else out
+            for sized_plan, layer_tiles in zip(plan.sized_plans, tiles, strict=False):
+                layer = yield from self._layer.steps(
+                    picture, sized_plan, layer_tiles, optics, settings, out
+                )
+                if sized_plan.reduction > 1:
+                    self._passes.composite.run(layer, sized_plan, behind, out)
                     yield "composite"
             if far is not None and plan.cut.near.at_px == FAR_FROM_PX * settings.proxy:
                 self._passes.far_parts.over(far, out)
@@ -231,82 +245,92 @@ class LayeredBlur:
                 nearer_px = -math.inf if plan.cut.is_nearest else near.at_px + near.half_width_px
                 self._passes.cutout.over_layers(sharp, (nearer_px, farther_px), out)
                 farther_px = nearer_px
-            self._scratch.passed("composite")
+            self._scratch.end_pass("composite")
         return out
 
-    def _kept(self, picture: Texture) -> Texture:
+    def _copy_colors(self, picture: Texture) -> Texture:
         """Return a copy of the colours of `picture`."""
-        kept = self._scratch.texture("behind", picture.size, 4)
-        self._passes.colors.take(picture, range(3), kept)
-        return kept
+        copy = self._scratch.texture("behind", picture.size, 4)
+        self._passes.colors.copy_channels(picture, range(3), copy)
+        return copy
 
     def _far_field(
         self,
-        what: LayeredPicture,
+        source: LayeredPicture,
         optics: Optics,
         settings: DefocusSettings,
     ) -> Steps[FarField | None]:
         """Blur the far field in parts of the lens; return None if it is blurred in layers."""
         if not is_in_parts(optics, settings):
             return None
-        least_px, lists = FAR_FROM_PX * settings.proxy, what.lists
-        is_guessed = lists is None and what.may_guess
+        least_px, lists = FAR_FROM_PX * settings.proxy, source.lists
+        is_guessed = lists is None and source.may_guess
         if is_guessed:
             guess = self._passes.far_guess
-            lists = yield from guess.steps(what.color, what.coc, optics, least_px, self._scratch)
+            lists = yield from guess.steps(
+                source.color, source.coc, optics, least_px, self._scratch
+            )
         if lists is None or lists.is_open:
             return None
-        draft = kernel_for(replace(settings, quality=Quality.DRAFT))
+        draft_kernel = kernel_for(replace(settings, quality=Quality.DRAFT))
         poles = self._passes.poles(
-            self._scratch, "far poles", what.color.size, kernel_for(settings)
+            self._scratch, "far poles", source.color.size, kernel_for(settings)
         )
-        surfaces = FarSurfaces(what.color, what.coc, lists, least_px, is_guessed)
+        surfaces = FarSurfaces(source.color, source.coc, lists, least_px, is_guessed)
         return (
             yield from self._passes.far_parts.steps(
-                surfaces, optics, parts_for(settings, is_guessed), draft, poles, self._scratch
+                surfaces,
+                optics,
+                parts_for(settings, is_guessed),
+                draft_kernel,
+                poles,
+                self._scratch,
             )
         )
 
-    def _room_without(
+    def _allocate_split(
         self, size: tuple[int, int], lists: ListedFragments | None
     ) -> WithoutHighlights:
+        """Return the memory for a picture of `size` that is split into highlights and the rest."""
         scratch, lists_low = self._scratch, None
         if lists is not None:
-            words = scratch.buffer("low fragments", lists.held.words.size)
+            words = scratch.buffer("low fragments", lists.packed_lists.words.size)
             lists_low = ListsWithoutHighlights(lists, words)
         around = scratch.texture("around", blocks_for(size, 2), 1, "f2")
         low, high = (scratch.texture(name, size, 4) for name in ("low", "high"))
         lit = scratch.buffer("lit pixels", WithoutHighlights.lit_bytes(size))
         return WithoutHighlights(low, high, lit, around, lists_low)
 
-    def _without_highlights(
+    def _split_highlights(
         self,
-        what: LayeredPicture,
+        source: LayeredPicture,
         kernel: Kernel,
         optics: Optics,
         out: WithoutHighlights,
     ) -> Steps[HighlightBuffers]:
-        """Split the picture into one without highlights and the list of these."""
-        size, scratch = what.color.size, self._scratch
-        half = blocks_for(size, 2)
+        """Write the picture without highlights to `out`, and return the list of highlights."""
+        size, scratch = source.color.size, self._scratch
+        half_size = blocks_for(size, 2)
         poles = self._passes.poles(self._scratch, "surroundings poles", size, kernel)
-        luminance = blurred = scratch.texture("surroundings", half, 4)
-        if what.lists is not None:
-            blurred = scratch.texture("surroundings blurred", half, 4)
+        luminance = blurred = scratch.texture("surroundings", half_size, 4)
+        if source.lists is not None:
+            blurred = scratch.texture("surroundings blurred", half_size, 4)
         half_coc = scratch.texture("surroundings coc", size, 1)
         surroundings = Surroundings(luminance, half_coc, BlurTargets(poles, blurred))
-        split = self._passes.split_highlights.steps(
-            what.color, what.coc, optics, surroundings, out, what.places is not None
+        split_steps = self._passes.split_highlights.steps(
+            source.color, source.coc, optics, surroundings, out, source.places is not None
         )
-        yield from self._scratch.named("highlights found", split)
+        yield from self._scratch.run_pass("highlights found", split_steps)
         sizes = HighlightBuffers.sizes(size)
         buffers = {name: scratch.buffer(f"highlight {name}", sizes[name]) for name in sizes}
         highlights = HighlightBuffers(**buffers)
-        listed = self._passes.list_highlights.steps(out, optics, highlights, what.coc, what.places)
-        yield from self._scratch.named("highlights listed", listed)
+        list_steps = self._passes.list_highlights.steps(
+            out, optics, highlights, source.coc, source.places
+        )
+        yield from self._scratch.run_pass("highlights listed", list_steps)
         return highlights
 
-    def _fragmented(
+    def _split_silhouettes(
         self,
         color: Texture,
         coc: Texture,
@@ -314,6 +338,7 @@ class LayeredBlur:
         lists: ListedFragments | None,
         around: Texture | None,
     ) -> Steps[Fragments]:
+        """Return the picture with the mixed pixels of its silhouettes split in two."""
         size, scratch = color.size, self._scratch
         picture = Fragments(
             color,
@@ -324,7 +349,9 @@ class LayeredBlur:
             lists,
             around,
         )
-        rims, thin = (scratch.buffer(f"{name} list", list_bytes(size)) for name in ("rim", "thin"))
-        apart = self._passes.fragments.steps(picture, optics, rims, thin)
-        yield from self._scratch.named("fragments", apart)
+        rim_list, thin_list = (
+            scratch.buffer(f"{name} list", list_bytes(size)) for name in ("rim", "thin")
+        )
+        split_steps = self._passes.fragments.steps(picture, optics, rim_list, thin_list)
+        yield from self._scratch.run_pass("fragments", split_steps)
         return picture

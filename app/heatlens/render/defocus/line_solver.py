@@ -79,14 +79,14 @@ class Band:
     axis: Axis
     length: int
     count: int
-    given: Bindings
+    bindings: Bindings
     tiles: TileMask
 
 
-# The system is never written as a matrix. Beside a wide blur the 1 of a diagonal 1 + k (b + b') is
-# lost in float32, and the picture with it: an error of 7e-3 at a coc of 2000 px. In a network of
-# conductances and heats to ground nothing is subtracted, and the error stays below 3e-6. Complex
-# poles need no pivoting: turned by half their argument, the real part is positive definite.
+# The system is solved as a network of conductances and heats to ground, in which nothing is
+# subtracted: the error stays below 3e-6. In a matrix, the 1 of a diagonal 1 + k (b + b') is lost in
+# float32 beside a wide blur: an error of 7e-3 at a coc of 2000 px. Complex poles need no pivoting:
+# turned by half their argument, the real part is positive definite.
 class LineSolver(ABC):
     """Solves every line of a picture; programs are built once for each system."""
 
@@ -104,7 +104,7 @@ class LineSolver(ABC):
         system: LineSystem,
         axis: Axis,
         size: tuple[int, int],
-        bound: Bindings,
+        bindings: Bindings,
         mask: TileMask | None = None,
     ) -> Iterator[None]:
         """Solve `system` along `axis` of a picture of `size` (width, height).
@@ -114,16 +114,16 @@ class LineSolver(ABC):
         """
         length, lines = size if axis == "rows" else size[::-1]
         tiles = mask or self._whole.mask(size)
-        for first, count in self._bands(system, length, lines):
-            here = {
+        for first_line, count in self._bands(system, length, lines):
+            line_uniforms = {
                 "axis": (1, 0) if axis == "rows" else (0, 1),
-                "first_line": first,
+                "first_line": first_line,
                 "line_count": count,
                 "line_length": length,
             }
-            uniforms = {**bound.uniforms, **here, "picture_height": size[1]}
-            given = replace(bound, uniforms=uniforms)
-            self._solve_band(Band(system, axis, length, count, given, tiles))
+            uniforms = {**bindings.uniforms, **line_uniforms, "picture_height": size[1]}
+            band_bindings = replace(bindings, uniforms=uniforms)
+            self._solve_band(Band(system, axis, length, count, band_bindings, tiles))
             yield
 
     def between_size(self, size: tuple[int, int]) -> tuple[int, int]:
@@ -147,48 +147,52 @@ class LineSolver(ABC):
         """Run a program that solves whole lines and evaluates the mask itself."""
         program.dispatch(
             (groups, 1),
-            textures=band.given.textures,
-            images=band.given.images,
+            textures=band.bindings.textures,
+            images=band.bindings.images,
             buffers={"tile_mask_block": band.tiles.words, **self._buffers(band)},
-            uniforms={**band.given.uniforms, **band.tiles.uniforms},
+            uniforms={**band.bindings.uniforms, **band.tiles.uniforms},
         )
 
     @abstractmethod
-    def _solve_band(self, band: Band) -> None: ...
+    def _solve_band(self, band: Band) -> None:
+        """Issue the programs that solve the lines of a band."""
 
     @abstractmethod
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
         """Return the bytes that a line needs in each scratch block of the shader."""
 
     def _bands(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
+        """Yield the first line and the number of lines of each band, as scratch memory allows."""
         per_line = max(1, sum(self._bytes_per_line(system, length).values()))
-        most = min(SCRATCH_BYTES_MAX // per_line, _PIXELS_A_BAND // length)
-        step = max(TILE, most // TILE * TILE)
-        for first in range(0, lines, step):
-            yield first, min(step, lines - first)
+        most_lines = min(SCRATCH_BYTES_MAX // per_line, _PIXELS_A_BAND // length)
+        step = max(TILE, most_lines // TILE * TILE)
+        for first_line in range(0, lines, step):
+            yield first_line, min(step, lines - first_line)
 
     def _buffers(self, band: Band) -> dict[str, StorageBuffer]:
-        """Return all buffers by their blocks, those of scratch enlarged for longer lines."""
+        """Return all buffers by the names of their blocks; enlarge scratch for longer lines."""
         for block, per_line in self._bytes_per_line(band.system, band.length).items():
-            need = per_line * band.count
+            needed_bytes = per_line * band.count
             if block not in self._scratch:
-                self._scratch[block] = new_buffer(self._ctx, need)
-            elif self._scratch[block].size < need:
-                enlarge(self._ctx, self._scratch[block], need)
-        return {**band.given.buffers, **self._scratch}
+                self._scratch[block] = new_buffer(self._ctx, needed_bytes)
+            elif self._scratch[block].size < needed_bytes:
+                enlarge(self._ctx, self._scratch[block], needed_bytes)
+        return {**band.bindings.buffers, **self._scratch}
 
     def _program(self, shader: str, band: Band, **defines: object) -> ComputeProgram:
+        """Return the program of a shader for the system and axis of a band; build it once."""
         key = (shader, band.system, band.axis, *sorted(defines.items()))
         if key not in self._programs:
             strips = {"STRIPS": 1} if self._STRIPS else {}
-            given = band.system.shader_defines(band.axis) | strips | defines
-            self._programs[key] = ComputeProgram(self._ctx, shader, given)
+            all_defines = band.system.shader_defines(band.axis) | strips | defines
+            self._programs[key] = ComputeProgram(self._ctx, shader, all_defines)
         return self._programs[key]
 
 
-# A software rasteriser has no fast shared memory, so that the least arithmetic wins: 1,080 lines of
-# 1,920 pixels took 51 ms on llvmpipe, 125 ms by runs in a workgroup, 262 ms by passes of cyclic
-# reduction. One pixel of each block is stored, and the others computed again, which costs less.
+# On a software rasterizer, which has no fast shared memory, the least arithmetic is fastest: 1,080
+# lines of 1,920 pixels took 51 ms on llvmpipe, against 125 ms by runs in a workgroup and 262 ms by
+# passes of cyclic reduction. One pixel of each block is stored, and the others are computed again,
+# which costs less.
 class SweepSolver(LineSolver):
     """Thomas elimination in network form, one invocation a line."""
 
@@ -244,10 +248,10 @@ class PartitionSolver(LineSolver):
         segments = band.tiles.rows if band.axis == "rows" else band.tiles.columns
         self._program("defocus/solve_partition.comp.glsl", band, **shape).dispatch(
             segments,
-            textures=band.given.textures,
-            images=band.given.images,
-            buffers={"segment_block": segments, **band.given.buffers},
-            uniforms=band.given.uniforms,
+            textures=band.bindings.textures,
+            images=band.bindings.images,
+            buffers={"segment_block": segments, **band.bindings.buffers},
+            uniforms=band.bindings.uniforms,
         )
 
 
@@ -264,21 +268,22 @@ class CyclicSolver(LineSolver):
         }
 
     def _solve_band(self, band: Band) -> None:
-        reaches = [1 << level for level in range(max(0, (band.length - 1).bit_length()))]
-        stages = [("LOAD", 0), *(("REDUCE", reach) for reach in reaches), ("SUBSTITUTE", 0)]
-        stages += [*(("SUBSTITUTE", reach) for reach in reversed(reaches)), ("STORE", 0)]
+        distances = [1 << level for level in range(max(0, (band.length - 1).bit_length()))]
+        stages = [("LOAD", 0), *(("REDUCE", distance) for distance in distances), ("SUBSTITUTE", 0)]
+        stages += [*(("SUBSTITUTE", distance) for distance in reversed(distances)), ("STORE", 0)]
         buffers = self._buffers(band)
-        for stage, reach in stages:
+        for stage, distance in stages:
             self._program("defocus/solve_cyclic.comp.glsl", band, STAGE=stage).dispatch(
                 (groups_for(band.length, CYCLIC_GROUP), band.count),
-                textures=band.given.textures,
-                images=band.given.images,
+                textures=band.bindings.textures,
+                images=band.bindings.images,
                 buffers=buffers,
-                uniforms={**band.given.uniforms, "reach": reach},
+                uniforms={**band.bindings.uniforms, "reach": distance},
             )
 
 
-def _solver_named(name: SolverName) -> type[LineSolver]:
+def _solver_class(name: SolverName) -> type[LineSolver]:
+    """Return the class of the solver with this name."""
     match name:
         case SolverName.SWEEP:
             return SweepSolver
@@ -290,14 +295,14 @@ def _solver_named(name: SolverName) -> type[LineSolver]:
             assert_never(name)
 
 
-SOLVERS = {name: _solver_named(name) for name in SolverName}
+SOLVERS = {name: _solver_class(name) for name in SolverName}
 
 
 def usual_solver(ctx: Device) -> LineSolver:
-    """Return the solver that is faster on such an OpenGL.
+    """Return the faster solver for a GPU or a software rasteriser.
 
-    The solvers differ in the last digits, and frames of a shot that several processes render must
-    not. The choice therefore does not depend on a measurement.
+    The choice does not depend on a measurement, because solvers differ in the last digits, and
+    several processes must render the frames of a shot alike.
     """
-    # It did once: 0.9 s of processor at each start, and digits that depended on the load.
+    # A measurement took 0.9 s of processor at each start, and digits depended on the load.
     return SweepSolver(ctx) if is_software(ctx) else PartitionSolver(ctx)

@@ -32,8 +32,8 @@ class FragmentBuffers:
     stride: int = 0
     is_exact: bool = False
 
-    def part(self, box: Box) -> "FragmentBuffers":
-        """Return the lists of a part of the picture, in the same buffers."""
+    def crop(self, box: Box) -> "FragmentBuffers":
+        """Return the lists of the pixels in `box`, in the same buffers."""
         stride = self.stride or self.size[0]
         return replace(self, size=(box.width, box.height), origin=(box.x0, box.y0), stride=stride)
 
@@ -47,11 +47,11 @@ class FragmentBuffers:
 class ListedFragments:
     """The lists of a plate seen through a lens.
 
-    is_open   there is nothing behind the last fragment of a list, because the plate has alpha
-    is_alpha  the picture is the plate's alpha, so that each fragment has the value 1
+    is_open   nothing is behind the last fragment of a list, because the plate has alpha
+    is_alpha  the picture is the plate's alpha: each fragment has the value 1
     """
 
-    held: FragmentBuffers
+    packed_lists: FragmentBuffers
     line: CocLine
     is_open: bool = False
     is_alpha: bool = False
@@ -59,33 +59,33 @@ class ListedFragments:
     @property
     def is_exact(self) -> bool:
         """True if the lists need not be matched to the picture."""
-        return self.held.is_exact or self.is_alpha
+        return self.packed_lists.is_exact or self.is_alpha
 
     @property
     def is_measured(self) -> bool:
         """True if silhouettes in the picture need not be guessed."""
-        return self.held.is_measured
+        return self.packed_lists.is_measured
 
     @property
     def buffers(self) -> dict[str, Buffer]:
         """The storage blocks that shaders read the lists from."""
-        return {"start_block": self.held.starts, "fragment_block": self.held.words}
+        return {"start_block": self.packed_lists.starts, "fragment_block": self.packed_lists.words}
 
     @property
     def uniforms(self) -> dict[str, object]:
         """The uniforms that shaders need for the lists."""
         return {
-            "lists_origin": self.held.origin,
-            "lists_stride": self.held.stride or self.held.size[0],
+            "lists_origin": self.packed_lists.origin,
+            "lists_stride": self.packed_lists.stride or self.packed_lists.size[0],
             "fragment_line": (self.line.at_infinity_px, self.line.per_dioptre_px),
-            **self.line.lean_uniforms,
+            **self.line.focus_offset_uniforms,
             "is_open": self.is_open,
             "is_alpha": self.is_alpha,
         }
 
     def with_words(self, words: Buffer) -> "ListedFragments":
         """Return the same lists with other colours."""
-        return replace(self, held=replace(self.held, words=words))
+        return replace(self, packed_lists=replace(self.packed_lists, words=words))
 
     def of_alpha(self) -> "ListedFragments":
         """Return the same lists for the plate's alpha, which uses coverage instead of light."""
@@ -93,23 +93,27 @@ class ListedFragments:
 
 
 def listed_through(
-    held: FragmentBuffers | None, optics: Optics, has_alpha: bool
+    fragments: FragmentBuffers | None, optics: Optics, has_alpha: bool
 ) -> ListedFragments | None:
     """Return the lists seen through a lens; None without lists or without a known lens."""
-    if held is None or optics.line is None:
+    if fragments is None or optics.line is None:
         return None
-    return ListedFragments(held, optics.line, is_open=has_alpha)
+    return ListedFragments(fragments, optics.line, is_open=has_alpha)
 
 
 class ListProgram:
     """A compute program in two versions: with and without fragment lists."""
 
-    def __init__(self, ctx: Device, name: str, defines: Mapping[str, object] | None = None) -> None:
-        self._versions = ProgramVersions(lambda all_: ComputeProgram(ctx, name, all_), defines)
+    def __init__(
+        self, ctx: Device, shader: str, defines: Mapping[str, object] | None = None
+    ) -> None:
+        self._versions = ProgramVersions(
+            lambda all_defines: ComputeProgram(ctx, shader, all_defines), defines
+        )
 
     def version(self, with_lists: bool) -> ComputeProgram:
         """Return the version for pictures with or without lists."""
-        return self._versions.with_(LISTS=with_lists)
+        return self._versions.version(LISTS=with_lists)
 
 
 def list_buffers(lists: ListedFragments | None) -> dict[str, Buffer]:

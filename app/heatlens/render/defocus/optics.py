@@ -56,7 +56,9 @@ class Optics:
     @property
     def infinity_uniforms(self) -> dict[str, object]:
         """The uniforms of lib/silhouette.lib.glsl."""
-        return (self.line or NO_LINE).lean_uniforms | {"at_infinity_px": self.at_infinity_px}
+        return (self.line or NO_LINE).focus_offset_uniforms | {
+            "at_infinity_px": self.at_infinity_px
+        }
 
     @property
     def uncovered_px(self) -> int:
@@ -96,5 +98,5 @@ class Optics:
 
     def moved(self, px: tuple[float, float]) -> "Optics":
         """Return the optics for a picture that begins this many pixels farther left and up."""
-        line = self.line and replace(self.line, lean=self.line.lean.moved(px))
+        line = self.line and replace(self.line, focus_offset=self.line.focus_offset.moved(px))
         return replace(self, line=line, disc=self.disc.moved(px))

@@ -19,7 +19,7 @@ from heatlens.render.gpu.program_versions import ProgramVersions
 from heatlens.render.gpu.shader_constants import DISC_RAMP_PX, PIXEL_GROUP, PYRAMID_LEVELS_MAX
 from heatlens.render.gpu.textures import OpeningTextures
 
-Place = tuple[int, int, int, int]  # corner x, y and size x, y
+LevelRect = tuple[int, int, int, int]  # corner x, y and size x, y
 
 _SAMPLES_PER_STEP = 2**24  # about 0.2 s on a CPU, so that a window can handle input
 _LOOPS_MAX = 60_000  # Mesa's software rasteriser stops an invocation's loops after 65535 rounds
@@ -54,9 +54,9 @@ def gather_steps(size: tuple[int, int], reach: tuple[int, int]) -> list[GatherSt
     per_row = size[0] * across * disc_rows
     band_rows = max(1, min(_SAMPLES_PER_STEP // per_row, size[1]) // PIXEL_GROUP) * PIXEL_GROUP
     return [
-        GatherStep(start, band_rows, first, min(first + disc_rows - 1, reach_y))
-        for start in range(0, size[1], band_rows)
-        for first in range(-reach_y, reach_y + 1, disc_rows)
+        GatherStep(band_start, band_rows, disc_first, min(disc_first + disc_rows - 1, reach_y))
+        for band_start in range(0, size[1], band_rows)
+        for disc_first in range(-reach_y, reach_y + 1, disc_rows)
     ]
 
 
@@ -69,7 +69,7 @@ class GatherPass:
 
     def __init__(self, ctx: Device) -> None:
         self._programs = ProgramVersions(
-            lambda on: ComputeProgram(ctx, "defocus/gather.comp.glsl", on)
+            lambda switches: ComputeProgram(ctx, "defocus/gather.comp.glsl", switches)
         )
         self._openings = OpeningTextures(ctx)
 
@@ -82,22 +82,25 @@ class GatherPass:
         weight: Texture,
     ) -> Iterator[None]:
         """Fill `out_color`, RGBA as `color`; `weight` is scratch, RGBA for shapes not plain."""
-        program = self._programs.with_(**optics.disc.switches)
+        program = self._programs.version(**optics.disc.switches)
         textures = {"color_tx": color, "coc_tx": coc} | self._openings.of(optics.disc.aperture)
         reach = disc_reach_px(optics)
-        parts = gather_steps(color.size, reach)
-        first, last = parts[0].disc_first, parts[-1].disc_last
-        for part in parts:
+        work_steps = gather_steps(color.size, reach)
+        first, last = work_steps[0].disc_first, work_steps[-1].disc_last
+        for work_step in work_steps:
             program.dispatch(
-                (groups_for(color.size[0], PIXEL_GROUP), groups_for(part.band_rows, PIXEL_GROUP)),
+                (
+                    groups_for(color.size[0], PIXEL_GROUP),
+                    groups_for(work_step.band_rows, PIXEL_GROUP),
+                ),
                 textures=textures,
                 images={"sum_img": out_color, "weight_img": weight},
                 uniforms=optics.disc.uniforms
                 | {
-                    "band_start": part.band_start,
-                    "disc_rows": (part.disc_first, part.disc_last),
-                    "is_first": part.disc_first == first,
-                    "is_last": part.disc_last == last,
+                    "band_start": work_step.band_start,
+                    "disc_rows": (work_step.disc_first, work_step.disc_last),
+                    "is_first": work_step.disc_first == first,
+                    "is_last": work_step.disc_last == last,
                 },
             )
             yield
@@ -111,28 +114,28 @@ def level_variance(level: int) -> float:
     return (4.0**level - 1) / 2
 
 
-def level_places(size: tuple[int, int], widest_px: float) -> list[Place]:
-    """Return where levels 1, 2, .. lie in one texture, as many as discs `widest_px` across need.
+def layout_levels(size: tuple[int, int], widest_px: float) -> list[LevelRect]:
+    """Return the rectangles of levels 1, 2, .. in one texture, enough for discs of `widest_px`.
 
     The first is on the left, all others in a column beside it. A level has one pixel more than half
     of the level below, for interpolation; below 2 pixels it would not shrink.
     """
-    places: list[Place] = []
+    rects: list[LevelRect] = []
     width, height = size
     x = y = 0
-    while len(places) < PYRAMID_LEVELS_MAX and level_variance(len(places)) < widest_px**2 / 16:
-        if places and max(width, height) <= 2:
+    while len(rects) < PYRAMID_LEVELS_MAX and level_variance(len(rects)) < widest_px**2 / 16:
+        if rects and max(width, height) <= 2:
             break
         width, height = width // 2 + 1, height // 2 + 1
-        places.append((x, y, width, height))
-        x, y = (width, 0) if len(places) == 1 else (x, y + height)
-    return places
+        rects.append((x, y, width, height))
+        x, y = (width, 0) if len(rects) == 1 else (x, y + height)
+    return rects
 
 
-def pyramid_size(places: list[Place]) -> tuple[int, int]:
-    """Return the size of the texture that holds them, at least a pixel."""
-    width = max((x + width for x, _, width, _ in places), default=1)
-    return width, max((y + height for _, y, _, height in places), default=1)
+def pyramid_size(rects: list[LevelRect]) -> tuple[int, int]:
+    """Return the size of the texture that contains all levels, at least a pixel."""
+    width = max((x + width for x, _, width, _ in rects), default=1)
+    return width, max((y + height for _, y, _, height in rects), default=1)
 
 
 def widest_px(optics: Optics) -> float:
@@ -158,17 +161,17 @@ class PyramidPass:
         pyramid: Texture,
         out_color: Texture,
     ) -> Iterator[None]:
-        """Fill `out_color`, RGBA as `color`; `pyramid` holds the levels of `level_places`."""
-        places = level_places(color.size, widest_px(optics))
-        source, source_place = color, (0, 0, *color.size)
-        for place in places:
+        """Fill `out_color`, RGBA as `color`; `pyramid` holds the levels of `layout_levels`."""
+        rects = layout_levels(color.size, widest_px(optics))
+        source, source_rect = color, (0, 0, *color.size)
+        for rect in rects:
             self._reduce.dispatch(
-                pixel_groups(place[2:]),
+                pixel_groups(rect[2:]),
                 textures={"source_tx": source},
                 images={"out_img": pyramid},
-                uniforms={"source_place": source_place, "out_place": place},
+                uniforms={"source_place": source_rect, "out_place": rect},
             )
-            source, source_place = pyramid, place
+            source, source_rect = pyramid, rect
             yield
         self._read.dispatch(
             pixel_groups(color.size),
@@ -176,8 +179,8 @@ class PyramidPass:
             images={"out_color_img": out_color},
             uniforms={
                 "aperture_axes": optics.disc.spreads,
-                "places": places + [(0, 0, 1, 1)] * (PYRAMID_LEVELS_MAX - len(places)),
-                "levels": len(places),
+                "places": rects + [(0, 0, 1, 1)] * (PYRAMID_LEVELS_MAX - len(rects)),
+                "levels": len(rects),
             },
         )
         yield
@@ -235,7 +238,7 @@ class OtherMethods:
         self, color: Texture, coc: Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
         """Blur by `PyramidPass`."""
-        all_levels = level_places(color.size, math.inf)  # enough for every lens
+        all_levels = layout_levels(color.size, math.inf)  # enough for every lens
         levels = scratch.texture("pyramid", pyramid_size(all_levels), 4)
         out = scratch.texture("blurred", color.size, 4)
         return self._pyramid.steps(color, coc, optics, levels, out)

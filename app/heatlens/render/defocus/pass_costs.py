@@ -20,7 +20,7 @@ from heatlens.render.defocus.blur_pass import pole_layers
 from heatlens.render.defocus.highlight_pass import block_count
 from heatlens.render.defocus.kernels import Kernel, named_kernel
 from heatlens.render.defocus.line_solver import LineSystem, SolverName, SweepSolver
-from heatlens.render.defocus.tile_mask import seen_bytes
+from heatlens.render.defocus.tile_mask import visibility_bytes
 from heatlens.render.gpu.shader_constants import HIGHLIGHT_LEVELS
 
 _COLOR, _COC, _STATE, _KIND, _PLACE, _POLE_LAYER = 16, 4, 8, 2, 8, 16
@@ -54,9 +54,9 @@ class Traffic:
 class AxisReads:
     """Bytes per pixel that a line system reads and writes along one axis.
 
-    node     read for its place in the network
-    source   read for its right-hand side
-    finish   read when the answer is stored, unless the pixel is still held
+    node     read for the conductances of a pixel in the network
+    source   read for the right-hand side
+    finish   read when the answer is stored, unless the pixel is still in registers
     written  size of the answer
     """
 
@@ -69,19 +69,19 @@ class AxisReads:
 def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> float:
     """Return the bytes per pixel to solve `system` along one axis."""
     poles, value, link = system.poles, system.value_bytes, 3 * system.scalar_bytes
-    once = reads.node + reads.source
+    inputs = reads.node + reads.source
     match solver:
         case SolverName.PARTITION:  # everything in between stays on the chip
-            return once + reads.written
+            return inputs + reads.written
         case SolverName.SWEEP:  # s and t of each block, written and read back; pixels twice
-            kept = poles * (value + system.scalar_bytes) / SweepSolver.BLOCK
-            return 2 * once + 2 * kept + reads.written
+            blocks = poles * (value + system.scalar_bytes) / SweepSolver.BLOCK
+            return 2 * inputs + 2 * blocks + reads.written
         case SolverName.CYCLIC:
             # Over a long line: LOAD writes a pixel and its links. For each pixel that is
             # eliminated, REDUCE reads it and one that stays, which it writes, and SUBSTITUTE reads
             # it and one answer beside it, and writes its own. STORE reads the answers.
             end = reads.finish + reads.written
-            load = once + poles * (value + link)
+            load = inputs + poles * (value + link)
             reduce = 3 * poles * (value + link)
             substitute = poles * (value + link + 2 * value)
             return load + reduce + substitute + poles * value + end
@@ -100,9 +100,9 @@ def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
 
 
 def proxy_bytes(work: Work, runs: int) -> Traffic:
-    """Count the whole plate read, and a smaller one and the places of its highlights written.
+    """Count the whole plate read, and a smaller plate and the positions of highlights written.
 
-    Its depth is read again to find silhouettes.
+    The depth is read again to find silhouettes.
     """
     depth_again = 2 * _COC / work.proxy**2
     least = _COLOR / work.proxy**2 + _COC + _COLOR + _COC + _PLACE
@@ -117,16 +117,16 @@ def coc_bytes(work: Work, runs: int) -> Traffic:
 def highlights_found_bytes(work: Work, runs: int) -> Traffic:
     """Count luminance and its heat blur at half size, and the split by it; highlights are extra.
 
-    The least possible is colour and coc read and the rest of the picture written.
+    The least possible is to read color and coc and to write the picture without highlights.
     """
-    read, kept = _COLOR + _COC, _COLOR + _LIT
-    surroundings = read + blur_bytes(work.solver, named_kernel("heat")) + _COLOR + _AROUND
-    moved = read + _LIT + _HALF_SIZE * surroundings + read + kept
-    return Traffic(runs * moved, runs * (read + kept), at_least=True)
+    inputs, outputs = _COLOR + _COC, _COLOR + _LIT
+    surroundings = inputs + blur_bytes(work.solver, named_kernel("heat")) + _COLOR + _AROUND
+    moved = inputs + _LIT + _HALF_SIZE * surroundings + inputs + outputs
+    return Traffic(runs * moved, runs * (inputs + outputs), at_least=True)
 
 
 def highlights_listed_bytes(work: Work, runs: int) -> Traffic:
-    """Count one look for highlights; the counts of blocks are written."""
+    """Count one search for highlights; the counts of blocks are written."""
     width, height = work.size
     blocks = block_count(work.size) / (width * height)
     moved = _LIT + blocks * _TALLY
@@ -153,7 +153,7 @@ def layer_split_bytes(work: Work, runs: int) -> Traffic:
 def hidden_fill_bytes(work: Work, runs: int) -> Traffic:
     """Count whole copies of the masks; all other work is per hidden pixel."""
     width, height = work.size
-    masks = 2 * seen_bytes(work.size) / (width * height)
+    masks = 2 * visibility_bytes(work.size) / (width * height)
     return Traffic(runs * masks, None, at_least=True)
 
 

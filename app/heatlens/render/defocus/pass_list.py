@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from heatlens.render.defocus import pass_costs
 from heatlens.render.defocus.line_solver import LineSystem
 from heatlens.render.defocus.pass_costs import Traffic, Work
-from heatlens.render.gpu.program_versions import PLAIN, Variants, crossed, either
+from heatlens.render.gpu.program_versions import PLAIN, Variants, combine_variants, without_and_with
 from heatlens.render.gpu.shader_constants import HIGHLIGHT_LEVELS, TILE
 
-# Where a name has its memory: the name of the memory; "" if memory and name are called the same.
-Places = Mapping[str, str]
+# The name of the memory for each name of a texture or buffer; "" if both names are the same.
+MemoryNames = Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -25,24 +25,27 @@ class Pass:
     traffic     the bytes per pixel that it moves in a number of runs
     writes      the names whose memory this pass is the first to write
     reads_last  the names whose memory no later pass reads; others stay until the next picture
-    alone       the names whose memory only this pass uses
+    private_memory  the names whose memory only this pass uses
     systems     the systems of lines that it solves
     """
 
     name: str
     shaders: Mapping[str, Variants]
     traffic: Callable[[Work, int], Traffic]
-    writes: Places = field(default_factory=dict)
+    writes: MemoryNames = field(default_factory=dict)
     reads_last: tuple[str, ...] = ()
-    alone: Places = field(default_factory=dict)
+    private_memory: MemoryNames = field(default_factory=dict)
     systems: tuple[LineSystem, ...] = ()
 
 
 # Shapes of the opening: an ellipse, or another one.
-SHAPES: Variants = ({}, *crossed(({"SHAPED": 1},), either("COLORED"), either("IMAGED")))
-_LISTS, _COUNT = either("LISTS"), either("COUNT")
+SHAPES: Variants = (
+    {},
+    *combine_variants(({"SHAPED": 1},), without_and_with("COLORED"), without_and_with("IMAGED")),
+)
+_LISTS, _COUNT = without_and_with("LISTS"), without_and_with("COUNT")
 _ON_GPU = {"COUNT": 1, "LEVELS_AT_ONCE": HIGHLIGHT_LEVELS}
-_MATCHED: Variants = ({}, *crossed(({"LISTS": 1},), either("MATCHED")))
+_MATCHED: Variants = ({}, *combine_variants(({"LISTS": 1},), without_and_with("MATCHED")))
 _BLUR = "lib/blur_system.lib.glsl"
 
 
@@ -56,7 +59,8 @@ def _draw(name: str, fragment: Variants) -> dict[str, Variants]:
     return {f"defocus/{name}.vert.glsl": SHAPES, f"defocus/{name}.frag.glsl": fragment}
 
 
-def _own(*names: str) -> dict[str, str]:
+def _own_memory(*names: str) -> dict[str, str]:
+    """Return `names` with memory of their own, which they share with no other name."""
     return dict.fromkeys(names, "")
 
 
@@ -65,30 +69,38 @@ def _own(*names: str) -> dict[str, str]:
 PASSES: tuple[Pass, ...] = (
     Pass(
         "proxy",
-        _comp("proxy", variants=either("PLACES"))
+        _comp("proxy", variants=without_and_with("PLACES"))
         | _comp("peel_starts")
         | _comp("proxy_lists", "proxy_silhouettes", variants=_COUNT),
         pass_costs.proxy_bytes,
-        _own("proxy colour", "proxy depth", "proxy places", "proxy starts", "proxy fragments")
-        | _own("proxy fragment count", "wide colour", "wide depth", "scaled colour", "wide places")
-        | _own("proxy cutout", "proxy cutout alpha", "proxy cutout depth", "proxy ground"),
+        _own_memory(
+            "proxy colour", "proxy depth", "proxy places", "proxy starts", "proxy fragments"
+        )
+        | _own_memory(
+            "proxy fragment count", "wide colour", "wide depth", "scaled colour", "wide places"
+        )
+        | _own_memory("proxy cutout", "proxy cutout alpha", "proxy cutout depth", "proxy ground"),
     ),
     Pass(
         "coc",
         _comp("coc", "coc_shift"),
         pass_costs.coc_bytes,
-        _own("coc", "cutout coc", "colours kept"),
+        _own_memory("coc", "cutout coc", "colours kept"),
     ),
     # Alpha as a picture of its own, which is layered before the colour.
     Pass(
-        "alpha", _comp("alpha_as_color", "alpha_join"), pass_costs.alpha_bytes, _own("alpha plate")
+        "alpha",
+        _comp("alpha_as_color", "alpha_join"),
+        pass_costs.alpha_bytes,
+        _own_memory("alpha plate"),
     ),
     Pass(
         "highlights found",  # at half size, each pixel is compared with its surroundings
         _comp("highlight_luminance", "highlight_split", variants=_LISTS),
         pass_costs.highlights_found_bytes,
-        _own("low", "low fragments", "around") | {"high": "layer", "lit pixels": "pixel list"},
-        alone={
+        _own_memory("low", "low fragments", "around")
+        | {"high": "layer", "lit pixels": "pixel list"},
+        private_memory={
             "surroundings": "hidden cost",
             "surroundings coc": "layer coc",
             "surroundings blurred": "hidden match",
@@ -97,23 +109,25 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "highlights listed",
-        _comp("highlight_sprites", variants=crossed(SHAPES, (*_COUNT, _ON_GPU)))
+        _comp("highlight_sprites", variants=combine_variants(SHAPES, (*_COUNT, _ON_GPU)))
         | _comp("highlight_blocks", "highlight_plan")
         | _comp("highlight_restore", variants=_LISTS),
         pass_costs.highlights_listed_bytes,
-        _own("highlight plan", "highlight sprite"),
+        _own_memory("highlight plan", "highlight sprite"),
         ("high", "lit pixels"),
-        _own("highlight row", "highlight lit") | {"highlight tally": "hidden blocks"},
+        _own_memory("highlight row", "highlight lit") | {"highlight tally": "hidden blocks"},
     ),
     Pass(
         "far parts",  # the views of parts of the lens behind the focus
         _comp("far_links", "far_view", "far_sum", variants=({}, {"PART_VARIES": 1}))
         | _comp("far_edges", "far_zone", "far_over", "far_mix", "guess_push", "guess_lists")
-        | _comp("guess_pull", variants=either("FIRST")),
+        | _comp("guess_pull", variants=without_and_with("FIRST")),
         pass_costs.far_parts_bytes,
-        _own("far sum", "far zone"),
-        alone=_own("far heads", "far links", "far zone rows", "far tiles", "far segments")
-        | _own("guess starts", "guess words", "guess levels")
+        _own_memory("far sum", "far zone"),
+        private_memory=_own_memory(
+            "far heads", "far links", "far zone rows", "far tiles", "far segments"
+        )
+        | _own_memory("guess starts", "guess words", "guess levels")
         | {"far view": "layer", "far coc": "layer coc", "far poles": "poles"},
     ),
     Pass(
@@ -121,37 +135,38 @@ PASSES: tuple[Pass, ...] = (
         _comp("fragments_find", "fragments_own", "fragments_far", "fragments_near", variants=_LISTS)
         | _comp("fragments_thin"),
         pass_costs.fragments_bytes,
-        _own("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),
-        alone={"rim list": "pixel list", "thin list": "hidden blocks"},
+        _own_memory("kind", "far", "near", "tile content", "tile nearest", "out", "alpha out"),
+        private_memory={"rim list": "pixel list", "thin list": "hidden blocks"},
     ),
     Pass(
         "tiles",
-        _comp("tile_layers", variants=crossed(_LISTS, ({}, {"ROWS_AT_ONCE": TILE})))
+        _comp("tile_layers", variants=combine_variants(_LISTS, ({}, {"ROWS_AT_ONCE": TILE})))
         | _comp("tile_reach_rows", "tile_reach", "line_segments", "seen_bits_all")
         | _comp("composite_begin"),
         pass_costs.tiles_bytes,
-        _own("tile mask", "tile list", "line segments", "hidden bits"),
-        alone=_own("tile hole") | {"tile distance": "pixel list", "tile hider": "hidden blocks"},
+        _own_memory("tile mask", "tile list", "line segments", "hidden bits"),
+        private_memory=_own_memory("tile hole")
+        | {"tile distance": "pixel list", "tile hider": "hidden blocks"},
     ),
     Pass(
         "layer split",
-        _comp("layer_split", variants=crossed(either("REDUCED"), _LISTS)),
+        _comp("layer_split", variants=combine_variants(without_and_with("REDUCED"), _LISTS)),
         pass_costs.layer_split_bytes,
-        _own("behind", "layer", "layer state", "known") | {"hidden list": "pixel list"},
+        _own_memory("behind", "layer", "layer state", "known") | {"hidden list": "pixel list"},
     ),
     Pass(
         "hidden fill",
-        _comp("hidden_blocks", "hidden_cost", variants=either("MATCHED"))
+        _comp("hidden_blocks", "hidden_cost", variants=without_and_with("MATCHED"))
         | _comp("hidden_fill", variants=_MATCHED),
         pass_costs.hidden_fill_bytes,
         reads_last=("known", "hidden list"),
-        alone=_own("hidden blocks", "hidden cost", "hidden match"),
+        private_memory=_own_memory("hidden blocks", "hidden cost", "hidden match"),
     ),
     Pass(
         "coc fill",
         {},
         pass_costs.coc_fill_bytes,
-        _own("layer coc"),
+        _own_memory("layer coc"),
         ("layer state",),
         {"coc fill diameters": "pixel list", "coc fill weights": "hidden blocks"},
         (LineSystem("lib/fill_system.lib.glsl"),),
@@ -160,9 +175,9 @@ PASSES: tuple[Pass, ...] = (
         "blur",
         {},
         pass_costs.blur_pass_bytes,
-        _own("blurred"),
+        _own_memory("blurred"),
         ("layer coc",),
-        _own("poles"),
+        _own_memory("poles"),
         (
             *(LineSystem(_BLUR, n, n > 1, (("HALF_POLES", 1),)) for n in (1, 2, 3, 4, 5)),
             LineSystem(_BLUR, 4, True, (("HALF_POLES", 1), ("SHAPED", 1))),
@@ -170,14 +185,15 @@ PASSES: tuple[Pass, ...] = (
     ),
     Pass(
         "composite",
-        _comp("composite", variants=either("MIXED")) | _comp("cutout_over", "cutout_ground"),
+        _comp("composite", variants=without_and_with("MIXED"))
+        | _comp("cutout_over", "cutout_ground"),
         pass_costs.composite_bytes,
-        _own("without far"),
+        _own_memory("without far"),
         reads_last=("layer", "behind"),
     ),
     Pass(
         "highlights drawn",
-        _draw("highlight_draw", crossed(SHAPES, _LISTS)),
+        _draw("highlight_draw", combine_variants(SHAPES, _LISTS)),
         pass_costs.highlights_drawn_bytes,
         reads_last=(
             *("alpha plate", "low", "low fragments", "around", "highlight plan"),
@@ -189,7 +205,7 @@ PASSES: tuple[Pass, ...] = (
         "limits",
         _comp("limits"),
         pass_costs.limits_bytes,
-        _own("frame", "frame of a plate", "in plate's light"),
+        _own_memory("frame", "frame of a plate", "in plate's light"),
         ("alpha out",),
     ),
     Pass("colours", _comp("colors_take"), pass_costs.colours_bytes, reads_last=("colours kept",)),
@@ -197,7 +213,7 @@ PASSES: tuple[Pass, ...] = (
         "gather",
         _comp("gather", variants=SHAPES),
         pass_costs.method_bytes,
-        alone={"gather weight": "cover", "gather weights": "layer"},
+        private_memory={"gather weight": "cover", "gather weights": "layer"},
     ),
     Pass(
         "scatter",
@@ -205,18 +221,18 @@ PASSES: tuple[Pass, ...] = (
         | _draw("scatter_draw", SHAPES)
         | _comp("scatter_over"),
         pass_costs.method_bytes,
-        alone=_own("scatter cover", "scatter places")
+        private_memory=_own_memory("scatter cover", "scatter places")
         | {"bin light": "layer", "bin cover": "cover", "scatter order": "pixel list"},
     ),
     Pass(
         "pyramid",
         _comp("pyramid_reduce", "pyramid_read"),
         pass_costs.method_bytes,
-        alone=_own("pyramid"),
+        private_memory=_own_memory("pyramid"),
     ),
 )
 
 
 def pass_named(name: str) -> Pass:
     """Return the pass called `name`. Raises KeyError if there is none."""
-    return {one.name: one for one in PASSES}[name]
+    return {candidate.name: candidate for candidate in PASSES}[name]

@@ -1,7 +1,7 @@
 """Run the passes of the blur in their order, in textures that they share.
 
 A picture is rendered in steps, each named after its pass, so that a window can handle input in
-between. The comment below tells what the passes of a film frame do, and why each is there.
+between. The comment below describes what each pass of a film frame does, and why it is there.
 """
 
 # The method is that of M. Kass, A. Lefohn and J. Owens, "Interactive Depth of Field Using Simulated
@@ -93,7 +93,7 @@ class DefocusPipeline:
         self.scratch = Scratch(ctx)
         self._reduced = ReducedPlate(ctx, passes.proxy, passes.proxy_lists)
         self._rounds = ColorRounds(passes.colors)
-        self._layered = LayeredBlur(passes, self.scratch, self._tell_progress)
+        self._layered = LayeredBlur(passes, self.scratch, self._report_progress)
         self.on_layer: Callable[[int, int], None] | None = None  # called with layers done and total
 
     def steps(
@@ -111,7 +111,7 @@ class DefocusPipeline:
         the result's alpha is 1. Methods with one layer ignore the plate's fragments.
         """
         if plate.cutout is not None:
-            plate = replace(plate, color=plate.cutout.rest, depth=plate.cutout.rest_depth)
+            plate = replace(plate, color=plate.cutout.rest_color, depth=plate.cutout.rest_depth)
         self.scratch.begin_picture()
         if settings.proxy < 1.0:
             reduced = yield from self._reduced.steps(plate, optics, settings, self.scratch)
@@ -119,72 +119,80 @@ class DefocusPipeline:
                 settings = replace(settings, parts=1)
             plate, optics = reduced, optics.scaled(settings.proxy)
 
-        def blurred(seen: Optics) -> Steps[Texture]:
+        def blur_once(color_optics: Optics) -> Steps[Texture]:
             ground = None if plate.cutout is None else plate.cutout.ground
-            picture = yield from self._blurred(plate, seen, settings, has_alpha or bool(ground))
+            picture = yield from self._blur(
+                plate, color_optics, settings, has_alpha or bool(ground)
+            )
             if ground is not None:
                 self._passes.cutout.over_ground(ground, picture, is_opaque=not has_alpha)
             return picture
 
         if optics.disc.axial_px == 0.0 or settings.method in SAMPLING_COLORS:
-            return (yield from self._rounds.in_one(blurred, optics))
-        return (yield from self._rounds.in_three(blurred, optics, plate.color.size, self.scratch))
+            return (yield from self._rounds.run_once(blur_once, optics))
+        return (
+            yield from self._rounds.run_for_each_color(
+                blur_once, optics, plate.color.size, self.scratch
+            )
+        )
 
-    def _blurred(
+    def _blur(
         self, plate: PlateTextures, optics: Optics, settings: DefocusSettings, has_alpha: bool
     ) -> Steps[Texture]:
         """Blur a picture at proxy size, with one focus for all colours."""
         color, cutout, sharp = plate.color, plate.cutout, None
-        coc = yield from self._coc("coc", plate.depth, optics)
+        coc = yield from self._compute_coc("coc", plate.depth, optics)
         if cutout is not None:
-            sharp_coc = yield from self._coc("cutout coc", cutout.depth, optics)
+            sharp_coc = yield from self._compute_coc("cutout coc", cutout.depth, optics)
             sharp = SharpPart(cutout.light, cutout.alpha, sharp_coc)
         if layers_for(settings) == 1:
-            blurred = yield from self._in_one_layer(color, coc, optics, settings)
+            blurred = yield from self._blur_in_one_layer(color, coc, optics, settings)
             if sharp is not None:
                 self._passes.cutout.on_top(sharp, coc, blurred)
             self._passes.limits.run(blurred, is_opaque=not has_alpha)
-            yield self.scratch.passed("limits")
+            yield self.scratch.end_pass("limits")
             return blurred
         has_highlights = settings.bokeh is Bokeh.DISC
         lists = listed_through(plate.fragments, optics, has_alpha)
         may_guess = lists is None and not has_alpha and settings.proxy == 1.0
-        what = LayeredPicture(color, coc, has_highlights, lists, sharp, plate.places, may_guess)
+        source = LayeredPicture(color, coc, has_highlights, lists, sharp, plate.places, may_guess)
         if not has_alpha:
-            return (yield from self._layered.steps(what, optics, settings, "out"))
-        return (yield from self._with_alpha(what, optics, settings))
+            return (yield from self._layered.steps(source, optics, settings, "out"))
+        return (yield from self._blur_with_alpha(source, optics, settings))
 
-    def _with_alpha(
-        self, what: LayeredPicture, optics: Optics, settings: DefocusSettings
+    def _blur_with_alpha(
+        self, source: LayeredPicture, optics: Optics, settings: DefocusSettings
     ) -> Steps[Texture]:
         """Blur alpha as a picture of its own, then the colour, and join them."""
-        alpha_color = self.scratch.texture("alpha plate", what.color.size, 4)
-        self._passes.alpha.as_color(what.color, alpha_color)
-        yield self.scratch.passed("alpha")
-        covers = LayeredPicture(
+        alpha_color = self.scratch.texture("alpha plate", source.color.size, 4)
+        self._passes.alpha.as_color(source.color, alpha_color)
+        yield self.scratch.end_pass("alpha")
+        alpha_source = LayeredPicture(
             alpha_color,
-            what.coc,
+            source.coc,
             has_highlights=False,
-            lists=what.lists and what.lists.of_alpha(),
-            sharp=what.sharp and what.sharp.of_alpha(),
+            lists=source.lists and source.lists.of_alpha(),
+            sharp=source.sharp and source.sharp.of_alpha(),
         )
-        first, then = ONLY.halves
-        alpha = yield from self._layered.steps(covers, optics, settings, "alpha out", first)
-        out = yield from self._layered.steps(what, optics, settings, "out", then)
+        first_turn, second_turn = ONLY.halves
+        alpha = yield from self._layered.steps(
+            alpha_source, optics, settings, "alpha out", first_turn
+        )
+        out = yield from self._layered.steps(source, optics, settings, "out", second_turn)
         self._passes.alpha.join(alpha, out)
-        yield self.scratch.passed("alpha")
+        yield self.scratch.end_pass("alpha")
         return out
 
-    def _coc(self, name: str, depth: Texture, optics: Optics) -> Steps[Texture]:
-        """Return the signed coc of a depth, which may be one already."""
+    def _compute_coc(self, name: str, depth: Texture, optics: Optics) -> Steps[Texture]:
+        """Return the signed coc for a depth texture, which may contain coc already."""
         if optics.line is None and not optics.plate_shift_px:
             return depth
         coc = self.scratch.texture(name, depth.size, 1)
         steps = self._passes.coc.steps(depth, optics.line, coc, optics.plate_shift_px)
-        yield from self.scratch.named("coc", steps)
+        yield from self.scratch.run_pass("coc", steps)
         return coc
 
-    def _in_one_layer(
+    def _blur_in_one_layer(
         self,
         color: Texture,
         coc: Texture,
@@ -192,29 +200,33 @@ class DefocusPipeline:
         settings: DefocusSettings,
     ) -> Steps[Texture]:
         """Diffuse without layers, or use another method, which may handle depth itself."""
-        others, work = self._passes.others, (color, coc, optics, self.scratch)
+        others, inputs = self._passes.others, (color, coc, optics, self.scratch)
         blurred = self.scratch.texture("blurred", color.size, 4)
         match settings.method:
             case Method.GATHER:
-                yield from self.scratch.named("gather", others.gather(*work))
+                yield from self.scratch.run_pass("gather", others.gather(*inputs))
             case Method.SCATTER:
-                yield from self.scratch.named("scatter", others.scatter(*work))
+                yield from self.scratch.run_pass("scatter", others.scatter(*inputs))
             case Method.PYRAMID:
-                yield from self.scratch.named("pyramid", others.pyramid(*work))
+                yield from self.scratch.run_pass("pyramid", others.pyramid(*inputs))
             case Method.DIFFUSION | Method.HEAT:
                 disc = optics.disc
-                what = Diffusion(color, coc, kernel_for(settings), disc.half_extents, shape=disc)
-                poles = self._passes.poles(self.scratch, "poles", color.size, what.kernel)
+                diffusion = Diffusion(
+                    color, coc, kernel_for(settings), disc.half_extents, shape=disc
+                )
+                poles = self._passes.poles(self.scratch, "poles", color.size, diffusion.kernel)
                 targets = BlurTargets(poles, blurred)
-                yield from self.scratch.named("blur", self._passes.blur.steps(what, targets))
+                yield from self.scratch.run_pass(
+                    "blur", self._passes.blur.steps(diffusion, targets)
+                )
             case Method.ACCUMULATION | Method.RAYTRACED:
                 raise ValueError(f"{settings.method} renders a 3D scene and cannot blur a plate.")
             case _:
                 assert_never(settings.method)
         return blurred
 
-    def _tell_progress(self, done: int, layers: int) -> None:
-        """Report the layers that are done; wait for the GPU only if somebody listens."""
+    def _report_progress(self, done: int, layers: int) -> None:
+        """Report the layers that are done; wait for the GPU only if there is a callback."""
         if self.on_layer is not None:
             self._ctx.finish()
             self.on_layer(self._rounds.done * layers + done, self._rounds.count * layers)
@@ -224,8 +236,8 @@ class DefocusPipeline:
         self._reduced.forget()
 
 
-# Blurs the picture with one focus for all colours.
-Blurred = Callable[[Optics], Steps[Texture]]
+# A function that blurs the picture with one focus for all colors.
+BlurFunction = Callable[[Optics], Steps[Texture]]
 
 
 class ColorRounds:
@@ -235,23 +247,23 @@ class ColorRounds:
         self._pass = color_pass
         self.done, self.count = 0, 1
 
-    def in_one(self, blurred: Blurred, optics: Optics) -> Steps[Texture]:
+    def run_once(self, blur_once: BlurFunction, optics: Optics) -> Steps[Texture]:
         """Blur all colours at once."""
         self.done, self.count = 0, 1
-        return (yield from blurred(optics))
+        return (yield from blur_once(optics))
 
-    def in_three(
-        self, blurred: Blurred, optics: Optics, size: tuple[int, int], scratch: Scratch
+    def run_for_each_color(
+        self, blur_once: BlurFunction, optics: Optics, size: tuple[int, int], scratch: Scratch
     ) -> Steps[Texture]:
         """Blur with the focus of each colour and keep that colour; alpha comes with green."""
-        kept = scratch.texture("colours kept", size, 4)
+        red_and_blue = scratch.texture("colours kept", size, 4)
         for done, color in enumerate((Color.RED, Color.BLUE)):
             self.done, self.count = done, 3
-            picture = yield from blurred(optics.in_color(color))
-            self._pass.take(picture, (color,), kept)
+            picture = yield from blur_once(optics.in_color(color))
+            self._pass.copy_channels(picture, (color,), red_and_blue)
             yield "colours"
         self.done, self.count = 2, 3
-        picture = yield from blurred(optics.in_color(Color.GREEN))
-        self._pass.take(kept, (Color.RED, Color.BLUE), picture)
-        yield scratch.passed("colours")
+        picture = yield from blur_once(optics.in_color(Color.GREEN))
+        self._pass.copy_channels(red_and_blue, (Color.RED, Color.BLUE), picture)
+        yield scratch.end_pass("colours")
         return picture

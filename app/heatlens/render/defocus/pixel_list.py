@@ -16,15 +16,15 @@ from heatlens.render.gpu.shader_constants import PIXEL_GROUP
 BAND_PX = 1 << 18  # some ten milliseconds on two busy cores
 
 
-# On a processor a pass over every pixel of 1280x720 took 100 to 190 ms in one piece, in which a
-# window cannot answer; a band takes about 20 ms. On a GPU each piece costs a dispatch and a
-# barrier: with bands and slices a 1920x1080 frame took 166 of them, whole it takes 9, and 15 a
-# layer.
+# On a processor, a band takes about 20 ms. A pass over every pixel of 1280x720 in one piece took
+# 100 to 190 ms, during which a window cannot answer. On a GPU each piece costs a dispatch and a
+# barrier: a 1920x1080 frame took 166 of them with bands and slices; without them it takes 9, and 15
+# for each layer.
 class PixelBands:
     """Cuts pictures into bands of rows on a processor; a GPU gets them whole."""
 
     def __init__(self, ctx: Device) -> None:
-        self._is_cut = is_software(ctx)
+        self._uses_bands = is_software(ctx)
 
     def run(
         self,
@@ -41,8 +41,8 @@ class PixelBands:
         `group` invocations. The shader adds the uniform `first_row` to the row of an invocation.
         """
         width, height = size
-        most = BAND_PX // (width * side * side) // group * group
-        rows = max(group, most) if self._is_cut else height
+        most_rows = BAND_PX // (width * side * side) // group * group
+        rows = max(group, most_rows) if self._uses_bands else height
         for first_row in range(0, height, rows):
             groups = groups_for(width, group), groups_for(min(rows, height - first_row), group)
             uniforms = {**(uniforms or {}), "first_row": first_row}
@@ -57,7 +57,7 @@ OF_FRONT, OF_BACK, OF_BOTH = 0, 16, 32  # byte offsets of their workgroups
 
 
 def list_bytes(size: tuple[int, int]) -> int:
-    """Return the bytes of a list with room for every pixel of a picture."""
+    """Return the bytes of a list with the capacity for every pixel of a picture."""
     return len(_HEAD) + 4 * size[0] * size[1]
 
 
@@ -69,21 +69,21 @@ def clear_list(pixels: Buffer) -> None:
 class Slices:
     """Divides the work on a list of pixels, so that a window can answer in between.
 
-    A GPU, which is done with a whole list in less than a frame, gets it at once.
+    A GPU processes a whole list in less than a frame, and gets it in one piece.
     """
 
     # Pixels of the picture that a slice stands for: some ten milliseconds without a GPU.
     _PIXELS = 1 << 19
 
     def __init__(self, ctx: Device) -> None:
-        self._is_cut = is_software(ctx)
+        self._uses_slices = is_software(ctx)
 
     def count(self, size: tuple[int, int]) -> int:
         """Return the number of slices for a picture of `size`."""
-        return max(1, -(-size[0] * size[1] // self._PIXELS)) if self._is_cut else 1
+        return max(1, -(-size[0] * size[1] // self._PIXELS)) if self._uses_slices else 1
 
     def of(self, size: tuple[int, int]) -> Iterator[dict[str, object]]:
         """Yield the uniform of each slice, see lib/list_slice.lib.glsl."""
         count = self.count(size)
-        for part in range(count):
-            yield {"list_slice": (part, count)}
+        for index in range(count):
+            yield {"list_slice": (index, count)}

@@ -34,13 +34,15 @@ class CocPass:
         Without a `line`, `depth` is the diameter already, to which `shift_px` is added.
         """
         if line is None:
-            program, read = self._shift, {"coc_tx": depth}
+            program, in_textures = self._shift, {"coc_tx": depth}
             uniforms: dict[str, object] = {"shift_px": shift_px}
         else:
-            program, read = self._program, {"depth_tx": depth}
+            program, in_textures = self._program, {"depth_tx": depth}
             uniforms = line.uniforms
-        written = {"out_coc_img": out_coc}
-        return self._bands.run(program, out_coc.size, uniforms, textures=read, images=written)
+        out_images = {"out_coc_img": out_coc}
+        return self._bands.run(
+            program, out_coc.size, uniforms, textures=in_textures, images=out_images
+        )
 
 
 class CropPass:
@@ -54,19 +56,19 @@ class CropPass:
         whole: Texture,
         origin: tuple[int, int],
         out: Texture,
-        fine: int = 1,
+        reduction: int = 1,
         light_scale: float = 1.0,
     ) -> None:
         """Copy the pixels from `origin` on to `out`, whose size decides how many.
 
-        Each pixel of `out` is the mean of `fine` x `fine` pixels, with rgb multiplied by
+        Each pixel of `out` is the mean of `reduction` x `reduction` pixels, with rgb multiplied by
         `light_scale`.
         """
         self._program.dispatch(
             pixel_groups(out.size),
             textures={"from_tx": whole},
             images={"out_img": out},
-            uniforms={"origin": origin, "fine": fine, "light_scale": light_scale},
+            uniforms={"origin": origin, "fine": reduction, "light_scale": light_scale},
         )
 
     def release(self) -> None:
@@ -128,7 +130,7 @@ class ColorPass:
     def __init__(self, ctx: Device) -> None:
         self._program = ComputeProgram(ctx, "defocus/colors_take.comp.glsl")
 
-    def take(self, picture: Texture, channels: Collection[int], out: Texture) -> None:
+    def copy_channels(self, picture: Texture, channels: Collection[int], out: Texture) -> None:
         """Copy these `channels` of `picture`, 0 to 3, to `out`; its other channels stay."""
         self._program.dispatch(
             pixel_groups(out.size),
@@ -143,7 +145,7 @@ class ProxyPass:
 
     def __init__(self, ctx: Device) -> None:
         self._programs = ProgramVersions(
-            lambda on: ComputeProgram(ctx, "defocus/proxy.comp.glsl", on)
+            lambda switches: ComputeProgram(ctx, "defocus/proxy.comp.glsl", switches)
         )
 
     def run(
@@ -162,7 +164,7 @@ class ProxyPass:
         images = {"out_color_img": out_color, "out_depth_img": out_depth}
         if out_places is not None:
             images["out_places_img"] = out_places
-        self._programs.with_(PLACES=out_places is not None).dispatch(
+        self._programs.version(PLACES=out_places is not None).dispatch(
             pixel_groups(out_color.size),
             textures={"color_tx": color, "depth_tx": depth},
             images=images,

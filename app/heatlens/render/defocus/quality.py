@@ -16,7 +16,7 @@ from heatlens.render.defocus.kernels import Kernel, gaussian_kernel, named_kerne
 
 
 @dataclass(frozen=True)
-class _Spent:
+class _QualityCost:
     """The cost of a quality: kernel of the disc, steps of a Gaussian, largest number of layers.
 
     parts  parts of the lens, for surfaces behind the focus
@@ -28,19 +28,20 @@ class _Spent:
     parts: int = 1
 
 
-# The poles of a disc are what a quality buys. Light that varies inside the disc, and stray light
-# outside it: 18 % and 18 % with two poles, 9 and 8 % with three, 6 and 6 % with four. A preview
-# takes all the cuts of the film picture, which brings it closer to that.
-def _spent(quality: Quality) -> _Spent:
+# Qualities differ mainly in the poles of the disc. Light that varies inside the disc, and stray
+# light outside it: 18 % and 18 % with two poles, 9 and 8 % with three, 6 and 6 % with four. A
+# preview has as many layers as the film picture, which brings it closer to that.
+def _cost_of(quality: Quality) -> _QualityCost:
+    """Return the kernel, steps, layers and parts of a quality."""
     match quality:
         case Quality.DRAFT:
-            return _Spent("disc_2", gaussian_steps=2, layers=4)
+            return _QualityCost("disc_2", gaussian_steps=2, layers=4)
         case Quality.PREVIEW:
-            return _Spent("disc_3", gaussian_steps=3, layers=LAYERS_MAX)
+            return _QualityCost("disc_3", gaussian_steps=3, layers=LAYERS_MAX)
         case Quality.FILM:
-            return _Spent("disc_4", gaussian_steps=5, layers=LAYERS_MAX)
+            return _QualityCost("disc_4", gaussian_steps=5, layers=LAYERS_MAX)
         case Quality.FINAL:
-            return replace(_spent(Quality.FILM), parts=PARTS[-1])
+            return replace(_cost_of(Quality.FILM), parts=PARTS[-1])
         case _:
             assert_never(quality)
 
@@ -55,14 +56,14 @@ def kernel_for(settings: DefocusSettings, rim: float = 0.0) -> Kernel:
     """
     if settings.method is Method.HEAT:
         return named_kernel("heat")
-    spent = _spent(settings.at_quality)
+    cost = _cost_of(settings.effective_quality)
     match settings.bokeh:
         case Bokeh.HEAT:
             return named_kernel("heat")
         case Bokeh.GAUSSIAN:
-            return gaussian_kernel(spent.gaussian_steps)
+            return gaussian_kernel(cost.gaussian_steps)
         case Bokeh.DISC:
-            return rim_kernel(spent.disc, rim)
+            return rim_kernel(cost.disc, rim)
         case _:
             assert_never(settings.bokeh)
 
@@ -71,17 +72,17 @@ def layers_for(settings: DefocusSettings) -> int:
     """Return the largest number of depth layers."""
     if settings.method is not Method.DIFFUSION:
         return 1
-    return settings.layers or _spent(settings.at_quality).layers
+    return settings.layers or _cost_of(settings.effective_quality).layers
 
 
 def parts_for(settings: DefocusSettings, is_guessed: bool = False) -> int:
     """Return the number of parts of the lens; a number above 1 overrides that of the quality.
 
-    A quality spends fewer of them on surfaces that are only guessed.
+    For surfaces that are only guessed, a quality uses fewer parts.
     """
-    of_quality = _spent(settings.at_quality).parts
-    own = min(of_quality, GUESSED_PARTS) if is_guessed else of_quality
-    return settings.parts if settings.parts > 1 else own
+    quality_parts = _cost_of(settings.effective_quality).parts
+    used_parts = min(quality_parts, GUESSED_PARTS) if is_guessed else quality_parts
+    return settings.parts if settings.parts > 1 else used_parts
 
 
 def unused_behind_notes(plate: Plate, settings: DefocusSettings) -> tuple[str, ...]:

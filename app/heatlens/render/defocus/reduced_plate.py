@@ -22,22 +22,22 @@ from heatlens.render.gpu.device import Buffer, Device, Texture
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
 FRAGMENT_BYTES = 12
-_MORE_A_PIXEL = 2  # additional fragments per pixel, for pixels without a list among others
+_EXTRA_PER_PIXEL = 2  # additional fragments per pixel, for pixels without a list among others
 # Summed up in one dispatch: llvmpipe ends a loop silently after 65,535 rounds, 256 pixels in each.
-_PIXELS_A_SUM = 1 << 22
+_PIXELS_PER_SUM = 1 << 22
 _LISTS, _SILHOUETTES = "defocus/proxy_lists.comp.glsl", "defocus/proxy_silhouettes.comp.glsl"
 
 
 @dataclass(frozen=True)
-class ProxyListRoom:
+class ProxyListMemory:
     """Memory for the lists of a reduced picture.
 
-    held      the lists, valid once `ProxyListsPass` has run
-    capacity  number of fragments there is room for; lists beyond it are empty
+    lists     the lists, valid once `ProxyListsPass` has run
+    capacity  largest number of fragments; lists for which there is no memory left are empty
     total     four bytes of scratch memory
     """
 
-    held: FragmentBuffers
+    lists: FragmentBuffers
     capacity: int
     total: Buffer
 
@@ -48,7 +48,7 @@ def proxy_list_capacity(ctx: Device, whole: FragmentBuffers | None, size: tuple[
     pixels = size[0] * size[1]
     if whole is None:
         return min(pixels, most)  # every other pixel at a silhouette
-    return min(whole.words.size // FRAGMENT_BYTES + _MORE_A_PIXEL * pixels, most)
+    return min(whole.words.size // FRAGMENT_BYTES + _EXTRA_PER_PIXEL * pixels, most)
 
 
 class ProxyListsPass:
@@ -56,7 +56,8 @@ class ProxyListsPass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._merging, self._of_silhouettes = _Programs(ctx, _LISTS), _Programs(ctx, _SILHOUETTES)
+        self._merge_programs = _Programs(ctx, _LISTS)
+        self._silhouette_programs = _Programs(ctx, _SILHOUETTES)
 
     @cached_property
     def _starts(self) -> ComputeProgram:
@@ -67,29 +68,29 @@ class ProxyListsPass:
         color: Texture,
         depth: Texture,
         whole: FragmentBuffers,
-        room: ProxyListRoom,
+        memory: ProxyListMemory,
         out_depth: Texture,
     ) -> None:
-        """Merge the lists of the pixels that each pixel of a reduced picture covers, to `room`.
+        """Merge the lists of the pixels that each pixel of a reduced picture covers, to `memory`.
 
         `out_depth` is the reduced depth in metres. Where a list begins with the visible surface,
         its depth is replaced by that of the nearest fragment.
         """
-        read = {"start_block": whole.starts, "fragment_block": whole.words}
+        list_inputs = {"start_block": whole.starts, "fragment_block": whole.words}
         uniforms = _whole_uniforms(whole) | {"is_measured": whole.is_measured}
         textures = {"color_tx": color, "depth_tx": depth}
-        self._run(self._merging, textures, read, uniforms, room, out_depth)
+        self._run(self._merge_programs, textures, list_inputs, uniforms, memory, out_depth)
 
-    # A pixel of a small picture that holds a wire and the wall behind it had one depth, so that
-    # both were blurred alike and wires stood sharp before a wall in focus. Listing both surfaces
-    # lowered the FLIP between the preview during a drag and the picture at rest from .0759 to .0684
-    # over 15 lenses, for 1.07 to 1.15 times the processor time.
+    # A reduced pixel can contain two surfaces, such as a wire and the wall behind it. Both are
+    # listed, each with its own depth; with one depth they would be blurred alike, and wires would
+    # stand sharp before a wall in focus. FLIP between the preview during a drag and the picture at
+    # rest: .0684 instead of .0759 over 15 lenses, for 1.07 to 1.15 times the processor time.
     def list_silhouettes(
         self,
         color: Texture,
         depth: Texture,
         places: Texture,
-        room: ProxyListRoom,
+        memory: ProxyListMemory,
         out_depth: Texture,
     ) -> None:
         """List the two surfaces of each reduced pixel at a silhouette of a plate without lists.
@@ -97,43 +98,44 @@ class ProxyListsPass:
         `places` is the output of `ProxyPass`; highlights have no list. `out_depth` as for `merge`.
         """
         textures = {"color_tx": color, "depth_tx": depth, "places_tx": places}
-        self._run(self._of_silhouettes, textures, {}, {}, room, out_depth)
+        self._run(self._silhouette_programs, textures, {}, {}, memory, out_depth)
 
     def _run(
         self,
         programs: "_Programs",
         textures: Mapping[str, Texture],
-        read: Mapping[str, Buffer],
+        list_inputs: Mapping[str, Buffer],
         uniforms: Mapping[str, object],
-        room: ProxyListRoom,
+        memory: ProxyListMemory,
         out_depth: Texture,
     ) -> None:
-        """Count the fragments of each list, sum them up, and write the lists to `room`."""
-        size, counted = out_depth.size, {**read, "proxy_start_block": room.held.starts}
-        groups, image = pixel_groups(size), {"depth_img": out_depth}
-        sized = {**uniforms, "size": size}
-        room.total.write(np.zeros(1, np.uint32))
+        """Count the fragments of each list, sum them up, and write the lists to `memory`."""
+        size = out_depth.size
+        count_buffers = {**list_inputs, "proxy_start_block": memory.lists.starts}
+        groups, images = pixel_groups(size), {"depth_img": out_depth}
+        sized_uniforms = {**uniforms, "size": size}
+        memory.total.write(np.zeros(1, np.uint32))
         programs.count.dispatch(
-            groups, textures=textures, images=image, buffers=counted, uniforms=sized
+            groups, textures=textures, images=images, buffers=count_buffers, uniforms=sized_uniforms
         )
-        self._sum_up(room, size[0] * size[1])
-        written = counted | {"proxy_fragment_block": room.held.words}
+        self._sum_up(memory, size[0] * size[1])
+        write_buffers = count_buffers | {"proxy_fragment_block": memory.lists.words}
         programs.write.dispatch(
-            groups, textures=textures, images=image, buffers=written, uniforms=sized
+            groups, textures=textures, images=images, buffers=write_buffers, uniforms=sized_uniforms
         )
 
-    def _sum_up(self, room: ProxyListRoom, pixel_count: int) -> None:
+    def _sum_up(self, memory: ProxyListMemory, pixel_count: int) -> None:
         """Replace the length of each list by its start, in parts that every driver can do."""
-        for first in range(0, pixel_count, _PIXELS_A_SUM):
-            count = min(_PIXELS_A_SUM, pixel_count - first)
+        for first_pixel in range(0, pixel_count, _PIXELS_PER_SUM):
+            count = min(_PIXELS_PER_SUM, pixel_count - first_pixel)
             self._starts.dispatch(
                 (1, 1),
-                buffers={"start_block": room.held.starts, "total_block": room.total},
+                buffers={"start_block": memory.lists.starts, "total_block": memory.total},
                 uniforms={
-                    "first_pixel": first,
+                    "first_pixel": first_pixel,
                     "pixel_count": count,
-                    "capacity": room.capacity,
-                    "has_end": first + count == pixel_count,
+                    "capacity": memory.capacity,
+                    "has_end": first_pixel + count == pixel_count,
                 },
             )
 
@@ -166,7 +168,7 @@ def _whole_uniforms(whole: FragmentBuffers) -> dict[str, object]:
     }
 
 
-_NOTHING_HELD = 1.0, False
+_NOTHING_REDUCED = 1.0, False
 
 
 @dataclass(frozen=True)
@@ -177,7 +179,7 @@ class PlateTextures:
     depth      metres, or signed coc in pixels for a plate that has no distances
     fragments  the surfaces along the ray of each pixel; None if the plate has no lists
     places     RGBA, subpixel positions of the light; None if they are not known
-    cutout     what is kept from the blur; None if all is blurred
+    cutout     the part that stays sharp; None if all is blurred
     """
 
     color: Texture
@@ -194,12 +196,14 @@ class ReducedPlate:
         self._ctx = ctx
         self._pass = plate_pass
         self._lists_pass = lists_pass
-        self._held = _NOTHING_HELD  # scale of the plate that is kept, and whether it has lists
+        self._reduced_state = (
+            _NOTHING_REDUCED  # scale of the plate that is kept, and whether it has lists
+        )
 
     def steps(
         self, whole: PlateTextures, optics: Optics, settings: DefocusSettings, scratch: Scratch
     ) -> Steps[PlateTextures]:
-        """Return the plate at the scale of `settings`; reduce it only if that has yet to be done.
+        """Return the plate at the scale of `settings`; reduce it only if that was not done before.
 
         A plate without lists gets some at its silhouettes, if its depth and the method allow it.
         """
@@ -209,54 +213,58 @@ class ReducedPlate:
         depth = scratch.texture("proxy depth", size, 1)
         places = scratch.texture("proxy places", size, 4, "f2")
         has_lists = optics.line is not None and layers_for(settings) > 1
-        room = self._room(whole.fragments, size, scratch) if has_lists else None
-        cutout = None if whole.cutout is None else _cutout_room(whole.cutout, size, scratch)
-        if self._held != (proxy, has_lists):
+        memory = self._allocate_lists(whole.fragments, size, scratch) if has_lists else None
+        cutout = None if whole.cutout is None else _allocate_cutout(whole.cutout, size, scratch)
+        if self._reduced_state != (proxy, has_lists):
             scale = proxy if optics.line is None else 1.0
             self._pass.run(whole.color, whole.depth, scale, color, depth, places)
-            if room is not None:
-                self._list(whole, places, room, depth)
+            if memory is not None:
+                self._write_lists(whole, places, memory, depth)
             if whole.cutout is not None and cutout is not None:
                 for light, out in cutout.lights_of(whole.cutout):
                     self._pass.run(light, whole.cutout.depth, scale, out, cutout.depth)
-            self._held = proxy, has_lists
-            yield scratch.passed("proxy")
-        return PlateTextures(color, depth, None if room is None else room.held, places, cutout)
+            self._reduced_state = proxy, has_lists
+            yield scratch.end_pass("proxy")
+        return PlateTextures(color, depth, None if memory is None else memory.lists, places, cutout)
 
-    def _list(
+    def _write_lists(
         self,
         whole: PlateTextures,
         places: Texture,
-        room: ProxyListRoom,
+        memory: ProxyListMemory,
         depth: Texture,
     ) -> None:
+        """Write the lists of the reduced plate from those of the plate, or from its silhouettes."""
         if whole.fragments is None:
-            self._lists_pass.list_silhouettes(whole.color, whole.depth, places, room, depth)
+            self._lists_pass.list_silhouettes(whole.color, whole.depth, places, memory, depth)
         else:
-            self._lists_pass.merge(whole.color, whole.depth, whole.fragments, room, depth)
+            self._lists_pass.merge(whole.color, whole.depth, whole.fragments, memory, depth)
 
-    def _room(
+    def _allocate_lists(
         self, fragments: FragmentBuffers | None, size: tuple[int, int], scratch: Scratch
-    ) -> ProxyListRoom:
+    ) -> ProxyListMemory:
+        """Return the memory for the lists of a reduced picture of `size`."""
         capacity = proxy_list_capacity(self._ctx, fragments, size)
         starts = scratch.buffer("proxy starts", 4 * (size[0] * size[1] + 1))
         words = scratch.buffer("proxy fragments", FRAGMENT_BYTES * capacity)
-        held = FragmentBuffers(
+        lists = FragmentBuffers(
             starts,
             words,
             size,
             is_measured=fragments is None or fragments.is_measured,
             is_exact=fragments is None or fragments.is_exact,
         )
-        return ProxyListRoom(held, capacity, scratch.buffer("proxy fragment count", 4))
+        return ProxyListMemory(lists, capacity, scratch.buffer("proxy fragment count", 4))
 
     def forget(self) -> None:
         """Forget the reduced plate, because the plate's textures have new content."""
-        self._held = _NOTHING_HELD
+        self._reduced_state = _NOTHING_REDUCED
 
 
-def _cutout_room(whole: CutoutTextures, size: tuple[int, int], scratch: Scratch) -> CutoutTextures:
-    """Return a cutout of another size, but with the same rest, which is reduced as a plate is."""
+def _allocate_cutout(
+    whole: CutoutTextures, size: tuple[int, int], scratch: Scratch
+) -> CutoutTextures:
+    """Return a cutout of another size; the rest of its picture is reduced as a plate is."""
     return replace(
         whole,
         light=scratch.texture("proxy cutout", size, 4),

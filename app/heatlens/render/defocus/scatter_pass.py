@@ -45,7 +45,7 @@ class ScatterTargets:
 
     light, cover          RGBA and red, the sums of one bin
     out_color, out_cover  RGBA and red, the composite of all bins
-    place, pixel          buffers: see `buffer_bytes`
+    place, pixel          buffers: starts of bins, and sorted pixels; see `buffer_bytes`
     """
 
     light: Texture
@@ -68,24 +68,25 @@ def disc_sums(disc: DiscShape) -> npt.NDArray[np.float64]:
 
 
 def _disc_sum(disc: DiscShape, radius: float) -> float:
+    """Return the sum of the coverage of all pixels by a disc of this radius in pixels."""
     reach_x, reach_y = (int(np.ceil(radius * half + DISC_RAMP_PX)) for half in disc.half_extents)
     y, x = np.mgrid[-reach_y : reach_y + 1, -reach_x : reach_x + 1]
     return float(disc.coverage(x, y, radius, DISC_RAMP_PX).sum())
 
 
-def bin_places(counts: Counts) -> Counts:
+def bin_starts(counts: Counts) -> Counts:
     """Return (rows, SCATTER_BINS): where the pixels of each row and bin begin, far bins first."""
     far_to_near = counts[:, ::-1].T.astype(np.uint64)  # bins, rows
     flat = far_to_near.ravel()
-    places = (np.cumsum(flat) - flat).reshape(far_to_near.shape)
-    return np.ascontiguousarray(places.T[:, ::-1].astype(np.uint32))
+    starts = (np.cumsum(flat) - flat).reshape(far_to_near.shape)
+    return np.ascontiguousarray(starts.T[:, ::-1].astype(np.uint32))
 
 
-def bin_coc_px(number: int, largest_px: float) -> float:
+def bin_coc_px(bin_index: int, largest_px: float) -> float:
     """Return the largest |coc| that a bin can hold."""
-    if number in (0, SCATTER_BINS - 1):
+    if bin_index in (0, SCATTER_BINS - 1):
         return largest_px
-    return min(largest_px, SCATTER_GROWTH ** abs(number - SCATTER_MIDDLE))
+    return min(largest_px, SCATTER_GROWTH ** abs(bin_index - SCATTER_MIDDLE))
 
 
 def disc_fragments(coc_px: float, disc: DiscShape, size: tuple[int, int]) -> int:
@@ -103,7 +104,7 @@ class ScatterPass:
         self._count = ComputeProgram(ctx, "defocus/scatter_sort.comp.glsl", {"COUNT": 1})
         self._sort = ComputeProgram(ctx, "defocus/scatter_sort.comp.glsl")
         self._discs = ProgramVersions(
-            lambda on: DrawProgram(ctx, "defocus/scatter_draw", defines=on)
+            lambda switches: DrawProgram(ctx, "defocus/scatter_draw", defines=switches)
         )
         self._over = ComputeProgram(ctx, "defocus/scatter_over.comp.glsl")
         self._quads: dict[DrawProgram, tuple[Buffer, VertexArray]] = {}
@@ -119,27 +120,27 @@ class ScatterPass:
         targets: ScatterTargets,
     ) -> Iterator[None]:
         """Fill `targets.out_color`, RGBA as `color`, in steps that are short wherever discs lie."""
-        totals = self._sorted(coc, targets)
+        totals = self._sort_pixels(coc, targets)
         yield
-        numbers = [int(n) for n in np.flatnonzero(totals)[::-1]]
-        sums = [float(s) for s in disc_sums(optics.disc)] if optics.disc.is_plain else []
+        bins = [int(index) for index in np.flatnonzero(totals)[::-1]]
+        sums = [float(value) for value in disc_sums(optics.disc)] if optics.disc.is_plain else []
         largest_px = max(abs(optics.nearest_px), abs(optics.farthest_px))
         textures = {"color_tx": color, "coc_tx": coc} | self._openings.of(optics.disc.aperture)
         inputs = (textures, optics.disc, sums)
         self._target.around(targets.light, targets.cover).clear()
         first = 0
-        for number in numbers:
-            count = int(totals[number])
-            fragments = disc_fragments(bin_coc_px(number, largest_px), optics.disc, color.size)
-            part = max(1, _FRAGMENTS_PER_STEP // fragments)
-            for start in range(first, first + count, part):
-                self._draw(inputs, targets, start, min(part, first + count - start))
+        for bin_index in bins:
+            count = int(totals[bin_index])
+            fragments = disc_fragments(bin_coc_px(bin_index, largest_px), optics.disc, color.size)
+            discs_per_step = max(1, _FRAGMENTS_PER_STEP // fragments)
+            for start in range(first, first + count, discs_per_step):
+                self._draw(inputs, targets, start, min(discs_per_step, first + count - start))
                 yield
             first += count
-            self._put_over(targets, number == numbers[0], number == numbers[-1])
+            self._composite_bin(targets, bin_index == bins[0], bin_index == bins[-1])
             yield
 
-    def _sorted(self, coc: Texture, targets: ScatterTargets) -> Counts:
+    def _sort_pixels(self, coc: Texture, targets: ScatterTargets) -> Counts:
         """Fill `targets.pixel`, far to near, and count the pixels in each bin."""
         rows = coc.size[1]
         groups = (groups_for(rows, ROW_GROUP), 1)
@@ -147,7 +148,7 @@ class ScatterPass:
         self._count.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
         words = np.frombuffer(targets.place.read(4 * SCATTER_BINS * rows), np.uint32)
         counts = words.reshape(rows, SCATTER_BINS)
-        targets.place.write(bin_places(counts).tobytes())
+        targets.place.write(bin_starts(counts).tobytes())
         self._sort.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
         return np.asarray(counts.sum(axis=0), np.uint32)
 
@@ -160,7 +161,7 @@ class ScatterPass:
     ) -> None:
         """Add `count` discs from `first` on; sets all state that other draws may have changed."""
         textures, disc, sums = inputs
-        program = self._discs.with_(**disc.switches)
+        program = self._discs.version(**disc.switches)
         quads = self._quads_of(program, targets.pixel)
         uniforms = disc.uniforms | ({"disc_sums": sums} if sums else {})
         self._target.around(targets.light, targets.cover).use()
@@ -170,7 +171,8 @@ class ScatterPass:
         quads.render_indirect(self._command, Primitive.TRIANGLE_STRIP, 1)
         self._ctx.draw_with()
 
-    def _put_over(self, targets: ScatterTargets, is_farthest: bool, is_nearest: bool) -> None:
+    def _composite_bin(self, targets: ScatterTargets, is_farthest: bool, is_nearest: bool) -> None:
+        """Composite the sums of one bin over those of the bins behind it."""
         self._over.dispatch(
             pixel_groups(targets.light.size),
             images={
@@ -183,10 +185,11 @@ class ScatterPass:
         )
 
     def _quads_of(self, program: DrawProgram, pixel: Buffer) -> VertexArray:
-        held = self._quads.get(program)
-        if held is None or held[0] is not pixel:
-            if held is not None:
-                held[1].release()
-            held = pixel, program.vertex_array([(pixel, "1u/i", "in_pixel")])
-            self._quads[program] = held
-        return held[1]
+        """Return the vertex array of a program for the sorted pixels; the latest is kept."""
+        cached = self._quads.get(program)
+        if cached is None or cached[0] is not pixel:
+            if cached is not None:
+                cached[1].release()
+            cached = pixel, program.vertex_array([(pixel, "1u/i", "in_pixel")])
+            self._quads[program] = cached
+        return cached[1]

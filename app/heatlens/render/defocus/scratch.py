@@ -2,7 +2,7 @@
 
 Every texture and buffer has its own name. The passes declare who writes it first and who reads it
 last (`render/defocus/pass_list.py`); names with separate lifetimes can share memory. The pipeline
-announces the end of each pass (`Scratch.passed`), so that a second owner at the same time raises an
+announces the end of each pass (`Scratch.end_pass`); a second owner at the same time raises an
 error. With HEATLENS_POISON_SCRATCH=1 in the environment, memory is filled with NaN at the end of
 its lifetime, which makes a pass that still reads it visible in the picture.
 """
@@ -36,16 +36,22 @@ class Lifetime:
 def lifetimes() -> dict[str, Lifetime]:
     """Return the lifetime of each name, as the passes declare it."""
     passes, by_name = pass_list.PASSES, {}
-    last = {name: one.name for one in passes for name in one.reads_last}
-    for one in passes:
-        for name, memory in (*one.writes.items(), *one.alone.items()):
-            end = one.name if name in one.alone else last.get(name, AFTER_THE_PICTURE)
-            by_name[name] = Lifetime(memory or name, one.name, end)
+    last_readers = {
+        name: render_pass.name for render_pass in passes for name in render_pass.reads_last
+    }
+    for render_pass in passes:
+        for name, memory in (*render_pass.writes.items(), *render_pass.private_memory.items()):
+            last_pass = (
+                render_pass.name
+                if name in render_pass.private_memory
+                else last_readers.get(name, AFTER_THE_PICTURE)
+            )
+            by_name[name] = Lifetime(memory or name, render_pass.name, last_pass)
     return by_name
 
 
-_Held = Texture | TextureArray | Buffer
-Held = TypeVar("Held", Texture, TextureArray, Buffer)
+_AnyMemory = Texture | TextureArray | Buffer
+MemoryType = TypeVar("MemoryType", Texture, TextureArray, Buffer)
 
 
 class Scratch:
@@ -53,13 +59,13 @@ class Scratch:
 
     def __init__(self, ctx: Device) -> None:
         self._pool = TexturePool(ctx)
-        self._alive: dict[str, tuple[str, _Held]] = {}  # memory by name, with its owner
+        self._owned: dict[str, tuple[str, _AnyMemory]] = {}  # memory by name, with its owner
         self._lifetimes = lifetimes()
         self._poisons = bool(os.environ.get(POISON_VARIABLE))
 
     def begin_picture(self) -> None:
         """End all lifetimes, because the last picture may not have been finished."""
-        self._alive.clear()
+        self._owned.clear()
 
     def texture(
         self,
@@ -73,7 +79,9 @@ class Scratch:
         Raises RuntimeError if the memory still belongs to another name.
         """
         memory = self._lifetimes[name].memory
-        return self._given(name, memory, self._pool.texture(memory, size, components, storage))
+        return self._lend_memory(
+            name, memory, self._pool.texture(memory, size, components, storage)
+        )
 
     def array(
         self,
@@ -85,53 +93,53 @@ class Scratch:
     ) -> TextureArray:
         """Return the texture array called `name`, with `layers` layers."""
         memory = self._lifetimes[name].memory
-        made = self._pool.array(memory, size, layers, components, storage)
-        return self._given(name, memory, made)
+        texture_array = self._pool.array(memory, size, layers, components, storage)
+        return self._lend_memory(name, memory, texture_array)
 
     def buffer(self, name: str, size_bytes: int) -> Buffer:
         """Return the storage buffer called `name`, of at least `size_bytes`."""
         memory = self._lifetimes[name].memory
-        return self._given(name, memory, self._pool.buffer(memory, size_bytes))
+        return self._lend_memory(name, memory, self._pool.buffer(memory, size_bytes))
 
     def parts(self, name: str, count: int, least_bytes: int) -> BufferParts:
         """Return the storage buffer called `name` as `count` parts of at least `least_bytes`."""
         part_bytes = BufferParts.bytes_for(least_bytes)
         return BufferParts(self.buffer(name, count * part_bytes), part_bytes)
 
-    def passed(self, name: str) -> str:
+    def end_pass(self, name: str) -> str:
         """Free all memory that the pass `name` was the last to read; return the name."""
-        for memory, (owner, held) in list(self._alive.items()):
+        for memory, (owner, resource) in list(self._owned.items()):
             if self._lifetimes[owner].last == name:
-                del self._alive[memory]
+                del self._owned[memory]
                 if self._poisons:
-                    _poison(held)
+                    _poison(resource)
         return name
 
-    def named(self, name: str, steps: Iterator[None]) -> Iterator[str]:
+    def run_pass(self, name: str, steps: Iterator[None]) -> Iterator[str]:
         """Yield the name for each step of a pass; the pass has ended after the last one."""
         for _ in steps:
             yield name
-        self.passed(name)
+        self.end_pass(name)
 
     def release(self) -> None:
         """Release all memory."""
-        self._alive.clear()
+        self._owned.clear()
         self._pool.release()
 
-    # With a wrong lifetime in the table, a pass would overwrite data that another still reads, and
-    # the picture would be wrong in places. So a second owner is an error; a pass that reads too
-    # late shows by poisoned memory. With sharing, a film picture of 1920x1080 holds 184 bytes a
-    # pixel.
-    def _given(self, name: str, memory: str, held: Held) -> Held:
+    # A second owner is an error, because with a wrong lifetime in the table a pass would overwrite
+    # data that another pass still reads. Poisoned memory shows a pass that reads too late. With
+    # shared memory, a film picture of 1920x1080 needs 184 bytes per pixel.
+    def _lend_memory(self, name: str, memory: str, resource: MemoryType) -> MemoryType:
         """Record `name` as the owner of `memory`. Raises RuntimeError if another still owns it."""
-        owner = self._alive.get(memory, (name, held))[0]
+        owner = self._owned.get(memory, (name, resource))[0]
         if owner != name:
             raise RuntimeError(
                 f"The memory '{memory}' still belongs to '{owner}', not to '{name}'."
             )
-        self._alive[memory] = name, held
-        return held
+        self._owned[memory] = name, resource
+        return resource
 
 
-def _poison(held: _Held) -> None:
-    held.fill_with_nan()
+def _poison(resource: _AnyMemory) -> None:
+    """Fill a texture or buffer with NaN."""
+    resource.fill_with_nan()

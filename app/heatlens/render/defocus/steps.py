@@ -11,7 +11,7 @@ Steps = Generator[str, None, Result]
 
 
 class Turn(NamedTuple):
-    """The turn of one of `pictures` that take equally long: `before` of them are done."""
+    """The position of a picture among `pictures` that take equally long: `before` are done."""
 
     before: int
     pictures: int

@@ -19,12 +19,12 @@ def tile_count(size: tuple[int, int]) -> TileCount:
     return blocks_for(size, TILE)
 
 
-def seen_bytes(size: tuple[int, int]) -> int:
+def visibility_bytes(size: tuple[int, int]) -> int:
     """Return the bytes of a picture's visibility masks, whose lines are whole 32-bit words."""
-    return 4 * sum(seen_words(size))
+    return 4 * sum(visibility_words(size))
 
 
-def seen_words(size: tuple[int, int]) -> tuple[int, int, int, int]:
+def visibility_words(size: tuple[int, int]) -> tuple[int, int, int, int]:
     """Return the words of the masks along each direction, as lib/hidden.lib.glsl counts them."""
     width, height = size
     down = groups_for(height, 32)
@@ -67,12 +67,12 @@ class TileList:
 
     @staticmethod
     def bytes_for(size: tuple[int, int]) -> int:
-        """Return the bytes of a list with room for every tile of a picture."""
+        """Return the bytes of a list with the capacity for every tile of a picture."""
         return 4 * TILE_LIST_HEAD + TileMask.bytes_for(size)
 
 
-_ALL = b"\xff" * 4  # the word of an active tile
-_SIZES_KEPT = 8  # masks of whole pictures
+_ACTIVE_WORD = b"\xff" * 4  # the word of an active tile
+_MASKS_MAX = 8  # largest number of masks of whole pictures in the cache
 RUN_LEAST = 4  # pixels per invocation, which fit the registers of a GPU
 _HEAD_BYTES, _SEGMENT_BYTES = 16, 8
 
@@ -88,10 +88,10 @@ def run_length(length_px: int) -> int:
     return run
 
 
-# A workgroup of the partition solver used to take a whole line, most of whose tiles are inactive.
-# It now takes a run of active tiles, in as many neighbouring lines as it has invocations for, so
-# that columns load coalesced and few invocations are idle. NVIDIA H200, film: 1280x720 4.6 -> 3.3
-# ms, 3840x2160 33.2 -> 10.8 ms.
+# A workgroup of the partition solver takes a run of active tiles, in as many neighboring lines as
+# it has invocations for. Columns then load coalesced, and few invocations are idle. Most tiles of a
+# whole line are inactive: NVIDIA H200, film, with whole lines 1280x720 4.6 ms, with runs 3.3 ms;
+# 3840x2160 33.2 -> 10.8 ms.
 class SegmentPass:
     """Lists the segments of all layers in one dispatch."""
 
@@ -144,19 +144,20 @@ class WholePictures:
         """Return the mask of all tiles of a picture of `size`."""
         tiles = tile_count(size)
         if tiles not in self._masks:
-            if len(self._masks) >= _SIZES_KEPT:
+            if len(self._masks) >= _MASKS_MAX:
                 self._forget()
-            self._masks[tiles] = self._made(size)
+            self._masks[tiles] = self._make_mask(size)
         return self._masks[tiles]
 
-    def _made(self, size: tuple[int, int]) -> TileMask:
+    def _make_mask(self, size: tuple[int, int]) -> TileMask:
+        """Return a new mask with all tiles of a picture of `size` active."""
         self._segments = self._segments or SegmentPass(self._ctx)
-        words = self._ctx.buffer(_ALL * (TileMask.bytes_for(size) // len(_ALL)))
-        part = BufferParts.bytes_for(SegmentPass.bytes_for(size))
-        lists = self._ctx.buffer(reserve=2 * part)
+        words = self._ctx.buffer(_ACTIVE_WORD * (TileMask.bytes_for(size) // len(_ACTIVE_WORD)))
+        part_bytes = BufferParts.bytes_for(SegmentPass.bytes_for(size))
+        lists = self._ctx.buffer(reserve=2 * part_bytes)
         self._buffers += words, lists
         masks = BufferParts(words, words.size)
-        (mask,) = self._segments.find([size], masks, BufferParts(lists, part))
+        (mask,) = self._segments.find([size], masks, BufferParts(lists, part_bytes))
         return mask
 
     def _forget(self) -> None:

@@ -16,9 +16,9 @@ from heatlens.render.defocus.tile_mask import (
     SegmentPass,
     TileList,
     TileMask,
-    seen_bytes,
-    seen_words,
     tile_count,
+    visibility_bytes,
+    visibility_words,
 )
 from heatlens.render.gpu.context import is_software
 from heatlens.render.gpu.device import Buffer, BufferPart, Device, Texture
@@ -38,14 +38,14 @@ class TileContent:
 
 @dataclass(frozen=True)
 class LayerTiles:
-    """The active tiles of a layer, as a mask and as a list, and room for its visible pixels.
+    """The active tiles of a layer, as a mask and as a list, and memory to mark visible pixels.
 
-    The nearest layer, which nothing hides, has no room of its own.
+    The nearest layer, which nothing hides, has no such memory of its own.
     """
 
     mask: TileMask
-    listed: TileList
-    seen: BufferPart
+    tile_list: TileList
+    visible_bits: BufferPart
 
 
 class TilePass:
@@ -57,10 +57,10 @@ class TilePass:
         self._rows = ComputeProgram(ctx, "defocus/tile_reach_rows.comp.glsl")
         self._reach = ComputeProgram(ctx, "defocus/tile_reach.comp.glsl")
         self._segments = SegmentPass(ctx)
-        self._seen = SeenBitsPass(ctx)
+        self._visible_bits_pass = SeenBitsPass(ctx)
         self._slices = Slices(ctx)
 
-    def look_through(
+    def find_content(
         self, picture: Fragments, plans: list[LayerPlan], scratch: Scratch
     ) -> TileContent:
         """Find the layers that have content in each tile of the picture."""
@@ -81,24 +81,30 @@ class TilePass:
         )
         return content
 
-    def find(
+    def find_active(
         self, content: TileContent, plans: list[LayerPlan], optics: Optics, scratch: Scratch
     ) -> list[LayerTiles]:
         """Find the active tiles of every layer, at its size."""
-        need, of_list = TileMask.bytes_for(content.size), TileList.bytes_for(content.size)
-        masks = scratch.parts("tile mask", len(plans), need)
-        lists = scratch.parts("tile list", len(plans), of_list)
-        self._find(content, plans, optics, masks, lists, scratch)
-        lines = scratch.parts("line segments", 2 * len(plans), SegmentPass.bytes_for(content.size))
-        solved = self._segments.find([plan.size(content.size) for plan in plans], masks, lines)
-        seen = self._mark_seen(content.size, plans, masks, scratch)
-        return [LayerTiles(mask, TileList(lists[n]), seen[n]) for n, mask in enumerate(solved)]
+        mask_bytes, list_bytes = TileMask.bytes_for(content.size), TileList.bytes_for(content.size)
+        masks = scratch.parts("tile mask", len(plans), mask_bytes)
+        lists = scratch.parts("tile list", len(plans), list_bytes)
+        self._write_masks(content, plans, optics, masks, lists, scratch)
+        segments = scratch.parts(
+            "line segments", 2 * len(plans), SegmentPass.bytes_for(content.size)
+        )
+        layer_masks = self._segments.find(
+            [plan.size(content.size) for plan in plans], masks, segments
+        )
+        visible_bits = self._mark_visible(content.size, plans, masks, scratch)
+        return [
+            LayerTiles(mask, TileList(lists[n]), visible_bits[n])
+            for n, mask in enumerate(layer_masks)
+        ]
 
-    # A tile is left out where every ray to it ends in nearer layers. To ask whether one nearer
-    # layer alone covers it spared too little: now each layer tells where it is open, and what is
-    # behind is worked on only where all nearer ones are open within reach. With known surfaces a
-    # film frame took 1.7 in place of 2.4 s of processor.
-    def _find(
+    # A tile is active only where all nearer layers are open within reach; elsewhere every ray to it
+    # ends in nearer layers. A test whether one nearer layer alone covers the tile left too many
+    # tiles active: with known surfaces a film frame took 2.4 s of processor, now 1.7 s.
+    def _write_masks(
         self,
         content: TileContent,
         plans: list[LayerPlan],
@@ -108,43 +114,47 @@ class TilePass:
         scratch: Scratch,
     ) -> None:
         """Write the masks and lists of all layers."""
-        tiles, wider = tile_count(content.size), max(optics.disc.half_extents)
+        tiles, wider_scale = tile_count(content.size), max(optics.disc.half_extents)
         groups = (*_groups(tiles), len(plans))
-        between = {
+        scratch_buffers = {
             f"{name}_block": scratch.buffer(f"tile {name}", len(plans) * masks.part_bytes)
             for name in ("distance", "hider", "hole")
         } | {"tile_list_block": lists.whole}
-        shared: dict[str, object] = {
-            "layer_tiles": _for_all([_tiles_of(plan, content.size, optics) for plan in plans]),
-            "layer_number": _numbers([plan.cut for plan in plans]),
+        shared_uniforms: dict[str, object] = {
+            "layer_tiles": _pad_layers([_tiles_of(plan, content.size, optics) for plan in plans]),
+            "layer_number": _layer_numbers([plan.cut for plan in plans]),
             "picture_tiles": tiles,
             "tile_words": masks.words,
             "list_words": lists.words,
         }
-        whole = [reach_tiles(plan, optics.nearest_px, wider, float(TILE)) for plan in plans]
+        reaches = [reach_tiles(plan, optics.nearest_px, wider_scale, float(TILE)) for plan in plans]
         self._rows.dispatch(
             groups,
             textures={"nearest_tx": content.nearest},
-            buffers=between | {"content_block": content.content},
-            uniforms=shared | {"hole_reach": max(whole)},
+            buffers=scratch_buffers | {"content_block": content.content},
+            uniforms=shared_uniforms | {"hole_reach": max(reaches)},
         )
-        reach = {
-            "layer_px": _for_all([(SPREAD * wider * p.widest_px, p.widest_px) for p in plans]),
-            "wider_scale": wider,
+        reach_uniforms: dict[str, object] = {
+            "layer_px": _pad_layers(
+                [(SPREAD * wider_scale * p.widest_px, p.widest_px) for p in plans]
+            ),
+            "wider_scale": wider_scale,
             "margin_px": MARGIN_PX,
             "layer_count": len(plans),
             "slices": self._slices.count(content.size),
         }
-        blocks = between | {"tile_mask_block": masks.whole}
-        self._reach.dispatch(groups, buffers=blocks, uniforms=shared | reach)
+        reach_buffers = scratch_buffers | {"tile_mask_block": masks.whole}
+        reach_uniforms |= shared_uniforms
+        self._reach.dispatch(groups, buffers=reach_buffers, uniforms=reach_uniforms)
 
-    def _mark_seen(
+    def _mark_visible(
         self, size: tuple[int, int], plans: list[LayerPlan], masks: BufferParts, scratch: Scratch
     ) -> list[BufferPart]:
-        hidden = [plan.size(size) for plan in plans if not plan.cut.is_nearest]
-        count = max(len(hidden), 1)
-        bits = scratch.parts("hidden bits", count, seen_bytes(size))
-        self._seen.mark(hidden, masks, bits)
+        """Mark all pixels in active tiles as visible; return the marks of each layer."""
+        hidden_sizes = [plan.size(size) for plan in plans if not plan.cut.is_nearest]
+        count = max(len(hidden_sizes), 1)
+        bits = scratch.parts("hidden bits", count, visibility_bytes(size))
+        self._visible_bits_pass.mark(hidden_sizes, masks, bits)
         return [bits[min(n, count - 1)] for n in range(len(plans))]
 
 
@@ -157,12 +167,12 @@ class SeenBitsPass:
     def mark(self, sizes: list[tuple[int, int]], masks: BufferParts, bits: BufferParts) -> None:
         """Set the bits of the first layers, which have these `sizes` in pixels."""
         if sizes:
-            words = max(max(seen_words(size)) for size in sizes)
+            words = max(max(visibility_words(size)) for size in sizes)
             self._program.dispatch(
                 (groups_for(words, WORD_GROUP), HIDDEN_DIRECTIONS, len(sizes)),
                 buffers={"tile_mask_block": masks.whole, "bits_block": bits.whole},
                 uniforms={
-                    "layer_sizes": _for_all(sizes),
+                    "layer_sizes": _pad_layers(sizes),
                     "tile_words": masks.words,
                     "bits_words": bits.words,
                 },
@@ -171,8 +181,8 @@ class SeenBitsPass:
 
 def _tiles_of(plan: LayerPlan, size: tuple[int, int], optics: Optics) -> tuple[int, int, int, int]:
     """Return the uniforms of lib/tile_reach.lib.glsl for a layer."""
-    tile_px, wider = float(TILE * plan.reduction), max(optics.disc.half_extents)
-    reach = reach_tiles(plan, optics.nearest_px, wider, tile_px)
+    tile_px, wider_scale = float(TILE * plan.reduction), max(optics.disc.half_extents)
+    reach = reach_tiles(plan, optics.nearest_px, wider_scale, tile_px)
     return (*tile_count(plan.size(size)), reach, plan.reduction)
 
 
@@ -186,17 +196,18 @@ def _cuts_px(layers: list[LayerCut]) -> tuple[tuple[float, ...], ...]:
     return (*ends, *((NEARER_THAN_ALL.at_px,) * 4,) * (LAYERS_MAX - 1 - len(ends)))
 
 
-def _numbers(layers: list[LayerCut]) -> tuple[int, ...]:
-    """Return the number of each layer, which is that of the one before if both are the same."""
-    new = [a != b for a, b in pairwise(layers)]
-    numbers = (0, *accumulate(new))
+def _layer_numbers(layers: list[LayerCut]) -> tuple[int, ...]:
+    """Return the number of each layer; two sizes of the same layer have the same number."""
+    is_new = [a != b for a, b in pairwise(layers)]
+    numbers = (0, *accumulate(is_new))
     return (*numbers, *(0,) * (2 * LAYERS_MAX - len(numbers)))
 
 
-def _for_all(of_layers: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:
+def _pad_layers(values: Sequence[tuple[float, ...]]) -> tuple[tuple[float, ...], ...]:
     """Return values of layers as a uniform array, padded to all layers at two sizes each."""
-    return (*of_layers, *((0,) * len(of_layers[0]),) * (2 * LAYERS_MAX - len(of_layers)))
+    return (*values, *((0,) * len(values[0]),) * (2 * LAYERS_MAX - len(values)))
 
 
 def _groups(tiles: tuple[int, int]) -> tuple[int, int]:
+    """Return the workgroups for a pass with one invocation per tile."""
     return groups_for(tiles[0], TILE_GROUP), groups_for(tiles[1], TILE_GROUP)

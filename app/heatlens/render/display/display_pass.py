@@ -10,10 +10,10 @@ from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
 _PICTURE = "display/display.comp.glsl"
 _DIFFERENCE = "display/display_difference.comp.glsl"
-_KEPT = 6  # number of transforms whose programs stay compiled, for switching back quickly
+_TRANSFORMS_MAX = 6  # number of transforms whose programs stay compiled, to switch back quickly
 
 
-class _Built:
+class _BuiltTransform:
     """A transform on the GPU: its tables, and a program for each shader that was used."""
 
     def __init__(self, ctx: Device, transform: ViewTransform) -> None:
@@ -21,16 +21,20 @@ class _Built:
         self._functions = transform.glsl
         self._programs: dict[str, ComputeProgram] = {}
         self.program(_PICTURE)  # compile now, so that GLSL errors are raised at once
-        self.luts: dict[str, Image] = {lut.sampler: _texture(ctx, lut) for lut in transform.luts}
+        self.luts: dict[str, Image] = {
+            lut.sampler: _make_lut_texture(ctx, lut) for lut in transform.luts
+        }
 
     def program(self, name: str) -> ComputeProgram:
+        """Return the shader `name` with the transform's functions, compiled on first use."""
         if name not in self._programs:
             self._programs[name] = ComputeProgram(self._ctx, name, functions=self._functions)
         return self._programs[name]
 
     def release(self) -> None:
-        for held in (*self._programs.values(), *self.luts.values()):
-            held.release()
+        """Release programs and tables."""
+        for resource in (*self._programs.values(), *self.luts.values()):
+            resource.release()
 
 
 class DisplayPass:
@@ -42,17 +46,17 @@ class DisplayPass:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._built: OrderedDict[str, _Built] = OrderedDict()  # latest used last
+        self._transforms: OrderedDict[str, _BuiltTransform] = OrderedDict()  # latest used last
         self.set_transform(srgb_transform())
 
     def set_transform(self, transform: ViewTransform) -> None:
         """Draw with `transform` from now on. Raises ShaderError if the driver rejects it."""
-        if transform.key not in self._built:
-            self._built[transform.key] = _Built(self._ctx, transform)
-        self._built.move_to_end(transform.key)
-        if len(self._built) > _KEPT:
-            self._built.popitem(last=False)[1].release()
-        self._current = self._built[transform.key]
+        if transform.key not in self._transforms:
+            self._transforms[transform.key] = _BuiltTransform(self._ctx, transform)
+        self._transforms.move_to_end(transform.key)
+        if len(self._transforms) > _TRANSFORMS_MAX:
+            self._transforms.popitem(last=False)[1].release()
+        self._current = self._transforms[transform.key]
 
     def run(
         self,
@@ -89,6 +93,7 @@ class DisplayPass:
         out: Texture,
         uniforms: dict[str, object],
     ) -> None:
+        """Run the shader `name` with the current transform over all pixels of `out`."""
         self._current.program(name).dispatch(
             pixel_groups(out.size),
             textures=textures | self._current.luts,
@@ -98,8 +103,8 @@ class DisplayPass:
 
     def release(self) -> None:
         """Delete all programs and tables."""
-        while self._built:
-            self._built.popitem()[1].release()
+        while self._transforms:
+            self._transforms.popitem()[1].release()
 
 
 def _view_uniforms(exposure_stops: float, gamma: float) -> dict[str, object]:
@@ -107,7 +112,8 @@ def _view_uniforms(exposure_stops: float, gamma: float) -> dict[str, object]:
     return {"exposure_scale": 2.0**exposure_stops, "inverse_gamma": 1.0 / gamma}
 
 
-def _texture(ctx: Device, lut: Lut) -> Image:
+def _make_lut_texture(ctx: Device, lut: Lut) -> Image:
+    """Return a table of a view transform as a texture in two or three dimensions."""
     data = np.ascontiguousarray(lut.values).tobytes()
     texture: Texture | Texture3D
     if lut.values.ndim == 4:

@@ -9,8 +9,8 @@ from heatlens.render.gpu.textures import FloatArray, download, new_texture, uplo
 class DisplayValues:
     """Converts scene-linear pictures to display values, over black, on the thread of OpenGL.
 
-    Every file that is made to be looked at gets its values here, so that `heatlens render`, an
-    export and the window write the same picture. OpenColorIO on the CPU rounds otherwise.
+    Every file with display values gets them here: `heatlens render`, an export and the window show
+    the same picture. OpenColorIO on the CPU rounds differently.
     """
 
     def __init__(
@@ -21,15 +21,15 @@ class DisplayValues:
         gamma: float = 1.0,
     ) -> None:
         self._ctx = ctx
-        self._look = (exposure_stops, gamma)
+        self._view = (exposure_stops, gamma)
         self._pass = DisplayPass(ctx)
         self._pass.set_transform(transform)
         self._out: Texture | None = None
 
     def of(self, picture: Texture) -> FloatArray:
         """Return display values (H, W, 3) of `picture`, premultiplied RGB or RGBA."""
-        out = self._texture(picture.size)
-        self._pass.run(picture, out, *self._look)
+        out = self._output_texture(picture.size)
+        self._pass.run(picture, out, *self._view)
         return download(out)[..., :3]
 
     def encode(self, light: FloatArray) -> FloatArray:
@@ -41,7 +41,8 @@ class DisplayValues:
         finally:
             picture.release()
 
-    def _texture(self, size: tuple[int, int]) -> Texture:
+    def _output_texture(self, size: tuple[int, int]) -> Texture:
+        """Return the texture for the result, made again if the size changes."""
         if self._out is None or self._out.size != size:
             if self._out is not None:
                 self._out.release()

@@ -56,6 +56,7 @@ class OverlayPass:
         )
 
     def _program(self, overlay: str, is_peaking: bool) -> ComputeProgram:
+        """Return the program of an overlay with or without peaking, built on first use."""
         key = overlay, is_peaking
         if key not in self._programs:
             defines = {"MODE": overlay_of(overlay).function, "PEAKING": "1" if is_peaking else "0"}

@@ -60,19 +60,21 @@ class PicturePass:
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._program = DrawProgram(ctx, "display/picture")
-        self._with_detail = DrawProgram(ctx, "display/picture", "display/picture_detail")
-        self._quads = {it: it.vertex_array([]) for it in (self._program, self._with_detail)}
+        self._detail_program = DrawProgram(ctx, "display/picture", "display/picture_detail")
+        self._quads = {
+            program: program.vertex_array([]) for program in (self._program, self._detail_program)
+        }
 
     def run(
         self,
-        placed: Iterable[PlacedPicture],
+        pictures: Iterable[PlacedPicture],
         target: Framebuffer,
         screen_px: tuple[int, int],
     ) -> None:
-        """Draw `placed`, the lowest first, into `target`, whose last row is the top."""
+        """Draw `pictures`, the lowest first, into `target`, whose last row is the top."""
         target.use()
         target.viewport = (0, 0, *screen_px)
-        for picture in placed:
+        for picture in pictures:
             if not picture.clip.is_empty:
                 self._draw(picture, target, screen_px)
         target.scissor = None
@@ -81,6 +83,7 @@ class PicturePass:
     def _draw(
         self, picture: PlacedPicture, target: Framebuffer, screen_px: tuple[int, int]
     ) -> None:
+        """Draw one picture, with its detail if it has one."""
         clip = picture.clip
         target.scissor = (clip.x0, screen_px[1] - clip.y1, clip.width, clip.height)
         self._ctx.draw_with(Blend.NONE if picture.is_opaque else Blend.OVER)
@@ -94,7 +97,7 @@ class PicturePass:
             program = self._program
             uniforms["is_nearest"] = picture.is_nearest
         else:
-            program = self._with_detail
+            program = self._detail_program
             textures |= _detail_textures(picture.detail)
             uniforms |= focus_uniforms(picture.detail.line, picture.detail.texel_px)
         program.bind(textures=textures, uniforms=uniforms)

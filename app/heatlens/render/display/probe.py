@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.focus.coc import coc_px, far_limit_m, lean_coc_px, near_limit_m
+from heatlens.core.model.focus.coc import coc_px, far_limit_m, focus_offset_coc_px, near_limit_m
 from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.media.plate.coc_line import line_of
 from heatlens.media.plate.plate import Plate
@@ -46,20 +46,22 @@ class PictureReader:
         key = (version, shown.texture, at)
         if self._last is None or self._last[0] != key:
             box = (*at, 1, 1)
-            data = self._bound(shown.texture).read(viewport=box, components=4, dtype="f4")
+            data = self._bind_framebuffer(shown.texture).read(
+                viewport=box, components=4, dtype="f4"
+            )
             red, green, blue, alpha = np.frombuffer(data, np.float32).tolist()
             self._last = (key, (red, green, blue, alpha))
         return self._last[1]
 
-    def _bound(self, texture: Texture) -> Framebuffer:
-        """Return a framebuffer around `texture`; release the old one after the new one is bound."""
-        old = self._framebuffer
-        if old is not None and old[0] is texture:
-            return old[1]
+    def _bind_framebuffer(self, texture: Texture) -> Framebuffer:
+        """Return a framebuffer of `texture`; release the previous one once the new one is bound."""
+        previous = self._framebuffer
+        if previous is not None and previous[0] is texture:
+            return previous[1]
         self._framebuffer = (texture, self._ctx.framebuffer([texture]))
         self._framebuffer[1].use()
-        if old is not None:
-            old[1].release()
+        if previous is not None:
+            previous[1].release()
         return self._framebuffer[1]
 
 
@@ -89,19 +91,22 @@ def probe_at(
     `frame_px` is the pixel of the plate that is visible there, if it differs from `pixel`.
     """
     data, display = plate.data_window, plate.display_window
-    at = pixel[0] + display.x0, pixel[1] + display.y0
+    file_px = pixel[0] + display.x0, pixel[1] + display.y0
     x, y = pixel if frame_px is None else frame_px
     column, row = x + display.x0 - data.x0, y + display.y0 - data.y0
-    if not (data.contains(*at) and data.contains(column + data.x0, row + data.y0)):
+    if not (data.contains(*file_px) and data.contains(column + data.x0, row + data.y0)):
         return None
-    here = Box(column, row, column + 1, row + 1)
-    depth_m = plate.pixels.depth_in(here).item() if plate.has_distances else None
+    pixel_box = Box(column, row, column + 1, row + 1)
+    depth_m = plate.pixels.depth_in(pixel_box).item() if plate.has_distances else None
     width, height = shown.texture.size
-    texel = (at[0] - data.x0) * width // data.width, (at[1] - data.y0) * height // data.height
-    red, green, blue, alpha = plate.pixels.color_in(here)[0, 0].tolist()
+    texel = (
+        (file_px[0] - data.x0) * width // data.width,
+        (file_px[1] - data.y0) * height // data.height,
+    )
+    red, green, blue, alpha = plate.pixels.color_in(pixel_box)[0, 0].tolist()
     return Probe(
         pixel,
-        at,
+        file_px,
         (red, green, blue, alpha),
         reader.pixel(shown, version, texel),
         depth_m,
@@ -118,44 +123,47 @@ def _sharp_m(lens: Lens, depth_m: float | None) -> tuple[float, float] | None:
     return near_limit_m(focused), far_limit_m(focused)
 
 
-def seen_depth_m(plate: Plate, pixel: tuple[int, int]) -> float | None:
+def visible_depth_m(plate: Plate, pixel: tuple[int, int]) -> float | None:
     """Return the distance at a pixel of the display window; None if there is none."""
     data, display = plate.data_window, plate.display_window
-    at = pixel[0] + display.x0, pixel[1] + display.y0
-    if not (plate.has_distances and data.contains(*at)):
+    file_px = pixel[0] + display.x0, pixel[1] + display.y0
+    if not (plate.has_distances and data.contains(*file_px)):
         return None
-    column, row = at[0] - data.x0, at[1] - data.y0
+    column, row = file_px[0] - data.x0, file_px[1] - data.y0
     return plate.pixels.depth_in(Box(column, row, column + 1, row + 1)).item()
 
 
 def _coc_at(plate: Plate, lens: Lens, row: int, column: int, depth_m: float | None) -> float:
+    """Return the signed coc in pixels at a pixel: the plate's own, or that of `depth_m`."""
     if depth_m is None:
         assert plate.coc_px is not None
         return float(plate.coc_px[row, column])
-    line, here = line_of(plate, lens), Box(column, row, column + 1, row + 1)
-    return float(np.squeeze(coc_px(depth_m, line) + lean_coc_px(line, here)))
+    line, pixel_box = line_of(plate, lens), Box(column, row, column + 1, row + 1)
+    return float(np.squeeze(coc_px(depth_m, line) + focus_offset_coc_px(line, pixel_box)))
 
 
 def probe_text(probe: Probe, unit: str, lens: Lens) -> str:
-    """Return one line for the status bar, with distances as they are read beside `lens`."""
+    """Return one line for the status bar, with distances measured as `lens` does it."""
     x, y = probe.display_px
-    where = f"x {x}  y {y}"
+    position = f"x {x}  y {y}"
     if probe.data_px != probe.display_px:
-        where += f"  (data window {probe.data_px[0]}, {probe.data_px[1]})"
-    depth = "" if probe.depth_m is None else f"   depth {_depth(lens, probe.depth_m, unit)}"
+        position += f"  (data window {probe.data_px[0]}, {probe.data_px[1]})"
+    depth = "" if probe.depth_m is None else f"   depth {_depth_text(lens, probe.depth_m, unit)}"
     sharp = ""
     if probe.sharp_m is not None:
         near_m, far_m = probe.sharp_m
-        sharp = f"   focus here: {_depth(lens, near_m, unit)} to {_depth(lens, far_m, unit)}"
+        sharp = (
+            f"   focus here: {_depth_text(lens, near_m, unit)} to {_depth_text(lens, far_m, unit)}"
+        )
     return (
-        f"{where}   picture {_rgb(probe.picture)}   plate {_rgb(probe.plate)}"
+        f"{position}   picture {_rgb_text(probe.picture)}   plate {_rgb_text(probe.plate)}"
         f"{depth}   blur {probe.coc_px:+.2f} px{sharp}"
     )
 
 
-def _depth(lens: Lens, depth_m: float, unit: str) -> str:
+def _depth_text(lens: Lens, depth_m: float, unit: str) -> str:
     return "infinite" if math.isinf(depth_m) else measured_text(lens, depth_m, unit)
 
 
-def _rgb(value: Rgba) -> str:
+def _rgb_text(value: Rgba) -> str:
     return " ".join(f"{channel:.4g}" for channel in value[:3])

@@ -17,49 +17,60 @@ MOST_BYTES = 512 << 20
 
 @dataclass(eq=False)
 class _Frame:
+    """The display values of a frame, and the look with which they were drawn."""
+
     texture: Texture
     look: ScreenLook
 
 
-# The view transform of 1920x1080 takes llvmpipe 94 to 257 ms, more than a frame lasts. What goes
-# first is not the least recently used: the caller names what will be played, only other frames make
-# room, and a frame that does not fit is refused, so that the others stay.
+# The view transform of 1920x1080 takes llvmpipe 94 to 257 ms, more than a frame lasts. The caller
+# names the frames that will be played. Only other frames are removed, in place of the least
+# recently used ones, and a frame that does not fit is refused.
 class ScreenFrames:
     """Textures by the key of their frame, within a limit of bytes."""
 
     def __init__(self, ctx: Device, most_bytes: int = MOST_BYTES) -> None:
         self._ctx = ctx
         self.most_bytes = most_bytes
-        self._held: dict[str, _Frame] = {}
+        self._frames: dict[str, _Frame] = {}
         self.bytes_in_use = 0
 
-    def holds(self, key: str, look: ScreenLook) -> bool:
+    def has_frame(self, key: str, look: ScreenLook) -> bool:
         """Return True if the frame is kept with this look."""
-        return key in self._held and self._held[key].look == look
+        return key in self._frames and self._frames[key].look == look
 
-    def has_room(self, key: str, size: tuple[int, int], wanted: Collection[str]) -> bool:
-        """Return True if a frame of this size fits after removing unwanted ones."""
-        if key in self._held:
+    def can_fit(self, key: str, size: tuple[int, int], planned: Collection[str]) -> bool:
+        """Return True if a frame of this size fits beside the `planned` frames."""
+        if key in self._frames:
             return True
-        kept = sum(_bytes(self._held[it].texture.size) for it in self._held if it in wanted)
-        return kept + _bytes(size) <= self.most_bytes
+        planned_bytes = sum(
+            _bytes(self._frames[planned_key].texture.size)
+            for planned_key in self._frames
+            if planned_key in planned
+        )
+        return planned_bytes + _bytes(size) <= self.most_bytes
 
     def texture(
-        self, key: str, look: ScreenLook, size: tuple[int, int], wanted: Collection[str], draw: Draw
+        self,
+        key: str,
+        look: ScreenLook,
+        size: tuple[int, int],
+        planned: Collection[str],
+        draw: Draw,
     ) -> Texture | None:
         """Return the frame, drawn by `draw` if it is missing; None if it does not fit.
 
-        Frames that are not `wanted` are removed to make room.
+        Frames that are not `planned` are removed to free memory.
         """
-        if key in self._held and self._held[key].texture.size != size:
+        if key in self._frames and self._frames[key].texture.size != size:
             self._drop(key)
-        if key not in self._held:
-            if not self.has_room(key, size, wanted):
+        if key not in self._frames:
+            if not self.can_fit(key, size, planned):
                 return None
-            self._make_room(size, wanted)
-            self._held[key] = _Frame(self._new(size), ())
+            self._free_memory(size, planned)
+            self._frames[key] = _Frame(self._new_texture(size), ())
             self.bytes_in_use += _bytes(size)
-        frame = self._held[key]
+        frame = self._frames[key]
         if frame.look != look:
             draw(frame.texture)
             frame.look = look
@@ -67,16 +78,18 @@ class ScreenFrames:
 
     def clear(self) -> None:
         """Remove all frames."""
-        for key in tuple(self._held):
+        for key in tuple(self._frames):
             self._drop(key)
 
-    def _make_room(self, size: tuple[int, int], wanted: Collection[str]) -> None:
-        for key in [it for it in self._held if it not in wanted]:
+    def _free_memory(self, size: tuple[int, int], planned: Collection[str]) -> None:
+        """Remove frames that are not `planned` until a frame of this size fits."""
+        for key in [frame_key for frame_key in self._frames if frame_key not in planned]:
             if self.bytes_in_use + _bytes(size) <= self.most_bytes:
                 return
             self._drop(key)
 
-    def _new(self, size: tuple[int, int]) -> Texture:
+    def _new_texture(self, size: tuple[int, int]) -> Texture:
+        """Return a new RGBA8 texture with all mipmap levels."""
         texture = self._ctx.texture(size, 4)
         texture.build_mipmaps()  # a texture with missing levels would be black
         texture.repeats = False
@@ -84,7 +97,7 @@ class ScreenFrames:
         return texture
 
     def _drop(self, key: str) -> None:
-        frame = self._held.pop(key)
+        frame = self._frames.pop(key)
         self.bytes_in_use -= _bytes(frame.texture.size)
         frame.texture.release()
 

@@ -5,8 +5,8 @@ from collections.abc import Collection
 from heatlens.core.model.focus.coc import CocLine, sharp_px
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.view import Against, Compare, ViewState
+from heatlens.render.defocus.focus_offset_survey import FocusOffsetSurvey
 from heatlens.render.defocus.layer_cuts import layer_cuts
-from heatlens.render.defocus.lean_survey import LeanSurvey
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.render.defocus.quality import layers_for
@@ -33,7 +33,7 @@ class _Target:
         self._key: Key | None = None
         self.texture: Texture | None = None
 
-    def needs(self, size: tuple[int, int], key: Key) -> bool:
+    def needs_update(self, size: tuple[int, int], key: Key) -> bool:
         """Resize to `size`, and return True if the content is not that of `key`."""
         if self.texture is None or self.texture.size != size:
             if self.texture is not None:
@@ -43,8 +43,8 @@ class _Target:
             self.texture.repeats = False
             self.texture.label = self._label
             self._key = None
-        changed, self._key = self._key != key, key
-        return changed
+        is_changed, self._key = self._key != key, key
+        return is_changed
 
 
 class ScreenPictures:
@@ -54,12 +54,13 @@ class ScreenPictures:
         self._ctx = ctx
         self.display = DisplayPass(ctx)
         self._overlays = OverlayPass(ctx)
-        self._leans = LeanSurvey(ctx)
+        self._focus_offsets = FocusOffsetSurvey(ctx)
         self._proxy, self._focus_mean = ProxyPass(ctx), FocusMeanPass(ctx)
-        self._mean_of: tuple[Pinhole, tuple[int, int]] | None = None  # what "coarse plate" holds
+        # The plate and size of which the texture "coarse plate" holds the mean.
+        self._coarse_plate_key: tuple[Pinhole, tuple[int, int]] | None = None
         self._enlarge = EnlargePass(ctx)
         self._pool = TexturePool(ctx)
-        self._detail_of: Pinhole | None = None  # the plate of the previous preview
+        self._previous_plate: Pinhole | None = None  # the plate of the previous preview
         self._a = _Target(ctx, "A on the screen")
         self._b = _Target(ctx, "B on the screen")
         self._pinhole = _Target(ctx, "plate on the screen")
@@ -80,19 +81,19 @@ class ScreenPictures:
     ) -> Texture:
         """Return A: the picture through the lens, the pinhole picture, or A's difference from B."""
         source = shown.texture if view.depth_of_field else plate.color
-        look = self._look(view)
+        look = self._screen_look(view)
         is_difference = view.compare is Compare.DIFFERENCE
         key: Key = (version, plate, view.depth_of_field, look)
         key += (is_difference, view.difference_gain, b) if is_difference else ()
-        if self._a.needs(source.size, key):
+        if self._a.needs_update(source.size, key):
             out = self._a.texture
             assert out is not None
             if is_difference:
                 self.display.run_difference(source, b, out, *look[:2], view.difference_gain)
             else:
-                is_enlarged = view.depth_of_field and _is_hurried(shown)
+                is_enlarged = view.depth_of_field and _is_reduced_preview(shown)
                 self._display(source, out, look, is_enlarged)
-            self._finish(out)
+            self._update_mipmaps(out)
         assert self._a.texture is not None
         return self._a.texture
 
@@ -102,28 +103,28 @@ class ScreenPictures:
         """Return B: the pinhole picture, the reference, or the picture of another method."""
         is_pinhole = source is plate.color
         target = self._pinhole if is_pinhole else self._b
-        look = self._look(view)
-        if target.needs(source.size, (plate if is_pinhole else (source, version), look)):
+        look = self._screen_look(view)
+        if target.needs_update(source.size, (plate if is_pinhole else (source, version), look)):
             assert target.texture is not None
             self.display.run(source, target.texture, *look[:2])
-            self._finish(target.texture)
+            self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
 
     def tile(self, name: str, shown: Shown, view: ViewState) -> Texture:
         """Return the picture of a look, for showing several looks at once."""
         target = self._tiles.setdefault(name, _Target(self._ctx, "a look on the screen"))
-        look = self._look(view)
-        if target.needs(shown.texture.size, (shown, look)):
+        look = self._screen_look(view)
+        if target.needs_update(shown.texture.size, (shown, look)):
             assert target.texture is not None
             self.display.run(shown.texture, target.texture, *look[:2])
-            self._finish(target.texture)
+            self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
 
-    def still(self, before: Texture | None, light: Texture, view: ViewState) -> Texture:
-        """Return a small scene-linear picture as the screen shows it, in `before` if given."""
-        out = before or self._ctx.texture(light.size, 4)
+    def draw_still(self, reused: Texture | None, light: Texture, view: ViewState) -> Texture:
+        """Return a small scene-linear picture as the screen shows it, in `reused` if given."""
+        out = reused or self._ctx.texture(light.size, 4)
         self.display.run(light, out, view.exposure_stops, view.gamma)
         return out
 
@@ -136,10 +137,10 @@ class ScreenPictures:
 
     def detail(self, shown: Shown, plate: Pinhole, view: ViewState) -> Detail | None:
         """Return the detail in focus that a preview lacks; None for a whole picture."""
-        if not _is_hurried(shown) or shown.shot.lens.breathing != 1.0:
+        if not _is_reduced_preview(shown) or shown.shot.lens.breathing != 1.0:
             return None  # breathing scales the picture relative to the plate
-        if self._detail_of is not plate:  # in playback, each plate is shown only once
-            self._detail_of = plate
+        if self._previous_plate is not plate:  # in playback, each plate is shown only once
+            self._previous_plate = plate
             return None
         proxy, lens = shown.settings.proxy, shown.shot.lens_at(shown.frame)
         optics = optics_of(plate.plate, plate.bins, lens)
@@ -153,11 +154,15 @@ class ScreenPictures:
 
     def _fine_plate(self, plate: Pinhole, proxy: float, view: ViewState) -> Texture:
         """Return the plate, reduced if the picture at rest is smaller."""
-        size, look, target = proxy_size(plate.color.size, proxy), self._look(view), self._fine
-        if target.needs(size, (plate, look)):
+        size = proxy_size(plate.color.size, proxy)
+        look = self._screen_look(view)
+        target = self._fine
+        if target.needs_update(size, (plate, look)):
             assert target.texture is not None
-            self.display.run(self._mean("fine plate", plate, size), target.texture, *look[:2])
-            self._finish(target.texture)
+            self.display.run(
+                self._reduce_plate("fine plate", plate, size), target.texture, *look[:2]
+            )
+            self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
 
@@ -165,21 +170,23 @@ class ScreenPictures:
         self, plate: Pinhole, proxy: float, view: ViewState, line: CocLine | None
     ) -> Texture:
         """Return the part of the plate that is in focus, at the size of a preview."""
-        size, look, target = proxy_size(plate.color.size, proxy), self._look(view), self._coarse
-        if target.needs(size, (plate, look, line)):
-            if self._mean_of != (plate, size):
-                self._mean("coarse plate", plate, size)
-                self._mean_of = plate, size
+        size = proxy_size(plate.color.size, proxy)
+        look = self._screen_look(view)
+        target = self._coarse
+        if target.needs_update(size, (plate, look, line)):
+            if self._coarse_plate_key != (plate, size):
+                self._reduce_plate("coarse plate", plate, size)
+                self._coarse_plate_key = plate, size
             mean = self._pool.texture("coarse plate", size, 4)
             focused = self._pool.texture("coarse plate in focus", size, 4)
             self._focus_mean.run(plate.color, plate.depth, line, mean, focused)
             assert target.texture is not None
             self._display(focused, target.texture, look, is_enlarged=True)
-            self._finish(target.texture)
+            self._update_mipmaps(target.texture)
         assert target.texture is not None
         return target.texture
 
-    def _mean(self, name: str, plate: Pinhole, size: tuple[int, int]) -> Texture:
+    def _reduce_plate(self, name: str, plate: Pinhole, size: tuple[int, int]) -> Texture:
         """Return the plate at a smaller size, in the texture called `name`."""
         color = self._pool.texture(name, size, 4)
         depth = self._pool.texture(f"depth of {name}", size, 1)
@@ -191,14 +198,16 @@ class ScreenPictures:
         if not is_enlarged:
             self.display.run(source, out, *look[:2])
             return
-        shown = self._pool.texture("shown small", source.size, 4, "f2")
-        self.display.run(source, shown, *look[:2])
-        self._enlarge.run(shown, out)
+        small = self._pool.texture("shown small", source.size, 4, "f2")
+        self.display.run(source, small, *look[:2])
+        self._enlarge.run(small, out)
 
-    def _look(self, view: ViewState) -> ScreenLook:
+    def _screen_look(self, view: ViewState) -> ScreenLook:
+        """Return everything besides the light that decides how a picture looks on the screen."""
         return view.exposure_stops, view.gamma, self.transform_version, self.with_mipmaps
 
-    def _finish(self, texture: Texture) -> None:
+    def _update_mipmaps(self, texture: Texture) -> None:
+        """Build the smaller levels of a texture that may be drawn much smaller."""
         if self.with_mipmaps:
             texture.build_mipmaps()
 
@@ -210,15 +219,15 @@ class ScreenPictures:
         Peaking finds its edges in the picture that is `shown`, if that is not a preview.
         """
         lens, is_peaking = shot.lens_at(frame), view.is_peaking
-        is_of_frame = shown.is_whole and lens.breathing == 1.0  # pixel for pixel
-        light = shown.texture if is_peaking and is_of_frame else plate.color
+        is_frame_shown = shown.is_whole and lens.breathing == 1.0  # pixel for pixel
+        light = shown.texture if is_peaking and is_frame_shown else plate.color
         key: Key = (plate, lens, shot.defocus, view.overlay, self.transform_version)
         peaking = view.peaking if is_peaking else None
         key += (peaking, light, shown) if is_peaking else ()
-        if self._overlay.needs(plate.depth.size, key):
+        if self._overlay.needs_update(plate.depth.size, key):
             out = self._overlay.texture
             assert out is not None
-            optics = pinhole_optics(self._leans, plate, lens)
+            optics = pinhole_optics(self._focus_offsets, plate, lens)
             limits = layer_limits_px(optics, shot)
             sharp = sharp_px(lens, plate.plate.display_window.width)
             self._overlays.run(
@@ -228,7 +237,7 @@ class ScreenPictures:
         return self._overlay.texture
 
 
-def _is_hurried(shown: Shown) -> bool:
+def _is_reduced_preview(shown: Shown) -> bool:
     """Return True for a preview that is smaller than the final picture."""
     return shown.settings.proxy < shown.shot.defocus.proxy
 
@@ -243,11 +252,11 @@ def picture_of_b(
     view: ViewState,
     plate: Pinhole,
     reference: Texture | None,
-    of_method: Shown | None,
+    method_picture: Shown | None,
 ) -> Texture:
     """Return the picture of side B: the chosen one if available, else the pinhole picture."""
-    if of_method is not None:
-        return of_method.texture
+    if method_picture is not None:
+        return method_picture.texture
     if view.against is Against.REFERENCE and reference is not None:
         return reference
     return plate.color

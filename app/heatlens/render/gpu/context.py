@@ -75,11 +75,11 @@ def check_work_fits(ctx: Device, width: int, height: int) -> None:
         )
 
 
-def check_storage_fits(ctx: Device, size_bytes: int, what: str) -> None:
+def check_storage_fits(ctx: Device, size_bytes: int, content: str) -> None:
     """Refuse a buffer beyond OpenGL's storage blocks."""
     limit = ctx.limits.storage_block_bytes
     if size_bytes > limit:
         raise GpuError(
-            f"There are {size_bytes / 1e6:.0f} MB of {what}; this OpenGL's storage blocks hold "
+            f"There are {size_bytes / 1e6:.0f} MB of {content}; this OpenGL's storage blocks hold "
             f"{limit / 1e6:.0f} MB. A smaller picture or fewer surfaces fit."
         )

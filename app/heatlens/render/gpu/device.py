@@ -1,7 +1,7 @@
-"""The types that everything above draws with, whatever draws below: a device and what it makes.
+"""Abstract types of a graphics device, its textures, buffers, programs and framebuffers.
 
-A device is the only one that knows its library. Beside OpenGL (`gpu/opengl`) another one can stand:
-it derives from the classes here, and no pass asks which it is.
+Passes use only these types. The classes that derive from them are the only ones that know a
+graphics library: those for OpenGL are in `gpu/opengl`; another library can be added likewise.
 """
 
 from abc import ABC, abstractmethod
@@ -21,7 +21,7 @@ Area = tuple[int, int, int, int]  # x, y, width and height in pixels
 
 
 class Sampling(Enum):
-    """How a shader sees a texture between its texels, and smaller than it is."""
+    """How a shader samples a texture between its texels, and when it is drawn smaller."""
 
     NEAREST = auto()
     LINEAR = auto()
@@ -36,15 +36,15 @@ class Primitive(Enum):
 
 
 class Blend(Enum):
-    """What a draw does with the colour that is there already."""
+    """How a draw combines its color with the one in the framebuffer."""
 
     NONE = auto()
     ADD = auto()
-    OVER = auto()  # straight alpha over it; its own alpha stays
+    OVER = auto()  # composited by straight alpha; the alpha of the framebuffer stays
 
 
 class DepthTest(Enum):
-    """Which pixels of a draw are kept, by their depth beside the one that is there already."""
+    """Which pixels of a draw are written, by their depth and the one in the framebuffer."""
 
     NONE = auto()
     LESS = auto()
@@ -55,7 +55,7 @@ class DepthTest(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The largest that a device takes: a side of a texture, a storage buffer, a workgroup."""
+    """The largest texture side, storage buffer and workgroup that a device supports."""
 
     texture_side_px: int
     storage_block_bytes: int
@@ -63,7 +63,11 @@ class Limits:
 
 
 class Sampled(ABC):
-    """What a shader can sample: components of a type, labelled, repeated or clamped at the edge."""
+    """An image that a shader can sample.
+
+    components  channels per texel, each of the type `dtype`
+    repeats     the image is repeated beyond its edge; else the edge is clamped
+    """
 
     width: int
     height: int
@@ -76,7 +80,7 @@ class Sampled(ABC):
     @property
     @abstractmethod
     def is_released(self) -> bool:
-        """True once its memory was given back."""
+        """True once its memory was released."""
 
     @abstractmethod
     def write(self, data: Data, viewport: Area | None = None) -> None:
@@ -225,7 +229,7 @@ class Framebuffer(ABC):
 
 Image = Texture | TextureArray | Texture3D
 StorageBuffer = Buffer | BufferPart
-Named: TypeAlias = Mapping[str, Image] | None
+NamedImages: TypeAlias = Mapping[str, Image] | None
 NamedBuffers: TypeAlias = Mapping[str, StorageBuffer] | None
 Uniforms: TypeAlias = Mapping[str, object] | None
 VertexLayout: TypeAlias = Sequence[tuple[Buffer, str, *tuple[str, ...]]]
@@ -236,7 +240,7 @@ class LinkedProgram(ABC):
 
     @abstractmethod
     def bind(
-        self, textures: Named, images: Named, buffers: NamedBuffers, uniforms: Uniforms
+        self, textures: NamedImages, images: NamedImages, buffers: NamedBuffers, uniforms: Uniforms
     ) -> None:
         """Bind the inputs of the next run by name; raise ShaderError for an undeclared one."""
 
@@ -250,11 +254,11 @@ class LinkedCompute(LinkedProgram):
 
     @abstractmethod
     def run(self, groups: tuple[int, ...]) -> None:
-        """Run on so many workgroups."""
+        """Run on this number of workgroups along each axis."""
 
     @abstractmethod
     def run_indirect(self, groups: Buffer, offset: int) -> None:
-        """Run on as many workgroups as the three words at `offset` say."""
+        """Run on the number of workgroups that the three words at byte `offset` contain."""
 
 
 class LinkedArray(ABC):
@@ -262,7 +266,7 @@ class LinkedArray(ABC):
 
     @abstractmethod
     def render(self, mode: Primitive, vertices: int) -> None:
-        """Draw so many vertices."""
+        """Draw this number of vertices."""
 
     @abstractmethod
     def render_indirect(self, commands: Buffer, mode: Primitive, count: int) -> None:
@@ -293,7 +297,7 @@ class Device(ABC):
     name, vendor, version  of the driver
     is_software            a rasteriser on the processor: no fast memory, and timers are wrong; a
                            test may set it to False to have what a GPU would get
-    error                  the driver's word for what failed since it was last asked; "" for nothing
+    error                  the driver's error since the last time this was read; "" for none
     """
 
     name: str
@@ -305,7 +309,7 @@ class Device(ABC):
     @property
     @abstractmethod
     def error(self) -> str:
-        """What failed since it was last asked; "" for nothing."""
+        """The driver's error since the last time this was read; "" for none."""
 
     @property
     @abstractmethod
@@ -344,11 +348,11 @@ class Device(ABC):
 
     @abstractmethod
     def depth_buffer(self, size: tuple[int, int]) -> DepthBuffer:
-        """Make the depths beside the colours of a framebuffer."""
+        """Make a buffer for the depths of a framebuffer."""
 
     @abstractmethod
     def buffer(self, data: Data | None = None, reserve: int = 0) -> Buffer:
-        """Make a buffer with content, or of so many bytes."""
+        """Make a buffer with `data` as its content, or of `reserve` bytes."""
 
     @abstractmethod
     def framebuffer(
@@ -386,7 +390,7 @@ class Device(ABC):
 
     @abstractmethod
     def make_current(self) -> None:
-        """Let the calls of this thread go to this device, where a program has several."""
+        """Direct the calls of this thread to this device, if a program has several."""
 
     @abstractmethod
     def release(self) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from heatlens.render.gpu.device import DepthBuffer, Device, Framebuffer, Texture
 
-_MOST_KEPT = 10
+_TARGETS_MAX = 10
 
 
 class DrawTarget:
@@ -12,7 +12,7 @@ class DrawTarget:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._made: tuple[tuple[Texture, ...], Framebuffer] | None = None
+        self._cached: tuple[tuple[Texture, ...], Framebuffer] | None = None
 
     def around(self, *textures: Texture) -> Framebuffer:
         """Return the framebuffer that draws into `textures`, the first one as output 0.
@@ -20,19 +20,21 @@ class DrawTarget:
         The old one is released last: moderngl would bind the window's framebuffer in its place, and
         a headless context has none.
         """
-        before = self._made
-        if before is not None and _are_same(before[0], textures):
-            return before[1]
+        previous = self._cached
+        if previous is not None and _are_same(previous[0], textures):
+            return previous[1]
         framebuffer = self._ctx.framebuffer(list(textures))
         framebuffer.use()
-        self._made = textures, framebuffer
-        if before is not None:
-            before[1].release()
+        self._cached = textures, framebuffer
+        if previous is not None:
+            previous[1].release()
         return framebuffer
 
 
-def _are_same(some: tuple[Texture, ...], others: tuple[Texture, ...]) -> bool:
-    return len(some) == len(others) and all(a is b for a, b in zip(some, others, strict=True))
+def _are_same(textures: tuple[Texture, ...], other_textures: tuple[Texture, ...]) -> bool:
+    return len(textures) == len(other_textures) and all(
+        a is b for a, b in zip(textures, other_textures, strict=True)
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,34 +55,37 @@ class DrawTargets:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._kept: list[tuple[Texture, Target]] = []
-        # Bound when the others are released; moderngl would bind the window's, which may not exist.
-        self._rest = ctx.simple_framebuffer((1, 1))
+        self._targets: list[tuple[Texture, Target]] = []
+        # Bound while other framebuffers are released; moderngl would bind that of the window, which
+        # may not exist.
+        self._fallback = ctx.simple_framebuffer((1, 1))
 
     def of(self, texture: Texture) -> Framebuffer:
         """Return a framebuffer that draws into `texture`."""
-        for place, (held, target) in enumerate(self._kept):
-            if held is texture:
-                self._kept.append(self._kept.pop(place))
+        for index, (target_texture, target) in enumerate(self._targets):
+            if target_texture is texture:
+                self._targets.append(self._targets.pop(index))
                 return target.framebuffer
-        self._let_go(_MOST_KEPT - 1)
+        self._release_oldest(_TARGETS_MAX - 1)
         depth = self._ctx.depth_buffer(texture.size)
         target = Target(self._ctx.framebuffer([texture], depth), depth)
-        self._kept.append((texture, target))
+        self._targets.append((texture, target))
         return target.framebuffer
 
-    def _let_go(self, most: int) -> None:
-        """Release all but the latest `most`, and those whose texture was released."""
-        kept = [entry for entry in self._kept if not entry[0].is_released]
-        kept = kept[len(kept) - most :] if len(kept) > most else kept
-        gone = [entry[1] for entry in self._kept if all(entry is not other for other in kept)]
-        self._kept = kept
-        if gone:
-            self._rest.use()
-        for target in gone:
+    def _release_oldest(self, count_max: int) -> None:
+        """Release all but the latest `count_max` targets, and those whose texture was released."""
+        latest = [entry for entry in self._targets if not entry[0].is_released]
+        latest = latest[len(latest) - count_max :] if len(latest) > count_max else latest
+        outdated = [
+            entry[1] for entry in self._targets if all(entry is not other for other in latest)
+        ]
+        self._targets = latest
+        if outdated:
+            self._fallback.use()
+        for target in outdated:
             target.release()
 
     def release(self) -> None:
         """Release all framebuffers but the one that stays bound."""
-        self._let_go(0)
-        self._rest.use()
+        self._release_oldest(0)
+        self._fallback.use()

@@ -26,13 +26,13 @@ from heatlens.render.gpu.shader_source import ShaderSource, assemble
 
 
 class _Program:
-    """A linked program, its inputs, and the way to build it again from its files."""
+    """A linked program that can be built again from its files."""
 
-    built = 0  # programs built in this process so far
+    build_count = 0  # number of programs built in this process
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._take_built()
+        self._build()
         shader_reload.watch(self)
 
     def _sources(self) -> Sequence[ShaderSource]:
@@ -40,12 +40,14 @@ class _Program:
         raise NotImplementedError
 
     def _link(self, sources: Sequence[ShaderSource]) -> LinkedCompute | LinkedDraw:
+        """Compile and link the stages on the device."""
         raise NotImplementedError
 
-    def _take_built(self) -> None:
+    def _build(self) -> None:
+        """Build the program from the current files, and keep it."""
         sources = self._sources()
         self._program = self._link(sources)
-        _Program.built += 1
+        _Program.build_count += 1
         self._files = frozenset(file for source in sources for file in source.files)
 
     @property
@@ -55,9 +57,9 @@ class _Program:
 
     def rebuild(self) -> None:
         """Build from the current files; raise ShaderError and keep the old build on failure."""
-        before = self._program
-        self._take_built()
-        before.release()
+        previous = self._program
+        self._build()
+        previous.release()
 
     def release(self) -> None:
         """Delete the program."""
@@ -88,7 +90,7 @@ class ComputeProgram(_Program):
 
     def _sources(self) -> Sequence[ShaderSource]:
         source = assemble(data_dir("shaders"), self.name, self._defines)
-        return [source.followed_by(self._functions) if self._functions else source]
+        return [source.append_functions(self._functions) if self._functions else source]
 
     def _link(self, sources: Sequence[ShaderSource]) -> LinkedCompute:
         return self._ctx.compute_program(sources[0])
@@ -103,7 +105,7 @@ class ComputeProgram(_Program):
         buffers: Mapping[str, StorageBuffer] | None = None,
         uniforms: Mapping[str, object] | None = None,
     ) -> None:
-        """Run on `groups` workgroups, or as many as three words of a buffer say, at `offset` bytes.
+        """Run on `groups` workgroups; if that is a buffer, its words at byte `offset` are counts.
 
         Raises ShaderError for a name that is not declared.
         """
@@ -169,28 +171,29 @@ class VertexArray:
 
     def __init__(self, program: DrawProgram, layout: VertexLayout, index: Buffer | None) -> None:
         self._program, self._layout, self._index = program, list(layout), index
-        self._made_for = program.linked
-        self._made = self._made_for.vertex_array(self._layout, index)
+        self._built_for = program.linked
+        self._built_array = self._built_for.vertex_array(self._layout, index)
 
     @property
-    def _array(self) -> LinkedArray:
-        if self._made_for is not self._program.linked:
-            before, self._made_for = self._made, self._program.linked
-            self._made = self._made_for.vertex_array(self._layout, self._index)
-            before.release()
-        return self._made
+    def _current_array(self) -> LinkedArray:
+        """The vertex array of the current program, made again after a rebuild."""
+        if self._built_for is not self._program.linked:
+            previous, self._built_for = self._built_array, self._program.linked
+            self._built_array = self._built_for.vertex_array(self._layout, self._index)
+            previous.release()
+        return self._built_array
 
     def render(self, mode: Primitive, vertices: int) -> None:
         """Draw `vertices` vertices."""
-        self._array.render(mode, vertices)
+        self._current_array.render(mode, vertices)
 
     def render_indirect(self, commands: Buffer, mode: Primitive, count: int) -> None:
         """Draw with `count` indirect commands in the buffer `commands`."""
-        self._array.render_indirect(commands, mode, count)
+        self._current_array.render_indirect(commands, mode, count)
 
     def release(self) -> None:
         """Delete the vertex array, but not the buffers, which belong to the caller."""
-        self._made.release()
+        self._built_array.release()
 
 
 def pixel_groups(size: tuple[int, int]) -> tuple[int, int]:
@@ -210,4 +213,4 @@ def groups_for(size: int, per_group: int) -> int:
 
 def programs_built() -> int:
     """Return how many programs this process has built; building one can take 0.1 s and more."""
-    return _Program.built
+    return _Program.build_count

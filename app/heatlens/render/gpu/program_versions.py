@@ -12,17 +12,17 @@ class ProgramVersions(Generic[Built]):
     """The builds of a program, by the defines that are on."""
 
     def __init__(self, build: Callable[[Defines], Built], defines: Defines | None = None) -> None:
-        """Build the version with only `defines`, which is used most."""
+        """Build the version with only `defines` at once; others are built on first use."""
         self._build = build
         self._defines = dict(defines or {})
         self._built = {frozenset[str](): build(self._defines)}
 
-    def with_(self, **wanted: bool) -> Built:
-        """Return the build in which the defines given as True are 1: `with_(LISTS=True)`."""
-        on = frozenset(name for name, is_on in wanted.items() if is_on)
-        if on not in self._built:
-            self._built[on] = self._build(self._defines | dict.fromkeys(sorted(on), 1))
-        return self._built[on]
+    def version(self, **switches: bool) -> Built:
+        """Return the build in which the defines that are True are 1: `version(LISTS=True)`."""
+        active = frozenset(name for name, is_on in switches.items() if is_on)
+        if active not in self._built:
+            self._built[active] = self._build(self._defines | dict.fromkeys(sorted(active), 1))
+        return self._built[active]
 
     @property
     def all(self) -> tuple[Built, ...]:
@@ -35,14 +35,14 @@ Variants = tuple[Mapping[str, object], ...]
 PLAIN: Variants = ({},)
 
 
-def either(define: str) -> Variants:
+def without_and_with(define: str) -> Variants:
     """Return two variants: without a define and with it."""
     return {}, {define: 1}
 
 
-def crossed(*choices: Variants) -> Variants:
+def combine_variants(*choices: Variants) -> Variants:
     """Return every combination of one variant of each of `choices`."""
     return tuple(
-        {name: value for one in chosen for name, value in one.items()}
-        for chosen in itertools.product(*choices)
+        {name: value for variant in combination for name, value in variant.items()}
+        for combination in itertools.product(*choices)
     )

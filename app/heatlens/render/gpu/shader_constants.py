@@ -14,26 +14,26 @@ from heatlens.core.model.value_bins import BINS as DEPTH_BINS
 from heatlens.core.model.view import overlays
 
 # Sides of workgroups: how many invocations work next to each other.
-PIXEL_GROUP = 16  # across and down, where each invocation has a pixel
-TILE_GROUP = 8  # across and down, where each has a tile
-HIGHLIGHT_GROUP = 8  # across and down, where each has a block of highlights
-RAY_GROUP = 8  # across and down, with a ray for each invocation
-ROW_GROUP = 8  # invocations with a row or line each; the vector width of a software rasteriser
-WORD_GROUP = 64  # invocations with a word of the visibility masks each
-SOLVER_SLOTS = 512  # in lines; 56 bytes each must fit the 32 KiB of shared memory of GL 4.3
-SEGMENT_GROUP = 256  # with a line of tiles each
-CYCLIC_GROUP = 64  # pixels of a line in cyclic reduction
+PIXEL_GROUP = 16  # across and down; one pixel for each invocation
+TILE_GROUP = 8  # across and down; one tile for each invocation
+HIGHLIGHT_GROUP = 8  # across and down; one block of highlights for each invocation
+RAY_GROUP = 8  # across and down; one ray for each invocation
+ROW_GROUP = 8  # one row or line for each invocation; the vector width of a software rasterizer
+WORD_GROUP = 64  # one word of the visibility masks for each invocation
+SOLVER_SLOTS = 512  # runs of pixels; 56 bytes each must fit the 32 KiB of shared memory of GL 4.3
+SEGMENT_GROUP = 256  # one line of tiles for each invocation
+CYCLIC_GROUP = 64  # one pixel of a line for each invocation, in cyclic reduction
 
-TILE = 16  # pixels a side: what masks of tiles switch on and off
+TILE = 16  # side in pixels of the tiles that masks switch on and off
 TILE_LIST_HEAD = 7  # words before the tiles of a list, see lib/tile_list.lib.glsl
 STRIP_COLUMNS, STRIP_TEXELS = 8, 4096  # lib/strips.lib.glsl
-HIDDEN_DIRECTIONS = 4  # along which hidden pixels look for seen ones
-PEEL_DRAWS = 3  # draws of a scene's visible surfaces, each with samples at other places
-HIGHLIGHT_BLOCK = 8  # pixels a side in which highlights are merged
-HIGHLIGHT_LEVELS = 5  # of merging, see lib/highlights.lib.glsl
-FAR_BLOCK = 4  # side of the blocks, in pixels, in which zones for parts of the lens are found
+HIDDEN_DIRECTIONS = 4  # directions along which hidden pixels search for visible ones
+PEEL_DRAWS = 3  # draws of a scene's visible surfaces, each with other sample positions
+HIGHLIGHT_BLOCK = 8  # side in pixels of the blocks in which highlights are merged
+HIGHLIGHT_LEVELS = 5  # levels of merging, see lib/highlights.lib.glsl
+FAR_BLOCK = 4  # side in pixels of the blocks in which zones for parts of the lens are found
 FAR_WHOLE_PX_2 = 128.0  # reach^2 - distance^2 from which a block is wholly in such a zone
-PART_PLACES = 9  # across and down a picture, at which parts of a lens with a barrel are known
+PART_PLACES = 9  # positions across and down a picture with their own parts of a lens with a barrel
 PYRAMID_LEVELS_MAX = 15  # no texture is larger than 2^15 on a side
 DISC_RAMP_PX = 0.5  # half the width of the rim of a gathered or scattered disc
 BVH_DEPTH_MOST = 30  # levels of a tree below its root
@@ -46,15 +46,15 @@ SCATTER_STEPS_A_PX, SCATTER_SMALL_PX = 8, 16
 SCATTER_DISC_SUMS = SCATTER_STEPS_A_PX * SCATTER_SMALL_PX + 1
 
 
-def _glsl(value: object) -> str:
+def _to_glsl(value: object) -> str:
     """Return a number, a colour or a list of colours as GLSL writes it."""
     if not isinstance(value, tuple | list):
         return repr(value)
     kind = "vec3" if isinstance(value, tuple) else f"vec3[{len(value)}]"
-    return f"{kind}({', '.join(map(_glsl, value))})"
+    return f"{kind}({', '.join(map(_to_glsl, value))})"
 
 
-_OF_THE_MODEL = {
+_MODEL_CONSTANTS = {
     "COC_MOST_PX": COC_MOST_PX,
     "LAYERS_MAX": LAYERS_MAX,
     "DEPTH_BINS": DEPTH_BINS,
@@ -65,8 +65,8 @@ _OF_THE_MODEL = {
     "IMAGE_SIDE": IMAGE_SIDE,
 }
 SHADER_CONSTANTS: Mapping[str, str] = {
-    name: _glsl(value)
-    for name, value in {**globals(), **_OF_THE_MODEL}.items()
+    name: _to_glsl(value)
+    for name, value in {**globals(), **_MODEL_CONSTANTS}.items()
     if name.isupper() and isinstance(value, int | float)
 }
 
@@ -74,9 +74,9 @@ SHADER_CONSTANTS: Mapping[str, str] = {
 def constants_in(words: frozenset[str]) -> dict[str, str]:
     """Return the constants among the words of a text, by name, as GLSL, in the order of this file.
 
-    The order of a set changes from one start to the next, and a driver that keeps compiled shaders
-    would find none of them again. The colours of the overlays are those of their records.
+    The order is fixed, because a driver's cache of compiled shaders finds a shader again only by
+    the same text; the order of a set changes with each start. Colors of overlays are included.
     """
-    own = {name: glsl for name, glsl in SHADER_CONSTANTS.items() if name in words}
-    tints = (it for overlay in overlays.OVERLAYS for it in overlay.colors.items())
-    return own | {name: _glsl(color) for name, color in tints if name in words}
+    constants = {name: glsl for name, glsl in SHADER_CONSTANTS.items() if name in words}
+    tints = (item for overlay in overlays.OVERLAYS for item in overlay.colors.items())
+    return constants | {name: _to_glsl(color) for name, color in tints if name in words}

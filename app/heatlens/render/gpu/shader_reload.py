@@ -1,8 +1,8 @@
 """Reload changed shader files into the running program, for development of shaders.
 
 With HEATLENS_RELOAD_SHADERS=1 in the environment, every program is registered here, and
-`ShaderReload.poll` rebuilds those whose files have changed. If a build fails, the old program is
-kept, so that a mistake never removes the picture. Without the variable, this costs nothing.
+`ShaderReload.poll` rebuilds those whose files have changed. If a build fails, the old program stays
+in use. Without the variable, this costs nothing.
 """
 
 import os
@@ -52,10 +52,10 @@ def forget(program: Rebuildable) -> None:
 
 @dataclass(frozen=True)
 class Reloaded:
-    """The result of a reload: how many programs were rebuilt, and a sentence about it."""
+    """The result of a reload: how many programs were rebuilt, and a message for the user."""
 
     programs: int
-    sentence: str
+    message: str
 
 
 class ShaderReload:
@@ -63,21 +63,23 @@ class ShaderReload:
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
-        self._looked_at = clock()
+        self._checked_at = clock()
         self._times = _file_times(data_dir("shaders"))
 
     def poll(self) -> Reloaded | None:
         """Rebuild the programs of changed files; return None if no used file has changed."""
-        if self._clock() - self._looked_at < EVERY_S:
+        if self._clock() - self._checked_at < EVERY_S:
             return None
-        self._looked_at, before = self._clock(), self._times
+        self._checked_at, previous_times = self._clock(), self._times
         self._times = _file_times(data_dir("shaders"))
-        changed = {name for name, when in self._times.items() if before.get(name) != when}
+        changed = {
+            name for name, time_ns in self._times.items() if previous_times.get(name) != time_ns
+        }
         users = [program for program in _watched if changed & program.files]
-        return _rebuilt(users, sorted(changed)) if users else None
+        return _rebuild_all(users, sorted(changed)) if users else None
 
 
-def _rebuilt(programs: Iterable[Rebuildable], changed: list[str]) -> Reloaded:
+def _rebuild_all(programs: Iterable[Rebuildable], changed: list[str]) -> Reloaded:
     """Rebuild programs, and report the first mistake, which the others probably share."""
     count, mistake = 0, ""
     for program in programs:

@@ -47,16 +47,16 @@ class ShaderSource:
     files: tuple[str, ...]
     kinds: Mapping[str, Kind]
 
-    def explained(self, log: str) -> str:
-        """Return the driver's log with places as `file:line`."""
+    def explain_log(self, log: str) -> str:
+        """Return the driver's log with positions as `file:line`."""
 
-        def place(match: re.Match[str]) -> str:
+        def position_text(match: re.Match[str]) -> str:
             index, line = divmod(int(match[1] or match[2]), LINES_PER_FILE)
             return f"{self.files[index]}:{line}" if index < len(self.files) else match[0]
 
-        return _LINE_IN_LOG.sub(place, log)
+        return _LINE_IN_LOG.sub(position_text, log)
 
-    def followed_by(self, functions: str) -> "ShaderSource":
+    def append_functions(self, functions: str) -> "ShaderSource":
         """Append generated GLSL, in its own range of line numbers."""
         line = len(self.files) * LINES_PER_FILE + 1
         text = f"{self.text}#line {line}\n{functions}\n"
@@ -64,20 +64,22 @@ class ShaderSource:
         return ShaderSource(text, (*self.files, "generated GLSL"), kinds)
 
 
-# The text of a build must be the same in every start, or the driver's cache of compiled shaders
-# finds nothing. The order of the constants came from a set at first, whose order follows Python's
-# hash seed: with a fresh cache the second render took 4.0 s, and takes 1.3 s now.
+# The text of a build is the same at every start, because the driver's cache of compiled shaders
+# compares texts. With the constants in the order of a set, which follows Python's hash seed, the
+# second render after a fresh cache took 4.0 s; it takes 1.3 s now.
 def assemble(folder: Path, name: str, defines: Mapping[str, object] | None = None) -> ShaderSource:
     """Return the shader `name` of `folder`, its includes in place (each once), `defines` on top.
 
     The constants of `gpu.shader_constants` that it mentions are defined too.
     """
-    given = dict(defines or {})
+    all_defines = dict(defines or {})
     files: dict[str, _ShaderFile] = {}
-    body = _expand(folder, name, given, files)
+    body = _expand(folder, name, all_defines, files)
     words = frozenset[str]().union(*(file.words for file in files.values()))
-    known = {name: text for name, text in constants_in(words).items() if name not in given}
-    head = "".join(f"#define {key} {value}\n" for key, value in (given | known).items())
+    constants = {
+        name: text for name, text in constants_in(words).items() if name not in all_defines
+    }
+    head = "".join(f"#define {key} {value}\n" for key, value in (all_defines | constants).items())
     kinds = {name: kind for file in files.values() for name, kind in file.kinds.items()}
     return ShaderSource(f"#version 430 core\n{head}{body}", tuple(files), kinds)
 
@@ -85,8 +87,9 @@ def assemble(folder: Path, name: str, defines: Mapping[str, object] | None = Non
 def _expand(
     folder: Path, name: str, defines: Mapping[str, object], files: dict[str, "_ShaderFile"]
 ) -> str:
+    """Return the text of a file with its includes in place; add each file to `files`."""
     base = len(files) * LINES_PER_FILE
-    file = files[name] = _read(folder, name)
+    file = files[name] = _read_file(folder, name)
     parts = [f"#line {base + 1}\n"]
     for piece in file.pieces:
         parts.append(piece.text)
@@ -108,37 +111,43 @@ class _Piece:
 
 @dataclass(frozen=True)
 class _ShaderFile:
+    """A file: its text between includes, its words in capitals, and its declared inputs."""
+
     pieces: tuple[_Piece, ...]
     words: frozenset[str]
     kinds: Mapping[str, Kind]
 
 
-def _read(folder: Path, name: str) -> _ShaderFile:
+def _read_file(folder: Path, name: str) -> _ShaderFile:
+    """Return a shader file, parsed again only if it has changed."""
     path = os.path.join(folder, name)  # faster than pathlib, for hundreds of files
     try:
         status = os.stat(path)
     except OSError:
         raise ShaderError(f"{name}: no such shader in {folder}") from None
-    return _parsed(path, (status.st_mtime_ns, status.st_size))
+    return _parse_file(path, (status.st_mtime_ns, status.st_size))
 
 
 @lru_cache(maxsize=512)  # more than there are; many are parts of dozens of shaders
-def _parsed(path: str, _state: tuple[int, int]) -> _ShaderFile:
+def _parse_file(path: str, _state: tuple[int, int]) -> _ShaderFile:
     """Return the parts of a file; `_state` changes when it is edited."""
     text = Path(path).read_text()
-    return _ShaderFile(tuple(_pieces(text)), frozenset(_WORD.findall(text)), kinds_in(text))
+    return _ShaderFile(
+        tuple(_split_at_includes(text)), frozenset(_WORD.findall(text)), kinds_in(text)
+    )
 
 
-def _pieces(text: str) -> Iterator[_Piece]:
-    kept: list[str] = []
+def _split_at_includes(text: str) -> Iterator[_Piece]:
+    """Yield the lines before each include, and those after the last one."""
+    lines: list[str] = []
     end = 0
     for end, line in enumerate(text.splitlines(), start=1):
         if match := _INCLUDE.match(line):
-            yield _Piece("".join(kept), end, match[1] or match[2])
-            kept.clear()
+            yield _Piece("".join(lines), end, match[1] or match[2])
+            lines.clear()
         else:
-            kept.append(f"{line}\n")
-    yield _Piece("".join(kept), end, "")
+            lines.append(f"{line}\n")
+    yield _Piece("".join(lines), end, "")
 
 
 @dataclass(frozen=True)
@@ -151,13 +160,14 @@ class DeclaredInputs:
     def check(self, name: str, kind: Kind) -> None:
         """Raise a ShaderError with the nearest declared name unless `name` is of that `kind`."""
         if self.kinds.get(name) != kind:
-            raise ShaderError(self._explained(name, kind))
+            raise ShaderError(self._describe_mistake(name, kind))
 
     def of_kind(self, kind: Kind) -> set[str]:
         """Return the names of one kind."""
         return {name for name, declared in self.kinds.items() if declared == kind}
 
-    def _explained(self, name: str, kind: Kind) -> str:
+    def _describe_mistake(self, name: str, kind: Kind) -> str:
+        """Return the message for an input that is not declared, or not as this kind."""
         files = " and ".join(self.files)
         if name in self.kinds:
             return f"{files}: '{name}' is declared as a {self.kinds[name]}, not as a {kind}."
@@ -167,7 +177,7 @@ class DeclaredInputs:
 
 
 def declared_in(sources: Sequence[ShaderSource]) -> DeclaredInputs:
-    """Return the declarations of the stages of a program, which has the name of each."""
+    """Return the inputs that the stages of a program declare together."""
     kinds = {name: kind for source in sources for name, kind in source.kinds.items()}
     return DeclaredInputs(tuple(source.files[0] for source in sources), kinds)
 
@@ -183,11 +193,11 @@ def kinds_in(text: str) -> dict[str, Kind]:
 
 def _kinds_of(declaration: str) -> dict[str, Kind]:
     """Return the names of `vec2 a, b[4]`, each with the kind of its type."""
-    first, *more = _ARRAY_SIZE.sub("", declaration).split(",")
+    first, *other_names = _ARRAY_SIZE.sub("", declaration).split(",")
     *words, name = first.split()
     kind: Kind = "uniform"
     if any("sampler" in word for word in words):
         kind = "sampler"
     elif any(re.match(r"[iu]?image\d", word) for word in words):
         kind = "image"
-    return dict.fromkeys([name, *(part.strip() for part in more)], kind)
+    return dict.fromkeys([name, *(part.strip() for part in other_names)], kind)

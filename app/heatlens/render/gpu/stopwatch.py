@@ -28,37 +28,38 @@ class Stopwatch:
     """Adds up the times of passes; when off, it costs nothing and the GPU can run ahead."""
 
     ctx: Device
-    on: bool = False
+    is_on: bool = False
     times: dict[str, PassTime] = field(default_factory=dict)
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
         """Time the GPU work issued inside."""
-        if not self.on:
+        if not self.is_on:
             yield
             return
         with self._clock() as seconds:
             yield
         self._add(name, seconds[0])
 
-    def timed(self, steps: Generator[str, None, Result]) -> Generator[str, None, Result]:
+    def time_steps(self, steps: Generator[str, None, Result]) -> Generator[str, None, Result]:
         """Yield `steps`, and add the time of the work before each name to that name.
 
         Consecutive steps of one name are one run of that pass.
         """
-        before = ""
-        while self.on:
+        previous_name = ""
+        while self.is_on:
             with self._clock() as seconds:
                 try:
                     name = next(steps)
                 except StopIteration as done:
                     return done.value  # type: ignore[no-any-return]
-            self._add(name, seconds[0], runs=int(name != before))
-            before = name
+            self._add(name, seconds[0], runs=int(name != previous_name))
+            previous_name = name
             yield name
         return (yield from steps)
 
     def _add(self, name: str, seconds: float, runs: int = 1) -> None:
+        """Add a time and a number of runs to the pass `name`."""
         entry = self.times.setdefault(name, PassTime())
         entry.runs += runs
         entry.seconds += seconds

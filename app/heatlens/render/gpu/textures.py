@@ -17,20 +17,20 @@ from heatlens.render.gpu.device import Buffer, BufferPart, Device, Sampling, Tex
 Storage = Literal["f2", "f4", "u4"]
 FloatArray = npt.NDArray[np.float32]
 _BAND_BYTES = 16 << 20  # uploaded at a time, which takes a few milliseconds
-_KEPT = 4  # enough for four looks side by side
+_OPENINGS_MAX = 4  # enough for four looks side by side
 
 
-def _check_memory(ctx: Device, what: str) -> None:
+def _check_memory(ctx: Device, resource: str) -> None:
     """Raise GpuError if OpenGL reports an error, because moderngl ignores failed allocations."""
     error = ctx.error
     if error:
         raise GpuError(
-            f"OpenGL could not make {what} ({error}). A smaller --proxy needs less memory."
+            f"OpenGL could not make {resource} ({error}). A smaller --proxy needs less memory."
         )
 
 
 def _forget_error(ctx: Device) -> None:
-    """Read OpenGL's error away, so that one of earlier calls is not taken for missing memory."""
+    """Clear OpenGL's error, because one of an earlier call would be taken for missing memory."""
     _ = ctx.error
 
 
@@ -87,7 +87,7 @@ def upload(texture: Texture, pixels: FloatArray) -> None:
     texture.write(np.ascontiguousarray(pixels, np.float32).data.cast("B"))
 
 
-def uploading(texture: Texture, pixels: FloatArray) -> Iterator[None]:
+def upload_steps(texture: Texture, pixels: FloatArray) -> Iterator[None]:
     """Upload band by band, so that a window can answer in between."""
     width, height = texture.size
     rows = max(1, _BAND_BYTES // max(1, 4 * texture.components * width))
@@ -112,7 +112,7 @@ class TexturePool:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._held: dict[str, tuple[tuple[object, ...], Texture]] = {}
+        self._textures: dict[str, tuple[tuple[object, ...], Texture]] = {}
         self._arrays: dict[str, tuple[tuple[object, ...], TextureArray]] = {}
         self._buffers: dict[str, Buffer] = {}
 
@@ -121,12 +121,12 @@ class TexturePool:
     ) -> Texture:
         """Return the texture called `name`; its contents are whatever was last written."""
         kind = (size, components, storage)
-        if name in self._held and self._held[name][0] == kind:
-            return self._held[name][1]
-        if name in self._held:
-            self._held[name][1].release()
-        self._held[name] = (kind, new_texture(self._ctx, size, components, storage, name))
-        return self._held[name][1]
+        if name in self._textures and self._textures[name][0] == kind:
+            return self._textures[name][1]
+        if name in self._textures:
+            self._textures[name][1].release()
+        self._textures[name] = (kind, new_texture(self._ctx, size, components, storage, name))
+        return self._textures[name][1]
 
     def array(
         self,
@@ -155,13 +155,13 @@ class TexturePool:
 
     def release(self) -> None:
         """Delete all textures and buffers."""
-        for _, texture in self._held.values():
+        for _, texture in self._textures.values():
             texture.release()
         for _, array in self._arrays.values():
             array.release()
         for buffer in self._buffers.values():
             buffer.release()
-        self._held, self._arrays, self._buffers = {}, {}, {}
+        self._textures, self._arrays, self._buffers = {}, {}, {}
 
 
 class OpeningTextures:
@@ -169,7 +169,7 @@ class OpeningTextures:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._held: dict[object, Texture] = {}
+        self._textures: dict[object, Texture] = {}
 
     def of(self, aperture: Aperture) -> dict[str, Texture]:
         """Return the textures by their names in the shader; none for an opening without an image.
@@ -180,24 +180,24 @@ class OpeningTextures:
         if grid is None:
             return {}
         key = (aperture.aperture_image, aperture.blade_rotation_deg)
-        texture = self._held.pop(key, None)
+        texture = self._textures.pop(key, None)
         if texture is None:
             side = len(grid.sums)
             texture = new_texture(self._ctx, (side, side), 1, "u4", "opening")
             texture.write(np.ascontiguousarray(grid.sums, np.uint32).tobytes())
-        self._held[key] = texture  # the latest is last
-        while len(self._held) > _KEPT:
-            self._held.pop(next(iter(self._held))).release()
+        self._textures[key] = texture  # the latest is last
+        while len(self._textures) > _OPENINGS_MAX:
+            self._textures.pop(next(iter(self._textures))).release()
         return {"aperture_image_tx": texture}
 
     def release(self) -> None:
         """Release everything on the GPU."""
-        for texture in self._held.values():
+        for texture in self._textures.values():
             texture.release()
-        self._held.clear()
+        self._textures.clear()
 
 
-_ALIGNED = 256  # every driver can bind a part that begins at a multiple of this
+_PART_ALIGNMENT = 256  # every driver can bind a part that begins at a multiple of this
 
 
 @dataclass(frozen=True)
@@ -208,14 +208,14 @@ class BufferParts:
     part_bytes: int
 
     @staticmethod
-    def bytes_for(least: int) -> int:
-        """Return the size of a part that has room for at least `least` bytes."""
-        return -(-least // _ALIGNED) * _ALIGNED
+    def bytes_for(least_bytes: int) -> int:
+        """Return the size of a part of at least `least_bytes`, as drivers can bind it."""
+        return -(-least_bytes // _PART_ALIGNMENT) * _PART_ALIGNMENT
 
     @property
     def words(self) -> int:
         """The number of 32-bit words of a part."""
         return self.part_bytes // 4
 
-    def __getitem__(self, number: int) -> BufferPart:
-        return BufferPart(self.whole, number * self.part_bytes, self.part_bytes)
+    def __getitem__(self, index: int) -> BufferPart:
+        return BufferPart(self.whole, index * self.part_bytes, self.part_bytes)

@@ -1,4 +1,4 @@
-"""A finished picture seen through the lens, and a key of everything that it was made from."""
+"""A finished picture seen through the lens, and a key of all that decides its pixels."""
 
 from dataclasses import dataclass, replace
 
@@ -53,7 +53,7 @@ class Shown:
 
     @property
     def picture_key(self) -> PictureKey:
-        """The key of everything that it was made from."""
+        """The key of all that decides the pixels of this picture."""
         return PictureKey(self.plate, self.frame, self.shot, self.settings)
 
     @property

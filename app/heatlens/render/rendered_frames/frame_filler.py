@@ -78,17 +78,17 @@ class FrameFiller:
         self._reads: dict[PlateFile, Future[Plate]] = {}
 
     def work(
-        self, job: FrameJob, following: FrameJob | None, slice_s: float
+        self, job: FrameJob, next_job: FrameJob | None, slice_s: float
     ) -> RenderedPicture | None:
         """Continue with `job` for about `slice_s`, at least one step; return its finished picture.
 
-        A job with another key than before starts from the beginning. Raises HeatlensError if it
-        cannot be rendered.
+        A job whose key differs from that of the previous call starts from the beginning. Raises
+        HeatlensError if the job cannot be rendered.
         """
         if self._job is None or job.key != self._job.key or self._steps is None:
             self.stop()
-            self._job, self._steps = job, self._making(job)
-        self._read_ahead(job, following)
+            self._job, self._steps = job, self._render_job(job)
+        self._read_ahead(job, next_job)
         end = self._clock() + slice_s
         try:
             while next(self._steps) is not _WAITING and self._clock() < end:
@@ -113,11 +113,11 @@ class FrameFiller:
         file = None if self._job is None else self._job.plate
         return file in self._reads and not self._reads[file].done()
 
-    def let_go(self) -> None:
+    def unload(self) -> None:
         """Free the memory that is needed only for rendering."""
         self.stop()
         self._reads.clear()
-        self.renderer.let_go()
+        self.renderer.unload()
         self._loaded = None
 
     def close(self) -> None:
@@ -125,14 +125,15 @@ class FrameFiller:
         self.stop()
         self._reader.close()
 
-    def _making(self, job: FrameJob) -> Steps[RenderedPicture]:
+    def _render_job(self, job: FrameJob) -> Steps[RenderedPicture]:
+        """Wait for the plate of a job, render its frame and download it, in steps."""
         if job.plate is not None:
-            while not self._begun(job.plate).done():
+            while not self._start_reading(job.plate).done():
                 yield _WAITING
-            plate = self._begun(job.plate).result()
+            plate = self._start_reading(job.plate).result()
             if self._loaded is not plate:
                 self._loaded = None
-                yield from self.renderer.loading(plate)
+                yield from self.renderer.load_steps(plate)
                 self._loaded = plate
         picture = yield from self.renderer.steps(job.shot, job.frame)
         self.renderer.ctx.finish()
@@ -145,23 +146,28 @@ class FrameFiller:
             plate.pixel_aspect_ratio,
         )
 
-    def _read_ahead(self, job: FrameJob, following: FrameJob | None) -> None:
+    def _read_ahead(self, job: FrameJob, next_job: FrameJob | None) -> None:
         """Keep the plates of both jobs, and drop all others."""
-        wanted = [it.plate for it in (job, following) if it is not None and it.plate is not None]
-        self._reads = {file: read for file, read in self._reads.items() if file in wanted}
-        for file in wanted:
-            self._begun(file)
+        files = [
+            planned_job.plate
+            for planned_job in (job, next_job)
+            if planned_job is not None and planned_job.plate is not None
+        ]
+        self._reads = {file: read for file, read in self._reads.items() if file in files}
+        for file in files:
+            self._start_reading(file)
 
-    def _begun(self, file: PlateFile) -> "Future[Plate]":
+    def _start_reading(self, file: PlateFile) -> "Future[Plate]":
+        """Return the plate that is being read, and start to read it at the first call."""
         if file not in self._reads:
-            self._reads[file] = self._reader.submit(_read, file)
+            self._reads[file] = self._reader.submit(_read_if_unchanged, file)
             self._reads[file].add_done_callback(lambda _: self._wake())
         return self._reads[file]
 
 
-def _read(file: PlateFile) -> Plate:
-    """Read the plate and count its bins; runs on a thread."""
-    for part in file.files:
-        if stamp_of(part.path) != part.stamp:
-            raise InputError(f"{part.path} has changed in the meantime.")
-    return file.read(file.path).counted()
+def _read_if_unchanged(file: PlateFile) -> Plate:
+    """Read the plate and count its bins, on a thread. Raises InputError if a file has changed."""
+    for stamped_file in file.files:
+        if stamp_of(stamped_file.path) != stamped_file.stamp:
+            raise InputError(f"{stamped_file.path} has changed in the meantime.")
+    return file.read(file.path).count_bins()

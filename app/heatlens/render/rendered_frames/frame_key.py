@@ -13,7 +13,7 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.framing import Pose
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
-from heatlens.media.files.json_record import digest, plain
+from heatlens.media.files.json_record import digest, to_json
 from heatlens.media.sequence.sequence import Stamp
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.version import __version__
@@ -57,7 +57,7 @@ def shot_key(maker: Sequence[str], options: PlateOptions, defocus: DefocusSettin
 
     `options` are those for reading plates; `defocus` has the proxy scale of the kept pictures.
     """
-    facts = {"maker": list(maker), "options": plain(options), "defocus": plain(defocus)}
+    facts = {"maker": list(maker), "options": to_json(options), "defocus": to_json(defocus)}
     return digest(facts)
 
 
@@ -66,34 +66,44 @@ def frame_key(shot: str, source: KeySource, lens: Lens, sight: SceneSight | None
 
     `shot` is the shot's key. The frame number is not included: identical frames share a picture.
     """
-    seen = replace(lens.without_advice(), t_stop=None)  # exposure is for the display
-    facts: dict[str, object] = {"shot": shot, "source": plain(source), "lens": plain(seen)}
+    visible_lens = replace(lens.without_advice(), t_stop=None)  # exposure is for the display
+    facts: dict[str, object] = {
+        "shot": shot,
+        "source": to_json(source),
+        "lens": to_json(visible_lens),
+    }
     if sight is not None:
-        facts["sight"] = plain(sight)
+        facts["sight"] = to_json(sight)
     return digest(facts)
 
 
 @cache
 def program_digest() -> str:
     """Return a digest of the program's files on disk, so that a changed shader has an effect."""
-    stamps = {str(it): [s.st_mtime_ns, s.st_size] for it in _program() for s in (it.stat(),)}
+    stamps = {
+        str(path): [status.st_mtime_ns, status.st_size]
+        for path in _program_files()
+        for status in (path.stat(),)
+    }
     return digest(stamps)
 
 
 @cache
 def program_contents() -> str:
-    """Return a digest of what is in the program's files, which is equal on other machines."""
-    return digest({"files": sorted(sha256(it.read_bytes()).hexdigest() for it in _program())})
+    """Return a digest of the content of the program's files, which is equal on other machines."""
+    digests = (sha256(program_file.read_bytes()) for program_file in _program_files())
+    return digest({"files": sorted(it.hexdigest() for it in digests)})
 
 
-def _program() -> list[Path]:
+def _program_files() -> list[Path]:
+    """Return all files of the program that can decide a pixel."""
     package = Path(heatlens.__file__).parent
     return [*package.rglob("*.py"), *package.rglob("*.json"), *data_dir("shaders").rglob("*.glsl")]
 
 
 @dataclass(frozen=True)
 class PlayOrder:
-    """Up to `most` of the played frames, from the playhead on in the direction of playback.
+    """Up to `frames_max` of the played frames, from the playhead on in the direction of playback.
 
     Playback loops, so the first frame follows the last. A playhead outside the played range counts
     as its beginning.
@@ -102,16 +112,18 @@ class PlayOrder:
     playhead: int
     direction: int
     played: FrameRange
-    most: int
+    frames_max: int
 
     @cached_property
     def frames(self) -> tuple[int, ...]:
         """The frames in the order in which they are rendered."""
         played, step = self.played, 1 if self.direction >= 0 else -1
         begin = played.first if step > 0 else played.last
-        at = (self.playhead if self.playhead in played else begin) - played.first
+        offset = (self.playhead if self.playhead in played else begin) - played.first
         count = played.count
-        return tuple(played.first + (at + i * step) % count for i in range(min(self.most, count)))
+        return tuple(
+            played.first + (offset + i * step) % count for i in range(min(self.frames_max, count))
+        )
 
 
 NO_ORDER = PlayOrder(0, 1, FrameRange(0, 0), 0)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from heatlens.core.base.background import Threads
 from heatlens.core.base.errors import HeatlensError
-from heatlens.core.base.faults import faults_reported
+from heatlens.core.base.faults import report_faults
 from heatlens.render.rendered_frames.kept_pictures import (
     DiskStore,
     KeptPicture,
@@ -17,7 +17,7 @@ from heatlens.render.rendered_frames.kept_pictures import (
 )
 
 MEGABYTE = 10**6
-_WAITING_MOST = 3  # pictures that wait to be stored, whose memory is not counted
+_WAITING_MAX = 3  # pictures that wait to be stored, whose memory is not counted
 _FILE_EXTRA_BYTES = 4096  # the most bytes of a file besides its pixels
 
 
@@ -38,7 +38,7 @@ class FrameStore:
         """Keep frames in memory and on `disk`, unless that is None; `wake` is called on threads."""
         self.memory = memory
         self.disk = disk
-        self.problem = ""  # a sentence on what could not be kept or read, or ""
+        self.problem = ""  # message about a picture that could not be stored or read; "" for none
         self.version = 0
         self._wake = wake
         self._lock = threading.Lock()
@@ -46,24 +46,24 @@ class FrameStore:
         self._loading: set[str] = set()
         self._unreadable: set[str] = set()
         self._is_disk_refused = False
-        self._has_looked = disk is None
+        self._is_disk_listed = disk is None
         self._generation = 0  # increased by `clear`, which invalidates pending work
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="frames-write")
         self._loader = Threads("frames-read")
         if disk is not None:
-            self._loader.submit(self._look, disk)
+            self._loader.submit(self._list_disk, disk)
 
-    def known(self) -> frozenset[str]:
+    def known_keys(self) -> frozenset[str]:
         """Return the keys of all pictures, in memory and on disk."""
         on_disk = frozenset() if self.disk is None else self.disk.keys()
         with self._lock:
             return self.memory.keys() | on_disk | self._writing
 
     @property
-    def has_room(self) -> bool:
+    def can_take_picture(self) -> bool:
         """True if few pictures wait to be stored, and the disk has been listed."""
         with self._lock:
-            return self._has_looked and len(self._writing) < _WAITING_MOST
+            return self._is_disk_listed and len(self._writing) < _WAITING_MAX
 
     @property
     def is_busy(self) -> bool:
@@ -82,18 +82,18 @@ class FrameStore:
         """Store a picture on a thread, first in memory, then on disk."""
         with self._lock:
             self._writing.add(key)
-        self._writer.submit(self._keep, key, picture, self._generation)
-        self._changed()
+        self._writer.submit(self._store, key, picture, self._generation)
+        self._notify_change()
 
     def fetch(self, keys: Iterable[str]) -> None:
         """Read those of `keys` that are only on disk into memory, in this order, on a thread."""
         if self.disk is None:
             return
-        held, on_disk = self.memory.keys(), self.disk.keys()
+        in_memory, on_disk = self.memory.keys(), self.disk.keys()
         for key in keys:
             with self._lock:
-                is_coming = key in held or key in self._loading
-                if is_coming or key not in on_disk or key in self._unreadable:
+                is_available = key in in_memory or key in self._loading
+                if is_available or key not in on_disk or key in self._unreadable:
                     continue
                 self._loading.add(key)
             self._loader.submit(self._load, self.disk, key, self._generation)
@@ -105,14 +105,14 @@ class FrameStore:
         self.memory.clear()
         if self.disk is not None:
             self._writer.submit(self._clear, self.disk)
-        self._changed()
+        self._notify_change()
 
     def resize(self, memory_bytes: int, disk_bytes: int) -> None:
         """Set other limits."""
         self.memory.resize(memory_bytes)
         if self.disk is not None:
             self._writer.submit(self._resize, self.disk, disk_bytes)
-        self._changed()
+        self._notify_change()
 
     def wait(self) -> None:
         """Wait until everything requested so far has been read and written."""
@@ -124,34 +124,36 @@ class FrameStore:
         self._loader.close()
         self._writer.shutdown(wait=True)
 
-    def _keep(self, key: str, picture: RenderedPicture | KeptPicture, generation: int) -> None:
+    def _store(self, key: str, picture: RenderedPicture | KeptPicture, generation: int) -> None:
+        """Convert a picture to half floats and store it, unless the store was cleared meanwhile."""
         try:
             if generation == self._generation:
-                with self._problem_told("A rendered frame could not be kept"):
-                    kept = picture.kept()
-                    self.memory.put(key, kept)
-                    self._changed()
-                    self._save(key, kept)
+                with self._report_problem("A rendered frame could not be kept"):
+                    half_picture = picture.as_kept()
+                    self.memory.put(key, half_picture)
+                    self._notify_change()
+                    self._save(key, half_picture)
         finally:
             with self._lock:
                 self._writing.discard(key)
-            self._changed()
+            self._notify_change()
 
     def _save(self, key: str, picture: KeptPicture) -> None:
         """Save a picture to the disk too, unless that has failed before."""
         if self.disk is None or self._is_disk_refused:
             return
         try:
-            with faults_reported("A frame could not be written"):
+            with report_faults("A frame could not be written"):
                 self.disk.save(key, picture)
         except HeatlensError as error:
             self._is_disk_refused = True
             self.problem = f"Rendered frames are kept only in memory: {error}"
 
     def _load(self, disk: DiskStore, key: str, generation: int) -> None:
-        self._unreadable.add(key)  # until it was read: a file is not tried for ever
+        """Read a picture from the disk into memory."""
+        self._unreadable.add(key)  # until it was read, because a file is tried only once
         try:
-            with self._problem_told("A rendered frame could not be read from the disk"):
+            with self._report_problem("A rendered frame could not be read from the disk"):
                 picture = disk.load(key)
                 if picture is not None and generation == self._generation:
                     self.memory.put(key, picture)
@@ -159,36 +161,38 @@ class FrameStore:
         finally:
             with self._lock:
                 self._loading.discard(key)
-            self._changed()
+            self._notify_change()
 
-    def _look(self, disk: DiskStore) -> None:
+    def _list_disk(self, disk: DiskStore) -> None:
+        """List the pictures on the disk."""
         try:
-            with self._problem_told("The folder of rendered frames could not be listed"):
-                disk.look()
+            with self._report_problem("The folder of rendered frames could not be listed"):
+                disk.list_folder()
         finally:
-            self._has_looked = True
-            self._changed()
+            self._is_disk_listed = True
+            self._notify_change()
 
     def _clear(self, disk: DiskStore) -> None:
-        with self._problem_told("Rendered frames could not be deleted"):
+        with self._report_problem("Rendered frames could not be deleted"):
             disk.clear()
-        self._changed()
+        self._notify_change()
 
     def _resize(self, disk: DiskStore, limit_bytes: int) -> None:
-        with self._problem_told("Rendered frames could not be deleted"):
+        with self._report_problem("Rendered frames could not be deleted"):
             disk.resize(limit_bytes)
-        self._changed()
+        self._notify_change()
 
     @contextmanager
-    def _problem_told(self, what: str) -> Iterator[None]:
-        """Turn an error of the block into `problem`, because nobody looks at a thread's errors."""
+    def _report_problem(self, summary: str) -> Iterator[None]:
+        """Write an error of the block to `problem`, because errors of threads are not shown."""
         try:
-            with faults_reported(what):
+            with report_faults(summary):
                 yield
         except HeatlensError as error:
             self.problem = str(error)
 
-    def _changed(self) -> None:
+    def _notify_change(self) -> None:
+        """Increase `version`, and wake the loop of the window."""
         with self._lock:
             self.version += 1
         self._wake()

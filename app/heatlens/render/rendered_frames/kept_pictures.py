@@ -24,9 +24,9 @@ import numpy.typing as npt
 from heatlens.core.base.byte_lru import ByteLru
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.free_memory import free_memory_bytes
-from heatlens.core.base.paths import file_bytes
+from heatlens.core.base.paths import read_file_bytes
 from heatlens.core.model.boxes import Box
-from heatlens.media.files.atomic_file import FOR_THE_USER, remove_leftovers, replacing
+from heatlens.media.files.atomic_file import FOR_THE_USER, remove_leftovers, replace_atomically
 from heatlens.render.gpu.textures import FloatArray
 
 HalfImage = npt.NDArray[np.float16]
@@ -47,9 +47,9 @@ class RenderedPicture:
     display_window: Box
     pixel_aspect: float = 1.0
 
-    def kept(self) -> "KeptPicture":
+    def as_kept(self) -> "KeptPicture":
         """Return the picture in half floats; this takes a while."""
-        half = half_of(self.pixels)
+        half = to_half(self.pixels)
         return KeptPicture(half, self.data_window, self.display_window, self.pixel_aspect)
 
 
@@ -68,58 +68,59 @@ class KeptPicture:
     display_window: Box
     pixel_aspect: float = 1.0
 
-    def kept(self) -> "KeptPicture":
+    def as_kept(self) -> "KeptPicture":
         """Return the picture itself."""
         return self
 
 
-def half_of(pixels: FloatArray) -> HalfImage:
+def to_half(pixels: FloatArray) -> HalfImage:
     """Round float32 pixels to half floats, clamped to the largest half float."""
     return np.clip(pixels, -_HALF_MOST, _HALF_MOST).astype(np.float16)
 
 
-def encoded(picture: KeptPicture | RenderedPicture, key: str) -> bytes:
-    """Return the bytes of a file that holds `picture` under `key`."""
+def encode_picture(picture: KeptPicture | RenderedPicture, key: str) -> bytes:
+    """Return the bytes of a file with `picture`, `key` and a checksum."""
     height, width = picture.pixels.shape[:2]
     windows = [box.corners for box in (picture.data_window, picture.display_window)]
-    facts = {"key": key, "size": [width, height], "windows": windows}
-    words = json.dumps(facts | {"pixel_aspect": picture.pixel_aspect}).encode()
+    entries = {"key": key, "size": [width, height], "windows": windows}
+    description = json.dumps(entries | {"pixel_aspect": picture.pixel_aspect}).encode()
     pixels = np.ascontiguousarray(picture.pixels).data.cast("B")
-    check = zlib.crc32(pixels, zlib.crc32(words))
-    return b"".join((_HEAD.pack(_MAGIC, check, len(words)), words, pixels))
+    checksum = zlib.crc32(pixels, zlib.crc32(description))
+    return b"".join((_HEAD.pack(_MAGIC, checksum, len(description)), description, pixels))
 
 
-def decoded(data: bytes, key: str) -> KeptPicture | None:
-    """Return the picture that `encoded` wrote under `key`; None for other or damaged data."""
-    parts = _decoded(data, key, np.float16)
+def decode_picture(data: bytes, key: str) -> KeptPicture | None:
+    """Return what `encode_picture` wrote under `key`; None for other or damaged data."""
+    parts = _decode_parts(data, key, np.float16)
     return None if parts is None else KeptPicture(*parts)
 
 
-def decoded_whole(data: bytes, key: str) -> RenderedPicture | None:
-    """Return a picture in full precision as `decoded` returns one in half floats."""
-    parts = _decoded(data, key, np.float32)
+def decode_float_picture(data: bytes, key: str) -> RenderedPicture | None:
+    """Return a picture in float32, where `decode_picture` returns one in half floats."""
+    parts = _decode_parts(data, key, np.float32)
     return None if parts is None else RenderedPicture(*parts)
 
 
-def _decoded(data: bytes, key: str, floats: type[_F]) -> _Parts[_F] | None:
+def _decode_parts(data: bytes, key: str, floats: type[_F]) -> _Parts[_F] | None:
+    """Return the fields of a stored picture; None for other or damaged data."""
     if len(data) < _HEAD.size:
         return None
-    magic, check, count = _HEAD.unpack_from(data)
-    if magic != _MAGIC or zlib.crc32(memoryview(data)[_HEAD.size :]) != check:
+    magic, checksum, description_bytes = _HEAD.unpack_from(data)
+    if magic != _MAGIC or zlib.crc32(memoryview(data)[_HEAD.size :]) != checksum:
         return None
     try:
-        facts = json.loads(data[_HEAD.size : _HEAD.size + count])
-        pixels = np.frombuffer(data, floats, offset=_HEAD.size + count)
-        return _picture(facts, pixels) if facts["key"] == key else None
+        entries = json.loads(data[_HEAD.size : _HEAD.size + description_bytes])
+        pixels = np.frombuffer(data, floats, offset=_HEAD.size + description_bytes)
+        return _checked_parts(entries, pixels) if entries["key"] == key else None
     except (ValueError, KeyError, TypeError):  # intact, but written by another program
         return None
 
 
-def _picture(facts: dict[str, Any], floats: npt.NDArray[_F]) -> _Parts[_F]:
-    """Return the picture of a description. Raises ValueError if no renderer could have made it."""
-    width, height = facts["size"]
+def _checked_parts(entries: dict[str, Any], floats: npt.NDArray[_F]) -> _Parts[_F]:
+    """Return the fields of a picture. Raises ValueError for values that no renderer writes."""
+    width, height = entries["size"]
     pixels = floats.reshape(height, width, 4)
-    aspect, corners = float(facts["pixel_aspect"]), np.array(facts["windows"])
+    aspect, corners = float(entries["pixel_aspect"]), np.array(entries["windows"])
     is_whole = corners.dtype.kind == "i" and np.abs(corners).max() < 1 << 31
     is_possible = is_whole and 0 < aspect < math.inf and (corners[:, 2:] > corners[:, :2]).all()
     if not (is_possible and np.isfinite(pixels).all()):
@@ -153,7 +154,7 @@ class DiskStore:
     """Files by key, for any thread; `keys` and `bytes_in_use` are of the last listing."""
 
     def __init__(self, folder: Path, limit_bytes: int = DEFAULT_BYTES) -> None:
-        """Make a store; `folder` is created with the first picture, and `look` lists its files."""
+        """Make a store; the first picture creates `folder`, and `list_folder` lists its files."""
         self._lock = threading.Lock()
         self._sizes: dict[str, int] = {}  # bytes by key; guarded by the lock
         self.limit_bytes = limit_bytes
@@ -170,7 +171,7 @@ class DiskStore:
         with self._lock:
             return frozenset(self._sizes)
 
-    def look(self) -> None:
+    def list_folder(self) -> None:
         """List the pictures in the folder, and delete those beyond the limit."""
         remove_leftovers(self.folder)
         self._trim(0)
@@ -184,7 +185,7 @@ class DiskStore:
         """Return the picture and mark its file as used; delete a damaged file and return None."""
         path = self._path(key)
         try:
-            picture = decoded(file_bytes(path), key)
+            picture = decode_picture(read_file_bytes(path), key)
         except OSError:
             picture = None
         if picture is None:
@@ -199,7 +200,7 @@ class DiskStore:
 
         Raises InputError if the file cannot be written.
         """
-        data = encoded(picture, key)
+        data = encode_picture(picture, key)
         if len(data) > self.limit_bytes:
             return
         try:
@@ -207,15 +208,17 @@ class DiskStore:
         except OSError as error:
             raise InputError(f"{self.folder} cannot be made: {error.strerror}.") from error
         self._trim(len(data))
-        with replacing(self._path(key), FOR_THE_USER) as beside:  # shots may be confidential
-            beside.write_bytes(data)
+        with replace_atomically(
+            self._path(key), FOR_THE_USER
+        ) as temporary_path:  # shots may be confidential
+            temporary_path.write_bytes(data)
         with self._lock:
             self._sizes[key] = len(data)
         self._trim(0)  # another window may have written at the same time
 
     def clear(self) -> None:
         """Delete every picture in the folder."""
-        for key in self._listed():
+        for key in self._list_files():
             self._delete(key)
 
     def _path(self, key: str) -> Path:
@@ -227,19 +230,19 @@ class DiskStore:
         with self._lock:
             self._sizes.pop(key, None)
 
-    def _trim(self, room: int) -> None:
-        """Delete the oldest files until `room` more bytes fit into the limit."""
-        listed = self._listed()
+    def _trim(self, extra_bytes: int) -> None:
+        """Delete the oldest files until `extra_bytes` more fit into the limit."""
+        files = self._list_files()
         with self._lock:
-            self._sizes = {key: size for key, (_, size) in listed.items()}
-        total = sum(size for _, size in listed.values()) + room
-        for key in sorted(listed, key=lambda key: listed[key][0]):
+            self._sizes = {key: size for key, (_, size) in files.items()}
+        total = sum(size for _, size in files.values()) + extra_bytes
+        for key in sorted(files, key=lambda key: files[key][0]):
             if total <= self.limit_bytes:
                 break
             self._delete(key)
-            total -= listed[key][1]
+            total -= files[key][1]
 
-    def _listed(self) -> Mapping[str, tuple[int, int]]:
+    def _list_files(self) -> Mapping[str, tuple[int, int]]:
         """Return the time of last use in nanoseconds and the size of every file, by key."""
         files: dict[str, tuple[int, int]] = {}
         with suppress(OSError), os.scandir(self.folder) as entries:

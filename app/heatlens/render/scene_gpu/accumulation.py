@@ -44,7 +44,7 @@ class Accumulation:
     def __init__(self, ctx: Device, raster: SceneRaster) -> None:
         self._raster = raster
         self._programs = ProgramVersions(
-            lambda on: ComputeProgram(ctx, "scene_gpu/accumulate.comp.glsl", on)
+            lambda switches: ComputeProgram(ctx, "scene_gpu/accumulate.comp.glsl", switches)
         )
         self._pool = TexturePool(ctx)
         self._key: tuple[object, tuple[int, int]] | None = None
@@ -68,37 +68,37 @@ class Accumulation:
 
         `out` is RGBA of the view's size, half or float32. It holds the mean so far after each step
         called "view"; steps called "band" come between. The caller passes equal keys only for an
-        equal scene, view and lens; the sum for an equal key is continued. If fewer views are asked
-        for than were summed, the sum starts again, so that the picture depends on their number
-        alone. A pupil of radius 0 gives the antialiased picture of a pinhole.
+        equal scene, view and lens; the sum for an equal key is continued. For fewer views than were
+        summed, the sum starts again: the picture depends on the number of views alone. A pupil of
+        radius 0 gives the antialiased picture of a pinhole.
 
-        If the pupil is not plain, each pixel weighs the views by the light that reaches its place
-        in the picture. If each colour has its own focus, a view is drawn for each colour.
+        If the pupil is not plain, each pixel weighs the views by the light that reaches its
+        position in the picture. If each color has its own focus, a view is drawn for each color.
         """
         if self._key != (key, view.size) or self._count > views:
             self._key, self._count = (key, view.size), 0
         if self._count == views:
-            weighing = _weighing(pupil, view, (0.0, 0.0), _ALL_COLORS)
-            self._add(out, pupil, weighing, is_new=False)
+            weights = _weight_uniforms(pupil, view, (0.0, 0.0), _ALL_COLORS)
+            self._add(out, pupil, weights, is_new=False)
             return
         offsets, jitters = lens_samples(self._count, views, pupil)
         for (u, v), (x, y) in zip(offsets.tolist(), jitters.tolist(), strict=True):
-            number = self._count
-            through = replace(view, offset_m=(u, v), jitter_px=(x, y), sample=number)
-            for colors, focused in _views_of_colors(pupil, through):
-                yield from self._draw(focused, not pupil.is_plain)
-                weighing = _weighing(pupil, focused, (u, v), colors)
+            index = self._count
+            sample_view = replace(view, offset_m=(u, v), jitter_px=(x, y), sample=index)
+            for colors, color_view in _views_of_colors(pupil, sample_view):
+                yield from self._draw(color_view, not pupil.is_plain)
+                weights = _weight_uniforms(pupil, color_view, (u, v), colors)
                 is_last = colors[2] == 1.0
-                is_first = number == 0 and colors[0] == 1.0
-                self._add(out, pupil, weighing, is_new=True, is_first=is_first)
+                is_first = index == 0 and colors[0] == 1.0
+                self._add(out, pupil, weights, is_new=True, is_first=is_first)
                 self._count += is_last
                 yield "view" if is_last else "band"
 
     def _draw(self, view: SceneView, has_depth: bool) -> Iterator[str]:
         """Draw the texture "view", and "depth" if requested, band by band."""
-        drawn = self._pool.texture("view", view.size, 4)
+        view_texture = self._pool.texture("view", view.size, 4)
         for band in self._raster.bands.of(view.size):
-            self._raster.draw(view, drawn, band)
+            self._raster.draw(view, view_texture, band)
             if has_depth:
                 self._raster.depth(view, self._pool.texture("depth", view.size, 1), band)
             if band.y1 < view.size[1]:
@@ -108,19 +108,19 @@ class Accumulation:
         self,
         out: Texture,
         pupil: Pupil,
-        weighing: dict[str, object] | None,
+        weights: dict[str, object] | None,
         is_new: bool,
         is_first: bool = False,
     ) -> None:
         """Add the view that was drawn last, or only write the mean again."""
         textures = {"view_tx": self._pool.texture("view", out.size, 4)}
         images: dict[str, Image] = {"mean_img": out}
-        if weighing is not None:
+        if weights is not None:
             textures["depth_tx"] = self._pool.texture("depth", out.size, 1)
             images["sides_img"] = self._pool.array("sides", out.size, SIDES_LAYERS, 4)
         else:
             images["sum_img"] = self._pool.texture("sum", out.size, 4)
-        self._programs.with_(**pupil.switches).dispatch(
+        self._programs.version(**pupil.switches).dispatch(
             pixel_groups(out.size),
             textures=textures,
             images=images,
@@ -128,7 +128,7 @@ class Accumulation:
                 "count": float(self._count + is_new),
                 "is_first": is_first,
                 "is_new": is_new,
-                **(weighing or {}),
+                **(weights or {}),
             },
         )
 
@@ -138,12 +138,12 @@ def _views_of_colors(pupil: Pupil, view: SceneView) -> Iterator[tuple[Colors, Sc
     if pupil.axial_dioptres == 0.0:
         yield _ALL_COLORS, view
         return
-    for number, colors in enumerate(_EACH_COLOR):
-        dioptres = 1 / view.focus_m + (number - 1) * pupil.axial_dioptres
+    for index, colors in enumerate(_EACH_COLOR):
+        dioptres = 1 / view.focus_m + (index - 1) * pupil.axial_dioptres
         yield colors, replace(view, focus_m=1 / dioptres if dioptres else math.inf)
 
 
-def _weighing(
+def _weight_uniforms(
     pupil: Pupil, view: SceneView, offset_m: tuple[float, float], colors: Colors
 ) -> dict[str, object] | None:
     """Return the uniforms that weigh a view; None if all views weigh the same."""
@@ -153,7 +153,7 @@ def _weighing(
     return pupil.uniforms(view.size) | {
         "lens_at": (offset_m[0] / across, offset_m[1] / up),
         "focus_dioptres": 1 / view.focus_m,
-        **view.lean.uniforms(1.0),
+        **view.focus_offset.uniforms(1.0),
         "focal_px": view.focal_px,
         "colors": colors,
     }
@@ -174,8 +174,8 @@ def lens_samples(
 def _sobol(numbers: Words, seed: int) -> Array:
     """Return (n, 4) scrambled points in [0, 1)."""
     words = np.stack([_digits(numbers, column) for column in _DIRECTIONS], axis=-1)
-    salts = _mixed(np.arange(1, 5, dtype=np.uint32) ^ _mixed(np.array([seed], np.uint32)))
-    return np.asarray(_scrambled(words, salts) / 2.0**_BITS)
+    salts = _hash_words(np.arange(1, 5, dtype=np.uint32) ^ _hash_words(np.array([seed], np.uint32)))
+    return np.asarray(_scramble(words, salts) / 2.0**_BITS)
 
 
 def _directions() -> Words:
@@ -208,15 +208,15 @@ def _digits(numbers: Words, directions: Words) -> Words:
     return words
 
 
-def _scrambled(words: Words, salts: Words) -> Words:
+def _scramble(words: Words, salts: Words) -> Words:
     """Flip each bit by a hash of the bits above it, which keeps the points evenly spread."""
-    hashed = _reversed(words) + salts
+    hashed = _reverse_bits(words) + salts
     for factor in _FACTORS:
         hashed ^= hashed * np.uint32(factor)
-    return _reversed(hashed)
+    return _reverse_bits(hashed)
 
 
-def _reversed(words: Words) -> Words:
+def _reverse_bits(words: Words) -> Words:
     """Return the words with their bits in reverse order."""
     for shift, mask in ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF)):
         step, low = np.uint32(shift), np.uint32(mask)
@@ -224,8 +224,8 @@ def _reversed(words: Words) -> Words:
     return (words >> np.uint32(16)) | (words << np.uint32(16))
 
 
-def _mixed(words: Words) -> Words:
-    """Hash numbers with the finaliser of MurmurHash3, so that neighbours become unlike."""
+def _hash_words(words: Words) -> Words:
+    """Hash numbers with the finalizer of MurmurHash3, which makes neighboring numbers unlike."""
     words = (words ^ (words >> np.uint32(16))) * np.uint32(0x85EBCA6B)
     words = (words ^ (words >> np.uint32(13))) * np.uint32(0xC2B2AE35)
     return words ^ (words >> np.uint32(16))

@@ -11,21 +11,22 @@ from heatlens.media.scene.scene_view import SceneView
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 from heatlens.render.gpu.textures import TexturePool
-from heatlens.render.scene_gpu.bands import Rows, samples_of
+from heatlens.render.scene_gpu.bands import Rows, view_of_samples
 from heatlens.render.scene_gpu.raster import SceneRaster
 
-# The standard deviation of samples up to which their mean shows no noise, relative to the light,
-# and the light that counts as black.
-_MOST, _DARKEST = 0.04, 0.01
+_SPREAD_MAX = (
+    0.04  # standard deviation of samples, relative to the light, up to which noise is invisible
+)
+_BLACK_LIGHT = 0.01  # light that counts as black
 LARGER = 1  # size of a band, relative to one with a single sample a pixel
 
 
 @dataclass(frozen=True)
 class Antialiased:
-    """The picture.
+    """An antialiased picture.
 
     mean  RGBA float32
-    done  R, 1 where it needs no more samples
+    done  R, 1 in pixels that need no more samples
     """
 
     mean: Texture
@@ -40,7 +41,7 @@ class Antialias:
         self._mean_program = ComputeProgram(ctx, "scene_gpu/antialias_mean.comp.glsl")
         self._done_program = ComputeProgram(ctx, "scene_gpu/antialias_done.comp.glsl")
         self._pool = TexturePool(ctx)
-        self._most_px = ctx.limits.texture_side_px
+        self._side_max_px = ctx.limits.texture_side_px
         self._key: object = None  # identifies the picture in memory
 
     def release(self) -> None:
@@ -49,9 +50,8 @@ class Antialias:
         self._done_program.release()
         self._pool.release()
 
-    # Every pixel had 64 samples at first, then 16, and 48 more where these differed. It is four
-    # now, and where they differ from each other or from their neighbours, 48 more in three draws
-    # (`peel.py`). A mask in the depth buffer sees to it that no other pixel is drawn again.
+    # Each pixel gets four samples. Where these differ from each other or from their neighbors,
+    # `peel.py` adds 48 samples in three draws; a mask in the depth buffer excludes other pixels.
     def steps(self, view: SceneView, across: int, fine: int, key: object) -> Iterator[str]:
         """Draw `across` x `across` samples a pixel, or fewer if they do not fit into a texture.
 
@@ -59,24 +59,24 @@ class Antialias:
         way, make one pixel on the screen. The caller passes equal keys only for an equal scene and
         view; a picture with an equal key is not drawn again.
         """
-        across = max(1, min(across, self._most_px // view.size[0]))
+        across = max(1, min(across, self._side_max_px // view.size[0]))
         key = key, view.size, across
         if key == self._key:
             return
         self._key = None
         for rows in self._raster.bands.of_samples(view.size, across, LARGER):
-            samples = samples_of(view, rows, across)
-            drawn = self._pool.texture("samples", samples.size, 4)
+            samples = view_of_samples(view, rows, across)
+            sample_texture = self._pool.texture("samples", samples.size, 4)
             for band in self._raster.bands.of(samples.size, LARGER):
-                self._raster.draw(samples, drawn, band)
+                self._raster.draw(samples, sample_texture, band)
                 yield "view"
-            self._average(samples, drawn, view.size, rows)
+            self._average(samples, sample_texture, view.size, rows)
         picture = self.picture(view.size)
         self._done_program.dispatch(
             pixel_groups(view.size),
             textures={"spread_tx": self._pool.texture("spread", view.size, 2, "f2")},
             images={"out_done_img": picture.done},
-            uniforms={"most": _MOST, "reach": fine},
+            uniforms={"most": _SPREAD_MAX, "reach": fine},
         )
         self._key = key
 
@@ -86,11 +86,12 @@ class Antialias:
         return Antialiased(mean, self._pool.texture("done", size, 1, "f2"))
 
     def _average(
-        self, samples: SceneView, drawn: Texture, size: tuple[int, int], rows: Rows
+        self, samples: SceneView, sample_texture: Texture, size: tuple[int, int], rows: Rows
     ) -> None:
+        """Write the mean and the spread of the samples of some rows."""
         self._mean_program.dispatch(
             pixel_groups((size[0], samples.size[1] // samples.across)),
-            textures={"samples_tx": drawn},
+            textures={"samples_tx": sample_texture},
             images={
                 "mean_img": self._pool.texture("mean", size, 4),
                 "out_spread_img": self._pool.texture("spread", size, 2, "f2"),
@@ -99,6 +100,6 @@ class Antialias:
                 "across": samples.across,
                 "first_row": rows[0],
                 "end_row": min(rows[1], size[1]),
-                "darkest": _DARKEST,
+                "darkest": _BLACK_LIGHT,
             },
         )

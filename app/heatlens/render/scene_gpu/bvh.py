@@ -23,7 +23,7 @@ Bools = NDArray[np.bool_]
 NODE = np.dtype([("low", "f4", 3), ("first", "i4"), ("high", "f4", 3), ("count", "i4")])
 LEAF_MOST = 4  # triangles in a leaf
 _BINS = 8
-_BEYOND = np.float32(1e30)  # bounds of an empty box
+_EMPTY_BOUND = np.float32(1e30)  # bounds of an empty box
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,39 +55,40 @@ class MeshTrees:
 def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
     """Return the tree over boxes (n, 3), of which there is at least one."""
     order = np.arange(len(low))
-    at = np.arange(len(low))  # places in `order` of this level's items, node after node
+    positions = np.arange(len(low))  # positions in `order` of this level's items, node after node
     counts = np.array([len(low)])
     levels: list[NDArray[np.void]] = []
-    made = 1
+    node_count = 1
     while len(counts):
-        items, starts = order[at], np.cumsum(counts) - counts
+        items, starts = order[positions], np.cumsum(counts) - counts
         nodes = _boxes(low[items], high[items], starts)
         inner = counts > leaf_most
-        nodes["first"], nodes["count"] = at[starts], counts
-        nodes["first"][inner] = made + 2 * np.arange(inner.sum())
-        kept = np.repeat(inner, counts)
-        at, items, counts = at[kept], items[kept], counts[inner]
-        axis, right = _cuts(low[items], high[items], counts, BVH_DEPTH_MOST - len(levels))
+        nodes["first"], nodes["count"] = positions[starts], counts
+        nodes["first"][inner] = node_count + 2 * np.arange(inner.sum())
+        is_in_inner = np.repeat(inner, counts)
+        positions, items, counts = positions[is_in_inner], items[is_in_inner], counts[inner]
+        axis, is_upper = _choose_cuts(low[items], high[items], counts, BVH_DEPTH_MOST - len(levels))
         nodes["count"][inner] = -1 - axis
-        halves = 2 * np.repeat(np.arange(len(counts)), counts) + right
-        order[at] = items[np.argsort(halves, kind="stable")]
+        halves = 2 * np.repeat(np.arange(len(counts)), counts) + is_upper
+        order[positions] = items[np.argsort(halves, kind="stable")]
         levels.append(nodes)
-        made += 2 * len(counts)
+        node_count += 2 * len(counts)
         counts = np.bincount(halves, minlength=2 * len(counts))
     return Bvh(np.concatenate(levels), order)
 
 
 def _boxes(low: Floats, high: Floats, starts: Ints) -> NDArray[np.void]:
+    """Return nodes with the bounds of the items from each of `starts` to the next."""
     nodes = np.zeros(len(starts), NODE)
     nodes["low"] = np.minimum.reduceat(low, starts)
     nodes["high"] = np.maximum.reduceat(high, starts)
     return nodes
 
 
-# A node is halved instead of cut by cost where all bins but one are empty, and where its items
-# could not be divided down to single ones in the levels that are left: the stack of a ray in the
-# shader has a fixed size.
-def _cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> tuple[Ints, Bools]:
+# A node is halved instead of cut by cost if all bins but one are empty. It is halved too if its
+# items could not be divided down to single ones in the remaining levels, because the stack of a ray
+# in the shader has a fixed size.
+def _choose_cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> tuple[Ints, Bools]:
     """Return the axis at which each node is cut, and which items go to its upper half."""
     if not len(counts):
         return np.zeros(0, np.int64), np.zeros(0, np.bool_)
@@ -100,11 +101,11 @@ def _cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> tuple[In
     costs = np.stack([_costs(low, high, owner * _BINS + bins[:, k], len(counts)) for k in range(3)])
     best = costs.transpose(1, 0, 2).reshape(len(counts), -1).argmin(axis=1)
     axis, cut = np.divmod(best, _BINS - 1)
-    right = bins[np.arange(len(owner)), axis[owner]] > cut[owner]
-    uneven = np.isinf(costs.min(axis=(0, 2))) | (np.ceil(np.log2(counts)) >= levels_left)
-    axis[uneven] = spread[uneven].argmax(axis=1)
-    _halve(middle, owner, counts, axis, uneven, right)
-    return axis, right
+    is_upper = bins[np.arange(len(owner)), axis[owner]] > cut[owner]
+    must_halve = np.isinf(costs.min(axis=(0, 2))) | (np.ceil(np.log2(counts)) >= levels_left)
+    axis[must_halve] = spread[must_halve].argmax(axis=1)
+    _halve(middle, owner, counts, axis, must_halve, is_upper)
+    return axis, is_upper
 
 
 def _costs(low: Floats, high: Floats, bins: Ints, nodes: int) -> Floats:
@@ -113,7 +114,7 @@ def _costs(low: Floats, high: Floats, bins: Ints, nodes: int) -> Floats:
     counts = np.bincount(bins, minlength=nodes * _BINS)
     used = counts > 0
     starts = (np.cumsum(counts) - counts)[used]
-    corners = np.full((2, nodes * _BINS, 3), _BEYOND, np.float32)
+    corners = np.full((2, nodes * _BINS, 3), _EMPTY_BOUND, np.float32)
     corners[0, used] = np.minimum.reduceat(low[by_bin], starts)
     corners[1, used] = -np.maximum.reduceat(high[by_bin], starts)  # the maxima, negated
     by_node, numbers = corners.reshape(2, nodes, _BINS, 3), counts.reshape(nodes, _BINS)
@@ -132,16 +133,16 @@ def _area(corners: Floats) -> Floats:
 
 
 def _halve(
-    middle: Floats, owner: Ints, counts: Ints, axis: Ints, uneven: Bools, right: Bools
+    middle: Floats, owner: Ints, counts: Ints, axis: Ints, must_halve: Bools, is_upper: Bools
 ) -> None:
-    """Assign half of the items of `uneven` nodes to each side, which keeps the tree shallow."""
-    chosen = np.flatnonzero(uneven[owner])
-    its = owner[chosen]
-    along = middle[chosen, axis[its]]
-    by_place = chosen[np.lexsort((along, its))]
-    sizes = np.where(uneven, counts, 0)
-    rank = np.arange(len(chosen)) - (np.cumsum(sizes) - sizes)[its]
-    right[by_place] = rank >= counts[its] // 2
+    """Assign half of the items of `must_halve` nodes to each side, to keep the tree shallow."""
+    items = np.flatnonzero(must_halve[owner])
+    owners = owner[items]
+    coordinates = middle[items, axis[owners]]
+    sorted_items = items[np.lexsort((coordinates, owners))]
+    sizes = np.where(must_halve, counts, 0)
+    rank = np.arange(len(items)) - (np.cumsum(sizes) - sizes)[owners]
+    is_upper[sorted_items] = rank >= counts[owners] // 2
 
 
 def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
@@ -149,12 +150,13 @@ def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
     parts, roots, triangles = [], [], []
     nodes_before = triangles_before = vertices_before = 0
     for mesh in meshes:
-        nodes, picked = _mesh_tree(mesh)
+        nodes, mesh_triangles = _mesh_tree(mesh)
         nodes["first"] += np.where(nodes["count"] < 0, nodes_before, triangles_before)
         parts.append(nodes)
         roots.append(nodes_before)
-        triangles.append(picked + vertices_before * np.array([1, 1, 1, 0]))
-        nodes_before, triangles_before = nodes_before + len(nodes), triangles_before + len(picked)
+        triangles.append(mesh_triangles + vertices_before * np.array([1, 1, 1, 0]))
+        nodes_before = nodes_before + len(nodes)
+        triangles_before = triangles_before + len(mesh_triangles)
         vertices_before += len(mesh.positions_m)
     rows = np.concatenate(triangles).astype(np.uint32)
     return MeshTrees(np.concatenate(parts), np.array(roots, np.int32), rows)
@@ -169,30 +171,30 @@ def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:
     return tree.nodes, np.column_stack([mesh.triangles[tree.order], tree.order])
 
 
-def refitted(trees: MeshTrees, number: int, mesh: Mesh) -> NDArray[np.void]:
+def refit_tree(trees: MeshTrees, mesh_index: int, mesh: Mesh) -> NDArray[np.void]:
     """Return the nodes of a mesh's tree, with boxes that fit another shape of the mesh.
 
     The triangles stay in their leaves, which is much quicker than building the tree again.
     """
     ends = [*trees.roots, len(trees.nodes)]
-    root = int(ends[number])
-    nodes = trees.nodes[root : int(ends[number + 1])].copy()
+    root = int(ends[mesh_index])
+    nodes = trees.nodes[root : int(ends[mesh_index + 1])].copy()
     if not len(mesh.triangles):
         return nodes
     leaves = nodes["count"] > 0
     first = int(nodes["first"][leaves].min())
-    own = trees.triangles[first : first + len(mesh.triangles), 3]
-    corners = mesh.positions_m[mesh.triangles[own]]
+    triangle_numbers = trees.triangles[first : first + len(mesh.triangles), 3]
+    corners = mesh.positions_m[mesh.triangles[triangle_numbers]]
     starts = nodes["first"][leaves] - first
     order = np.argsort(starts)
-    places = np.flatnonzero(leaves)[order]
-    nodes["low"][places] = np.minimum.reduceat(corners.min(axis=1), starts[order])
-    nodes["high"][places] = np.maximum.reduceat(corners.max(axis=1), starts[order])
+    leaf_nodes = np.flatnonzero(leaves)[order]
+    nodes["low"][leaf_nodes] = np.minimum.reduceat(corners.min(axis=1), starts[order])
+    nodes["high"][leaf_nodes] = np.maximum.reduceat(corners.max(axis=1), starts[order])
     for level in reversed(_levels(nodes["count"] < 0)):
         inner = level[nodes["count"][level] < 0]
         children = nodes["first"][inner] - root
-        for name, of_both in (("low", np.minimum), ("high", np.maximum)):
-            nodes[name][inner] = of_both(nodes[name][children], nodes[name][children + 1])
+        for name, combine in (("low", np.minimum), ("high", np.maximum)):
+            nodes[name][inner] = combine(nodes[name][children], nodes[name][children + 1])
     return nodes
 
 
@@ -208,9 +210,9 @@ def _levels(is_inner: Bools) -> list[Ints]:
 def instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
     """Return the tree over boxes (n, 2, 3) placed by matrices (n, 4, 4), one a leaf."""
     middle, half = boxes_m.mean(axis=1), (boxes_m[:, 1] - boxes_m[:, 0]) / 2
-    turn = to_world[:, :3, :3]
-    middle = np.einsum("nij,nj->ni", turn, middle) + to_world[:, :3, 3]
-    half = np.einsum("nij,nj->ni", np.abs(turn), half)
+    rotation = to_world[:, :3, :3]
+    middle = np.einsum("nij,nj->ni", rotation, middle) + to_world[:, :3, 3]
+    half = np.einsum("nij,nj->ni", np.abs(rotation), half)
     # float32 may round the side of a box inwards
     half = half + 1e-6 * (np.abs(middle) + half)
     return build((middle - half).astype(np.float32), (middle + half).astype(np.float32), 1)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from heatlens.core.model.value_bins import BINS, ValueBins, all_in_one, bin_step
+from heatlens.core.model.value_bins import BINS, ValueBins, bin_step, fill_single_bin
 from heatlens.render.gpu.device import Buffer, Device, Texture
 from heatlens.render.gpu.program import ComputeProgram, groups_for
 from heatlens.render.gpu.shader_constants import WORD_GROUP
@@ -17,7 +17,7 @@ _START = np.array([0xFFFFFFFF, 0, 0, 0], np.uint32)
 
 
 @dataclass(frozen=True, eq=False)
-class Surveyed:
+class DepthStatistics:
     """The range of a picture's finite depths, infinite where there are none, and its dioptres."""
 
     near_m: float
@@ -36,7 +36,7 @@ class DepthSurvey:
         self._bounds = ctx.buffer(reserve=_START.nbytes)
         self._counts = ctx.buffer(reserve=4 * BINS)
 
-    def of(self, depth: Texture) -> Surveyed:
+    def of(self, depth: Texture) -> DepthStatistics:
         """Return the range and the dioptres of `depth`.
 
         `depth` is R float32: planar metres above 0 and up to 1e37, +inf where nothing was hit. The
@@ -47,18 +47,21 @@ class DepthSurvey:
         images = {"depth_img": depth}
         self._bounds_program.dispatch(groups, images=images, buffers={"bounds_block": self._bounds})
         words = np.frombuffer(self._bounds.read(), np.uint32)
-        near, far, far_hit = words.view(np.float32)[:3]
+        near, far, far_or_zero = words.view(np.float32)[:3]
         low, high = (float(np.float32(1.0) / end) for end in (far, near))
-        dioptres = self._bins(depth, low, high, groups)
-        return Surveyed(float(near), float(far_hit) or math.inf, int(words[3]), dioptres)
+        dioptres = self._bin_dioptres(depth, low, high, groups)
+        return DepthStatistics(float(near), float(far_or_zero) or math.inf, int(words[3]), dioptres)
 
-    def _bins(self, depth: Texture, low: float, high: float, groups: tuple[int, int]) -> ValueBins:
+    def _bin_dioptres(
+        self, depth: Texture, low: float, high: float, groups: tuple[int, int]
+    ) -> ValueBins:
+        """Return the bins of the dioptres of `depth`, which range from `low` to `high`."""
         step = bin_step(low, high)
         if not step:
-            return all_in_one(low, high, depth.width * depth.height)
+            return fill_single_bin(low, high, depth.width * depth.height)
         self._counts.clear()
         self._count(depth, low, step, groups)
-        return ValueBins(low, high, self._counted())
+        return ValueBins(low, high, self._read_counts())
 
     def with_fragments(
         self, depth: Texture, words: Buffer, count: int, nearest: float
@@ -66,7 +69,7 @@ class DepthSurvey:
         """Return the bins of `depth` and `count` fragments, from 0 to `nearest` dioptres."""
         step = bin_step(0.0, nearest)
         if not step:
-            return all_in_one(0.0, nearest, depth.width * depth.height + count)
+            return fill_single_bin(0.0, nearest, depth.width * depth.height + count)
         self._counts.clear()
         groups = min(groups_for(depth.width * depth.height, _GROUP_PIXELS), _GROUPS_MOST), 1
         self._count(depth, 0.0, step, groups)
@@ -75,9 +78,10 @@ class DepthSurvey:
             buffers={"fragment_block": words, "count_block": self._counts},
             uniforms={"fragment_count": count, "low": 0.0, "per_step": float(np.float32(1 / step))},
         )
-        return ValueBins(0.0, nearest, self._counted())
+        return ValueBins(0.0, nearest, self._read_counts())
 
     def _count(self, depth: Texture, low: float, step: float, groups: tuple[int, int]) -> None:
+        """Add the pixels of `depth` to the bins on the GPU."""
         self._bins_program.dispatch(
             groups,
             images={"depth_img": depth},
@@ -85,11 +89,12 @@ class DepthSurvey:
             uniforms={"low": low, "per_step": float(np.float32(1 / step))},
         )
 
-    def _counted(self) -> npt.NDArray[np.int64]:
+    def _read_counts(self) -> npt.NDArray[np.int64]:
+        """Read the counts of all bins back."""
         return np.frombuffer(self._counts.read(), np.uint32).astype(np.int64)
 
     def release(self) -> None:
         """Release everything on the GPU."""
         programs = self._bounds_program, self._bins_program, self._fragments_program
-        for held in (*programs, self._bounds, self._counts):
-            held.release()
+        for resource in (*programs, self._bounds, self._counts):
+            resource.release()

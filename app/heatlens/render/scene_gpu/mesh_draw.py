@@ -35,11 +35,11 @@ class MeshDraw:
         all_defines = buffers.defines | dict(defines or {})
         self._program = DrawProgram(ctx, "scene_gpu/scene_mesh", fragment, all_defines)
         self._buffers = buffers
-        more = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
-        more += [] if buffers.more_uvs is None else [(buffers.more_uvs, *_MORE_UV)]
+        extra_layouts = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
+        extra_layouts += [] if buffers.more_uvs is None else [(buffers.more_uvs, *_MORE_UV)]
         vertex = _BUMPY_VERTEX if buffers.has_bumps else _VERTEX
         self._array = self._program.vertex_array(
-            [(buffers.vertices, *vertex), (buffers.instances, *_INSTANCE), *more],
+            [(buffers.vertices, *vertex), (buffers.instances, *_INSTANCE), *extra_layouts],
             buffers.triangles,
         )
 
@@ -50,12 +50,12 @@ class MeshDraw:
     ) -> None:
         """Draw into the bound framebuffer; `maps_tx` is the scene's array of maps."""
         buffers = self._buffers
-        given = {"maps_tx": buffers.maps} | dict(textures or {})
-        self._program.bind(textures=given, uniforms=uniforms, buffers=buffers.storage)
+        all_textures = {"maps_tx": buffers.maps} | dict(textures or {})
+        self._program.bind(textures=all_textures, uniforms=uniforms, buffers=buffers.storage)
         self._array.render_indirect(buffers.commands, Primitive.TRIANGLES, buffers.command_count)
 
     def release(self) -> None:
-        """Release the program and its vertex array, but not the buffers, which are not its own."""
+        """Release the program and its vertex array; the buffers belong to the scene."""
         self._array.release()
         self._program.release()
 
@@ -98,16 +98,16 @@ def sun_view(corners_m: Array, to_sun: Array) -> tuple[Array, float]:
 
     The clip space encloses the corners tightly.
     """
-    aside = np.eye(3)[int(np.argmin(np.abs(to_sun)))]
-    right = np.cross(aside, to_sun)
+    other_axis = np.eye(3)[int(np.argmin(np.abs(to_sun)))]
+    right = np.cross(other_axis, to_sun)
     right /= np.linalg.norm(right)
     axes = np.stack([right, np.cross(to_sun, right), -to_sun])
     points = corners_m @ axes.T
     low, high = points.min(axis=0), points.max(axis=0)
-    middle = (low + high) / 2
+    center = (low + high) / 2
     half = np.maximum((high - low) / 2, 1e-6 + 1e-4 * float((high - low).max()))
     half *= 1 + 2 * _BORDER_PX / SIDE_PX
     clip = np.eye(4)
     clip[:3, :3] = axes / half[:, None]
-    clip[:3, 3] = -middle / half
+    clip[:3, 3] = -center / half
     return clip, float(2 * half[:2].max() / SIDE_PX)

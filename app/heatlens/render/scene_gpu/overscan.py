@@ -12,11 +12,12 @@ from heatlens.render.defocus.optics import Optics
 from heatlens.render.gpu.device import Buffer, Device, Texture
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 
-# Discs wider than twice this part of the width are rare; for them a picture's border is a guess.
-MOST_PART = 0.1
-_STEP_PX = 8  # the margin is a multiple of this, so that its parts are whole pixels
-# The parts of the margin that are used: only a few, so that a pull seldom needs new textures.
-_PARTS = (0.0, 0.25, 0.5, 1.0)
+# Margin as a share of the width. Discs wider than twice this share are rare; for them the border of
+# a picture is a guess.
+MARGIN_SHARE_MAX = 0.1
+_STEP_PX = 8  # the margin is a multiple of this, because shares of it must be whole pixels
+# The shares of the margin that are used: only a few, because a new size needs new textures.
+_MARGIN_SHARES = (0.0, 0.25, 0.5, 1.0)
 # A picture of at most this many pixels, margin included, is blurred at twice its size: small discs
 # become rounder, and the share of each pixel that they cover more exact.
 _FINE_PIXELS_MOST = 1_600_000
@@ -25,26 +26,27 @@ _SOFT_RIM_PX = 1.0  # how much larger the discs of a diffusion are than those of
 
 
 def margin_px(ctx: Device, size: tuple[int, int]) -> int:
-    """Return how many pixels are drawn on every side of a picture; 0 where they do not fit."""
-    steps = max(1, round(MOST_PART * size[0] / _STEP_PX))
+    """Return the width of the margin on every side of a picture; 0 if it does not fit."""
+    steps = max(1, round(MARGIN_SHARE_MAX * size[0] / _STEP_PX))
     margin = _STEP_PX * steps
-    return margin if _fits(ctx, *widened(size, margin)) else 0
+    return margin if _fits(ctx, *add_margin(size, margin)) else 0
 
 
-def fineness(ctx: Device, size: tuple[int, int]) -> int:
+def texels_per_pixel(ctx: Device, size: tuple[int, int]) -> int:
     """Return how many pixels, each way, are drawn and blurred for one pixel of a picture."""
-    width, height = (_FINE * side for side in widened(size, margin_px(ctx, size)))
+    width, height = (_FINE * side for side in add_margin(size, margin_px(ctx, size)))
     is_small = width * height <= _FINE_PIXELS_MOST
     return _FINE if is_small and _fits(ctx, width, height) else 1
 
 
 def _fits(ctx: Device, width: int, height: int) -> bool:
+    """Return whether textures and lists for a picture of this size fit this OpenGL."""
     side = ctx.limits.texture_side_px
     words = ctx.limits.storage_block_bytes // 4
     return max(width, height) <= side and width * height < words
 
 
-def widened(size: tuple[int, int], margin_px: int) -> tuple[int, int]:
+def add_margin(size: tuple[int, int], margin_px: int) -> tuple[int, int]:
     """Return the size of a picture with a margin on every side."""
     return size[0] + 2 * margin_px, size[1] + 2 * margin_px
 
@@ -60,7 +62,7 @@ class Overscan:
                textures around the frame, from inside
     bins       dioptres of the whole picture with its margin
     fine       pixels of the textures across each pixel of the picture
-    own        colour and depth in the picture's own pixels, if the textures are finer
+    picture_textures  color and depth in the pixels of the picture, if the textures are finer
     """
 
     color: Texture
@@ -69,7 +71,7 @@ class Overscan:
     ring_m: NDArray[np.float32]
     bins: ValueBins
     fine: int = 1
-    own: tuple[Texture, Texture] | None = None
+    picture_textures: tuple[Texture, Texture] | None = None
 
     def needed_px(self, optics: Optics) -> int:
         """Return how many pixels on every side blur into the frame through a lens."""
@@ -78,33 +80,43 @@ class Overscan:
             return 0
         ends = optics.line.at_infinity_px + optics.line.per_dioptre_px / self.ring_m
         size = (side // self.fine - self.margin_px for side in self.color.size)
-        leans = optics.line.lean_px(Box(-self.margin_px, -self.margin_px, *size))
-        ends = np.concatenate([ends + lean for lean in leans], axis=1)
+        focus_offsets = optics.line.focus_offset_limits_px(
+            Box(-self.margin_px, -self.margin_px, *size)
+        )
+        ends = np.concatenate([ends + focus_offset for focus_offset in focus_offsets], axis=1)
         widest_px = np.abs(ends).max(axis=1) + optics.disc.wider_px
         reach_px = max(optics.disc.half_extents) * widest_px / 2 + _SOFT_RIM_PX
-        away_px = np.arange(1, len(self.ring_m) + 1) / self.fine
-        reaching = np.flatnonzero(reach_px >= away_px)
-        return math.ceil(away_px[reaching[-1]]) if len(reaching) else 0
+        distance_px = np.arange(1, len(self.ring_m) + 1) / self.fine
+        reaching_rings = np.flatnonzero(reach_px >= distance_px)
+        return math.ceil(distance_px[reaching_rings[-1]]) if len(reaching_rings) else 0
 
     def used_px(self, optics: Optics) -> int:
         """Return the margin to use: `needed_px` rounded up to one of a few widths."""
-        needed = self.needed_px(optics)
-        return next(px for px in (round(p * self.margin_px) for p in _PARTS) if px >= needed)
+        least_px = self.needed_px(optics)
+        return next(
+            px
+            for px in (round(share * self.margin_px) for share in _MARGIN_SHARES)
+            if px >= least_px
+        )
 
-    def part(self, margin_px: int) -> Box:
+    def box_with_margin(self, margin_px: int) -> Box:
         """Return the frame with a smaller margin, in the pixels of `color`."""
-        cut = self.fine * (self.margin_px - margin_px)
-        return Box(cut, cut, self.color.width - cut, self.color.height - cut)
+        skipped_px = self.fine * (self.margin_px - margin_px)
+        return Box(
+            skipped_px, skipped_px, self.color.width - skipped_px, self.color.height - skipped_px
+        )
 
     @property
-    def in_own_pixels(self) -> "Overscan":
+    def in_picture_pixels(self) -> "Overscan":
         """The same with one texture pixel for each pixel of the picture."""
-        if self.own is None:
+        if self.picture_textures is None:
             return self
-        color, depth = self.own
+        color, depth = self.picture_textures
         rings_m = self.ring_m.reshape(-1, self.fine, 2)
         wider_m = np.stack([rings_m[..., 0].min(axis=1), rings_m[..., 1].max(axis=1)], axis=1)
-        return replace(self, color=color, depth=depth, ring_m=wider_m, fine=1, own=None)
+        return replace(
+            self, color=color, depth=depth, ring_m=wider_m, fine=1, picture_textures=None
+        )
 
 
 class RingSurvey:
@@ -132,6 +144,7 @@ class RingSurvey:
         return ends.view(np.float32).reshape(-1, 2)
 
     def _buffer(self, size_bytes: int) -> Buffer:
+        """Return the buffer for the rings, enlarged if it is too small."""
         if self._rings is None or self._rings.size < size_bytes:
             if self._rings is not None:
                 self._rings.release()

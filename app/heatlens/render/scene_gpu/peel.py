@@ -21,7 +21,7 @@ from heatlens.render.gpu.device import Buffer, Device, Texture
 from heatlens.render.gpu.program import ComputeProgram, pixel_groups
 from heatlens.render.gpu.shader_constants import PEEL_DRAWS
 from heatlens.render.gpu.textures import TexturePool
-from heatlens.render.scene_gpu.bands import Rows, samples_of
+from heatlens.render.scene_gpu.bands import Rows, view_of_samples
 from heatlens.render.scene_gpu.depth_survey import DepthSurvey
 from heatlens.render.scene_gpu.mesh_draw import MeshDraw
 from heatlens.render.scene_gpu.overscan import Overscan
@@ -39,7 +39,7 @@ class SurfaceRaster:
         self._surface = MeshDraw(ctx, raster.buffers, "scene_gpu/scene_surface", _PEEL)
         self._sky = SkyDraw(ctx, _PEEL)
 
-    def front(self, view: SceneView, out: Texture, done: Texture, band: Box) -> None:
+    def draw_front(self, view: SceneView, out: Texture, done: Texture, band: Box) -> None:
         """Draw the visible surfaces of a band, except in pixels where `done`, R, is not 0.
 
         The view takes its rows of `out`, which is cleared before the first of them.
@@ -48,27 +48,34 @@ class SurfaceRaster:
         if view.rows_above == band.y0 == 0:
             target.clear()
         target.viewport = 0, view.rows_above, *view.size
-        with self._raster.within(target, band, view.rows_above):
-            self._raster.hide(target, view, done)
+        with self._raster.bind_band(target, band, view.rows_above):
+            self._raster.hide_done_pixels(target, view, done)
             self._raster.draw_into(target, view, self._raster.cover, self._surface, self._sky)
         target.viewport = 0, 0, *out.size
 
-    def behind(self, view: SceneView, before: Texture, out: Texture, band: Box) -> None:
-        """Draw the next surface behind `before`: a texture of `front` or `behind`, or metres (R).
+    def draw_behind(self, view: SceneView, previous: Texture, out: Texture, band: Box) -> None:
+        """Draw the next surface behind `previous`.
 
-        The backs of closed meshes are left out. Behind the sky comes the sky again.
+        `previous` is a texture of `draw_front` or `draw_behind`, or metres (R). The backs of closed
+        meshes are left out. Behind the sky comes the sky again.
         """
-        self._raster.buffers.tell_backs(view.eye_m)
-        peeled = eye_uniforms(view) | {"before_is_depth": before.components == 1}
-        with self._raster.within(self._raster.targets.of(out), band) as target:
+        self._raster.buffers.write_back_rules(view.eye_m)
+        peel_uniforms = eye_uniforms(view) | {"before_is_depth": previous.components == 1}
+        with self._raster.bind_band(self._raster.targets.of(out), band) as target:
             target.clear()
             self._raster.draw_into(
-                target, view, self._cover, self._surface, self._sky, peeled, {"before_tx": before}
+                target,
+                view,
+                self._cover,
+                self._surface,
+                self._sky,
+                peel_uniforms,
+                {"before_tx": previous},
             )
 
     def release(self) -> None:
-        for held in (self._cover, self._surface, self._sky):
-            held.release()
+        for resource in (self._cover, self._surface, self._sky):
+            resource.release()
 
 
 # Samples across a pixel of the picture: of the visible surface in each of several draws, and of the
@@ -80,8 +87,8 @@ _SHIFTS = ((-1 / 3, 0.0), (0.0, 1 / 3), (1 / 3, -1 / 3))
 STEPS_OF_BAND = PEEL_DRAWS + 3
 SAMPLES = PEEL_DRAWS * FRONT_SIDE**2  # in a pixel that needs all of them
 LARGER = 4  # size of a band on a processor: most of its pixels are done already
-_A_PIXEL = 2.0  # initial room for fragments, per pixel on average
-_ROOM = 1.1  # room for the next picture, relative to the last one
+_FRAGMENTS_PER_PIXEL = 2.0  # initial capacity in fragments per pixel, on average
+_CAPACITY_FACTOR = 1.1  # capacity for the next picture, relative to the fragments of the last one
 _FRAGMENTS_MOST = 1 << 26  # fragments of a picture: 800 MB
 _FRAGMENT_BYTES = 12
 
@@ -92,9 +99,10 @@ class Peeled:
 
     fragments   of all pixels
     depth       R, metres of the picture, or of the nearest surface if the list begins with that
-    places      RGBA: where the light is within each pixel, see peel_lists.comp.glsl
+    places      RGBA: position of the light within each pixel, see peel_lists.comp.glsl
     bins        dioptres of the visible surfaces and of those behind them
-    count       fragments that were found, and `capacity`, how many fit
+    count       number of fragments that were found
+    capacity    number of fragments that fit into memory
     """
 
     fragments: FragmentBuffers
@@ -116,6 +124,7 @@ class Peeled:
         )
 
     def read(self) -> FragmentLists:
+        """Return the lists, downloaded from the GPU."""
         starts = np.frombuffer(self.fragments.starts.read(), np.uint32)
         pixels = self.fragments.size[0] * self.fragments.size[1]
         size = _FRAGMENT_BYTES * min(self.count, self.capacity)
@@ -124,7 +133,7 @@ class Peeled:
 
 
 @dataclass(frozen=True)
-class _Room:
+class _ListMemory:
     """Memory for lists."""
 
     starts: Buffer
@@ -146,54 +155,56 @@ class ScenePeel:
         self._write = ComputeProgram(ctx, "scene_gpu/peel_lists.comp.glsl")
         self._total = ctx.buffer(reserve=4)
         self._pool = TexturePool(ctx)
-        self._a_pixel = _A_PIXEL
+        self._fragments_per_pixel = _FRAGMENTS_PER_PIXEL
 
-    # How many surfaces lie behind a picture is known only when they have been drawn. Room for two a
-    # pixel is taken at first, and a picture that needs more is drawn again with what it counted, up
-    # to 800 MB; what is beyond is left out and told.
+    # The number of surfaces behind a picture is known only after they have been drawn. Memory for
+    # two per pixel is allocated at first. A picture that needs more is drawn again with as much as
+    # was counted, up to 800 MB; further surfaces are left out, and the notes say so.
     def steps(
         self,
         view: SceneView,
         picture: Overscan,
         done: Texture,
-        place: Callable[[], None],
+        place_scene: Callable[[], None],
         bank: int,
     ) -> Generator[str, None, Peeled]:
         """Make the lists of a picture in steps; return them at the end.
 
-        `view` is that of the picture. Where `done` is 0, the colour becomes the mean of the samples
-        drawn. `place` puts the scene back in its place, because others may move it between two
-        steps. Lists in the other `bank` stay as they are.
+        `view` is that of the picture. Where `done` is 0, the color becomes the mean of the samples
+        drawn. `place_scene` moves the scene back to its frame, because others may move it between
+        two steps. Lists in the other `bank` stay as they are.
         """
-        out = self._room(view.size, bank)
-        sides = self._sides(view.size[0], picture.fine)
+        out = self._allocate(view.size, bank)
+        sides = self._sample_sides(view.size[0], picture.fine)
         self._total.write(np.zeros(1, np.uint32))
         for rows in self._raster.bands.of_samples(view.size, sides[0], LARGER):
-            samples = yield from self._samples(view, rows, sides, done, place)
-            self._list(samples, rows, sides, picture, out)
+            samples = yield from self._draw_samples(view, rows, sides, done, place_scene)
+            self._write_lists(samples, rows, sides, picture, out)
             yield "behind"
         count = int(np.frombuffer(self._total.read(), np.uint32)[0])
-        if count > out.capacity and self._makes_room(count, view.size):
-            return (yield from self.steps(view, picture, done, place, bank))
-        nearest, most = float(picture.bins.high), min(count, out.capacity)
-        bins = self._survey.with_fragments(out.depth, out.words, most, nearest)
+        if count > out.capacity and self._grow_capacity(count, view.size):
+            return (yield from self.steps(view, picture, done, place_scene, bank))
+        nearest, stored = float(picture.bins.high), min(count, out.capacity)
+        bins = self._survey.with_fragments(out.depth, out.words, stored, nearest)
         fragments = FragmentBuffers(out.starts, out.words, view.size, False, is_exact=True)
         return Peeled(fragments, out.depth, out.places, bins, count, out.capacity)
 
-    def _makes_room(self, count: int, size: tuple[int, int]) -> bool:
-        """Make room for more fragments; return False if the limit is reached."""
-        before = self._capacity(size)
-        self._a_pixel = _ROOM * count / (size[0] * size[1])
-        return self._capacity(size) > before
+    def _grow_capacity(self, count: int, size: tuple[int, int]) -> bool:
+        """Increase the capacity to `count` fragments; return False if the limit is reached."""
+        previous = self._capacity(size)
+        self._fragments_per_pixel = _CAPACITY_FACTOR * count / (size[0] * size[1])
+        return self._capacity(size) > previous
 
     def _capacity(self, size: tuple[int, int]) -> int:
+        """Return for how many fragments of a picture of `size` memory is allocated."""
         block = self._ctx.limits.storage_block_bytes // _FRAGMENT_BYTES
-        return min(int(self._a_pixel * size[0] * size[1]) + 1, block, _FRAGMENTS_MOST)
+        return min(int(self._fragments_per_pixel * size[0] * size[1]) + 1, block, _FRAGMENTS_MOST)
 
-    def _room(self, size: tuple[int, int], bank: int) -> _Room:
+    def _allocate(self, size: tuple[int, int], bank: int) -> _ListMemory:
+        """Return the memory of a bank for the lists of a picture of `size`."""
         pixels = size[0] * size[1]
         capacity = self._capacity(size)
-        return _Room(
+        return _ListMemory(
             self._pool.buffer(f"starts {bank}", 4 * (pixels + 1)),
             self._pool.buffer(f"words {bank}", _FRAGMENT_BYTES * capacity),
             self._pool.texture(f"depth {bank}", size, 1),
@@ -201,87 +212,89 @@ class ScenePeel:
             capacity,
         )
 
-    def _sides(self, width: int, fine: int) -> tuple[int, int]:
+    def _sample_sides(self, width: int, fine: int) -> tuple[int, int]:
         """Return the samples across a pixel, of the visible surface and of those behind it."""
-        most = max(1, self._ctx.limits.texture_side_px // width)
-        return min(FRONT_SIDE // fine, most), min(_BEHIND_SIDE // fine, most)
+        side_max = max(1, self._ctx.limits.texture_side_px // width)
+        return min(FRONT_SIDE // fine, side_max), min(_BEHIND_SIDE // fine, side_max)
 
-    def _samples(
+    def _draw_samples(
         self,
         view: SceneView,
         rows: Rows,
         sides: tuple[int, int],
         done: Texture,
-        place: Callable[[], None],
+        place_scene: Callable[[], None],
     ) -> Generator[str, None, dict[str, Texture]]:
         """Draw a band, and return the textures by the names of lib/surface_groups.lib.glsl."""
-        seen, behind = (samples_of(view, rows, side) for side in sides)
-        width, height = seen.size
+        front_view, behind_view = (view_of_samples(view, rows, side) for side in sides)
+        width, height = front_view.size
         front = self._pool.texture("front", (width, height * PEEL_DRAWS), 4)
-        first = self._pool.texture("first", behind.size, 1)
-        second, last = (self._pool.texture(name, behind.size, 4) for name in ("behind", "last"))
-        for number, shift in enumerate(_SHIFTS):
-            for band in self._raster.bands.of(seen.size, LARGER):
-                place()
-                self._surfaces.front(_shifted(seen, number, shift), front, done, band)
+        first = self._pool.texture("first", behind_view.size, 1)
+        second, third = (
+            self._pool.texture(name, behind_view.size, 4) for name in ("behind", "last")
+        )
+        for index, shift in enumerate(_SHIFTS):
+            for band in self._raster.bands.of(front_view.size, LARGER):
+                place_scene()
+                self._surfaces.draw_front(_shift_view(front_view, index, shift), front, done, band)
                 yield "behind"
-        for band in self._raster.bands.of(behind.size, LARGER):
-            place()
-            self._raster.depth(behind, first, band)
-            for before, out in ((first, second), (second, last)):
-                self._surfaces.behind(behind, before, out, band)
+        for band in self._raster.bands.of(behind_view.size, LARGER):
+            place_scene()
+            self._raster.depth(behind_view, first, band)
+            for previous, out in ((first, second), (second, third)):
+                self._surfaces.draw_behind(behind_view, previous, out, band)
                 yield "behind"
-                place()
-        named = {"first_tx": first, "behind_tx": second, "last_tx": last}
-        return {"front_tx": front, "done_tx": done} | named
+                place_scene()
+        behind_textures = {"first_tx": first, "behind_tx": second, "last_tx": third}
+        return {"front_tx": front, "done_tx": done} | behind_textures
 
-    def _list(
+    def _write_lists(
         self,
         samples: dict[str, Texture],
         rows: Rows,
         sides: tuple[int, int],
         picture: Overscan,
-        out: _Room,
+        out: _ListMemory,
     ) -> None:
         """Count, place and write the lists of the rows of a band."""
-        (width, height), first = picture.color.size, rows[0]
-        end = min(rows[1], height)
-        groups = pixel_groups((width, end - first))
-        uniforms: dict[str, object] = {"first_row": first, "end_row": end}
+        (width, height), first_row = picture.color.size, rows[0]
+        end_row = min(rows[1], height)
+        groups = pixel_groups((width, end_row - first_row))
+        uniforms: dict[str, object] = {"first_row": first_row, "end_row": end_row}
         uniforms |= {"front_side": sides[0], "behind_side": sides[1], "shifts": _SHIFTS}
-        kept, read = {"start_block": out.starts}, samples | {"depth_tx": picture.depth}
-        self._count.dispatch(groups, textures=read, buffers=kept, uniforms=uniforms)
+        list_buffers, textures = {"start_block": out.starts}, samples | {"depth_tx": picture.depth}
+        self._count.dispatch(groups, textures=textures, buffers=list_buffers, uniforms=uniforms)
         self._starts.dispatch(
             (1, 1),
-            buffers=kept | {"total_block": self._total},
+            buffers=list_buffers | {"total_block": self._total},
             uniforms={
-                "first_pixel": first * width,
-                "pixel_count": (end - first) * width,
+                "first_pixel": first_row * width,
+                "pixel_count": (end_row - first_row) * width,
                 "capacity": out.capacity,
                 "has_end": True,
             },
         )
         self._write.dispatch(
             groups,
-            textures=read,
+            textures=textures,
             images={
                 "out_color_img": picture.color,
                 "out_depth_img": out.depth,
                 "out_place_img": out.places,
             },
-            buffers=kept | {"fragment_block": out.words},
+            buffers=list_buffers | {"fragment_block": out.words},
             uniforms=uniforms,
         )
 
     def release(self) -> None:
         """Release everything on the GPU."""
         programs = self._count, self._starts, self._write
-        for held in (*programs, self._total, self._surfaces, self._pool):
-            held.release()
+        for resource in (*programs, self._total, self._surfaces, self._pool):
+            resource.release()
 
 
-def _shifted(view: SceneView, number: int, shift: tuple[float, float]) -> SceneView:
-    """Return the view of one of several draws into one texture, below those before it."""
+def _shift_view(view: SceneView, index: int, shift: tuple[float, float]) -> SceneView:
+    """Return the view of draw `index` into one texture, below the previous draws."""
     (right, down), (x, y) = view.jitter_px, shift
-    moved = replace(view, jitter_px=(right + x, down + y), sample=number)
-    return replace(moved, rows_above=number * view.size[1])
+    shifted = replace(view, jitter_px=(right + x, down + y), sample=index)
+    return replace(shifted, rows_above=index * view.size[1])

@@ -1,4 +1,4 @@
-"""Draw the pinhole picture of a scene: a few samples in a hurry, or the whole with a margin."""
+"""Draw the pinhole picture of a scene: fast with few samples, or complete with a margin."""
 
 import math
 from collections.abc import Generator, Iterable, Iterator
@@ -11,8 +11,8 @@ from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_bounds import box_around, box_corners_m, track_of
 from heatlens.media.scene.scene_view import (
     SceneView,
-    finer,
-    nearest_seen_m,
+    nearest_visible_m,
+    refine_view,
     view_of,
     with_near_plane,
 )
@@ -23,11 +23,17 @@ from heatlens.render.scene_gpu import antialias, peel
 from heatlens.render.scene_gpu.antialias import Antialias
 from heatlens.render.scene_gpu.bands import Bands
 from heatlens.render.scene_gpu.depth_survey import DepthSurvey
-from heatlens.render.scene_gpu.overscan import Overscan, RingSurvey, fineness, margin_px, widened
+from heatlens.render.scene_gpu.overscan import (
+    Overscan,
+    RingSurvey,
+    add_margin,
+    margin_px,
+    texels_per_pixel,
+)
 from heatlens.render.scene_gpu.peel import FRONT_SIDE, SAMPLES, STEPS_OF_BAND, Peeled, ScenePeel
 from heatlens.render.scene_gpu.raster import SceneRaster
 
-Drawn = tuple[Texture, Texture]  # colour and depth
+ColorAndDepth = tuple[Texture, Texture]  # colour and depth
 
 # Samples of a pixel, spread evenly over it. With fewer, lamps smaller than a pixel would be dimmer
 # or brighter than they are, and a blur would spread the error.
@@ -43,16 +49,16 @@ class DrawnPinhole:
 
     color: Texture
     depth: Texture
-    overscan: Overscan | None = None  # None for a hurried picture
-    peeled: Peeled | None = None  # the hidden surfaces; None for a hurried picture
+    overscan: Overscan | None = None  # None for a fast preview
+    peeled: Peeled | None = None  # the hidden surfaces; None for a fast preview
 
 
 @dataclass(frozen=True)
 class Request:
     """The next picture to draw, into this `bank` of textures.
 
-    `key` is equal where the scene and the view are. With `is_for_file`, hidden surfaces are listed
-    for the pixels of the picture, not for finer ones.
+    `key` is equal for an equal scene and view. With `is_for_file`, hidden surfaces are listed for
+    the pixels of the picture, not for finer ones.
     """
 
     shot: Shot
@@ -87,8 +93,8 @@ class PinholeDraw:
 
     def steps(self, request: Request) -> Generator[str, None, DrawnPinhole]:
         """Draw a picture; the other bank of textures stays as it is."""
-        is_hurried = request.views < _OVERSCAN_FROM_VIEWS
-        return (yield from (self._hurried if is_hurried else self._whole)(request))
+        is_fast = request.views < _OVERSCAN_FROM_VIEWS
+        return (yield from (self._draw_fast if is_fast else self._draw_with_margin)(request))
 
     def release(self) -> None:
         """Release what is on the GPU, but not the scene."""
@@ -99,24 +105,24 @@ class PinholeDraw:
             self._peel.release()
         self._pool.release()
 
-    def _hurried(self, request: Request) -> Generator[str, None, DrawnPinhole]:
+    def _draw_fast(self, request: Request) -> Generator[str, None, DrawnPinhole]:
         """Draw only the frame, with few samples a pixel; a single sample is at the middle."""
         view = self._view(request)
         color, depth = self._textures("pinhole", request.bank, request.size)
-        yield from self._colored(view, math.isqrt(request.views), 1, color, request)
-        yield from self._deep(view, request.frame, depth)
+        yield from self._draw_color(view, math.isqrt(request.views), 1, color, request)
+        yield from self._draw_depth(view, request.frame, depth)
         return DrawnPinhole(color, depth)
 
-    def _whole(self, request: Request) -> Generator[str, None, DrawnPinhole]:
+    def _draw_with_margin(self, request: Request) -> Generator[str, None, DrawnPinhole]:
         """Draw the picture with a margin on every side, and list the surfaces behind it."""
-        fine = 1 if request.is_for_file else fineness(self._ctx, request.size)
+        fine = 1 if request.is_for_file else texels_per_pixel(self._ctx, request.size)
         margin = margin_px(self._ctx, request.size)
-        view = finer(self._view(request, margin), fine)
+        view = refine_view(self._view(request, margin), fine)
         color, depth = self._textures("wide", request.bank, view.size)
         is_peeled = request.views >= PINHOLE_VIEWS
         across = _FEW_ACROSS if is_peeled else _GOOD_ACROSS
-        yield from self._colored(view, across // fine, fine, color, request)
-        yield from self._deep(view, request.frame, depth)
+        yield from self._draw_color(view, across // fine, fine, color, request)
+        yield from self._draw_depth(view, request.frame, depth)
         rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
         overscan, peeled = Overscan(color, depth, margin, rings_m, bins, fine), None
         if is_peeled:
@@ -124,18 +130,19 @@ class PinholeDraw:
             peeled = yield from self._peel.steps(
                 view, overscan, done, lambda: self._raster.place(request.frame), request.bank
             )
-        overscan = yield from self._in_own_pixels(request, overscan)
-        return DrawnPinhole(*self._framed(request, overscan), overscan, peeled)
+        overscan = yield from self._add_picture_textures(request, overscan)
+        return DrawnPinhole(*self._crop_frame(request, overscan), overscan, peeled)
 
     def _view(self, request: Request, margin: int = 0) -> SceneView:
+        """Return the view of a requested picture with a margin on every side."""
         return shot_view(self._scene, request.shot, request.frame, request.size, margin)
 
-    def _textures(self, name: str, bank: int, size: tuple[int, int]) -> Drawn:
+    def _textures(self, name: str, bank: int, size: tuple[int, int]) -> ColorAndDepth:
         """Return textures for colour and depth."""
         color = self._pool.texture(f"{name} colour {bank}", size, 4, "f2")
         return color, self._pool.texture(f"{name} depth {bank}", size, 1)
 
-    def _colored(
+    def _draw_color(
         self, view: SceneView, across: int, fine: int, color: Texture, request: Request
     ) -> Iterator[str]:
         """Draw `across` x `across` samples a pixel."""
@@ -151,7 +158,7 @@ class PinholeDraw:
             self._raster.place(request.frame)  # others may have drawn another frame in between
         self._crop.run(self._pinhole.picture(view.size).mean, (0, 0), color)
 
-    def _deep(self, view: SceneView, frame: float, depth: Texture) -> Iterator[str]:
+    def _draw_depth(self, view: SceneView, frame: float, depth: Texture) -> Iterator[str]:
         """Draw depth at the middle of each pixel."""
         self._raster.place(frame)  # others may have drawn another frame in between
         for band in self._raster.bands.of(view.size):
@@ -159,26 +166,26 @@ class PinholeDraw:
             yield "pinhole"
             self._raster.place(frame)
 
-    def _in_own_pixels(
+    def _add_picture_textures(
         self, request: Request, overscan: Overscan
     ) -> Generator[str, None, Overscan]:
         """Return the overscan with colour and depth in the pixels of the frame too."""
         if overscan.fine == 1:
             return overscan
         view = self._view(request, overscan.margin_px)
-        own = color, depth = self._textures("own", request.bank, view.size)
+        textures = color, depth = self._textures("own", request.bank, view.size)
         self._crop.run(overscan.color, (0, 0), color, overscan.fine)
-        # A mean of depths would be a surface that is not there.
-        yield from self._deep(view, request.frame, depth)
-        return replace(overscan, own=own)
+        # Depth is drawn again, because a mean of depths would be a surface that is not there.
+        yield from self._draw_depth(view, request.frame, depth)
+        return replace(overscan, picture_textures=textures)
 
-    def _framed(self, request: Request, overscan: Overscan) -> Drawn:
+    def _crop_frame(self, request: Request, overscan: Overscan) -> ColorAndDepth:
         """Return colour and depth of the frame alone."""
-        framed = self._textures("pinhole", request.bank, request.size)
-        own = overscan.in_own_pixels
-        for whole, out in zip((own.color, own.depth), framed, strict=True):
+        textures = self._textures("pinhole", request.bank, request.size)
+        picture = overscan.in_picture_pixels
+        for whole, out in zip((picture.color, picture.depth), textures, strict=True):
             self._crop.run(whole, (overscan.margin_px,) * 2, out)
-        return framed
+        return textures
 
 
 def pose_of(scene: Scene, shot: Shot, frame: float) -> Pose:
@@ -201,20 +208,25 @@ def shot_view(
     """
     corners = box_corners_m(scene, frame)
     view = view_of(pose_of(scene, shot, frame), shot.lens_at(frame), size, box_around(corners))
-    view = replace(view, size=widened(size, margin))
-    return with_near_plane(view, nearest_seen_m(view, corners, lens_radius_m))
+    view = replace(view, size=add_margin(size, margin))
+    return with_near_plane(view, nearest_visible_m(view, corners, lens_radius_m))
 
 
 def drawing_steps(ctx: Device, triangle_count: int, size: tuple[int, int]) -> int:
     """Return how many steps the whole pinhole picture of a scene of so many triangles takes."""
-    bands, fine = Bands(ctx, triangle_count), fineness(ctx, size)
-    width, height = widened(size, margin_px(ctx, size))
-    drawn = fine * width, fine * height
-    few = _count(bands.of_samples(drawn, _FEW_ACROSS // fine, antialias.LARGER))
-    many = _count(bands.of_samples(drawn, FRONT_SIDE // fine, peel.LARGER)) * STEPS_OF_BAND
-    deep = _count(bands.of(drawn)) + (_count(bands.of((width, height))) if fine > 1 else 0)
-    return few + many + deep
+    bands, fine = Bands(ctx, triangle_count), texels_per_pixel(ctx, size)
+    width, height = add_margin(size, margin_px(ctx, size))
+    drawn_size = fine * width, fine * height
+    first_steps = _length(bands.of_samples(drawn_size, _FEW_ACROSS // fine, antialias.LARGER))
+    peel_steps = (
+        _length(bands.of_samples(drawn_size, FRONT_SIDE // fine, peel.LARGER)) * STEPS_OF_BAND
+    )
+    depth_steps = _length(bands.of(drawn_size)) + (
+        _length(bands.of((width, height))) if fine > 1 else 0
+    )
+    return first_steps + peel_steps + depth_steps
 
 
-def _count(bands: Iterable[object]) -> int:
+def _length(bands: Iterable[object]) -> int:
+    """Return the number of bands."""
     return sum(1 for _ in bands)

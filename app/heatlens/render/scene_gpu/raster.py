@@ -36,7 +36,7 @@ class SceneRaster:
         self._done_array = self._done.vertex_array([])
         self._draws: dict[str, MeshDraw] = {}
         self._buffers: SceneBuffers | None = None
-        self._placed: Array | None = None
+        self._placed_transforms: Array | None = None
         self._frame = 0.0  # the frame at which the scene is placed
 
     @property
@@ -57,24 +57,28 @@ class SceneRaster:
 
     def load(self, scene: Scene) -> None:
         """Load a scene in place of the previous one; call `place` before drawing it."""
-        self._let_go()
+        self._unload()
         self._buffers = SceneBuffers(self._ctx, scene)
         self.bands = Bands(self._ctx, self._buffers.triangles_drawn)
         names = ("cover", "surface", "depth")
-        self._draws = {n: MeshDraw(self._ctx, self._buffers, f"scene_gpu/scene_{n}") for n in names}
+        self._draws = {
+            name: MeshDraw(self._ctx, self._buffers, f"scene_gpu/scene_{name}") for name in names
+        }
         self._daylight = scene.daylight
         self._sky_light = diffuse_polynomial(scene.daylight)
 
     def place(self, frame: float) -> None:
-        """Move everything to its place at a frame and draw the shadow map, if anything moved."""
+        """Move all instances to their poses at a frame and draw the shadow map, if any moved."""
         scene = self.buffers.scene
-        if self._placed is not None and (not scene.is_moving or frame == self._frame):
+        if self._placed_transforms is not None and (not scene.is_moving or frame == self._frame):
             return
         transforms = scene.transforms_at(frame)
-        is_same = self._placed is not None and np.array_equal(transforms, self._placed)
+        is_same = self._placed_transforms is not None and np.array_equal(
+            transforms, self._placed_transforms
+        )
         if is_same and not scene.deforms and scene.light_motion is None:
             return
-        self._placed, self._frame = np.array(transforms), frame
+        self._placed_transforms, self._frame = np.array(transforms), frame
         self.buffers.place(transforms)
         self.buffers.reshape(scene.shapes_at(frame))
         lighting = scene.lighting_at(frame)
@@ -111,23 +115,23 @@ class SceneRaster:
 
         With `band` only these rows are drawn.
         """
-        with self.within(self.targets.of(color), band) as target:
+        with self.bind_band(self.targets.of(color), band) as target:
             target.clear()
             self.draw_into(target, view, self._draws["cover"], self._draws["surface"], self._sky)
 
     def depth(self, view: SceneView, depth: Texture, band: Box | None = None) -> None:
         """Draw planar metres at the view's jitter into `depth`, R float32; +inf for sky."""
-        with self.within(self.targets.of(depth), band) as target:
+        with self.bind_band(self.targets.of(depth), band) as target:
             target.clear(red=math.inf)
             self._ctx.draw_with(depth=DepthTest.LESS)
             self._draws["depth"](cover_uniforms(replace(view, sample=None)))
             self._ctx.draw_with()
 
     @contextmanager
-    def within(
+    def bind_band(
         self, target: Framebuffer, band: Box | None, rows_above: int = 0
     ) -> Iterator[Framebuffer]:
-        """Bind a target and restrict drawing to the band, so many rows below; None: to nothing."""
+        """Bind a target, and restrict drawing to `band` moved down by `rows_above`, if given."""
         if band is not None and band.shape != target.size[::-1]:  # else clearing would be slower
             target.scissor = band.x0, rows_above + band.y0, band.width, band.height
         target.use()
@@ -136,7 +140,7 @@ class SceneRaster:
         finally:
             target.scissor = None
 
-    def hide(self, target: Framebuffer, view: SceneView, done: Texture) -> None:
+    def hide_done_pixels(self, target: Framebuffer, view: SceneView, done: Texture) -> None:
         """Cover the pixels where `done`, R, is not 0 with a depth nearer than everything else.
 
         `done` has the pixels of the picture, the view has its samples. `target` is bound.
@@ -151,21 +155,21 @@ class SceneRaster:
     def depth_at(self, view: SceneView, frame: float, depth: Texture) -> None:
         """Draw the depth of another frame into `depth`, R float32, then restore this one."""
         scene = self.buffers.scene
-        if self._placed is None or not scene.is_moving:
+        if self._placed_transforms is None or not scene.is_moving:
             self.place(frame)
             self.depth(view, depth)
             return
         self.buffers.place(scene.transforms_at(frame))
         self.buffers.reshape(scene.shapes_at(frame))
         self.depth(view, depth)
-        self.buffers.place(self._placed)
+        self.buffers.place(self._placed_transforms)
         self.buffers.reshape(scene.shapes_at(self._frame))
 
     def read(self, texture: Texture, area: Box) -> FloatArray:
         """Read a small area: (h, w) float32 of one component, (h, w, C) of more."""
         viewport = (area.x0, area.y0, area.width, area.height)
-        held = self.targets.of(texture).read(viewport, texture.components, dtype="f4")
-        pixels = np.frombuffer(held, np.float32)
+        data = self.targets.of(texture).read(viewport, texture.components, dtype="f4")
+        pixels = np.frombuffer(data, np.float32)
         return pixels.reshape(area.shape if texture.components == 1 else (*area.shape, -1))
 
     def draw_into(
@@ -201,16 +205,17 @@ class SceneRaster:
         """The program that draws only the depth of visible surfaces."""
         return self._draws["cover"]
 
-    def _let_go(self) -> None:
+    def _unload(self) -> None:
+        """Release the scene, but keep what the next scene can use."""
         for draw in self._draws.values():
             draw.release()
         if self._buffers is not None:
             self._buffers.release()
-        self._draws, self._buffers, self._placed = {}, None, None
+        self._draws, self._buffers, self._placed_transforms = {}, None, None
 
     def release(self) -> None:
         """Release everything on the GPU."""
-        self._let_go()
+        self._unload()
         self.targets.release()
         self._shadow.release()
         self._sky.release()

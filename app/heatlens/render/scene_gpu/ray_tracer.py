@@ -16,7 +16,7 @@ from heatlens.render.gpu.program import ComputeProgram, groups_for
 from heatlens.render.gpu.shader_constants import RAY_GROUP
 from heatlens.render.gpu.textures import OpeningTextures, TexturePool
 from heatlens.render.scene_gpu.accumulation import SIDES_LAYERS
-from heatlens.render.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees, refitted
+from heatlens.render.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees, refit_tree
 from heatlens.render.scene_gpu.raster import SceneRaster
 from heatlens.render.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
@@ -53,13 +53,13 @@ class RayTracer:
 
         `out` is RGBA float32 of the view's size, and holds the mean so far after each step. The
         caller passes equal keys only for an equal scene, view and lens; the sum for an equal key is
-        continued. If fewer rays are asked for than were summed, the sum starts again. A seed is 0
+        continued. If `rays` is less than the rays in the sum, the sum starts again. A seed is 0
         to 2^31 - 1; pictures of different seeds are independent. `pixel_side_px` is the side of the
         square that a pixel sees, 0 for a point.
         """
-        wanted = (key, view.size, seed)
-        if self._key != wanted or self._count > rays:
-            self._key, self._count = wanted, 0
+        request_key = (key, view.size, seed)
+        if self._key != request_key or self._count > rays:
+            self._key, self._count = request_key, 0
             self._place()
         self._fit_program(self._raster.buffers.defines, pupil)
         opening = self._openings.of(pupil.aperture)
@@ -71,7 +71,7 @@ class RayTracer:
             self._count = count
 
     def _place(self) -> None:
-        """Move the trees to where the rasteriser has placed its scene."""
+        """Move the trees to the poses that the rasterizer has given its scene."""
         buffers = self._raster.buffers
         if self._trees is None or self._trees.buffers is not buffers:
             if self._trees is not None:
@@ -84,18 +84,19 @@ class RayTracer:
         defines = {name: value for name, value in scene.items() if name in _DEFINES}
         defines |= {name: 1 for name, is_on in pupil.switches.items() if is_on}
         if defines != self._defines:
-            fit = ComputeProgram(self._ctx, _SHADER, defines)
+            program = ComputeProgram(self._ctx, _SHADER, defines)
             self._program.release()
-            self._program, self._defines = fit, defines
+            self._program, self._defines = program, defines
 
     def _uniforms(self, view: SceneView, pupil: Pupil) -> dict[str, object]:
+        """Return the uniforms of the camera, the lens and the light."""
         world_from_camera = np.linalg.inv(view.world_to_camera)
         colors = {} if pupil.is_plain else {"axial_dioptres": pupil.axial_dioptres}
         return (
             self._raster.shading_uniforms()
             | pupil.uniforms(view.size)
             | colors
-            | view.lean.uniforms(1.0)
+            | view.focus_offset.uniforms(1.0)
             | {
                 "world_from_camera": tuple(world_from_camera.T.ravel().tolist()),
                 "focal_px": view.focal_px,
@@ -143,6 +144,7 @@ class RayTracer:
 
 
 def _band_rows(width: int) -> int:
+    """Return the rows of a step, a multiple of the workgroup's."""
     return max(_RAYS_PER_STEP // (width * RAY_GROUP), 1) * RAY_GROUP
 
 
@@ -159,30 +161,30 @@ class SceneTrees:
         self._trees = trees if buffers.scene.deforms else None  # for fitting to other shapes
         instances = len(buffers.scene.instances)
         self._triangles = ctx.buffer(trees.triangles.tobytes() or bytes(16))
-        self._nodes = ctx.buffer(self._room(trees, instances).tobytes())
-        self._placed = ctx.buffer(reserve=8 * instances)
+        self._nodes = ctx.buffer(self._with_instance_nodes(trees, instances).tobytes())
+        self._leaf_records = ctx.buffer(reserve=8 * instances)
 
-    def _room(self, trees: MeshTrees, instances: int) -> NDArray[np.void]:
+    def _with_instance_nodes(self, trees: MeshTrees, instances: int) -> NDArray[np.void]:
         """Return the nodes with space for a tree over the instances, one in each leaf."""
         return np.concatenate([trees.nodes, np.zeros(2 * instances - 1, NODE)])
 
     @property
     def storage(self) -> dict[str, Buffer]:
         """The blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl."""
-        own = {
+        tree_blocks = {
             "vertices_block": self.buffers.vertices,
             "triangles_block": self._triangles,
             "nodes_block": self._nodes,
-            "placed_block": self._placed,
+            "placed_block": self._leaf_records,
         }
-        return self.buffers.storage | self.buffers.vertex_storage | own
+        return self.buffers.storage | self.buffers.vertex_storage | tree_blocks
 
     def place(self, frame: float) -> None:
         """Move the trees to the instances on the GPU, and fit them to their shapes at a frame."""
         if self._trees is not None:
-            for number, mesh in self.buffers.scene.shapes_at(frame).items():
-                nodes = refitted(self._trees, number, mesh)
-                start = int(self._roots[number]) * NODE.itemsize
+            for mesh_index, mesh in self.buffers.scene.shapes_at(frame).items():
+                nodes = refit_tree(self._trees, mesh_index, mesh)
+                start = int(self._roots[mesh_index]) * NODE.itemsize
                 self._nodes.write(nodes.tobytes(), offset=start)
         instances = np.frombuffer(self.buffers.instances.read(), INSTANCE)
         meshes = instances["numbers"][:, 1]
@@ -191,10 +193,10 @@ class SceneTrees:
         nodes = tree.nodes.copy()
         nodes["first"][nodes["count"] < 0] += self.root
         self._nodes.write(nodes.tobytes(), offset=self.root * NODE.itemsize)
-        placed = np.stack([tree.order, self._roots[meshes[tree.order]]], axis=1)
-        self._placed.write(placed.astype(np.int32).tobytes())
+        records = np.stack([tree.order, self._roots[meshes[tree.order]]], axis=1)
+        self._leaf_records.write(records.astype(np.int32).tobytes())
 
     def release(self) -> None:
         """Release the buffers that do not belong to the scene."""
-        for held in (self._triangles, self._nodes, self._placed):
-            held.release()
+        for buffer in (self._triangles, self._nodes, self._leaf_records):
+            buffer.release()

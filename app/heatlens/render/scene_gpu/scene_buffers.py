@@ -11,7 +11,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from heatlens.media.scene.scene import Array, MapPlace, Material, Mesh, PointLight, Scene
-from heatlens.media.scene.scene_bounds import placed_corners
+from heatlens.media.scene.scene_bounds import transform_corners
 from heatlens.render.gpu.device import Buffer, Device, Sampling, TextureArray
 from heatlens.render.scene_gpu.closed_meshes import ClosedMeshes
 
@@ -66,7 +66,7 @@ class SceneBuffers:
         self.order = np.argsort(mesh_of, kind="stable")
         self._meshes = mesh_of[self.order]
         self.has_bumps = any(material.normal_map is not None for material in scene.materials)
-        vertices, triangles, self.first_triangle = _joined(scene, self.has_bumps)
+        vertices, triangles, self.first_triangle = _join_meshes(scene, self.has_bumps)
         self._first_vertex = np.cumsum([0] + [len(mesh.positions_m) for mesh in scene.meshes])
         self.vertices = ctx.buffer(vertices.tobytes())
         self.colors = ctx.buffer(colors_of(scene.meshes)) if has_colors(scene) else None
@@ -132,36 +132,36 @@ class SceneBuffers:
 
     def reshape(self, shapes: Mapping[int, Mesh]) -> None:
         """Replace the shapes of meshes, by their index."""
-        for number, mesh in shapes.items():
+        for mesh_index, mesh in shapes.items():
             records = _records(mesh, self.has_bumps)
-            start = int(self._first_vertex[number]) * records.itemsize
+            start = int(self._first_vertex[mesh_index]) * records.itemsize
             self.vertices.write(records.tobytes(), offset=start)
-            self.boxes_m[number] = mesh.box_m
+            self.boxes_m[mesh_index] = mesh.box_m
 
-    def tell_backs(self, eye_m: Array) -> None:
-        """Write how to tell back faces seen from `eye_m`; call this after `place`."""
-        placed = self._records
-        rules = self._closed.rules(
-            self._meshes, placed["to_world"].transpose(0, 2, 1), placed["to_object"], eye_m
+    def write_back_rules(self, eye_m: Array) -> None:
+        """Write how back faces are recognized from `eye_m`; call this after `place`."""
+        records = self._records
+        rules = self._closed_meshes.rules(
+            self._meshes, records["to_world"].transpose(0, 2, 1), records["to_object"], eye_m
         )
-        if not np.array_equal(rules, placed["numbers"][:, 3]):
-            placed["numbers"][:, 3] = rules
-            self.instances.write(placed.tobytes())
+        if not np.array_equal(rules, records["numbers"][:, 3]):
+            records["numbers"][:, 3] = rules
+            self.instances.write(records.tobytes())
 
     @cached_property
-    def _closed(self) -> ClosedMeshes:
+    def _closed_meshes(self) -> ClosedMeshes:
         return ClosedMeshes(self.scene.meshes, self.boxes_m)
 
     def corners_m(self, transforms: Array) -> Array:
         """Return (N, 8, 3) world corners of the boxes of instances at (N, 4, 4)."""
-        return placed_corners(self.boxes_m[[i.mesh for i in self.scene.instances]], transforms)
+        return transform_corners(self.boxes_m[[i.mesh for i in self.scene.instances]], transforms)
 
     def release(self) -> None:
         """Release everything on the GPU."""
-        for held in (self.vertices, self.triangles, self.commands):
-            held.release()
-        for held in (self.storage | self.vertex_storage).values():
-            held.release()
+        for buffer in (self.vertices, self.triangles, self.commands):
+            buffer.release()
+        for buffer in (self.storage | self.vertex_storage).values():
+            buffer.release()
         self.maps.release()
 
 
@@ -172,7 +172,7 @@ def inverses(matrices: Array) -> Array:
     return np.where(flat[:, None, None], 0.0, inverse)
 
 
-def _joined(
+def _join_meshes(
     scene: Scene, has_bumps: bool
 ) -> tuple[npt.NDArray[np.void], npt.NDArray[np.uint32], npt.NDArray[np.int64]]:
     """Return all vertices, all triangles, and each mesh's first triangle with the total last."""
@@ -230,13 +230,17 @@ def places_of(materials: Sequence[Material]) -> bytes:
 
 
 def _commands(
-    meshes: npt.NDArray[np.int64], first: npt.NDArray[np.int64]
+    meshes: npt.NDArray[np.int64], first_triangle: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.uint32]:
     """Return (M, 5), one draw for all instances of each mesh; `meshes` is sorted."""
-    seen, base, count = np.unique(meshes, return_index=True, return_counts=True)
-    commands = np.zeros((len(seen), _COMMAND_WORDS), np.uint32)
-    commands[:, 0] = 3 * (first[seen + 1] - first[seen])
-    commands[:, 1], commands[:, 2], commands[:, 4] = count, 3 * first[seen], base
+    drawn_meshes, base_instance, count = np.unique(meshes, return_index=True, return_counts=True)
+    commands = np.zeros((len(drawn_meshes), _COMMAND_WORDS), np.uint32)
+    commands[:, 0] = 3 * (first_triangle[drawn_meshes + 1] - first_triangle[drawn_meshes])
+    commands[:, 1], commands[:, 2], commands[:, 4] = (
+        count,
+        3 * first_triangle[drawn_meshes],
+        base_instance,
+    )
     return commands
 
 
@@ -249,35 +253,36 @@ def materials_of(materials: tuple[Material, ...]) -> npt.NDArray[np.void]:
         shine = material.roughness, material.metallic
         record["rough_metal"] = (*shine, material.normal_scale, material.occlusion)
         maps = (material.base_color_map, material.metallic_roughness_map, material.emission_map)
-        record["maps"] = [_layer(number) for number in (*maps, material.normal_map)]
+        record["maps"] = [_layer_or_none(number) for number in (*maps, material.normal_map)]
         kinds = UNLIT * (not material.is_lit) + BLENDED * material.is_blended
-        record["more_maps"][:2] = _layer(material.occlusion_map), kinds
+        record["more_maps"][:2] = _layer_or_none(material.occlusion_map), kinds
     return records
 
 
-def _layer(number: int | None) -> int:
+def _layer_or_none(number: int | None) -> int:
+    """Return the layer of a map, -1 for none."""
     return -1 if number is None else number
 
 
 def lights_of(lights: tuple[PointLight, ...]) -> bytes:
     """Return the block of lights: their number, in 16 bytes, and the brightest MOST_LIGHTS."""
-    chosen = sorted(lights, key=lambda light: -max(light.intensity))[:MOST_LIGHTS]
-    records = np.zeros(max(len(chosen), 1), LIGHT)
-    for record, light in zip(records, chosen, strict=False):
+    brightest = sorted(lights, key=lambda light: -max(light.intensity))[:MOST_LIGHTS]
+    records = np.zeros(max(len(brightest), 1), LIGHT)
+    for record, light in zip(records, brightest, strict=False):
         inner, outer = light.cone_cosines
         record["position_inner"] = (*light.position_m, inner)
         record["intensity_outer"] = (*light.intensity, outer)
         if light.direction is not None:
             length = max(float(np.linalg.norm(light.direction)), 1e-12)
             record["axis"] = (*np.divide(light.direction, length), 1.0 + light.is_smooth)
-    return np.array([len(chosen), 0, 0, 0], np.uint32).tobytes() + records.tobytes()
+    return np.array([len(brightest), 0, 0, 0], np.uint32).tobytes() + records.tobytes()
 
 
 def maps_of(ctx: Device, images: Sequence[npt.NDArray[np.uint8]]) -> TextureArray:
     """Return `images` (H, W, 4) resampled to the largest size; bilinear, repeated, no mipmaps."""
     images = images or [_WHITE]
     size = layer_size(images)
-    layers = np.stack([_resampled(image, size) for image in images])
+    layers = np.stack([_resample(image, size) for image in images])
     maps = ctx.texture_array((*size, len(images)), 4, layers.tobytes())
     maps.sampling = Sampling.LINEAR
     maps.repeats = True
@@ -293,7 +298,8 @@ def layer_size(images: Sequence[npt.NDArray[np.uint8]]) -> tuple[int, int]:
     return width, height
 
 
-def _resampled(image: npt.NDArray[np.uint8], size: tuple[int, int]) -> npt.NDArray[np.uint8]:
+def _resample(image: npt.NDArray[np.uint8], size: tuple[int, int]) -> npt.NDArray[np.uint8]:
+    """Return an image (H, W, 4) resampled to `size` (width, height)."""
     if image.shape[1::-1] == size:
         return image
     channels = [Image.fromarray(np.ascontiguousarray(image[..., i])) for i in range(4)]

@@ -15,10 +15,10 @@ from heatlens.core.model.shot.framing import Pose
 from heatlens.media.plate.plate import CameraHeader, DepthReport, Plate
 from heatlens.render.gpu.device import Texture
 from heatlens.render.gpu.textures import FloatArray, download
-from heatlens.render.scene_gpu.depth_survey import Surveyed
+from heatlens.render.scene_gpu.depth_survey import DepthStatistics
 
 _MIRRORED_Z = np.diag([1.0, 1.0, -1.0, 1.0])
-_AREAS_KEPT = 64
+_AREAS_MAX = 64
 
 ReadArea = Callable[[Texture, Box], FloatArray]
 
@@ -38,34 +38,36 @@ class DrawnPixels:
         `read_area` returns (h, w, C) or (h, w) float32.
         """
         self._color, self._depth = color, depth
-        self._area = lru_cache(_AREAS_KEPT)(read_area)  # keeps the pixels under a resting pointer
-        self._is_there, self._thread = True, get_ident()
+        # The cache serves a pointer that rests on a pixel.
+        self._area = lru_cache(_AREAS_MAX)(read_area)
+        self._is_valid, self._thread = True, get_ident()
 
-    def let_go(self) -> None:
+    def invalidate(self) -> None:
         """Forget the textures, because they are overwritten or released now."""
-        self._is_there = False
+        self._is_valid = False
 
     @cached_property
     def color(self) -> FloatArray:
         """(H, W, 4)."""
-        return download(self._checked(self._color))
+        return download(self._require_valid(self._color))
 
     @cached_property
     def depth_m(self) -> FloatArray:
         """(H, W)."""
-        return download(self._checked(self._depth))
+        return download(self._require_valid(self._depth))
 
     def color_in(self, area: Box) -> FloatArray:
         """Return (h, w, 4)."""
-        return self._area(self._checked(self._color), area)
+        return self._area(self._require_valid(self._color), area)
 
     def depth_in(self, area: Box) -> FloatArray:
         """Return (h, w)."""
-        return self._area(self._checked(self._depth), area)
+        return self._area(self._require_valid(self._depth), area)
 
-    def _checked(self, texture: Texture) -> Texture:
+    def _require_valid(self, texture: Texture) -> Texture:
+        """Return the texture. Raises GpuError if it has been overwritten."""
         assert get_ident() == self._thread, "OpenGL is on another thread"
-        if not self._is_there:
+        if not self._is_valid:
             raise GpuError("This picture of the scene has been overwritten: draw it again.")
         return texture
 
@@ -73,7 +75,7 @@ class DrawnPixels:
 def plate_of_scene(
     path: Path,
     pixels: DrawnPixels,
-    surveyed: Surveyed,
+    depths: DepthStatistics,
     view: tuple[Pose, Lens, tuple[int, int]],
     notes: tuple[str, ...],
 ) -> Plate:
@@ -92,7 +94,7 @@ def plate_of_scene(
         display_window=window,
         pixel_aspect_ratio=1.0,
         camera=_camera(lens, *size),
-        depth=_report(surveyed),
+        depth=_depth_report(depths),
         aovs=("R", "G", "B", "Z"),
         attributes={"worldToCamera": world_to_camera_attribute(pose)},
         notes=notes,
@@ -106,6 +108,7 @@ def world_to_camera_attribute(pose: Pose) -> np.ndarray[tuple[int, ...], np.dtyp
 
 
 def _camera(lens: Lens, width: int, height: int) -> CameraHeader:
+    """Return the header of the lens that the scene was drawn with."""
     fields = ("focus_distance_m", "f_stop", "focal_length_mm", "sensor_width_mm", "model")
     return CameraHeader(
         **{name: getattr(lens, name) for name in fields},
@@ -114,14 +117,15 @@ def _camera(lens: Lens, width: int, height: int) -> CameraHeader:
     )
 
 
-def _report(surveyed: Surveyed) -> DepthReport:
+def _depth_report(depths: DepthStatistics) -> DepthReport:
+    """Return the report on the depth of a drawn picture."""
     return DepthReport(
         channel="Z",
         convention=DepthConvention.DISTANCE,
         kind=DepthKind.PLANAR,
         why="Measured as the scene was drawn.",
-        near_m=surveyed.near_m,
-        far_m=surveyed.far_m,
-        infinite_count=surveyed.infinite_count,
+        near_m=depths.near_m,
+        far_m=depths.far_m,
+        infinite_count=depths.infinite_count,
         repaired_count=0,
     )

@@ -10,7 +10,7 @@ from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.shot.framing import SceneTiming
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.camera.from_shot import CameraWish
+from heatlens.media.camera.from_shot import CameraRequest
 from heatlens.media.camera.samples import CameraSamples, UpAxis
 from heatlens.render.source.kinds import kind_of
 from heatlens.render.source.plate_source import PlateSource, sequence_of_one_size
@@ -28,10 +28,10 @@ def source_named(
     A scene is not opened before it is needed. Raises InputError if no plates are found, and for a
     stream, which only the window can show.
     """
-    return kind_of(text).again(text, options, timing)
+    return kind_of(text).make_source(text, options, timing)
 
 
-def plates_again(
+def make_plate_source(
     text: str, options: PlateOptions, timing: SceneTiming | None = None
 ) -> PlateSource:
     """Return the plates called `text`, a file, a pattern or a folder, to be read with `options`.
@@ -46,7 +46,7 @@ def single_source(path: Path, options: PlateOptions) -> Source:
 
     The disk is not accessed; a missing file is reported when it is read.
     """
-    return kind_of(str(path)).alone(path, options)
+    return kind_of(str(path)).make_single_source(path, options)
 
 
 def source_of(shot: Shot) -> Source:
@@ -75,10 +75,10 @@ def camera_of_shot(
     scene_unit_m: float | None = None,
     up_axis: UpAxis = "y",
 ) -> CameraSamples:
-    """Return the camera of `shot`, see `CameraWish`.
+    """Return the camera of `shot`, see `CameraRequest`.
 
     Raises InputError if no frames are known or the scene cannot be read, and LensError if keys lead
     to an impossible lens.
     """
-    wish = CameraWish(name, frames, sensor_height_mm, scene_unit_m, up_axis)
+    wish = CameraRequest(name, frames, sensor_height_mm, scene_unit_m, up_axis)
     return kind_of(shot.source or "").camera(shot, wish)

@@ -58,7 +58,7 @@ class Opened(ABC):
     timing      how the seconds of a scene became frames; None for the default and for other sources
     stamps      stamps, taken before reading, of the files that all frames are made of
     cache       the cache of plates; None if no plates are read from files
-    again       the source to render its frames again later; None if they exist only once
+    render_source  the source that renders its frames later; None if they exist only once
     """
 
     text: str
@@ -69,7 +69,7 @@ class Opened(ABC):
     timing: SceneTiming | None = None
     stamps: tuple[Stamp | None, ...] = ()
     cache: FrameCache | None = None
-    again: Source | None = None
+    render_source: Source | None = None
 
     @property
     @abstractmethod
@@ -77,12 +77,12 @@ class Opened(ABC):
         """The options with which its plates were requested."""
 
     @property
-    def settled(self) -> PlateOptions:
+    def settled_options(self) -> PlateOptions:
         """The options with which every plate is read, settled by the first plate."""
         return self.options
 
     def read(self, path: Path) -> Plate:
-        """Read one of its files as pictures at rest are made of it; only a cache has files.
+        """Read one of its files for a picture at rest; a source without a cache has no files.
 
         Raises InputError if the file cannot be read.
         """
@@ -94,7 +94,7 @@ class Opened(ABC):
         return None
 
     @property
-    def news(self) -> int:
+    def change_count(self) -> int:
         """A counter that increases whenever the state of a frame changes."""
         return 0
 
@@ -103,8 +103,8 @@ class Opened(ABC):
         return ()
 
     @abstractmethod
-    def lens(self, given: Mapping[str, object]) -> StartLens:
-        """Return the lens to start with; `given` holds fields of Lens. Raises LensError."""
+    def lens(self, lens_fields: Mapping[str, object]) -> StartLens:
+        """Return the lens to start with, with these fields of Lens. Raises LensError."""
 
     @abstractmethod
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:

@@ -6,14 +6,14 @@ from functools import cached_property
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.faults import faults_reported
+from heatlens.core.base.faults import report_faults
 from heatlens.core.model.curves.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.frame_cache.cache import Damaged, FrameCache
-from heatlens.media.frame_cache.sequence_reader import settled_options
+from heatlens.media.frame_cache.sequence_reader import fix_conventions
 from heatlens.media.plate.header.header_lens import StartLens, start_lens
 from heatlens.media.plate.header.timecode import rate_at
 from heatlens.media.plate.plate import Plate
@@ -24,14 +24,14 @@ from heatlens.render.source.plate_source import PlateSource, sequence_of_one_siz
 _BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p
 
 
-class News:
+class ChangeCounter:
     """Counts the state changes of a frame cache, and wakes the loop for each."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         self.count = 0
         self._wake = wake
 
-    def tell(self) -> None:
+    def count_change(self) -> None:
         """Count a change and wake the loop; called on the threads of the cache."""
         self.count += 1
         self._wake()
@@ -45,20 +45,20 @@ class OpenedPlates(Opened):
     frame: int
     notes: tuple[str, ...]
     attributes: Mapping[str, object] = field()
-    again: PlateSource = field()
+    render_source: PlateSource = field()
     cache: FrameCache = field()
     plate: Plate
-    counter: News
+    counter: ChangeCounter
 
     @property
     def options(self) -> PlateOptions:
         """The options with which the plates were requested."""
-        return self.again.options
+        return self.render_source.options
 
     @cached_property
-    def settled(self) -> PlateOptions:
+    def settled_options(self) -> PlateOptions:
         """The options, with what the first plate has settled for all of them."""
-        return settled_options(self.options, self.plate)
+        return fix_conventions(self.options, self.plate)
 
     @property
     def frames(self) -> FrameRange | None:
@@ -67,7 +67,7 @@ class OpenedPlates(Opened):
         return None if sequence.is_single else FrameRange(sequence.first, sequence.last)
 
     @property
-    def news(self) -> int:
+    def change_count(self) -> int:
         """A counter of the state changes of all frames."""
         return self.counter.count
 
@@ -77,15 +77,15 @@ class OpenedPlates(Opened):
             path = self.cache.sequence.resolve(frame, missing)
         except InputError:
             return ()
-        return () if path is None else self.again.files_of(path)
+        return () if path is None else self.render_source.files_of(path)
 
     def read(self, path: Path) -> Plate:
-        """Read a plate with what its neighbours show."""
-        return self.again.read(path)
+        """Read a plate with the hidden surfaces and border that neighbouring frames show."""
+        return self.render_source.read(path)
 
-    def lens(self, given: Mapping[str, object]) -> StartLens:
+    def lens(self, lens_fields: Mapping[str, object]) -> StartLens:
         """Return the given lens, completed from the header."""
-        return start_lens(self.plate, given)
+        return start_lens(self.plate, lens_fields)
 
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
         """Return a shot of all frames, with the frame rate of the header."""
@@ -103,36 +103,45 @@ class OpenedPlates(Opened):
         self.cache.close()
 
 
-def opened_plates(opening: Opening) -> OpenedPlates:
+def open_plates(opening: Opening) -> OpenedPlates:
     """Read the first plate, and keep a cache that reads the others.
 
     Raises InputError if there are no plates, or the first one cannot be read.
     """
     text, options = opening.text, opening.options
     source = PlateSource(text, sequence_of_one_size(text), options)
-    first, news = _first_frame(source.sequence, text, opening.frame), News(opening.wake)
-    # A fault of the program in one frame makes that frame damaged; the others are still shown.
-    # What neighbours show comes at rest: see `PlateFeed`.
-    read = faults_reported("A frame could not be read")(source.read.alone)
+    first_frame = _first_frame(source.sequence, text, opening.frame)
+    changes = ChangeCounter(opening.wake)
+    # A fault of the program in one frame makes that frame damaged; the others are still shown. The
+    # cache reads frames alone; `PlateFeed` adds what neighboring frames show at rest.
+    read = report_faults("A frame could not be read")(source.read.read_alone)
     cache = FrameCache(
-        source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.own_files
+        source.sequence,
+        read,
+        _BUDGET_BYTES,
+        on_ready=changes.count_change,
+        files_of=source.own_files,
     )
     try:
-        plate = cache.wait(first, window=0)
+        plate = cache.read_and_wait(first_frame, window=0)
         if isinstance(plate, Damaged):
             raise InputError(plate.sentence)
         if plate is None:
-            raise InputError(f"{source.sequence.path_at(first)} is not there.")
+            raise InputError(f"{source.sequence.path_at(first_frame)} is not there.")
     except Exception:
         cache.close()
         raise
-    facts = text, first, plate.notes, plate.attributes
-    return OpenedPlates(*facts, source, cache, plate, news)
+    first_fields = text, first_frame, plate.notes, plate.attributes
+    return OpenedPlates(*first_fields, source, cache, plate, changes)
 
 
-def _first_frame(sequence: Sequence, text: str, wanted: int | None) -> int:
-    """Return the wanted frame if it exists, else that of the named file, else the first."""
-    if wanted is not None and sequence.has(wanted):
-        return wanted
-    named = sequence.frame_at(Path(text))
-    return named if named is not None and sequence.has(named) else sequence.present[0]
+def _first_frame(sequence: Sequence, text: str, requested: int | None) -> int:
+    """Return the requested frame if it exists, else that of the named file, else the first."""
+    if requested is not None and sequence.has_file(requested):
+        return requested
+    named_frame = sequence.frame_at(Path(text))
+    return (
+        named_frame
+        if named_frame is not None and sequence.has_file(named_frame)
+        else sequence.present[0]
+    )

@@ -7,7 +7,7 @@ from typing import Any
 
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError
-from heatlens.core.base.faults import faults_reported
+from heatlens.core.base.faults import report_faults
 from heatlens.core.model.shot.framing import SceneTiming
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.files.apart import Stop
@@ -23,7 +23,7 @@ class Refused:
 
     text: str
     options: PlateOptions
-    sentence: str
+    message: str
 
 
 class SourceOpener:
@@ -45,12 +45,12 @@ class SourceOpener:
         """
         self._wake = wake
         self._stream = stream
-        self._coming: Background[Opened] = Background(wake, drop=lambda opened: opened.close())
-        self._ahead: Background[Opened] = Background(wake, drop=lambda opened: opened.close())
-        self._ahead_of: object = None  # what `prepare` was called with
+        self._current: Background[Opened] = Background(wake, drop=lambda opened: opened.close())
+        self._prepared: Background[Opened] = Background(wake, drop=lambda opened: opened.close())
+        self._prepared_request: object = None  # the arguments of the last call of `prepare`
         self._stop = Stop()
         self.opening: str | None = None  # the name of the source that is being opened
-        self.refused: Refused | None = None  # the last failure, until another source is opened
+        self.failure: Refused | None = None  # the last failure, until another source is opened
         self._options = PlateOptions()
         self._placing_of = placing_of
 
@@ -69,24 +69,24 @@ class SourceOpener:
         if self._stream is not None and text == self._stream.text:
             self._stream.begin(options)
             return
-        self.opening, self._options, self.refused = text, options, None
-        if self._ahead_of == (text, options, frame):
-            self._coming, self._ahead = self._ahead, self._coming
+        self.opening, self._options, self.failure = text, options, None
+        if self._prepared_request == (text, options, frame):
+            self._current, self._prepared = self._prepared, self._current
         else:
             self._stop = Stop()
-            self._start(self._coming, text, options, frame, timing)
-        self._ahead.cancel()
-        self._ahead_of = None
+            self._start(self._current, text, options, frame, timing)
+        self._prepared.cancel()
+        self._prepared_request = None
 
     def prepare(self, text: str, options: PlateOptions, frame: int | None) -> None:
-        """Begin to open plates that are probably asked for next, with their first picture.
+        """Begin to open plates that will probably be opened next, with their first picture.
 
-        They are kept until anything is opened.
+        They stay open until anything is opened.
         """
-        asked = (text, options, frame)
-        if kind_of(text).reads_plates and asked != self._ahead_of:
-            self._ahead_of = asked
-            self._start(self._ahead, text, options, frame, None)
+        request = (text, options, frame)
+        if kind_of(text).reads_plates and request != self._prepared_request:
+            self._prepared_request = request
+            self._start(self._prepared, text, options, frame, None)
 
     def _start(
         self,
@@ -96,30 +96,31 @@ class SourceOpener:
         frame: int | None,
         timing: SceneTiming | None,
     ) -> None:
+        """Begin to open a source on a thread of `background`."""
         placing = self._placing_of(text)
         opening = Opening(text, options, frame, timing, placing, self._wake, self._stop)
-        background.start(partial(_opened, opening))
+        background.start(partial(_open, opening))
 
     def cancel(self) -> None:
         """Cancel the opening without waiting, and end the process that reads a scene."""
-        self._stop.ask()
-        self._coming.cancel()
+        self._stop.request()
+        self._current.cancel()
         self.opening = None
 
     def poll(self) -> Opened | None:
         """Return a source, once, when it has been opened. Raises HeatlensError if that failed."""
         try:
-            opened = self._coming.poll()
+            opened = self._current.poll()
         except HeatlensError as error:
-            self.refused = Refused(self.opening or "", self._options, str(error))
+            self.failure = Refused(self.opening or "", self._options, str(error))
             self.opening = None
             raise
         if opened is None:
-            return self._first_of_stream()
+            return self._poll_stream()
         self.opening = None
         return opened
 
-    def _first_of_stream(self) -> OpenedStream | None:
+    def _poll_stream(self) -> OpenedStream | None:
         """Return the stream when its first frame has arrived; None if nobody waits for it."""
         stream = self._stream
         plate = None if stream is None or stream.is_shown else stream.poll()
@@ -130,17 +131,18 @@ class SourceOpener:
     def close(self) -> None:
         """Cancel the opening, without waiting."""
         self.cancel()
-        self._ahead.cancel()
+        self._prepared.cancel()
 
 
-@faults_reported("The file could not be opened")
-def _opened(opening: Opening) -> Opened:
-    return kind_of(opening.text).opened(opening)
+@report_faults("The file could not be opened")
+def _open(opening: Opening) -> Opened:
+    """Open a source with its first picture; runs on a thread."""
+    return kind_of(opening.text).open_source(opening)
 
 
-def once_only(opened: Opened) -> str:
+def only_once_reason(opened: Opened) -> str:
     """Return why the frames of an opened source cannot be rendered again later; "" if they can."""
-    return "" if opened.again is not None else kind_of(opened.text).refusal
+    return "" if opened.render_source is not None else kind_of(opened.text).refusal
 
 
 def feed_of(opened: Opened, picture: object) -> Any:

@@ -15,12 +15,12 @@ from heatlens.core.model.shot.framing import Pose
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.value_bins import ValueBins
-from heatlens.media.plate.coc_line import lean_in, line_of
+from heatlens.media.plate.coc_line import focus_offset_in, line_of
 from heatlens.media.plate.plate import Plate
 from heatlens.media.scene.scene import Scene
 from heatlens.render.defocus.cutout_pass import CutoutTextures
+from heatlens.render.defocus.focus_offset_survey import FocusOffsetSurvey
 from heatlens.render.defocus.layer_cuts import gaps_of
-from heatlens.render.defocus.lean_survey import LeanSurvey
 from heatlens.render.defocus.listed_fragments import FragmentBuffers
 from heatlens.render.defocus.optics import Optics
 from heatlens.render.defocus.steps import Steps
@@ -38,11 +38,12 @@ class Pinhole:
     bins   the distribution of its depths, see `Plate.bins`
     fragments  the known surfaces behind the picture; None if there are none
     overscan   of a scene: the same picture with a margin; plates have theirs in their data window
-    peeled     of a scene: the known surfaces behind all of that; None for a hurried picture
-    beyond     of a plate: the same with a margin that other frames showed, see `Plate.beyond`
+    peeled     of a scene: the known surfaces behind the picture and its margin; None for a fast
+               preview
+    wide_pinhole  of a plate: the same with a margin that other frames showed, see `Plate.beyond`
     light_scale  the factor on `color` before the blur; the picture is divided by it
                  afterwards, and `fragments` and `cutout` are multiplied already
-    cutout     of a plate: what a matte keeps from the blur
+    cutout     of a plate: the part that a matte keeps sharp
     """
 
     plate: Plate
@@ -53,37 +54,42 @@ class Pinhole:
     overscan: Overscan | None = None
     peeled: Peeled | None = None
     light_scale: float = 1.0
-    beyond: "Pinhole | None" = None
+    wide_pinhole: "Pinhole | None" = None
     cutout: CutoutTextures | None = None
 
 
-def pinhole_optics(leans: LeanSurvey, pinhole: Pinhole, lens: Lens) -> Optics:
+def pinhole_optics(focus_offsets: FocusOffsetSurvey, pinhole: Pinhole, lens: Lens) -> Optics:
     """Return the optics of a lens in front of a picture on the GPU."""
     plate = pinhole.plate
-    lean = lean_in(plate, lens) if plate.has_distances else LEVEL
-    bins = leans.bins(pinhole.depth, pinhole.fragments, pinhole.bins, lean)
-    return optics_of(plate, bins, lens, None if lean.is_level else bins)
+    focus_offset = focus_offset_in(plate, lens) if plate.has_distances else LEVEL
+    bins = focus_offsets.bins(pinhole.depth, pinhole.fragments, pinhole.bins, focus_offset)
+    return optics_of(plate, bins, lens, None if focus_offset.is_level else bins)
 
 
-def optics_of(plate: Plate, bins: ValueBins, lens: Lens, seen: ValueBins | None = None) -> Optics:
+def optics_of(
+    plate: Plate, bins: ValueBins, lens: Lens, frame_bins: ValueBins | None = None
+) -> Optics:
     """Return the optics of a lens in front of a plate, in pixels of its display window.
 
-    `bins` are of all surfaces, `seen` of those in the frame, where these are not the plate's own;
-    both as `LeanSurvey` has them.
+    `bins` are of all surfaces. `frame_bins` are of the surfaces that are visible in the frame; None
+    for those of the plate. Both have the tilt of the focus subtracted, see `FocusOffsetSurvey`.
     """
-    shown, aspect = plate.display_window, plate.pixel_aspect_ratio
-    aside = (shown.x0 - plate.data_window.x0, shown.y0 - plate.data_window.y0)
-    field = PictureField.of((shown.width, shown.height), aspect).moved(aside)
-    disc = DiscShape(lens.aperture, aspect, field, axial_px(lens, shown.width))
-    if seen is None:
-        seen = bins if plate.fragments is None else plate.seen_bins
-    occupied, gaps = bins.occupied, gaps_of(seen)
+    window, aspect = plate.display_window, plate.pixel_aspect_ratio
+    offset = (window.x0 - plate.data_window.x0, window.y0 - plate.data_window.y0)
+    field = PictureField.of((window.width, window.height), aspect).moved(offset)
+    disc = DiscShape(lens.aperture, aspect, field, axial_px(lens, window.width))
+    if frame_bins is None:
+        frame_bins = bins if plate.fragments is None else plate.visible_bins
+    occupied_dioptres, gap_dioptres = bins.occupied, gaps_of(frame_bins)
     if plate.coc_px is not None:
-        return Optics(None, occupied, disc, gaps_px=gaps)
+        return Optics(None, occupied_dioptres, disc, gaps_px=gap_dioptres)
     line = line_of(plate, lens)
-    coc, ends = (line.at_infinity_px + line.per_dioptre_px * it for it in (occupied, gaps))
+    coc, ends = (
+        line.at_infinity_px + line.per_dioptre_px * dioptres
+        for dioptres in (occupied_dioptres, gap_dioptres)
+    )
     np.clip(coc, -COC_MOST_PX, COC_MOST_PX, out=coc)
-    # More dioptres, less coc.
+    # In reverse order, because coc falls with diopters.
     return Optics(line, coc[::-1], disc, gaps_px=ends[::-1, ::-1])
 
 
@@ -104,15 +110,14 @@ class SourceOnGpu(Protocol):
     def check_method(self, method: Method) -> None:
         """Raise InputError for a method that needs more than this source has."""
 
-    def look(
+    def pinhole_steps(
         self, shot: Shot, frame: int, views: int | None, is_for_file: bool = False
     ) -> Steps[Pinhole]:
         """Make the pinhole picture of `frame` in short steps, and return it.
 
-        `views` is the number of samples a pixel of a scene; None accepts an existing picture with
-        any number. With `is_for_file`, hidden surfaces are listed for the pixels of the picture,
-        although small pictures are blurred in finer ones. Abandoned steps leave the previous
-        picture.
+        `views` is the number of samples per pixel of a scene; None accepts an existing picture with
+        any number. With `is_for_file`, hidden surfaces are listed for the pixels of the picture;
+        without, small pictures have finer ones. If steps are abandoned, the previous picture stays.
         """
 
     def through_lens(
@@ -124,15 +129,15 @@ class SourceOnGpu(Protocol):
         """Return the position and direction of the camera; None if only a picture is known."""
 
     def depth_m_at(self, shot: Shot, frame: float, x: int, y: int) -> float:
-        """Return the distance in metres at a pixel of any frame, as a click to focus finds it.
+        """Return the distance in metres at a pixel of any frame, for a click to focus.
 
         Raises InputError outside the picture, and if only the loaded frame is known.
         """
 
-    def pace(self, share: float) -> None:
-        """Set the share, 1 at most, of its usual work that each step does, if anything is drawn."""
+    def set_step_size(self, share: float) -> None:
+        """Set the work of each drawing step, as a share, 1 at most, of the usual work."""
 
-    def beside(self) -> "SourceOnGpu":
+    def share(self) -> "SourceOnGpu":
         """Return a source for other frames that shares the content on the GPU with this one.
 
         It is valid until this one is released. Raises InputError if there is nothing to share.

@@ -16,15 +16,17 @@ from heatlens.render.defocus.listed_fragments import FragmentBuffers
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.context import check_storage_fits
 from heatlens.render.gpu.device import Device, Texture
-from heatlens.render.gpu.textures import FloatArray, new_texture, upload, uploading
+from heatlens.render.gpu.textures import FloatArray, new_texture, upload, upload_steps
 from heatlens.render.source.pinhole import Pinhole
 
 _BRIGHT_PERCENT = 90.0  # percentile of the light that counts as bright
-_BRIGHT_MOST = 4.0  # up to here the light counts as relative to a white surface
+_BRIGHT_MOST = 4.0  # bright light up to here is taken as relative to a white surface
 _STEP = 16.0  # a power of two, so that scaling is exact; and coarse, so that it is steady in a shot
-_SAMPLES_A_SIDE = 128
+_SAMPLES_PER_SIDE = 128
 _Textures = tuple[Texture, Texture]  # colour, depth
-_Room = list[tuple[Plate, _Textures]]  # the plate, and what is beyond if that is known
+_PartTextures = list[
+    tuple[Plate, _Textures]
+]  # of the plate, and of the one with a border if it is known
 
 
 def light_scale(color: npt.NDArray[np.float32]) -> float:
@@ -34,7 +36,7 @@ def light_scale(color: npt.NDArray[np.float32]) -> float:
     and less for those in physical units, such as candela per square metre, so that highlights and
     similar colours are found as in any other picture.
     """
-    rows, columns = (max(1, side // _SAMPLES_A_SIDE) for side in color.shape[:2])
+    rows, columns = (max(1, side // _SAMPLES_PER_SIDE) for side in color.shape[:2])
     luminance = color[::rows, ::columns, :3].mean(axis=2)
     bright = float(np.percentile(luminance, _BRIGHT_PERCENT))
     if bright <= _BRIGHT_MOST:
@@ -50,38 +52,38 @@ class PlateOnGpu:
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
-        self._held: Pinhole | None = None
+        self._loaded: Pinhole | None = None
 
     @property
-    def held(self) -> Pinhole:
+    def loaded(self) -> Pinhole:
         """The loaded plate. Raises InputError while there is none."""
-        if self._held is None:
+        if self._loaded is None:
             raise InputError("No plate is loaded.")
-        return self._held
+        return self._loaded
 
-    def loading(self, plate: Plate) -> Steps[Pinhole]:
+    def load_steps(self, plate: Plate) -> Steps[Pinhole]:
         """Upload a plate to the GPU in short steps.
 
         If the steps are not completed, nothing is loaded.
         """
-        room = self._textures(plate)
-        self._release_parts()
-        self._held = None
+        part_textures = self._textures(plate)
+        self._release_lists()
+        self._loaded = None
         try:
-            for part, (color, depth) in room:
+            for part, (color, depth) in part_textures:
                 for texture, pixels in ((color, part.color), (depth, _depth_or_coc(part))):
-                    for _ in uploading(texture, pixels):
+                    for _ in upload_steps(texture, pixels):
                         yield "upload"
-            self._held = self._pinhole(plate, room)
+            self._loaded = self._pinhole(plate, part_textures)
         finally:
-            if self._held is None:
-                for _, textures in room:
+            if self._loaded is None:
+                for _, textures in part_textures:
                     _release(textures)
-        return self._held
+        return self._loaded
 
-    def _pinhole(self, plate: Plate, room: _Room) -> Pinhole:
+    def _pinhole(self, plate: Plate, part_textures: _PartTextures) -> Pinhole:
         """Return the pinhole picture of a plate whose pixels have been uploaded."""
-        scale, (widest, textures) = light_scale(plate.color), room[-1]
+        scale, (widest, textures) = light_scale(plate.color), part_textures[-1]
         fragments = self._fragments_of(widest, scale)
         wide = Pinhole(
             widest,
@@ -94,28 +96,28 @@ class PlateOnGpu:
         if widest is plate:
             return wide
         if fragments is not None:  # lists of the whole serve the frame as well
-            own, all_ = plate.data_window, widest.data_window
-            x, y = own.x0 - all_.x0, own.y0 - all_.y0
-            fragments = fragments.part(Box(x, y, x + own.width, y + own.height))
-        framed = room[0][1]
+            window, wide_window = plate.data_window, widest.data_window
+            x, y = window.x0 - wide_window.x0, window.y0 - wide_window.y0
+            fragments = fragments.crop(Box(x, y, x + window.width, y + window.height))
+        frame_textures = part_textures[0][1]
         return Pinhole(
             plate,
-            *framed,
+            *frame_textures,
             plate.bins,
             fragments,
             light_scale=scale,
-            beyond=wide,
+            wide_pinhole=wide,
             cutout=self._cutout_of(plate, scale),
         )
 
     def _cutout_of(self, plate: Plate, light_scale: float) -> CutoutTextures | None:
-        """Upload what the plate keeps from the blur, with its light multiplied."""
+        """Upload the part of the plate that stays sharp, with its light multiplied."""
         if (cutout := plate.cutout) is None:
             return None
         size, share = (plate.data_window.width, plate.data_window.height), cutout.share[..., None]
         factor = np.array([light_scale] * 3 + [1.0], np.float32)
 
-        def held(pixels: FloatArray) -> Texture:
+        def new_uploaded(pixels: FloatArray) -> Texture:
             channels = pixels.size // (size[0] * size[1])
             texture = new_texture(self._ctx, size, channels, label="cutout")
             upload(texture, np.ascontiguousarray(pixels, np.float32))
@@ -123,21 +125,21 @@ class PlateOnGpu:
 
         light, alpha = cutout.light[..., :3] * factor[:3], cutout.light[..., 3:]
         return CutoutTextures(
-            held(np.concatenate([light, share], axis=-1)),
-            held(np.concatenate([alpha] * 3 + [share], axis=-1))
+            new_uploaded(np.concatenate([light, share], axis=-1)),
+            new_uploaded(np.concatenate([alpha] * 3 + [share], axis=-1))
             if plate.has_alpha or cutout.ground is not None
             else None,
-            held(cutout.depth),
-            held(cutout.rest.color * factor),
-            held(_depth_or_coc(cutout.rest)),
-            None if cutout.ground is None else held(cutout.ground * factor),
+            new_uploaded(cutout.depth),
+            new_uploaded(cutout.rest.color * factor),
+            new_uploaded(_depth_or_coc(cutout.rest)),
+            None if cutout.ground is None else new_uploaded(cutout.ground * factor),
         )
 
     def _fragments_of(self, plate: Plate, light_scale: float) -> FragmentBuffers | None:
         """Upload the plate's fragment lists to the GPU. Raises GpuError if they do not fit."""
         if plate.fragments is None:
             return None
-        lists, window = plate.fragments.scaled(light_scale), plate.data_window
+        lists, window = plate.fragments.scale_light(light_scale), plate.data_window
         largest = max(lists.words.nbytes, lists.starts.nbytes)
         check_storage_fits(self._ctx, largest, "surfaces behind the picture")
         return FragmentBuffers(
@@ -148,46 +150,54 @@ class PlateOnGpu:
             is_exact=lists.is_measured,  # all surfaces of a deep file come from one render
         )
 
-    def _release_parts(self) -> None:
-        if self._held is None:
+    def _release_lists(self) -> None:
+        """Release fragment lists and cutouts; textures of the pictures stay for the next plate."""
+        if self._loaded is None:
             return
-        if self._held.fragments is not None:
-            self._held.fragments.release()
-        for it in (self._held, self._held.beyond):
-            if it is not None and it.cutout is not None:
-                it.cutout.release()
+        if self._loaded.fragments is not None:
+            self._loaded.fragments.release()
+        for pinhole in (self._loaded, self._loaded.wide_pinhole):
+            if pinhole is not None and pinhole.cutout is not None:
+                pinhole.cutout.release()
 
-    def _textures(self, plate: Plate) -> _Room:
-        """Return textures for the plate and what is beyond: the previous ones if all sizes fit."""
-        parts = [it for it in (plate, plate.beyond) if it is not None]
-        sizes = [(it.data_window.width, it.data_window.height) for it in parts]
-        held = [it for it in (self._held, self._held and self._held.beyond) if it is not None]
-        if [it.color.size for it in held] == sizes:
-            return [(part, (it.color, it.depth)) for part, it in zip(parts, held, strict=True)]
+    def _textures(self, plate: Plate) -> _PartTextures:
+        """Return textures for the plate and its border: the previous ones if all sizes fit."""
+        parts = [item for item in (plate, plate.with_border) if item is not None]
+        sizes = [(item.data_window.width, item.data_window.height) for item in parts]
+        loaded = [
+            item
+            for item in (self._loaded, self._loaded and self._loaded.wide_pinhole)
+            if item is not None
+        ]
+        if [item.color.size for item in loaded] == sizes:
+            return [
+                (part, (item.color, item.depth)) for part, item in zip(parts, loaded, strict=True)
+            ]
         self.release()
-        return [(part, self._new(size)) for part, size in zip(parts, sizes, strict=True)]
+        return [(part, self._new_textures(size)) for part, size in zip(parts, sizes, strict=True)]
 
-    def _new(self, size: tuple[int, int]) -> _Textures:
+    def _new_textures(self, size: tuple[int, int]) -> _Textures:
+        """Return new textures for color and depth of a plate."""
         color = new_texture(self._ctx, size, 4, label="plate colour")
         return color, new_texture(self._ctx, size, 1, label="plate depth")
 
     def size(self, shot: Shot) -> tuple[int, int]:
-        return self.held.color.size
+        return self.loaded.color.size
 
     def check_method(self, method: Method) -> None:
         """Raise InputError for a method that needs views from many points of the lens."""
         if method.needs_scene:
             raise InputError(
                 f"The method {method} needs a 3D scene, seen from many points of the lens; "
-                f"{self.held.plate.path.name} is seen from one."
+                f"{self.loaded.plate.path.name} is seen from one."
             )
 
-    def look(
+    def pinhole_steps(
         self, shot: Shot, frame: int, views: int | None, is_for_file: bool = False
     ) -> Steps[Pinhole]:
         """Return the loaded plate; the caller has loaded that of `frame`."""
         yield from ()
-        return self.held
+        return self.loaded
 
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: Texture
@@ -204,20 +214,20 @@ class PlateOnGpu:
         """Raise InputError, because only the loaded frame is known."""
         raise InputError("No scene is loaded.")
 
-    def pace(self, share: float) -> None:
+    def set_step_size(self, share: float) -> None:
         """See `SourceOnGpu`; a plate is not drawn."""
 
-    def beside(self) -> "PlateOnGpu":
+    def share(self) -> "PlateOnGpu":
         """Raise InputError, because plates are not shared."""
         raise InputError("No scene is loaded.")
 
     def release(self) -> None:
-        if self._held is not None:
-            self._release_parts()
-            for it in (self._held, self._held.beyond):
-                if it is not None:
-                    _release((it.color, it.depth))
-            self._held = None
+        if self._loaded is not None:
+            self._release_lists()
+            for pinhole in (self._loaded, self._loaded.wide_pinhole):
+                if pinhole is not None:
+                    _release((pinhole.color, pinhole.depth))
+            self._loaded = None
 
 
 def _release(textures: _Textures) -> None:
@@ -226,6 +236,7 @@ def _release(textures: _Textures) -> None:
 
 
 def _depth_or_coc(plate: Plate | Pixels) -> FloatArray:
+    """Return the depth in metres, or the coc of a plate without depth, (H, W) float32."""
     depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
     assert depth is not None
     return np.ascontiguousarray(depth, np.float32)

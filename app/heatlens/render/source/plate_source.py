@@ -26,14 +26,14 @@ from heatlens.media.files.picture_formats import is_picture
 from heatlens.media.frame_cache.cache import Damaged, FrameCache
 from heatlens.media.frame_cache.sequence_reader import NeighbourReader, SequenceReader
 from heatlens.media.plate.behind import behind_paths
-from heatlens.media.plate.mark_distance import mark_over_plates_m
+from heatlens.media.plate.mark_distance import mark_distances_m
 from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.picture.picture_open import picture_info
 from heatlens.media.plate.plate import Plate, ReadPixels
 from heatlens.media.sequence.depth_files import PlateFiles, depth_path_for
 from heatlens.media.sequence.names import NameForm, frames_text
 from heatlens.media.sequence.sequence import MissingPolicy, Sequence, find_sequence
-from heatlens.render.source.source import FrameLoader, Origin, Renderer, stamped
+from heatlens.render.source.source import FrameLoader, Origin, Renderer, stamp_files
 
 _STILL_FRAME = 1  # frame number of a picture without a number in its name
 _AHEAD = 2  # plates that are read while one is rendered
@@ -57,7 +57,7 @@ class PlateSource:
 
     @cached_property
     def read(self) -> NeighbourReader:
-        """A function that reads the plate at a path, with what its neighbours show."""
+        """A function that reads a plate with the surfaces and border that its neighbours show."""
         return NeighbourReader(self.options, self.sequence)
 
     @cached_property
@@ -67,8 +67,11 @@ class PlateSource:
 
     def files_of(self, path: Path) -> tuple[Path, ...]:
         """Return the files of the plate at a path, its own file first; then its neighbours'."""
-        others = self.read.files_of(path)
-        return (*self.own_files(path), *(it for other in others for it in self.own_files(other)))
+        neighbours = self.read.files_of(path)
+        return (
+            *self.own_files(path),
+            *(file for neighbour in neighbours for file in self.own_files(neighbour)),
+        )
 
     @property
     def all_files(self) -> tuple[Path, ...]:
@@ -86,7 +89,7 @@ class PlateSource:
     def first_file(self) -> Path:
         return self.sequence.path_at(self.sequence.present[0])
 
-    def located(self) -> "PlateSource":
+    def with_absolute_paths(self) -> "PlateSource":
         sequence = replace(self.sequence, folder=Path(absolute(self.sequence.folder)))
         options = self.options.with_files_beside(absolute)
         return PlateSource(absolute(self.text), sequence, options)
@@ -100,16 +103,16 @@ class PlateSource:
 
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
         """See `Source`; if the pattern names frames, only these are used."""
-        if shot.played is None:
+        if shot.played_frames is None:
             return self.sequence.frames
         if self.sequence.frame_range is None:
-            return tuple(shot.played)
-        return tuple(frame for frame in self.sequence.frames if frame in shot.played)
+            return tuple(shot.played_frames)
+        return tuple(frame for frame in self.sequence.frames if frame in shot.played_frames)
 
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
         if missing != "stop" or self._is_still(shot):
             return
-        gaps = [frame for frame in frames if not self.sequence.has(frame)]
+        gaps = [frame for frame in frames if not self.sequence.has_file(frame)]
         if gaps:
             raise InputError(
                 f"{self.sequence.pattern} has no file for {len(gaps)} of {len(frames)} frames: "
@@ -121,9 +124,9 @@ class PlateSource:
         """See `Source`; a missing frame is made of the plate that replaces it."""
         if self._is_still(shot):
             return self._origin(self.sequence.first, is_black=False)
-        held = self.sequence.shown_frame(frame, "hold")
-        assert held is not None  # a sequence that was found has a file
-        return self._origin(held, is_black=missing == "black" and held != frame)
+        shown_frame = self.sequence.shown_frame(frame, "hold")
+        assert shown_frame is not None  # a sequence that was found has a file
+        return self._origin(shown_frame, is_black=missing == "black" and shown_frame != frame)
 
     def loader(
         self,
@@ -133,11 +136,13 @@ class PlateSource:
         is_for_file: bool = False,
     ) -> FrameLoader:
         """See `Source`; the next plates are read while a frame is rendered."""
-        needed = tuple(sorted({origin.frame for origin in origins}))
-        part = replace(self.sequence, frames=needed, present=needed)
-        return _PlateLoader(part, self.read, renderer)
+        needed_frames = tuple(sorted({origin.frame for origin in origins}))
+        needed_sequence = replace(self.sequence, frames=needed_frames, present=needed_frames)
+        return _PlateLoader(needed_sequence, self.read, renderer)
 
-    def distances_m(self, shot: Shot, mark: Mark, tell: Callable[[str], None]) -> Distances:
+    def distances_m(
+        self, shot: Shot, mark: Mark, report_progress: Callable[[str], None]
+    ) -> Distances:
         """See `Source`; a missing frame is that of the plate before it."""
         sequence, options = self.sequence, replace(self.options, never_blur=None, only_blur=None)
         frames = shot.frames or FrameRange(sequence.first, sequence.last)
@@ -147,12 +152,12 @@ class PlateSource:
 
         def plates() -> Iterator[tuple[int, Plate]]:
             for frame in frames:
-                tell(f"measuring {mark.name} at frame {frame} of {frames}")
-                shown = sequence.shown_frame(frame, "hold")
-                assert shown is not None  # a sequence that was found has a file
-                yield frame, read(sequence.path_at(shown))
+                report_progress(f"measuring {mark.name} at frame {frame} of {frames}")
+                shown_frame = sequence.shown_frame(frame, "hold")
+                assert shown_frame is not None  # a sequence that was found has a file
+                yield frame, read(sequence.path_at(shown_frame))
 
-        return mark_over_plates_m(plates(), mark)
+        return mark_distances_m(plates(), mark)
 
     def _is_still(self, shot: Shot) -> bool:
         """Return True for a single file that is shown at every frame."""
@@ -160,11 +165,12 @@ class PlateSource:
         return not sequence.form.padding or (sequence.is_single and shot.frames is None)
 
     def _origin(self, frame: int, is_black: bool) -> Origin:
+        """Return the origin of an existing frame. Raises InputError if a file of it is missing."""
         path, depth = self.sequence.path_at(frame), self.options.depth_source
         if depth is not None:
             depth_path_for(path, depth)  # raises InputError where the frame has no depth
         behind_paths(path, self.options)  # raises InputError likewise
-        return Origin(frame, is_black, stamped(self.files_of(path)))
+        return Origin(frame, is_black, stamp_files(self.files_of(path)))
 
 
 class _PlateLoader:
@@ -174,7 +180,7 @@ class _PlateLoader:
         self._renderer = renderer
         self._loaded: tuple[Plate | None, bool] = (None, False)
         self._sequence = sequence
-        self._cache = FrameCache(sequence, read, _PLATES_BYTES, keeps_seen=False)
+        self._cache = FrameCache(sequence, read, _PLATES_BYTES, keeps_passed=False)
 
     def load(self, origin: Origin) -> None:
         plate, is_black = self._plate_at(origin.frame), origin.is_black
@@ -186,10 +192,10 @@ class _PlateLoader:
         self._cache.close()
 
     def _plate_at(self, frame: int) -> Plate:
-        needed = self._sequence.frames
-        left = len(needed) - 1 - needed.index(frame)
+        needed_frames = self._sequence.frames
+        frames_left = len(needed_frames) - 1 - needed_frames.index(frame)
         # After the last frame the cache would continue with the first, as players do: prevent it.
-        plate = self._cache.wait(frame, window=min(_AHEAD, left))
+        plate = self._cache.read_and_wait(frame, window=min(_AHEAD, frames_left))
         if isinstance(plate, Plate):
             return plate
         if isinstance(plate, Damaged):
@@ -199,7 +205,7 @@ class _PlateLoader:
 
 def black_plate(plate: Plate) -> Plate:
     """Return a plate of the same size without any light, and without surfaces at any depth."""
-    plate = replace(plate, fragments=None, behind=(), beyond=None, cutout=None)
+    plate = replace(plate, fragments=None, behind=(), with_border=None, cutout=None)
     color = np.zeros_like(plate.color)
     if not plate.has_alpha:
         color[..., 3] = 1.0
@@ -209,10 +215,10 @@ def black_plate(plate: Plate) -> Plate:
     return replace(plate, pixels=ReadPixels(color, nowhere_m))
 
 
-def plate_alone(path: Path, options: PlateOptions) -> PlateSource:
+def make_single_plate_source(path: Path, options: PlateOptions) -> PlateSource:
     """Return the plate in one file, even if it is a frame of a sequence; the disk is not read."""
-    alone = Sequence(path.parent, NameForm(path.name, 0, ""), (_STILL_FRAME,), (_STILL_FRAME,))
-    return PlateSource(str(path), alone, options)
+    sequence = Sequence(path.parent, NameForm(path.name, 0, ""), (_STILL_FRAME,), (_STILL_FRAME,))
+    return PlateSource(str(path), sequence, options)
 
 
 Size = tuple[int, int]
@@ -227,10 +233,12 @@ def sequence_of_one_size(text: str) -> Sequence:
     path = Path(os.path.expanduser(text))
     if sequence.is_single or sequence.folder == path or not os.path.isfile(path):
         return sequence
-    named = sequence.frame_at(path)
-    own = _size_of(path)
-    others = (_size_of(sequence.path_at(frame)) for frame in _neighbours(sequence, named))
-    if own is None or all(size in (None, own) for size in others):
+    named_frame = sequence.frame_at(path)
+    own_size = _size_of(path)
+    neighbour_sizes = (
+        _size_of(sequence.path_at(frame)) for frame in _neighbours(sequence, named_frame)
+    )
+    if own_size is None or all(size in (None, own_size) for size in neighbour_sizes):
         return sequence
     return find_sequence(text, whole=False)
 
@@ -238,12 +246,12 @@ def sequence_of_one_size(text: str) -> Sequence:
 def _neighbours(sequence: Sequence, frame: int | None) -> set[int]:
     """Return the first and last present frame, and the present ones next to `frame`."""
     present = sequence.present
-    at = present.index(frame) if frame in present else 0
+    index = present.index(frame) if frame in present else 0
     return {
         present[0],
         present[-1],
-        present[max(at - 1, 0)],
-        present[min(at + 1, len(present) - 1)],
+        present[max(index - 1, 0)],
+        present[min(index + 1, len(present) - 1)],
     }
 
 

@@ -8,7 +8,7 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.shot.framing import Framing, Pose
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.shot.shot import Shot
-from heatlens.media.plate.coc_line import area_at, middle_m
+from heatlens.media.plate.coc_line import area_at, upper_median_m
 from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_view import pupil_of
 from heatlens.render.defocus.steps import Steps
@@ -32,8 +32,8 @@ from heatlens.render.source.pinhole import Pinhole
 
 
 @dataclass(frozen=True, eq=False)
-class _Held:
-    """The latest picture; `key` is equal where it need not be drawn again."""
+class _DrawnPicture:
+    """The latest picture; a request with an equal `key` need not be drawn again."""
 
     key: object
     views: int  # samples a pixel
@@ -57,8 +57,8 @@ class SceneOnGpu:
         self._survey = DepthSurvey(ctx)
         self._pinholes = PinholeDraw(ctx, scene, self._raster, self._survey)
         self._pool = TexturePool(ctx)
-        self._held: _Held | None = None
-        self._bank = 0  # index of two sets of textures: one is held while the other is drawn
+        self._latest: _DrawnPicture | None = None
+        self._bank = 0  # index of two sets of textures: one has the latest, the other is drawn
 
     @cached_property
     def _accumulation(self) -> Accumulation:
@@ -74,37 +74,38 @@ class SceneOnGpu:
     def check_method(self, method: Method) -> None:
         """Accept every method, because scenes can be rendered by all of them."""
 
-    def look(
+    def pinhole_steps(
         self, shot: Shot, frame: int, views: int | None, is_for_file: bool = False
     ) -> Steps[Pinhole]:
         """See `SourceOnGpu`; an unchanged picture is returned as the same object."""
         check_plate_fits(self._ctx, *self.size(shot))
         key = self._pinhole_key(shot, frame), is_for_file
-        held = self._held
-        if held is not None and held.key == key and held.views >= (views or 0):
-            return held.pinhole
+        latest = self._latest
+        if latest is not None and latest.key == key and latest.views >= (views or 0):
+            return latest.pinhole
         views, bank = views or PINHOLE_VIEWS, 1 - self._bank
         drawn = yield from self._pinholes.steps(Request(shot, frame, views, bank, is_for_file, key))
         pixels = DrawnPixels(drawn.color, drawn.depth, self._raster.read)
         pinhole = self._pinhole(shot, frame, drawn, pixels)
-        self._let_go()
-        self._bank, self._held = bank, _Held(key, views, pinhole, pixels)
+        self._forget_latest()
+        self._bank, self._latest = bank, _DrawnPicture(key, views, pinhole, pixels)
         return pinhole
 
     def _pinhole(
         self, shot: Shot, frame: float, drawn: DrawnPinhole, pixels: DrawnPixels
     ) -> Pinhole:
-        surveyed = self._survey.of(drawn.depth)
-        seen = self.pose_at(shot, frame), shot.lens_at(frame), self.size(shot)
+        """Return a drawn picture as a pinhole, with a plate that describes it."""
+        depths = self._survey.of(drawn.depth)
+        view = self.pose_at(shot, frame), shot.lens_at(frame), self.size(shot)
         notes = () if drawn.peeled is None else drawn.peeled.notes
-        plate = plate_of_scene(self.scene.path, pixels, surveyed, seen, notes)
-        known = drawn.overscan, drawn.peeled
-        return Pinhole(plate, drawn.color, drawn.depth, surveyed.dioptres, None, *known)
+        plate = plate_of_scene(self.scene.path, pixels, depths, view, notes)
+        surfaces = drawn.overscan, drawn.peeled
+        return Pinhole(plate, drawn.color, drawn.depth, depths.dioptres, None, *surfaces)
 
     def _pinhole_key(self, shot: Shot, frame: float) -> object:
-        """Return a key that is equal where the pinhole picture is."""
-        lens, seen = shot.lens_at(frame), (self.pose_at(shot, frame), self._moment(frame))
-        return *seen, lens.focal_length_mm, lens.sensor_width_mm, self.size(shot)
+        """Return a key that is equal for equal pinhole pictures."""
+        lens, camera_state = shot.lens_at(frame), (self.pose_at(shot, frame), self._moment(frame))
+        return *camera_state, lens.focal_length_mm, lens.sensor_width_mm, self.size(shot)
 
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: Texture
@@ -114,15 +115,15 @@ class SceneOnGpu:
         self._raster.place(frame)
         pupil = pupil_of(lens)
         view = shot_view(self.scene, shot, frame, size, 0, max(pupil.half_extents_m))
-        seen = replace(lens, t_stop=None, acceptable_coc_mm=None, close_focus_m=None)
-        key = (self.pose_at(shot, frame), seen, size, self._moment(frame))
-        method = self._method(shot.defocus.method)
-        for name in method.steps(view, pupil, shot.defocus.views, out, key):
+        relevant_lens = replace(lens, t_stop=None, acceptable_coc_mm=None, close_focus_m=None)
+        key = (self.pose_at(shot, frame), relevant_lens, size, self._moment(frame))
+        drawer = self._drawer_of(shot.defocus.method)
+        for name in drawer.steps(view, pupil, shot.defocus.views, out, key):
             yield name
             self._raster.place(frame)  # others may have drawn another frame in between
 
-    def _method(self, method: Method) -> Accumulation | RayTracer:
-        """Return what draws a scene by `method`."""
+    def _drawer_of(self, method: Method) -> Accumulation | RayTracer:
+        """Return the object that draws a scene by `method`."""
         match method:
             case Method.ACCUMULATION:
                 return self._accumulation
@@ -142,36 +143,37 @@ class SceneOnGpu:
 
     def depth_m_at(self, shot: Shot, frame: float, x: int, y: int) -> float:
         window = Box(0, 0, *self.size(shot))
-        return middle_m(self._depth_in(shot, frame, area_at(x, y, window, window)))
+        return upper_median_m(self._depth_in(shot, frame, area_at(x, y, window, window)))
 
     def _depth_in(self, shot: Shot, frame: float, area: Box) -> FloatArray:
-        """Return (h, w) planar metres of an area; the picture that is held stays as it is."""
+        """Return (h, w) planar metres of an area; the latest picture stays as it is."""
         width, height = size = self.size(shot)
-        aside_px = (area.x0 + area.x1 - width) / 2, (area.y0 + area.y1 - height) / 2
+        offset_px = (area.x0 + area.x1 - width) / 2, (area.y0 + area.y1 - height) / 2
         view = shot_view(self.scene, shot, frame, size)
-        part = replace(view, size=(area.width, area.height), jitter_px=aside_px)
-        depth = self._pool.texture("depth of an area", part.size, 1)
-        self._raster.depth_at(part, frame, depth)
+        area_view = replace(view, size=(area.width, area.height), jitter_px=offset_px)
+        depth = self._pool.texture("depth of an area", area_view.size, 1)
+        self._raster.depth_at(area_view, frame, depth)
         return download(depth)
 
-    def pace(self, share: float) -> None:
+    def set_step_size(self, share: float) -> None:
         self._raster.bands.share = share
 
-    def beside(self) -> "SceneOnGpu":
+    def share(self) -> "SceneOnGpu":
         return SceneOnGpu(self._ctx, self.scene, self._raster)
 
-    def _let_go(self) -> None:
-        if self._held is not None:
-            self._held.pixels.let_go()
-            self._held = None
+    def _forget_latest(self) -> None:
+        """Forget the latest picture, whose textures will be overwritten."""
+        if self._latest is not None:
+            self._latest.pixels.invalidate()
+            self._latest = None
 
     def release(self) -> None:
-        self._let_go()
+        self._forget_latest()
         self._survey.release()
         self._pinholes.release()
-        for made in ("_accumulation", "_ray_tracer"):
-            if made in self.__dict__:
-                self.__dict__[made].release()
+        for name in ("_accumulation", "_ray_tracer"):
+            if name in self.__dict__:
+                self.__dict__[name].release()
         self._pool.release()
         if self._owns_raster:
             self._raster.release()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import absolute, unreadable
+from heatlens.core.base.paths import absolute, unreadable_error
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.focus.live_focus import Distances
 from heatlens.core.model.lens.lens import Lens
@@ -20,14 +20,14 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.header.header_lens import StartLens
-from heatlens.media.scene.first_shot import FirstShot, first_shot, lens_with
-from heatlens.media.scene.placing import placed
+from heatlens.media.scene.first_shot import FirstShot, first_shot, lens_with_fields
+from heatlens.media.scene.placing import place_scene
 from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_bounds import object_depth_m, object_names, track_of
 from heatlens.media.scene.scene_read import files_of_scene, is_demo, open_scene
 from heatlens.media.sequence.sequence import MissingPolicy, Stamp
 from heatlens.render.source.opened import Opened, Opening
-from heatlens.render.source.source import FrameLoader, Origin, Renderer, stamped
+from heatlens.render.source.source import FrameLoader, Origin, Renderer, stamp_files
 
 _STILL_FRAME = 1  # the frame of a scene in which nothing moves
 
@@ -59,12 +59,12 @@ class SceneSource:
         """See `Source`. Raises InputError if the scene cannot be read."""
         return self.scene.frames
 
-    def located(self) -> "SceneSource":
+    def with_absolute_paths(self) -> "SceneSource":
         return SceneSource(self.text if self.files is None else absolute(self.text), self.timing)
 
     def require(self) -> None:
         if self.files is not None and not os.path.isfile(self.files):
-            raise unreadable(self.files)
+            raise unreadable_error(self.files)
 
     def span(self, shot: Shot) -> FrameRange | None:
         """See `Source`; the frames of the shot, else those in which something moves."""
@@ -72,7 +72,7 @@ class SceneSource:
 
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
         """See `Source`; without an in and out point, the frames in which something moves."""
-        return tuple(shot.played or self.scene.frames or (_STILL_FRAME,))
+        return tuple(shot.played_frames or self.scene.frames or (_STILL_FRAME,))
 
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
         """Raise InputError if the file is missing; a scene has every frame."""
@@ -80,11 +80,13 @@ class SceneSource:
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
         """See `Source`; every frame is made of all files of the scene."""
-        return Origin(frame, files=stamped(self.all_files))
+        return Origin(frame, files=stamp_files(self.all_files))
 
-    def distances_m(self, shot: Shot, mark: Mark, tell: Callable[[str], None]) -> Distances:
+    def distances_m(
+        self, shot: Shot, mark: Mark, report_progress: Callable[[str], None]
+    ) -> Distances:
         """See `Source`; objects and distances need no picture of the scene."""
-        framing, scene = shot.framing or Framing(), placed(self.scene, shot.framing)
+        framing, scene = shot.framing or Framing(), place_scene(self.scene, shot.framing)
         frames = shot.frames or self.scene.frames or FrameRange(_STILL_FRAME, _STILL_FRAME)
         if isinstance(mark, DistanceMark):
             return dict.fromkeys(frames, mark.distance_m)
@@ -115,7 +117,7 @@ class SceneSource:
         is_for_file: bool = False,
     ) -> FrameLoader:
         """See `Source`; the scene is uploaded to the GPU once for all frames."""
-        renderer.load_scene(placed(self.scene, shot.framing))
+        renderer.load_scene(place_scene(self.scene, shot.framing))
         return _SceneLoader(shot, renderer, is_for_file)
 
 
@@ -128,25 +130,25 @@ class _SceneLoader:
     is_for_file: bool
 
     def load(self, origin: Origin) -> None:
-        self.renderer.look(self.shot, origin.frame, is_for_file=self.is_for_file)
+        self.renderer.load_pinhole(self.shot, origin.frame, is_for_file=self.is_for_file)
 
     def close(self) -> None:
         """Do nothing, because nothing is read ahead."""
 
 
-def scene_again(text: str, _options: PlateOptions, timing: SceneTiming | None) -> SceneSource:
+def make_scene_source(text: str, _options: PlateOptions, timing: SceneTiming | None) -> SceneSource:
     """Return the scene called `text`, which is not opened before it is needed."""
     return SceneSource(text, timing)
 
 
-def scene_alone(path: Path, _options: PlateOptions) -> SceneSource:
+def make_single_scene_source(path: Path, _options: PlateOptions) -> SceneSource:
     """Return the scene in a file."""
     return SceneSource(str(path))
 
 
 @dataclass(frozen=True, eq=False)
 class OpenedScene(Opened):
-    """A 3D scene with its first shot; `asked` are the options that its plates would have."""
+    """A 3D scene with its first shot; `requested_options` are unused, as a scene has no plates."""
 
     text: str
     frame: int
@@ -154,23 +156,25 @@ class OpenedScene(Opened):
     scene: Scene = field()
     timing: SceneTiming | None = field()
     stamps: tuple[Stamp | None, ...] = field()
-    again: SceneSource = field()
-    asked: PlateOptions
+    render_source: SceneSource = field()
+    requested_options: PlateOptions
     first: FirstShot
 
     @property
     def options(self) -> PlateOptions:
-        """The options that were asked for; a scene has no plates."""
-        return self.asked
+        """The requested options; a scene has no plates."""
+        return self.requested_options
 
     @property
     def frames(self) -> FrameRange | None:
         """The frames in which something moves."""
         return self.scene.frames
 
-    def lens(self, given: Mapping[str, object]) -> StartLens:
+    def lens(self, lens_fields: Mapping[str, object]) -> StartLens:
         """Return the given lens, completed from the scene's camera, or assumed."""
-        return StartLens(lens_with(self.first, given), dict.fromkeys(given, "given"))
+        return StartLens(
+            lens_with_fields(self.first, lens_fields), dict.fromkeys(lens_fields, "given")
+        )
 
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
         """Return the first shot; a given value replaces the keys of the scene's camera."""
@@ -182,15 +186,15 @@ class OpenedScene(Opened):
         return shot
 
 
-def opened_scene(opening: Opening) -> OpenedScene:
+def open_scene_source(opening: Opening) -> OpenedScene:
     """Read a scene; `opening.placing` gives the unit and the up axis if its file does not.
 
-    Raises InputError that names the file if that fails.
+    Raises InputError with the name of the file if it cannot be read.
     """
     source = SceneSource(opening.text, opening.timing)
-    stamps = tuple(file.stamp for file in stamped(source.all_files))  # before it is read
-    with opening.stop.heard():
+    stamps = tuple(file.stamp for file in stamp_files(source.all_files))  # before it is read
+    with opening.stop.applies_to_thread():
         first = first_shot(opening.text, timing=opening.timing, placing=opening.placing)
     scene, timing = first.scene, opening.timing
-    facts = opening.text, first.frame, scene.notes, scene, timing, stamps
-    return OpenedScene(*facts, source, opening.options, first)
+    first_fields = opening.text, first.frame, scene.notes, scene, timing, stamps
+    return OpenedScene(*first_fields, source, opening.options, first)

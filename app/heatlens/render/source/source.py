@@ -26,7 +26,7 @@ class StampedFile:
     stamp: Stamp | None
 
 
-def stamped(paths: Iterable[Path]) -> tuple[StampedFile, ...]:
+def stamp_files(paths: Iterable[Path]) -> tuple[StampedFile, ...]:
     """Return the files with their current stamps."""
     return tuple(StampedFile(path, stamp_of(path)) for path in paths)
 
@@ -55,7 +55,7 @@ class Renderer(Protocol):
     def load_scene(self, scene: Scene) -> None:
         """Upload a scene to the GPU."""
 
-    def look(
+    def load_pinhole(
         self, shot: Shot, frame: int = 0, views: int | None = None, is_for_file: bool = False
     ) -> Pinhole:
         """Draw the pinhole picture of `frame`; for plates, return the loaded one."""
@@ -75,7 +75,7 @@ class FrameLoader(Protocol):
 
 
 class Source(Protocol):
-    """Plates or a 3D scene: any frame can be rendered at any time. See `SourceKind.again`."""
+    """Plates or a 3D scene: any frame can be rendered at any time."""
 
     @property
     def text(self) -> str:
@@ -101,8 +101,8 @@ class Source(Protocol):
     def has_many_views(self) -> bool:
         """True if it can be seen from many points of the lens, by accumulation or ray tracing."""
 
-    def located(self) -> "Source":
-        """Return it with absolute paths and nothing that was read, to be sent to other machines."""
+    def with_absolute_paths(self) -> "Source":
+        """Return the source with absolute paths, unread, to be sent to other machines."""
 
     def require(self) -> None:
         """Raise InputError if its files are missing, without reading them."""
@@ -117,16 +117,18 @@ class Source(Protocol):
         """
 
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
-        """Raise InputError that names those of `frames` that are missing and not replaceable."""
+        """Raise InputError with the numbers of `frames` that are missing and not replaceable."""
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
-        """Return what `frame` is made of; only files that name other files are read for this.
+        """Return the files of `frame`; only files that name other files are read for this.
 
-        Raises InputError if that fails.
+        Raises InputError if such a file cannot be read.
         """
 
-    def distances_m(self, shot: Shot, mark: Mark, tell: Callable[[str], None]) -> Distances:
-        """Return the distance of a mark at each frame of the shot; `tell` hears of the progress.
+    def distances_m(
+        self, shot: Shot, mark: Mark, report_progress: Callable[[str], None]
+    ) -> Distances:
+        """Return the distance of a mark at each frame; call `report_progress` in between.
 
         Raises InputError if it cannot be measured in such a source.
         """
@@ -140,5 +142,5 @@ class Source(Protocol):
     ) -> FrameLoader:
         """Return a loader for these frames, which must be loaded in this order.
 
-        `is_for_file`: the surfaces behind a pinhole picture are written, see `FrameRenderer.look`.
+        `is_for_file`: surfaces behind a picture are written, see `FrameRenderer.load_pinhole`.
         """

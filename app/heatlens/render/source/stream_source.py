@@ -7,7 +7,7 @@ from functools import partial
 
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError
-from heatlens.core.base.faults import faults_reported
+from heatlens.core.base.faults import report_faults
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import DefocusSettings
@@ -22,10 +22,10 @@ _PAUSE_S = 0.1  # shortest pause between two plates, so that the window can do o
 
 
 @dataclass(frozen=True, eq=False)
-class _Made:
+class _StreamPlate:
     """A plate, or the reason why there is none, and its origin."""
 
-    of: tuple[int, PlateOptions]  # version of the server's images, and how they were read
+    origin: tuple[int, PlateOptions]  # version of the server's images, and how they were read
     plate: Plate | None
     problem: str
 
@@ -40,60 +40,62 @@ class StreamSource:
         """
         self.wake: Callable[[], None] = lambda: None  # called on threads when `poll` has news
         self.options = PlateOptions()  # how frames are read
-        self.is_wanted = False  # arriving frames should be shown
+        self.should_show = False  # arriving frames should be shown
         self.is_shown = False  # the first of them has arrived
-        self.problem = ""  # a sentence on why the newest frame is not shown
-        self.arriving = ""  # a sentence while a part of the frame has not arrived
-        self._made_of: tuple[int, PlateOptions] | None = None
+        self.problem = ""  # message about why the newest frame is not shown
+        self.arriving = ""  # message while a part of the frame has not arrived
+        self._plate_origin: tuple[int, PlateOptions] | None = None
         self._due_s = 0.0
-        self._maker: Background[_Made] = Background(lambda: self.wake())
+        self._plate_maker: Background[_StreamPlate] = Background(lambda: self.wake())
         self._server = TevServer(host, port, on_news=lambda: self.wake())
-        name, bound = self._server.address
-        self.address = f"[{name}]:{bound}" if ":" in name else f"{name}:{bound}"
+        name, bound_port = self._server.address
+        self.address = f"[{name}]:{bound_port}" if ":" in name else f"{name}:{bound_port}"
         self.text = f"{STREAM_PREFIX}{self.address}"
 
     def begin(self, options: PlateOptions) -> None:
         """Show the current and all later frames, read with `options`."""
-        self.options, self.is_wanted, self._made_of = options, True, None
+        self.options, self.should_show, self._plate_origin = options, True, None
 
     def show(self, is_shown: bool) -> None:
         """Set whether the frames of this stream are shown, or those of another source."""
-        self.is_wanted = self.is_shown = is_shown
+        self.should_show = self.is_shown = is_shown
 
     def poll(self) -> Plate | None:
         """Return the newest frame once; begin with the next one if the renderer has sent more."""
-        made = self._maker.poll()
-        if made is not None:
-            self._made_of, self.problem = made.of, made.problem
-            self.arriving = "" if made.plate is None else _arriving(made.plate)
+        result = self._plate_maker.poll()
+        if result is not None:
+            self._plate_origin, self.problem = result.origin, result.problem
+            self.arriving = "" if result.plate is None else _arriving_text(result.plate)
             self._due_s = time.monotonic() + _PAUSE_S
         version = self._server.version
-        is_new = version > 0 and (version, self.options) != self._made_of
-        if self.is_wanted and is_new and not self._maker.is_busy:
-            self._maker.start(partial(self._make, self.options, self._due_s))
-        return made.plate if made is not None and self.is_wanted else None
+        is_new = version > 0 and (version, self.options) != self._plate_origin
+        if self.should_show and is_new and not self._plate_maker.is_busy:
+            self._plate_maker.start(partial(self._make, self.options, self._due_s))
+        return result.plate if result is not None and self.should_show else None
 
-    def _make(self, options: PlateOptions, due_s: float) -> _Made:
+    def _make(self, options: PlateOptions, due_s: float) -> _StreamPlate:
         """Copy the image that has arrived and read it as a plate; runs on a thread."""
         time.sleep(max(0.0, due_s - time.monotonic()))
-        of = self._server.version, options
+        origin = self._server.version, options
         try:
-            with faults_reported("The frame that was sent could not be read"):
+            with report_faults("The frame that was sent could not be read"):
                 plate = self._server.snapshot(options=options)
         except HeatlensError as error:
-            return _Made(of, None, str(error))
-        return _Made(of, None if plate is None else plate.counted(), self._server.problem or "")
+            return _StreamPlate(origin, None, str(error))
+        return _StreamPlate(
+            origin, None if plate is None else plate.count_bins(), self._server.problem or ""
+        )
 
     @property
-    def words(self) -> str:
-        """Return sentences on where it listens, what is missing, and what could not be used."""
-        said = (f"Listening on {self.address} ...", self.arriving, self.refusal)
-        return " ".join(part for part in said if part)
+    def status_text(self) -> str:
+        """Return the address, which pixels have not arrived, and which data could not be used."""
+        messages = (f"Listening on {self.address} ...", self.arriving, self.refusal)
+        return " ".join(message for message in messages if message)
 
     @property
     def refusal(self) -> str:
-        """Return sentences on what could not be used; "" if everything could."""
-        return " ".join(part for part in (self.problem, self.losses) if part)
+        """Return messages about data that could not be used; "" if all could."""
+        return " ".join(message for message in (self.problem, self.losses) if message)
 
     @property
     def losses(self) -> str:
@@ -109,7 +111,8 @@ class StreamSource:
         self._server.close()
 
 
-def _arriving(plate: Plate) -> str:
+def _arriving_text(plate: Plate) -> str:
+    """Return the message about pixels without depth so far; "" if there are none."""
     if not plate.missing_count:
         return ""
     count = plate.data_window.width * plate.data_window.height
@@ -131,9 +134,9 @@ class OpenedStream(Opened):
         """The options, which may change while frames arrive."""
         return self.stream.options
 
-    def lens(self, given: Mapping[str, object]) -> StartLens:
-        """Return the given lens, completed from what the renderer sent."""
-        return start_lens(self.plate, given)
+    def lens(self, lens_fields: Mapping[str, object]) -> StartLens:
+        """Return the given lens, completed from the header that the renderer sent."""
+        return start_lens(self.plate, lens_fields)
 
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
         """Return a shot of the newest frame."""

@@ -172,7 +172,7 @@ class Board:
 def _changed(now: Changeable, values: JsonEntry) -> Changeable:
     hints = get_type_hints(type(now))
     given = {
-        name: entry.of_type(hints[name])
+        name: entry.convert(hints[name])
         for name, entry in values.members([field.name for field in fields(now)]).items()
     }
-    return values.built(partial(replace, now), given)
+    return values.build(partial(replace, now), given)

@@ -89,9 +89,11 @@ def _lens(session: Session) -> Iterator[Command]:
     yield from in_group(
         *("Lens", "looks"),
         page_command("Keep this look", looks.keep, "Shift+L"),
-        page_command("Back to the lens before", looks.back, "Backspace"),
+        page_command("Back to the lens before", looks.use_previous_lens, "Backspace"),
         *(
-            remote_command(f"Look {number}", partial(looks.go, number - 1), f"Ctrl+{number}")
+            remote_command(
+                f"Look {number}", partial(looks.use_number, number - 1), f"Ctrl+{number}"
+            )
             for number in range(1, _LOOKS_NAMED + 1)
         ),
     )
@@ -103,7 +105,7 @@ def _lens(session: Session) -> Iterator[Command]:
 
 
 def _play(session: Session) -> Iterator[Command]:
-    time, pull = session.time.timeline, session.time.pull
+    time, pull = session.time.timeline, session.time.frames_ahead
     yield from in_group(
         *("Play", "play"),
         page_command("Play or stop", partial(time.play, 1), "Space"),
@@ -119,7 +121,7 @@ def _play(session: Session) -> Iterator[Command]:
         page_command("Previous key", partial(time.go_to_key, -1), "Up"),
     )
     keeps = session.preferences
-    ahead = Command("Render frames ahead", pull.switch, is_on=lambda: keeps.now.keep_frames)
+    ahead = Command("Render frames ahead", pull.switch, is_on=lambda: keeps.values.keep_frames)
     yield from in_group(
         *("Play", "range"),
         page_command("Set in point", time.set_in, "I"),
@@ -144,7 +146,7 @@ def _keys(session: Session) -> Iterator[Command]:
     yield from in_group(
         *("Animate", "keys"),
         auto_key,
-        remote_command("Select all keys", keys.choose_all, "Ctrl+Shift+A"),
+        remote_command("Select all keys", keys.select_all, "Ctrl+Shift+A"),
         remote_command("Copy keys", keys.copy, "Ctrl+Shift+C"),
         remote_command("Paste keys", keys.paste, "Ctrl+Shift+V"),
         remote_command("Move keys later", partial(keys.move, 1), "Ctrl+Shift+Right", repeats=True),
@@ -175,7 +177,7 @@ def _marks(session: Session) -> Iterator[Command]:
         page_command("Set mark here", marks.set_here, "M", sheet="Focus"),
         remote_command("Reverse the pull", marks.pulls.reverse),
         record,
-        page_command("Hold the focus from here", marks.pulls.hold, "H", sheet="Focus"),
+        page_command("Hold the focus from here", marks.pulls.hold_focus, "H", sheet="Focus"),
     )
 
 

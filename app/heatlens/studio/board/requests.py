@@ -12,7 +12,7 @@ from typing import ClassVar, Literal
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.view.view import Compare
 from heatlens.studio.session.files.file_commands import PURPOSES
-from heatlens.studio.session.files.folder_walk import Chosen
+from heatlens.studio.session.files.folder_walk import ChosenFile
 from heatlens.studio.session.scenes.scene_commands import CameraDrag
 from heatlens.studio.session.session import Session
 
@@ -51,7 +51,7 @@ class Save(Request):
     def run(self, session: Session) -> None:
         files = session.files.commands
         if files.may_choose(self.what):
-            files.take(Chosen(PURPOSES[self.what], Path(self.path).absolute()))
+            files.apply_choice(ChosenFile(PURPOSES[self.what], Path(self.path).absolute()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class Go(Request):
     frame: int
 
     def run(self, session: Session) -> None:
-        session.time.timeline.go(self.frame)
+        session.time.timeline.go_to(self.frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,9 +120,9 @@ class Pull(Request):
             raise InputError(f"There is no mark {self.mark!r}.")
         if self.frames < 1:
             raise InputError(f"A pull must last at least 1 frame, not {self.frames}.")
-        marks.pulls.begin()
+        marks.pulls.suggest()
         marks.pulls.origin, marks.pulls.target = None, self.mark
-        marks.pulls.lengthen(self.frames)
+        marks.pulls.set_length(self.frames)
         marks.pulls.make()
 
 
@@ -135,7 +135,7 @@ class TakeLook(Request):
     def run(self, session: Session) -> None:
         if self.name not in [look.name for look in session.facts.shot.looks]:
             raise InputError(f"There is no look {self.name!r}.")
-        session.pictures.looks.go_to(self.name)
+        session.pictures.looks.use_named(self.name)
         if session.facts.view.compare is Compare.GRID:
             session.pictures.commands.change(compare=Compare.OFF)
 

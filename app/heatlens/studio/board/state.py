@@ -77,7 +77,7 @@ def state_of(session: Session, commands: Sequence[Command], picture: int) -> Sta
 
     `commands` are the named commands, and `picture` is the number of the picture.
     """
-    facts, timeline, seen = session.facts, session.time.timeline, session.facts.seen
+    facts, timeline, seen = session.facts, session.time.timeline, session.facts.shown_picture
     lens, shot, marks = _lens(session), facts.shot, session.time.marks
     return State(
         source=shot.source or "",
@@ -94,7 +94,7 @@ def state_of(session: Session, commands: Sequence[Command], picture: int) -> Sta
         far_m=None if lens is None else far_limit_m(lens),
         blur=shot.defocus,
         view=facts.view,
-        marks=tuple(MarkState(mark.name, marks.distances.of_m(mark)) for mark in shot.marks),
+        marks=tuple(MarkState(mark.name, marks.distances.distance_m(mark)) for mark in shot.marks),
         looks=tuple(look.name for look in shot.looks),
         size_px=None if seen is None else seen.texture.size,
         is_whole=seen is not None and seen.is_whole and not session.time.scheduler.is_rendering,

@@ -35,7 +35,7 @@ def read_user_keys(preferences: Path | None) -> tuple[Mapping[str, str], str]:
 
 def _checked(top: JsonEntry) -> dict[str, str]:
     keys: dict[str, str] = {}
-    for name, key in top.by_name(str).items():
+    for name, key in top.mapping_of(str).items():
         entry = JsonEntry(top.path, name, key)
         if key and _KEY.fullmatch(key) is None:
             entry.refuse(f"{key!r} is no key such as 'Ctrl+Shift+Z', 'F11' or '['")

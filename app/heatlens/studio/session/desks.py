@@ -29,11 +29,11 @@ from heatlens.studio.session.pictures.look_commands import LookCommands
 from heatlens.studio.session.pictures.picture_commands import PictureCommands
 from heatlens.studio.session.pictures.picture_view import ColorChoice, PictureDisplay, PictureView
 from heatlens.studio.session.pictures.view_commands import ReferenceLoader, ViewCommands
+from heatlens.studio.session.playing.ahead_jobs import AheadJobs
 from heatlens.studio.session.playing.cluster_frames import WholePictures
 from heatlens.studio.session.playing.frame_player import FramePlayer
-from heatlens.studio.session.playing.pull_jobs import PullJobs
+from heatlens.studio.session.playing.frames_ahead import FramesAhead, store_of
 from heatlens.studio.session.playing.render_scheduler import RenderScheduler, VisibleWork
-from heatlens.studio.session.playing.rendered_pull import RenderedPull, store_of
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Shared
 from heatlens.studio.session.speed import Speed
@@ -45,24 +45,24 @@ class PictureDesk:
     """Viewing and saving the picture: view, comparison, looks, files."""
 
     def __init__(self, shared: Shared) -> None:
-        start = shared.given.start
+        start = shared.command_line.start
         self.renderer: FrameRenderer = shared.source.picture.renderer
         self.say = shared.say
         self.color = ColorChoice(start.ocio, shared.say)
-        first = shared.preferences.first_view(start.view)
-        self.view = PictureView(self.color.with_names(first))
-        self.look = PictureDisplay(shared.editing, self.view, self.color)
+        first_view = shared.preferences.first_view(start.view)
+        self.view = PictureView(self.color.limit_to_config(first_view))
+        self.display = PictureDisplay(shared.editing, self.view, self.color)
         self.references = ReferenceLoader(shared)
         self.commands = ViewCommands(shared, self.view, self.references)
         self.sides = CompareSides(self.renderer)
         self.looks = LookCommands(shared, self.view)
-        self.saving = PictureCommands(shared, self.look, self.live)
+        self.saving = PictureCommands(shared, self.display, self.live)
         self.workers: tuple[Worker, ...] = (self.references, self.saving)
 
-    def begin(self, attributes: Mapping[str, object]) -> str:
+    def use_header_color_space(self, attributes: Mapping[str, object]) -> str:
         """Use the colour space of a plate's header; return a note about it, or ""."""
-        self.view.state = self.color.of_plate(self.view.state, attributes)
-        return self.color.input_of(self.view.state.input_space).note
+        self.view.state = self.color.adapt_to_plate(self.view.state, attributes)
+        return self.color.plate_input_space(self.view.state.input_space).note
 
     @property
     def live(self) -> LivePicture:
@@ -74,7 +74,7 @@ class LensDesk:
     """The lens, the devices that turn it, and the programs that receive it."""
 
     def __init__(self, shared: Shared) -> None:
-        start, editing, say = shared.given.start, shared.editing, shared.say
+        start, editing, say = shared.command_line.start, shared.editing, shared.say
         self.commands = LensCommands(shared)
         self.ring = RingHand(start.lens_in, editing, say, shared.preferences, wake=shared.wake)
         sent = SentLens(shared, self.commands)
@@ -97,32 +97,36 @@ class TimeDesk:
         frames_folder: Path | None,
     ) -> None:
         source, editing = shared.source, shared.editing
-        now, view = shared.preferences.now, pictures.view
+        preferences, view = shared.preferences.values, pictures.view
         self._source, self.editing, self.speed = source, editing, speed
         self.say = shared.say
         self.scenes = scenes
         self.timeline = timeline = Timeline(shared)
-        timeline.playback.ending, timeline.playback.is_every_frame = now.ending, now.every_frame
+        timeline.playback.ending = preferences.ending
+        timeline.playback.is_every_frame = preferences.every_frame
         rows = RowChoice(lambda: source.has_camera)
         self.keys = KeyCommands(shared, rows, scenes.set_key)
         self.marks = MarkCommands(shared, timeline, scenes)
         visible = VisibleWork(source, pictures.sides)
-        self._plate_tracks = MarkTracks(self.marks.things)
+        self._plate_tracks = MarkTracks(self.marks.matte_distances)
         self.scene_tracks = tracks = SceneMarkTracks(
             shared, timeline, scenes, lambda: visible.is_rendering or self.marks.is_reading
         )
-        jobs, store = PullJobs(shared, timeline, view), store_of(now, frames_folder, shared.wake)
-        self.pull = RenderedPull(
+        jobs = AheadJobs(shared, timeline, view)
+        store = store_of(preferences, frames_folder, shared.wake)
+        self.frames_ahead = FramesAhead(
             *(shared, jobs, store, timeline, view),
             *(lambda: tracks.is_due, lambda: lens.ring.is_turning),
         )
-        pictures.live.elsewhere = WholePictures(pictures.renderer, self.pull.cluster)
-        self.player = FramePlayer(shared, timeline, self.pull)
-        take = RingTake(lens.ring, source, editing)
-        self.recording = PullRecording(shared, timeline, rows, take)
-        self.scheduler = RenderScheduler(shared, pictures.sides, visible, self.pull, view, speed)
-        own: tuple[Worker, ...] = (tracks, self.player, self.recording, self.pull)
-        self.workers = (*self.marks.workers, *own)
+        pictures.live.remote = WholePictures(pictures.renderer, self.frames_ahead.cluster)
+        self.player = FramePlayer(shared, timeline, self.frames_ahead)
+        ring_take = RingTake(lens.ring, source, editing)
+        self.recording = PullRecording(shared, timeline, rows, ring_take)
+        self.scheduler = RenderScheduler(
+            shared, pictures.sides, visible, self.frames_ahead, view, speed
+        )
+        own_workers: tuple[Worker, ...] = (tracks, self.player, self.recording, self.frames_ahead)
+        self.workers = (*self.marks.workers, *own_workers)
 
     def toggle_key(self, row: Row) -> None:
         """Set a key of a row at the playhead, or remove the one that is there."""
@@ -134,7 +138,8 @@ class TimeDesk:
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
         """Return the distances of the marks over the frames.
 
-        For plates they are known at the frames in memory, for scenes at the frames measured so far.
+        For plates, distances are known at the frames in memory. For scenes, they are known at the
+        frames measured so far.
         """
         if self._source.has_camera:
             return self.scene_tracks.tracks()
@@ -153,7 +158,9 @@ class FileDesk:
         frames_folder: Path | None,
     ) -> None:
         self.documents = documents = ShotDocuments(shared, timeline)
-        self.exports = ExportCommands(shared, timeline, pictures.look, lambda: documents.shot_name)
+        self.exports = ExportCommands(
+            shared, timeline, pictures.display, lambda: documents.shot_name
+        )
         self.reel = reel = OpenReel(shared, documents, timeline.playback, frames_folder)
         self.commands = FileCommands(
             *(shared, documents, pictures.saving, pictures.references),

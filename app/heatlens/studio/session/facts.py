@@ -15,13 +15,13 @@ Value = TypeVar("Value")
 
 
 class _Fact(Generic[Value]):
-    """A property of `Facts`, written as where its value comes from."""
+    """A property of `Facts` whose value a function reads from the session."""
 
-    def __init__(self, found: Callable[["Facts"], Value]) -> None:
-        self._found = found
+    def __init__(self, read: Callable[["Facts"], Value]) -> None:
+        self._read = read
 
     def __get__(self, facts: "Facts", _kind: object) -> Value:
-        return self._found(facts)
+        return self._read(facts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,47 +43,54 @@ class Facts:
     _time: TimeDesk
     _size: SizeKeeping
 
-    shot = _Fact(lambda it: it._editing.shot)
-    seen_shot = _Fact(lambda it: it._editing.seen_shot)
-    lens = _Fact(lambda it: it._editing.lens)
-    has_lens = _Fact(lambda it: it._editing.has_lens)
-    frame = _Fact(lambda it: it._editing.frame)
-    view = _Fact(lambda it: it._pictures.view.state)
-    unit = _Fact(lambda it: it.view.unit)
-    crop = _Fact(lambda it: it._size.crop)
-    beats_left = _Fact(lambda it: it._time.recording.beats_left)
+    shot = _Fact(lambda facts: facts._editing.shot)
+    seen_shot = _Fact(lambda facts: facts._editing.seen_shot)
+    lens = _Fact(lambda facts: facts._editing.lens)
+    has_lens = _Fact(lambda facts: facts._editing.has_lens)
+    frame = _Fact(lambda facts: facts._editing.frame)
+    view = _Fact(lambda facts: facts._pictures.view.state)
+    unit = _Fact(lambda facts: facts.view.unit)
+    crop = _Fact(lambda facts: facts._size.crop)
+    beats_left = _Fact(lambda facts: facts._time.recording.beats_left)
 
     # What is open: a camera that can move, a lens with many points to look from, a frame that has
     # no file and is shown black, a stream that waits for its first picture.
-    opening = _Fact(lambda it: it._source.opener.opening or "")  # its name; "" for none
-    has_camera = _Fact(lambda it: it._source.has_camera)
-    has_many_views = _Fact(lambda it: it._pictures.renderer.has_many_views)
-    is_black = _Fact(lambda it: it._source.picture.is_black)
-    is_waiting = _Fact(lambda it: it._source.is_waiting)
-    stream = _Fact(lambda it: it._source.stream)  # the renderer that may send pictures, or None
+    opening = _Fact(lambda facts: facts._source.opener.opening or "")  # its name; "" for none
+    has_camera = _Fact(lambda facts: facts._source.has_camera)
+    has_many_views = _Fact(lambda facts: facts._pictures.renderer.has_many_views)
+    is_black = _Fact(lambda facts: facts._source.picture.is_black)
+    is_waiting = _Fact(lambda facts: facts._source.is_waiting)
+    stream = _Fact(lambda facts: facts._source.stream)  # the renderer that sends pictures, or None
 
     # The picture before the blur (None while there is none), a number that changes with it, and
     # the histogram of its distances (None if it has none).
-    plate = _Fact(lambda it: it._source.plate)
-    plate_version = _Fact(lambda it: it._source.picture.version)
-    histogram = _Fact(lambda it: it._source.picture.histogram)
+    plate = _Fact(lambda facts: facts._source.plate)
+    plate_version = _Fact(lambda facts: facts._source.picture.version)
+    histogram = _Fact(lambda facts: facts._source.picture.histogram)
     # The shape of the display window; one pixel while nothing is open.
-    picture_shape = _Fact(lambda it: it._source.picture_shape(it.shot))
+    picture_shape = _Fact(lambda facts: facts._source.picture_shape(facts.shot))
 
     # The picture through the lens: the one to show, whether it is the live one alone or kept frames
     # play, and how much of it is rendered, 0 to 1; None once it is complete.
-    seen = _Fact(lambda it: it._time.scheduler.seen)
-    plays_kept = _Fact(lambda it: it._time.pull.is_alone)
-    is_plain = _Fact(lambda it: it._pictures.view.is_lens_alone and not it.plays_kept)
-    part_done = _Fact(lambda it: None if it.plays_kept else it._pictures.live.part_done)
-    reference = _Fact(lambda it: it._pictures.references.current)  # to be shown as B, or None
+    shown_picture = _Fact(lambda facts: facts._time.scheduler.shown_picture)
+    plays_kept_frames = _Fact(lambda facts: facts._time.frames_ahead.plays_kept_frames)
+    is_live_alone = _Fact(
+        lambda facts: facts._pictures.view.is_lens_alone and not facts.plays_kept_frames
+    )
+    rendered_share = _Fact(
+        lambda facts: None if facts.plays_kept_frames else facts._pictures.live.rendered_share
+    )
+    # The picture to show as B, or None.
+    reference = _Fact(lambda facts: facts._pictures.references.current)
 
     @property
     def marks_m(self) -> tuple[tuple[str, float], ...]:
         """Names of the marks that are seen at this frame, and the focus in m that is on them."""
         marks = self._time.marks
-        focused = [(mark.name, marks.distances.focus_m(mark)) for mark in self.shot.marks]
-        return tuple((name, distance_m) for name, distance_m in focused if distance_m is not None)
+        mark_focuses = [(mark.name, marks.distances.focus_m(mark)) for mark in self.shot.marks]
+        return tuple(
+            (name, distance_m) for name, distance_m in mark_focuses if distance_m is not None
+        )
 
     @property
     def keyed_focus_m(self) -> float | None:

@@ -20,7 +20,7 @@ class Worker:
     """
 
     def poll(self) -> None:
-        """Take over arrived results, and continue. Raise HeatlensError if that fails."""
+        """Use the results that have arrived, and continue. Raise HeatlensError if that fails."""
 
     def seconds_until_needed(self) -> float | None:
         """Return how many seconds the loop may sleep; None to sleep until an event."""
@@ -52,7 +52,7 @@ class Passing(str):
     is_true: Callable[[], bool]
 
 
-def passing(sentence: str, is_true: Callable[[], bool]) -> Passing:
+def passing_message(sentence: str, is_true: Callable[[], bool]) -> Passing:
     """Return a message that disappears as soon as `is_true` returns False."""
     message = Passing(sentence)
     message.is_true = is_true
@@ -60,8 +60,8 @@ def passing(sentence: str, is_true: Callable[[], bool]) -> Passing:
 
 
 @contextmanager
-def reported(say: Callable[[str], None]) -> Iterator[None]:
-    """Show an error of the block as a message."""
+def report_errors(say: Callable[[str], None]) -> Iterator[None]:
+    """Show a HeatlensError that the block raises as a message."""
     try:
         yield
     except HeatlensError as error:
@@ -75,14 +75,14 @@ class Messages(Worker):
         self.text = ""
         self.is_problem = False
         self._clock = clock
-        self._said_at = 0.0
+        self._shown_since = 0.0
         self._is_lasting = False
         self._is_true: Callable[[], bool] = _always
-        self._stays = False  # the message stays until it is replaced or cleared
+        self._is_kept_on_screen = False  # the message stays until it is replaced or cleared
 
     def say(self, sentence: str) -> None:
         """Show a sentence instead of the previous one."""
-        self.text, self._said_at = window_words(sentence), self._clock()
+        self.text, self._shown_since = window_words(sentence), self._clock()
         self.is_problem = isinstance(sentence, Problem)
         self._is_lasting = isinstance(sentence, Lasting)
         self._is_true = sentence.is_true if isinstance(sentence, Passing) else _always
@@ -96,14 +96,14 @@ class Messages(Worker):
 
         With `keeps_problem`, a Problem stays until it is replaced or cleared.
         """
-        self._stays = self._is_lasting or (keeps_problem and self.is_problem)
-        is_over = not self._stays and self._clock() - self._said_at > SHOWN_S
+        self._is_kept_on_screen = self._is_lasting or (keeps_problem and self.is_problem)
+        is_over = not self._is_kept_on_screen and self._clock() - self._shown_since > SHOWN_S
         if self.text and (is_over or not self._is_true()):
             self.text = ""
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until `fade` has something to clear; None if it has nothing."""
-        return SHOWN_S if self.text and not self._stays else None
+        return SHOWN_S if self.text and not self._is_kept_on_screen else None
 
 
 def _always() -> bool:

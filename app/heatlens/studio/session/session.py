@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.core.base.errors import FaultError, HeatlensError
-from heatlens.core.base.faults import faults_reported
+from heatlens.core.base.faults import report_faults
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.plate.header.timecode import timecode_of
@@ -25,12 +25,17 @@ from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.shot.editing import Editing
-from heatlens.studio.session.shot.start import GivenOptions, Start, first_lens, with_given_camera
+from heatlens.studio.session.shot.start import (
+    CommandLineOptions,
+    Start,
+    first_lens,
+    with_given_camera,
+)
 from heatlens.studio.session.speed import Speed
 
 
 class ShaderWatch(Commands, Worker):
-    """Reports reloaded shaders and has everything drawn again; a mistake in one is only reported.
+    """Reports reloaded shaders and draws everything again; a faulty shader is only reported.
 
     It does nothing unless the environment asks for it, see `render/gpu/shader_reload.py`.
     """
@@ -43,13 +48,13 @@ class ShaderWatch(Commands, Worker):
 
     def poll(self) -> None:
         """Use changed shaders; call this once a frame."""
-        news = None if self._reload is None else self._reload.poll()
-        if news is None:
+        reload_result = None if self._reload is None else self._reload.poll()
+        if reload_result is None:
             return
-        self._say(news.sentence)
-        if news.programs:
-            self._picture.count_again()
-            self._color.draw_again()
+        self._say(reload_result.message)
+        if reload_result.programs:
+            self._picture.mark_changed()
+            self._color.rebuild()
 
     def seconds_until_needed(self) -> float | None:
         """Return the time between two checks of the files; None if none are checked."""
@@ -61,12 +66,12 @@ class LostSurfaces(Commands, Worker):
 
     def __init__(self, shared: Shared) -> None:
         super().__init__(shared)
-        self._noted: tuple[str, ...] = ()
+        self._reported_notes: tuple[str, ...] = ()
         self._is_reported = False
 
-    def begin(self, notes: tuple[str, ...]) -> None:
+    def restart(self, notes: tuple[str, ...]) -> None:
         """Begin with another source; `notes` have been reported already."""
-        self._noted = notes
+        self._reported_notes = notes
         self._is_reported = False
 
     def poll(self) -> None:
@@ -75,20 +80,20 @@ class LostSurfaces(Commands, Worker):
         if self._is_reported or plate is None or not plate.surfaces_lost:
             return
         self._is_reported = True
-        if plate.surfaces_lost not in self._noted:
+        if plate.surfaces_lost not in self._reported_notes:
             self._say(plate.surfaces_lost)
 
 
 _SETTLING_S = 0.1  # interval of checks whether a gesture has ended or an autosave is due
 
 
-# Pollers and waiters stood in two lists by hand, and whoever was forgotten in one of them slept in
-# silence. Each worker is in one tuple now, which is also the order of their turns.
+# All workers are in one tuple, which is also the order in which they are polled. With one list for
+# polling and one for waiting, a worker that was missing in one of them would not run.
 class Session:
     """The open document, its commands and its facts; a front end drives it.
 
     The commands are on the desks `pictures`, `time`, `lens`, `scenes` and `files`; `facts` has the
-    current state. `poll`, `work` and `drawn` are called by the main loop.
+    current state. The main loop calls `poll`, `work` and `note_drawn`.
     """
 
     def __init__(
@@ -103,16 +108,18 @@ class Session:
         """Begin with the values of the command line, `start`.
 
         Threads call `wake` to make the window draw. Rendered frames are kept in `frames_folder`,
-        or in memory only if None. `is_software` says that a software rasteriser draws the window.
+        or in memory only if None. With `is_software`, a software rasterizer draws the window.
         """
         self.messages = Messages()
         say = self.messages.say
         self.preferences = preferences or Preferences()
-        self.given = given = GivenOptions(start)
-        self.source = source = OpenSource(renderer, wake, start.stream, given.placing_of)
-        first = Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus)
-        self.editing = Editing(first, say, is_sequence=lambda: source.is_sequence)
-        shared = Shared(source, self.editing, self.preferences, given, say, self.say_error, wake)
+        self.given = command_line = CommandLineOptions(start)
+        self.source = source = OpenSource(renderer, wake, start.stream, command_line.placing_of)
+        default_shot = Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus)
+        self.editing = Editing(default_shot, say, is_sequence=lambda: source.is_sequence)
+        shared = Shared(
+            source, self.editing, self.preferences, command_line, say, self.say_error, wake
+        )
         self.scenes = SceneCommands(shared)
         self.pictures = pictures = PictureDesk(shared)
         speed = Speed(is_software=is_software)
@@ -135,81 +142,88 @@ class Session:
     def say_error(self, error: HeatlensError) -> None:
         """Show an error in the status bar; after a fault of the program, autosave first."""
         if isinstance(error, FaultError):
-            self.files.documents.keep_now()
+            self.files.documents.autosave_now()
         self.messages.say(Problem(error))
 
     # Called by the main loop
 
     def poll(self) -> None:
-        """Take over the results of threads; report errors, and keep the last good picture."""
+        """Collect the results of threads; report errors, and keep the last good picture."""
         try:
-            with faults_reported("What was read could not be shown"):
-                self._take_news()
+            with report_faults("What was read could not be shown"):
+                self._collect_results()
         except HeatlensError as error:
             self.say_error(error)
-            self.files.start_choices.refused()
+            self.files.start_choices.show_after_failure()
         if self.source.plate is None:
             self.pictures.sides.restart()  # its work used a plate that is no longer on the GPU
         # An error about a file stays on the start screen until the user opens something else or
         # goes back.
-        self.messages.fade(keeps_problem=self.files.start_choices.is_wanted)
+        self.messages.fade(keeps_problem=self.files.start_choices.is_shown)
         self.time.speed.is_for_ring = self.lens.ring.is_turning
 
-    def drawn(self) -> None:
+    def note_drawn(self) -> None:
         """Note that the frame of the window is on the screen now."""
-        seen = self.facts.seen
-        self.lens.ring.seen(None if seen is None else seen.shot.lens_at(seen.frame))
+        shown_picture = self.facts.shown_picture
+        self.lens.ring.note_shown_lens(
+            None if shown_picture is None else shown_picture.shot.lens_at(shown_picture.frame)
+        )
 
-    def _take_news(self) -> None:
-        opened = self.source.arrived()
+    def _collect_results(self) -> None:
+        """Begin a source that was opened, and poll all workers."""
+        opened = self.source.switch_source()
         if opened is not None:
-            self._begin(opened)
+            self._begin_source(opened)
         for worker in self.workers:
             worker.poll()
         if self.preferences.problem and not (self.messages.text or self.source.opener.opening):
             self.messages.say(Lasting(self.preferences.problem))
             self.preferences.problem = ""
 
-    def _begin(self, opened: Opened) -> None:
+    def _begin_source(self, opened: Opened) -> None:
         """Begin with a newly opened source; a source that was only read again keeps its shot."""
         editing, files = self.editing, self.files
-        self.time.pull.begin()
-        self.time.recording.keep()
+        self.time.frames_ahead.restart()
+        self.time.recording.finish()
         self.pictures.sides.restart()
         is_same = editing.shot.source == opened.text
-        coming = None if opened.again is None else files.documents.taken(opened)
+        document_shot = (
+            None if opened.render_source is None else files.documents.finish_opening(opened)
+        )
         editing.frame = opened.frame
         self.messages.clear()
-        self.given.opened(opened.text)
-        files.start_choices.opened()
+        self.given.note_opened(opened.text)
+        files.start_choices.hide()
         start_lens, problem = first_lens(opened, self.given)
         self.lens.commands.start_lens = start_lens
-        self._say_all(problem)
-        if coming is not None:
-            editing.begin(coming)
+        self._say_together(problem)
+        if document_shot is not None:
+            editing.begin(document_shot)
         elif not is_same:
             self._begin_shot(opened, start_lens.lens)
         elif opened.cache is not None:  # files were read again, perhaps with other options
             editing.edit(replace(editing.shot, plate_options=opened.options))
         else:
-            self.scenes.clips.arrived()
-        self._say_all(*opened.notes, self.pictures.begin(opened.attributes))
-        self._lost_surfaces.begin(opened.notes)
-        files.commands.arrived(opened)
+            self.scenes.clips.apply_choice()
+        self._say_together(*opened.notes, self.pictures.use_header_color_space(opened.attributes))
+        self._lost_surfaces.restart(opened.notes)
+        files.commands.remember_opened(opened)
 
     def _begin_shot(self, opened: Opened, lens: Lens) -> None:
+        """Begin a shot without a file on a newly opened source."""
         shot = opened.shot(lens, self.editing.shot.defocus)
         timecode = shot.timecode_at(opened.frame, timecode_of(opened.attributes))
-        first = None if timecode is None else (opened.frame, timecode)
-        filmed, note = with_given_camera(shot, self.given, first)
-        self._say_all(note)
-        if filmed is not shot and shot.frames is None and self.given.start.camera is not None:
+        frame_timecode = None if timecode is None else (opened.frame, timecode)
+        camera_shot, note = with_given_camera(shot, self.given, frame_timecode)
+        self._say_together(note)
+        if camera_shot is not shot and shot.frames is None and self.given.start.camera is not None:
             self.editing.frame = self.given.start.camera.frames[0]
-        self.editing.begin(filmed)
-        self.files.documents.begun()
+        self.editing.begin(camera_shot)
+        self.files.documents.begin_unnamed()
         self.pictures.commands.fit()
 
-    def _say_all(self, *sentences: str) -> None:
+    def _say_together(self, *sentences: str) -> None:
+        """Show these sentences as one message; show nothing if all are empty."""
         message = " ".join(sentences).strip()
         if message:
             self.messages.say(message)
@@ -221,18 +235,18 @@ class Session:
     @property
     def wants_frames(self) -> bool:
         """True while a gesture waits to become an undo step, or changes to be autosaved."""
-        return self.editing.is_unsettled or self.files.documents.is_behind
+        return self.editing.is_unsettled or self.files.documents.needs_autosave
 
     def seconds_until_needed(self) -> float | None:
         """Return how many seconds the loop may sleep; None to sleep until an event."""
-        waits = (
+        waits_s = (
             _SETTLING_S if self.wants_frames else None,
             *(worker.seconds_until_needed() for worker in self.workers),
         )
-        return min((wait for wait in waits if wait is not None), default=None)
+        return min((wait_s for wait_s in waits_s if wait_s is not None), default=None)
 
-    def remember(self, **window: object) -> None:
-        """Begin to save the preferences; `window` has further fields of Remembered."""
+    def save_preferences(self, **window_fields: object) -> None:
+        """Begin to save the preferences; `window_fields` are further fields of Remembered."""
         view, playback = self.facts.view, self.time.timeline.playback
         self.preferences.change(
             display=view.display,
@@ -242,9 +256,9 @@ class Session:
             peaking=view.peaking,
             ending=playback.ending,
             every_frame=playback.is_every_frame,
-            **window,
+            **window_fields,
         )
-        self.files.documents.keep_preferences()
+        self.files.documents.write_preferences()
 
     def close(self) -> None:
         """Finish writing, stop an export, and end all threads."""

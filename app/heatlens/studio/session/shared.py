@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.shot.shot import Shot
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.settings.preferences import Preferences
 from heatlens.studio.session.shot.editing import Editing
-from heatlens.studio.session.shot.start import GivenOptions
+from heatlens.studio.session.shot.start import CommandLineOptions
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Shared:
     source: OpenSource
     editing: Editing
     preferences: Preferences
-    given: GivenOptions
+    command_line: CommandLineOptions
     say: Callable[[str], None]
     say_error: Callable[[HeatlensError], None]
     wake: Callable[[], None]
@@ -35,10 +35,10 @@ class Commands:
 
     def __init__(self, shared: Shared) -> None:
         self._source, self._editing = shared.source, shared.editing
-        self._preferences, self._given = shared.preferences, shared.given
+        self._preferences, self._command_line = shared.preferences, shared.command_line
         self._say, self._wake = shared.say, shared.wake
 
     def _do(self, change: Callable[[Shot], Shot]) -> None:
         """Change the shot as an undo step; report why if that is impossible."""
-        with reported(self._say):
+        with report_errors(self._say):
             self._editing.do(change(self._editing.shot))

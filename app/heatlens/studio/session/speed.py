@@ -4,35 +4,36 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-_KEPT = 30  # number of latest pictures and frames to average
+_AVERAGED_FRAMES = 30  # number of latest pictures and frames to average
 _GPU_S = 0.012  # keeps up with a 60 Hz screen
-# With a software rasteriser the same processor draws the window too. This gives more than twelve
-# pictures a second, even if one takes somewhat longer than predicted.
-_FRAME_SOFTWARE_S, _LEAST_S = 0.068, 0.012
-# A user who turns a ring watches the picture, and the network adds latency: answer sooner, with a
-# coarser picture if necessary.
+# Time of a frame of the window with a software rasterizer, where the same processor draws the
+# window too, and the least time for a picture. This gives more than twelve pictures a second, even
+# if one takes somewhat longer than predicted.
+_FRAME_SOFTWARE_S, _MIN_BUDGET_S = 0.068, 0.012
+# Time of a frame while a ring is turned. The user watches the picture, and the network adds
+# latency, so the answer comes sooner, with a coarser picture if necessary.
 _FRAME_RING_S = 0.04
-_TIMES_BUDGET = 2.0  # budgets that a picture may take before it continues between the frames
-_NEWEST = 0.2  # weight of the newest frame in a running mean
+_MAX_BUDGETS = 2.0  # budgets that a picture may take before it continues between the frames
+_NEWEST_WEIGHT = 0.2  # weight of the newest frame in a running mean
 
 
 @dataclass
 class Speed:
     """The times of the latest frames of the window."""
 
-    frames_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
-    held_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
+    frames_s: deque[float] = field(default_factory=lambda: deque(maxlen=_AVERAGED_FRAMES))
+    drag_frames_s: deque[float] = field(default_factory=lambda: deque(maxlen=_AVERAGED_FRAMES))
     is_software: bool = False  # the window is drawn by a software rasteriser
     is_for_ring: bool = False  # a ring is being turned, which needs quicker pictures
     window_s: float = 0.02  # running mean of drawing a frame without rendering its picture
-    has_window: bool = False  # somebody is waiting for the picture
+    has_window: bool = False  # a window shows the picture, so the user waits for it
 
-    def frame(self, seconds: float, picture_s: float, is_held: bool) -> None:
+    def note_frame(self, seconds: float, picture_s: float, is_dragging: bool) -> None:
         """Note a drawn frame of the window; `picture_s` of it was for a new picture, 0 for none."""
         self.frames_s.append(seconds)
-        self.window_s += _NEWEST * (seconds - picture_s - self.window_s)
-        if is_held and picture_s > 0:
-            self.held_s.append(seconds)
+        self.window_s += _NEWEST_WEIGHT * (seconds - picture_s - self.window_s)
+        if is_dragging and picture_s > 0:
+            self.drag_frames_s.append(seconds)
 
     def mean_ms(self) -> float | None:
         """Return the mean time of a window frame in ms; None before the first."""
@@ -40,12 +41,12 @@ class Speed:
 
     def pictures_per_second(self) -> float | None:
         """Return the rate of new pictures during drags; None before the first drag."""
-        return len(self.held_s) / sum(self.held_s) if self.held_s else None
+        return len(self.drag_frames_s) / sum(self.drag_frames_s) if self.drag_frames_s else None
 
     @property
     def answer_s(self) -> float:
-        """The longest time for a picture before input is looked at again."""
-        return _TIMES_BUDGET * self.budget_s if self.has_window else math.inf
+        """The longest time for a picture before input is handled again."""
+        return _MAX_BUDGETS * self.budget_s if self.has_window else math.inf
 
     @property
     def budget_s(self) -> float:
@@ -53,4 +54,4 @@ class Speed:
         if not self.is_software:
             return _GPU_S
         frame_s = _FRAME_RING_S if self.is_for_ring else _FRAME_SOFTWARE_S
-        return max(_LEAST_S, frame_s - self.window_s)
+        return max(_MIN_BUDGET_S, frame_s - self.window_s)

@@ -1,7 +1,8 @@
-"""The address on which a session is shared, and which requests are meant for it.
+"""The address on which a session is shared, its links, and the requests that are meant for it.
 
-The secret tokens in the addresses: one may turn the lens, one may only look. They are kept in a
-file that the user alone may read, so that a link goes on working when the server is started again.
+Each link has a secret token: one allows turning the lens, the other only looking. The tokens are
+kept in a file that only the user may read; a link therefore still works after the server is started
+again.
 """
 
 import hmac
@@ -16,20 +17,20 @@ from pathlib import Path
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.outside_text import host_and_port
-from heatlens.core.base.paths import file_and_status
+from heatlens.core.base.paths import read_file_and_status
 from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
 
 DEFAULT_PORT = 8870
-_HERE = "127.0.0.1"
-_NAMES_HERE = ("127.0.0.1", "localhost", "[::1]")
-_EVERYWHERE = ("0.0.0.0", "::", "*")
+_OWN_HOST = "127.0.0.1"
+_OWN_HOST_NAMES = ("127.0.0.1", "localhost", "[::1]")
+_ALL_HOSTS = ("0.0.0.0", "::", "*")
 
 
 @dataclass(frozen=True)
 class Address:
-    """Where the server listens; `certificate` is a PEM file with certificate and key for TLS."""
+    """The address of the server; `certificate` is a PEM file with certificate and key for TLS."""
 
-    host: str = _HERE
+    host: str = _OWN_HOST
     port: int = DEFAULT_PORT
     certificate: Path | None = None
 
@@ -47,10 +48,12 @@ class Address:
 
         Others are refused, because a foreign page could point its own host name at this address.
         """
-        own = _bracketed(self.host).lower()
-        names = {own, *(_NAMES_HERE if own in _NAMES_HERE else ())}
-        usual = 80 if self.certificate is None else 443
-        return frozenset(f"{name}:{port}" for name in names) | (names if port == usual else set())
+        own_name = _bracketed(self.host).lower()
+        names = {own_name, *(_OWN_HOST_NAMES if own_name in _OWN_HOST_NAMES else ())}
+        default_port = 80 if self.certificate is None else 443
+        return frozenset(f"{name}:{port}" for name in names) | (
+            names if port == default_port else set()
+        )
 
     def tls(self) -> ssl.SSLContext | None:
         """Return the context for TLS, None without a certificate. Raises InputError."""
@@ -84,12 +87,12 @@ def parse_share_address(text: str, certificate: Path | None = None) -> Address:
             f"{text!r} is not an address to listen on: give HOST, HOST:PORT or :PORT, such as "
             f"192.168.1.20 or 192.168.1.20:{DEFAULT_PORT}."
         ) from error
-    if host in _EVERYWHERE:
+    if host in _ALL_HOSTS:
         raise InputError(
             f"{text!r} stands for every network of this machine: name the one address that the "
             "tablet reaches, such as 192.168.1.20 (`hostname -I` shows them)."
         )
-    return Address(host or _HERE, DEFAULT_PORT if port is None else port, certificate)
+    return Address(host or _OWN_HOST, DEFAULT_PORT if port is None else port, certificate)
 
 
 def _bracketed(host: str) -> str:
@@ -101,7 +104,7 @@ _TOKEN_LETTERS = len(secrets.token_urlsafe(_TOKEN_BYTES))
 
 
 class Role(StrEnum):
-    """What a link allows."""
+    """The rights of a link."""
 
     HAND = "hand"  # turn the lens, play, set keys
     LOOK = "look"  # look only
@@ -115,10 +118,10 @@ class Links:
     look: str
 
     def role_of(self, token: str) -> Role | None:
-        """Return what a token allows; None for a wrong one. Takes the same time for any."""
-        given = token.encode("utf-8", "surrogateescape")
-        is_hand = hmac.compare_digest(given, self.hand.encode())
-        is_look = hmac.compare_digest(given, self.look.encode())
+        """Return the role of a token; None for a wrong one. Takes the same time for any token."""
+        token_bytes = token.encode("utf-8", "surrogateescape")
+        is_hand = hmac.compare_digest(token_bytes, self.hand.encode())
+        is_look = hmac.compare_digest(token_bytes, self.look.encode())
         return Role.HAND if is_hand else Role.LOOK if is_look else None
 
 
@@ -127,32 +130,34 @@ def new_links() -> Links:
     return Links(secrets.token_urlsafe(_TOKEN_BYTES), secrets.token_urlsafe(_TOKEN_BYTES))
 
 
-def kept_links(path: Path, is_new: bool = False) -> Links:
+def load_or_make_links(path: Path, is_new: bool = False) -> Links:
     """Return the links in the file at `path`, or new ones, which are written there.
 
     `is_new` ends the earlier links. Raises InputError if the file cannot be written.
     """
-    kept = None if is_new else _read(path)
-    if kept is None:
-        kept = new_links()
+    links = None if is_new else _load_links(path)
+    if links is None:
+        links = new_links()
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        text = json.dumps({"hand": kept.hand, "look": kept.look})
+        text = json.dumps({"hand": links.hand, "look": links.look})
         write_whole(path, text.encode(), FOR_THE_USER, follows_links=False)
-    return kept
+    return links
 
 
-def _read(path: Path) -> Links | None:
+def _load_links(path: Path) -> Links | None:
     """Return the links in a file; None where it is missing, damaged or open to others."""
     try:
-        text, status = file_and_status(path)
+        text, status = read_file_and_status(path)
         tokens = json.loads(text)
         links = Links(tokens["hand"], tokens["look"])
     except (OSError, ValueError, TypeError, KeyError):
         return None
-    others = status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
-    is_own = not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not others)
-    is_whole = all(
-        isinstance(t, str) and t.isascii() and len(t) == _TOKEN_LETTERS
-        for t in (links.hand, links.look)
+    permissions_of_others = status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
+    is_private = not hasattr(os, "getuid") or (
+        status.st_uid == os.getuid() and not permissions_of_others
     )
-    return links if is_own and is_whole and links.hand != links.look else None
+    is_valid = all(
+        isinstance(token, str) and token.isascii() and len(token) == _TOKEN_LETTERS
+        for token in (links.hand, links.look)
+    )
+    return links if is_private and is_valid and links.hand != links.look else None

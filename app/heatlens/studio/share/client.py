@@ -1,4 +1,4 @@
-"""One page or program that is connected: what it is sent, and what it says."""
+"""Serve one connected page or program: send it state and pictures, and follow its messages."""
 
 import asyncio
 import json
@@ -12,18 +12,18 @@ from aiohttp import WSMsgType, web
 from heatlens.core.base.errors import InputError
 from heatlens.studio.share.address import Role
 from heatlens.studio.share.page_message import parsed
-from heatlens.studio.share.picture import Line, Picture
+from heatlens.studio.share.picture import ConnectionSpeed, Picture
 from heatlens.studio.share.shared import REST_S, SharedSession
 
-VERSION = 1
+PROTOCOL_VERSION = 1
 _HELLO_S = 5.0  # time limit for the client's hello
-_A_SECOND, _BURST = 200.0, 400.0  # messages that a client may send
-_PART_S = 1.0
+_MESSAGES_PER_SECOND, _MESSAGE_BURST = 200.0, 400.0  # messages that a client may send
+_CLOSE_S = 1.0
 _STALLED_S = 20.0  # a client that accepts nothing for this long is gone
-_STEP_S = 1 / 60  # shortest time between two messages of state to a client
-_WIDTH_MOST = 16384
-_NAME_MOST = 40
-_PROBLEMS_MOST = 8
+_SEND_INTERVAL_S = 1 / 60  # shortest time between two messages of state to a client
+_MOST_WIDTH = 16384
+_MOST_NAME_LETTERS = 40
+_MOST_PROBLEMS = 8
 
 
 class Client:
@@ -39,166 +39,193 @@ class Client:
     ) -> None:
         self.name = f"tablet {number}"
         self.role = role
-        self.greeted = False
+        self.is_greeted = False
         self._socket = socket
         self._transport = transport
         self._shared = shared
         self._loop = asyncio.get_running_loop()
-        self._news = asyncio.Event()
-        self._line = Line()
+        self._has_news = asyncio.Event()
+        self._connection_speed = ConnectionSpeed()
         self._width = 1920
-        self._sent: dict[str, object] = {}  # the state that the client has
-        self._picture: Picture | None = None  # the latest picture that was sent
+        self._sent_state: dict[str, object] = {}  # the state that the client has
+        self._sent_picture: Picture | None = None  # the latest picture that was sent
         self._sent_at = 0.0
-        self._problems: deque[str] = deque(
-            maxlen=_PROBLEMS_MOST
-        )  # sentences that are still to be sent
-        self.is_ready = False  # no picture is on its way
-        self._allowed, self._spoke_at = _BURST, time.monotonic()
+        self._problems: deque[str] = deque(maxlen=_MOST_PROBLEMS)  # messages still to be sent
+        self.is_ready = False  # True while no picture is on its way
+        self._message_allowance, self._last_message_s = _MESSAGE_BURST, time.monotonic()
 
-    def announce(self) -> None:
+    def wake(self) -> None:
         """Note that there is something new to send."""
-        self._news.set()
+        self._has_news.set()
 
-    async def serve(self, changed: Callable[[], None], log: Callable[[str], None]) -> None:
-        """Greet the client, and serve it until it goes; `changed` is told when it can take more."""
+    async def serve(self, report_change: Callable[[], None], log: Callable[[str], None]) -> None:
+        """Greet the client, and serve it until it goes.
+
+        `report_change` is called when the client has come, and when it can take another picture.
+        """
         if not await self._greet():
             return
-        where = self._transport.get_extra_info("peername") if self._transport else None
-        log(f"{self.name} has come, from {where[0] if where else 'nowhere'}.")
-        self.is_ready = self.greeted = True
-        changed()
-        self.announce()
+        peer = self._transport.get_extra_info("peername") if self._transport else None
+        log(f"{self.name} has come, from {peer[0] if peer else 'nowhere'}.")
+        self.is_ready = self.is_greeted = True
+        report_change()
+        self.wake()
         sending = asyncio.create_task(self._send_news())
         try:
-            await self._listen(changed)
+            await self._listen(report_change)
         finally:
             sending.cancel()
 
     async def _greet(self) -> bool:
-        """Take the client's hello; return False if it speaks another version."""
+        """Receive the client's hello; disconnect and return False if it has another version."""
         try:
-            first = await asyncio.wait_for(self._socket.receive(), _HELLO_S)
+            first_message = await asyncio.wait_for(self._socket.receive(), _HELLO_S)
         except TimeoutError:
-            await self.part("Nothing was said.")
+            await self.disconnect("Nothing was said.")
             return False
         try:
-            hello = parsed(first.data) if first.type is WSMsgType.TEXT else {}
+            hello = parsed(first_message.data) if first_message.type is WSMsgType.TEXT else {}
         except InputError:
             hello = {}
-        if hello.get("hello") != VERSION:
-            await self.part(f'A client begins with {{"hello": {VERSION}}}.')
+        if hello.get("hello") != PROTOCOL_VERSION:
+            await self.disconnect(f'A client begins with {{"hello": {PROTOCOL_VERSION}}}.')
             return False
-        self._resized(hello.get("width_px"))
+        self._set_width(hello.get("width_px"))
         name = hello.get("name")
-        if isinstance(name, str) and name.isprintable() and 0 < len(name) <= _NAME_MOST:
+        if isinstance(name, str) and name.isprintable() and 0 < len(name) <= _MOST_NAME_LETTERS:
             self.name = f"{name} ({self.name.split()[-1]})"
-        await self._say({"hello": VERSION, "role": self.role, "you": self.name})
+        await self._send_json({"hello": PROTOCOL_VERSION, "role": self.role, "you": self.name})
         return True
 
-    async def part(self, why: str, code: int = 1008) -> None:
+    async def disconnect(self, reason: str, code: int = 1008) -> None:
         """End the connection, and say why."""
         with suppress(TimeoutError, ConnectionError):
-            await asyncio.wait_for(self._socket.close(code=code, message=why.encode()), _PART_S)
+            await asyncio.wait_for(self._socket.close(code=code, message=reason.encode()), _CLOSE_S)
 
-    # What it says
+    # Messages of the client
 
-    async def _listen(self, changed: Callable[[], None]) -> None:
+    async def _listen(self, report_change: Callable[[], None]) -> None:
+        """Follow the messages of the client until it goes or sends too many."""
         async for message in self._socket:
             if message.type is not WSMsgType.TEXT:
-                self._refuse("Messages to this server are text.")
+                self._send_problem("Messages to this server are text.")
                 continue
-            if not self._may_speak():
-                await self.part(f"No more than {_A_SECOND:.0f} messages a second, please.")
+            if not self._is_within_rate():
+                await self.disconnect(
+                    f"No more than {_MESSAGES_PER_SECOND:.0f} messages a second, please."
+                )
                 return
             try:
-                self._hear(parsed(message.data), changed)
+                self._follow_message(parsed(message.data), report_change)
             except InputError as error:
-                self._refuse(str(error))
+                self._send_problem(str(error))
 
-    def _may_speak(self) -> bool:
+    def _is_within_rate(self) -> bool:
+        """Return True unless the client sends too many messages (a token bucket)."""
         now = time.monotonic()
-        self._allowed = min(self._allowed + (now - self._spoke_at) * _A_SECOND, _BURST) - 1.0
-        self._spoke_at = now
-        return self._allowed > 0
+        self._message_allowance = (
+            min(
+                self._message_allowance + (now - self._last_message_s) * _MESSAGES_PER_SECOND,
+                _MESSAGE_BURST,
+            )
+            - 1.0
+        )
+        self._last_message_s = now
+        return self._message_allowance > 0
 
-    def _hear(self, message: dict[str, object], changed: Callable[[], None]) -> None:
+    def _follow_message(
+        self, message: dict[str, object], report_change: Callable[[], None]
+    ) -> None:
+        """Follow one message. Raises InputError if the client may not send it."""
         if "got" in message:
-            self._arrived(message["got"])
-            changed()
+            self._note_acknowledged(message["got"])
+            report_change()
         elif "width_px" in message:
-            self._resized(message["width_px"])
-            self._picture = None if self._picture and self._picture.is_whole else self._picture
-            self._news.set()
+            self._set_width(message["width_px"])
+            self._sent_picture = (
+                None if self._sent_picture and self._sent_picture.is_whole else self._sent_picture
+            )
+            self._has_news.set()
         elif self.role is not Role.HAND:
             raise InputError("This link is only for watching: it cannot change the lens.")
         else:
-            self._shared.ask(self.name, message, self._reply)
+            self._shared.queue_message(self.name, message, self._reply)
 
-    def _arrived(self, number: object) -> None:
-        if self._picture is None or self.is_ready or number != self._picture.number:
+    def _note_acknowledged(self, number: object) -> None:
+        """Note that the client has received the picture of this number."""
+        if self._sent_picture is None or self.is_ready or number != self._sent_picture.number:
             return
         self.is_ready = True
-        if not self._picture.is_whole:
-            self._line.arrived(time.monotonic() - self._sent_at)
-        self._news.set()
+        if not self._sent_picture.is_whole:
+            self._connection_speed.note_round_trip(time.monotonic() - self._sent_at)
+        self._has_news.set()
 
-    def _resized(self, width: object) -> None:
+    def _set_width(self, width: object) -> None:
+        """Set the width in pixels at which the client shows pictures; ignore invalid values."""
         if isinstance(width, int) and not isinstance(width, bool):
-            self._width = min(max(width, 16), _WIDTH_MOST)
+            self._width = min(max(width, 16), _MOST_WIDTH)
 
-    def _reply(self, sentence: str) -> None:
-        """Send a sentence; the session's loop calls this from its own thread."""
-        self._loop.call_soon_threadsafe(self._refuse, sentence)
+    def _reply(self, message: str) -> None:
+        """Queue a problem message; the session's loop calls this from its own thread."""
+        self._loop.call_soon_threadsafe(self._send_problem, message)
 
-    def _refuse(self, sentence: str) -> None:
-        self._problems.append(sentence)
-        self._news.set()
+    def _send_problem(self, message: str) -> None:
+        """Queue a problem message for the client."""
+        self._problems.append(message)
+        self._has_news.set()
 
-    # What it is sent
+    # Messages to the client
 
-    # Nothing queues on the way to a client. The event is one bit, state is sent as its difference
-    # from what the client has, and a picture is sent only once the one before is acknowledged. What
-    # came between is skipped, so a slow line shows fewer pictures, each as new as it can be.
+    # No state or picture queues on the way to a client. The event is one bit, state is sent as its
+    # difference from the state that the client has, and a picture is sent only once the one before
+    # is acknowledged. Pictures in between are skipped: a slow connection shows fewer pictures, each
+    # as new as it can be.
     async def _send_news(self) -> None:
-        """Send what is new, as soon as the line takes it; nothing ever queues."""
+        """Send new problems, state and pictures as soon as the connection takes them."""
         try:
             while True:
-                await self._news.wait()
-                self._news.clear()
+                await self._has_news.wait()
+                self._has_news.clear()
                 await asyncio.wait_for(self._send_newest(), _STALLED_S)
-                await asyncio.sleep(_STEP_S)
+                await asyncio.sleep(_SEND_INTERVAL_S)
         except (TimeoutError, ConnectionError):
             if self._transport is not None:
                 self._transport.abort()  # a stalled connection takes no last message
 
     async def _send_newest(self) -> None:
+        """Send all problems, the changes of the state, and the newest picture if it is due."""
         while self._problems:
-            await self._say({"problem": self._problems.popleft()})
+            await self._send_json({"problem": self._problems.popleft()})
         await self._send_state({**self._shared.state, "hand": self._shared.hands.holder})
         picture = self._shared.picture
-        if picture is not None and picture is not self._picture and self.is_ready:
+        if picture is not None and picture is not self._sent_picture and self.is_ready:
             await self._send_picture(picture)
 
     async def _send_state(self, state: dict[str, object]) -> None:
-        changes = {n: v for n, v in state.items() if n not in self._sent or self._sent[n] != v}
-        changes |= {name: None for name in self._sent if name not in state}
+        """Send the entries of the state that differ from those that the client has."""
+        changes = {
+            name: value
+            for name, value in state.items()
+            if name not in self._sent_state or self._sent_state[name] != value
+        }
+        changes |= {name: None for name in self._sent_state if name not in state}
         if not changes:
             return
-        self._sent = state
-        await self._say({"state": changes})
+        self._sent_state = state
+        await self._send_json({"state": changes})
         if state["hand"]:
-            self._loop.call_later(REST_S, self.announce)  # the picture at rest is news too
+            self._loop.call_later(REST_S, self.wake)  # the picture at rest is news too
 
     async def _send_picture(self, picture: Picture) -> None:
-        coding = self._line.coding(self._width, picture.is_whole)
-        self.is_ready, self._picture = False, picture
-        file = await self._loop.run_in_executor(None, picture.coded, coding)
+        """Send a picture: a line of JSON, then the bytes of a PNG or JPEG file."""
+        coding = self._connection_speed.coding(self._width, picture.is_whole)
+        self.is_ready, self._sent_picture = False, picture
+        file = await self._loop.run_in_executor(None, picture.encode, coding)
         kind = "image/png" if coding.quality is None else "image/jpeg"
-        head = {"picture": picture.number, "frame": picture.frame, "type": kind}
-        head |= {"whole": picture.is_whole}
+        header = {"picture": picture.number, "frame": picture.frame, "type": kind}
+        header |= {"whole": picture.is_whole}
         self._sent_at = time.monotonic()
-        await self._socket.send_bytes(json.dumps(head).encode() + b"\n" + file)
+        await self._socket.send_bytes(json.dumps(header).encode() + b"\n" + file)
 
-    async def _say(self, message: Mapping[str, object]) -> None:
+    async def _send_json(self, message: Mapping[str, object]) -> None:
         await self._socket.send_str(json.dumps(message))

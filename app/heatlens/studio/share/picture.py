@@ -11,16 +11,19 @@ from PIL import Image
 from heatlens.core.model.boxes import Box
 from heatlens.media.plate.picture.picture_write import scaled_window
 
-# A client that asked for each width once kept an encoded picture of each. Widths go in steps, and
-# few are kept.
+# The widths of encoded pictures go in steps, and few of them are kept. Otherwise a client that
+# requests every width would fill the memory.
 _WIDTH_STEP = 160  # pixels; clients scale what they get to what they show
-_ENCODED_MOST = 8  # sizes of a picture that are kept
+_MOST_ENCODED = 8  # sizes of a picture that are kept
 Pixels = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True)
 class Coding:
-    """How a picture is sent: `width` in pixels at most, and the quality of JPEG, None for PNG."""
+    """The coding of a sent picture: its largest width in pixels, and the JPEG quality.
+
+    A quality of None stands for PNG.
+    """
 
     width: int
     quality: int | None
@@ -28,10 +31,10 @@ class Coding:
 
 @dataclass(eq=False)
 class Picture:
-    """The pixels of the display window, (H, W, 4) display values, and what they show.
+    """The pixels of the display window, (H, W, 4) display values, and the frame that they show.
 
     number    counts the pictures of a server
-    is_whole  it is what `heatlens render` makes, and nothing moves: worth sending without loss
+    is_whole  True for a picture at rest in the quality of `heatlens render`, sent without loss
     """
 
     number: int
@@ -41,22 +44,23 @@ class Picture:
     _encoded: dict[Coding, bytes] = field(default_factory=dict)
     _lock: Lock = field(default_factory=Lock)
 
-    def coded(self, coding: Coding) -> bytes:
+    def encode(self, coding: Coding) -> bytes:
         """Return the picture as a PNG or JPEG file, encoded once for all clients.
 
-        Its width is the next step above that of `coding`, so that widths are few.
+        Its width is rounded up to a multiple of `_WIDTH_STEP`, to limit the number of widths.
         """
         with self._lock:  # other clients wait for the result instead of encoding it again
             step = -(-coding.width // _WIDTH_STEP) * _WIDTH_STEP
             coding = Coding(min(step, self.pixels.shape[1]), coding.quality)
-            file = self._encoded.pop(coding, None) or _encoded(self.pixels, coding)
+            file = self._encoded.pop(coding, None) or _encode(self.pixels, coding)
             self._encoded[coding] = file  # the latest last
-            while len(self._encoded) > _ENCODED_MOST:
+            while len(self._encoded) > _MOST_ENCODED:
                 del self._encoded[next(iter(self._encoded))]
             return file
 
 
-def _encoded(pixels: Pixels, coding: Coding) -> bytes:
+def _encode(pixels: Pixels, coding: Coding) -> bytes:
+    """Return pixels as a PNG or JPEG file, at most as wide as `coding` says."""
     picture = Image.fromarray(np.ascontiguousarray(pixels[..., :3]))
     if coding.width < picture.width:
         height = max(1, round(picture.height * coding.width / picture.width))
@@ -69,48 +73,52 @@ def _encoded(pixels: Pixels, coding: Coding) -> bytes:
     return file.getvalue()
 
 
-def in_display(pixels: Pixels, data: Box, display: Box) -> Pixels:
-    """Return pixels over the data window, at any scale, as those over the display window."""
+def crop_to_display(pixels: Pixels, data: Box, display: Box) -> Pixels:
+    """Return the pixels of the display window from those of the data window, at any scale.
+
+    Pixels outside the data window are 0.
+    """
     if data == display:
         return pixels
     height, width = pixels.shape[:2]
     scale = width / data.width
-    have, want = scaled_window(data, scale, (width, height)), scaled_window(display, scale)
-    both = have.intersection(want)
-    shown = np.zeros((*want.shape, pixels.shape[2]), np.uint8)
-    shown[_part(both, want)] = pixels[_part(both, have)]
-    return shown
+    data_px, display_px = scaled_window(data, scale, (width, height)), scaled_window(display, scale)
+    common_px = data_px.intersection(display_px)
+    display_pixels = np.zeros((*display_px.shape, pixels.shape[2]), np.uint8)
+    display_pixels[_slices(common_px, display_px)] = pixels[_slices(common_px, data_px)]
+    return display_pixels
 
 
-def _part(box: Box, of: Box) -> tuple[slice, slice]:
+def _slices(box: Box, window: Box) -> tuple[slice, slice]:
+    """Return the rows and columns of `box` in an array that covers `window`."""
     return (
-        slice(box.y0 - of.y0, box.y1 - of.y0),
-        slice(box.x0 - of.x0, box.x1 - of.x0),
+        slice(box.y0 - window.y0, box.y1 - window.y0),
+        slice(box.x0 - window.x0, box.x1 - window.x0),
     )
 
 
 @dataclass
-class Line:
-    """What a client's line carries, measured by how soon pictures are acknowledged.
+class ConnectionSpeed:
+    """Chooses size and quality for a client's connection by how soon pictures are acknowledged.
 
-    The rungs are few, so that clients share encoded pictures.
+    There are few levels of (scale, JPEG quality), because clients then share encoded pictures.
     """
 
-    _rung: int = 1
-    _rungs: tuple[tuple[float, int], ...] = ((1.0, 92), (1.0, 80), (0.7, 75), (0.5, 70), (0.3, 60))
+    _level: int = 1
+    _levels: tuple[tuple[float, int], ...] = ((1.0, 92), (1.0, 80), (0.7, 75), (0.5, 70), (0.3, 60))
     _slow_s: float = 0.15
-    _quick_s: float = 0.04
+    _fast_s: float = 0.04
 
     def coding(self, width: int, is_whole: bool) -> Coding:
         """Return how to send a picture to a client that shows it `width` pixels wide."""
         if is_whole:
             return Coding(width, None)
-        share, quality = self._rungs[self._rung]
+        share, quality = self._levels[self._level]
         return Coding(max(16, round(width * share)), quality)
 
-    def arrived(self, seconds: float) -> None:
+    def note_round_trip(self, seconds: float) -> None:
         """Note the time from sending a picture to its acknowledgement."""
         if seconds > self._slow_s:
-            self._rung = min(self._rung + 1, len(self._rungs) - 1)
-        elif seconds < self._quick_s:
-            self._rung = max(self._rung - 1, 0)
+            self._level = min(self._level + 1, len(self._levels) - 1)
+        elif seconds < self._fast_s:
+            self._level = max(self._level - 1, 0)

@@ -1,6 +1,7 @@
-"""Where the session's loop and the server's thread meet: messages one way, news the other.
+"""Pass data between the session's loop and the server's thread, without waiting on either side.
 
-Neither waits for the other. What the loop publishes replaces what it published before.
+Messages of pages go to the loop; state and picture go to the server. A newly published state or
+picture replaces the one before.
 
 `Hands` decides which user has the lens: the latest touch wins once the other user rests.
 """
@@ -15,8 +16,8 @@ from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.studio.board.board import Board
 from heatlens.studio.share.picture import Picture
 
-_WAITING_MOST = 1000  # messages of all pages that the loop has not followed yet
-_MESSAGES_A_TURN = 200
+_MOST_WAITING = 1000  # messages of all pages that the loop has not followed yet
+_MESSAGES_PER_TURN = 200
 
 Reply = Callable[[str], None]
 
@@ -24,8 +25,8 @@ REST_S = 0.5  # time that a user keeps the lens after the last touch
 WINDOW = "the window"
 
 
-# Both hands work on one lens: the last touch wins once the other hand has rested for half a second.
-# The holder's name is part of the state, so that each side sees who has the lens.
+# Several users turn one lens: the last touch wins once the other user has rested for half a second.
+# The holder's name is part of the state; each side therefore sees who has the lens.
 class Hands:
     """Decides which of several users may turn the lens; any thread may ask."""
 
@@ -35,8 +36,8 @@ class Hands:
         self._holder = ""
         self._touched_at = 0.0
 
-    def take(self, hand: str) -> bool:
-        """Return True if `hand` may turn the lens now, and has it then."""
+    def try_take(self, hand: str) -> bool:
+        """Return True, and give the lens to `hand`, if that user may turn it now."""
         with self._lock:
             now = self._clock()
             if self._holder not in ("", hand) and now - self._touched_at < REST_S:
@@ -52,12 +53,12 @@ class Hands:
             return self._holder if is_held else ""
 
 
-def _nothing() -> None:
+def _do_nothing() -> None:
     pass
 
 
 @dataclass(frozen=True, slots=True)
-class _Asked:
+class _PageMessage:
     hand: str
     message: dict[str, object]
     reply: Reply
@@ -67,57 +68,59 @@ class _Asked:
 class SharedSession:
     """The present state and picture of a shared session, and the messages of its pages.
 
-    wake      makes the session's loop turn; the server calls it
-    announce  tells the server that something was published; the loop calls it
-    state     what the pages show, by entry; a new object for every change
-    picture   the newest picture; None before the first
-    waiting   the number of clients that could take a newer picture now
-    clients   the number of clients
-    is_behind there is a newer picture, which no client could take when it was new
+    wake           makes the session's loop turn; the server calls it
+    announce       notifies the server that something was published; the loop calls it
+    state          the state that pages show, by entry; a new object for every change
+    picture        the newest picture; None before the first
+    ready_clients  the number of clients that could take a newer picture now
+    client_count   the number of clients
+    is_behind      True if there is a newer picture, which no client could take when it was new
     """
 
-    wake: Callable[[], None] = _nothing
-    announce: Callable[[], None] = _nothing
+    wake: Callable[[], None] = _do_nothing
+    announce: Callable[[], None] = _do_nothing
     hands: Hands = field(default_factory=Hands)
     state: Mapping[str, object] = field(default_factory=dict)
     picture: Picture | None = None
-    waiting: int = 0
-    clients: int = 0
+    ready_clients: int = 0
+    client_count: int = 0
     is_behind: bool = False
-    _asked: deque[_Asked] = field(default_factory=deque)
+    _messages: deque[_PageMessage] = field(default_factory=deque)
 
     # For the server
 
-    def ask(self, hand: str, message: dict[str, object], reply: Reply) -> None:
-        """Hand a page's message to the loop; `reply` gets a sentence if it cannot be followed."""
-        if len(self._asked) >= _WAITING_MOST:
+    def queue_message(self, hand: str, message: dict[str, object], reply: Reply) -> None:
+        """Hand a page's message to the loop; `reply` gets a problem if it cannot be followed."""
+        if len(self._messages) >= _MOST_WAITING:
             reply("The session is busy, and has not followed this.")
             return
-        self._asked.append(_Asked(hand, message, reply))
+        self._messages.append(_PageMessage(hand, message, reply))
         self.wake()
 
     # For the loop
 
     @property
-    def is_asked(self) -> bool:
+    def has_messages(self) -> bool:
         """True while messages wait."""
-        return bool(self._asked)
+        return bool(self._messages)
 
-    def follow(self, board: Board) -> bool:
-        """Follow the messages that wait; return True if there were any."""
-        waiting = [self._asked.popleft() for _ in range(min(len(self._asked), _MESSAGES_A_TURN))]
-        for it in waiting:
+    def follow_messages(self, board: Board) -> bool:
+        """Carry out the messages that wait; return True if there were any."""
+        messages = [
+            self._messages.popleft() for _ in range(min(len(self._messages), _MESSAGES_PER_TURN))
+        ]
+        for message in messages:
             try:
-                self._follow(board, it)
+                self._follow_message(board, message)
             except HeatlensError as error:
-                it.reply(str(error))
-        return bool(waiting)
+                message.reply(str(error))
+        return bool(messages)
 
-    def _follow(self, board: Board, it: _Asked) -> None:
-        board.check_remote(it.message)
-        if board.turns_lens(it.message) and not self.hands.take(it.hand):
+    def _follow_message(self, board: Board, message: _PageMessage) -> None:
+        board.check_remote(message.message)
+        if board.turns_lens(message.message) and not self.hands.try_take(message.hand):
             raise InputError(f"{self.hands.holder or 'Another hand'} has the lens.".capitalize())
-        board.follow(it.message)
+        board.follow(message.message)
 
     def publish(self, state: Mapping[str, object], picture: Picture | None) -> None:
         """Replace state and picture for the clients; the announcement wakes the server."""

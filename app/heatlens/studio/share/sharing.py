@@ -1,4 +1,4 @@
-"""Begin and end the sharing of a session, and tell its links.
+"""Begin and end the sharing of a session, and return its links.
 
 The libraries that it needs are imported on use, so that a window without them still opens.
 """
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from heatlens.core.base.extras import extra, import_extra
 from heatlens.core.base.paths import preferences_dir
-from heatlens.studio.share.address import Role, ShareOptions, kept_links
+from heatlens.studio.share.address import Role, ShareOptions, load_or_make_links
 from heatlens.studio.share.shared import SharedSession
 
 if TYPE_CHECKING:
@@ -28,11 +28,14 @@ class Sharing:
         self._server: ShareServer | None = None
 
     def begin(self, log: Callable[[str], None]) -> None:
-        """Listen; `log` gets a line for each client. Raises InputError with what would help."""
+        """Start the server; `log` gets a line for each client.
+
+        Raises InputError with advice if a package is missing or the address cannot be used.
+        """
         import_extra("segno")  # the codes of the links
-        with extra("share").needed():
+        with extra("share").require():
             from heatlens.studio.share.server import ShareServer
-        links = kept_links(preferences_dir() / _LINKS_FILE, self._options.has_new_links)
+        links = load_or_make_links(preferences_dir() / _LINKS_FILE, self._options.has_new_links)
         server = ShareServer(self._options.address, links, self.shared, log)
         server.start()
         self._server = server
@@ -52,14 +55,20 @@ class Sharing:
         """Return the link of a role; "" while nothing is shared."""
         return "" if self._server is None else self._server.link(role)
 
-    def who(self) -> str:
-        """Return a sentence on the connected clients, and on the one that has the lens."""
-        hands, lookers = (0, 0) if self._server is None else self._server.who()
-        words = f"{hands} turning, {lookers} looking" if hands or lookers else "nobody is here"
-        return f"Shared: {self.shared.hands.holder or words}"
+    def clients_text(self) -> str:
+        """Return a text on the user who has the lens, else on the connected clients."""
+        turning_count, looking_count = (
+            (0, 0) if self._server is None else self._server.count_clients()
+        )
+        client_text = (
+            f"{turning_count} turning, {looking_count} looking"
+            if turning_count or looking_count
+            else "nobody is here"
+        )
+        return f"Shared: {self.shared.hands.holder or client_text}"
 
 
-def squares_of(link: str) -> tuple[tuple[bool, ...], ...]:
+def qr_code_rows(link: str) -> tuple[tuple[bool, ...], ...]:
     """Return the rows of a QR code for a link; True is dark. A quiet border is part of it."""
     import segno
 
@@ -67,7 +76,7 @@ def squares_of(link: str) -> tuple[tuple[bool, ...], ...]:
     return tuple(tuple(bool(square) for square in row) for row in rows)
 
 
-def code_for_terminal(link: str) -> str:
+def qr_code_text(link: str) -> str:
     """Return a QR code as text of half blocks."""
     import segno
 

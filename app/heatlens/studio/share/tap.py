@@ -1,6 +1,7 @@
-"""Compose what the window shows of a picture, and take it from the GPU.
+"""Publish the state and the picture of a session to its pages.
 
-That happens whenever the picture is new and a page can take it.
+A picture is composed as the window shows it and read from the GPU, whenever it is new and a page
+can take it.
 """
 
 import time
@@ -15,17 +16,18 @@ from heatlens.render.gpu.device import Device, Framebuffer, Sampling, Texture
 from heatlens.studio.board.board import Board
 from heatlens.studio.session.session import Session
 from heatlens.studio.share.page_state import PageState
-from heatlens.studio.share.picture import Picture, Pixels, in_display
+from heatlens.studio.share.picture import Picture, Pixels, crop_to_display
 from heatlens.studio.share.shared import SharedSession
 
-# On a processor without a GPU, drawing and reading previews took over half of the loop at 720p,
-# most of it for pixels that a preview does not have. The picture at rest keeps its size.
-_PREVIEW_PX = 720  # width of a preview at most: drawing it must not hold up the next one
+# Previews are limited in width, because drawing one must not delay the next one. At full size,
+# drawing and reading previews took over half of the loop at 720p on a processor without a GPU, most
+# of it for pixels that a preview does not have. The picture at rest keeps its full size.
+_PREVIEW_PX = 720  # largest width of a preview
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """A picture in display values, what lies over it, and the windows that it fills."""
+class DisplayedPicture:
+    """A picture in display values, its detail and overlay, and its data and display windows."""
 
     texture: Texture
     data: Box
@@ -40,7 +42,7 @@ class Seen:
         return is_full and self.detail is None and self.overlay is None
 
 
-class Composed:
+class PictureComposer:
     """Draws pictures for pages."""
 
     def __init__(self, ctx: Device) -> None:
@@ -48,23 +50,26 @@ class Composed:
         self._pass = PicturePass(ctx)
         self._target: Framebuffer | None = None
 
-    def pixels(self, seen: Seen) -> Pixels:
+    def read_pixels(self, picture: DisplayedPicture) -> Pixels:
         """Return the pixels of the display window, (H, W, 4), the top row first."""
-        if seen.is_bare:
-            pixels = np.empty((seen.texture.height, seen.texture.width, 4), np.uint8)
-            seen.texture.read_into(pixels.data.cast("B"))
-            return in_display(pixels, seen.data, seen.display)
-        scale = 1.0 if seen.detail is None else min(1.0, _PREVIEW_PX / seen.display.width)
-        size = max(1, round(seen.display.width * scale)), max(1, round(seen.display.height * scale))
-        target = self._sized(size)
+        if picture.is_bare:
+            pixels = np.empty((picture.texture.height, picture.texture.width, 4), np.uint8)
+            picture.texture.read_into(pixels.data.cast("B"))
+            return crop_to_display(pixels, picture.data, picture.display)
+        scale = 1.0 if picture.detail is None else min(1.0, _PREVIEW_PX / picture.display.width)
+        size = (
+            max(1, round(picture.display.width * scale)),
+            max(1, round(picture.display.height * scale)),
+        )
+        target = self._target_of_size(size)
         target.use()
         target.clear(0.0, 0.0, 0.0, 1.0)
-        self._pass.run(_placed(seen, scale, size), target, size)
+        self._pass.run(_picture_layers(picture, scale, size), target, size)
         pixels = np.empty((size[1], size[0], 4), np.uint8)
         target.read_into(pixels.data.cast("B"), components=4)
         return pixels[::-1]
 
-    def _sized(self, size: tuple[int, int]) -> Framebuffer:
+    def _target_of_size(self, size: tuple[int, int]) -> Framebuffer:
         if self._target is None or self._target.size != size:
             self.release()
             self._target = self._ctx.framebuffer([self._ctx.texture(size, 4)])
@@ -79,82 +84,98 @@ class Composed:
         self._target = None
 
 
-def _placed(seen: Seen, scale: float, size: tuple[int, int]) -> list[PlacedPicture]:
-    data, display, clip = seen.data, seen.display, Box(0, 0, *size)
-    first = (data.x0 - display.x0) * scale, (data.y0 - display.y0) * scale
-    last = (data.x1 - display.x0) * scale, (data.y1 - display.y0) * scale
-    seen.texture.sampling = Sampling.LINEAR
-    if seen.detail is not None:
-        seen.detail.plate.sampling = seen.detail.coarse.sampling = Sampling.LINEAR
-    placed = [PlacedPicture(seen.texture, first, last, clip, False, True, seen.detail)]
-    if seen.overlay is not None:
-        placed.append(PlacedPicture(seen.overlay, first, last, clip, True, False))
-    return placed
+def _picture_layers(
+    picture: DisplayedPicture, scale: float, size: tuple[int, int]
+) -> list[PlacedPicture]:
+    """Return the picture, and the overlay if there is one, at their places in the target."""
+    data, display, clip = picture.data, picture.display, Box(0, 0, *size)
+    top_left = (data.x0 - display.x0) * scale, (data.y0 - display.y0) * scale
+    bottom_right = (data.x1 - display.x0) * scale, (data.y1 - display.y0) * scale
+    picture.texture.sampling = Sampling.LINEAR
+    if picture.detail is not None:
+        picture.detail.plate.sampling = picture.detail.coarse.sampling = Sampling.LINEAR
+    layers = [
+        PlacedPicture(picture.texture, top_left, bottom_right, clip, False, True, picture.detail)
+    ]
+    if picture.overlay is not None:
+        layers.append(PlacedPicture(picture.overlay, top_left, bottom_right, clip, True, False))
+    return layers
 
 
 _REST_S = 0.25  # a picture that is unchanged for this long is sent without loss
 
 
-# Both are published by the loop that owns the GPU, since no other thread may draw or read a
-# texture. A picture is read from the GPU only if some client can take one now: what nobody could
-# take when it was new is made up for as soon as one can, see `is_behind`.
+# The loop that owns the GPU publishes state and picture, since no other thread may draw or read a
+# texture. A picture is read from the GPU only if some client can take one now. If no client could
+# take it when it was new, it is read as soon as one can, see `is_behind`.
 class Tap:
     """Publishes state and picture of a session; the loop that owns the GPU calls it."""
 
     def __init__(self, session: Session, board: Board, shared: SharedSession) -> None:
         self._session = session
         self._shared = shared
-        self._page = PageState(session, board)
-        self._composed = Composed(session.pictures.renderer.ctx)
+        self._page_state = PageState(session, board)
+        self._composer = PictureComposer(session.pictures.renderer.ctx)
         self._key: object = None
         self._changed_at = time.monotonic()
 
-    def publish(self, key: object, look: Callable[[], Seen | None]) -> None:
-        """Publish what is new; `look` is asked for the picture `key` only if a page wants it.
+    def publish(self, key: object, make_picture: Callable[[], DisplayedPicture | None]) -> None:
+        """Publish new state and the picture of `key`.
 
-        Costs nothing while nobody is connected.
+        `make_picture` is called only if a page can take the picture. Costs nothing while no page is
+        connected.
         """
-        if not self._shared.clients:
+        if not self._shared.client_count:
             self._key = None
             return
-        self._shared.publish(self._page.now(), self._picture(key, look))
+        self._shared.publish(self._page_state.entries(), self._newest_picture(key, make_picture))
 
     def key(self, transform_version: int) -> object:
         """Return a key that changes with the picture, under this version of the view transform."""
         facts, scheduler = self._session.facts, self._session.time.scheduler
-        view = facts.view.exposed_through(facts.lens)
-        return scheduler.picture_key, facts.seen, facts.frame, view, transform_version
+        view = facts.view.with_transmission(facts.lens)
+        return scheduler.picture_key, facts.shown_picture, facts.frame, view, transform_version
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until the picture at rest is due; None if it has been sent."""
-        now = self._shared.picture
-        if not self._shared.clients or now is None or now.is_whole or not self._is_whole:
+        picture = self._shared.picture
+        if (
+            not self._shared.client_count
+            or picture is None
+            or picture.is_whole
+            or not self._is_final
+        ):
             return None
         return max(self._changed_at + _REST_S - time.monotonic(), 0.0)
 
     @property
-    def _is_whole(self) -> bool:
+    def _is_final(self) -> bool:
+        """True if the picture is finished, and neither playback nor rendering will change it."""
         session = self._session
-        seen, is_playing = session.facts.seen, session.time.timeline.playback.direction != 0
+        picture = session.facts.shown_picture
+        is_playing = session.time.timeline.playback.direction != 0
         is_rendering = session.time.scheduler.is_rendering
-        return seen is not None and seen.is_whole and not (is_playing or is_rendering)
+        return picture is not None and picture.is_whole and not (is_playing or is_rendering)
 
-    def _picture(self, key: object, look: Callable[[], Seen | None]) -> Picture | None:
-        """Return the newest picture, with the last pixels where only the rest is new."""
+    def _newest_picture(
+        self, key: object, make_picture: Callable[[], DisplayedPicture | None]
+    ) -> Picture | None:
+        """Return the newest picture for the pages; at rest, the last pixels marked as final."""
         last, now = self._shared.picture, time.monotonic()
-        self._shared.is_behind = key != self._key and not self._shared.waiting
-        if key != self._key and self._shared.waiting:
-            seen = look()
-            if seen is None:
+        self._shared.is_behind = key != self._key and not self._shared.ready_clients
+        if key != self._key and self._shared.ready_clients:
+            picture = make_picture()
+            if picture is None:
                 return last
             self._key, self._changed_at = key, now
-            return self._numbered(self._composed.pixels(seen), False)
-        is_resting = key == self._key and now - self._changed_at >= _REST_S and self._is_whole
+            return self._number_picture(self._composer.read_pixels(picture), False)
+        is_resting = key == self._key and now - self._changed_at >= _REST_S and self._is_final
         if last is not None and is_resting and not last.is_whole:
-            return self._numbered(last.pixels, True)
+            return self._number_picture(last.pixels, True)
         return last
 
-    def _numbered(self, pixels: Pixels, is_whole: bool) -> Picture:
+    def _number_picture(self, pixels: Pixels, is_whole: bool) -> Picture:
+        """Return pixels as the picture of the current frame, with the next number."""
         last = self._shared.picture
         number = 1 if last is None else last.number + 1
         return Picture(number, self._session.facts.frame, pixels, is_whole)

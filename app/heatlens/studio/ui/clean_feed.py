@@ -21,43 +21,45 @@ _TITLE = "heatlens picture"
 
 
 class CleanFeed:
-    """The second window, which exists as long as the user wants it."""
+    """The second window, which exists while the user has it switched on."""
 
     def __init__(self, ctx: Device, main_window: GlfwHandle) -> None:
         self._ctx = ctx
-        self._main = main_window
-        self._alone = PictureAlone(ctx)
+        self._main_window = main_window
+        self._picture = PictureAlone(ctx)
         self._window: GlfwHandle = None
-        self._own: SecondWindow | None = None
+        self._second_context: SecondWindow | None = None
 
     def draw(
-        self, is_wanted: bool, pictures: Pictures | None, view: ViewState, has_labels: bool
+        self, is_requested: bool, pictures: Pictures | None, view: ViewState, has_labels: bool
     ) -> bool:
         """Open, draw or close the window; return whether it is still open.
 
         `has_labels` writes the names of the looks into the grid.
         """
         if self._window is not None and glfw.window_should_close(self._window):
-            is_wanted = False
-        if is_wanted and self._window is None:
-            self._open()
-        if not is_wanted:
+            is_requested = False
+        if is_requested and self._window is None:
+            self._open_window()
+        if not is_requested:
             self.close()
         elif self._window is not None:
-            self._draw(pictures, view, has_labels)
+            self._draw_picture(pictures, view, has_labels)
         return self._window is not None
 
-    def _open(self) -> None:
+    def _open_window(self) -> None:
         """Open the window full screen on another monitor, or as a normal window without one."""
-        here = monitor_of(self._main)
+        main_monitor = monitor_of(self._main_window)
         monitors = glfw.get_monitors()
-        others = [
-            m for m in monitors if here and glfw.get_monitor_pos(m) != glfw.get_monitor_pos(here)
+        other_monitors = [
+            monitor
+            for monitor in monitors
+            if main_monitor and glfw.get_monitor_pos(monitor) != glfw.get_monitor_pos(main_monitor)
         ]
-        screen: GlfwHandle = others[0] if others else None
+        screen: GlfwHandle = other_monitors[0] if other_monitors else None
         size = glfw.get_video_mode(screen).size if screen else _SIZE
         glfw.window_hint(glfw.AUTO_ICONIFY, 0)
-        self._window = glfw.create_window(*size, _TITLE, screen, self._main)
+        self._window = glfw.create_window(*size, _TITLE, screen, self._main_window)
         if not self._window:
             self._window = None
             return
@@ -65,9 +67,9 @@ class CleanFeed:
         glfw.make_context_current(self._window)
         glfw.swap_interval(0)  # only the main window waits for the monitor's refresh
         try:
-            self._own = SecondWindow()
+            self._second_context = SecondWindow()
         finally:
-            glfw.make_context_current(self._main)
+            glfw.make_context_current(self._main_window)
 
     def _key_changed(
         self, window: GlfwHandle, key: int, _code: int, action: int, _mods: int
@@ -81,36 +83,40 @@ class CleanFeed:
             fill_screen(window, not glfw.get_window_monitor(window), _SIZE)
         glfw.post_empty_event()
 
-    def _draw(self, pictures: Pictures | None, view: ViewState, has_labels: bool) -> None:
+    def _draw_picture(self, pictures: Pictures | None, view: ViewState, has_labels: bool) -> None:
+        """Draw the picture in the main context, and copy it to the second window."""
         size = glfw.get_framebuffer_size(self._window)
-        if min(size) < 1 or self._own is None:
+        if min(size) < 1 or self._second_context is None:
             return
-        self._alone.draw(pictures, view, size, has_labels)
+        self._picture.draw(pictures, view, size, has_labels)
         self._ctx.finish()  # the other context reads the texture next
-        assert self._alone.texture is not None
+        assert self._picture.texture is not None
         glfw.make_context_current(self._window)
         try:
-            self._own.show(self._alone.texture, size)
+            self._second_context.show(self._picture.texture, size)
             glfw.swap_buffers(self._window)
         finally:
-            glfw.make_context_current(self._main)
+            glfw.make_context_current(self._main_window)
 
     def close(self) -> None:
         """Close the window if it is open."""
         if self._window is None:
             return
-        self._alone.release()
+        self._picture.release()
         glfw.destroy_window(self._window)
-        self._window, self._own = None, None
-        glfw.make_context_current(self._main)
+        self._window, self._second_context = None, None
+        glfw.make_context_current(self._main_window)
 
 
 def fill_screen(
-    window: GlfwHandle, is_full: bool, size: tuple[int, int], at: tuple[int, int] | None = None
+    window: GlfwHandle,
+    is_full: bool,
+    size: tuple[int, int],
+    position: tuple[int, int] | None = None,
 ) -> None:
     """Switch a window to full screen on its monitor, or back to a window of `size` screen units.
 
-    `at` is where the window was before, None for the middle of the monitor.
+    `position` is where the window was before, None for the middle of the monitor.
     """
     monitor = monitor_of(window)
     if not monitor:
@@ -121,7 +127,7 @@ def fill_screen(
         glfw.set_window_monitor(window, monitor, 0, 0, mode.size.width, mode.size.height, rate)
     else:
         x, y, width, height = glfw.get_monitor_workarea(monitor)
-        own = min(size[0], width), min(size[1], height)
-        middle = x + (width - own[0]) // 2, y + (height - own[1]) // 2
-        none: GlfwHandle = None  # the stub of glfw does not allow None for "no monitor"
-        glfw.set_window_monitor(window, none, *(at or middle), *own, 0)
+        window_size = min(size[0], width), min(size[1], height)
+        middle = x + (width - window_size[0]) // 2, y + (height - window_size[1]) // 2
+        no_monitor: GlfwHandle = None  # the stub of glfw does not allow None for "no monitor"
+        glfw.set_window_monitor(window, no_monitor, *(position or middle), *window_size, 0)

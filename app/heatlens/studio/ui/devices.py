@@ -1,10 +1,10 @@
 """Ask GLFW about monitors, game pads and the keyboard, and queue its events in ImGui's terms.
 
-ImGui's own callbacks are not used: they would ask GLFW which modifiers are held now, but a key may
-have waited in the queue. GLFW drops a press with the same time in milliseconds as the last press of
-that key, because an input method may have sent it twice (`processEvent` in x11_window.c), so that
-after two presses of `Ctrl` in one millisecond it reports it as released. But each event carries its
-own modifiers, and those are used here.
+Each event carries its own modifiers, and those are used here instead of ImGui's own callbacks. The
+callbacks would ask GLFW which modifiers are held now, but a key may have waited in the queue. GLFW
+also drops a press with the same time in milliseconds as the last press of that key, because an
+input method may have sent it twice (`processEvent` in x11_window.c): after two presses of `Ctrl` in
+one millisecond, it reports the key as released.
 """
 
 import ctypes
@@ -20,17 +20,17 @@ from heatlens.studio.ui.input_queue import Button, Focus, InputQueue, Motion, Pr
 
 # X.h: AlreadyGrabbed, GrabModeAsync, CurrentTime
 _ALREADY_GRABBED, _ASYNCHRONOUS, _NOW = 1, 1, 0
-_USUAL_ROOM = 1600, 900  # screen units, if the system does not report the size
+_USUAL_AREA = 1600, 900  # screen units, if the system does not report the size
 
 GlfwHandle = Any  # a window or a monitor: the types of glfw leave out that there may be none
 
 
-def room_of(monitor: GlfwHandle) -> tuple[int, int]:
+def work_area_of(monitor: GlfwHandle) -> tuple[int, int]:
     """Return the size of the work area of a monitor, in screen units."""
     if not monitor:
-        return _USUAL_ROOM
+        return _USUAL_AREA
     _, _, width, height = glfw.get_monitor_workarea(monitor)
-    return (width, height) if width and height else _USUAL_ROOM
+    return (width, height) if width and height else _USUAL_AREA
 
 
 def screen_name(window: GlfwHandle) -> str:
@@ -60,7 +60,7 @@ def pad_axes() -> dict[str, float] | None:
     for pad in range(glfw.JOYSTICK_1, glfw.JOYSTICK_LAST + 1):
         if glfw.joystick_present(pad):
             values, count = glfw.get_joystick_axes(pad)
-            return {f"axis {at + 1}": float(values[at]) for at in range(count)}
+            return {f"axis {index + 1}": float(values[index]) for index in range(count)}
     return None
 
 
@@ -146,45 +146,48 @@ def imgui_mods(mods: int) -> int:
 class GlfwInput:
     """The callbacks of a window, which fill a queue and wake the loop."""
 
-    def __init__(self, window: GlfwHandle, queue: InputQueue, woken: Callable[[], None]) -> None:
+    def __init__(self, window: GlfwHandle, queue: InputQueue, wake: Callable[[], None]) -> None:
         """Register the callbacks; ImGui asks GLFW only for sizes and cursors."""
         self._queue = queue
-        self._woken = woken
+        self._wake = wake
         pointer = ctypes.cast(window, ctypes.c_void_p).value or 0
         imgui.backends.glfw_init_for_opengl(pointer, False)
         # Without this call ImGui would ask GLFW in every frame where the pointer is now.
         imgui.backends.glfw_cursor_enter_callback(pointer, 1)
-        glfw.set_key_callback(window, self._key)
-        glfw.set_char_callback(window, lambda _, code: self._text(chr(code)))
-        glfw.set_mouse_button_callback(window, self._button)
-        glfw.set_cursor_pos_callback(window, lambda _, x, y: self._add(Motion((x, y))))
-        glfw.set_cursor_enter_callback(window, self._entered)
-        glfw.set_scroll_callback(window, lambda _, x, y: self._add(Wheel(x, y)))
-        glfw.set_window_focus_callback(window, lambda _, is_here: self._add(Focus(bool(is_here))))
+        glfw.set_key_callback(window, self._on_key)
+        glfw.set_char_callback(window, lambda _, code: self._queue_text(chr(code)))
+        glfw.set_mouse_button_callback(window, self._on_button)
+        glfw.set_cursor_pos_callback(window, lambda _, x, y: self._queue_event(Motion((x, y))))
+        glfw.set_cursor_enter_callback(window, self._on_pointer_entered)
+        glfw.set_scroll_callback(window, lambda _, x, y: self._queue_event(Wheel(x, y)))
+        glfw.set_window_focus_callback(
+            window, lambda _, is_here: self._queue_event(Focus(bool(is_here)))
+        )
 
-    def _add(self, act: Press | Release | Motion | Button | Wheel | Focus) -> None:
-        self._queue.add(act)
-        self._woken()
+    def _queue_event(self, event: Press | Release | Motion | Button | Wheel | Focus) -> None:
+        self._queue.add(event)
+        self._wake()
 
-    def _text(self, text: str) -> None:
+    def _queue_text(self, text: str) -> None:
         self._queue.add_text(text)
-        self._woken()
+        self._wake()
 
-    def _key(self, _window: object, code: int, scancode: int, action: int, mods: int) -> None:
+    def _on_key(self, _window: object, code: int, scancode: int, action: int, mods: int) -> None:
+        """Queue a press or release of a key with the modifiers that are held after it."""
         if action == glfw.REPEAT:  # ImGui repeats held keys by itself
-            self._woken()
+            self._wake()
             return
-        is_down, own = action == glfw.PRESS, _OWN_MOD.get(code, 0)
-        held = imgui_mods(mods | own if is_down else mods & ~own)
+        is_down, own_modifier = action == glfw.PRESS, _OWN_MOD.get(code, 0)
+        held_mods = imgui_mods(mods | own_modifier if is_down else mods & ~own_modifier)
         printed = glfw.get_key_name(code, scancode) if code in _PRINTED else None
         key = imgui_key(code, printed)
         if is_down:
-            self._add(Press(key, held))
+            self._queue_event(Press(key, held_mods))
         elif key is not None:
-            self._add(Release(key, held))
+            self._queue_event(Release(key, held_mods))
 
-    def _button(self, _window: object, number: int, action: int, mods: int) -> None:
-        self._add(Button(number, action == glfw.PRESS, imgui_mods(mods)))
+    def _on_button(self, _window: object, number: int, action: int, mods: int) -> None:
+        self._queue_event(Button(number, action == glfw.PRESS, imgui_mods(mods)))
 
-    def _entered(self, window: GlfwHandle, is_inside: int) -> None:
-        self._add(Motion(glfw.get_cursor_pos(window) if is_inside else None))
+    def _on_pointer_entered(self, window: GlfwHandle, is_inside: int) -> None:
+        self._queue_event(Motion(glfw.get_cursor_pos(window) if is_inside else None))

@@ -19,59 +19,65 @@ class FramePace:
     def __init__(self, session: Session) -> None:
         self._session, self._scheduler = session, session.time.scheduler
         self._frames_due = _FRAMES_AFTER_EVENT
-        self._event_at = self._drawn_at = 0.0
-        self._seen_key: object = None
+        self._event_s = self._drawn_s = 0.0
+        self._drawn_key: object = None
 
-    def woken(self) -> None:
+    def note_event(self) -> None:
         """Note an event, after which several frames are drawn and rendering ahead pauses."""
         self._frames_due = _FRAMES_AFTER_EVENT
-        self._event_at = time.perf_counter()
-        self._session.time.pull.touched()
+        self._event_s = time.perf_counter()
+        self._session.time.frames_ahead.note_input()
 
     def draw_soon(self) -> None:
-        """Have at least one more frame drawn."""
+        """Request at least one more frame."""
         self._frames_due = max(self._frames_due, 1)
 
-    def takes_frame(self) -> bool:
-        """Return True if a frame is due, which is drawn now."""
+    def begin_due_frame(self) -> bool:
+        """Return True if a frame is due, and count it as drawn."""
         is_due = self._frames_due > 0
         self._frames_due -= is_due
         return is_due
 
-    def drawn(self, started: float) -> None:
-        """Note that a frame was begun at `started` and shows the present pictures."""
-        self._drawn_at, self._seen_key = started, self._scheduler.seen_key
+    def note_drawn(self, start_s: float) -> None:
+        """Note that a frame was begun at `start_s` and shows the present pictures."""
+        self._drawn_s, self._drawn_key = start_s, self._scheduler.drawing_key
 
     def work(self) -> None:
-        """Render for one slice if there is something to render, and have its picture drawn."""
+        """Render for one slice if there is something to render, and request a frame for it."""
         if self._scheduler.is_working:
             self._session.work()
-            self._frames_due += self._scheduler.seen_key != self._seen_key
+            self._frames_due += self._scheduler.drawing_key != self._drawn_key
 
     def is_pulse_due(self) -> bool:
-        """Return True if the window should be drawn although rendering still goes on.
+        """Return True if the window should be drawn although rendering continues.
 
         Tooltips and the end of a gesture come some time after an event, and need a frame to show,
         and the line under the picture fills.
         """
-        now, session = time.perf_counter(), self._session
-        if not self._scheduler.is_working or now - self._drawn_at < _PULSE_S:
+        now_s, session = time.perf_counter(), self._session
+        if not self._scheduler.is_working or now_s - self._drawn_s < _PULSE_S:
             return False
         is_typing = imgui.get_io().want_text_input
-        is_filling = bool(session.facts.part_done)
+        is_filling = bool(session.facts.rendered_share)
         return (
-            is_typing or is_filling or session.wants_frames or now - self._event_at < _AFTER_EVENT_S
+            is_typing
+            or is_filling
+            or session.wants_frames
+            or now_s - self._event_s < _AFTER_EVENT_S
         )
 
-    def seconds_to_sleep(self, *others: float | None) -> float | None:
-        """Return the seconds until the next frame; None: until an event. `others` wait as well."""
+    def seconds_to_sleep(self, *other_waits: float | None) -> float | None:
+        """Return the seconds until the next frame; None to sleep until an event.
+
+        `other_waits` are further times until a frame is needed.
+        """
         if self._frames_due > 0:
             return 0.0
-        waits = [self._session.seconds_until_needed(), *others]
-        since = time.perf_counter() - self._event_at
-        if since < _TOOLTIP_S:
+        waits = [self._session.seconds_until_needed(), *other_waits]
+        since_event_s = time.perf_counter() - self._event_s
+        if since_event_s < _TOOLTIP_S:
             waits.append(_TOOLTIP_S)
         if imgui.get_io().want_text_input:
             waits.append(_CURSOR_S)
-        known = [wait for wait in waits if wait is not None]
-        return min(known) if known else None
+        finite_waits = [wait for wait in waits if wait is not None]
+        return min(finite_waits) if finite_waits else None

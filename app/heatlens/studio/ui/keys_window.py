@@ -14,8 +14,8 @@ _HEAD_ROWS = 1.6  # height of a section title, in rows
 _EDGE_EM = 2.0  # free width beside the window, both sides together
 _KEYS_EM = 8.0  # smallest width of the keys
 _TITLE = "Keys"
-_GAP = "   "  # gap after a description
-_BETWEEN_EM = 1.3  # gap between keys and description
+_GAP = "   "  # spaces after a description
+_KEYS_GAP_EM = 1.3  # gap between keys and description
 
 _MOUSE: Rows = (
     ("click, drag", "focus there; the sky is infinity"),
@@ -53,22 +53,24 @@ class Section:
 def sections(commands: Sequence[Command], has_camera: bool) -> list[Section]:
     """Return the sections: the mouse, then each menu's shortcuts; `has_camera` adds gestures."""
     pan = _PAN_SCENE if has_camera else _PAN_PLATE
-    listed = [Section("Mouse", _MOUSE + pan)]
+    found_sections = [Section("Mouse", _MOUSE + pan)]
     if has_camera:
-        listed.append(Section("Mouse in the scene", _MOUSE_OF_SCENE))
-    listed.append(Section("Mouse on the timeline", _MOUSE_OF_TIME))
+        found_sections.append(Section("Mouse in the scene", _MOUSE_OF_SCENE))
+    found_sections.append(Section("Mouse on the timeline", _MOUSE_OF_TIME))
     for menu in dict.fromkeys(command.menu for command in commands):
-        keyed = tuple((it.key, it.name) for it in commands if it.menu == menu and it.key)
-        if keyed:
-            listed.append(Section(menu, keyed))
-    return listed
+        rows = tuple((it.key, it.name) for it in commands if it.menu == menu and it.key)
+        if rows:
+            found_sections.append(Section(menu, rows))
+    return found_sections
 
 
-def in_columns(sections: Sequence[Section], count: int) -> list[list[Section]]:
+def distribute_in_columns(sections: Sequence[Section], count: int) -> list[list[Section]]:
     """Distribute sections, in order, over columns of about equal height."""
     columns: list[list[Section]] = [[] for _ in range(count)]
     for section in sorted(sections, key=lambda section: -len(section.rows)):
-        lowest = min(columns, key=lambda column: sum(_HEAD_ROWS + len(it.rows) for it in column))
+        lowest = min(
+            columns, key=lambda column: sum(_HEAD_ROWS + len(section.rows) for section in column)
+        )
         lowest.append(section)
     ordered = [sorted(column, key=sections.index) for column in columns if column]
     return sorted(ordered, key=lambda column: sections.index(column[0]))
@@ -77,68 +79,71 @@ def in_columns(sections: Sequence[Section], count: int) -> list[list[Section]]:
 def keys_window(commands: Sequence[Command], has_camera: bool) -> bool:
     """Draw the window in the middle of the screen; return False when the user closed it."""
     screen, edge = imgui.get_main_viewport(), _EDGE_EM * imgui.get_font_size()
-    most = ImVec2(max(screen.work_size.x - edge, 1.0), max(screen.work_size.y - edge, 1.0))
-    imgui.set_next_window_size_constraints(ImVec2(1.0, 1.0), most)
+    max_size = ImVec2(max(screen.work_size.x - edge, 1.0), max(screen.work_size.y - edge, 1.0))
+    imgui.set_next_window_size_constraints(ImVec2(1.0, 1.0), max_size)
     imgui.set_next_window_size(ImVec2(0, 0))
     middle = screen.get_work_center()
     imgui.set_next_window_pos(middle, imgui.Cond_.always, ImVec2(0.5, 0.5))
     if not imgui.is_popup_open(_TITLE):
         imgui.open_popup(_TITLE)
-    shown, is_open = topmost.begin_modal(_TITLE, True, imgui.WindowFlags_.no_saved_settings)
-    if not shown:
+    is_visible, is_open = topmost.begin_modal(_TITLE, True, imgui.WindowFlags_.no_saved_settings)
+    if not is_visible:
         return False
-    low, size = imgui.get_window_pos(), imgui.get_window_size()
-    probe.note_at("keys window", (low.x, low.y, low.x + size.x, low.y + size.y))
-    room = most.x - 2 * imgui.get_style().window_padding.x
-    _draw_columns(_with_room(sections(commands, has_camera), room))
-    if is_closed := not is_open or topmost.is_escaped() or _is_asked_again():
+    corner, size = imgui.get_window_pos(), imgui.get_window_size()
+    probe.note_at("keys window", (corner.x, corner.y, corner.x + size.x, corner.y + size.y))
+    width = max_size.x - 2 * imgui.get_style().window_padding.x
+    _draw_columns(_fit_columns(sections(commands, has_camera), width))
+    if is_closed := not is_open or topmost.is_escaped() or _is_key_pressed_again():
         imgui.close_current_popup()
     imgui.end_popup()
     return not is_closed
 
 
-def _with_room(sections: Sequence[Section], room: float) -> list[list[Section]]:
-    """Return the sections in as many columns as fit into the width `room`, one at least."""
-    room += imgui.calc_text_size(_GAP).x  # the last column needs no gap
+def _fit_columns(sections: Sequence[Section], width: float) -> list[list[Section]]:
+    """Return the sections in as many columns as fit into `width`, at least one."""
+    width += imgui.calc_text_size(_GAP).x  # the last column needs no gap
     for count in range(_COLUMNS, 1, -1):
-        columns = in_columns(sections, count)
-        if sum(max(map(_width, column)) for column in columns) <= room:
+        columns = distribute_in_columns(sections, count)
+        if sum(max(map(_section_width, column)) for column in columns) <= width:
             return columns
-    return in_columns(sections, 1)
+    return distribute_in_columns(sections, 1)
 
 
-def _width(section: Section) -> float:
+def _section_width(section: Section) -> float:
     """Return the width of a section with the gap behind it."""
     texts = [imgui.calc_text_size(f"{what}{_GAP}").x for _, what in section.rows]
     return _keys_width(section) + max(texts) + 2 * imgui.get_style().cell_padding.x
 
 
 def _keys_width(section: Section) -> float:
+    """Return the width of the column of keys of a section."""
     em = imgui.get_font_size()
     widest = max(imgui.calc_text_size(keys).x for keys, _ in section.rows)
-    return float(max(widest + _BETWEEN_EM * em, _KEYS_EM * em))
+    return float(max(widest + _KEYS_GAP_EM * em, _KEYS_EM * em))
 
 
-def _is_asked_again() -> bool:
+def _is_key_pressed_again() -> bool:
     """Return True if the key that opened the window was pressed again."""
     slash = imgui.is_key_pressed(imgui.Key.slash, False) and imgui.get_io().key_shift
     return bool(slash) and not imgui.is_window_appearing()
 
 
 def _draw_columns(columns: Sequence[Sequence[Section]]) -> None:
+    """Draw the columns of sections side by side."""
     if imgui.begin_table("keys", len(columns), imgui.TableFlags_.sizing_fixed_fit):
         for column in columns:
             imgui.table_next_column()
             for section in column:
-                _draw(section)
+                _draw_section(section)
         imgui.end_table()
 
 
-def _draw(section: Section) -> None:
+def _draw_section(section: Section) -> None:
+    """Draw the title and the rows of a section."""
     imgui.separator_text(section.title)
-    aside = _keys_width(section)
+    text_x = _keys_width(section)
     for keys, what in section.rows:
         imgui.text_disabled(keys)
-        imgui.same_line(aside)  # measured from the left of the column
+        imgui.same_line(text_x)  # measured from the left of the column
         imgui.text(f"{what}{_GAP}")
     widgets.spacer()

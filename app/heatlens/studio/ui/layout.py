@@ -18,17 +18,17 @@ PICTURE = "Picture"
 _TITLES = tuple(MENUS)
 PICTURE_ALONE = "Picture alone"
 _PANEL_EM = 24.8  # width of the column of panels, with five tabs side by side
-_COLUMN_MOST, _TIMELINE_MOST = 0.45, 0.54  # largest shares of the window
-_SPEED_PART = 0.42  # share of the column's height for the lower panels, such as Speed
+_MAX_COLUMN_SHARE, _MAX_TIMELINE_SHARE = 0.45, 0.54  # largest shares of the window
+_LOWER_SHARE = 0.42  # share of the column's height for the lower panels, such as Speed
 _TIMELINE_EM, _CURVE_EM = 16.5, 25.2  # height of the timeline under the picture; with a curve
-_CURVE_MOST = 0.5  # largest share of the window that the timeline grows to for the curve
+_MAX_CURVE_SHARE = 0.5  # largest share of the window that the timeline grows to for the curve
 _LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and length of its folder's text
 
 
 def menu_bar(files: FileDesk, ui: UiState, commands: Sequence[Command]) -> Command | None:
     """Draw the menus; return the command that was chosen in this frame."""
-    picked = None
+    picked_action = None
     if not imgui.begin_main_menu_bar():
         return None
     if ui.menu_to_open:
@@ -36,37 +36,37 @@ def menu_bar(files: FileDesk, ui: UiState, commands: Sequence[Command]) -> Comma
         ui.menu_to_open = ""
     for menu in _TITLES:
         if imgui.begin_menu(menu):
-            ui.menu_to_open = _beside(menu)
+            ui.menu_to_open = _neighbor_menu(menu)
             group = ""
             for command in (it for it in commands if it.menu == menu):
                 if group not in ("", command.group):
                     imgui.separator()
                 group = command.group
-                picked = command if _menu_item(command) else picked
+                picked_action = command if _menu_item(command) else picked_action
                 if command.name == "Open...":
-                    picked = _open_recent(files, ui) or picked
+                    picked_action = _open_recent(files, ui) or picked_action
             imgui.end_menu()
         probe.note(f"menu {menu}")
     ui.sharing.draw_in_menu_bar()
     imgui.end_main_menu_bar()
-    return picked
+    return picked_action
 
 
 def _menu_item(command: Command) -> bool:
     """Draw an item of a menu; return True if it was clicked."""
     is_on = bool(command.is_on is not None and command.is_on())
-    why = command.why_not()
-    shown = f"{printable(command.shown)}###{command.name}"
-    clicked, _ = imgui.menu_item(shown, command.key, is_on, not why)
+    reason = command.why_not()
+    label = f"{printable(command.shown)}###{command.name}"
+    is_clicked, _ = imgui.menu_item(label, command.key, is_on, not reason)
     probe.note(f"item {command.name}")
-    texts.tip_of_barred(why)
-    return bool(clicked)
+    texts.disabled_tip(reason)
+    return bool(is_clicked)
 
 
-def _beside(menu: str) -> str:
+def _neighbor_menu(menu: str) -> str:
     """Return the menu that an arrow key opens next to `menu`, which is being drawn; else ""."""
     right, left = imgui.is_key_pressed(_RIGHT), imgui.is_key_pressed(_LEFT)
-    if not (right or left) or not topmost.depth_before():
+    if not (right or left) or not topmost.last_popup_depth():
         return ""
     return _TITLES[(_TITLES.index(menu) + (1 if right else -1)) % len(_TITLES)]
 
@@ -74,18 +74,18 @@ def _beside(menu: str) -> str:
 def _open_recent(files: FileDesk, ui: UiState) -> Command | None:
     """Draw the submenu of recent files that still exist; return a command that opens the chosen."""
     if imgui.is_window_appearing():
-        files.recent.look()
-    recent, picked = files.recent.found, None
-    is_open = imgui.begin_menu("Open recent", bool(recent))
+        files.recent.check()
+    recent_names, picked_action = files.recent.existing_names, None
+    is_open = imgui.begin_menu("Open recent", bool(recent_names))
     probe.note("menu Open recent")
     if is_open:
         if imgui.is_window_appearing():
             ui.menu_to_open = ""  # the arrow key opened this submenu, not the next menu
-        for text in recent:
+        for text in recent_names:
             if _recent_item(Path(text)):
-                picked = Command(text, partial(files.commands.open, text))
+                picked_action = Command(text, partial(files.commands.open, text))
         imgui.end_menu()
-    return picked
+    return picked_action
 
 
 def _recent_item(path: Path) -> bool:
@@ -96,14 +96,14 @@ def _recent_item(path: Path) -> bool:
     em, corner = imgui.get_font_size(), imgui.get_cursor_pos_x()
     width = ImVec2(_RECENT_EM * em, 0)
     label = f"##{printable(str(path))}"
-    clicked, _ = imgui.selectable(label, False, imgui.SelectableFlags_.none, width)
+    is_clicked, _ = imgui.selectable(label, False, imgui.SelectableFlags_.none, width)
     probe.note(f"recent {path.name}")
     imgui.same_line(corner)
     imgui.text(printable(path.name))
     imgui.same_line()
     imgui.set_cursor_pos_x(max(corner + 0.4 * _RECENT_EM * em, imgui.get_cursor_pos_x()))
     imgui.text_disabled(printable(shortened(path.parent)))
-    return bool(clicked)
+    return bool(is_clicked)
 
 
 def shortened(folder: Path) -> str:
@@ -117,14 +117,14 @@ def restore_layout(ui: UiState, layout: str, em: float = 0.0) -> None:
 
     `em` is the font size in pixels when it was saved; 0 for the present font size.
     """
-    if lists_all(layout, ui.panels):
+    if lists_all_panels(layout, ui.panels):
         factor = ui.scale.em / em if em else 1.0
         imgui.load_ini_settings_from_memory(scaled_layout(layout, factor))
         ui.wants_layout = False
 
 
-def lists_all(layout: str, panels: Iterable[str]) -> bool:
-    """Return True if a layout places every panel; one that is missing would cover the picture."""
+def lists_all_panels(layout: str, panels: Iterable[str]) -> bool:
+    """Return True if a layout has every panel; a missing panel would cover the picture."""
     return all(f"[Window][{name}]" in layout.splitlines() for name in (PICTURE, *panels))
 
 
@@ -136,59 +136,62 @@ def dock_panels(is_new: bool, size: ImVec2, is_hidden: bool = False) -> None:
     dock = imgui.get_id("heatlens dock")
     if is_new:
         _arrange(dock, size)
-    kept = imgui.DockNodeFlags_.keep_alive_only if is_hidden else imgui.DockNodeFlags_.none
-    imgui.dock_space(dock, size, kept)
+    flags = imgui.DockNodeFlags_.keep_alive_only if is_hidden else imgui.DockNodeFlags_.none
+    imgui.dock_space(dock, size, flags)
 
 
 def _arrange(dock: int, size: ImVec2) -> None:
-    inner = imgui.internal
-    inner.dock_builder_remove_node(dock)
-    inner.dock_builder_add_node(dock, inner.DockNodeFlagsPrivate_.dock_space)
-    inner.dock_builder_set_node_size(dock, size)
-    part = min(_COLUMN_MOST, _PANEL_EM * imgui.get_font_size() / max(size.x, 1.0))
-    _, right, centre = inner.dock_builder_split_node_py(dock, imgui.Dir.right, part)
-    below_part = min(_TIMELINE_MOST, _TIMELINE_EM * imgui.get_font_size() / max(size.y, 1.0))
-    _, lower, upper = inner.dock_builder_split_node_py(right, imgui.Dir.down, _SPEED_PART)
-    _, below, centre = inner.dock_builder_split_node_py(centre, imgui.Dir.down, below_part)
-    inner.dock_builder_dock_window(PICTURE, centre)
+    """Dock all panels in their original places."""
+    docking = imgui.internal
+    docking.dock_builder_remove_node(dock)
+    docking.dock_builder_add_node(dock, docking.DockNodeFlagsPrivate_.dock_space)
+    docking.dock_builder_set_node_size(dock, size)
+    column_share = min(_MAX_COLUMN_SHARE, _PANEL_EM * imgui.get_font_size() / max(size.x, 1.0))
+    _, right, centre = docking.dock_builder_split_node_py(dock, imgui.Dir.right, column_share)
+    timeline_share = min(
+        _MAX_TIMELINE_SHARE, _TIMELINE_EM * imgui.get_font_size() / max(size.y, 1.0)
+    )
+    _, lower, upper = docking.dock_builder_split_node_py(right, imgui.Dir.down, _LOWER_SHARE)
+    _, below, centre = docking.dock_builder_split_node_py(centre, imgui.Dir.down, timeline_share)
+    docking.dock_builder_dock_window(PICTURE, centre)
     for name in ("Timeline", "Reel"):
-        inner.dock_builder_dock_window(name, below)
+        docking.dock_builder_dock_window(name, below)
     for name in ("Lens", "Marks", "Plan", "Looks", "Guides"):
-        inner.dock_builder_dock_window(name, upper)
+        docking.dock_builder_dock_window(name, upper)
     for name in ("Display", "Plate", "Scene", "Export", "Speed"):
-        inner.dock_builder_dock_window(name, lower)
-    _flag(centre, inner.DockNodeFlagsPrivate_.no_tab_bar)
-    for place in (upper, lower, below):  # each tab has its own close button
-        _flag(place, inner.DockNodeFlagsPrivate_.no_close_button)
-    inner.dock_builder_finish(dock)
+        docking.dock_builder_dock_window(name, lower)
+    _set_flag(centre, docking.DockNodeFlagsPrivate_.no_tab_bar)
+    for node in (upper, lower, below):  # each tab has its own close button
+        _set_flag(node, docking.DockNodeFlagsPrivate_.no_close_button)
+    docking.dock_builder_finish(dock)
 
 
 def grow_for_curve(view: TimelineView, shows_curve: bool, window_height: float) -> None:
-    """Make the timeline higher when it begins to show a curve, and as high as before at its end."""
+    """Make the timeline higher while it shows a curve, and restore its height afterwards."""
     window = imgui.internal.find_window_by_name("Timeline")
     node = None if window is None else window.dock_node
     if node is None or shows_curve == (view.height_before is not None):
         return
-    height = min(_CURVE_EM * imgui.get_font_size(), _CURVE_MOST * window_height)
+    height = min(_CURVE_EM * imgui.get_font_size(), _MAX_CURVE_SHARE * window_height)
     height = max(height, node.size.y) if view.height_before is None else view.height_before
     view.height_before = node.size.y if view.height_before is None else None
     imgui.internal.dock_builder_set_node_size(node.id_, ImVec2(node.size.x, height))
 
 
-def leave_room_for_picture(panels: Iterable[str]) -> None:
+def shrink_large_panels(panels: Iterable[str]) -> None:
     """Shrink panels that take more than their share of the window.
 
     Call this after the panels are drawn, when the font has become larger and the panels with it.
     """
-    around = {node.id_ for node in _places_of(PICTURE)}
+    picture_nodes = {node.id_ for node in _nodes_of(PICTURE)}
     for name in panels:
-        for node in _places_of(name):
+        for node in _nodes_of(name):
             parent = node.parent_node
-            if parent is not None and parent.id_ in around and node.id_ not in around:
-                _limit(node, parent)
+            if parent is not None and parent.id_ in picture_nodes and node.id_ not in picture_nodes:
+                _limit_node(node, parent)
 
 
-def _places_of(name: str) -> Iterator[imgui.internal.DockNode]:
+def _nodes_of(name: str) -> Iterator[imgui.internal.DockNode]:
     """Return the dock node of a window, its parent node, and so on."""
     window = imgui.internal.find_window_by_name(name)
     node = None if window is None else window.dock_node
@@ -197,17 +200,19 @@ def _places_of(name: str) -> Iterator[imgui.internal.DockNode]:
         node = node.parent_node
 
 
-def _limit(node: imgui.internal.DockNode, parent: imgui.internal.DockNode) -> None:
+def _limit_node(node: imgui.internal.DockNode, parent: imgui.internal.DockNode) -> None:
+    """Shrink a dock node to its largest share of its parent."""
     width, height = node.size.x, node.size.y
     if parent.split_axis == imgui.internal.Axis.x:
-        width = min(width, _COLUMN_MOST * parent.size.x)
+        width = min(width, _MAX_COLUMN_SHARE * parent.size.x)
     else:
-        height = min(height, _TIMELINE_MOST * parent.size.y)
+        height = min(height, _MAX_TIMELINE_SHARE * parent.size.y)
     if (width, height) != (node.size.x, node.size.y):
         imgui.internal.dock_builder_set_node_size(node.id_, ImVec2(width, height))
 
 
-def _flag(node_id: int, flag: imgui.internal.DockNodeFlagsPrivate_) -> None:
+def _set_flag(node_id: int, flag: imgui.internal.DockNodeFlagsPrivate_) -> None:
+    """Set a flag of a dock node, if it exists."""
     node = imgui.internal.dock_builder_get_node(node_id)
     if node is not None:
         node.local_flags |= flag

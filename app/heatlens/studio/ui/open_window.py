@@ -1,11 +1,11 @@
-"""Open the GLFW window at the size that it had, or say why there can be none."""
+"""Open the GLFW window at its last size, or raise an error with the reason why that fails."""
 
-from heatlens.studio.ui.devices import room_of  # imports ImGui before glfw, see `window.py`
+from heatlens.studio.ui.devices import work_area_of  # imports ImGui before glfw, see `window.py`
 
 import glfw  # isort: skip
 
 from heatlens.core.base.errors import NoWindowError
-from heatlens.studio.session.settings.preferences import Remembered
+from heatlens.studio.session.settings.preferences import PreferenceValues
 from heatlens.studio.session.settings.ui_sizes import fitted_size
 
 _SIZE = 1600, 900
@@ -15,7 +15,7 @@ _HELP = (
 )
 
 
-def open_window(remembered: Remembered) -> object:
+def open_window(preferences: PreferenceValues) -> object:
     """Return a new window with a current context of OpenGL. Raises NoWindowError."""
     glfw.ERROR_REPORTING = "ignore"  # the NoWindowError below reports it instead
     if not glfw.init():
@@ -39,9 +39,9 @@ def open_window(remembered: Remembered) -> object:
             "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
         )
     # Set the size once the window exists: the remembered size already includes the monitor's scale.
-    size = remembered.window_size or glfw.get_window_size(window)
-    glfw.set_window_size(window, *fitted_size(size, room_of(glfw.get_primary_monitor())))
-    if remembered.is_maximized:
+    size = preferences.window_size or glfw.get_window_size(window)
+    glfw.set_window_size(window, *fitted_size(size, work_area_of(glfw.get_primary_monitor())))
+    if preferences.is_maximized:
         glfw.maximize_window(window)
     glfw.make_context_current(window)
     glfw.swap_interval(1)
@@ -50,6 +50,7 @@ def open_window(remembered: Remembered) -> object:
 
 
 def _glfw_error() -> str:
+    """Return the last error of GLFW as text."""
     code, description = glfw.get_error()
     if not description:
         return f"error {code:#x}" if code else "no reason was given"

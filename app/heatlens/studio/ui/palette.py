@@ -20,23 +20,23 @@ class Palette:
     """A popup with a text field and the list of commands that match it."""
 
     def __init__(self) -> None:
-        self._wanted = False
+        self._is_opening = False
         self._text = ""
-        self._chosen = 0
-        self._moved = False  # whether the selected row changed in this frame
+        self._selected_row = 0
+        self._has_moved = False  # whether the selected row changed in this frame
 
     @property
     def is_open(self) -> bool:
         """True while the palette is open or opens in the next frame."""
-        return self._wanted or bool(imgui.is_popup_open(_TITLE))
+        return self._is_opening or bool(imgui.is_popup_open(_TITLE))
 
     def open(self) -> None:
         """Open the palette in the next frame."""
-        self._wanted, self._text, self._chosen = True, "", 0
+        self._is_opening, self._text, self._selected_row = True, "", 0
 
     def draw(self, commands: Sequence[Command]) -> Command | None:
         """Draw the palette if open; return the command that was chosen, which may be barred."""
-        if self._wanted:
+        if self._is_opening:
             imgui.open_popup(_TITLE)
         screen = imgui.get_main_viewport()
         em = imgui.get_font_size()
@@ -45,50 +45,53 @@ class Palette:
         imgui.set_next_window_size(ImVec2(30 * em, 22 * em))
         if not imgui.begin_popup(_TITLE):
             return None
-        topmost.answers_keys_itself()
-        command = self._draw_inside(commands)
+        topmost.disable_key_navigation()
+        command = self._draw_content(commands)
         if command is not None or topmost.is_escaped():
             imgui.close_current_popup()
         imgui.end_popup()
         return command
 
-    def _draw_inside(self, commands: Sequence[Command]) -> Command | None:
-        if self._wanted:
+    def _draw_content(self, commands: Sequence[Command]) -> Command | None:
+        if self._is_opening:
             imgui.set_keyboard_focus_here()
-            self._wanted = False
+            self._is_opening = False
         imgui.set_next_item_width(-1)
-        changed, self._text = imgui.input_text_with_hint("##words", "what to do", self._text)
-        shown = [command for command in commands if matches(command, self._text)]
-        if imgui.is_item_deactivated() and not shown:  # Enter without a match: edit the text again
+        has_changed, self._text = imgui.input_text_with_hint("##words", "what to do", self._text)
+        matching = [command for command in commands if matches(command, self._text)]
+        if (
+            imgui.is_item_deactivated() and not matching
+        ):  # Enter without a match: edit the text again
             imgui.set_keyboard_focus_here(-1)
-        before, self._chosen = self._chosen, 0 if changed else self._chosen
-        self._move(len(shown))
-        self._moved = changed or self._chosen != before
-        picked = None
+        old_row, self._selected_row = self._selected_row, 0 if has_changed else self._selected_row
+        self._move_selection(len(matching))
+        self._has_moved = has_changed or self._selected_row != old_row
+        picked_action = None
         imgui.begin_child("found")
-        for index, command in enumerate(shown):
-            if self._row(command, index == self._chosen, command.why_not()):
-                picked = command
+        for index, command in enumerate(matching):
+            if self._draw_row(command, index == self._selected_row, command.why_not()):
+                picked_action = command
         imgui.end_child()
-        if shown and imgui.is_key_pressed(imgui.Key.enter):
-            picked = shown[self._chosen]
-        return picked
+        if matching and imgui.is_key_pressed(imgui.Key.enter):
+            picked_action = matching[self._selected_row]
+        return picked_action
 
-    def _move(self, count: int) -> None:
+    def _move_selection(self, count: int) -> None:
+        """Move the selection among `count` rows with the arrow keys."""
         if imgui.is_key_pressed(imgui.Key.down_arrow):
-            self._chosen += 1
+            self._selected_row += 1
         if imgui.is_key_pressed(imgui.Key.up_arrow):
-            self._chosen -= 1
-        self._chosen = min(max(self._chosen, 0), max(count - 1, 0))
+            self._selected_row -= 1
+        self._selected_row = min(max(self._selected_row, 0), max(count - 1, 0))
 
-    def _row(self, command: Command, is_chosen: bool, why_not: str) -> bool:
+    def _draw_row(self, command: Command, is_selected: bool, why_not: str) -> bool:
         with widgets.disabled(bool(why_not)):
-            clicked, _ = imgui.selectable(f"{command.name}##{command.menu}", is_chosen)
+            is_clicked, _ = imgui.selectable(f"{command.name}##{command.menu}", is_selected)
         probe.note(f"palette {command.name}")
-        texts.tip_of_barred(why_not)
-        if is_chosen and self._moved:
+        texts.disabled_tip(why_not)
+        if is_selected and self._has_moved:
             imgui.set_scroll_here_y()
-        aside = f"{command.menu}   {command.key}"
-        imgui.same_line(imgui.get_window_width() - imgui.calc_text_size(aside).x - 24)
-        imgui.text_disabled(aside)
-        return bool(clicked)
+        right_text = f"{command.menu}   {command.key}"
+        imgui.same_line(imgui.get_window_width() - imgui.calc_text_size(right_text).x - 24)
+        imgui.text_disabled(right_text)
+        return bool(is_clicked)

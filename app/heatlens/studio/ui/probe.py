@@ -10,28 +10,28 @@ from imgui_bundle import imgui
 
 Rect = tuple[float, float, float, float]  # x0, y0, x1, y1 in screen units
 
-_listening: list[dict[str, Rect]] = []
+_listeners: list[dict[str, Rect]] = []
 
 
 @contextmanager
 def listening() -> Iterator[dict[str, Rect]]:
     """Collect the rectangle of each control by its name while the block runs."""
-    drawn: dict[str, Rect] = {}
-    _listening.append(drawn)
+    rects: dict[str, Rect] = {}
+    _listeners.append(rects)
     try:
-        yield drawn
+        yield rects
     finally:
-        _listening[:] = [other for other in _listening if other is not drawn]
+        _listeners[:] = [listener for listener in _listeners if listener is not rects]
 
 
 def note(name: str) -> None:
     """Report the rectangle of the last ImGui item under a name."""
-    if _listening:
-        low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
-        note_at(name, (low.x, low.y, high.x, high.y))
+    if _listeners:
+        corner, end = imgui.get_item_rect_min(), imgui.get_item_rect_max()
+        note_at(name, (corner.x, corner.y, end.x, end.y))
 
 
 def note_at(name: str, rect: Rect) -> None:
     """Report the rectangle of something that is not an ImGui item."""
-    for drawn in _listening:
-        drawn[name] = rect
+    for rects in _listeners:
+        rects[name] = rect

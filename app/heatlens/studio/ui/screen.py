@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.core.base.errors import HeatlensError
-from heatlens.core.base.faults import faults_reported
+from heatlens.core.base.faults import report_faults
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.studio.board.board import Board
 from heatlens.studio.board.command import Command
@@ -18,14 +18,14 @@ from heatlens.studio.ui import topmost
 from heatlens.studio.ui.docked_panels import DockedPanels
 from heatlens.studio.ui.files.questions import quit_question, shot_question
 from heatlens.studio.ui.keys_window import keys_window
-from heatlens.studio.ui.layout import dock_panels, grow_for_curve, leave_room_for_picture, menu_bar
+from heatlens.studio.ui.layout import dock_panels, grow_for_curve, menu_bar, shrink_large_panels
 from heatlens.studio.ui.panels.marks_panel import pull_popup
 from heatlens.studio.ui.picture_window import PictureWindow
 from heatlens.studio.ui.seek import forget_after_click
 from heatlens.studio.ui.setting_places import setting_places, settings
 from heatlens.studio.ui.sharing import WindowSharing
 from heatlens.studio.ui.shortcuts import in_order, opens, pressed
-from heatlens.studio.ui.start.start_screen import hears_keys
+from heatlens.studio.ui.start.start_screen import has_keyboard
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.status_bar import StatusBar
 from heatlens.studio.ui.timeline.rendered_panel import rendered_popup
@@ -55,58 +55,65 @@ class Screen:
             session.editing, time, files, session.preferences, say, wake, self.sharing
         )
         self.commands = board.with_commands_of(window_commands(self.ui))
-        self.typed: Sequence[imgui.Key] = ()  # keys that went down in this frame, in their order
+        self.typed_keys: Sequence[
+            imgui.Key
+        ] = ()  # keys that went down in this frame, in their order
         self._pictures = ScreenPictures(pictures.renderer.ctx)
-        kept = KeptScreen(time.pull, session.source, session.editing, pictures.view, self._pictures)
-        time.pull.screen = kept
+        kept_screen = KeptScreen(
+            time.frames_ahead, session.source, session.editing, pictures.view, self._pictures
+        )
+        time.frames_ahead.screen = kept_screen
         lessons = Lessons(session.editing, time.marks)
         self.picture = PictureWindow(
-            *(facts, board, pictures, lessons, self.ui, self._pictures, kept),
+            *(facts, board, pictures, lessons, self.ui, self._pictures, kept_screen),
             session.lens,
         )
-        self.status = StatusBar(facts, pictures, session.messages, self.ui, kept)
+        self.status = StatusBar(facts, pictures, session.messages, self.ui, kept_screen)
         self._panels = DockedPanels(session, self.ui, self._pictures)
-        pictures.looks.still_now = lambda: self._panels.stills.now(self.picture.pictures)
+        pictures.looks.make_still = lambda: self._panels.stills.make_still(self.picture.pictures)
 
-    def opens(self, key: imgui.Key, mods: int) -> bool:
+    def must_wait_after(self, key: imgui.Key, mods: int) -> bool:
         """Return True if keys typed after this one must wait for its effect."""
         is_covered = topmost.is_any_open() or self._session.files.documents.offer is not None
-        is_elsewhere = is_covered or self.ui.is_bare or self._session.files.start_choices.is_wanted
-        return is_elsewhere or opens(self.commands, key, mods)
+        is_not_in_picture = (
+            is_covered or self.ui.is_bare or self._session.files.start_choices.is_shown
+        )
+        return is_not_in_picture or opens(self.commands, key, mods)
 
-    def draw(self, is_seen: bool = True) -> None:
-        """Draw between ImGui's new_frame and render; an error is shown and drawing goes on.
+    def draw(self, is_visible: bool = True) -> None:
+        """Draw between ImGui's new_frame and render; an error is shown as a message.
 
-        With `is_seen` False the frame stays invisible, since more input waits: it takes no results
-        of threads and makes no picture.
+        With `is_visible` False the frame stays invisible, since more input waits: it collects no
+        results of threads and makes no picture.
         """
         state = imgui.internal.ErrorRecoveryState()
         imgui.internal.error_recovery_store_state(state)
         try:
-            with faults_reported("The window could not be drawn"):
-                self._draw(is_seen)
+            with report_faults("The window could not be drawn"):
+                self._draw_frame(is_visible)
                 topmost.note_frame()
         except HeatlensError as error:
-            _close_what_is_open(state)
+            _recover_from_error(state)
             self._session.say_error(error)
 
     def publish(self) -> None:
         """Give the picture of this frame to the pages that share it."""
         self.sharing.publish(self.picture.pictures, self._pictures.transform_version)
 
-    def _draw(self, is_seen: bool) -> None:
+    def _draw_frame(self, is_visible: bool) -> None:
+        """Poll the session, run actions, draw panels and picture, and request the next picture."""
         session = self._session
         self.ui.theme.apply()
-        if is_seen:
+        if is_visible:
             session.poll()
-        hears = hears_keys()  # asked before a popup can handle Enter and close
+        hears_keys = has_keyboard()  # before a popup can handle Enter and close
         topmost.close_escaped()
         forget_after_click()
         self._do_commands()
         is_new_layout = self.ui.wants_layout
-        self._frame_window()
+        self._draw_main_window()
         if not self.ui.is_bare:
-            self._panels.draw(self.picture.hovered, self.picture.pictures)
+            self._panels.draw(self.picture.hovered_px, self.picture.pictures)
             self._fit_panels()
             shows_curve = session.time.keys.rows.shows_curve and self.ui.is_timeline_shown
             grow_for_curve(self.ui.timeline, shows_curve, imgui.get_main_viewport().work_size.y)
@@ -114,10 +121,10 @@ class Screen:
             for name in ("Lens", "Display"):  # bring them in front of the other tabs
                 imgui.set_window_focus(name)
         session.lens.ring.poll()  # again, for samples that arrived while the panels were drawn
-        if is_seen:
+        if is_visible:
             session.time.scheduler.update()
-        self.picture.draw(hears, is_seen)
-        session.editing.rest(is_held=imgui.is_any_item_active())
+        self.picture.draw(hears_keys, is_visible)
+        session.editing.settle_if_resting(is_pressed=imgui.is_any_item_active())
         facts = session.facts
         session.pictures.color.apply(facts.view, self._pictures, facts.shot.grade)
 
@@ -125,43 +132,45 @@ class Screen:
         """Leave room for the picture if the panels have just become larger."""
         if self.ui.scale.is_new:
             self.ui.scale.is_new = False
-            leave_room_for_picture(self.ui.panels)
+            shrink_large_panels(self.ui.panels)
 
     def _do_commands(self) -> None:
         session, ui = self._session, self.ui
         if not topmost.is_any_open() and imgui.is_key_pressed(imgui.Key.escape, False):
-            self._escape()
-        keyed = self._keyed()
+            self._leave_mode()
+        keyed = self._actions_of_keys()
         chosen = None if ui.is_bare else menu_bar(session.files, ui, self.commands)
-        for command in (*keyed, chosen, self._palette()):
+        for command in (*keyed, chosen, self._draw_palette()):
             if command is not None:
                 self._board.do(command)
         self._draw_popups()
 
-    def _escape(self) -> None:
-        """Drop a recording, put the ruler away or leave a mode of the picture."""
+    def _leave_mode(self) -> None:
+        """Discard a recording, switch off the ruler or leave a mode of the picture."""
         session = self._session
         if session.time.recording.state is not RecordingState.OFF:
             if not imgui.get_io().want_text_input:
-                session.time.recording.drop()
-        elif not session.pictures.commands.leave():
+                session.time.recording.discard()
+        elif not session.pictures.commands.leave_mode():
             self.ui.leave_bare()
 
-    def _keyed(self) -> list[Command]:
+    def _actions_of_keys(self) -> list[Command]:
         """Return the commands whose keys were pressed, in order; none under a popup."""
         if topmost.is_any_open() or self._session.files.documents.offer is not None:
             return []
-        keyed = in_order(
-            (it for it in pressed(self.commands) if not self._is_asleep(it)), self.typed
+        key_actions = in_order(
+            (it for it in pressed(self.commands) if not self._is_blocked_by_start_screen(it)),
+            self.typed_keys,
         )
         view = self.ui.timeline
-        if view.pointed_at and any(command.name == "Fit" for command in keyed):
-            view.frame_all()
-            keyed = [command for command in keyed if command.name != "Fit"]
-        view.pointed_at = False  # the curve editor sets it again when drawn
-        return keyed
+        if view.is_hovered and any(command.name == "Fit" for command in key_actions):
+            view.toggle_fit()
+            key_actions = [command for command in key_actions if command.name != "Fit"]
+        view.is_hovered = False  # the curve editor sets it again when drawn
+        return key_actions
 
     def _draw_popups(self) -> None:
+        """Draw the popups, dialogs and questions that are open."""
         session, ui = self._session, self.ui
         if ui.shows_keys:
             ui.shows_keys = keys_window(self.commands, session.facts.has_camera)
@@ -172,57 +181,56 @@ class Screen:
         ui.dialogs.draw()
         self.sharing.draw_popup()
 
-    def _palette(self) -> Command | None:
+    def _draw_palette(self) -> Command | None:
         """Draw the palette, which also lists settings if a picture is open."""
         palette = self.ui.palette
-        has_more = palette.is_open and self._session.source.plate is not None
-        return palette.draw((*self.commands, *(self.settings() if has_more else ())))
+        has_settings = palette.is_open and self._session.source.plate is not None
+        return palette.draw((*self.commands, *(self.settings() if has_settings else ())))
 
     def settings(self) -> tuple[Command, ...]:
         """Return a command for each setting of the panels, and for each value that it can have."""
         session, facts = self._session, self._session.facts
         views = session.pictures.color.views(facts.view.display)
-        places = setting_places(facts, session.time.timeline, self.ui)
-        return (*places, *settings(self._board, facts, views, self.ui))
+        place_actions = setting_places(facts, session.time.timeline, self.ui)
+        return (*place_actions, *settings(self._board, facts, views, self.ui))
 
-    def _is_asleep(self, command: Command) -> bool:
+    def _is_blocked_by_start_screen(self, command: Command) -> bool:
         """Return True if the start screen is shown and may use the command's key itself."""
         return (
-            self._session.files.start_choices.is_wanted and command.menu not in _START_SCREEN_MENUS
+            self._session.files.start_choices.is_shown and command.menu not in _START_SCREEN_MENUS
         )
 
-    def _frame_window(self) -> None:
+    def _draw_main_window(self) -> None:
         """Draw the window with the dock space, and the status bar under it."""
         screen = imgui.get_main_viewport()
         imgui.set_next_window_pos(screen.work_pos)
         imgui.set_next_window_size(screen.work_size)
-        bare = (
+        flags = (
             _Window.no_decoration | _Window.no_move | _Window.no_docking | _Window.no_saved_settings
         )
-        bare |= _Window.no_bring_to_front_on_focus | _Window.no_nav_focus | _Window.no_background
+        flags |= _Window.no_bring_to_front_on_focus | _Window.no_nav_focus | _Window.no_background
         imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0, 0))
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
-        imgui.begin("heatlens", None, bare)
+        imgui.begin("heatlens", None, flags)
         imgui.pop_style_var()
         status_height = imgui.get_frame_height()
         size = ImVec2(screen.work_size.x, max(screen.work_size.y - status_height, 50.0))
         dock_panels(self.ui.wants_layout, size, self.ui.is_bare)
         self.ui.wants_layout = False
         if not self.ui.is_bare:
-            self.status.draw(self.picture.hovered)
+            self.status.draw(self.picture.hovered_px)
         imgui.end()
         imgui.pop_style_var()
 
 
 # An error in a panel leaves windows, menus and styles of ImGui open, and its next frame would stop
-# the program with an assertion. The recovery that ImGui has for other languages closes them; its
-# own reports are switched off, because the error has become a sentence of the status bar with a
-# report.
-def _close_what_is_open(state: imgui.internal.ErrorRecoveryState) -> None:
+# the program with an assertion. The recovery that ImGui has for other languages closes them. Its
+# own reports are switched off, because the status bar shows the error.
+def _recover_from_error(state: imgui.internal.ErrorRecoveryState) -> None:
     """Close windows, menus and styles that an error left open; ImGui asserts there are none."""
     io = imgui.get_io()
-    before = io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log
+    old_settings = io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log
     io.config_error_recovery_enable_assert = io.config_error_recovery_enable_debug_log = False
     io.config_error_recovery_enable_tooltip = False
     imgui.internal.error_recovery_try_to_recover_state(state)
-    io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log = before
+    io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log = old_settings

@@ -21,13 +21,13 @@ from heatlens.studio.board.command import Command
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.settings.preferences import Theme
 from heatlens.studio.session.time.timeline import Timeline
-from heatlens.studio.ui.seek import seek
+from heatlens.studio.ui.seek import show_setting
 from heatlens.studio.ui.state import UiState
 
 _MENU = "Setting"
 SETTINGS: dict[str, tuple[str, ...]] = {
     "Lens": (
-        *(told.label for told in options_of(Aperture).values()),
+        *(option.label for option in options_of(Aperture).values()),
         *("distance", "f-stop", "T-stop", "focal length", "framing", "film back", "sensor width"),
         *("sharp up to", "lens model", "distances from", "pupil offset", "kit", "lens"),
         *("the view breathes", "at f-stop", "method", "bokeh", "quality", "layers"),
@@ -44,11 +44,11 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     ),
     "Scene": ("camera", "clip", "size", "up axis", "unit"),
     "Export": (
-        *(told.label for told in options_of(ExportOptions).values() if told.label),
+        *(option.label for option in options_of(ExportOptions).values() if option.label),
         *("folder", "name", "where", "processes", "as", "at quality", "for"),
         "guides and desqueeze of the window",
     ),
-    "Marks": ("close focus", *(told.label for told in options_of(Follow).values())),
+    "Marks": ("close focus", *(option.label for option in options_of(Follow).values())),
     "Guides": (
         *("matte", "own aspect", "opacity", "safe areas", "thirds", "centre cross", "desqueeze"),
         *("own desqueeze", "colour what is in focus", "colours", "in", "contrast", "blur up to"),
@@ -66,7 +66,7 @@ def setting_places(facts: Facts, timeline: Timeline, ui: UiState) -> tuple[Comma
     return tuple(
         Command(
             words,
-            partial(_show, ui, panel, words),
+            partial(_open_panel, ui, panel, words),
             menu=f"{panel} tab",
             barred=partial(_why_not, facts, timeline, panel),
         )
@@ -76,6 +76,7 @@ def setting_places(facts: Facts, timeline: Timeline, ui: UiState) -> tuple[Comma
 
 
 def _why_not(facts: Facts, timeline: Timeline, panel: str) -> str:
+    """Return the reason why the settings of a panel are unavailable; "" if they are not."""
     if panel == "Scene" and not facts.has_camera:
         return "Only a scene has these settings, and none is open."
     if panel == "Timeline" and not timeline.has_time:
@@ -83,9 +84,9 @@ def _why_not(facts: Facts, timeline: Timeline, panel: str) -> str:
     return ""
 
 
-def _show(ui: UiState, panel: str, words: str) -> None:
+def _open_panel(ui: UiState, panel: str, words: str) -> None:
     ui.panels[panel] = True
-    seek(panel, words)
+    show_setting(panel, words)
 
 
 def settings(
@@ -93,36 +94,44 @@ def settings(
 ) -> tuple[Command, ...]:
     """Return a command for each value that a setting can have; `views` are those of the display."""
 
-    def barred(method: Method) -> str:
+    def why_barred(method: Method) -> str:
         return barred_methods(facts.has_many_views).get(str(method), "")
 
-    def choice(
-        name: str, now: Callable[[], Changeable], part: str = "", **values: object
+    def value_action(
+        name: str, current: Callable[[], Changeable], field: str = "", **values: object
     ) -> Command:
         return Command(
-            f"Set {name}", lambda: board.choose(_changed(now(), part, values)), menu=_MENU
+            f"Set {name}", lambda: board.choose(_with_values(current(), field, values)), menu=_MENU
         )
 
     lens, blur, view = (lambda: facts.lens), (lambda: facts.shot.defocus), (lambda: facts.view)
-    peaked = partial(choice, now=lambda: replace(facts.view, is_peaking=True), part="peaking")
-    methods = [(it, choice(f"method {it}", blur, method=it)) for it in Method]
+    peaking_action = partial(
+        value_action, current=lambda: replace(facts.view, is_peaking=True), field="peaking"
+    )
+    methods = [(it, value_action(f"method {it}", blur, method=it)) for it in Method]
     squeezes = SQUEEZES.items()
     return (
-        *(choice(f"quality {it}", blur, quality=it) for it in Quality),
-        *(choice(f"bokeh {it}", blur, bokeh=it) for it in Bokeh),
-        *(choice(f"film back {it.name}", lens, sensor_width_mm=it.width_mm) for it in FILMBACKS),
-        *(choice(f"view {it}", view, view=it) for it in views),
-        *(choice(f"overlay {it}", view, overlay=it) for it in overlays_by_name()),
-        *(peaked(f"focus peaking {it}", color=it) for it in PEAKING_COLORS),
-        *(peaked(f"focus peaking {it}", on=it) for it in PeakingOn),
-        *(choice(f"guides desqueeze {n}", view, "guides", desqueeze=it) for n, it in squeezes),
-        *(replace(command, barred=partial(barred, method)) for method, command in methods),
+        *(value_action(f"quality {it}", blur, quality=it) for it in Quality),
+        *(value_action(f"bokeh {it}", blur, bokeh=it) for it in Bokeh),
+        *(
+            value_action(f"film back {it.name}", lens, sensor_width_mm=it.width_mm)
+            for it in FILMBACKS
+        ),
+        *(value_action(f"view {it}", view, view=it) for it in views),
+        *(value_action(f"overlay {it}", view, overlay=it) for it in overlays_by_name()),
+        *(peaking_action(f"focus peaking {it}", color=it) for it in PEAKING_COLORS),
+        *(peaking_action(f"focus peaking {it}", on=it) for it in PeakingOn),
+        *(
+            value_action(f"guides desqueeze {n}", view, "guides", desqueeze=it)
+            for n, it in squeezes
+        ),
+        *(replace(command, barred=partial(why_barred, method)) for method, command in methods),
         *(Command(f"Set theme {it}", partial(ui.theme.choose, it), menu=_MENU) for it in Theme),
     )
 
 
-def _changed(now: Changeable, part: str, values: Values) -> Changeable:
-    """Return lens, blur or view with these values, or with them in a part of it."""
-    if part:
-        values = {part: replace(getattr(now, part), **values)}
-    return replace(now, **values)
+def _with_values(current: Changeable, field: str, values: Values) -> Changeable:
+    """Return lens, blur or view with these values, or with these values in one of its fields."""
+    if field:
+        values = {field: replace(getattr(current, field), **values)}
+    return replace(current, **values)

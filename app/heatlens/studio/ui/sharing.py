@@ -1,4 +1,4 @@
-"""Share the session of the window: its links in a popup, who is here in the menu bar."""
+"""Share the session of the window: a popup with its links, and its users in the menu bar."""
 
 from collections import deque
 from collections.abc import Callable
@@ -10,16 +10,16 @@ from heatlens.studio.board.board import Board
 from heatlens.studio.session.session import Session
 from heatlens.studio.share.address import Role
 from heatlens.studio.share.shared import WINDOW
-from heatlens.studio.share.sharing import Sharing, squares_of
-from heatlens.studio.share.tap import Seen, Tap
+from heatlens.studio.share.sharing import Sharing, qr_code_rows
+from heatlens.studio.share.tap import DisplayedPicture, Tap
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.picture.grid import Pictures
 
 _POPUP = "Share with a tablet"
 _WORDS = {Role.HAND: "This link turns the lens:", Role.LOOK: "This one may only look:"}
 _SQUARE_EM = 0.34
-_FRAMES_FIRST = 8  # of a window, which close popups when they arrange the panels
-_NEWS_S = 0.5  # longest time until the menu bar tells that a hand rests
+_STARTUP_FRAMES = 8  # first frames of a window, which close popups when they arrange the panels
+_UPDATE_S = 0.5  # longest time until the menu bar shows that a user has released the lens
 
 
 class WindowSharing:
@@ -28,82 +28,82 @@ class WindowSharing:
     def __init__(
         self, session: Session, board: Board, sharing: Sharing, wake: Callable[[], None]
     ) -> None:
-        """Prepare it; threads call `wake` when a page has said something."""
+        """Prepare the sharing; threads call `wake` when a page has sent something."""
         self._session = session
         self.sharing = sharing
         self._board = board
         self._tap = Tap(session, self._board, sharing.shared)
-        self._news: deque[str] = deque()  # of the server's thread
-        self._is_following, self._opens = False, sharing.is_on
+        self._server_messages: deque[str] = deque()  # messages of the server's thread
+        self._is_page_acting, self._opens_popup = False, sharing.is_on
         sharing.shared.wake = wake
-        session.editing.may_turn = self._may_turn
+        session.editing.may_change_lens = self._take_lens
 
-    def ask(self) -> None:
+    def share(self) -> None:
         """Share, and show the links."""
         try:
             if not self.sharing.is_on:
-                self.sharing.begin(self._news.append)
-            self._opens = True
+                self.sharing.begin(self._server_messages.append)
+            self._opens_popup = True
         except HeatlensError as error:
             self._session.say_error(error)
 
-    def _may_turn(self) -> bool:
-        """Return True unless a page has the lens, and say that it does."""
+    def _take_lens(self) -> bool:
+        """Take the lens for the window and return True; report if a page has it."""
         hands = self.sharing.shared.hands
-        if self._is_following or not self.sharing.is_on or hands.take(WINDOW):
+        if self._is_page_acting or not self.sharing.is_on or hands.try_take(WINDOW):
             return True
         self._session.messages.say(f"{hands.holder} has the lens.")
         return False
 
     # Called by the loop
 
-    def follow(self) -> bool:
-        """Do what the pages ask; return True if there was anything."""
-        while self._news:
-            self._session.messages.say(self._news.popleft())
-        self._is_following = True
+    def run_requests(self) -> bool:
+        """Run the requests of the pages; return True if there were any."""
+        while self._server_messages:
+            self._session.messages.say(self._server_messages.popleft())
+        self._is_page_acting = True
         try:
-            return self.sharing.shared.follow(self._board)
+            return self.sharing.shared.follow_messages(self._board)
         finally:
-            self._is_following = False
+            self._is_page_acting = False
 
     def publish(self, pictures: Pictures | None, transform_version: int) -> None:
         """Give the picture of the window to the pages."""
 
-        def seen() -> Seen | None:
+        def shared_picture() -> DisplayedPicture | None:
             if pictures is None:
                 return None
             windows = pictures.data_window, pictures.display_window
-            return Seen(pictures.a, *windows, pictures.detail, pictures.overlay)
+            return DisplayedPicture(pictures.a, *windows, pictures.detail, pictures.overlay)
 
-        self._tap.publish(self._tap.key(transform_version), seen)
+        self._tap.publish(self._tap.key(transform_version), shared_picture)
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds that the loop may sleep."""
-        is_held = self.sharing.is_on and self.sharing.shared.hands.holder
-        waits = (self._tap.seconds_until_needed(), _NEWS_S if is_held else None)
-        return min((wait for wait in waits if wait is not None), default=None)
+        has_holder = self.sharing.is_on and self.sharing.shared.hands.holder
+        waits_s = (self._tap.seconds_until_needed(), _UPDATE_S if has_holder else None)
+        return min((wait_s for wait_s in waits_s if wait_s is not None), default=None)
 
     # Drawing
 
     def draw_in_menu_bar(self) -> None:
-        """Draw who is here at the right of the menu bar, and a button that ends the sharing."""
+        """Draw the users at the right of the menu bar, and a button that ends the sharing."""
         if not self.sharing.is_on:
             return
-        words, style = self.sharing.who(), imgui.get_style()
-        width = sum(imgui.calc_text_size(it).x for it in (words, "End"))
+        users, style = self.sharing.clients_text(), imgui.get_style()
+        width = sum(imgui.calc_text_size(text).x for text in (users, "End"))
         width += 4 * style.frame_padding.x + 2 * style.item_spacing.x
         imgui.same_line(max(imgui.get_window_width() - width, imgui.get_cursor_pos_x()))
         with texts.colored(theme.colors.live):
-            if widgets.small_button(f"{words}###shared", "shared"):
-                self._opens = True
+            if widgets.small_button(f"{users}###shared", "shared"):
+                self._opens_popup = True
         if widgets.small_button("End###end sharing", "end sharing"):
             self.sharing.end()
 
     def draw_popup(self) -> None:
         """Draw the popup with the links and the code to scan."""
-        if self._opens and imgui.get_frame_count() > _FRAMES_FIRST:
-            self._opens = False
+        if self._opens_popup and imgui.get_frame_count() > _STARTUP_FRAMES:
+            self._opens_popup = False
             imgui.open_popup(_POPUP)
         center = imgui.get_main_viewport().get_center()
         imgui.set_next_window_pos(center, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
@@ -119,9 +119,9 @@ class WindowSharing:
             imgui.same_line()
             if widgets.small_button(f"Copy###copy {role}", f"copy {role}"):
                 imgui.set_clipboard_text(link)
-        _draw_code(squares_of(self.sharing.link(Role.HAND)))
+        _draw_code(qr_code_rows(self.sharing.link(Role.HAND)))
         imgui.text("Scan it with the camera of a tablet that reaches this machine.")
-        texts.grey_text("`heatlens view --share 192.168.1.20` shares beyond this machine.")
+        texts.gray_text("`heatlens view --share 192.168.1.20` shares beyond this machine.")
         if widgets.button("End sharing", "end"):
             self.sharing.end()
             imgui.close_current_popup()
@@ -131,16 +131,16 @@ class WindowSharing:
 
 def _draw_code(rows: tuple[tuple[bool, ...], ...]) -> None:
     """Draw a QR code, dark on light in every theme."""
-    side = _SQUARE_EM * imgui.get_font_size()
+    square_px = _SQUARE_EM * imgui.get_font_size()
     corner, draw = imgui.get_cursor_screen_pos(), imgui.get_window_draw_list()
-    size = ImVec2(side * len(rows), side * len(rows))
+    size = ImVec2(square_px * len(rows), square_px * len(rows))
     end = ImVec2(corner.x + size.x, corner.y + size.y)
-    draw.add_rect_filled(corner, end, theme.packed((1.0, 1.0, 1.0, 1.0)))
+    draw.add_rect_filled(corner, end, theme.pack_color((1.0, 1.0, 1.0, 1.0)))
     for y, row in enumerate(rows):
         for x, is_dark in enumerate(row):
             if is_dark:
-                first = ImVec2(corner.x + x * side, corner.y + y * side)
-                last = ImVec2(first.x + side, first.y + side)
-                draw.add_rect_filled(first, last, theme.packed((0.0, 0.0, 0.0, 1.0)))
+                first = ImVec2(corner.x + x * square_px, corner.y + y * square_px)
+                last = ImVec2(first.x + square_px, first.y + square_px)
+                draw.add_rect_filled(first, last, theme.pack_color((0.0, 0.0, 0.0, 1.0)))
     imgui.dummy(size)
     probe.note("share code")

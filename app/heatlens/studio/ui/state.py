@@ -1,6 +1,6 @@
 """Keep which panels and popups are open, and their state between frames.
 
-Also the user's theme, and the scale: that of the monitor times the user's scale for it.
+It also has the user's theme, and the scale: that of the monitor times the user's scale for it.
 """
 
 from collections.abc import Callable
@@ -30,23 +30,23 @@ class ThemeChoice:
         self._is_painted = False  # whether the ImGui context of this window has its colours yet
 
     @property
-    def now(self) -> Theme:
+    def current(self) -> Theme:
         """The theme that the user chose."""
-        return self._preferences.now.theme
+        return self._preferences.values.theme
 
-    def choose(self, chosen: Theme) -> None:
+    def choose(self, new_theme: Theme) -> None:
         """Set the theme, from the next frame on."""
-        self._preferences.change(theme=chosen)
+        self._preferences.change(theme=new_theme)
 
     def toggle(self) -> None:
         """Switch between the light and the dark theme."""
-        self.choose(Theme.DARK if self.now is Theme.LIGHT else Theme.LIGHT)
+        self.choose(Theme.DARK if self.current is Theme.LIGHT else Theme.LIGHT)
 
     def apply(self) -> None:
         """Apply a changed theme; call this before a frame is drawn."""
-        wanted = _PALETTES[self.now]
-        if theme.colors is not wanted or not self._is_painted:
-            theme.paint(wanted)
+        palette = _PALETTES[self.current]
+        if theme.colors is not palette or not self._is_painted:
+            theme.paint(palette)
             self._is_painted = True
 
 
@@ -56,42 +56,42 @@ class UiScale:
     def __init__(self, preferences: Preferences) -> None:
         self._preferences = preferences
         self.screen = ""  # name of the monitor that the window is on
-        self.of_screen = 1.0  # content scale that the system reports for that monitor
-        self._applied: float | None = None
+        self.screen_scale = 1.0  # content scale that the system reports for that monitor
+        self._applied_scale: float | None = None
         self.is_new = False  # the scale has changed since the last frame
 
     @property
-    def chosen(self) -> float:
+    def user_scale(self) -> float:
         """The factor that the user chose for this monitor."""
-        return self._preferences.now.ui_scales.get(self.screen, 1.0)
+        return self._preferences.values.ui_scales.get(self.screen, 1.0)
 
     @property
     def em(self) -> float:
         """Font size in pixels."""
-        return theme.FONT_PX * self.of_screen * self.chosen
+        return theme.FONT_PX * self.screen_scale * self.user_scale
 
     def step(self, steps: int) -> None:
-        """Enlarge the interface by so many steps; a negative number makes it smaller."""
-        self._choose(next_scale(self.chosen, steps))
+        """Enlarge the interface by a number of steps; a negative number makes it smaller."""
+        self._set_user_scale(next_scale(self.user_scale, steps))
 
     def reset(self) -> None:
         """Return to the scale that the system reports."""
-        self._choose(1.0)
+        self._set_user_scale(1.0)
 
-    def _choose(self, scale: float) -> None:
-        scales = with_scale(self._preferences.now.ui_scales, self.screen, scale)
+    def _set_user_scale(self, scale: float) -> None:
+        scales = with_scale(self._preferences.values.ui_scales, self.screen, scale)
         self._preferences.change(ui_scales=scales)
 
     def apply(self) -> None:
         """Apply a changed scale; call this between two ImGui frames."""
-        wanted, before = self.of_screen * self.chosen, self._applied
-        if wanted == before:
+        new_scale, old_scale = self.screen_scale * self.user_scale, self._applied_scale
+        if new_scale == old_scale:
             return
-        layout = imgui.save_ini_settings_to_memory() if before is not None else ""
-        theme.apply(wanted)
-        self._applied, self.is_new = wanted, True
-        if before is not None and layout:
-            imgui.load_ini_settings_from_memory(scaled_layout(layout, wanted / before))
+        layout = imgui.save_ini_settings_to_memory() if old_scale is not None else ""
+        theme.apply(new_scale)
+        self._applied_scale, self.is_new = new_scale, True
+        if old_scale is not None and layout:
+            imgui.load_ini_settings_from_memory(scaled_layout(layout, new_scale / old_scale))
 
 
 # The names of the panels on their tabs and in the menu.
@@ -109,7 +109,7 @@ PANELS = (
     "Speed",
     "Timeline",
 )
-_BEHIND_S = 0.25  # longest delay before the timeline shows newly read frames
+_UPDATE_S = 0.25  # longest delay before the timeline shows newly read frames
 
 
 class UiState:
@@ -131,8 +131,8 @@ class UiState:
         self.say = say
         self._timeline = time.timeline
         self._preferences = preferences
-        hidden = preferences.now.hidden_panels
-        self.panels = {name: name not in hidden for name in PANELS}
+        hidden_panels = preferences.values.hidden_panels
+        self.panels = {name: name not in hidden_panels for name in PANELS}
         self.wants_layout = True  # reset the arrangement of panels in the next frame
         self.scale = UiScale(preferences)
         self.theme = ThemeChoice(preferences)
@@ -147,8 +147,8 @@ class UiState:
         self.shows_export_end = True  # the result of the latest export, until it is dismissed
         self.palette = Palette()
         self.dialogs = FileDialogs(files.commands, say, wake)
-        held_by = editing, time.keys, say
-        self.timeline = TimelineView(KeyDrag(*held_by), KeyStretch(*held_by))
+        gesture_args = editing, time.keys, say
+        self.timeline = TimelineView(KeyDrag(*gesture_args), KeyStretch(*gesture_args))
 
     @property
     def hidden_panels(self) -> tuple[str, ...]:
@@ -171,7 +171,7 @@ class UiState:
     @property
     def has_feed_labels(self) -> bool:
         """True if the second window writes the names of looks into the grid."""
-        return self._preferences.now.feed_labels
+        return self._preferences.values.feed_labels
 
     @has_feed_labels.setter
     def has_feed_labels(self, is_on: bool) -> None:
@@ -201,4 +201,4 @@ class UiState:
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until the timeline shows newly read frames; None without any."""
-        return _BEHIND_S if self.is_timeline_shown and self._timeline.is_behind else None
+        return _UPDATE_S if self.is_timeline_shown and self._timeline.is_outdated else None

@@ -21,7 +21,7 @@ from heatlens.studio.session.pictures.compare_sides import CompareSides
 from heatlens.studio.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.studio.ui import probe, theme, widgets
 from heatlens.studio.ui.state import UiState
-from heatlens.studio.ui.texts import fitted, text_width
+from heatlens.studio.ui.texts import fit_text, text_width
 
 _BAR_EM = 9.0
 GAP_EM = 0.5  # between text, progress bar and buttons
@@ -29,33 +29,34 @@ _MINUTE_S = 60.0
 
 
 def export_words(state: ExportState | None) -> str:
-    """Return "Exporting 12 of 100, 30 s left" while an export goes on, else ""."""
+    """Return "Exporting 12 of 100, 30 s left" while an export is running, else ""."""
     if state is None or state.code is not None:
         return ""
     if not state.frames:
         return "Exporting"
-    return f"Exporting {state.done} of {state.frames}{_time_left(state.left_s)}"
+    return f"Exporting {state.done_frames} of {state.frames}{_time_left(state.remaining_s)}"
 
 
-def _time_left(left_s: float | None) -> str:
-    if left_s is None:
+def _time_left(remaining_s: float | None) -> str:
+    """Return the remaining time as text, in seconds or minutes; "" if it is unknown."""
+    if remaining_s is None:
         return ""
-    if left_s < _MINUTE_S:
-        return f", {left_s:.0f} s left"
-    return f", {left_s / _MINUTE_S:.0f} min left"
+    if remaining_s < _MINUTE_S:
+        return f", {remaining_s:.0f} s left"
+    return f", {remaining_s / _MINUTE_S:.0f} min left"
 
 
 def export_title(state: ExportState | None) -> str:
     """Return the start of the window title during an export: "45 % exported, "; else ""."""
     if state is None or state.code is not None or not state.frames:
         return ""
-    return f"{100 * state.done // state.frames} % exported, "
+    return f"{100 * state.done_frames // state.frames} % exported, "
 
 
 def export_bar_width(run: ExportRun, ui: UiState) -> float:
     """Return the width of `export_bar` in screen units; 0 if it draws nothing."""
     style, em = imgui.get_style(), imgui.get_font_size()
-    buttons, words = _parts(run, ui)
+    buttons, words = _export_parts(run, ui)
     if not words:
         return 0.0
     width = imgui.calc_text_size(words).x + em  # a gap of one em to the text at its right
@@ -67,24 +68,24 @@ def export_bar_width(run: ExportRun, ui: UiState) -> float:
 
 def export_bar(run: ExportRun, ui: UiState) -> None:
     """Draw the progress with a Stop button, or the result with a button for its folder."""
-    buttons, words = _parts(run, ui)
+    buttons, words = _export_parts(run, ui)
     state = run.state
     if not words or state is None:
         return
     imgui.align_text_to_frame_padding()
-    imgui.text_colored(theme.colors.bad if state.code else theme.colors.told, words)
+    imgui.text_colored(theme.colors.bad if state.code else theme.colors.message, words)
     if run.is_busy:
         imgui.same_line()
-        part = state.done / state.frames if state.frames else 0.0
-        imgui.progress_bar(part, ImVec2(_BAR_EM * imgui.get_font_size(), 0), "")
+        share = state.done_frames / state.frames if state.frames else 0.0
+        imgui.progress_bar(share, ImVec2(_BAR_EM * imgui.get_font_size(), 0), "")
         probe.note("export progress")
     for name in buttons:
         imgui.same_line()
         if widgets.button(f"{name}##export", f"status {name}"):
-            _pressed(name, run, ui)
+            _run_button(name, run, ui)
 
 
-def _parts(run: ExportRun, ui: UiState) -> tuple[tuple[str, ...], str]:
+def _export_parts(run: ExportRun, ui: UiState) -> tuple[tuple[str, ...], str]:
     """Return the names of the buttons and the text before them."""
     state = run.state
     if state is None:
@@ -94,11 +95,12 @@ def _parts(run: ExportRun, ui: UiState) -> tuple[tuple[str, ...], str]:
         return ("Stop",), export_words(state)
     if not ui.shows_export_end:
         return (), ""
-    failed = "Export stopped" if state.is_stopped else "Export failed"
-    return ("Show folder", "x"), "Exported" if state.code == 0 else failed
+    failure_words = "Export stopped" if state.is_stopped else "Export failed"
+    return ("Show folder", "x"), "Exported" if state.code == 0 else failure_words
 
 
-def _pressed(name: str, run: ExportRun, ui: UiState) -> None:
+def _run_button(name: str, run: ExportRun, ui: UiState) -> None:
+    """Do what a button of the export bar says: stop, dismiss, or show the folder."""
     if name == "Stop":
         run.cancel()
     elif name == "x":
@@ -108,125 +110,137 @@ def _pressed(name: str, run: ExportRun, ui: UiState) -> None:
 
 
 _EDGE_EM = 0.6
-_MESSAGE_PART = 0.65  # the largest part of the room that a message takes from the readout
+_MAX_MESSAGE_SHARE = 0.65  # largest share of the width that a message takes from the readout
 
 
 class StatusBar:
     """Draws the status bar."""
 
     def __init__(
-        self, facts: Facts, desk: PictureDesk, messages: Messages, ui: UiState, kept: KeptScreen
+        self,
+        facts: Facts,
+        desk: PictureDesk,
+        messages: Messages,
+        ui: UiState,
+        kept_screen: KeptScreen,
     ) -> None:
         self._facts, self._desk, self._messages = facts, desk, messages
-        self._ui, self._kept = ui, kept
+        self._ui, self._kept_screen = ui, kept_screen
         self._reader = PictureReader(desk.renderer.ctx)
 
-    def draw(self, hovered: tuple[int, int] | None) -> None:
-        """Draw the bar; `hovered` is the pixel of the display window under the pointer.
+    def draw(self, hovered_px: tuple[int, int] | None) -> None:
+        """Draw the bar; `hovered_px` is the pixel of the display window under the pointer.
 
         The readout is at the left with the message beside it; export and sides are at the right.
         """
         facts, desk, em = self._facts, self._desk, imgui.get_font_size()
         reference = None if facts.reference is None else facts.reference.path.name
-        sides = sides_words(facts.view, desk.sides, reference, facts.seen)
+        sides = sides_words(facts.view, desk.sides, reference, facts.shown_picture)
         if sides and desk.view.is_drawn:
             sides = f"{sides}    {zoom_words(desk.view.zoom)}"
         run = self._ui.files.exports.run
-        end = imgui.get_window_width() - _EDGE_EM * em
+        right_x = imgui.get_window_width() - _EDGE_EM * em
         export_width = export_bar_width(run, self._ui)
-        room_end = end - export_width - (imgui.calc_text_size(sides).x + em if sides else 0.0)
-        _ground()
+        left_end = right_x - export_width - (imgui.calc_text_size(sides).x + em if sides else 0.0)
+        _draw_background()
         imgui.set_cursor_pos_x(_EDGE_EM * em)
         imgui.align_text_to_frame_padding()
-        self._draw_left(hovered, room_end)
+        self._draw_left(hovered_px, left_end)
         if export_width:
-            imgui.same_line(max(room_end, em))
+            imgui.same_line(max(left_end, em))
             imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(GAP_EM * em, 0))
             export_bar(run, self._ui)
             imgui.pop_style_var()
         if sides:
-            imgui.same_line(end - imgui.calc_text_size(sides).x)
+            imgui.same_line(right_x - imgui.calc_text_size(sides).x)
             imgui.text_disabled(printable(sides))
             probe.note("sides")
 
-    # The words are cut where the export and the message begin. On the margin of the picture they
-    # were empty, and what stood at the right end of the bar fell out of it.
-    def _draw_left(self, hovered: tuple[int, int] | None, end: float) -> None:
+    # The texts are cut where the export and the message begin, so that what is at the right end of
+    # the bar stays in it.
+    def _draw_left(self, hovered_px: tuple[int, int] | None, end: float) -> None:
         """Draw the readout or a hint, and the message beside it; `end` is the right limit."""
-        message, first = self._messages, self._first_words(hovered)
+        message, left_words = self._messages, self._left_words(hovered_px)
         em = imgui.get_font_size()
-        room = end - imgui.get_cursor_pos_x() - em
-        gap = 1.5 * em if first and message.text else 0.0
-        message_width = min(text_width(message.text), _MESSAGE_PART * room) if first else room
-        if first:
-            _draw_cut(first, room - (message_width + gap if message.text else 0.0))
+        free_width = end - imgui.get_cursor_pos_x() - em
+        gap = 1.5 * em if left_words and message.text else 0.0
+        message_width = (
+            min(text_width(message.text), _MAX_MESSAGE_SHARE * free_width)
+            if left_words
+            else free_width
+        )
+        if left_words:
+            _draw_fitted(left_words, free_width - (message_width + gap if message.text else 0.0))
             probe.note("readout")
         if message.text:
-            if first:
+            if left_words:
                 imgui.same_line(0.0, gap)
             self._draw_message(end - imgui.get_cursor_pos_x() - em)
 
-    def _first_words(self, hovered: tuple[int, int] | None) -> str:
+    def _left_words(self, hovered_px: tuple[int, int] | None) -> str:
         """Return the file being read, else the readout or a hint; "" if a message replaces it."""
         facts = self._facts
         if facts.opening:
             return f"Reading {printable(facts.opening)} ..."
         if facts.is_waiting and facts.stream is not None:
             return f"Listening on {facts.stream.address} ..."
-        return "" if hovered is None and self._messages.text else self.words(hovered)
+        return "" if hovered_px is None and self._messages.text else self.words(hovered_px)
 
     def _draw_message(self, width: float) -> None:
         """Draw the message, cut to `width`; a tooltip shows all of it."""
         message = self._messages
-        shown = fitted(message.text, width)
-        imgui.text_colored(theme.colors.bad if message.is_problem else theme.colors.told, shown)
+        fitted_text = fit_text(message.text, width)
+        imgui.text_colored(
+            theme.colors.bad if message.is_problem else theme.colors.message, fitted_text
+        )
         probe.note("message")
-        if shown != message.text and imgui.is_item_hovered():
+        if fitted_text != message.text and imgui.is_item_hovered():
             imgui.set_tooltip(message.text)
 
-    def words(self, hovered: tuple[int, int] | None) -> str:
+    def words(self, hovered_px: tuple[int, int] | None) -> str:
         """Return the values under the pointer, or a hint if the pointer is not over the picture."""
-        return self._words_at(hovered) or self._hint()
+        return self._values_at(hovered_px) or self._hint()
 
     def _hint(self) -> str:
-        is_start = self._ui.files.start_choices.is_wanted
+        """Return a hint about the mouse or the start screen."""
+        is_start = self._ui.files.start_choices.is_shown
         hint = "Arrows and Enter, a digit or a click" if is_start else ""
         return f"{hint or mouse_words(self._facts.has_camera)}.  ? shows the keys."
 
-    def _words_at(self, hovered: tuple[int, int] | None) -> str:
+    def _values_at(self, hovered_px: tuple[int, int] | None) -> str:
         """Return the values under the pointer; "" beside the picture, as on its margin."""
-        facts, plate, shown = self._facts, self._facts.plate, self._facts.seen
-        if plate is None or shown is None or hovered is None or facts.plays_kept:
+        facts, plate, picture = self._facts, self._facts.plate, self._facts.shown_picture
+        if plate is None or picture is None or hovered_px is None or facts.plays_kept_frames:
             return ""
         if facts.view.compare is Compare.GRID:
             return "Click a picture to take its look.  Escape leaves the grid."
-        self._kept.uploaded(shown)
-        pixel = facts.plate_px(hovered)
-        version = shown.key if isinstance(shown, KeptFrame) else shown
+        self._kept_screen.upload(picture)
+        pixel = facts.plate_px(hovered_px)
+        version = picture.key if isinstance(picture, KeptFrame) else picture
         frame_px = facts.frame_px(pixel)
-        read = probe_at(pixel, plate, facts.lens, shown, version, self._reader, frame_px)
-        if read is None:
+        values = probe_at(pixel, plate, facts.lens, picture, version, self._reader, frame_px)
+        if values is None:
             return ""
         if facts.has_camera:  # a scene's preview may be smaller
-            _, whole = facts.windows()
-            coc_px = read.coc_px * whole.width / plate.display_window.width
-            read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)
-        return probe_text(read, facts.unit, facts.lens)
+            _, window = facts.windows()
+            coc_px = values.coc_px * window.width / plate.display_window.width
+            values = replace(values, display_px=hovered_px, data_px=hovered_px, coc_px=coc_px)
+        return probe_text(values, facts.unit, facts.lens)
 
 
-def _draw_cut(words: str, width: float) -> None:
+def _draw_fitted(words: str, width: float) -> None:
     """Draw grey text, cut to `width`; a tooltip shows all of it."""
-    shown = fitted(words, width)
-    imgui.text_disabled(shown)
-    if shown != words and imgui.is_item_hovered():
+    fitted_words = fit_text(words, width)
+    imgui.text_disabled(fitted_words)
+    if fitted_words != words and imgui.is_item_hovered():
         imgui.set_tooltip(words)
 
 
-def _ground() -> None:
+def _draw_background() -> None:
     """Fill the background of the bar, since the window around it has none."""
-    low, width = imgui.get_cursor_screen_pos(), imgui.get_window_width()
-    high = ImVec2(low.x + width, low.y + imgui.get_frame_height())
-    imgui.get_window_draw_list().add_rect_filled(low, high, theme.colors.status_ground)
+    corner, width = imgui.get_cursor_screen_pos(), imgui.get_window_width()
+    end = ImVec2(corner.x + width, corner.y + imgui.get_frame_height())
+    imgui.get_window_draw_list().add_rect_filled(corner, end, theme.colors.status_ground)
 
 
 def zoom_words(zoom: float) -> str:
@@ -242,43 +256,44 @@ def mouse_words(has_camera: bool) -> str:
 
 
 def sides_words(
-    view: ViewState, sides: CompareSides, reference: str | None, shown: Shown | None
+    view: ViewState, sides: CompareSides, reference: str | None, picture_a: Shown | None
 ) -> str:
     """Return for example "A: diffusion    B: gather"; only A if B is not shown.
 
-    `reference` is the file name of the reference picture, `shown` the picture of side A.
+    `reference` is the file name of the reference picture, `picture_a` the picture of side A.
     """
-    if shown is None:
+    if picture_a is None:
         return ""
-    a = side_words(shown) if view.depth_of_field else "pinhole"
+    a = side_words(picture_a) if view.depth_of_field else "pinhole"
     if view.compare is Compare.OFF:
         return a
     if view.compare is Compare.GRID:
         return "looks side by side"
-    if view.a_look and sides.of_a(view) is not None:
+    if view.a_look and sides.picture_of_a(view) is not None:
         a = _look_words(view.a_look, sides)
     return f"A: {a}    B: {_b_words(view, sides, reference)}"
 
 
 def _look_words(name: str, sides: CompareSides) -> str:
     """Return the name of a look, marked as a preview until its whole picture is rendered."""
-    return f"look {name}, preview" if sides.is_coming(name) else f"look {name}"
+    return f"look {name}, preview" if sides.is_unfinished(name) else f"look {name}"
 
 
-def side_words(shown: Shown) -> str:
+def side_words(picture: Shown) -> str:
     """Return the method and progress of a picture, for example "raytraced, 16 of 256 views"."""
-    made, requested = shown.settings, shown.shot.defocus
-    if requested.method.needs_scene and made.views < requested.views:
-        return f"{requested.method}, {made.views} of {requested.views} views"
-    return str(requested.method) if shown.is_whole else f"{requested.method}, preview"
+    rendered, requested = picture.settings, picture.shot.defocus
+    if requested.method.needs_scene and rendered.views < requested.views:
+        return f"{requested.method}, {rendered.views} of {requested.views} views"
+    return str(requested.method) if picture.is_whole else f"{requested.method}, preview"
 
 
 def _b_words(view: ViewState, sides: CompareSides, reference: str | None) -> str:
-    of_method = sides.of_method(view)
-    if view.against is Against.LOOK and of_method is not None:
+    """Return what B shows."""
+    picture_b = sides.picture_of_b(view)
+    if view.against is Against.LOOK and picture_b is not None:
         return _look_words(view.b_look, sides)
-    if of_method is not None:
-        return side_words(of_method)
+    if picture_b is not None:
+        return side_words(picture_b)
     if view.against is Against.REFERENCE and reference is not None:
         return reference
     return "pinhole"

@@ -21,10 +21,10 @@ def tip_above(text: str) -> None:
         imgui.set_tooltip(text)
 
 
-def tip_of_barred(why: str) -> None:
-    """Show the reason `why` as a tooltip of the last item, which is disabled."""
-    if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
-        imgui.set_tooltip(printable(why))
+def disabled_tip(reason: str) -> None:
+    """Show the reason why the last item is disabled as its tooltip; nothing if it is empty."""
+    if reason and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
+        imgui.set_tooltip(printable(reason))
 
 
 def colored_text(text: str, color: ImVec4) -> None:
@@ -35,7 +35,7 @@ def colored_text(text: str, color: ImVec4) -> None:
         imgui.text_wrapped(printable(text, keep="\n"))
 
 
-def grey_text(text: str) -> None:
+def gray_text(text: str) -> None:
     """Draw a text that is of less importance, wrapped over several lines."""
     colored_text(text, imgui.get_style_color_vec4(imgui.Col_.text_disabled))
 
@@ -45,7 +45,7 @@ def text_width(text: str) -> float:
     return float(imgui.calc_text_size(text).x)
 
 
-def fitted(
+def fit_text(
     text: str,
     width: float,
     keeps_end: bool = False,
@@ -56,16 +56,20 @@ def fitted(
     `keeps_end` cuts off the beginning instead of the end, for folders.
     """
 
-    def cut(kept: int) -> str:
-        return f"...{text[len(text) - kept :]}" if keeps_end else f"{text[:kept].rstrip()} ..."
+    def cut_to(letter_count: int) -> str:
+        return (
+            f"...{text[len(text) - letter_count :]}"
+            if keeps_end
+            else f"{text[:letter_count].rstrip()} ..."
+        )
 
     if width_of(text) <= width:
         return text
     low, high = 0, len(text)
     while low < high:  # binary search for the longest part that fits
         middle = (low + high + 1) // 2
-        low, high = (middle, high) if width_of(cut(middle)) <= width else (low, middle - 1)
-    return cut(low) if low else ""
+        low, high = (middle, high) if width_of(cut_to(middle)) <= width else (low, middle - 1)
+    return cut_to(low) if low else ""
 
 
 @contextmanager

@@ -77,27 +77,27 @@ class _Pair(Generic[Color]):
         return self._light if palette.is_light else self._dark
 
 
-def _packed(dark: tuple[float, ...], light: tuple[float, ...] = ()) -> _Pair[int]:
+def _packed_pair(dark: tuple[float, ...], light: tuple[float, ...] = ()) -> _Pair[int]:
     """Return colours from components 0 to 255 and an opacity, packed for ImGui's draw lists."""
 
-    def packed(red: float, green: float, blue: float, alpha: float = 1.0) -> int:
+    def pack(red: float, green: float, blue: float, alpha: float = 1.0) -> int:
         return imgui.color_convert_float4_to_u32(ImVec4(red / 255, green / 255, blue / 255, alpha))
 
-    return _Pair(packed(*dark), packed(*(light or dark)))
+    return _Pair(pack(*dark), pack(*(light or dark)))
 
 
-def _ink(dark: tuple[float, ...], light: tuple[float, ...]) -> _Pair[ImVec4]:
+def _text_color_pair(dark: tuple[float, ...], light: tuple[float, ...]) -> _Pair[ImVec4]:
     """Return colours of text and controls from components 0 to 1, perhaps with an opacity."""
 
-    def ink(red: float, green: float, blue: float, alpha: float = 1.0) -> ImVec4:
+    def text_color(red: float, green: float, blue: float, alpha: float = 1.0) -> ImVec4:
         return ImVec4(red, green, blue, alpha)
 
-    return _Pair(ink(*dark), ink(*light))
+    return _Pair(text_color(*dark), text_color(*light))
 
 
-# One meaning has one colour, so that a colour can be read without its label: amber is the live lens
-# alone, keys and marks are blue, messages grey, faults red; knobs and ticks are neutral. The green
-# of what may be off differs from the green of what is sharp.
+# One meaning has one color, so that a color can be read without its label: amber is only the live
+# lens, keys and marks are blue, messages gray, faults red; knobs and ticks are neutral. The green
+# of the tolerance differs from the green of the sharp range.
 class Palette:
     """The colours of a theme: packed integers for draw lists, ImVec4 for text and controls.
 
@@ -108,51 +108,51 @@ class Palette:
     guide          guide lines over the picture; `pixel_grid` lines between its pixels
     fringe_red     rims of a disc with axial colour, also `fringe_blue`
     disc_ground    background of the drawing of a bokeh disc
-    tolerance_band how far keys may be off it, in another green than that of what is sharp
-    recorded       a recorded focus pull; `armed` is the record button when armed
-    told           what the program says; `bad` for faults
-    tried          a value that holds at this frame only and has no key
+    tolerance_band how far keys may differ from a recording, in another green than the sharp range
+    recorded       a recorded focus pull; `armed_button` is the record button when armed
+    message        messages of the program; `bad` for faults
+    trial          a value that holds at this frame only and has no key
     status_ground  background of the status bar; `start_ground` of the start screen
     dimming        drawn over everything behind a dialog
     style          ImGui's own colours, components 0 to 1
     """
 
-    accent = _packed((242, 169, 59), (168, 92, 0))
-    on_accent = _packed((24, 18, 8), (255, 255, 255))
-    in_focus = _packed((90, 200, 110), (24, 120, 48))
-    in_focus_band = _packed((90, 200, 110, 0.28), (40, 150, 66, 0.26))
-    hyperfocal = _packed((200, 200, 205), (60, 60, 66))
-    histogram = _packed((128, 130, 136), (120, 122, 128))
-    groove = _packed((20, 20, 21), (250, 250, 250))
-    played = _packed((48, 48, 50), (222, 222, 224))
-    text_dim = _packed((159, 159, 161), (92, 92, 94))
-    window_line = _packed((120, 120, 122, 0.8))
-    handle = _packed((235, 235, 235, 0.9), (32, 32, 32, 0.95))
-    shadow = _packed((0, 0, 0, 0.65), (0, 0, 0, 0.35))
-    mark = _packed((120, 178, 232), (20, 92, 160))
-    key = _packed((120, 178, 232), (20, 92, 160))
-    box = _packed((200, 200, 210, 0.12), (60, 60, 80, 0.14))
-    on_disk = _packed((74, 74, 76), (176, 176, 178))
-    queued = _packed((112, 112, 116), (140, 140, 144))
-    ready = _packed((96, 160, 108), (40, 130, 60))
-    rendered = _packed((74, 158, 200), (20, 110, 160))
-    damaged = _packed((232, 84, 74), (200, 40, 30))
-    guide = _packed((255, 255, 255, LINE_OPACITY))
-    pixel_grid = _packed((128, 128, 128, 0.35))
-    fringe_red = _packed((240, 70, 60))
-    fringe_blue = _packed((70, 110, 250))
-    disc_ground = _packed((0, 0, 0, 0.0), (37, 37, 37))
-    recorded = _packed((240, 92, 82), (200, 40, 30))
-    tolerance_band = _packed((206, 226, 92, 0.42), (140, 160, 0, 0.40))
-    status_ground = _packed((0, 0, 0, 0.0), (218, 218, 219))
-    start_ground = _packed((0, 0, 0, 0.0), (243, 243, 243))
-    armed = _ink((0.42, 0.14, 0.12), (0.97, 0.74, 0.70))
-    tried = _ink((0.45, 0.75, 1.0), (0.0, 0.34, 0.68))
-    bad = _ink((1.0, 0.45, 0.4), (0.70, 0.07, 0.05))
-    told = _ink((0.80, 0.80, 0.80), (0.16, 0.16, 0.16))
-    live = _ink((0.95, 0.66, 0.23), (0.66, 0.36, 0.0))
-    dim = _ink((0.6, 0.6, 0.61), (0.35, 0.35, 0.36))
-    dimming = _ink((0.0, 0.0, 0.0, 0.5), (0.0, 0.0, 0.0, 0.35))
+    accent = _packed_pair((242, 169, 59), (168, 92, 0))
+    on_accent = _packed_pair((24, 18, 8), (255, 255, 255))
+    in_focus = _packed_pair((90, 200, 110), (24, 120, 48))
+    in_focus_band = _packed_pair((90, 200, 110, 0.28), (40, 150, 66, 0.26))
+    hyperfocal = _packed_pair((200, 200, 205), (60, 60, 66))
+    histogram = _packed_pair((128, 130, 136), (120, 122, 128))
+    groove = _packed_pair((20, 20, 21), (250, 250, 250))
+    played = _packed_pair((48, 48, 50), (222, 222, 224))
+    text_dim = _packed_pair((159, 159, 161), (92, 92, 94))
+    window_line = _packed_pair((120, 120, 122, 0.8))
+    handle = _packed_pair((235, 235, 235, 0.9), (32, 32, 32, 0.95))
+    shadow = _packed_pair((0, 0, 0, 0.65), (0, 0, 0, 0.35))
+    mark = _packed_pair((120, 178, 232), (20, 92, 160))
+    key = _packed_pair((120, 178, 232), (20, 92, 160))
+    box = _packed_pair((200, 200, 210, 0.12), (60, 60, 80, 0.14))
+    on_disk = _packed_pair((74, 74, 76), (176, 176, 178))
+    queued = _packed_pair((112, 112, 116), (140, 140, 144))
+    ready = _packed_pair((96, 160, 108), (40, 130, 60))
+    rendered = _packed_pair((74, 158, 200), (20, 110, 160))
+    damaged = _packed_pair((232, 84, 74), (200, 40, 30))
+    guide = _packed_pair((255, 255, 255, LINE_OPACITY))
+    pixel_grid = _packed_pair((128, 128, 128, 0.35))
+    fringe_red = _packed_pair((240, 70, 60))
+    fringe_blue = _packed_pair((70, 110, 250))
+    disc_ground = _packed_pair((0, 0, 0, 0.0), (37, 37, 37))
+    recorded = _packed_pair((240, 92, 82), (200, 40, 30))
+    tolerance_band = _packed_pair((206, 226, 92, 0.42), (140, 160, 0, 0.40))
+    status_ground = _packed_pair((0, 0, 0, 0.0), (218, 218, 219))
+    start_ground = _packed_pair((0, 0, 0, 0.0), (243, 243, 243))
+    armed_button = _text_color_pair((0.42, 0.14, 0.12), (0.97, 0.74, 0.70))
+    trial = _text_color_pair((0.45, 0.75, 1.0), (0.0, 0.34, 0.68))
+    bad = _text_color_pair((1.0, 0.45, 0.4), (0.70, 0.07, 0.05))
+    message = _text_color_pair((0.80, 0.80, 0.80), (0.16, 0.16, 0.16))
+    live = _text_color_pair((0.95, 0.66, 0.23), (0.66, 0.36, 0.0))
+    dim = _text_color_pair((0.6, 0.6, 0.61), (0.35, 0.35, 0.36))
+    dimming = _text_color_pair((0.0, 0.0, 0.0, 0.5), (0.0, 0.0, 0.0, 0.35))
 
     def __init__(self, is_light: bool) -> None:
         self.is_light = is_light
@@ -174,9 +174,8 @@ NOTHING, UNTINTED = 0, 0xFFFFFFFF  # a transparent background; a picture without
 
 colors = DARK  # the palette in use; `paint` replaces it, so always read `theme.colors.accent`
 
-# The style values that `scale_all_sizes` multiplies.
-# These are multiplied by the scale of the interface, and must be reset before each change of it.
-# One that was left out grew with every step, until the crosses of tabs had become diamonds.
+# The style values that `scale_all_sizes` multiplies by the scale of the interface. They must be
+# reset before each change of the scale: a missing one would grow with every step.
 _SIZES = (
     *("window_padding", "window_rounding", "window_min_size", "window_border_hover_padding"),
     *("child_rounding", "popup_rounding", "frame_padding", "frame_rounding", "item_spacing"),
@@ -193,7 +192,7 @@ _SIZES = (
 )
 
 
-def packed(color: Sequence[float]) -> int:
+def pack_color(color: Sequence[float]) -> int:
     """Return a colour of three or four components, 0 to 1, packed for ImGui's draw lists."""
     return imgui.color_convert_float4_to_u32(ImVec4(*color, *[1.0] * (4 - len(color))))
 
@@ -225,9 +224,9 @@ def over_picture() -> Iterator[None]:
 
 def apply(scale: float = 1.0) -> None:
     """Set sizes and fonts of the current ImGui context for a content scale (1 is 96 dpi)."""
-    style, usual = imgui.get_style(), imgui.Style()
+    style, default_style = imgui.get_style(), imgui.Style()
     for name in _SIZES:  # reset sizes that an earlier call has scaled
-        setattr(style, name, getattr(usual, name))
+        setattr(style, name, getattr(default_style, name))
     paint(colors)
     style.window_rounding = style.frame_rounding = style.popup_rounding = 3.0
     style.tab_rounding = style.grab_rounding = 3.0

@@ -7,17 +7,17 @@ popup was on top in the last frame; `note_frame` records that at the end of each
 from imgui_bundle import ImVec2, imgui
 
 _ANY = int(imgui.PopupFlags_.any_popup)
-_NAVIGATES = int(imgui.ConfigFlags_.nav_enable_keyboard)
+_NAVIGATION_FLAG = int(imgui.ConfigFlags_.nav_enable_keyboard)
 
 
 class _LastFrame:
-    """What was on top at the end of the last frame."""
+    """The popups at the end of the last frame."""
 
     depth = 0  # number of popups that were open
     has_own_keys = False  # the popup on top handles the arrow keys itself
 
 
-def depth_before() -> int:
+def last_popup_depth() -> int:
     """Return the number of nested popups at the end of the last frame."""
     return _LastFrame.depth
 
@@ -27,31 +27,31 @@ def is_any_open() -> bool:
     return bool(imgui.is_popup_open("", _ANY)) or _LastFrame.depth > 0
 
 
-# All dialogs begin here. One that had been dragged out of view could not be answered, and as it
-# takes all input, nothing else in the window could be used either.
+# All dialogs begin here, so that all of them are kept in view.
 def begin_modal(title: str, can_close: bool, flags: int) -> tuple[bool, bool]:
-    """Begin a dialog that takes all input; return whether it is shown, and whether it stays open.
+    """Begin a dialog that takes all input; return whether it is visible, and whether it stays open.
 
-    It stays whole in view: one that lies outside could not be answered, and nothing else could.
+    The dialog is kept in view. Outside, it could not be answered, and because it takes all input,
+    nothing else in the window could be used either.
     """
     window = imgui.internal.find_window_by_name(title)
     if window is not None and window.was_active:
         _keep_in_view(window)
-    shown, stays = imgui.begin_popup_modal(title, True if can_close else None, flags)
-    return bool(shown), stays is not False
+    is_visible, stays_open = imgui.begin_popup_modal(title, True if can_close else None, flags)
+    return bool(is_visible), stays_open is not False
 
 
 def _keep_in_view(window: imgui.internal.Window) -> None:
-    """Move a window that was dragged out of view; ImGui has moved it before it is drawn."""
+    """Move a window that was dragged out of view back into it, before the window is drawn."""
     screen = imgui.get_main_viewport()
-    first, room = screen.work_pos, screen.work_size
-    x = max(min(window.pos.x, first.x + room.x - window.size.x), first.x)
-    y = max(min(window.pos.y, first.y + room.y - window.size.y), first.y)
+    first, size = screen.work_pos, screen.work_size
+    x = max(min(window.pos.x, first.x + size.x - window.size.x), first.x)
+    y = max(min(window.pos.y, first.y + size.y - window.size.y), first.y)
     if (x, y) != (window.pos.x, window.pos.y):
         imgui.set_next_window_pos(ImVec2(x, y))
 
 
-def answers_keys_itself() -> None:
+def disable_key_navigation() -> None:
     """Disable ImGui's keyboard navigation in the popup that is being drawn."""
     _LastFrame.has_own_keys = True
 
@@ -64,9 +64,9 @@ def note_frame() -> None:
     io = imgui.get_io()
     _LastFrame.depth = len(imgui.get_current_context().open_popup_stack)
     if _LastFrame.depth and not _LastFrame.has_own_keys:
-        io.config_flags |= _NAVIGATES
+        io.config_flags |= _NAVIGATION_FLAG
     else:
-        io.config_flags &= ~_NAVIGATES
+        io.config_flags &= ~_NAVIGATION_FLAG
     # Tab moves between fields only while a field is edited or a dialog is open.
     context = imgui.get_current_context()
     context.config_nav_enable_tabbing = bool(_LastFrame.depth or io.want_text_input)

@@ -11,15 +11,15 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.base.outside_text import printable
 from heatlens.studio.session.messages import Problem
 from heatlens.studio.ui import probe, theme
-from heatlens.studio.ui.seek import is_sought
-from heatlens.studio.ui.texts import tip_of_barred, tooltip
+from heatlens.studio.ui.seek import is_highlighted
+from heatlens.studio.ui.texts import disabled_tip, tooltip
 
 Value = TypeVar("Value")
 Key = TypeVar("Key")
 Member = TypeVar("Member", bound=Enum)
 
 LABEL_EM = 6.6  # width of the column of labels
-_DRAG, _TYPING_BEGINS, _TYPING = 0, 1, 2  # how a number is edited at the moment
+_DRAGGING, _TYPING_BEGINS, _TYPING = 0, 1, 2  # how a number is edited at the moment
 VALUE_EM = 5.2  # width of the column of values beside sliders
 
 
@@ -29,8 +29,8 @@ def label(text: str, tip: str = "", is_above: bool = False) -> None:
     With `is_above` the control has a line of its own under the label.
     """
     imgui.align_text_to_frame_padding()
-    if is_sought(text):
-        imgui.text_colored(theme.colors.tried, text)
+    if is_highlighted(text):
+        imgui.text_colored(theme.colors.trial, text)
     else:
         imgui.text_disabled(text)
     tooltip(tip)
@@ -55,19 +55,19 @@ def drag(
     `say` and the value stays.
     """
     label(name, tip)
-    storage, typed = imgui.get_state_storage(), imgui.get_id(f"{name} is typed")
-    stage = storage.get_int(typed, _DRAG)
-    if stage != _DRAG:
-        return _typed_number(name, value, low, high, format_, say, typed)
+    storage, stage_id = imgui.get_state_storage(), imgui.get_id(f"{name} is typed")
+    stage = storage.get_int(stage_id, _DRAGGING)
+    if stage != _DRAGGING:
+        return _typed_number(name, value, low, high, format_, say, stage_id)
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.no_input
-    changed, new = imgui.drag_float(f"##{name}", value, speed, low, high, format_, flags)
+    has_changed, new_value = imgui.drag_float(f"##{name}", value, speed, low, high, format_, flags)
     probe.note(name)
     is_clicked = imgui.is_mouse_clicked(imgui.MouseButton_.left) and imgui.get_io().key_ctrl
     is_double = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
     if imgui.is_item_hovered() and (is_clicked or is_double):
         imgui.internal.clear_active_id()
-        storage.set_int(typed, _TYPING_BEGINS)
-    return float(f"{new:.7g}") if changed else value
+        storage.set_int(stage_id, _TYPING_BEGINS)
+    return float(f"{new_value:.7g}") if has_changed else value
 
 
 def _typed_number(
@@ -77,18 +77,20 @@ def _typed_number(
     high: float,
     format_: str,
     say: Callable[[str], None],
-    typed: int,
+    stage_id: int,
 ) -> float:
-    """Draw the number as a text field until it is left; `typed` is the id of the stored stage."""
-    storage, shown = imgui.get_state_storage(), (format_ % value).split()[0]
-    is_new = storage.get_int(typed, _DRAG) == _TYPING_BEGINS
+    """Draw the number as a text field until it is left; `stage_id` is the id of its stage."""
+    storage, value_text = imgui.get_state_storage(), (format_ % value).split()[0]
+    is_new = storage.get_int(stage_id, _DRAGGING) == _TYPING_BEGINS
     if is_new:
         imgui.set_keyboard_focus_here()
-        storage.set_int(typed, _TYPING)
-    new = text_field(name, shown, value, lambda text: parse_number(text, low, high, name), say)
+        storage.set_int(stage_id, _TYPING)
+    new_value = text_field(
+        name, value_text, value, lambda text: parse_number(text, low, high, name), say
+    )
     if not is_new and not imgui.is_item_active():
-        storage.set_int(typed, _DRAG)
-    return new
+        storage.set_int(stage_id, _DRAGGING)
+    return new_value
 
 
 def slider(name: str, value: float, low: float, high: float, format_: str, tip: str = "") -> float:
@@ -96,11 +98,11 @@ def slider(name: str, value: float, low: float, high: float, format_: str, tip: 
     label(name, tip)
     imgui.set_next_item_width(imgui.get_content_region_avail().x - VALUE_EM * imgui.get_font_size())
     flags = imgui.SliderFlags_.always_clamp  # also clamps a number typed after Ctrl+click
-    changed, new = imgui.slider_float(f"##{name}", value, low, high, "", flags)
+    has_changed, new_value = imgui.slider_float(f"##{name}", value, low, high, "", flags)
     probe.note(name)
     imgui.same_line()
     imgui.text(format_ % value)
-    return float(f"{new:.7g}") if changed else value
+    return float(f"{new_value:.7g}") if has_changed else value
 
 
 def choice(
@@ -112,16 +114,16 @@ def choice(
 ) -> str:
     """Draw a drop-down of `choices`; `barred` gives the reason for those that are unavailable."""
     label(name, tip)
-    room = imgui.get_content_region_avail().x - imgui.get_frame_height()
-    is_cut = imgui.calc_text_size(printable(value)).x > room - imgui.get_style().frame_padding.x
+    width = imgui.get_content_region_avail().x - imgui.get_frame_height()
+    is_cut = imgui.calc_text_size(printable(value)).x > width - imgui.get_style().frame_padding.x
     if imgui.begin_combo(f"##{name}", printable(value), imgui.ComboFlags_.height_large):
         for index, item in enumerate(choices):
-            why = (barred or {}).get(item, "")
-            with disabled(bool(why)):
-                picked, _ = imgui.selectable(f"{printable(item)}##{index}", item == value)
+            reason = (barred or {}).get(item, "")
+            with disabled(bool(reason)):
+                is_picked, _ = imgui.selectable(f"{printable(item)}##{index}", item == value)
             probe.note(f"{name}: {item}")
-            tip_of_barred(why)
-            if picked:
+            disabled_tip(reason)
+            if is_picked:
                 value = item
         imgui.end_combo()
     elif is_cut:
@@ -137,18 +139,18 @@ def pick(
     tip: str = "",
     barred: Mapping[str, str] | None = None,
 ) -> Key:
-    """Draw a drop-down of the `words`; return the key of those that are chosen.
+    """Draw a drop-down of the texts `words`; return the key of the chosen text.
 
-    A value that has no words is shown as "custom", and stays until others are chosen.
+    A value that has no text is shown as "custom", and stays until the user chooses another.
     """
-    picked = choice(name, words.get(value, "custom"), list(words.values()), tip, barred)
-    return next((key for key, text in words.items() if text == picked), value)
+    picked_text = choice(name, words.get(value, "custom"), list(words.values()), tip, barred)
+    return next((key for key, text in words.items() if text == picked_text), value)
 
 
 def pick_one(
     name: str, value: Member, tip: str = "", barred: Mapping[str, str] | None = None
 ) -> Member:
-    """Draw a drop-down of the members of the enum that `value` is of."""
+    """Draw a drop-down of all members of the enum of `value`; return the chosen member."""
     return pick(name, value, {member: str(member) for member in type(value)}, tip, barred)
 
 
@@ -157,38 +159,38 @@ def button(words: str, name: str, tip: str = "", width: float = 0.0) -> bool:
 
     `width` is in screen units: 0 for that of the words, negative to fill the line.
     """
-    pressed = imgui.button(words, ImVec2(width, 0))
+    is_pressed = imgui.button(words, ImVec2(width, 0))
     probe.note(name)
     tooltip(tip)
-    return bool(pressed)
+    return bool(is_pressed)
 
 
 def small_button(words: str, name: str, tip: str = "") -> bool:
     """Draw a button as high as a line of text, see `button`."""
-    pressed = imgui.small_button(words)
+    is_pressed = imgui.small_button(words)
     probe.note(name)
     tooltip(tip)
-    return bool(pressed)
+    return bool(is_pressed)
 
 
-def area(name: str, corner: ImVec2, size: ImVec2, tip: str = "") -> bool:
-    """Make a part of the screen answer the mouse as a button; return True if it was clicked."""
+def invisible_button(name: str, corner: ImVec2, size: ImVec2, tip: str = "") -> bool:
+    """Draw an invisible button in a part of the screen; return True if it was clicked."""
     imgui.set_cursor_screen_pos(corner)
-    pressed = imgui.invisible_button(name, size)
+    is_pressed = imgui.invisible_button(name, size)
     probe.note(name)
     tooltip(tip)
-    return bool(pressed)
+    return bool(is_pressed)
 
 
 def check(words: str, value: bool, name: str = "", tip: str = "") -> bool:
-    """Draw a box to tick, known to `probe` by `name` or by its words."""
+    """Draw a checkbox, known to `probe` by `name` or by its words; return the new value."""
     _, value = imgui.checkbox(words, value)
     probe.note(name or words)
     tooltip(tip)
     return bool(value)
 
 
-def typed(name: str, value: str) -> str:
+def typed_text(name: str, value: str) -> str:
     """Draw a text field without a label; return its text while it is being typed."""
     _, text = imgui.input_text(f"##{name}", value)
     probe.note(name)
@@ -197,7 +199,7 @@ def typed(name: str, value: str) -> str:
 
 def text_field(
     name: str,
-    shown: str,
+    value_text: str,
     value: Value,
     parse: Callable[[str], Value],
     say: Callable[[str], None],
@@ -209,9 +211,9 @@ def text_field(
     shown while the field is empty.
     """
     flags = imgui.InputTextFlags_.auto_select_all
-    _, text = imgui.input_text_with_hint(f"##{name}", hint, shown, flags)
+    _, text = imgui.input_text_with_hint(f"##{name}", hint, value_text, flags)
     probe.note(name)
-    if imgui.is_item_deactivated_after_edit() and text != shown:
+    if imgui.is_item_deactivated_after_edit() and text != value_text:
         try:
             return parse(text)
         except InputError as error:
@@ -224,7 +226,7 @@ def optional(parse: Callable[[str], Value]) -> Callable[[str], Value | None]:
     return lambda text: parse(text) if text.strip() else None
 
 
-def fact(words: str, text: str, name: str) -> None:
+def fact_row(words: str, text: str, name: str) -> None:
     """Draw a label and a text, wrapped over several lines; `probe` knows it by `name`."""
     imgui.text_disabled(words)
     imgui.same_line(LABEL_EM * imgui.get_font_size())
@@ -232,12 +234,12 @@ def fact(words: str, text: str, name: str) -> None:
     probe.note(name)
 
 
-def folded(name: str, labels: Sequence[str]) -> bool:
+def folded_header(name: str, labels: Sequence[str]) -> bool:
     """Draw a header that is closed at first; return True if its controls are to be drawn.
 
-    It opens when the palette seeks one of the `labels` in it.
+    The header opens when the palette shows the setting with one of the `labels`.
     """
-    if any(is_sought(label, scrolls=False) for label in labels):
+    if any(is_highlighted(label, scrolls=False) for label in labels):
         imgui.set_next_item_open(True)
     is_open = imgui.collapsing_header(name)
     probe.note(name)
@@ -245,9 +247,9 @@ def folded(name: str, labels: Sequence[str]) -> bool:
 
 
 @contextmanager
-def disabled(when: bool) -> Iterator[None]:
-    """Disable the controls of the block if `when` is True."""
-    imgui.begin_disabled(when)
+def disabled(is_disabled: bool) -> Iterator[None]:
+    """Disable the controls of the block if `is_disabled` is True."""
+    imgui.begin_disabled(is_disabled)
     try:
         yield
     finally:
@@ -262,19 +264,22 @@ def wheel_over_last() -> float:
     return float(imgui.get_io().mouse_wheel)
 
 
-def parse_number(text: str, low: float, high: float, what: str) -> float:
+def parse_number(text: str, low: float, high: float, quantity: str) -> float:
     """Parse a number, with or without a leading f/ or T. Raise InputError outside the limits."""
-    cleaned = text.strip().lower().removeprefix("f/").removeprefix("f").removeprefix("t")
+    number_text = text.strip().lower().removeprefix("f/").removeprefix("f").removeprefix("t")
     try:
-        value = float(_without_unit(cleaned).replace(",", "."))
+        value = float(_without_unit(number_text).replace(",", "."))
     except ValueError:
-        raise InputError(f"{text!r} is not a number for the {what}. Example: {low:g}.") from None
+        raise InputError(
+            f"{text!r} is not a number for the {quantity}. Example: {low:g}."
+        ) from None
     if not low <= value <= high:
-        raise InputError(f"The {what} must be {low:g} to {high:g}, got {value:g}.")
+        raise InputError(f"The {quantity} must be {low:g} to {high:g}, got {value:g}.")
     return value
 
 
 def _without_unit(text: str) -> str:
+    """Return the text without a unit at its end."""
     for unit in ("mm", "µm", "um", "x", "%"):
         text = text.removesuffix(unit)
     return text.strip()

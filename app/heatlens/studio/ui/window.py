@@ -45,7 +45,7 @@ def run_window(start: Start, sharing: Sharing | None = None) -> None:
     Raise NoWindowError if none can be opened, and Stopped if Ctrl-C in the terminal closed it.
     """
     preferences = Preferences.load(preferences_dir())
-    window = open_window(preferences.now)
+    window = open_window(preferences.values)
     try:
         loop = Loop(window, start, preferences, sharing or Sharing())
         with (
@@ -82,34 +82,33 @@ class Loop:
             start.lens_in.read = pad_axes
         self._screen = Screen(session, glfw.post_empty_event, sharing)
         session.time.speed.has_window = True
-        self._input = InputQueue(self._screen.opens)
+        self._input = InputQueue(self._screen.must_wait_after)
         self._start_imgui()
         self._screen.picture.alt.is_keyboard_taken = partial(is_keyboard_taken, window)
         self._ui = self._screen.ui
-        self._ui.scale.of_screen = glfw.get_window_content_scale(window)[0]
+        self._ui.scale.screen_scale = glfw.get_window_content_scale(window)[0]
         self._ui.scale.screen = screen_name(window)
         self._ui.scale.apply()
-        restore_layout(self._ui, preferences.now.layout, preferences.now.layout_em)
+        restore_layout(self._ui, preferences.values.layout, preferences.values.layout_em)
         self._feed = CleanFeed(self._ctx, window)
         # Size and position before full screen.
-        self._before = glfw.get_window_size(window), glfw.get_window_pos(window)
+        self._window_placement = glfw.get_window_size(window), glfw.get_window_pos(window)
         self._title = ""
         self._session.begin()
 
-    # The window was black until the first frame, which waited for shaders to be compiled. It is
-    # cleared as soon as it has its size, and once more when the session is made, before anything is
-    # built.
+    # The window is cleared as soon as it has its size, and once more when the session is made.
+    # Otherwise it would be black until the first frame, which waits for shaders to be compiled.
     def _show_background(self) -> None:
         """Show an empty window at once, because compiling the shaders takes some time."""
         glfw.poll_events()
-        self._clear()
+        self._clear_screen()
         glfw.swap_buffers(self._window)
 
-    # Two traps of moderngl and ImGui. The size of the screen's framebuffer stays what it was when
-    # the context was created, so the viewport is set anew in each frame. And ImGui's backend
-    # restores every state that it changes, but draws into the framebuffer that is bound: with
-    # another one than the screen's the window stays empty.
-    def _clear(self) -> None:
+    # The viewport is set in each frame, because the screen's framebuffer keeps the size that it had
+    # when the context was created. ImGui's backend restores every state that it changes, but draws
+    # into the bound framebuffer: if that is not the screen's, the window stays empty.
+    def _clear_screen(self) -> None:
+        """Bind the framebuffer of the screen and fill it with the color of the surround."""
         self._ctx.screen.use()
         self._ctx.screen.viewport = (0, 0, *glfw.get_framebuffer_size(self._window))
         self._ctx.screen.clear(*theme.SURROUND)
@@ -118,22 +117,22 @@ class Loop:
         """Run until the window is closed or a stop signal comes."""
         session = self._session
         while not (self._ui.is_over or stops.number):
-            self._wait()
-            self._open_named(door.take())
-            if self._screen.sharing.follow():
+            self._wait_for_events()
+            self._open_names(door.pop_names())
+            if self._screen.sharing.run_requests():
                 self._pace.draw_soon()
-                session.time.pull.touched()
+                session.time.frames_ahead.note_input()
             if glfw.window_should_close(self._window):
-                self._close()
+                self._request_close()
             is_due = session.time.player.is_due or session.lens.ring.news.is_due
             if is_due or self._pace.is_pulse_due():
                 self._pace.draw_soon()
-            if self._pace.takes_frame():
-                self._draw()
+            if self._pace.begin_due_frame():
+                self._draw_frame()
             # Also between frames, so that a moving pointer cannot prevent rendering.
-            if not self._input.waits:
+            if not self._input.has_waiting:
                 self._pace.work()
-        self._remember()
+        self._save_preferences()
         self._feed.close()
         self._screen.sharing.sharing.end()
         session.close()
@@ -141,119 +140,121 @@ class Loop:
         imgui.backends.glfw_shutdown()
         imgui.destroy_context()
 
-    # On a busy machine closing came last, minutes after the last key, when all that had been typed
-    # was worked off. Closing now overtakes the input that waits, but never a save: that is still
-    # done first.
-    def _close(self) -> None:
+    # Closing overtakes the input that waits, but never a save, which is done first. Otherwise, on a
+    # busy machine, the window would close minutes after the last key, when all typed input has been
+    # handled.
+    def _request_close(self) -> None:
         """End the program, after input that saves; an export that is running asks first."""
-        self._input.hurry()
-        if not self._input.saves:
+        self._input.drop_after_save()
+        if not self._input.has_waiting_save:
             glfw.set_window_should_close(self._window, False)
             self._ui.quit()
-            self._pace.woken()
+            self._pace.note_event()
 
-    def _wait(self) -> None:
+    def _wait_for_events(self) -> None:
         """Handle events; sleep until the next one if there is nothing to do."""
         picture = self._screen.picture
         wait_s = self._pace.seconds_to_sleep(
             self._ui.seconds_until_needed(),
-            *(it.seconds_until_needed() for it in (picture.alt, picture.ctrl, picture.fade)),
+            *(part.seconds_until_needed() for part in (picture.alt, picture.ctrl, picture.fade)),
             self._screen.sharing.seconds_until_needed(),
         )
         if wait_s == 0.0:
             glfw.poll_events()
             return
         if not self._session.lens.ring.is_turning:  # the next turn of the loop handles it
-            self._remember()
+            self._save_preferences()
         if wait_s is None:
             glfw.wait_events()
         else:
             glfw.wait_events_timeout(wait_s)
         self._pace.draw_soon()  # a thread with results also wakes the loop
 
-    def _remember(self) -> None:
+    def _save_preferences(self) -> None:
         """Store window size and panels in the preferences, which are written if they changed."""
         is_maximized = bool(glfw.get_window_attrib(self._window, glfw.MAXIMIZED))
         is_full = bool(glfw.get_window_monitor(self._window))
-        is_seen = not is_full and not glfw.get_window_attrib(self._window, glfw.ICONIFIED)
-        window: dict[str, object] = {"is_maximized": is_maximized} if is_seen else {}
+        is_normal = not is_full and not glfw.get_window_attrib(self._window, glfw.ICONIFIED)
+        window_fields: dict[str, object] = {"is_maximized": is_maximized} if is_normal else {}
         size = glfw.get_window_size(self._window)
-        if is_seen and not is_maximized and min(size) >= WINDOW_LEAST:
-            window["window_size"] = size
-        hidden = self._ui.hidden_panels
+        if is_normal and not is_maximized and min(size) >= WINDOW_LEAST:
+            window_fields["window_size"] = size
+        hidden_panels = self._ui.hidden_panels
         if self._ui.timeline.height_before is None:  # it has grown only for the curve
             layout = imgui.save_ini_settings_to_memory()
-            window |= {"layout": layout, "layout_em": self._ui.scale.em}
-        self._session.remember(hidden_panels=hidden, **window)
+            window_fields |= {"layout": layout, "layout_em": self._ui.scale.em}
+        self._session.save_preferences(hidden_panels=hidden_panels, **window_fields)
 
-    def _draw(self) -> None:
-        """Take input, and draw the window unless more input waits."""
+    def _draw_frame(self) -> None:
+        """Hand out input to ImGui, and draw the window unless more input waits."""
         start = time.perf_counter()
-        before, before_s = self._live.shown, self._live.request_s
-        self._follow_screen()
+        old_picture, old_request_s = self._live.output, self._live.request_s
+        self._adapt_to_monitor()
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
         self._input.hand_out()
-        is_seen = not self._input.waits
+        is_visible = not self._input.has_waiting
         imgui.new_frame()
-        self._screen.typed = self._input.typed
-        self._screen.draw(is_seen)
-        if not is_seen:
+        self._screen.typed_keys = self._input.typed_keys
+        self._screen.draw(is_visible)
+        if not is_visible:
             imgui.end_frame()
             self._pace.draw_soon()
             return
         imgui.render()
-        self._show()
-        shown = self._live.shown if self._live.shown is not before else None
-        is_held = any(imgui.is_mouse_down(button) for button in range(3))
-        seconds, picture_s = time.perf_counter() - start, self._live.request_s - before_s
-        self._session.time.speed.frame(seconds, picture_s, is_held and shown is not None)
+        self._show_frame()
+        new_picture = self._live.output if self._live.output is not old_picture else None
+        is_mouse_held = any(imgui.is_mouse_down(button) for button in range(3))
+        seconds, picture_s = time.perf_counter() - start, self._live.request_s - old_request_s
+        self._session.time.speed.note_frame(
+            seconds, picture_s, is_mouse_held and new_picture is not None
+        )
         # Panels show facts of a new picture one frame later, but the next sample of a turning ring
         # is more urgent.
-        if shown and not self._session.lens.ring.is_turning:
+        if new_picture and not self._session.lens.ring.is_turning:
             self._pace.draw_soon()
-        self._pace.drawn(start)
+        self._pace.note_drawn(start)
 
-    # The picture lies under ImGui and is not one of its images. The backend of imgui-bundle sets
-    # samplers of its own, and the backgrounds of windows as large as the screen took 30 of 48 ms of
-    # a frame on a software rasteriser; so the picture is painted by a pass of ours, and the windows
-    # over it have no background.
-    def _show(self) -> None:
+    # A pass of heatlens paints the picture under ImGui; it is not an image of ImGui. The backend of
+    # imgui-bundle sets its own samplers, and the backgrounds of windows as large as the screen took
+    # 30 of 48 ms of a frame on a software rasterizer, so the windows over the picture have no
+    # background.
+    def _show_frame(self) -> None:
         """Bring the frame to the screen, the second window, the pages and the title."""
-        self._clear()
+        self._clear_screen()
         size = glfw.get_framebuffer_size(self._window)
         self._screen.picture.paint(self._ctx.screen, size)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
-        self._session.drawn()
+        self._session.note_drawn()
         pictures, view = self._screen.picture.pictures, self._session.facts.view
         self._ui.has_feed = self._feed.draw(
             self._ui.has_feed, pictures, view, self._ui.has_feed_labels
         )
         self._screen.publish()
-        self._tell_title()
+        self._update_title()
 
-    # A window once came back from full screen at another place: its size and position are those of
-    # the moment before the switch.
-    def _follow_screen(self) -> None:
+    # The size and position of the window are stored at the moment before the switch to full screen,
+    # so that the window comes back at the same place.
+    def _adapt_to_monitor(self) -> None:
         """Adapt scale and full screen after the window has moved to another monitor."""
         scale = self._ui.scale
-        scale.of_screen = glfw.get_window_content_scale(self._window)[0]
+        scale.screen_scale = glfw.get_window_content_scale(self._window)[0]
         scale.screen = screen_name(self._window)
         scale.apply()
         is_full = bool(glfw.get_window_monitor(self._window))
         if is_full != self._ui.is_full_screen:
             if not is_full:
-                self._before = (
+                self._window_placement = (
                     glfw.get_window_size(self._window),
                     glfw.get_window_pos(self._window),
                 )
-            fill_screen(self._window, not is_full, *self._before)
+            fill_screen(self._window, not is_full, *self._window_placement)
 
-    def _tell_title(self) -> None:
+    def _update_title(self) -> None:
         """Set the window title to the name of the open source, once it is shown."""
         session = self._session
-        if self._live.shown is not None and session.source.plate is not None:
+        if self._live.output is not None and session.source.plate is not None:
             name = session.files.documents.window_title
             title = f"{export_title(session.files.exports.run.state)}{name} - heatlens"
             if title != self._title:
@@ -262,32 +263,34 @@ class Loop:
 
     def _watch_events(self) -> None:
         """Request frames after any event."""
-        woken: Callable[..., None] = lambda *_: self._pace.woken()  # noqa: E731
-        GlfwInput(self._window, self._input, self._pace.woken)
+        note_event: Callable[..., None] = lambda *_: self._pace.note_event()  # noqa: E731
+        GlfwInput(self._window, self._input, self._pace.note_event)
         for register in (
             glfw.set_framebuffer_size_callback,
             glfw.set_window_refresh_callback,
             glfw.set_window_content_scale_callback,
         ):
-            register(self._window, woken)
-        glfw.set_drop_callback(self._window, self._dropped)  # type: ignore[arg-type]  # see stub
+            register(self._window, note_event)
+        glfw.set_drop_callback(self._window, self._open_dropped)  # type: ignore[arg-type]  # see stub
 
-    def _open_named(self, names: list[str]) -> None:
+    def _open_names(self, names: list[str]) -> None:
         """Open the files that a later command line named, and bring the window to the front."""
         if names:
-            self._pace.woken()
+            self._pace.note_event()
             self._session.files.commands.open_dropped(names)
             if glfw.get_window_attrib(self._window, glfw.ICONIFIED):
                 glfw.restore_window(self._window)
             glfw.focus_window(self._window)
             glfw.request_window_attention(self._window)
 
-    def _dropped(self, _window: object, paths: Sequence[str]) -> None:
-        self._pace.woken()
+    def _open_dropped(self, _window: object, paths: Sequence[str]) -> None:
+        """Open files that were dropped on the window."""
+        self._pace.note_event()
         if paths:
             self._session.files.commands.open_dropped([str(path) for path in paths])
 
     def _start_imgui(self) -> None:
+        """Configure ImGui, and connect it to the window and to OpenGL."""
         io = imgui.get_io()
         io.config_flags |= imgui.ConfigFlags_.docking_enable
         io.set_ini_filename("")

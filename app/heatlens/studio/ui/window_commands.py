@@ -46,13 +46,15 @@ def _file(ui: UiState) -> Iterator[Command]:
         Command("Export...", partial(_show_export, ui), "Ctrl+E", before="Copy picture"),
         dialog("Pull sheet...", "sheet", before="Copy picture"),
     )
-    yield from in_group("File", "share", Command("Share with a tablet...", ui.sharing.ask))
+    yield from in_group("File", "share", Command("Share with a tablet...", ui.sharing.share))
     yield from in_group("File", "quit", Command("Quit", ui.quit, "Ctrl+Q"))
 
 
 def _boxes(ui: UiState) -> Iterator[Command]:
     """Yield the commands that open a box over the window."""
-    yield from in_group("Play", "frames", Command("Rendered frames...", ui.timeline.open_frames))
+    yield from in_group(
+        "Play", "frames", Command("Rendered frames...", ui.timeline.open_frames_popup)
+    )
     pull = Command("Pull focus...", ui.open_pull, "Shift+M", before="Reverse the pull")
     yield from in_group("Animate", "marks", pull)
 
@@ -64,7 +66,7 @@ def _interface(ui: UiState) -> Iterator[Command]:
         Command("Larger interface", partial(scale.step, 1), "Ctrl++"),
         Command("Smaller interface", partial(scale.step, -1), "Ctrl+-"),
         Command("Interface as large as usual", scale.reset),
-        Command("Light theme", theme.toggle, is_on=lambda: theme.now is Theme.LIGHT),
+        Command("Light theme", theme.toggle, is_on=lambda: theme.current is Theme.LIGHT),
     )
 
 

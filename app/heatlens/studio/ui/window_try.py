@@ -1,4 +1,4 @@
-"""Find out whether a window can be opened, and which OpenGL renderer it would use.
+"""Check whether a window can be opened, and which OpenGL renderer it would use.
 
 Run as a module, it opens a hidden window and prints the name of its renderer.
 """
@@ -18,26 +18,26 @@ from heatlens.core.base.errors import GpuError, InputError
 from heatlens.studio.ui import theme
 
 
-def fonts_found() -> str:
+def check_fonts() -> str:
     """Load the fonts of the interface; return their folder.
 
     Raise InputError if one cannot be loaded.
     """
     folder = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto"
-    before, own = imgui.get_current_context(), imgui.create_context()
-    imgui.set_current_context(own)
+    old_context, new_context = imgui.get_current_context(), imgui.create_context()
+    imgui.set_current_context(new_context)
     try:
         theme.apply(1.0)
     except (RuntimeError, OSError) as error:
         raise InputError(f"The fonts in {folder} cannot be loaded: {error}.") from error
     finally:
-        imgui.destroy_context(own)
-        if before is not None:
-            imgui.set_current_context(before)
+        imgui.destroy_context(new_context)
+        if old_context is not None:
+            imgui.set_current_context(old_context)
     return str(folder)
 
 
-def display_named() -> str | None:
+def display_variable() -> str | None:
     """Return the display variable of the environment, for example "DISPLAY=:0"; None if unset."""
     for name in ("WAYLAND_DISPLAY", "DISPLAY"):
         if os.environ.get(name):
@@ -45,7 +45,7 @@ def display_named() -> str | None:
     return None
 
 
-def renderer_of_a_window() -> str:
+def try_window() -> str:
     """Open and close a hidden window; return the name of its OpenGL renderer.
 
     Raise GpuError if none can be opened.
@@ -73,7 +73,7 @@ def renderer_of_a_window() -> str:
 def _print_renderer() -> int:
     """Print the renderer of a window, or why there is none; return the exit code."""
     try:
-        sys.stdout.write(f"{renderer_of_a_window()}\n")
+        sys.stdout.write(f"{try_window()}\n")
     except GpuError as error:
         sys.stderr.write(f"{error}\n")
         return 1

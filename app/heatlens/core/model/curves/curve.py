@@ -55,13 +55,13 @@ class Curve:
 
     def __post_init__(self) -> None:
         for key in self.keys:
-            self.scale.place_of(key.value)
-        for key, after in pairwise(self.keys):
-            if abs(after.frame - key.frame) < _FRAMES_APART:
+            self.scale.position_of(key.value)
+        for key, next_key in pairwise(self.keys):
+            if abs(next_key.frame - key.frame) < _FRAMES_APART:
                 raise InputError(f"There are two keys at frame {key.frame:g}.")
-            if not after.frame - key.frame >= _FRAMES_APART:
+            if not next_key.frame - key.frame >= _FRAMES_APART:
                 raise InputError(
-                    f"Keys must be sorted by frame: {after.frame:g} comes after {key.frame:g}."
+                    f"Keys must be sorted by frame: {next_key.frame:g} comes after {key.frame:g}."
                 )
 
     def value_at(self, frame: float) -> float:
@@ -77,60 +77,60 @@ class Curve:
         key = self.keys[index]
         if index == len(self.keys) - 1 or key.frame == frame:
             return key.value
-        return self._between(index, frame)
+        return self._interpolate(index, frame)
 
     def key_at(self, frame: float) -> Key | None:
         """Return the key at a frame, or None."""
-        return next((key for key in self.keys if _same_frame(key.frame, frame)), None)
+        return next((key for key in self.keys if _is_same_frame(key.frame, frame)), None)
 
     def with_key(self, key: Key) -> "Curve":
         """Return the curve with a key added, or replaced at its frame."""
-        return self._merged(self.keys, [key])
+        return self._merge_keys(self.keys, [key])
 
     def with_value(self, frame: float, value: float) -> "Curve":
         """Return the curve with a value at `frame`; a new key interpolates as the key before it."""
         key = self.key_at(frame)
         if key is None:
             index = self._index_before(frame)
-            before = self.keys[index] if index >= 0 else Key(frame, value)
-            key = Key(frame, value, before.interpolation)
+            previous_key = self.keys[index] if index >= 0 else Key(frame, value)
+            key = Key(frame, value, previous_key.interpolation)
         return self.with_key(replace(key, value=value))
 
     def without_keys(self, frames: Collection[float]) -> "Curve":
         """Return the curve without the keys at these frames."""
         return replace(self, keys=tuple(key for key in self.keys if key.frame not in frames))
 
-    def moved(self, frames: Collection[float], by_frames: float) -> "Curve":
+    def move_keys(self, frames: Collection[float], by_frames: float) -> "Curve":
         """Return the curve with the keys at these frames moved.
 
         A moved key replaces a key that is already at its new frame.
         """
-        kept = self.without_keys(frames).keys
-        return self._merged(kept, _shifted(self._keys_at(frames), by_frames))
+        other_keys = self.without_keys(frames).keys
+        return self._merge_keys(other_keys, _shift_keys(self._keys_at(frames), by_frames))
 
-    def rippled(self, from_frame: float, by_frames: float) -> "Curve":
+    def ripple_keys(self, from_frame: float, by_frames: float) -> "Curve":
         """Return the curve with all keys from `from_frame` on moved later or earlier.
 
         Moving earlier cuts frames out, and the keys in those frames are removed.
         """
         stay_until = from_frame + min(by_frames, 0.0)
-        kept = [key for key in self.keys if key.frame < stay_until]
-        late = [key for key in self.keys if key.frame >= from_frame]
-        return self._merged(kept, _shifted(late, by_frames))
+        early_keys = [key for key in self.keys if key.frame < stay_until]
+        late_keys = [key for key in self.keys if key.frame >= from_frame]
+        return self._merge_keys(early_keys, _shift_keys(late_keys, by_frames))
 
-    def copied(self, frames: Collection[float]) -> tuple[Key, ...]:
-        """Return the keys at these frames for `pasted`, with frames relative to the first key."""
-        chosen = self._keys_at(frames)
-        return tuple(_shifted(chosen, -chosen[0].frame)) if chosen else ()
+    def copy_keys(self, frames: Collection[float]) -> tuple[Key, ...]:
+        """Return the keys at these frames for `paste_keys`, with frames relative to the first."""
+        chosen_keys = self._keys_at(frames)
+        return tuple(_shift_keys(chosen_keys, -chosen_keys[0].frame)) if chosen_keys else ()
 
-    def pasted(self, keys: Collection[Key], at_frame: float) -> "Curve":
+    def paste_keys(self, keys: Collection[Key], at_frame: float) -> "Curve":
         """Return the curve with copied keys from `at_frame` on.
 
         Pasted keys replace those at their frames.
         """
-        return self._merged(self.keys, _shifted(keys, at_frame))
+        return self._merge_keys(self.keys, _shift_keys(keys, at_frame))
 
-    def on_scale(self, scale: Scale) -> "Curve":
+    def convert_scale(self, scale: Scale) -> "Curve":
         """Return the same keys on another scale; the speed of the value at each key stays.
 
         Raises InputError if a value does not exist on that scale.
@@ -139,7 +139,7 @@ class Curve:
             return self
         Curve(self.keys, scale)  # raises for values outside the scale, before slopes are computed
         keys = (
-            _steepened(key, scale.slope_at(key.value) / self.scale.slope_at(key.value))
+            _scale_speeds(key, scale.slope_at(key.value) / self.scale.slope_at(key.value))
             for key in self.keys
         )
         return Curve(tuple(keys), scale)
@@ -147,8 +147,8 @@ class Curve:
     def with_handles(self, frame: float) -> "Curve":
         """Return the curve with the segment at `frame` as a Bezier along the same path.
 
-        Its handles can then be bent. A held value has no path, and a Bezier has its handles
-        already.
+        Its handles can then be moved. A segment that holds its value, and one that is a Bezier
+        already, stay unchanged.
         """
         index = self._index_before(frame)
         if not 0 <= index < len(self.keys) - 1:
@@ -160,64 +160,77 @@ class Curve:
             slopes = self._slope(index), self._slope(index + 1)
         else:
             return self
-        out, into = (Ease(speed_per_frame=slope) for slope in slopes)
-        bent = replace(start, interpolation=Interpolation.BEZIER, ease_out=out)
-        return self.with_key(bent).with_key(replace(end, ease_in=into))
+        ease_out, ease_in = (Ease(speed_per_frame=slope) for slope in slopes)
+        bezier_key = replace(start, interpolation=Interpolation.BEZIER, ease_out=ease_out)
+        return self.with_key(bezier_key).with_key(replace(end, ease_in=ease_in))
 
-    def _between(self, index: int, frame: float) -> float:
+    def _interpolate(self, index: int, frame: float) -> float:
         """Return the value inside the segment after a key."""
         start, end = self.keys[index], self.keys[index + 1]
         frames = end.frame - start.frame
         u = (frame - start.frame) / frames
-        ends = self.scale.place_of(start.value), self.scale.place_of(end.value)
-        reached = [start.value, end.value]  # only handles can leave this range
+        end_positions = self.scale.position_of(start.value), self.scale.position_of(end.value)
+        value_bounds = [start.value, end.value]  # only handles can leave this range
         match start.interpolation:
             case Interpolation.HOLD:
                 return start.value
             case Interpolation.LINEAR:
-                place = ends[0] + (ends[1] - ends[0]) * u
+                position = end_positions[0] + (end_positions[1] - end_positions[0]) * u
             case Interpolation.SMOOTH:
                 slopes = self._slope(index), self._slope(index + 1)
-                place = hermite(u, ends, (slopes[0] * frames, slopes[1] * frames))
+                position = hermite(u, end_positions, (slopes[0] * frames, slopes[1] * frames))
             case Interpolation.BEZIER:
-                out, into = start.ease_out.handle(frames), end.ease_in.handle(frames)
-                handles = (out[0] / frames, out[1]), (into[0] / frames, into[1])
-                place = bezier(u, ends, *handles)
-                tips = (ends[0], out[1]), (ends[1], -into[1])
-                reached += [self.scale.value_at(at + rise) for at, rise in tips if rise]
-        low, high = min(reached), max(reached)
-        return min(max(self.scale.value_at(place), low), high)  # also in spite of rounding
+                out_handle, in_handle = start.ease_out.handle(frames), end.ease_in.handle(frames)
+                handles = (
+                    (out_handle[0] / frames, out_handle[1]),
+                    (in_handle[0] / frames, in_handle[1]),
+                )
+                position = bezier(u, end_positions, *handles)
+                handle_tips = (end_positions[0], out_handle[1]), (end_positions[1], -in_handle[1])
+                value_bounds += [
+                    self.scale.value_at(origin + rise) for origin, rise in handle_tips if rise
+                ]
+        low, high = min(value_bounds), max(value_bounds)
+        return min(
+            max(self.scale.value_at(position), low), high
+        )  # rounding must not leave the range
 
     def _slope(self, index: int) -> float:
-        """Return the slope at a key on the scale.
+        """Return the slope on the scale, per frame, at the key with this index.
 
-        0 at the ends, beyond which the value is constant.
+        It is 0 at the first and the last key, beyond which the value is constant.
         """
         if index in (0, len(self.keys) - 1):
             return 0.0
         return monotone_slope(self._chord(index - 1), self._chord(index))
 
     def _chord(self, index: int) -> tuple[float, float]:
-        """Return the frames of the segment after a key, and its rise per frame.
+        """Return the frames of the segment after a key, and its rise on the scale per frame.
 
-        0 for a held value.
+        The rise is 0 if the key holds its value.
         """
         start, end = self.keys[index], self.keys[index + 1]
         frames = end.frame - start.frame
         if start.interpolation is Interpolation.HOLD:
             return frames, 0.0
-        return frames, (self.scale.place_of(end.value) - self.scale.place_of(start.value)) / frames
+        return frames, (
+            self.scale.position_of(end.value) - self.scale.position_of(start.value)
+        ) / frames
 
-    def _merged(self, kept: Iterable[Key], added: Collection[Key]) -> "Curve":
-        """Return both in order; of two keys at one frame the added one."""
-        others = [k for k in kept if not any(_same_frame(k.frame, a.frame) for a in added)]
-        return replace(self, keys=tuple(sorted([*others, *added], key=_frame_of)))
+    def _merge_keys(self, existing_keys: Iterable[Key], added_keys: Collection[Key]) -> "Curve":
+        """Return the curve with all keys in order; an added key replaces one at its frame."""
+        unchanged_keys = [
+            k
+            for k in existing_keys
+            if not any(_is_same_frame(k.frame, a.frame) for a in added_keys)
+        ]
+        return replace(self, keys=tuple(sorted([*unchanged_keys, *added_keys], key=_frame_of)))
 
     def _keys_at(self, frames: Collection[float]) -> list[Key]:
         return [key for key in self.keys if key.frame in frames]
 
     def _index_before(self, frame: float) -> int:
-        """Return the last key at or before a frame; -1 before the first."""
+        """Return the index of the last key at or before a frame; -1 before the first."""
         return bisect_right(self.keys, frame, key=_frame_of) - 1
 
 
@@ -225,18 +238,18 @@ def _frame_of(key: Key) -> float:
     return key.frame
 
 
-def _same_frame(frame: float, other: float) -> bool:
-    return abs(frame - other) < SAME_FRAME
+def _is_same_frame(frame: float, other_frame: float) -> bool:
+    return abs(frame - other_frame) < SAME_FRAME
 
 
-def _shifted(keys: Iterable[Key], by_frames: float) -> list[Key]:
+def _shift_keys(keys: Iterable[Key], by_frames: float) -> list[Key]:
     return [replace(key, frame=key.frame + by_frames) for key in keys]
 
 
-def _steepened(key: Key, factor: float) -> Key:
+def _scale_speeds(key: Key, factor: float) -> Key:
     """Return the key with the speed of both handles times `factor`."""
-    out, into = (
+    ease_out, ease_in = (
         replace(ease, speed_per_frame=ease.speed_per_frame * factor)
         for ease in (key.ease_out, key.ease_in)
     )
-    return replace(key, ease_out=out, ease_in=into)
+    return replace(key, ease_out=ease_out, ease_in=ease_in)

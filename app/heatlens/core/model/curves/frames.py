@@ -79,21 +79,28 @@ def check_frames_per_second(rate: float) -> None:
         raise InputError(f"Frames per second must be above 0 and at most 10,000, got {rate:g}.")
 
 
-def check_within(span: FrameRange | None, what: str, frames: Iterable[int]) -> None:
+def check_within(
+    allowed_frames: FrameRange | None, source_name: str, frames: Iterable[int]
+) -> None:
     """Raise InputError that names those of `frames` outside `span`; None allows all frames.
 
     `what` is the name of the source that has these frames.
     """
-    wrong = [frame for frame in frames if span is not None and frame not in span]
-    if wrong and span is not None:
-        more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
-        raise InputError(f"{what} has frames {span.first} to {span.last}, got {wrong[0]}{more}.")
+    wrong_frames = [
+        frame for frame in frames if allowed_frames is not None and frame not in allowed_frames
+    ]
+    if wrong_frames and allowed_frames is not None:
+        count_note = f" and {len(wrong_frames) - 1} more" if len(wrong_frames) > 1 else ""
+        raise InputError(
+            f"{source_name} has frames {allowed_frames.first} to {allowed_frames.last}, got "
+            f"{wrong_frames[0]}{count_note}."
+        )
 
 
 def exact_rate(frames_per_second: float) -> Fraction:
     """Return 23.976 as 24000/1001 and similar rates likewise; return others unchanged."""
-    whole = round(frames_per_second)
-    broadcast = Fraction(whole * 1000, 1001)
-    if abs(frames_per_second - broadcast) < 0.005:
-        return broadcast
+    rounded_rate = round(frames_per_second)
+    ntsc_rate = Fraction(rounded_rate * 1000, 1001)
+    if abs(frames_per_second - ntsc_rate) < 0.005:
+        return ntsc_rate
     return Fraction(frames_per_second).limit_denominator(1001)

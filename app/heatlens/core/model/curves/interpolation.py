@@ -41,27 +41,28 @@ class Scale(StrEnum):
 
     # Blur is linear in dioptres, and so is the turn of a focus ring. A pull that is even in metres
     # would rush through everything near, and could not end at infinity.
-    def place_of(self, value: float) -> float:
-        """Return the place of `value` on this scale. Raises InputError if it has none."""
-        self._check(value)
+    def position_of(self, value: float) -> float:
+        """Return the position of `value` on this scale. Raises InputError if it has none."""
+        self._check_value(value)
         if self is Scale.RECIPROCAL:
             return 1.0 / value
         return math.log2(value) if self is Scale.LOGARITHMIC else value
 
-    def value_at(self, place: float) -> float:
-        """Return the value of a place; below 0 dioptres, it is infinity."""
+    def value_at(self, position: float) -> float:
+        """Return the value at a position on this scale; below 0 dioptres, it is infinity."""
         if self is Scale.RECIPROCAL:
-            return 1.0 / place if place > 1.0 / _MOST else math.inf
-        # A handle can ask for any height, and 2**1024 is an error.
-        return 2.0 ** min(place, _DOUBLINGS_MOST) if self is Scale.LOGARITHMIC else place
+            return 1.0 / position if position > 1.0 / _MOST else math.inf
+        # A handle can reach any height, and 2**1024 raises OverflowError.
+        return 2.0 ** min(position, _DOUBLINGS_MOST) if self is Scale.LOGARITHMIC else position
 
     def slope_at(self, value: float) -> float:
-        """Return the derivative of the place on this scale by the value; 0 at infinity."""
+        """Return the derivative of the position on this scale by the value; 0 at infinity."""
         if self is Scale.RECIPROCAL:
             return -1.0 / (value * value)
         return 1.0 / (value * math.log(2)) if self is Scale.LOGARITHMIC else 1.0
 
-    def _check(self, value: float) -> None:
+    def _check_value(self, value: float) -> None:
+        """Raise InputError for a value that is not on this scale, or in a wrong unit."""
         if self is Scale.RECIPROCAL and value == math.inf:
             return
         if not (-_MOST if self is Scale.LINEAR else _LEAST) <= value <= _MOST:
@@ -145,28 +146,30 @@ def bezier(
 # Newton alone leaves the interval where the handles make time almost stand still; bisection alone
 # takes 50 steps where Newton takes a few.
 def _parameter_at(u: float, time_1: float, time_2: float) -> float:
-    """Return where a Bezier's time is u, by Newton's method with bisection as a fallback.
+    """Return the parameter at which a Bezier's time is u, by Newton's method or else bisection.
 
-    With both inner times between 0 and 1, time only grows, so that there is only one such place.
+    With both inner times between 0 and 1, time only grows, so that the parameter is unique.
     """
     low, high, t = 0.0, 1.0, u
     for _ in range(_HALVINGS):
-        miss = _bernstein(t, (0.0, time_1, time_2, 1.0)) - u
-        if abs(miss) <= _CLOSE:
+        time_error = _bernstein(t, (0.0, time_1, time_2, 1.0)) - u
+        if abs(time_error) <= _CLOSE:
             break
-        low, high = (low, t) if miss > 0 else (t, high)
+        low, high = (low, t) if time_error > 0 else (t, high)
         slope = _time_slope(t, time_1, time_2)
-        step = t - miss / slope if slope > 0 else low
+        step = t - time_error / slope if slope > 0 else low
         t = step if low < step < high else (low + high) / 2
     return t
 
 
 def _bernstein(t: float, points: tuple[float, float, float, float]) -> float:
+    """Return the value of the cubic Bezier with these control points at the parameter t."""
     s = 1.0 - t
     p0, p1, p2, p3 = points
     return s * s * s * p0 + 3 * s * t * (s * p1 + t * p2) + t * t * t * p3
 
 
 def _time_slope(t: float, time_1: float, time_2: float) -> float:
+    """Return the derivative by t of the time of a Bezier with these inner control times."""
     s = 1.0 - t
     return 3 * (s * s * time_1 + 2 * s * t * (time_2 - time_1) + t * t * (1.0 - time_2))

@@ -25,10 +25,10 @@ _STEEPEST = 3.0  # times the chord; a cubic with smaller slopes stays within the
 _SWEEPS = 12  # over both slopes in turn; each more than halves the remaining error
 _ROUNDING = 1e-9  # difference between two ways to compute a cubic, relative and in dioptres
 # Relative difference of a value that was rounded to float32 twice.
-_SAME = 2e-7
+_FLOAT32_ROUNDING = 2e-7
 
 
-def reduced_keys(
+def reduce_keys(
     samples: Iterable[tuple[float, float]],
     tolerance_dioptres: float,
     scale: Scale = Scale.RECIPROCAL,
@@ -51,7 +51,7 @@ def reduced_keys(
     if recording.is_still:
         frame, distance_m = recording.samples[0]
         return (Key(frame, distance_m),)
-    return recording.keys(_joined(recording, recording.pieces()))
+    return recording.keys_of(_smooth_joints(recording, recording.fit_pieces()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,36 +80,39 @@ class _Recording:
         return all(self._is_near(distance_m, first) for _, distance_m in self.samples)
 
     def _is_near(self, distance_m: float, other_m: float) -> bool:
-        dioptres, other = (Scale.RECIPROCAL.place_of(m) for m in (distance_m, other_m))
-        return abs(dioptres - other) <= self.tolerance + _ROUNDING * max(dioptres, other)
+        """Return True if two distances differ by at most the tolerance, in dioptres."""
+        dioptres, other_dioptres = (Scale.RECIPROCAL.position_of(m) for m in (distance_m, other_m))
+        return abs(dioptres - other_dioptres) <= self.tolerance + _ROUNDING * max(
+            dioptres, other_dioptres
+        )
 
-    def pieces(self) -> list[_Piece]:
+    def fit_pieces(self) -> list[_Piece]:
         """Return pieces from the first sample to the last, each about as long as it can be."""
         chain: list[_Piece] = []
         start, last = 0, len(self.samples) - 1
         while start < last:
-            chain.append(self._longest(start, last))
+            chain.append(self._find_long_piece(start, last))
             start = chain[-1].end
         return chain
 
     # A longer piece may fit where a shorter one does not, so this one is not always the longest.
     # But the number of fits grows with the logarithm of its length, where trying each length would
     # fit as many pieces as there are samples.
-    def _longest(self, start: int, last: int) -> _Piece:
+    def _find_long_piece(self, start: int, last: int) -> _Piece:
         """Return a long piece from `start`, found by doubling its length, then by bisection."""
-        longest, reach = self.piece(start, start + 1), 2
+        longest, reach = self.fit_piece(start, start + 1), 2
         too_long = last - start + 1
         while reach < too_long:
-            piece = self.piece(start, start + reach)
-            if self.holds(piece):
+            piece = self.fit_piece(start, start + reach)
+            if self.meets_tolerance(piece):
                 longest = piece
                 reach = min(2 * reach, last - start) if reach < last - start else too_long
             else:
                 too_long = reach
         low = longest.end - start
         while too_long - low > 1:
-            piece = self.piece(start, start + (low + too_long) // 2)
-            if self.holds(piece):
+            piece = self.fit_piece(start, start + (low + too_long) // 2)
+            if self.meets_tolerance(piece):
                 longest, low = piece, piece.end - start
             else:
                 too_long = piece.end - start
@@ -117,21 +120,23 @@ class _Recording:
 
     # Both slopes at once are a problem of two unknowns in a box. Sweeping over one and then the
     # other meets the bounds by clamping alone, and needs neither cases nor a solver.
-    def piece(self, start: int, end: int) -> _Piece:
+    def fit_piece(self, start: int, end: int) -> _Piece:
         """Return the monotone cubic between two samples that is nearest to those in between."""
-        frames, rise, rows = self._inside(start, end)
+        frames, rise, rows = self._least_squares_rows(start, end)
         pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2))
         s00, s01, s11, t0, t1 = (sum(row[i] * row[j] for row in rows) for i, j in pairs)
-        goes_on = start > 0 or not self.eases, end < len(self.samples) - 1 or not self.eases
-        out, into = (rise if free else 0.0 for free in goes_on)  # a straight line
+        are_slopes_free = start > 0 or not self.eases, end < len(self.samples) - 1 or not self.eases
+        slope_out, slope_in = (
+            rise if is_free else 0.0 for is_free in are_slopes_free
+        )  # a straight line
         for _ in range(_SWEEPS if rows and rise else 0):
-            if goes_on[0]:
-                out = _within((t0 - s01 * into) / s00, rise)
-            if goes_on[1]:
-                into = _within((t1 - s01 * out) / s11, rise)
-        return _Piece(start, end, out / frames, into / frames)
+            if are_slopes_free[0]:
+                slope_out = _clamp_slope((t0 - s01 * slope_in) / s00, rise)
+            if are_slopes_free[1]:
+                slope_in = _clamp_slope((t1 - s01 * slope_out) / s11, rise)
+        return _Piece(start, end, slope_out / frames, slope_in / frames)
 
-    def _inside(
+    def _least_squares_rows(
         self, start: int, end: int
     ) -> tuple[float, float, list[tuple[float, float, float]]]:
         """Return the frames of a piece, its rise, and a row for each sample inside.
@@ -139,39 +144,42 @@ class _Recording:
         A row has the weights of both slopes, and the distance of the sample from a cubic with
         slopes of 0.
         """
-        (first, at_first), (last, at_last) = self.samples[start], self.samples[end]
-        low, frames = self.scale.place_of(at_first), last - first
-        rise, rows = self.scale.place_of(at_last) - low, []
+        (first, first_m), (last, last_m) = self.samples[start], self.samples[end]
+        start_position, frames = self.scale.position_of(first_m), last - first
+        rise, rows = self.scale.position_of(last_m) - start_position, []
         for frame, distance_m in self.samples[start + 1 : end]:
             u = (frame - first) / frames
-            off = self.scale.place_of(distance_m) - low - rise * u * u * (3.0 - 2.0 * u)
-            rows.append((u * (1.0 - u) ** 2, -u * u * (1.0 - u), off))
+            difference = (
+                self.scale.position_of(distance_m) - start_position - rise * u * u * (3.0 - 2.0 * u)
+            )
+            rows.append((u * (1.0 - u) ** 2, -u * u * (1.0 - u), difference))
         return frames, rise, rows
 
-    def holds(self, piece: _Piece) -> bool:
+    def meets_tolerance(self, piece: _Piece) -> bool:
         """Return True if the piece is within the tolerance of every sample."""
-        (first, at_first), (last, at_last) = self.samples[piece.start], self.samples[piece.end]
-        ends = self.scale.place_of(at_first), self.scale.place_of(at_last)
+        (first, first_m), (last, last_m) = self.samples[piece.start], self.samples[piece.end]
+        end_positions = self.scale.position_of(first_m), self.scale.position_of(last_m)
         frames = last - first
         rises = piece.slope_out * frames, piece.slope_in * frames
         return all(
             self._is_near(
-                self.scale.value_at(hermite((frame - first) / frames, ends, rises)), distance_m
+                self.scale.value_at(hermite((frame - first) / frames, end_positions, rises)),
+                distance_m,
             )
             for frame, distance_m in self.samples[piece.start + 1 : piece.end]
         )
 
     def is_monotone(self, piece: _Piece) -> bool:
         """Return True if both slopes keep the cubic within the range of its ends."""
-        frames, rise, _ = self._inside(piece.start, piece.end)
+        frames, rise, _ = self._least_squares_rows(piece.start, piece.end)
         slopes = piece.slope_out * frames, piece.slope_in * frames
-        return all(slope == _within(slope, rise) for slope in slopes)
+        return all(slope == _clamp_slope(slope, rise) for slope in slopes)
 
-    def keys(self, pieces: Sequence[_Piece]) -> tuple[Key, ...]:
+    def keys_of(self, pieces: Sequence[_Piece]) -> tuple[Key, ...]:
         """Return a key for each end of a piece."""
-        into = [0.0, *(piece.slope_in for piece in pieces)]
-        out = [*(piece.slope_out for piece in pieces), 0.0]
-        at = [pieces[0].start, *(piece.end for piece in pieces)]
+        slopes_in = [0.0, *(piece.slope_in for piece in pieces)]
+        slopes_out = [*(piece.slope_out for piece in pieces), 0.0]
+        sample_indices = [pieces[0].start, *(piece.end for piece in pieces)]
         return tuple(
             Key(
                 *self.samples[index],
@@ -179,33 +187,35 @@ class _Recording:
                 Ease(_THIRD_PERCENT, slope_out),
                 Ease(_THIRD_PERCENT, slope_in),
             )
-            for index, slope_out, slope_in in zip(at, out, into, strict=True)
+            for index, slope_out, slope_in in zip(
+                sample_indices, slopes_out, slopes_in, strict=True
+            )
         )
 
 
-def _within(slope: float, rise: float) -> float:
+def _clamp_slope(slope: float, rise: float) -> float:
     """Return the slope, limited so that the cubic over a piece with this rise stays monotone."""
     low, high = sorted((0.0, _STEEPEST * rise))
     return min(max(slope, low), high)
 
 
-# Each piece was fitted alone, so slopes differ where two meet. The mean of both is tried first. A
-# corner stays where every common slope would break the tolerance or leave the range of the keys.
-def _joined(recording: _Recording, pieces: list[_Piece]) -> list[_Piece]:
-    """Return the pieces without corners between them where the tolerance leaves room for that."""
-    joined = list(pieces)
+# Pieces are fitted one by one, so that slopes differ where two meet. Common slopes are tried, the
+# mean of both first. A corner stays where each would exceed the tolerance or the range of the keys.
+def _smooth_joints(recording: _Recording, pieces: list[_Piece]) -> list[_Piece]:
+    """Return the pieces without corners between them, where the tolerance allows it."""
+    smooth_pieces = list(pieces)
     for index, (before, after) in enumerate(pairwise(pieces)):
-        before, coming = joined[index], after.slope_out
-        for slope in ((before.slope_in + coming) / 2, before.slope_in, coming, 0.0):
-            pair = replace(before, slope_in=slope), replace(after, slope_out=slope)
-            if all(recording.is_monotone(p) and recording.holds(p) for p in pair):
-                joined[index : index + 2] = pair
+        before, next_slope = smooth_pieces[index], after.slope_out
+        for slope in ((before.slope_in + next_slope) / 2, before.slope_in, next_slope, 0.0):
+            new_pair = replace(before, slope_in=slope), replace(after, slope_out=slope)
+            if all(recording.is_monotone(p) and recording.meets_tolerance(p) for p in new_pair):
+                smooth_pieces[index : index + 2] = new_pair
                 break
-    return joined
+    return smooth_pieces
 
 
-# Of all frames that a line has passed, only the bounds that they set to its slope have to be kept,
-# so that one pass over the track is enough.
+# One pass over the track is enough: each frame that the line passes narrows the range of allowed
+# slopes, `lowest` to `highest`, and nothing else has to be kept of it.
 def linear_keys(frames: tuple[int, ...], track: tuple[float, ...], scale: Scale) -> tuple[Key, ...]:
     """Return the fewest keys that reproduce the track at every frame; none for a constant track.
 
@@ -215,48 +225,51 @@ def linear_keys(frames: tuple[int, ...], track: tuple[float, ...], scale: Scale)
     """
     if len(set(track)) < 2:
         return ()
-    places = [scale.place_of(value) for value in track]
+    positions = [scale.position_of(value) for value in track]
     key_indices = [0]
     lowest, highest = -math.inf, math.inf  # slopes from the last key that pass every frame since
     for index in range(1, len(frames)):
-        slope, frame_count = _slope(frames, places, key_indices[-1], index)
+        slope, frame_count = _slope(frames, positions, key_indices[-1], index)
         if not lowest <= slope <= highest:
             key_indices.append(index - 1)
             lowest, highest = -math.inf, math.inf
-            slope, frame_count = _slope(frames, places, index - 1, index)
-        reach = _slack(track[index], scale) / frame_count
-        lowest, highest = max(lowest, slope - reach), min(highest, slope + reach)
+            slope, frame_count = _slope(frames, positions, index - 1, index)
+        tolerance = _rounding_tolerance(track[index], scale) / frame_count
+        lowest, highest = max(lowest, slope - tolerance), min(highest, slope + tolerance)
     key_indices.append(len(frames) - 1)
-    return tuple(Key(frames[at], track[at], Interpolation.LINEAR) for at in key_indices)
+    return tuple(Key(frames[chosen], track[chosen], Interpolation.LINEAR) for chosen in key_indices)
 
 
-def _slope(frames: tuple[int, ...], places: list[float], start: int, end: int) -> tuple[float, int]:
+def _slope(
+    frames: tuple[int, ...], positions: list[float], start: int, end: int
+) -> tuple[float, int]:
+    """Return the slope per frame between two indices of the track, and the frames in between."""
     count = frames[end] - frames[start]
-    return (places[end] - places[start]) / count, count
+    return (positions[end] - positions[start]) / count, count
 
 
-def _slack(value: float, scale: Scale) -> float:
+def _rounding_tolerance(value: float, scale: Scale) -> float:
     """Return the largest difference on the scale that rounds to the same float32 value."""
-    return _SAME * abs(scale.slope_at(value) * value) if math.isfinite(value) else 0.0
+    return _FLOAT32_ROUNDING * abs(scale.slope_at(value) * value) if math.isfinite(value) else 0.0
 
 
-def moving_part(samples: Samples, tolerance_dioptres: float) -> Samples:
+def trim_still_ends(samples: Samples, tolerance_dioptres: float) -> Samples:
     """Return the samples without the frames at both ends at which the focus does not move.
 
     Each sample that is left out lies within the tolerance of the first or the last that stays.
     """
-    places = [Scale.RECIPROCAL.place_of(distance_m) for _, distance_m in samples]
-    start = _still_until(places, tolerance_dioptres)
-    end = len(places) - 1 - _still_until(places[::-1], tolerance_dioptres)
+    dioptres = [Scale.RECIPROCAL.position_of(distance_m) for _, distance_m in samples]
+    start = _last_still_index(dioptres, tolerance_dioptres)
+    end = len(dioptres) - 1 - _last_still_index(dioptres[::-1], tolerance_dioptres)
     return samples[start : end + 1] if start < end else samples
 
 
-def _still_until(places: Sequence[float], tolerance: float) -> int:
-    """Return the last index of which no earlier place is farther away than the tolerance."""
-    low, high = places[0], places[0]
-    still = 0
-    for index, place in enumerate(places):
-        low, high = min(low, place), max(high, place)
-        if max(high - place, place - low) <= tolerance:
-            still = index
-    return still
+def _last_still_index(dioptres: Sequence[float], tolerance: float) -> int:
+    """Return the last index whose value lies within the tolerance of all values before it."""
+    low, high = dioptres[0], dioptres[0]
+    last_index = 0
+    for index, value in enumerate(dioptres):
+        low, high = min(low, value), max(high, value)
+        if max(high - value, value - low) <= tolerance:
+            last_index = index
+    return last_index

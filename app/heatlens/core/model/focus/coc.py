@@ -10,7 +10,7 @@ dioptres, and stays one for focus at infinity: 0 - A f / z. Everything here foll
 `LensModel` says what v is: f / (1 - f / S) for a real lens, so that A v / S is the well-known
 A f / (S - f), and the focal length f for a renderer.
 
-`Lean` says where in the picture the focus is nearer than in its middle: tilt and split diopter.
+`FocusOffset` is how much nearer than in its middle the focus of a picture is: tilt and split.
 A tilted lens is sharp on a plane that leans. It goes through the hinge line, f / sin(tilt) from
 the lens at right angles to its axis, whatever its ring says (Merklinger 1992). In dioptres every
 plane is linear over the picture, so that with a point's tangents x, y from the middle of the view
@@ -18,7 +18,7 @@ plane is linear over the picture, so that with a point's tangents x, y from the 
     1 / focus(x, y)  =  1 / focus(0, 0) + sin(tilt) / f * (x, y) . direction
 
 A split diopter is a close-up lens over a part of the picture, which adds its power there. Both add
-to the circle of confusion what `Lean` says, to first order in the size of the opening.
+to the circle of confusion what `FocusOffset` says, to first order in the size of the opening.
 """
 
 import math
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.lens.aperture import LEAN_TERMS
+from heatlens.core.model.lens.aperture import FOCUS_OFFSET_TERMS
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.option import Values, options_of
 
@@ -36,11 +36,11 @@ Triple = tuple[float, float, float]  # for each pixel to the right, for each one
 _EDGE_LEAST_PX = 1.0  # narrowest transition of a split
 
 
-# Terms of the focus say of themselves whether they leave it level, or a plane. While code asked for
-# tilt and split by name, a new term was drawn by every pass, but lost without a word by
-# accumulation and by the focus on a mark.
+# Code asks `is_level` and `is_plane` instead of tilt and split by name, so that it covers every
+# term of the focus. Otherwise a new term is drawn by every pass, but accumulation and the focus on
+# a mark ignore it without a warning.
 @dataclass(frozen=True, slots=True)
-class Lean:
+class FocusOffset:
     """Dioptres by which the focus at a pixel exceeds that in the middle of the picture.
 
     slope  dioptres of the tilt
@@ -60,74 +60,97 @@ class Lean:
     @property
     def is_plane(self) -> bool:
         """Return whether all that is sharp lies on one plane, which may lean."""
-        return self == Lean(slope=self.slope, edge=self.edge)
+        return self == FocusOffset(slope=self.slope, edge=self.edge)
 
     def dioptres_at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
         """Return the dioptres at places in pixels; the first pixel's middle is (0.5, 0.5)."""
-        tilted, part = (of[0] * np.asarray(x) + of[1] * np.asarray(y) + of[2] for of in self._both)
-        share = np.clip(part, 0.0, 1.0)
+        tilted, split_part = (
+            gradient[0] * np.asarray(x) + gradient[1] * np.asarray(y) + gradient[2]
+            for gradient in self._gradients
+        )
+        share = np.clip(split_part, 0.0, 1.0)
         return np.asarray(tilted + self.split * share * share * (3 - 2 * share), np.float64)
 
-    def ends(self, area: Box) -> tuple[float, float]:
+    def dioptre_limits(self, area: Box) -> tuple[float, float]:
         """Return limits of the dioptres in an area of pixels."""
-        places = ((x, y) for x in (area.x0, area.x1) for y in (area.y0, area.y1))
-        corners = [self.slope[0] * x + self.slope[1] * y for x, y in places]
-        split = min(self.split, 0.0), max(self.split, 0.0)
-        return min(corners) + self.slope[2] + split[0], max(corners) + self.slope[2] + split[1]
+        area_corners = ((x, y) for x in (area.x0, area.x1) for y in (area.y0, area.y1))
+        corner_dioptres = [self.slope[0] * x + self.slope[1] * y for x, y in area_corners]
+        split_limits = min(self.split, 0.0), max(self.split, 0.0)
+        return min(corner_dioptres) + self.slope[2] + split_limits[0], max(
+            corner_dioptres
+        ) + self.slope[2] + split_limits[1]
 
-    def moved(self, px: tuple[float, float]) -> "Lean":
+    def moved(self, px: tuple[float, float]) -> "FocusOffset":
         """Return the same in a picture that begins this many pixels farther left and up."""
-        slope, edge = ((a, b, c - a * px[0] - b * px[1]) for a, b, c in self._both)
+        slope, edge = ((a, b, c - a * px[0] - b * px[1]) for a, b, c in self._gradients)
         return replace(self, slope=slope, edge=edge)
 
-    def scaled(self, scale: float) -> "Lean":
+    def scaled(self, scale: float) -> "FocusOffset":
         """Return the same in the picture at another size."""
-        slope, edge = ((a / scale, b / scale, c) for a, b, c in self._both)
+        slope, edge = ((a / scale, b / scale, c) for a, b, c in self._gradients)
         return replace(self, slope=slope, edge=edge)
 
     def uniforms(self, per_dioptre: float) -> dict[str, object]:
-        """Return the uniforms of lib/lean.lib.glsl, which has `per_dioptre` for each dioptre."""
-        slope = tuple(per_dioptre * it for it in self.slope)
-        return {"lean_slope": slope, "lean_edge": self.edge, "lean_split": per_dioptre * self.split}
+        """Return the uniforms of focus_offset.lib.glsl, which has `per_dioptre` for a dioptre."""
+        slope = tuple(per_dioptre * term for term in self.slope)
+        return {
+            "focus_offset_slope": slope,
+            "focus_offset_edge": self.edge,
+            "focus_offset_split": per_dioptre * self.split,
+        }
 
     @property
-    def _both(self) -> tuple[Triple, Triple]:
+    def _gradients(self) -> tuple[Triple, Triple]:
         return self.slope, self.edge
 
 
-LEVEL = Lean()
+LEVEL = FocusOffset()
 
 
-def lean_of(lens: Lens, size: tuple[int, int], pixel_aspect_ratio: float = 1.0) -> Lean:
+def focus_offset_of(
+    lens: Lens, size: tuple[int, int], pixel_aspect_ratio: float = 1.0
+) -> FocusOffset:
     """Return where the focus lies in a picture of this width and height, which the sensor fills."""
-    if not any(getattr(lens, term) for term in LEAN_TERMS):
+    if not any(getattr(lens, term) for term in FOCUS_OFFSET_TERMS):
         return LEVEL
     width, height = size
     focal_px = width * lens.focal_length_mm / lens.sensor_width_mm
     steepness = 1e3 * math.sin(math.radians(lens.tilt_deg)) / lens.focal_length_mm / focal_px
-    slope = _rising(steepness, lens.tilt_direction_deg - 90.0, pixel_aspect_ratio)
+    slope = _gradient(steepness, lens.tilt_direction_deg - 90.0, pixel_aspect_ratio)
     sharpness = 1.0 / max(lens.split_softness * width, _EDGE_LEAST_PX)
-    edge = _rising(sharpness, lens.split_direction_deg, pixel_aspect_ratio)
-    middle = 0.5 - lens.split_position * width / 2 * sharpness
-    level = Lean((*slope, 0.0), (*edge, middle), lens.split_dioptres)
-    return level.moved((width / 2, height / 2))
+    edge = _gradient(sharpness, lens.split_direction_deg, pixel_aspect_ratio)
+    edge_at_middle = 0.5 - lens.split_position * width / 2 * sharpness
+    centered = FocusOffset((*slope, 0.0), (*edge, edge_at_middle), lens.split_dioptres)
+    return centered.moved((width / 2, height / 2))
 
 
-def bent_by(lens: Lens) -> list[str]:
-    """Return the words for each thing of a lens by which what is sharp lies on no plane."""
-    level: Values = dict.fromkeys(LEAN_TERMS, 0.0)
-    each: list[Values] = [level | {term: getattr(lens, term)} for term in LEAN_TERMS]
-    planes = [lean_of(replace(lens, **alone), (1, 1)).is_plane for alone in each]
+def non_planar_terms(lens: Lens) -> list[str]:
+    """Return the labels of the lens's terms by which its sharp points lie on no single plane."""
+    no_focus_offset: Values = dict.fromkeys(FOCUS_OFFSET_TERMS, 0.0)
+    single_terms: list[Values] = [
+        no_focus_offset | {term: getattr(lens, term)} for term in FOCUS_OFFSET_TERMS
+    ]
+    are_planes = [
+        focus_offset_of(replace(lens, **single_term), (1, 1)).is_plane
+        for single_term in single_terms
+    ]
     options = options_of(Lens)
     return [
-        options[term].label for term, is_flat in zip(LEAN_TERMS, planes, strict=True) if not is_flat
+        options[term].label
+        for term, is_flat in zip(FOCUS_OFFSET_TERMS, are_planes, strict=True)
+        if not is_flat
     ]
 
 
-def _rising(by: float, direction_deg: float, pixel_aspect_ratio: float) -> tuple[float, float]:
-    """Return the rise for each pixel right and down; the direction is anticlockwise from right."""
+def _gradient(
+    steepness: float, direction_deg: float, pixel_aspect_ratio: float
+) -> tuple[float, float]:
+    """Return the rise for each pixel to the right and down of a slope in a direction.
+
+    `direction_deg` counts anticlockwise from the right.
+    """
     angle = math.radians(direction_deg)
-    return by * math.cos(angle), -by * math.sin(angle) / pixel_aspect_ratio
+    return steepness * math.cos(angle), -steepness * math.sin(angle) / pixel_aspect_ratio
 
 
 # Sixty times the width of the largest plate; sums over wider discs would overflow on a GPU.
@@ -147,27 +170,27 @@ class CocLine:
 
     at_infinity_px: float
     per_dioptre_px: float
-    lean: Lean = LEVEL
+    focus_offset: FocusOffset = LEVEL
 
     @property
     def uniforms(self) -> dict[str, object]:
         """The uniforms of lib/coc.lib.glsl."""
         ends = {"at_infinity_px": self.at_infinity_px, "per_dioptre_px": self.per_dioptre_px}
-        return ends | self.lean_uniforms
+        return ends | self.focus_offset_uniforms
 
     @property
-    def lean_uniforms(self) -> dict[str, object]:
-        """The uniforms of lib/lean.lib.glsl, in pixels."""
-        return self.lean.uniforms(-self.per_dioptre_px)
+    def focus_offset_uniforms(self) -> dict[str, object]:
+        """The uniforms of lib/focus_offset.lib.glsl, in pixels."""
+        return self.focus_offset.uniforms(-self.per_dioptre_px)
 
     def scaled(self, scale: float) -> "CocLine":
         """Return the line in the picture at another size."""
         ends = self.at_infinity_px * scale, self.per_dioptre_px * scale
-        return CocLine(*ends, self.lean.scaled(scale))
+        return CocLine(*ends, self.focus_offset.scaled(scale))
 
-    def lean_px(self, area: Box) -> tuple[float, float]:
-        """Return limits of what the lean adds in an area of pixels."""
-        least, most = self.lean.ends(area)
+    def focus_offset_limits_px(self, area: Box) -> tuple[float, float]:
+        """Return limits of what the focus offset adds in an area of pixels."""
+        least, most = self.focus_offset.dioptre_limits(area)
         return -self.per_dioptre_px * least, -self.per_dioptre_px * most
 
 
@@ -188,17 +211,17 @@ def coc_line(lens: Lens, display_width_px: int) -> CocLine:
 def coc_px(depth_m: ArrayLike, line: CocLine) -> NDArray[np.float64]:
     """Return signed diameters in pixels, in the shape of `depth_m`; the sky's may be infinite.
 
-    They are those of a level focus: `lean_coc_px` is to be added.
+    They are those of a level focus; add `focus_offset_coc_px` for a tilt or a split.
     """
     return np.asarray(line.at_infinity_px + line.per_dioptre_px / np.asarray(depth_m, np.float64))
 
 
-def lean_coc_px(line: CocLine, area: Box) -> NDArray[np.float64] | float:
-    """Return what the lean adds to the coc of the pixels of an area, (height, width), or 0."""
-    if line.lean.is_level:
+def focus_offset_coc_px(line: CocLine, area: Box) -> NDArray[np.float64] | float:
+    """Return the diameters that the offset adds to an area's pixels, (height, width), or 0."""
+    if line.focus_offset.is_level:
         return 0.0
     x, y = np.arange(area.x0, area.x1) + 0.5, np.arange(area.y0, area.y1)[:, None] + 0.5
-    return -line.per_dioptre_px * line.lean.dioptres_at(x, y)
+    return -line.per_dioptre_px * line.focus_offset.dioptres_at(x, y)
 
 
 def lens_diameter_m(lens: Lens) -> float:
@@ -280,4 +303,5 @@ def _per_dioptre_mm(lens: Lens) -> float:
 
 
 def _focal_over_image_distance(lens: Lens) -> float:
+    """Return f / v of the lens at its focus distance."""
     return lens.model.focal_over_image_distance(lens.focal_length_mm, lens.focus_distance_m)

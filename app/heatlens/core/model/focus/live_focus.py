@@ -69,8 +69,8 @@ class Follow:
     def __post_init__(self) -> None:
         for name, option in options_of(Follow).items():
             if not option.allows(value := getattr(self, name)):
-                span = f"{option.least:g} to {option.most:g}"
-                raise InputError(f"--{option.flag} must be {span}, got {value:g}.")
+                range_text = f"{option.least:g} to {option.most:g}"
+                raise InputError(f"--{option.flag} must be {range_text}, got {value:g}.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,10 +95,12 @@ class MeasuredMark:
     distances_m: tuple[float | None, ...]
 
     def __post_init__(self) -> None:
-        for far_m in self.distances_m:
-            if far_m is not None and not far_m > 0:
-                raise InputError(f"Mark {self.mark}: a distance must be above 0 m, got {far_m:g}.")
-        if not any(far_m is not None for far_m in self.distances_m):
+        for distance_m in self.distances_m:
+            if distance_m is not None and not distance_m > 0:
+                raise InputError(
+                    f"Mark {self.mark}: a distance must be above 0 m, got {distance_m:g}."
+                )
+        if not any(distance_m is not None for distance_m in self.distances_m):
             raise InputError(
                 f"Mark {self.mark} is hidden, or out of the picture, at every frame: the focus "
                 "cannot follow it."
@@ -110,10 +112,10 @@ class LiveFocus:
     """A focus that follows marks, and is measured again when what they are on has changed.
 
     pursuits     the marks in the order in which they are followed
-    follow       how
-    first_frame  of the measurement
-    measured     of each mark, over the same frames; () before it was measured
-    measured_of  tells the state of the files that were measured
+    follow       how the focus follows them
+    first_frame  first frame of the measurement
+    measured     the distances of each mark, over the same frames; () before the measurement
+    measured_of  a text that identifies the state of the files that were measured
     """
 
     pursuits: tuple[Pursuit, ...]
@@ -135,8 +137,10 @@ class LiveFocus:
         for before, after in pairwise(self.pursuits):
             if after.start_frame is None or after.frames < 1:
                 raise InputError(f"The pull to mark {after.mark} needs a start frame, and frames.")
-            arrived = -np.inf if before.start_frame is None else before.start_frame + before.frames
-            if after.start_frame < arrived:
+            arrival_frame = (
+                -np.inf if before.start_frame is None else before.start_frame + before.frames
+            )
+            if after.start_frame < arrival_frame:
                 raise InputError(
                     f"The pull to mark {after.mark} starts at frame {after.start_frame}, before "
                     f"that to mark {before.mark} has ended."
@@ -156,96 +160,116 @@ class LiveFocus:
     @property
     def words(self) -> str:
         """What is followed, such as "A, then B from 1020 on"."""
-        later = (f", then {it.mark} from {it.start_frame} on" for it in self.pursuits[1:])
-        return self.pursuits[0].mark + "".join(later)
+        later_pursuits = (
+            f", then {pursuit.mark} from {pursuit.start_frame} on" for pursuit in self.pursuits[1:]
+        )
+        return self.pursuits[0].mark + "".join(later_pursuits)
 
-    def renamed(self, before: str, after: str) -> "LiveFocus":
+    def rename_mark(self, old_name: str, new_name: str) -> "LiveFocus":
         """Return the same with another name for a mark."""
         return replace(
             self,
             pursuits=tuple(
-                replace(it, mark=after) if it.mark == before else it for it in self.pursuits
+                replace(it, mark=new_name) if it.mark == old_name else it for it in self.pursuits
             ),
             measured=tuple(
-                replace(it, mark=after) if it.mark == before else it for it in self.measured
+                replace(it, mark=new_name) if it.mark == old_name else it for it in self.measured
             ),
         )
 
-    def pulled_to(self, mark: str, start_frame: int, frames: int) -> "LiveFocus":
+    def add_pull(self, mark: str, start_frame: int, frames: int) -> "LiveFocus":
         """Return the same with a pull to another mark; those that end later are left out."""
-        earlier = [
+        earlier_pursuits = [
             it
             for it in self.pursuits
             if it.start_frame is None or it.start_frame + it.frames <= start_frame
         ]
-        known = any(it.mark == mark for it in self.measured)
+        is_measured = any(it.mark == mark for it in self.measured)
         return replace(
             self,
-            pursuits=(*earlier, Pursuit(mark, start_frame, frames)),
-            measured=self.measured if known else (),
+            pursuits=(*earlier_pursuits, Pursuit(mark, start_frame, frames)),
+            measured=self.measured if is_measured else (),
         )
 
-    def dioptres(self, sharp: Sequence[float], frames_per_second: float) -> list[float]:
-        """Return the focus at each measured frame, given the half of its sharp range."""
-        step = self.follow.most_dioptres_per_s / frames_per_second
-        tracks = {it.mark: self._smooth(it.distances_m, sharp) for it in self.measured}
+    def dioptres(
+        self, half_sharp_dioptres: Sequence[float], frames_per_second: float
+    ) -> list[float]:
+        """Return the focus in dioptres at each measured frame.
+
+        `half_sharp_dioptres` is half the sharp range at each of these frames.
+        """
+        step_most = self.follow.most_dioptres_per_s / frames_per_second
+        tracks = {
+            it.mark: self._smooth_track(it.distances_m, half_sharp_dioptres) for it in self.measured
+        }
         track = tracks[self.pursuits[0].mark]
         for pursuit in self.pursuits[1:]:
             assert pursuit.start_frame is not None
-            times = (np.array(self.frames) - pursuit.start_frame) / pursuit.frames
-            parts = np.clip(times, 0.0, 1.0)
-            parts = parts * parts * (3.0 - 2.0 * parts)
-            after = tracks[pursuit.mark]
+            progress = (np.array(self.frames) - pursuit.start_frame) / pursuit.frames
+            shares = np.clip(progress, 0.0, 1.0)
+            shares = shares * shares * (3.0 - 2.0 * shares)
+            next_track = tracks[pursuit.mark]
             track = [
-                float(a + part * (b - a)) for a, b, part in zip(track, after, parts, strict=True)
+                float(a + share * (b - a))
+                for a, b, share in zip(track, next_track, shares, strict=True)
             ]
-        return _limited(track, step)
+        return _limit_speed(track, step_most)
 
-    # In this order: small moves of the thing are ignored first, while they are still those of the
-    # thing; only then is the focus late and eased, as the hand of a person is.
-    def _smooth(self, distances_m: Sequence[float | None], sharp: Sequence[float]) -> list[float]:
-        track = bridged(distances_m)
-        track = _settled(track, [2.0 * self.follow.ignored_part * part for part in sharp])
-        return _eased(_late(track, self.follow.late_frames), self.follow.ease_frames)
+    # Small moves are ignored first, while the track is still that of the object. The delay and the
+    # average come after that, because they imitate the hand of a person.
+    def _smooth_track(
+        self, distances_m: Sequence[float | None], half_sharp_dioptres: Sequence[float]
+    ) -> list[float]:
+        """Return the dioptres of a mark as the focus follows it, before the speed limit."""
+        track = bridge_gaps(distances_m)
+        track = _ignore_small_moves(
+            track,
+            [
+                2.0 * self.follow.ignored_part * half_dioptres
+                for half_dioptres in half_sharp_dioptres
+            ],
+        )
+        return _average_track(_delay_track(track, self.follow.late_frames), self.follow.ease_frames)
 
 
-def bridged(distances_m: Sequence[float | None]) -> list[float]:
+def bridge_gaps(distances_m: Sequence[float | None]) -> list[float]:
     """Return the dioptres of distances, at least one of which is known.
 
     Gaps are bridged by a straight line; before the first and after the last distance they are held.
     """
-    known = [at for at, far_m in enumerate(distances_m) if far_m is not None]
-    places = [1.0 / far_m for far_m in distances_m if far_m is not None]
-    return [float(place) for place in np.interp(range(len(distances_m)), known, places)]
+    known_indices = [at for at, distance_m in enumerate(distances_m) if distance_m is not None]
+    dioptres = [1.0 / distance_m for distance_m in distances_m if distance_m is not None]
+    return [float(value) for value in np.interp(range(len(distances_m)), known_indices, dioptres)]
 
 
-def _settled(track: list[float], slack: list[float]) -> list[float]:
+def _ignore_small_moves(track: list[float], slack: list[float]) -> list[float]:
     """Return the track with moves ignored that are smaller than the slack at each frame."""
-    at, settled = track[0], []
-    for place, reach in zip(track, slack, strict=True):
-        at = min(max(at, place - reach), place + reach)
-        settled.append(at)
-    return settled
+    value, steady_track = track[0], []
+    for target, limit in zip(track, slack, strict=True):
+        value = min(max(value, target - limit), target + limit)
+        steady_track.append(value)
+    return steady_track
 
 
-def _late(track: list[float], frames: int) -> list[float]:
+def _delay_track(track: list[float], frames: int) -> list[float]:
+    """Return the track moved later by `frames`; its ends are extended."""
     last = len(track) - 1
-    return [track[min(max(at - frames, 0), last)] for at in range(len(track))]
+    return [track[min(max(index - frames, 0), last)] for index in range(len(track))]
 
 
-def _eased(track: list[float], reach: int) -> list[float]:
+def _average_track(track: list[float], radius: int) -> list[float]:
     """Return the running mean over equally many frames before and after."""
-    eased = []
-    for at in range(len(track)):
-        near = min(reach, at, len(track) - 1 - at)
-        eased.append(fmean(track[at - near : at + near + 1]))
-    return eased
+    averages = []
+    for index in range(len(track)):
+        window = min(radius, index, len(track) - 1 - index)
+        averages.append(fmean(track[index - window : index + window + 1]))
+    return averages
 
 
-def _limited(track: list[float], step_most: float) -> list[float]:
+def _limit_speed(track: list[float], step_most: float) -> list[float]:
     """Return the track with no step larger than `step_most`; 0 for no limit."""
-    at, limited = track[0], []
-    for place in track if step_most else ():
-        at += min(max(place - at, -step_most), step_most)
-        limited.append(at)
-    return limited or track
+    value, limited_track = track[0], []
+    for target in track if step_most else ():
+        value += min(max(target - value, -step_most), step_most)
+        limited_track.append(value)
+    return limited_track or track

@@ -17,7 +17,7 @@ from heatlens.core.model.units import FOOT_M, INCH_M, format_distance
 _SCENE_UNITS = {"cm": 1e-2, "mm": 1e-3, "m": 1.0, "in": INCH_M, "ft": FOOT_M, "km": 1e3}
 # Units that may have been meant by a focus without a unit.
 _FOCUS_UNITS = {"mm": 1e-3, "cm": 1e-2, "in": INCH_M, "ft": FOOT_M}
-_WORDS = {
+_UNIT_NAMES = {
     "mm": "millimetres",
     "cm": "centimetres",
     "m": "metres",
@@ -79,7 +79,7 @@ class DepthSpan:
         near_m, far_m = self.near_m * factor, self.far_m * factor
         return replace(self, near_m=near_m, far_m=far_m, unit_m=unit_m)
 
-    def holds(self, distance_m: float) -> bool:
+    def contains(self, distance_m: float) -> bool:
         """Return True for a distance between the nearest and the farthest surface."""
         return self.near_m <= distance_m <= self.far_m
 
@@ -91,7 +91,7 @@ class DepthSpan:
 
 # One cause at a time: a focal length in metres makes focus and sharpness doubtful as well, and
 # three sentences about one mistake hide it.
-def doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
+def find_doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
     """Return doubts about a lens in front of these depths, if any."""
     hardware = tuple(_hardware_doubts(lens))
     if hardware or not span.has_surfaces:  # with impossible hardware every other number is wrong
@@ -101,18 +101,23 @@ def doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
 
 def focus_unit_doubts(focus_m: Sequence[float], span: DepthSpan) -> tuple[Doubt, ...]:
     """Return doubts if distances without a unit are probably not metres."""
-    known = sorted(value for value in focus_m if value < math.inf)
-    if not known or not span.has_surfaces:
+    finite_m = sorted(value for value in focus_m if value < math.inf)
+    if not finite_m or not span.has_surfaces:
         return ()
-    middle = known[len(known) // 2]
-    meant = [unit for unit, unit_m in _FOCUS_UNITS.items() if span.holds(middle * unit_m)]
-    is_near_depths = span.near_m <= middle * _FAR_OFF and middle <= span.far_m * _FAR_OFF
-    if is_near_depths or not meant:
+    median_m = finite_m[len(finite_m) // 2]
+    likely_units = [
+        unit for unit, unit_m in _FOCUS_UNITS.items() if span.contains(median_m * unit_m)
+    ]
+    is_near_depths = span.near_m <= median_m * _FAR_OFF and median_m <= span.far_m * _FAR_OFF
+    if is_near_depths or not likely_units:
         return ()
-    ends = " to ".join(dict.fromkeys(format_distance(value) for value in (known[0], known[-1])))
+    range_text = " to ".join(
+        dict.fromkeys(format_distance(value) for value in (finite_m[0], finite_m[-1]))
+    )
     sentence = (
-        f"The table's focus, taken as metres, is {ends}, and the picture has surfaces from "
-        f"{span.words}. If {_WORDS[meant[0]]} are meant, say --table-unit focus={meant[0]}."
+        f"The table's focus, taken as metres, is {range_text}, and the picture has surfaces from "
+        f"{span.words}. If {_UNIT_NAMES[likely_units[0]]} are meant, say --table-unit "
+        f"focus={likely_units[0]}."
     )
     return (Doubt("focus", sentence),)
 
@@ -121,7 +126,7 @@ def span_doubts(span: DepthSpan) -> tuple[Doubt, ...]:
     """Return doubts about the depths alone, if no lens is known."""
     if not span.has_surfaces or span.near_m < _NEAREST_USUAL_M:
         return ()
-    units = [unit for unit in ("cm", "mm") if _is_room(span.in_unit(_SCENE_UNITS[unit]))]
+    units = [unit for unit in ("cm", "mm") if _is_room_sized(span.in_unit(_SCENE_UNITS[unit]))]
     if not units:
         return ()
     sentence = (
@@ -131,7 +136,7 @@ def span_doubts(span: DepthSpan) -> tuple[Doubt, ...]:
     return (Doubt("depth", sentence),)
 
 
-def _is_room(span: DepthSpan) -> bool:
+def _is_room_sized(span: DepthSpan) -> bool:
     """Return True for the depths of a table, a room or a street."""
     return 0.1 <= span.near_m <= 20.0
 
@@ -139,7 +144,7 @@ def _is_room(span: DepthSpan) -> bool:
 def _hardware_doubts(lens: Lens) -> Iterator[Doubt]:
     """Find a focal length and a sensor width that no camera has, alone or together."""
     focal_mm, sensor_mm = lens.focal_length_mm, lens.sensor_width_mm
-    degrees = math.degrees(2 * math.atan(sensor_mm / (2 * focal_mm)))
+    view_degrees = math.degrees(2 * math.atan(sensor_mm / (2 * focal_mm)))
     if focal_mm < _LEAST_HARDWARE_MM:
         yield Doubt("lens", _too_small("focal length", "--focal-length", focal_mm))
     if sensor_mm < _SENSOR_LEAST_MM:
@@ -157,25 +162,26 @@ def _hardware_doubts(lens: Lens) -> Iterator[Doubt]:
     is_reported = (
         focal_mm < _LEAST_HARDWARE_MM or not _SENSOR_LEAST_MM <= sensor_mm <= _SENSOR_MOST_MM
     )
-    if not is_reported and not _VIEW_LEAST_DEGREES <= degrees <= _VIEW_MOST_DEGREES:
+    if not is_reported and not _VIEW_LEAST_DEGREES <= view_degrees <= _VIEW_MOST_DEGREES:
         yield Doubt(
             "lens",
             f"A focal length of {focal_mm:g} mm on a sensor {sensor_mm:g} mm wide sees "
-            f"{degrees:.3g} degrees, too wide for a rectilinear lens. --focal-length and "
+            f"{view_degrees:.3g} degrees, too wide for a rectilinear lens. --focal-length and "
             "--sensor-width are both in mm.",
         )
 
 
-def _too_small(name: str, option: str, value_mm: float) -> str:
+def _too_small(quantity: str, option: str, value_mm: float) -> str:
     """Return a sentence on a length under a millimetre or two, with the unit it may be in."""
     metres, inches = value_mm * 1e3, value_mm * _INCH_MM
     if value_mm >= 0.3:  # Maya's film aperture, in inches: 1.417 is 36 mm
         return (
-            f"A {name} of {value_mm:g} mm is smaller than any camera's: if it is in inches, like "
+            f"A {quantity} of {value_mm:g} mm is smaller than any camera's: if it is in inches, "
+            "like "
             f"Maya's film aperture, give {option} {inches:.4g}."
         )
     return (
-        f"A {name} of {value_mm:g} mm is smaller than any camera's: if it is in metres, say "
+        f"A {quantity} of {value_mm:g} mm is smaller than any camera's: if it is in metres, say "
         f"{option} {metres:.4g}; if in inches, {option} {inches:.4g}."
     )
 
@@ -190,10 +196,11 @@ def _focus_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
     hint = _focus_hint(focus_m, span)
     if is_behind and span.has_sky and not any(unit in hint for unit in ("millim", "centim")):
         return  # the sky is in focus or nearly so, as intended
-    where = "nearer than everything" if is_before else "farther than every surface"
+    position = "nearer than everything" if is_before else "farther than every surface"
     yield Doubt(
         "focus",
-        f"The focus at {format_distance(focus_m)} lies {where} in the picture ({span.words}), so "
+        f"The focus at {format_distance(focus_m)} lies {position} in the picture ({span.words}), "
+        "so "
         f"{'no surface' if span.has_sky else 'nothing'} is sharp. "
         + (hint or "Focus on what is seen at a pixel with --focus-at, or see --scene-unit."),
     )
@@ -201,22 +208,28 @@ def _focus_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
 
 def _focus_hint(focus_m: float, span: DepthSpan) -> str:
     """Return the units that would bring focus and depths together, as a question; "" for none."""
-    units = [
+    likely_scene_units = [
         unit
         for unit, unit_m in _SCENE_UNITS.items()
-        if unit_m != span.unit_m and span.in_unit(unit_m).holds(focus_m)
+        if unit_m != span.unit_m and span.in_unit(unit_m).contains(focus_m)
     ]
-    meant = [unit for unit, unit_m in _FOCUS_UNITS.items() if span.holds(focus_m * unit_m)]
-    if focus_m > span.far_m and meant and not (units and span.unit_m != 1.0):
-        unit = meant[0]
-        return f"If {_WORDS[unit]} are meant, say --focus-distance {focus_m:g}{unit}."
-    return _unit_question(span, units[:2]) if units else ""
+    likely_focus_units = [
+        unit for unit, unit_m in _FOCUS_UNITS.items() if span.contains(focus_m * unit_m)
+    ]
+    if (
+        focus_m > span.far_m
+        and likely_focus_units
+        and not (likely_scene_units and span.unit_m != 1.0)
+    ):
+        unit = likely_focus_units[0]
+        return f"If {_UNIT_NAMES[unit]} are meant, say --focus-distance {focus_m:g}{unit}."
+    return _unit_question(span, likely_scene_units[:2]) if likely_scene_units else ""
 
 
 def _unit_question(span: DepthSpan, units: list[str]) -> str:
     """Return the depths in other likely units, and the option that sets each."""
     readings = "; if ".join(
-        f"in {_WORDS[unit]}, which makes them {span.in_unit(_SCENE_UNITS[unit]).words}, say "
+        f"in {_UNIT_NAMES[unit]}, which makes them {span.in_unit(_SCENE_UNITS[unit]).words}, say "
         f"--scene-unit {unit}"
         for unit in units
     )
@@ -229,7 +242,7 @@ def _sharpness_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
     if not is_all_sharp or span.near_m == span.far_m:
         return
     if span_doubts(span):
-        units = [unit for unit in ("cm", "mm") if _is_room(span.in_unit(_SCENE_UNITS[unit]))]
+        units = [unit for unit in ("cm", "mm") if _is_room_sized(span.in_unit(_SCENE_UNITS[unit]))]
         yield Doubt(
             "depth",
             f"Nothing will be blurred: with this lens the whole picture ({span.words}) looks "

@@ -43,11 +43,11 @@ class Aperture(OpeningFields):
     stopped_down: float = 1.0
 
     def __post_init__(self) -> None:
-        for name, limits in options_of(Aperture).items():
+        for name, option in options_of(Aperture).items():
             value = getattr(self, name)
-            if limits.least is not None and not limits.allows(value):
+            if option.least is not None and not option.allows(value):
                 raise LensError(
-                    f"The {limits.words} must be between {limits.least:g} and {limits.most:g}, "
+                    f"The {option.words} must be between {option.least:g} and {option.most:g}, "
                     f"got {value:g}."
                 )
         if 0 < self.blades < BLADES_LEAST:
@@ -85,8 +85,8 @@ class Aperture(OpeningFields):
     @property
     def area(self) -> float:
         """Area in square radii at the middle of the picture; pi for a round opening."""
-        across, up = self.half_extents
-        return self.round_area * across * up
+        half_width, half_height = self.half_extents
+        return self.round_area * half_width * half_height
 
     @property
     def round_area(self) -> float:
@@ -102,12 +102,13 @@ class Aperture(OpeningFields):
         return math.sqrt(4 * front), math.sqrt(4 * behind)
 
     def _variance(self, rim: float) -> float:
+        """Return the variance of a disc with this rim along an axis, in radii^2."""
         if self.aperture_image is not None:
             return _image_variance(self.aperture_image, rim)
         return _variance(self.diaphragm, rim)
 
     def light(self, rim: float) -> float:
-        """Return the light of a disc with a rim, in square radii before the squeeze."""
+        """Return the light of a disc with this rim, -1 to 1, in square radii before the squeeze."""
         if self.aperture_image is not None:
             return _image_light(self.aperture_image, rim)
         return _light(self.diaphragm, rim)
@@ -117,8 +118,8 @@ class Aperture(OpeningFields):
 
         This is for the middle of the picture, where the barrel cuts nothing.
         """
-        across, up = self.half_extents
-        x, y = np.divide(u, across), np.divide(v, up)
+        half_width, half_height = self.half_extents
+        x, y = np.divide(u, half_width), np.divide(v, half_height)
         grid = self.grid
         if grid is not None:
             return np.asarray(grid.cover(x, y, (0.0, 0.0)) > 0.0)
@@ -135,20 +136,22 @@ class Aperture(OpeningFields):
         1997. With an image equal areas become equal light. The caller's weights must account for
         barrel and rim.
         """
-        across, up = self.half_extents
+        half_width, half_height = self.half_extents
         grid = self.grid
         if grid is not None:
-            return grid.points(square) * (across * radius, up * radius)
+            return grid.points(square) * (half_width * radius, half_height * radius)
         points = _concentric_disc(square)
         if self.blades:
-            points = opening.between_blades(points, self.diaphragm)
-        return points * (across * radius, up * radius)
+            points = opening.map_to_blades(points, self.diaphragm)
+        return points * (half_width * radius, half_height * radius)
 
 
-APERTURE_FIELDS = tuple(options_of(Aperture))  # those that a person sets
-# Those of them that are of the focus, and leave the opening as it is.
-LEAN_FIELDS = tuple(name for name, told in options_of(Aperture).items() if told.term)
-LEAN_TERMS = tuple(name for name in LEAN_FIELDS if options_of(Aperture)[name].term == name)
+APERTURE_FIELDS = tuple(options_of(Aperture))  # the fields that a person sets
+# Those of them that move the focus and leave the shape of the opening as it is.
+FOCUS_OFFSET_FIELDS = tuple(name for name, entry in options_of(Aperture).items() if entry.term)
+FOCUS_OFFSET_TERMS = tuple(
+    name for name in FOCUS_OFFSET_FIELDS if options_of(Aperture)[name].term == name
+)
 
 
 def shape_uniforms(aperture: Aperture) -> dict[str, object]:
@@ -164,13 +167,14 @@ def shape_uniforms(aperture: Aperture) -> dict[str, object]:
     }
 
 
-# Asked some 26 times a frame, by making and checking another opening: Python issued a frame in 1.24
-# ms, and issues it in 1.0 since the answer is kept.
-@lru_cache(maxsize=64)  # passes ask some dozen times a frame
+# The answer is cached, because it takes the making and checking of another opening, some 26 times a
+# frame. With the cache Python issues a frame in 1.0 ms instead of 1.24 ms.
+@lru_cache(maxsize=64)
 def _is_plain(aperture: Aperture) -> bool:
-    leans = {name: getattr(aperture, name) for name in LEAN_FIELDS}
+    """Return True for an opening that is a circle or an ellipse everywhere in the picture."""
+    focus_offsets = {name: getattr(aperture, name) for name in FOCUS_OFFSET_FIELDS}
     return aperture == Aperture(
-        squeeze=aperture.squeeze, stopped_down=aperture.stopped_down, **leans
+        squeeze=aperture.squeeze, stopped_down=aperture.stopped_down, **focus_offsets
     )
 
 
@@ -184,7 +188,7 @@ def _variance(blades: Blades, rim: float) -> float:
     return opening.variance(blades, rim)
 
 
-# Turning the image changes neither its light nor its variance.
+# The functions below do not need the rotation, which changes neither light nor variance.
 
 
 @lru_cache(maxsize=64)
@@ -202,7 +206,7 @@ def _concentric_disc(square: Array) -> Array:
     x, y = (2.0 * square - 1.0).T
     is_wide = np.abs(x) > np.abs(y)
     radius = np.where(is_wide, x, y)
-    other = np.where(is_wide, y, x)
-    share = np.divide(other, radius, out=np.zeros_like(radius), where=radius != 0)
+    shorter = np.where(is_wide, y, x)
+    share = np.divide(shorter, radius, out=np.zeros_like(radius), where=radius != 0)
     angle = np.where(is_wide, np.pi / 4 * share, np.pi / 2 - np.pi / 4 * share)
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)

@@ -23,7 +23,8 @@ class PictureField:
     """The middle and the corners of a picture.
 
     middle_px         of the picture, from the first pixel's corner, x to the right and y down
-    half_diagonal_px  from there to a corner, in pixels across; infinite if the place has no effect
+    half_diagonal_px  from there to a corner, in pixels across; infinite if the position in the
+                      picture has no effect
     """
 
     middle_px: Pair = (0.0, 0.0)
@@ -48,14 +49,14 @@ class PictureField:
 
     def uniforms(self, aperture: Aperture, pixel_aspect_ratio: float = 1.0) -> dict[str, object]:
         """Return the uniforms for lib/shaped_aperture.lib.glsl."""
-        most = _shift_most(aperture)
-        per_px = most / self.half_diagonal_px
+        shift_most = _shift_most(aperture)
+        per_px = shift_most / self.half_diagonal_px
         image = aperture.aperture_image
         return {
             **({} if image is None else {"aperture_image_passed": _parts_past_barrel(aperture)}),
             "aperture_middle_px": self.middle_px,
             "aperture_shift_per_px": (per_px, -per_px / pixel_aspect_ratio),
-            "aperture_shift_most": most,
+            "aperture_shift_most": shift_most,
             "aperture_barrel": aperture.stopped_down if aperture.cat_eye else 0.0,
         }
 
@@ -71,23 +72,29 @@ class PictureField:
         }
 
     def barrel(
-        self, aperture: Aperture, place_px: Pair, pixel_aspect_ratio: float = 1.0
+        self, aperture: Aperture, position_px: Pair, pixel_aspect_ratio: float = 1.0
     ) -> Barrel | None:
-        """Return the barrel as seen from a place; None if it cuts nothing."""
+        """Return the barrel as seen from a position in the picture; None if it cuts nothing."""
         if aperture.cat_eye == 0.0:
             return None
-        most = _shift_most(aperture)
-        x = (place_px[0] - self.middle_px[0]) * most / self.half_diagonal_px
-        y = (self.middle_px[1] - place_px[1]) * most / self.half_diagonal_px / pixel_aspect_ratio
-        part = min(1.0, most / max(math.hypot(x, y), 1e-30))  # constant beyond the corner
-        return Barrel((x * part, y * part), aperture.stopped_down)
+        shift_most = _shift_most(aperture)
+        x = (position_px[0] - self.middle_px[0]) * shift_most / self.half_diagonal_px
+        y = (
+            (self.middle_px[1] - position_px[1])
+            * shift_most
+            / self.half_diagonal_px
+            / pixel_aspect_ratio
+        )
+        limit = min(1.0, shift_most / max(math.hypot(x, y), 1e-30))  # constant beyond the corner
+        return Barrel((x * limit, y * limit), aperture.stopped_down)
 
 
 @lru_cache(maxsize=64)
 def field_variances(shift: float, radius: float) -> tuple[Pair, ...]:
-    """Return variances along and across the way to the corner, relative to a round disc's.
+    """Return variances of discs at even steps from the middle of the picture to a corner.
 
-    The steps are even. `shift` and `radius` are those of the barrel's circles at the corner.
+    Each is a pair, along and across the direction to the corner, relative to a round disc's.
+    `shift` and `radius` are those of the barrel's circles at the corner.
     """
     pairs = []
     for step in range(FIELD_STEPS):
@@ -98,14 +105,19 @@ def field_variances(shift: float, radius: float) -> tuple[Pair, ...]:
 
 @lru_cache(maxsize=64)
 def _parts_past_barrel(aperture: Aperture) -> list[Pair]:
-    """Return `ImageGrid.parts_past_barrel` for discs in front of the focus and behind it."""
+    """Return pairs of light shares past the barrel, for discs in front of and behind the focus.
+
+    See `ImageGrid.light_shares_past_barrel` for the order of the pairs.
+    """
     grid = aperture.grid
     if grid is None or aperture.cat_eye == 0.0:
         return [(1.0, 1.0)] * (BARREL_STEPS + 1) * (2 * BARREL_STEPS + 1)
-    most, radius = _shift_most(aperture), aperture.stopped_down
+    shift_most, radius = _shift_most(aperture), aperture.stopped_down
     rims = dict.fromkeys((-aperture.rim, aperture.rim))  # a flat rim is the same on both sides
-    sides = [grid.parts_past_barrel(most, radius, rim).ravel().tolist() for rim in rims]
-    front, behind = sides[0], sides[-1]
+    tables = [
+        grid.light_shares_past_barrel(shift_most, radius, rim).ravel().tolist() for rim in rims
+    ]
+    front, behind = tables[0], tables[-1]
     return list(zip(front, behind, strict=True))
 
 
@@ -182,29 +194,31 @@ class DiscShape:
     @property
     def diffusion_uniforms(self) -> dict[str, object]:
         """Uniforms of lib/blur_system.lib.glsl for a disc that is not plain."""
-        place = self.in_picture.diffusion_uniforms(self.aperture, self.pixel_aspect_ratio)
-        return place | {"side_variances": self.side_variances}
+        field_uniforms = self.in_picture.diffusion_uniforms(self.aperture, self.pixel_aspect_ratio)
+        return field_uniforms | {"side_variances": self.side_variances}
 
-    def light(self, radius_px: float, ramp_px: float, place_px: Pair = (0.0, 0.0)) -> float:
+    def light(self, radius_px: float, ramp_px: float, position_px: Pair = (0.0, 0.0)) -> float:
         """Return the sum of `coverage` over all pixels of a large disc, to a close approximation.
 
         It is exact for a round disc, and for any other as long as the ramp is short beside it.
         """
         across, down = self.half_extents
-        shape = math.pi if self.is_plain else self._light_of_shape(radius_px, place_px)
+        shape = math.pi if self.is_plain else self._shape_light(radius_px, position_px)
         # The ramp of an image is a mean over boxes, which keeps the light.
-        widened = 0.0 if self.aperture.aperture_image is not None else math.pi * ramp_px**2 / 3
-        return radius_px**2 * shape * across * down + widened
+        ramp_light = 0.0 if self.aperture.aperture_image is not None else math.pi * ramp_px**2 / 3
+        return radius_px**2 * shape * across * down + ramp_light
 
-    def _light_of_shape(self, radius_px: float, place_px: Pair) -> float:
+    def _shape_light(self, radius_px: float, position_px: Pair) -> float:
+        """Return the light of the opening that a disc shows, in square radii, without its edge."""
         rim = math.copysign(1.0, radius_px) * self.aperture.rim
         grid = self.aperture.grid
         if grid is not None:
-            return grid.light(self._barrel(place_px), rim)
-        return opening.light(self.aperture.diaphragm, self._barrel(place_px), rim)
+            return grid.light(self._barrel(position_px), rim)
+        return opening.light(self.aperture.diaphragm, self._barrel(position_px), rim)
 
-    def _barrel(self, place_px: Pair) -> Barrel | None:
-        return self.in_picture.barrel(self.aperture, place_px, self.pixel_aspect_ratio)
+    def _barrel(self, position_px: Pair) -> Barrel | None:
+        """Return the barrel as seen from a position in the picture; None if it cuts nothing."""
+        return self.in_picture.barrel(self.aperture, position_px, self.pixel_aspect_ratio)
 
     def coverage(
         self,
@@ -212,39 +226,46 @@ class DiscShape:
         y: ArrayLike,
         radius_px: float,
         ramp_px: float,
-        place_px: Pair = (0.0, 0.0),
+        center_px: Pair = (0.0, 0.0),
     ) -> Array:
         """Return the share of light of pixels at the offsets (x, y), 1 wholly inside the disc.
 
-        With a rim that is not flat, 1 is the mean over a round disc. The rim is a ramp of half
-        width `ramp_px` all around. The distance to the rim is a first-order estimate: the implicit
-        function of the opening over the length of its gradient. `place_px` is the centre of the
-        disc; the axial colour is not counted.
+        With a rim that is not flat, 1 is the mean over a round disc. The edge is a ramp of half
+        width `ramp_px` all around. The distance to the edge is a first-order estimate: the implicit
+        function of the opening over the length of its gradient. `center_px` is the centre of the
+        disc in the picture; the axial colour is not counted.
         """
         if not self.is_plain:
-            return self._shaped_coverage(x, y, radius_px, ramp_px, place_px)
-        across, down = self.half_extents
-        u, v = np.divide(x, across), np.divide(y, down)
+            return self._shaped_coverage(x, y, radius_px, ramp_px, center_px)
+        half_width, half_height = self.half_extents
+        u, v = np.divide(x, half_width), np.divide(y, half_height)
         from_centre = np.maximum(np.hypot(u, v), _CENTRE_PX)
-        gradient = np.hypot(u / across, v / down) / from_centre
-        gradient = np.where(from_centre <= _CENTRE_PX, 1 / min(across, down), gradient)
-        to_rim = (abs(radius_px) - from_centre) / gradient
-        return np.asarray(np.clip((to_rim + ramp_px) / (2 * ramp_px), 0, 1))
+        gradient = np.hypot(u / half_width, v / half_height) / from_centre
+        gradient = np.where(from_centre <= _CENTRE_PX, 1 / min(half_width, half_height), gradient)
+        edge_distance = (abs(radius_px) - from_centre) / gradient
+        return np.asarray(np.clip((edge_distance + ramp_px) / (2 * ramp_px), 0, 1))
 
     def _shaped_coverage(
-        self, x: ArrayLike, y: ArrayLike, radius_px: float, ramp_px: float, place_px: Pair
+        self, x: ArrayLike, y: ArrayLike, radius_px: float, ramp_px: float, center_px: Pair
     ) -> Array:
-        across, down = self.half_extents
-        u, v = np.divide(x, across * radius_px), -np.divide(y, down * radius_px)
-        grid, barrel = self.aperture.grid, self._barrel(place_px)
-        rims = [] if grid is not None else [opening.past_blades(u, v, self.aperture.diaphragm)]
+        """Return `coverage` of a disc that is not a plain ellipse."""
+        half_width, half_height = self.half_extents
+        u, v = np.divide(x, half_width * radius_px), -np.divide(y, half_height * radius_px)
+        grid, barrel = self.aperture.grid, self._barrel(center_px)
+        edges = [] if grid is not None else [opening.past_blades(u, v, self.aperture.diaphragm)]
         if barrel is not None:
-            rims.append(opening.past_barrel(u, v, barrel))
-        to_rims = [-past / np.maximum(np.hypot(a / across, b / down), 1e-6) for past, a, b in rims]
-        to_rim = np.min(to_rims, axis=0) if to_rims else np.inf
-        inside = np.clip((to_rim * abs(radius_px) + ramp_px) / (2 * ramp_px), 0, 1)
+            edges.append(opening.past_barrel(u, v, barrel))
+        edge_distances = [
+            -past / np.maximum(np.hypot(a / half_width, b / half_height), 1e-6)
+            for past, a, b in edges
+        ]
+        edge_distance = np.min(edge_distances, axis=0) if edge_distances else np.inf
+        inside = np.clip((edge_distance * abs(radius_px) + ramp_px) / (2 * ramp_px), 0, 1)
         if grid is not None:
-            half_sides = ramp_px / (across * abs(radius_px)), ramp_px / (down * abs(radius_px))
+            half_sides = (
+                ramp_px / (half_width * abs(radius_px)),
+                ramp_px / (half_height * abs(radius_px)),
+            )
             inside = inside * grid.cover(u, v, half_sides)
         rim = math.copysign(1.0, radius_px) * self.aperture.rim
         return np.asarray(inside * opening.profile(np.minimum(u**2 + v**2, 1.0), rim))
@@ -262,8 +283,8 @@ class DiscShape:
     @property
     def uniforms(self) -> dict[str, object]:
         """Uniforms of lib/aperture.lib.glsl; the unit of the shader is the pixel."""
-        plain: dict[str, object] = {"aperture_axes": self.half_extents}
+        axes: dict[str, object] = {"aperture_axes": self.half_extents}
         if self.is_plain:
-            return plain
+            return axes
         shape = shape_uniforms(self.aperture) | {"aperture_axial_px": self.axial_px}
-        return plain | shape | self.in_picture.uniforms(self.aperture, self.pixel_aspect_ratio)
+        return axes | shape | self.in_picture.uniforms(self.aperture, self.pixel_aspect_ratio)

@@ -76,10 +76,14 @@ def filmback_named(name: str) -> Filmback:
     by_key = {_key(back.name): back for back in FILMBACKS}
     filmback = by_key.get(_key(name))
     if filmback is None:
-        near = _near_names(name)
-        known = f"nearest are {', '.join(near)}" if near else f"known are {_all_names()}"
+        similar_names = _near_names(name)
+        hint = (
+            f"nearest are {', '.join(similar_names)}"
+            if similar_names
+            else f"known are {_all_names()}"
+        )
         raise InputError(
-            f"No film back is called {name!r}; {known}. Its width in millimetres works too."
+            f"No film back is called {name!r}; {hint}. Its width in millimetres works too."
         )
     return filmback
 
@@ -88,9 +92,9 @@ def _near_names(name: str) -> list[str]:
     """Return names that contain what was typed, then names spelt alike; at most five."""
     by_key = {_key(back.name): back.name for back in FILMBACKS}
     key = _key(name)
-    containing = [known for known in by_key if key and key in known]
-    alike = difflib.get_close_matches(key, by_key, n=5, cutoff=0.6)
-    return [by_key[known] for known in dict.fromkeys(containing + alike)][:5]
+    containing_keys = [known_key for known_key in by_key if key and key in known_key]
+    similar_keys = difflib.get_close_matches(key, by_key, n=5, cutoff=0.6)
+    return [by_key[known_key] for known_key in dict.fromkeys(containing_keys + similar_keys)][:5]
 
 
 def _all_names() -> str:

@@ -194,20 +194,20 @@ class Lens(OpeningFields):
     )
 
     def __post_init__(self) -> None:
-        for name, limits in options_of(Lens).items():
+        for name, facts in options_of(Lens).items():
             value = getattr(self, name)
-            if name in APERTURE_FIELDS or value is None or limits.least is None:
+            if name in APERTURE_FIELDS or value is None or facts.least is None:
                 continue
-            if not limits.allows(value):
-                raise LensError(_outside(limits, value))
+            if not facts.allows(value):
+                raise LensError(_range_message(facts, value))
         _ = self.aperture  # raises LensError for an impossible opening
         _check_focus(self.focus_distance_m, self.focal_length_mm)
 
     @property
     def aperture(self) -> Aperture:
         """Shape of the opening."""
-        widest = self.f_stop if self.widest_f_stop is None else self.widest_f_stop
-        return Aperture(**self.opening, stopped_down=max(1.0, self.f_stop / widest))
+        widest_f_stop = self.f_stop if self.widest_f_stop is None else self.widest_f_stop
+        return Aperture(**self.opening, stopped_down=max(1.0, self.f_stop / widest_f_stop))
 
     @property
     def aperture_diameter_mm(self) -> float:
@@ -237,14 +237,17 @@ class Lens(OpeningFields):
         An aperture image is identified by the digest of its light, not by the path of its file.
         """
         image = self.aperture_image
-        named = None if image is None else replace(image, path=image.digest)
-        return replace(self, acceptable_coc_mm=None, close_focus_m=None, aperture_image=named)
+        identified_image = None if image is None else replace(image, path=image.digest)
+        return replace(
+            self, acceptable_coc_mm=None, close_focus_m=None, aperture_image=identified_image
+        )
 
 
-def _outside(limits: Option, value: float) -> str:
-    unit = f" {limits.unit}" if limits.unit in ("mm", "m") else ""
+def _range_message(option: Option, value: float) -> str:
+    """Return the sentence for a value outside the range of its option."""
+    unit = f" {option.unit}" if option.unit in ("mm", "m") else ""
     return (
-        f"The {limits.words} must be between {limits.least:g}{unit} and {limits.most:,.0f}{unit}, "
+        f"The {option.words} must be between {option.least:g}{unit} and {option.most:,.0f}{unit}, "
         f"got {value:g}{unit}."
     )
 
@@ -278,7 +281,7 @@ def parse_measured_m(lens: Lens, text: str) -> float:
     return from_pupil_m(lens, parse_distance_m(text))
 
 
-def stepped(f_stop: float, steps: int) -> float:
+def step_f_stop(f_stop: float, steps: int) -> float:
     """Return the f-stop `steps` third stops up the ring, or down if negative.
 
     A value between two stops of the ring counts as one step. The result stays on the ring; 0 steps

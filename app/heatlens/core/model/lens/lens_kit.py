@@ -50,14 +50,15 @@ class KitLens:
             _check("longest focal length", self.longest_mm, self.focal_length_mm, 5000.0, "mm")
         if self.t_stop is not None:
             _check("T-stop", self.t_stop, self.f_stop, _STOPS[1])
-        if self.close_focus_m * 1e3 <= self.longest:
+        if self.close_focus_m * 1e3 <= self.longest_length_mm:
             raise InputError(
-                f"A lens of {self.longest:g} mm cannot focus at {self.close_focus_m:g} m: the "
+                f"A lens of {self.longest_length_mm:g} mm cannot focus at {self.close_focus_m:g} "
+                "m: the "
                 "close focus must be beyond the focal length."
             )
 
     @property
-    def longest(self) -> float:
+    def longest_length_mm(self) -> float:
         """The longest focal length in mm."""
         return self.focal_length_mm if self.longest_mm is None else self.longest_mm
 
@@ -70,12 +71,12 @@ class KitLens:
     @property
     def words(self) -> str:
         """The widest stop and the close focus, in words."""
-        opens = f"f/{self.f_stop:g}" + (f" (T{self.t_stop:g})" if self.t_stop else "")
-        return f"opens to {opens}, focuses from {self.close_focus_m:g} m"
+        stop_text = f"f/{self.f_stop:g}" + (f" (T{self.t_stop:g})" if self.t_stop else "")
+        return f"opens to {stop_text}, focuses from {self.close_focus_m:g} m"
 
     def length_near(self, focal_length_mm: float) -> float:
         """Return the length of this lens that is nearest to another."""
-        return min(max(focal_length_mm, self.focal_length_mm), self.longest)
+        return min(max(focal_length_mm, self.focal_length_mm), self.longest_length_mm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,9 +115,9 @@ class LensKit:
         if not self.lenses:
             raise InputError(f"The kit {self.name} has no lenses.")
         names = [lens.name for lens in self.lenses]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise InputError(f"The kit {self.name} has two lenses of {twice}.")
+        repeated_name = next((name for name in names if names.count(name) > 1), None)
+        if repeated_name is not None:
+            raise InputError(f"The kit {self.name} has two lenses of {repeated_name}.")
 
     def nearest(self, focal_length_mm: float) -> KitLens:
         """Return the lens whose length has the smallest ratio to this one."""
@@ -127,51 +128,59 @@ class LensKit:
             ),
         )
 
-    def mounted(self, lens: Lens, kit_lens: KitLens) -> Lens:
+    def mount(self, lens: Lens, kit_lens: KitLens) -> Lens:
         """Return `lens` with a lens of the kit in its place, at the nearest length it has."""
-        return replace(_bounded(lens, kit_lens), **self.character.opening)
+        return replace(_limit_to_kit_lens(lens, kit_lens), **self.character.opening)
 
-    def within(self, lens: Lens) -> Lens:
+    def limit_lens(self, lens: Lens) -> Lens:
         """Return the lens of the kit that comes nearest to `lens`."""
-        return self.mounted(lens, self.nearest(lens.focal_length_mm))
+        return self.mount(lens, self.nearest(lens.focal_length_mm))
 
-    def followed(self, before: Lens | None, asked: Lens) -> Lens:
-        """Return the lens after a change from `before` to `asked`, limited to the kit.
+    def limit_change(self, previous_lens: Lens | None, requested_lens: Lens) -> Lens:
+        """Return the lens after a change to `requested_lens`, limited to the kit.
 
-        Values that were not changed stay, even outside the kit's limits, as keys of an earlier lens
-        may be; without `before`, all values are new.
+        Values equal to those of `previous_lens` stay, even outside the kit's limits, as keys of an
+        earlier lens may be. If it is None, all values are new.
         """
-        bounded = _bounded(asked, self.nearest(asked.focal_length_mm))
-        if before is None or asked.focal_length_mm != before.focal_length_mm:
-            return bounded
+        limited_lens = _limit_to_kit_lens(
+            requested_lens, self.nearest(requested_lens.focal_length_mm)
+        )
+        if previous_lens is None or requested_lens.focal_length_mm != previous_lens.focal_length_mm:
+            return limited_lens
         names = ("focal_length_mm", "f_stop", "focus_distance_m")
-        same = {n: getattr(asked, n) for n in names if getattr(asked, n) == getattr(before, n)}
-        return replace(bounded, **same)
+        unchanged_values = {
+            n: getattr(requested_lens, n)
+            for n in names
+            if getattr(requested_lens, n) == getattr(previous_lens, n)
+        }
+        return replace(limited_lens, **unchanged_values)
 
-    def no_length(self, focal_length_mm: float) -> str:
-        """Return the sentence that refuses a length."""
+    def missing_length_message(self, focal_length_mm: float) -> str:
+        """Return the sentence which says that the kit has no lens of this length."""
         lengths = ", ".join(lens.name.removesuffix(" mm") for lens in self.lenses)
         return f"The kit {self.name} has no {focal_length_mm:.4g} mm, only {lengths} mm."
 
-    def refusal(self, asked: Lens) -> str:
+    def refusal_message(self, requested_lens: Lens) -> str:
         """Return a sentence on the requested values that the kit cannot provide, or ""."""
-        kit_lens = self.nearest(asked.focal_length_mm)
-        if asked.focal_length_mm != kit_lens.length_near(asked.focal_length_mm):
-            return self.no_length(asked.focal_length_mm)
-        of = f"The {kit_lens.name} of the kit {self.name}"
-        if asked.f_stop < kit_lens.f_stop:
-            return f"{of} opens to f/{kit_lens.f_stop:g}, not to f/{asked.f_stop:.3g}."
-        if asked.focus_distance_m < _close_focus_m(asked, kit_lens):
-            asked_m = as_measured_m(asked, asked.focus_distance_m)
-            near = f"{kit_lens.close_focus_m:g} m, not from {asked_m:.3g} m"
-            return f"{of} focuses from {near}."
+        kit_lens = self.nearest(requested_lens.focal_length_mm)
+        if requested_lens.focal_length_mm != kit_lens.length_near(requested_lens.focal_length_mm):
+            return self.missing_length_message(requested_lens.focal_length_mm)
+        subject = f"The {kit_lens.name} of the kit {self.name}"
+        if requested_lens.f_stop < kit_lens.f_stop:
+            return (
+                f"{subject} opens to f/{kit_lens.f_stop:g}, not to f/{requested_lens.f_stop:.3g}."
+            )
+        if requested_lens.focus_distance_m < _close_focus_m(requested_lens, kit_lens):
+            requested_m = as_measured_m(requested_lens, requested_lens.focus_distance_m)
+            limit_text = f"{kit_lens.close_focus_m:g} m, not from {requested_m:.3g} m"
+            return f"{subject} focuses from {limit_text}."
         return ""
 
 
-def _bounded(lens: Lens, kit_lens: KitLens) -> Lens:
+def _limit_to_kit_lens(lens: Lens, kit_lens: KitLens) -> Lens:
     """Return `lens` within what one lens of a kit can do; its character stays."""
     close_focus_m = _close_focus_m(lens, kit_lens)
-    changed: Values = {
+    limited_values: Values = {
         "focal_length_mm": kit_lens.length_near(lens.focal_length_mm),
         "f_stop": max(lens.f_stop, kit_lens.f_stop),
         "focus_distance_m": max(lens.focus_distance_m, close_focus_m),
@@ -179,8 +188,8 @@ def _bounded(lens: Lens, kit_lens: KitLens) -> Lens:
         "widest_f_stop": kit_lens.f_stop,
     }
     if lens.breathing != 1.0:
-        changed["breathing"] = kit_lens.breathing
-    return replace(lens, **changed)
+        limited_values["breathing"] = kit_lens.breathing
+    return replace(lens, **limited_values)
 
 
 def _close_focus_m(lens: Lens, kit_lens: KitLens) -> float:
@@ -194,6 +203,7 @@ def _close_focus_m(lens: Lens, kit_lens: KitLens) -> float:
 
 
 def _check(words: str, value: float, least: float, most: float, unit: str = "") -> None:
+    """Raise InputError if a value of a lens lies outside its limits."""
     if not least <= value <= most:
         limits = f"{least:g} to {most:g} {unit}".strip()
         raise InputError(f"The {words} of a lens in a kit must be {limits}, not {value:g}.")

@@ -32,7 +32,7 @@ RIM_POWER = 2
 RIM_MOST = 0.98  # some light is left at every point, so that every pixel gets some
 FIELD_STEPS = 9  # steps from the middle of a picture to its corner for tabulated variances
 _TINY = 1e-12
-_TABLE = 257  # angles of a blade in a table
+_TABLE_ANGLES = 257  # angles of a blade in a table
 _ANGLES = 720  # angles of the quadrature; corners make its error second order
 
 
@@ -62,24 +62,29 @@ def past_blades(x: Array, y: Array, blades: Blades) -> tuple[Array, Array, Array
     if blades.number == 0:
         from_middle = np.maximum(np.hypot(x, y), _TINY)
         return from_middle - 1.0, x / from_middle, y / from_middle
-    half = math.pi / blades.number
-    sector = np.floor((np.arctan2(y, x) - blades.turn) / (2 * half))
-    middle = blades.turn + (2 * sector + 1) * half
-    out_x, out_y = np.cos(middle), np.sin(middle)
-    sine, straight = math.sin(half), _straightness(blades.curvature, half)
-    across = x * out_x + y * out_y - math.cos(half)
-    along = out_x * y - out_y * x
-    bent = blades.curvature * (across**2 + along**2 - sine**2) / 2
-    outwards, aside = blades.curvature * across + straight, blades.curvature * along
-    gradient_x, gradient_y = outwards * out_x - aside * out_y, outwards * out_y + aside * out_x
-    return bent + straight * across, gradient_x, gradient_y
+    half_angle = math.pi / blades.number
+    sector = np.floor((np.arctan2(y, x) - blades.turn) / (2 * half_angle))
+    chord_angle = blades.turn + (2 * sector + 1) * half_angle
+    out_x, out_y = np.cos(chord_angle), np.sin(chord_angle)
+    sine, straightness = math.sin(half_angle), _straightness(blades.curvature, half_angle)
+    outward = x * out_x + y * out_y - math.cos(half_angle)
+    sideways = out_x * y - out_y * x
+    bow = blades.curvature * (outward**2 + sideways**2 - sine**2) / 2
+    gradient_out = blades.curvature * outward + straightness
+    gradient_side = blades.curvature * sideways
+    gradient_x = gradient_out * out_x - gradient_side * out_y
+    gradient_y = gradient_out * out_y + gradient_side * out_x
+    return bow + straightness * outward, gradient_x, gradient_y
 
 
-# Both circles let the light pass, so the one that is farther from the point decides, and by
-# symmetry its side is known from a sign. A disc that only one circle cut would move its middle
-# towards the corner, and what is diffused cannot be moved: lamps would stand beside their blur.
+# Light must pass both circles, so the one that is farther from the point decides, and by symmetry a
+# sign tells which one this is. With one circle alone, the middle of a disc would move towards the
+# corner; the diffusion cannot move its blur, so that lamps would be drawn beside their blur.
 def past_barrel(x: Array, y: Array, barrel: Barrel) -> tuple[Array, Array, Array]:
-    """Return the same as `past_blades`, for the barrel."""
+    """Return the signed distance of points from the edge of the barrel, and its gradient.
+
+    The distance is negative inside, as in `past_blades`.
+    """
     side = np.where(x * barrel.shift[0] + y * barrel.shift[1] < 0, -1.0, 1.0)
     across, up = x + side * barrel.shift[0], y + side * barrel.shift[1]
     from_middle = np.maximum(np.hypot(across, up), _TINY)
@@ -92,35 +97,40 @@ def profile(square: ArrayLike, rim: float) -> Array:
     `rim` is -1 for a disc that fades towards its rim, 0 for a flat one, 1 for a bright ring. The
     mean over the unit disc is always 1.
     """
-    part = np.asarray(square, np.float64)
-    bright = part if rim > 0 else 1 - part
-    return np.asarray(1 + RIM_MOST * abs(rim) * ((RIM_POWER + 1) * bright**RIM_POWER - 1))
+    share = np.asarray(square, np.float64)
+    weight = share if rim > 0 else 1 - share
+    return np.asarray(1 + RIM_MOST * abs(rim) * ((RIM_POWER + 1) * weight**RIM_POWER - 1))
 
 
 def rim_radius(angle: Array, blades: Blades, barrel: Barrel | None) -> Array:
     """Return how far the opening reaches from its middle, in radii, at each angle in radians."""
-    reach = _blade_radius(angle, blades)
-    return reach if barrel is None else np.minimum(reach, _barrel_radius(angle, barrel))
+    radius = _blade_radius(angle, blades)
+    return radius if barrel is None else np.minimum(radius, _barrel_radius(angle, barrel))
 
 
-# Parts of the lens and views of a scene are evenly spread points, and any other map would crowd
-# them in the corners of a blade. The area up to an angle has no simple inverse, so it is looked up.
-def between_blades(points: Array, blades: Blades) -> Array:
+# The map keeps areas, because the sample points of the lens must stay evenly spread: another map
+# would crowd them in the corners of a blade. The area up to an angle has no simple inverse, so it
+# is looked up in a table.
+def map_to_blades(points: Array, blades: Blades) -> Array:
     """Return points (n, 2) of the unit disc moved into the opening; equal areas stay equal."""
     angle = np.arctan2(points[:, 1], points[:, 0]) - blades.turn
     sector = 2 * math.pi / blades.number
     corner = np.floor(angle / sector)
-    known, area = _areas_from_corner(blades)
-    angle = blades.turn + sector * corner + np.interp(angle - sector * corner, area, known)
-    reach = np.hypot(*points.T) * rim_radius(angle, blades, None)
-    return np.stack([reach * np.cos(angle), reach * np.sin(angle)], axis=-1)
+    table_angles, table_areas = _areas_from_corner(blades)
+    angle = (
+        blades.turn
+        + sector * corner
+        + np.interp(angle - sector * corner, table_areas, table_angles)
+    )
+    radius = np.hypot(*points.T) * rim_radius(angle, blades, None)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
 
 
 @lru_cache(maxsize=16)
 def _areas_from_corner(blades: Blades) -> tuple[Array, Array]:
     """Return angles from a corner to the next, and the area up to each as the angle of a disc."""
     sector = 2 * math.pi / blades.number
-    angle = np.linspace(0.0, sector, _TABLE)
+    angle = np.linspace(0.0, sector, _TABLE_ANGLES)
     square = rim_radius(angle + blades.turn, blades, None) ** 2
     area = np.concatenate([[0.0], np.cumsum(square[1:] + square[:-1])])
     return angle, area * (sector / area[-1])
@@ -131,10 +141,10 @@ def light(blades: Blades, barrel: Barrel | None, rim: float) -> float:
     angle, step = _angles()
     square = rim_radius(angle, blades, barrel) ** 2
     if rim < 0:
-        bright = 1 - (1 - square) ** (RIM_POWER + 1)
+        rim_term = 1 - (1 - square) ** (RIM_POWER + 1)
     else:
-        bright = square ** (RIM_POWER + 1)
-    return float(np.sum(square + RIM_MOST * abs(rim) * (bright - square)) * step / 2)
+        rim_term = square ** (RIM_POWER + 1)
+    return float(np.sum(square + RIM_MOST * abs(rim) * (rim_term - square)) * step / 2)
 
 
 def variance(blades: Blades, rim: float) -> float:
@@ -146,47 +156,51 @@ def variance(blades: Blades, rim: float) -> float:
     square = rim_radius(angle, blades, None) ** 2
     # The integral of s^2 profile(s^2) s ds, by Gauss and Legendre exact for its polynomial in s^2.
     nodes, weights = np.polynomial.legendre.leggauss(RIM_POWER + 2)
-    part = square[:, None] * (nodes + 1) / 2
-    moment = np.sum(part * profile(part, rim) * weights, axis=1) * square / 4
+    squares = square[:, None] * (nodes + 1) / 2
+    moment = np.sum(squares * profile(squares, rim) * weights, axis=1) * square / 4
     return float(np.sum(moment) * step / 2 / light(blades, None, rim))
 
 
 def variances(barrel: Barrel) -> Pair:
     """Return the variance of a round disc that a barrel cuts along x, its shift, and along y."""
     angle, _ = _angles()
-    reach = rim_radius(angle, Blades(0, 0.0, 0.0), barrel)
-    area = np.sum(reach**2) / 2
+    radius = rim_radius(angle, Blades(0, 0.0, 0.0), barrel)
+    area = np.sum(radius**2) / 2
     along, across = (
-        float(np.sum(reach**4 * part**2) / 4 / area) for part in (np.cos(angle), np.sin(angle))
+        float(np.sum(radius**4 * component**2) / 4 / area)
+        for component in (np.cos(angle), np.sin(angle))
     )
     return along, across
 
 
 def _angles() -> tuple[Array, float]:
+    """Return the angles of the quadrature over a full turn, and the step between them."""
     step = 2 * math.pi / _ANGLES
     return np.asarray((np.arange(_ANGLES) + 0.5) * step, np.float64), step
 
 
-def _straightness(curvature: float, half: float) -> float:
-    return math.sqrt(1 - (curvature * math.sin(half)) ** 2)
+def _straightness(curvature: float, half_angle: float) -> float:
+    """Return sqrt(1 - c^2 sin^2 h), the linear term of the equation of a blade's arc."""
+    return math.sqrt(1 - (curvature * math.sin(half_angle)) ** 2)
 
 
-# The usual formula for the root divides by the curvature, which is 0 for straight blades. With the
-# root in the denominator one formula serves for all, and no digits cancel.
+# The root stands in the denominator, so that one formula serves for all curvatures and no digits
+# cancel. The usual formula divides by the curvature, which is 0 for straight blades.
 def _blade_radius(angle: Array, blades: Blades) -> Array:
     """Return the root of the arc's equation along a ray from the middle."""
     if blades.number == 0:
         return np.ones_like(angle)
-    half, curvature = math.pi / blades.number, blades.curvature
-    sine, cosine = math.sin(half), math.cos(half)
-    straight = _straightness(curvature, half)
-    aside = np.mod(angle - blades.turn, 2 * half) - half
-    linear = (straight - curvature * cosine) * np.cos(aside)
-    constant = straight * cosine - curvature * (cosine**2 - sine**2) / 2
+    half_angle, curvature = math.pi / blades.number, blades.curvature
+    sine, cosine = math.sin(half_angle), math.cos(half_angle)
+    straightness = _straightness(curvature, half_angle)
+    angle_from_chord = np.mod(angle - blades.turn, 2 * half_angle) - half_angle
+    linear = (straightness - curvature * cosine) * np.cos(angle_from_chord)
+    constant = straightness * cosine - curvature * (cosine**2 - sine**2) / 2
     return 2 * constant / (linear + np.sqrt(linear**2 + 2 * curvature * constant))
 
 
 def _barrel_radius(angle: Array, barrel: Barrel) -> Array:
+    """Return how far light passes the barrel along a ray from the middle, at each angle."""
     along = np.abs(np.cos(angle) * barrel.shift[0] + np.sin(angle) * barrel.shift[1])
     left = barrel.radius**2 - barrel.shift[0] ** 2 - barrel.shift[1] ** 2
     return np.asarray(np.sqrt(along**2 + left) - along)

@@ -10,7 +10,12 @@ from heatlens.core.model.lens.opening_image import OpeningImage
 from heatlens.core.model.option import Values, option_field, options_of
 
 BLADES_LEAST, BLADES_MOST = 3, 16
-_TURNED: Values = {"metavar": "DEGREES", "least": -360.0, "most": 360.0, "slider": (-180.0, 180.0)}
+_ANGLE_RANGE: Values = {
+    "metavar": "DEGREES",
+    "least": -360.0,
+    "most": 360.0,
+    "slider": (-180.0, 180.0),
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,9 +24,9 @@ class OpeningFields:
 
     `cat_eye` is the distance of the two circles of the barrel, as the corner of the picture sees
     them, in radii of the widest opening. An image replaces the blades, and their rotation turns it.
-    Tilt and split do not change the opening, but where its discs are small:
-    `core/model/focus/coc.py`. They are found by `term`: the field that is 0 where there is no such
-    thing.
+    Tilt and split do not change the opening, but the depths at which its discs are small
+    (`core/model/focus/coc.py`). The `term` of their options names the field that is 0 without a
+    tilt or a split.
     """
 
     squeeze: float = option_field(
@@ -129,7 +134,7 @@ class OpeningFields:
         tip="0 down, so that the ground can be sharp; 90 to the right, 180 up.",
         shown="%.0f°",
         term="tilt_deg",
-        **_TURNED,
+        **_ANGLE_RANGE,
     )
     split_dioptres: float = option_field(
         0.0,
@@ -164,7 +169,7 @@ class OpeningFields:
         tip="0 on the right, 90 above, 180 on the left.",
         shown="%.0f°",
         term="split_dioptres",
-        **_TURNED,
+        **_ANGLE_RANGE,
     )
     split_softness: float = option_field(
         0.05,

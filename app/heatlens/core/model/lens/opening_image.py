@@ -26,9 +26,9 @@ IMAGE_SIDE = 256  # cells of the grid, each way
 # How finely the shift of the barrel is tabulated: steps from 0 to the most on one side.
 BARREL_STEPS = 8
 _WHITE = 2**15 - 1  # value of the brightest cell: the sum of all cells stays below 2^31
-_FINER = 3  # samples of a cell, each way, where the picture is turned
+_ROTATION_SAMPLES = 3  # samples of a cell, each way, where the picture is turned
 _BELOW_ONE = 1.0 - 1e-6
-_COARSE = 8  # cells of the grid, each way, for one cell of the barrel's table
+_BARREL_TABLE_CELLS = 8  # cells of the grid, each way, for one cell of the barrel's table
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -84,7 +84,7 @@ class ImageGrid:
         `half_sides` are half the width and height of a box in radii. A box is at least as large
         as a cell, which interpolates between cells, so that a large disc shows no steps.
         """
-        column, row = _place(np.asarray(x, np.float64), np.asarray(y, np.float64))
+        column, row = _grid_position(np.asarray(x, np.float64), np.asarray(y, np.float64))
         half_x, half_y = (max(half * IMAGE_SIDE / 2, 0.5) for half in half_sides)
         above, below = row - half_y, row + half_y
         left, right = column - half_x, column + half_x
@@ -100,37 +100,37 @@ class ImageGrid:
     # difference of two large sums, and lose its digits.
     def _sum_to(self, column: Array, row: Array) -> Array:
         """Return the light above a row and to the left of a column; both may be fractional."""
-        (i, part_x), (j, part_y) = (
-            _split(np.clip(at, 0.0, float(IMAGE_SIDE))) for at in (column, row)
+        (i, fraction_x), (j, fraction_y) = (
+            _split_cell(np.clip(coordinate, 0.0, float(IMAGE_SIDE))) for coordinate in (column, row)
         )
-        upper = (1 - part_x) * self.sums[j, i] + part_x * self.sums[j, i + 1]
-        lower = (1 - part_x) * self.sums[j + 1, i] + part_x * self.sums[j + 1, i + 1]
-        return np.asarray((1 - part_y) * upper + part_y * lower)
+        upper = (1 - fraction_x) * self.sums[j, i] + fraction_x * self.sums[j, i + 1]
+        lower = (1 - fraction_x) * self.sums[j + 1, i] + fraction_x * self.sums[j + 1, i + 1]
+        return np.asarray((1 - fraction_y) * upper + fraction_y * lower)
 
-    # By inversion and not by rejection: every number of a sequence that covers the square evenly
-    # becomes a point, so that the points cover the opening as evenly, and dark cells cost nothing.
+    # Points are found by inversion and not by rejection: every number of an even sequence becomes a
+    # point, so that the points cover the opening as evenly, and dark cells cost nothing.
     def points(self, square: Array) -> Array:
         """Return the points (n, 2) that belong to `square` (n, 2) in [0, 1)^2.
 
-        Equal areas of the square become parts of the opening with equal light: first the row, by
-        the second number, then the place in it, by the first.
+        Equal areas of the square become parts of the opening with equal light. The second number
+        selects the row, then the first the position in it.
         """
-        wanted_x, wanted_y = np.minimum(square, _BELOW_ONE).T
+        target_x, target_y = np.minimum(square, _BELOW_ONE).T
         rows = self.sums[:, -1].astype(np.float64)
-        row, part_y = _inverted(rows[None], wanted_y)
-        within = (self.sums[row + 1] - self.sums[row]).astype(np.float64)
-        column, part_x = _inverted(within, wanted_x)
-        x = (column + part_x) * 2 / IMAGE_SIDE - 1
-        return np.stack([x, 1 - (row + part_y) * 2 / IMAGE_SIDE], axis=-1)
+        row, fraction_y = _invert_sums(rows[None], target_y)
+        row_sums = (self.sums[row + 1] - self.sums[row]).astype(np.float64)
+        column, fraction_x = _invert_sums(row_sums, target_x)
+        x = (column + fraction_x) * 2 / IMAGE_SIDE - 1
+        return np.stack([x, 1 - (row + fraction_y) * 2 / IMAGE_SIDE], axis=-1)
 
     def light(self, barrel: Barrel | None, rim: float) -> float:
         """Return the integral of the light with a rim that is bright or soft, in square radii.
 
         It is pi for a flat rim without a barrel.
         """
-        light = self._rimmed(rim)
+        light = self._light_with_rim(rim)
         if barrel is not None:
-            light = light * _inside(barrel, IMAGE_SIDE)
+            light = light * _barrel_coverage(barrel, IMAGE_SIDE)
         return float(light.sum()) * 4 / IMAGE_SIDE**2
 
     def variance(self, rim: float) -> float:
@@ -139,111 +139,125 @@ class ImageGrid:
         It is 1/4 for a round opening. The axis is that of the lens and not the middle of the light,
         because the diffusion spreads light about it.
         """
-        x, y = _middles(IMAGE_SIDE)
-        light = self._rimmed(rim)
+        x, y = _cell_centers(IMAGE_SIDE)
+        light = self._light_with_rim(rim)
         return float((light * (x**2 + y**2)).sum() / light.sum() / 2)
 
-    # The light of an image past the barrel has no formula, and each lamp needs it for its own place
-    # in the picture, so it is tabulated; half of the table is enough, by symmetry.
-    def parts_past_barrel(self, shift_most: float, radius: float, rim: float) -> Array:
+    # The light of an image past the barrel has no formula, and each lamp needs it for its own
+    # position in the picture, so it is tabulated; by symmetry, half of the table is enough.
+    def light_shares_past_barrel(self, shift_most: float, radius: float, rim: float) -> Array:
         """Return the share of the light that the barrel lets pass, by the shift of its circles.
 
         The shape is (2 BARREL_STEPS + 1, BARREL_STEPS + 1): rows by the shift along y from
         -shift_most on, columns by that along x from 0 on, in even steps. A shift and its reverse
         are the same.
         """
-        side = IMAGE_SIDE // _COARSE
-        light = self._rimmed(rim).reshape(side, _COARSE, side, _COARSE).sum(axis=(1, 3))
+        side = IMAGE_SIDE // _BARREL_TABLE_CELLS
+        light = (
+            self._light_with_rim(rim)
+            .reshape(side, _BARREL_TABLE_CELLS, side, _BARREL_TABLE_CELLS)
+            .sum(axis=(1, 3))
+        )
         light /= light.sum()
         steps = np.arange(-BARREL_STEPS, BARREL_STEPS + 1) * (shift_most / BARREL_STEPS)
         rows = [
             [
-                float(np.vdot(light, _inside(Barrel((x, y), radius), side)))
+                float(np.vdot(light, _barrel_coverage(Barrel((x, y), radius), side)))
                 for x in steps[BARREL_STEPS:].tolist()
             ]
             for y in steps.tolist()
         ]
         return np.array(rows)
 
-    def _rimmed(self, rim: float) -> Array:
-        x, y = _middles(IMAGE_SIDE)
+    def _light_with_rim(self, rim: float) -> Array:
+        """Return the light of the cells times the profile of a rim, -1 to 1."""
+        x, y = _cell_centers(IMAGE_SIDE)
         return self.cells * profile(np.minimum(x**2 + y**2, 1.0), rim)
 
 
-def seen_light(light: NDArray[np.float32]) -> Array:
+def light_in_circle(light: NDArray[np.float32]) -> Array:
     """Return the light (IMAGE_SIDE, IMAGE_SIDE) of a picture within the circle of the lens."""
     return np.asarray(light * _inside_circle(), np.float64)
 
 
 @lru_cache(maxsize=16)
 def _grid(image: OpeningImage, rotation_deg: float) -> ImageGrid:
+    """Return the summed light of `image` turned anticlockwise; see `OpeningImage.grid`."""
     if image.light is None:
         raise LensError(f"The aperture image {image.path} was not read.")
-    light = seen_light(_turned(image.light, rotation_deg))
+    light = light_in_circle(_rotate_light(image.light, rotation_deg))
     numbers = np.rint(light * (_WHITE / light.max())).astype(np.int64)
     sums = np.zeros((IMAGE_SIDE + 1, IMAGE_SIDE + 1), np.int64)
     sums[1:, 1:] = numbers.cumsum(axis=0).cumsum(axis=1)
     return ImageGrid(sums)
 
 
-def _turned(light: NDArray[np.float32], rotation_deg: float) -> NDArray[np.float32]:
+def _rotate_light(light: NDArray[np.float32], rotation_deg: float) -> NDArray[np.float32]:
     """Return the picture turned anticlockwise, each cell the mean of finer samples."""
     if rotation_deg == 0.0:
         return light
-    x, y = _middles(_FINER * IMAGE_SIDE)
+    x, y = _cell_centers(_ROTATION_SAMPLES * IMAGE_SIDE)
     turn = math.radians(rotation_deg)
     sine, cosine = math.sin(turn), math.cos(turn)
-    column, row = _place(cosine * x + sine * y, cosine * y - sine * x)
-    i, j = (np.clip(at.astype(np.int32), 0, IMAGE_SIDE - 1) for at in (column, row))
-    fine = light.ravel()[j * IMAGE_SIDE + i]
-    return _cell_means(fine)
+    column, row = _grid_position(cosine * x + sine * y, cosine * y - sine * x)
+    i, j = (np.clip(coordinate.astype(np.int32), 0, IMAGE_SIDE - 1) for coordinate in (column, row))
+    samples = light.ravel()[j * IMAGE_SIDE + i]
+    return _cell_means(samples)
 
 
 @lru_cache(maxsize=1)
 def _inside_circle() -> NDArray[np.float32]:
     """Return the share of each cell inside the unit circle."""
-    x, y = _middles(8 * IMAGE_SIDE)
+    x, y = _cell_centers(8 * IMAGE_SIDE)
     return _cell_means((x**2 + y**2 <= 1.0).astype(np.float32))
 
 
-def _cell_means(fine: NDArray[np.float32]) -> NDArray[np.float32]:
+def _cell_means(samples: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the means of the samples of each cell."""
-    finer = len(fine) // IMAGE_SIDE
-    parts = [fine[j::finer, i::finer] for j in range(finer) for i in range(finer)]
-    return np.asarray(sum(parts) / np.float32(finer**2), np.float32)
+    samples_per_side = len(samples) // IMAGE_SIDE
+    parts = [
+        samples[j::samples_per_side, i::samples_per_side]
+        for j in range(samples_per_side)
+        for i in range(samples_per_side)
+    ]
+    return np.asarray(sum(parts) / np.float32(samples_per_side**2), np.float32)
 
 
-def _inside(barrel: Barrel, side: int) -> Array:
+def _barrel_coverage(barrel: Barrel, side: int) -> Array:
     """Return the share of each of `side` x `side` cells that a barrel lets through."""
-    x, y = _middles(side)
+    x, y = _cell_centers(side)
     past = past_barrel(x, y, barrel)[0]
     return np.asarray(np.clip(0.5 - past * side / 2, 0.0, 1.0))
 
 
-def _middles(side: int) -> tuple[Array, Array]:
+def _cell_centers(side: int) -> tuple[Array, Array]:
     """Return x (1, side) and y (side, 1) of the middles of cells, rows from the top."""
-    at = (np.arange(side) + 0.5) * 2 / side - 1
-    return at[None, :], -at[:, None]
+    centers = (np.arange(side) + 0.5) * 2 / side - 1
+    return centers[None, :], -centers[:, None]
 
 
-def _place(x: Array, y: Array) -> tuple[Array, Array]:
+def _grid_position(x: Array, y: Array) -> tuple[Array, Array]:
     """Return column and row of points, in cells from the upper left corner."""
     return (x + 1) * (IMAGE_SIDE / 2), (1 - y) * (IMAGE_SIDE / 2)
 
 
-def _split(at: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return the cell of a place and the part of it that lies before the place."""
-    cell = np.minimum(at.astype(np.int64), IMAGE_SIDE - 1)
-    return cell, at - cell
+def _split_cell(position: Array) -> tuple[NDArray[np.int64], Array]:
+    """Return the cell of a position, and the fraction of the cell that lies before it."""
+    cell = np.minimum(position.astype(np.int64), IMAGE_SIDE - 1)
+    return cell, position - cell
 
 
-def _inverted(sums: Array, wanted: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return the cell in which the sums (n or 1, IMAGE_SIDE + 1) reach a share, and where."""
-    rows = np.arange(len(wanted)) % len(sums)
-    level, cell = wanted * sums[:, -1], np.zeros(len(wanted), np.int64)
+def _invert_sums(sums: Array, target: Array) -> tuple[NDArray[np.int64], Array]:
+    """Return the cell in which each row of cumulative sums reaches the share `target` of its total.
+
+    Also return the fraction of the cell at which it does. `sums` is (n or 1, IMAGE_SIDE + 1),
+    `target` (n,) from 0 to 1.
+    """
+    rows = np.arange(len(target)) % len(sums)
+    target_sum, cell = target * sums[:, -1], np.zeros(len(target), np.int64)
     step = IMAGE_SIDE // 2
     while step:
-        cell += step * (sums[rows, cell + step] <= level)
+        cell += step * (sums[rows, cell + step] <= target_sum)
         step //= 2
     low, high = sums[rows, cell], sums[rows, cell + 1]
-    return cell, (level - low) / (high - low)
+    return cell, (target_sum - low) / (high - low)

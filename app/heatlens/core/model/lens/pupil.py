@@ -27,8 +27,8 @@ class Pupil:
     @property
     def half_extents_m(self) -> Pair:
         """Half the width and height of the opening in metres."""
-        across, up = self.aperture.half_extents
-        return across * self.radius_m, up * self.radius_m
+        half_width, half_height = self.aperture.half_extents
+        return half_width * self.radius_m, half_height * self.radius_m
 
     @property
     def is_plain(self) -> bool:
@@ -47,10 +47,10 @@ class Pupil:
 
     def uniforms(self, size: tuple[int, int]) -> dict[str, object]:
         """Return the uniforms of lib/aperture.lib.glsl, whose unit is the metre, for a picture."""
-        plain: dict[str, object] = {"aperture_axes": self.half_extents_m}
+        axes: dict[str, object] = {"aperture_axes": self.half_extents_m}
         if self.is_plain:
-            return plain
-        return plain | shape_uniforms(self.aperture) | PictureField.of(size).uniforms(self.aperture)
+            return axes
+        return axes | shape_uniforms(self.aperture) | PictureField.of(size).uniforms(self.aperture)
 
 
 PINHOLE = Pupil(Aperture(), 0.0)

@@ -30,7 +30,7 @@ class DistanceMark(Mark):
     distance_m: float
 
     help = "at a distance"
-    begins = "="
+    prefix_pattern = "="
     entry = "distance_m"
     meaning = "At every frame"
 
@@ -42,10 +42,10 @@ class DistanceMark(Mark):
             )
 
     @classmethod
-    def typed(cls, name: str, place: str) -> Self:
-        return cls(name, parse_distance_m(place))
+    def parse(cls, name: str, text: str) -> Self:
+        return cls(name, parse_distance_m(text))
 
-    def where(self, distance: Callable[[float], str]) -> str:
+    def location_words(self, distance: Callable[[float], str]) -> str:
         return distance(self.distance_m)
 
     def distance_at_m(self, frame: int) -> float | None:
@@ -66,7 +66,7 @@ class PointMark(Mark):
     smooth_frames: int = 1
 
     help = "at a pixel of the picture as NAME@X,Y"
-    begins = "@"
+    prefix_pattern = "@"
     entry = "x_px"
     meaning = "The surface at its point, at this frame"
     on_plate = OnUse("media.plate.mark_distance", "point_m")
@@ -81,11 +81,11 @@ class PointMark(Mark):
             )
 
     @classmethod
-    def typed(cls, name: str, place: str) -> Self:
-        x_px, y_px = _numbers(place, 2, "a pixel as NAME@X,Y", f"{name}@{place}")
+    def parse(cls, name: str, text: str) -> Self:
+        x_px, y_px = _parse_numbers(text, 2, "a pixel as NAME@X,Y", f"{name}@{text}")
         return cls(name, x_px, y_px)
 
-    def where(self, distance: Callable[[float], str]) -> str:
+    def location_words(self, distance: Callable[[float], str]) -> str:
         mean = f", mean of {self.smooth_frames} frames" if self.smooth_frames > 1 else ""
         return f"pixel {self.x_px:g},{self.y_px:g}{mean}"
 
@@ -97,7 +97,7 @@ class ObjectMark(Mark):
     object_name: str
 
     help = "on an object of a scene as NAME=object:OBJECT"
-    begins = "=object:"
+    prefix_pattern = "=object:"
     entry = "object_name"
 
     def __post_init__(self) -> None:
@@ -106,10 +106,10 @@ class ObjectMark(Mark):
             raise InputError(f"Mark {self.name}: the name of the object is missing.")
 
     @classmethod
-    def typed(cls, name: str, place: str) -> Self:
-        return cls(name, place)
+    def parse(cls, name: str, text: str) -> Self:
+        return cls(name, text)
 
-    def where(self, distance: Callable[[float], str]) -> str:
+    def location_words(self, distance: Callable[[float], str]) -> str:
         return f"object {self.object_name}"
 
     @property
@@ -139,27 +139,27 @@ class MatteMark(Mark):
         "on a thing as NAME=cryptomatte:THING, NAME=CHANNEL:ID or NAME=matte:CHANNEL, its nearest "
         "part as NAME=nearest:cryptomatte:THING"
     )
-    begins = "=(?=.*:)"  # anything else with a colon
+    prefix_pattern = "=(?=.*:)"  # anything else with a colon
     entry = "matte"
     on_plate = OnUse("media.plate.mark_distance", "matte_m")
 
     def __post_init__(self) -> None:
         Mark.__post_init__(self)
-        where, colon, what = self.matte.partition(":")
-        if not (where and colon and what):
+        source, colon, thing = self.matte.partition(":")
+        if not (source and colon and thing):
             raise InputError(
                 f"Mark {self.name}: a thing is named as cryptomatte:NAME, CHANNEL:NUMBER or "
                 f"matte:CHANNEL, got {self.matte!r}."
             )
 
     @classmethod
-    def typed(cls, name: str, place: str) -> Self:
-        part, colon, rest = place.partition(":")
+    def parse(cls, name: str, text: str) -> Self:
+        part, colon, matte = text.partition(":")
         if part + colon == f"{MattePart.NEAREST}:":
-            return cls(name, rest, MattePart.NEAREST)
-        return cls(name, place)
+            return cls(name, matte, MattePart.NEAREST)
+        return cls(name, text)
 
-    def where(self, distance: Callable[[float], str]) -> str:
+    def location_words(self, distance: Callable[[float], str]) -> str:
         return f"{self.part} of {self.matte}"
 
     @property
@@ -176,23 +176,23 @@ class WorldMark(Mark):
     z_m: float
 
     help = "at a point of the world of plates that tell their camera as NAME=world:X,Y,Z in metres"
-    begins = "=world:"
+    prefix_pattern = "=world:"
     entry = "z_m"
     meaning = "A place in the world of the plates, at this frame"
     on_plate = OnUse("media.plate.mark_distance", "world_m")
 
     def __post_init__(self) -> None:
         Mark.__post_init__(self)
-        for axis, at in (("x", self.x_m), ("y", self.y_m), ("z", self.z_m)):
-            if not abs(at) < 1e9:
-                raise InputError(f"Mark {self.name}: {axis} cannot be {at:g} m.")
+        for axis, value in (("x", self.x_m), ("y", self.y_m), ("z", self.z_m)):
+            if not abs(value) < 1e9:
+                raise InputError(f"Mark {self.name}: {axis} cannot be {value:g} m.")
 
     @classmethod
-    def typed(cls, name: str, place: str) -> Self:
-        how = "a point in metres as NAME=world:X,Y,Z"
-        return cls(name, *_numbers(place, 3, how, f"{name}=world:{place}"))
+    def parse(cls, name: str, text: str) -> Self:
+        form = "a point in metres as NAME=world:X,Y,Z"
+        return cls(name, *_parse_numbers(text, 3, form, f"{name}=world:{text}"))
 
-    def where(self, distance: Callable[[float], str]) -> str:
+    def location_words(self, distance: Callable[[float], str]) -> str:
         return f"world {self.x_m:g},{self.y_m:g},{self.z_m:g} m"
 
 
@@ -207,25 +207,28 @@ KINDS: tuple[type[Mark], ...] = (
 )
 
 
-def mark_of(text: str) -> Mark:
+def parse_mark(text: str) -> Mark:
     """Return the mark of --mark. Raises InputError for an invalid one."""
     match = TYPED_MARK.fullmatch(text)
     if match is None:
         raise InputError(f"--mark takes NAME=DISTANCE or NAME@X,Y; got {text!r}.")
-    name, rest = match.groups()
-    kind, begins = next(
-        (kind, begins) for kind in KINDS if (begins := re.match(kind.begins, rest)) is not None
+    name, location = match.groups()
+    kind, prefix = next(
+        (kind, prefix)
+        for kind in KINDS
+        if (prefix := re.match(kind.prefix_pattern, location)) is not None
     )
-    return kind.typed(name, rest[begins.end() :])
+    return kind.parse(name, location[prefix.end() :])
 
 
-def _numbers(place: str, count: int, how: str, text: str) -> tuple[float, ...]:
+def _parse_numbers(numbers_text: str, count: int, form: str, mark_text: str) -> tuple[float, ...]:
+    """Return `count` numbers separated by commas; `form` and `mark_text` are for the InputError."""
     try:
-        numbers = tuple(float(part) for part in place.split(","))
+        numbers = tuple(float(number) for number in numbers_text.split(","))
     except ValueError:
         numbers = ()
     if len(numbers) != count:
-        raise InputError(f"--mark takes {how}, got {text!r}.")
+        raise InputError(f"--mark takes {form}, got {mark_text!r}.")
     return numbers
 
 
@@ -249,15 +252,17 @@ def distance_at_m(
     reach = (mark.smooth_frames - 1) // 2
     if frames is not None:
         reach = max(0, min(reach, frame - frames.first, frames.last - frame))
-    around = range(frame - reach, frame + reach + 1)
-    dioptres = sum(1.0 / depth_at(at, mark.x_px, mark.y_px) for at in around) / len(around)
+    frames_around = range(frame - reach, frame + reach + 1)
+    dioptres = sum(
+        1.0 / depth_at(near_frame, mark.x_px, mark.y_px) for near_frame in frames_around
+    ) / len(frames_around)
     return 1.0 / dioptres if dioptres > 0 else float("inf")
 
 
 def check_marks(marks: Iterable[Mark]) -> None:
     """Raise InputError if two marks have one name."""
-    seen: set[str] = set()
+    names: set[str] = set()
     for mark in marks:
-        if mark.name in seen:
+        if mark.name in names:
             raise InputError(f"Two marks are called {mark.name}.")
-        seen.add(mark.name)
+        names.add(mark.name)

@@ -8,13 +8,13 @@ from typing import Self
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.marks.mark import Mark, check_pixel
 
-_DOUBTED = 0.5  # likeness below which a tracked surface should be looked at
+_DOUBTFUL_LIKENESS = 0.5  # likeness below which a tracked surface should be looked at
 _CLICK = re.compile(r"(-?\d{1,6}(?:\.\d+)?),(-?\d{1,6}(?:\.\d+)?)@(-?\d{1,9})")
 
 
 @dataclass(frozen=True, slots=True)
 class Click:
-    """Where somebody pointed at a surface: a frame and a pixel, counted as that of a PointMark."""
+    """A frame and a pixel at which the user clicked on a surface; pixels are as in PointMark."""
 
     frame: int
     x_px: float
@@ -55,7 +55,7 @@ class TrackMark(Mark):
         "on a surface that is tracked from a pixel of a frame as NAME=track:X,Y@FRAME (more pixels "
         "correct it, X,Y@FRAME/X,Y@FRAME)"
     )
-    begins = "=track:"
+    prefix_pattern = "=track:"
     entry = "clicks"
     meaning = "The surface that is tracked, at this frame"
 
@@ -70,20 +70,27 @@ class TrackMark(Mark):
             raise InputError(f"Mark {self.name}: its places must be in the order of their frames.")
 
     @classmethod
-    def typed(cls, name: str, place: str) -> Self:
-        spots = [_CLICK.fullmatch(part) for part in place.split("/")]
-        if None in spots:
+    def parse(cls, name: str, text: str) -> Self:
+        matches = [_CLICK.fullmatch(part) for part in text.split("/")]
+        if None in matches:
             raise InputError(
-                f"A surface is followed from a pixel of a frame, as track:X,Y@FRAME; got {place!r}."
+                f"A surface is followed from a pixel of a frame, as track:X,Y@FRAME; got {text!r}."
             )
-        return cls(name, tuple(Click(int(it[3]), float(it[1]), float(it[2])) for it in spots if it))
+        return cls(
+            name,
+            tuple(
+                Click(int(match[3]), float(match[1]), float(match[2])) for match in matches if match
+            ),
+        )
 
-    def where(self, distance: Callable[[float], str]) -> str:
-        clicks = " and ".join(f"{it.x_px:g},{it.y_px:g} at {it.frame}" for it in self.clicks)
+    def location_words(self, distance: Callable[[float], str]) -> str:
+        clicks = " and ".join(
+            f"{click.x_px:g},{click.y_px:g} at {click.frame}" for click in self.clicks
+        )
         return f"surface at pixel {clicks}"
 
     def place_at(self, frame: int) -> TrackPlace | None:
-        """Return where the surface is at a frame; None where nobody has looked."""
+        """Return where the surface is at a frame; None if it was not followed to that frame."""
         return next((place for place in self.places if place.frame == frame), None)
 
     def distance_at_m(self, frame: int) -> float | None:
@@ -92,13 +99,13 @@ class TrackMark(Mark):
         return None if place is None else place.distance_m
 
     @property
-    def doubted(self) -> list[int]:
+    def doubtful_frames(self) -> list[int]:
         """The frames at which it is seen, but looks unlike what was clicked."""
-        measured = [place for place in self.places if place.distance_m is not None]
-        return [place.frame for place in measured if place.likeness < _DOUBTED]
+        measured_places = [place for place in self.places if place.distance_m is not None]
+        return [place.frame for place in measured_places if place.likeness < _DOUBTFUL_LIKENESS]
 
-    def corrected(self, click: Click) -> "TrackMark":
+    def add_click(self, click: Click) -> "TrackMark":
         """Return the mark with one more click, to be followed again."""
-        others = [it for it in self.clicks if it.frame != click.frame]
-        clicks = sorted([*others, click], key=lambda it: it.frame)
+        other_clicks = [it for it in self.clicks if it.frame != click.frame]
+        clicks = sorted([*other_clicks, click], key=lambda it: it.frame)
         return TrackMark(self.name, tuple(clicks))

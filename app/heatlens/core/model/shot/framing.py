@@ -90,7 +90,7 @@ def pose_of(camera_to_world: Array) -> Pose:
     return Pose(_vector(camera_to_world[:3, 3]), _quaternion(turn))
 
 
-def looking_at(eye_m: Vector, target_m: Vector) -> Pose:
+def pose_looking_at(eye_m: Vector, target_m: Vector) -> Pose:
     """Return a camera at `eye_m` with `target_m` in the middle of its picture.
 
     Raises InputError if both are the same. Straight up or down, the picture's top is -z.
@@ -172,17 +172,17 @@ class CameraTrack:
         component and normalised, as is usual for rotations of less than a right angle between keys.
         """
         keys = self.keys
-        after = bisect_right([key.frame for key in keys], frame)
-        if after in (0, len(keys)):
-            return keys[min(after, len(keys) - 1)].pose
-        values = _aligned(keys)
-        values_at = _hermite([key.frame for key in keys], values, after, frame)
+        next_index = bisect_right([key.frame for key in keys], frame)
+        if next_index in (0, len(keys)):
+            return keys[min(next_index, len(keys) - 1)].pose
+        values = _align_signs(keys)
+        values_at = _hermite([key.frame for key in keys], values, next_index, frame)
         x, y, z, *orientation = map(float, values_at)
         return Pose((x, y, z), (orientation[0], orientation[1], orientation[2], orientation[3]))
 
     def with_key(self, frame: float, pose: Pose) -> "CameraTrack":
         """Return the track with a key at a frame, which replaces one that is there."""
-        return self.pasted([PoseKey(frame, pose)], 0.0)
+        return self.paste_keys([PoseKey(frame, pose)], 0.0)
 
     def without_key(self, frame: float) -> "CameraTrack":
         """Return the track without the key at a frame; the last key stays."""
@@ -192,37 +192,45 @@ class CameraTrack:
         """Return the track without these keys. Raises InputError if none would be left."""
         return CameraTrack(tuple(key for key in self.keys if key.frame not in frames))
 
-    def moved(self, frames: Collection[float], by_frames: float) -> "CameraTrack":
+    def move_keys(self, frames: Collection[float], by_frames: float) -> "CameraTrack":
         """Return the track with the keys at these frames moved; they replace those they land on."""
-        kept = [key for key in self.keys if key.frame not in frames]
-        return _merged(kept, _shifted((k for k in self.keys if k.frame in frames), by_frames))
+        other_keys = [key for key in self.keys if key.frame not in frames]
+        return _merge_keys(
+            other_keys, _shift_keys((k for k in self.keys if k.frame in frames), by_frames)
+        )
 
-    def rippled(self, from_frame: float, by_frames: float) -> "CameraTrack":
-        """Return the track with keys from `from_frame` on moved; keys on the way are replaced."""
+    def ripple_keys(self, from_frame: float, by_frames: float) -> "CameraTrack":
+        """Return the track with keys from `from_frame` on moved; they replace keys in between."""
         stay_until = from_frame + min(by_frames, 0.0)
-        kept = [key for key in self.keys if key.frame < stay_until]
-        return _merged(kept, _shifted((k for k in self.keys if k.frame >= from_frame), by_frames))
+        early_keys = [key for key in self.keys if key.frame < stay_until]
+        return _merge_keys(
+            early_keys, _shift_keys((k for k in self.keys if k.frame >= from_frame), by_frames)
+        )
 
-    def pasted(self, keys: Iterable[PoseKey], at_frame: float) -> "CameraTrack":
+    def paste_keys(self, keys: Iterable[PoseKey], at_frame: float) -> "CameraTrack":
         """Return the track with copied keys from `at_frame` on.
 
         They replace those at their frames.
         """
-        return _merged(self.keys, _shifted(keys, at_frame))
+        return _merge_keys(self.keys, _shift_keys(keys, at_frame))
 
 
-def _shifted(keys: Iterable[PoseKey], by_frames: float) -> list[PoseKey]:
+def _shift_keys(keys: Iterable[PoseKey], by_frames: float) -> list[PoseKey]:
     return [replace(key, frame=key.frame + by_frames) for key in keys]
 
 
-def _merged(kept: Iterable[PoseKey], added: Sequence[PoseKey]) -> CameraTrack:
-    """Return both in order; of two keys at one frame the added one."""
-    taken = [key.frame for key in added]
-    others = [k for k in kept if all(abs(k.frame - frame) >= SAME_FRAME for frame in taken)]
-    return CameraTrack(tuple(sorted([*others, *added], key=lambda key: key.frame)))
+def _merge_keys(existing_keys: Iterable[PoseKey], added_keys: Sequence[PoseKey]) -> CameraTrack:
+    """Return a track of all keys in order; an added key replaces one at its frame."""
+    added_frames = [key.frame for key in added_keys]
+    unchanged_keys = [
+        k
+        for k in existing_keys
+        if all(abs(k.frame - frame) >= SAME_FRAME for frame in added_frames)
+    ]
+    return CameraTrack(tuple(sorted([*unchanged_keys, *added_keys], key=lambda key: key.frame)))
 
 
-def _aligned(keys: Sequence[PoseKey]) -> Array:
+def _align_signs(keys: Sequence[PoseKey]) -> Array:
     """Return (K, 7): positions and quaternions, each with the sign nearer to the one before."""
     rows = np.array([(*key.pose.position_m, *key.pose.orientation) for key in keys])
     for i in range(1, len(rows)):
@@ -231,18 +239,18 @@ def _aligned(keys: Sequence[PoseKey]) -> Array:
     return rows
 
 
-def _hermite(frames: list[float], values: Array, after: int, frame: float) -> Array:
-    """Return the cubic between the keys `after - 1` and `after`."""
-    before = after - 1
-    span = frames[after] - frames[before]
-    t = (frame - frames[before]) / span
-    first, last = (_slope(frames, values, i) * span for i in (before, after))
-    a, b = values[before], values[after]
+def _hermite(frames: list[float], values: Array, next_index: int, frame: float) -> Array:
+    """Return the values at `frame` of the cubic that ends at the key `next_index`."""
+    index = next_index - 1
+    span = frames[next_index] - frames[index]
+    t = (frame - frames[index]) / span
+    first_slope, last_slope = (_slope(frames, values, i) * span for i in (index, next_index))
+    a, b = values[index], values[next_index]
     return np.asarray(
         (1 + 2 * t) * (1 - t) ** 2 * a
-        + t * (1 - t) ** 2 * first
+        + t * (1 - t) ** 2 * first_slope
         + t * t * (3 - 2 * t) * b
-        + t * t * (t - 1) * last
+        + t * t * (t - 1) * last_slope
     )
 
 
@@ -267,8 +275,8 @@ class SceneTiming:
 
     clip               the animation that is played, by name or by number from 1; None for all
     frames_per_second  frames per second
-    first_frame        the frame at the first key
-    of what is played; None for frame 1 at second 0
+    first_frame        the frame at the first key of the played animation; None for frame 1 at
+                       second 0
 
     Raises InputError for an impossible frame rate.
     """
@@ -329,7 +337,7 @@ class Framing:
         width, height = (max(1, round(side * scale)) for side in self.size)
         return replace(self, width_px=width, height_px=height)
 
-    def at(self, pose: Pose, frame: float) -> "Framing":
+    def with_pose(self, pose: Pose, frame: float) -> "Framing":
         """Return the framing from another pose.
 
         A track with several keys gets a key at the frame; otherwise the pose becomes constant.

@@ -24,7 +24,7 @@ class Grade:
 
     def __post_init__(self) -> None:
         numbers = (*self.slope, *self.offset, *self.power, self.saturation)
-        if not all(math.isfinite(it) and abs(it) <= _MOST for it in numbers):
+        if not all(math.isfinite(number) and abs(number) <= _MOST for number in numbers):
             raise InputError(f"A grade (ASC CDL) cannot have the numbers {self}.")
         if min(*self.slope, self.saturation) < 0 or min(self.power) <= 0:
             raise InputError(
@@ -34,7 +34,10 @@ class Grade:
 
     def __str__(self) -> str:
         """Return the numbers as `parse_grade` reads them."""
-        channels = (",".join(f"{it:.10g}" for it in one) for one in self._channels)
+        channels = (
+            ",".join(f"{number:.10g}" for number in channel_values)
+            for channel_values in self._channels
+        )
         return f"{' '.join(channels)} {self.saturation:.10g}"
 
     @property
@@ -51,9 +54,9 @@ def parse_grade(text: str) -> Grade:
             raise ValueError
     except ValueError:
         raise InputError(f"A grade (ASC CDL) is {_FORM}; got {text!r}.") from None
-    return Grade(_three(slope), _three(offset), _three(power), sat)
+    return Grade(_to_channels(slope), _to_channels(offset), _to_channels(power), sat)
 
 
-def _three(values: tuple[float, ...]) -> Channels:
+def _to_channels(values: tuple[float, ...]) -> Channels:
     red, green, blue = values
     return red, green, blue

@@ -24,17 +24,19 @@ _SHORT = {"focus_distance_m": "focus", "f_stop": "f-stop"}
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """Steps before `now`, and undone steps. During a drag, `now` is ahead of the last step.
+    """Steps before the current shot, and undone steps.
 
-    past      shots that undo goes back to, the latest last
-    settled   the shot at the end of the last gesture
-    now       what is seen
-    future    shots that redo goes forward to, the next one last
+    During a drag, `current` is ahead of `last_step`.
+
+    past       shots that undo goes back to, the latest last
+    last_step  the shot at the end of the last gesture
+    current    the shot that is shown
+    future     shots that redo goes forward to, the next one last
     """
 
     past: tuple[Shot, ...]
-    settled: Shot
-    now: Shot
+    last_step: Shot
+    current: Shot
     future: tuple[Shot, ...] = ()
 
     @classmethod
@@ -45,86 +47,100 @@ class History:
     @property
     def undo_words(self) -> str:
         """What undo would change, in a few words; "" if there is nothing to undo."""
-        rest = self.at_rest()
-        return change_words(rest.past[-1], rest.now) if rest.past else ""
+        ended = self.end_gesture()
+        return change_words(ended.past[-1], ended.current) if ended.past else ""
 
     @property
     def redo_words(self) -> str:
         """What redo would change, in a few words; "" if there is nothing to redo."""
-        rest = self.at_rest()
-        return change_words(rest.now, rest.future[-1]) if rest.future else ""
+        ended = self.end_gesture()
+        return change_words(ended.current, ended.future[-1]) if ended.future else ""
 
-    def changed(self, shot: Shot) -> "History":
-        """Show `shot` now; its step is made when the gesture ends."""
-        return self if shot == self.now else replace(self, now=shot)
+    def with_current(self, shot: Shot) -> "History":
+        """Return the history with `shot` as the current one; `end_gesture` makes its step."""
+        return self if shot == self.current else replace(self, current=shot)
 
-    def at_rest(self) -> "History":
+    def end_gesture(self) -> "History":
         """End the gesture: its changes become one step."""
-        if self.now == self.settled:
+        if self.current == self.last_step:
             return self
-        past = (*self.past, self.settled)[-_STEPS_MAX:]
-        return History(past, self.now, self.now)
+        past = (*self.past, self.last_step)[-_STEPS_MAX:]
+        return History(past, self.current, self.current)
 
-    def undone(self) -> "History":
+    def undo(self) -> "History":
         """Go one step back; a gesture under way is ended first."""
-        rest = self.at_rest()
-        if not rest.past:
-            return rest
-        before = rest.past[-1]
-        return History(rest.past[:-1], before, before, (*rest.future, rest.now))
+        ended = self.end_gesture()
+        if not ended.past:
+            return ended
+        previous_shot = ended.past[-1]
+        return History(
+            ended.past[:-1], previous_shot, previous_shot, (*ended.future, ended.current)
+        )
 
-    def redone(self) -> "History":
+    def redo(self) -> "History":
         """Go one step forward again."""
-        rest = self.at_rest()
-        if not rest.future:
-            return rest
-        after = rest.future[-1]
-        return History((*rest.past, rest.now), after, after, rest.future[:-1])
+        ended = self.end_gesture()
+        if not ended.future:
+            return ended
+        next_shot = ended.future[-1]
+        return History((*ended.past, ended.current), next_shot, next_shot, ended.future[:-1])
 
 
 def change_words(before: Shot, after: Shot) -> str:
     """Return "focus", "keys of the f-stop", "marks and 2 more"; "" for two equal shots."""
-    changed = [*_lens(before, after), *_curves(before, after), *_blur(before, after)]
-    changed += [
+    names = [
+        *_changed_lens_names(before, after),
+        *_changed_curve_names(before, after),
+        *_changed_blur_names(before, after),
+    ]
+    names += [
         words for name, words in _FIELDS.items() if getattr(before, name) != getattr(after, name)
     ]
-    changed += [name for name in _others(before, after)]
-    if len(changed) <= 2:
-        return " and ".join(changed)
-    return f"{changed[0]} and {len(changed) - 1} more"
+    names += [name for name in _changed_other_names(before, after)]
+    if len(names) <= 2:
+        return " and ".join(names)
+    return f"{names[0]} and {len(names) - 1} more"
 
 
-def _lens(before: Shot, after: Shot) -> list[str]:
+def _changed_lens_names(before: Shot, after: Shot) -> list[str]:
     options = options_of(Lens)
-    return [_named(name, options) for name in _differing(before.lens, after.lens)]
+    return [_field_words(name, options) for name in _differing_fields(before.lens, after.lens)]
 
 
-def _blur(before: Shot, after: Shot) -> list[str]:
+def _changed_blur_names(before: Shot, after: Shot) -> list[str]:
     options = options_of(DefocusSettings)
-    return [_named(name, options) for name in _differing(before.defocus, after.defocus)]
+    return [
+        _field_words(name, options) for name in _differing_fields(before.defocus, after.defocus)
+    ]
 
 
-def _curves(before: Shot, after: Shot) -> list[str]:
-    is_other = before.curves.live != after.curves.live
-    return ["what the focus follows"] * is_other + [
+def _changed_curve_names(before: Shot, after: Shot) -> list[str]:
+    is_live_changed = before.curves.live != after.curves.live
+    return ["what the focus follows"] * is_live_changed + [
         f"keys of the {_SHORT.get(str(parameter), parameter.words)}"
         for parameter in LensParameter
         if before.curves.of(parameter) != after.curves.of(parameter)
     ]
 
 
-def _others(before: Shot, after: Shot) -> list[str]:
+def _changed_other_names(before: Shot, after: Shot) -> list[str]:
     """Return the fields without a name in this module."""
-    known = {"lens", "curves", "defocus", *_FIELDS}
-    return [name.replace("_", " ") for name in _differing(before, after) if name not in known]
+    handled_fields = {"lens", "curves", "defocus", *_FIELDS}
+    return [
+        name.replace("_", " ")
+        for name in _differing_fields(before, after)
+        if name not in handled_fields
+    ]
 
 
-def _differing(before: Shot | Lens | DefocusSettings, after: object) -> list[str]:
+def _differing_fields(before: Shot | Lens | DefocusSettings, after: object) -> list[str]:
+    """Return the names of the fields whose values differ between two records of one type."""
     names = [field.name for field in fields(before)]
     return [name for name in names if getattr(before, name) != getattr(after, name)]
 
 
-def _named(name: str, options: Mapping[str, Option]) -> str:
+def _field_words(name: str, options: Mapping[str, Option]) -> str:
+    """Return words for a field: a short form, those of its option, or its name."""
     if name in _SHORT:
         return _SHORT[name]
     return str(options[name].words) if name in options else name.replace("_", " ")

@@ -1,7 +1,7 @@
-"""The parameters of a lens that can have keys, and what is told of each wherever it is shown.
+"""The parameters of a lens that can have keys, and the facts of each that the program shows.
 
 `--key`, the key dots of the Lens panel, the rows and the curves of the timeline, and tables of keys
-ask the member. One that is added here also needs its curve in `LensCurves`.
+take them from the member. A new member also needs its curve in `LensCurves`.
 """
 
 from dataclasses import dataclass
@@ -29,14 +29,14 @@ _FINE_STEPS = tuple(x / 10 for x in range(-200, 201))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterFacts:
-    """What is told of a parameter.
+    """How a parameter is drawn, labelled and typed.
 
     scales        those on which its keys can lie; its curve is drawn on the first
     labels        lists of values to label beside its curve, from few to many
     fine          values to label instead where hardly any of them are visible
-    span_least    the smallest visible range of its curve, in places
-    factor        places for each step of the scale; places grow downwards
-    sign          a number with its unit; the focus is a distance in the unit of the user instead
+    span_least    the smallest visible range of its curve, in positions of the drawing
+    factor        positions of the drawing for each unit of the scale; positions grow downwards
+    sign          a format of a number with its unit; the focus is formatted as a distance instead
     typed         its name in `--key`, if not that of its option
     control       its control in the Lens panel, if not named by its label
     unseen_share  the share by which a recorded value may differ without being seen
@@ -94,7 +94,7 @@ class LensParameter(StrEnum):
         """True for those that are 0 in most lenses; the timeline shows them where they are not."""
         return self.facts.is_rare
 
-    def shown(self, value: float, unit: str, digits: str = "g") -> str:
+    def format_value(self, value: float, unit: str, digits: str = "g") -> str:
         """Format a value with its unit; `unit` is that of distances."""
         if self is LensParameter.FOCUS_DISTANCE:
             return format_distance(value, unit)

@@ -30,10 +30,10 @@ class PictureCurve(StrEnum):
     color_space: str | None  # the name that OpenColorIO gives to the log of a camera
 
     def __new__(cls, word: str, color_space: str | None) -> Self:
-        made = str.__new__(cls, word)
-        made._value_ = word
-        made.color_space = color_space
-        return made
+        member = str.__new__(cls, word)
+        member._value_ = word
+        member.color_space = color_space
+        return member
 
     AUTO = "auto", None  # whole numbers are sRGB, floating point is linear light
     SRGB = "srgb", None
@@ -48,13 +48,13 @@ class PictureCurve(StrEnum):
     LOG3G10 = "log3g10", "Log3G10 REDWideGamutRGB"
 
 
-def _conventions() -> str:
+def _convention_help() -> str:
     """Return each convention with its meaning, and whether it needs --near and --far."""
-    words = []
+    texts = []
     for convention in DepthConvention:
-        ends = ", with --near and --far" if convention.facts.needs_ends else ""
-        words.append(f"{convention} ({convention.facts.meaning}){ends}")
-    return "; ".join(words)
+        ends_note = ", with --near and --far" if convention.facts.needs_ends else ""
+        texts.append(f"{convention} ({convention.facts.meaning}){ends_note}")
+    return "; ".join(texts)
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class PlateOptions:
     depth_convention: DepthConvention = option_field(
         DepthConvention.AUTO,
         "depth convention",
-        f"what the depth values are: {_conventions()} (default: auto)",
+        f"what the depth values are: {_convention_help()} (default: auto)",
     )
     depth_kind: DepthKind = option_field(
         DepthKind.AUTO,
@@ -264,7 +264,7 @@ class PlateOptions:
             "depth_side": DepthSide,
         }
         for name, kind in kinds.items():
-            object.__setattr__(self, name, _member(kind, name, getattr(self, name)))
+            object.__setattr__(self, name, _enum_member(kind, name, getattr(self, name)))
         check_range("near end of the depth in metres", self.near_m, 0.0, math.inf)
         check_range("far end of the depth in metres", self.far_m, 0.0, math.inf)
         check_range("focal length in mm", self.focal_length_mm, 0.0, math.inf)
@@ -272,30 +272,32 @@ class PlateOptions:
         for name in ("neighbours", "lift_highlights_stops"):
             option, value = options_of(PlateOptions)[name], getattr(self, name)
             if value is not None and not option.allows(value):
-                span = f"{option.least:g} to {option.most:g}"
-                raise InputError(f"{option.words.capitalize()} must be {span}, got {value:g}.")
+                range_text = f"{option.least:g} to {option.most:g}"
+                raise InputError(
+                    f"{option.words.capitalize()} must be {range_text}, got {value:g}."
+                )
         if not 0 < self.scene_unit_m < math.inf:
             raise InputError(
                 f"The scene unit must be a number of metres above 0, got {self.scene_unit_m:g}."
             )
 
-    def with_files_beside(self, turned: Callable[[str], str]) -> "PlateOptions":
-        """Return the options with `turned` applied to the paths of the files beside the picture."""
+    def with_files_beside(self, convert_path: Callable[[str], str]) -> "PlateOptions":
+        """Return the options with `convert_path` applied to the paths in `files_beside`."""
         depth, model = self.depth_source, self.depth_model
         return replace(
             self,
-            depth_source=None if depth is None else turned(depth),
-            depth_model=None if model is None else turned(model),
-            behind=tuple(turned(text) for text in self.behind),
+            depth_source=None if depth is None else convert_path(depth),
+            depth_model=None if model is None else convert_path(model),
+            behind=tuple(convert_path(text) for text in self.behind),
         )
 
 
-def _member(kind: type[StrEnum], name: str, word: str) -> StrEnum:
+def _enum_member(kind: type[StrEnum], name: str, word: str) -> StrEnum:
     """Return the member that `word` names. Raises InputError that lists the members."""
     try:
         return kind(word)
     except ValueError:
-        known = ", ".join(kind)
+        words = ", ".join(kind)
         raise InputError(
-            f"{word!r} is not a {name.replace('_', ' ')}; known are {known}."
+            f"{word!r} is not a {name.replace('_', ' ')}; known are {words}."
         ) from None

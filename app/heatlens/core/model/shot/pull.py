@@ -9,17 +9,17 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
-from heatlens.core.model.curves.key_reduction import Samples, moving_part, reduced_keys
+from heatlens.core.model.curves.key_reduction import Samples, reduce_keys, trim_still_ends
 from heatlens.core.model.focus.live_focus import Distances, Follow, LiveFocus, MeasuredMark, Pursuit
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot, live_sharp_dioptres
 
 _SNAP_AFTER = 0.7  # share of the frames for which a late snap waits
-_OVERSHOOT, _OVERSHOT_AFTER = 0.08, 0.75  # shares of the way in dioptres, and of the frames
+_OVERSHOOT, _OVERSHOOT_END = 0.08, 0.75  # shares of the way in dioptres, and of the frames
 _LEAST_DIOPTRES = 1e-4
 EASE_PERCENT = 100 / 3  # the influence in a smooth curve
-_REDUCED = 0.125  # largest error of the keys, as a share of the sharp range
-_FOLLOWED = "it"
+_KEY_ERROR_SHARE = 0.125  # largest error of the keys, as a share of the sharp range
+_UNNAMED_MARK = "it"
 
 
 def pull(
@@ -39,19 +39,19 @@ def pull(
     if not frames > 0:
         raise InputError(f"A focus pull must last more than 0 frames, got {frames:g}.")
     ease, end_frame = Ease(ease_percent), start_frame + frames
-    curve = _cleared(shot, start_frame, end_frame)
+    curve = _without_keys_between(shot, start_frame, end_frame)
     first = curve.key_at(start_frame) or Key(start_frame, from_distance_m)
     last = curve.key_at(end_frame) or Key(end_frame, to_distance_m)
     bezier = Interpolation.BEZIER
-    pulled = shot.with_curve(
+    pulled_shot = shot.with_curve(
         LensParameter.FOCUS_DISTANCE,
         curve.with_key(
             replace(first, value=from_distance_m, interpolation=bezier, ease_out=ease)
         ).with_key(replace(last, value=to_distance_m, ease_in=ease)),
     )
     for frame in (start_frame, end_frame):
-        pulled.lens_at(frame)
-    return pulled
+        pulled_shot.lens_at(frame)
+    return pulled_shot
 
 
 class PullShape(StrEnum):
@@ -81,57 +81,61 @@ def shaped_pull(
     if shape is PullShape.LINEAR:
         return pull(shot, origin, target, start_frame, frames, 0.0)
     if shape is PullShape.SNAP:
-        waits = float(round(_SNAP_AFTER * frames))
-        pulled = pull(shot, origin, target, start_frame, frames, ease_percent)
-        return pull(pulled, origin, target, start_frame + waits, frames - waits, ease_percent)
+        wait_frames = float(round(_SNAP_AFTER * frames))
+        pulled_shot = pull(shot, origin, target, start_frame, frames, ease_percent)
+        moving = start_frame + wait_frames, frames - wait_frames
+        return pull(pulled_shot, origin, target, *moving, ease_percent)
     if shape is PullShape.OVERSHOOT and frames > 1:
         dioptres = 1.0 / target + _OVERSHOOT * (1.0 / target - 1.0 / origin)
-        beyond_m = 1.0 / dioptres if dioptres > _LEAST_DIOPTRES else inf
-        arrives = float(max(round(_OVERSHOT_AFTER * frames), 1))
-        pulled = pull(shot, origin, target, start_frame, frames, ease_percent)
-        pulled = pull(pulled, origin, beyond_m, start_frame, arrives, ease_percent)
-        return pull(pulled, beyond_m, target, start_frame + arrives, frames - arrives, ease_percent)
+        overshoot_m = 1.0 / dioptres if dioptres > _LEAST_DIOPTRES else inf
+        overshoot_frames = float(max(round(_OVERSHOOT_END * frames), 1))
+        pulled_shot = pull(shot, origin, target, start_frame, frames, ease_percent)
+        pulled_shot = pull(
+            pulled_shot, origin, overshoot_m, start_frame, overshoot_frames, ease_percent
+        )
+        coming_back = start_frame + overshoot_frames, frames - overshoot_frames
+        return pull(pulled_shot, overshoot_m, target, *coming_back, ease_percent)
     return pull(shot, origin, target, start_frame, frames, ease_percent)
 
 
-def reversed_focus(shot: Shot, frames: FrameRange) -> Shot:
+def reverse_focus(shot: Shot, frames: FrameRange) -> Shot:
     """Return the shot with the keys of the focus between two frames in the opposite order.
 
     With keys at both ends, the focus at each frame is the old focus at the mirrored frame. Raises
     InputError for fewer than two keys.
     """
     curve = shot.curves.focus_distance_m
-    inside = [key for key in curve.keys if frames.first <= key.frame <= frames.last]
-    if len(inside) < 2:
+    keys_inside = [key for key in curve.keys if frames.first <= key.frame <= frames.last]
+    if len(keys_inside) < 2:
         raise InputError("A pull needs two keys of the focus before it can be reversed.")
-    first, last = inside[0].frame, inside[-1].frame
-    mirrored = [
+    first, last = keys_inside[0].frame, keys_inside[-1].frame
+    mirrored_keys = [
         replace(
             key,
             frame=first + last - key.frame,
-            interpolation=before.interpolation,
+            interpolation=previous_key.interpolation,
             ease_in=key.ease_out,
             ease_out=key.ease_in,
         )
-        for before, key in zip([inside[-1], *inside[:-1]], inside, strict=True)
+        for previous_key, key in zip([keys_inside[-1], *keys_inside[:-1]], keys_inside, strict=True)
     ]
-    curve = curve.without_keys([key.frame for key in inside])
-    for key in mirrored:
+    curve = curve.without_keys([key.frame for key in keys_inside])
+    for key in mirrored_keys:
         curve = curve.with_key(key)
     return shot.with_curve(LensParameter.FOCUS_DISTANCE, curve)
 
 
-def held_focus(shot: Shot, frame: float) -> Shot:
+def hold_focus(shot: Shot, frame: float) -> Shot:
     """Return the shot with a focus key at a frame that holds until the next key."""
-    keyed = shot.with_key(frame, LensParameter.FOCUS_DISTANCE)
-    curve = keyed.curves.focus_distance_m
+    keyed_shot = shot.with_key(frame, LensParameter.FOCUS_DISTANCE)
+    curve = keyed_shot.curves.focus_distance_m
     key = curve.key_at(frame)
     assert key is not None
-    held = curve.with_key(replace(key, interpolation=Interpolation.HOLD))
-    return keyed.with_curve(LensParameter.FOCUS_DISTANCE, held)
+    held_curve = curve.with_key(replace(key, interpolation=Interpolation.HOLD))
+    return keyed_shot.with_curve(LensParameter.FOCUS_DISTANCE, held_curve)
 
 
-def performed(
+def apply_recorded_focus(
     shot: Shot, samples: Samples, tolerance_dioptres: float, by_hand: bool = False
 ) -> Shot:
     """Return the shot with a recorded focus as few keys, which replace those in its range.
@@ -142,47 +146,58 @@ def performed(
     focused, InputError for infinity on a scale of metres.
     """
     curve, (first, last) = shot.curves.focus_distance_m, (samples[0][0], samples[-1][0])
-    moved = moving_part(samples, tolerance_dioptres) if by_hand else samples
-    keys = list(reduced_keys(moved, tolerance_dioptres, curve.scale, by_hand))
-    kept = curve.without_keys([key.frame for key in curve.keys if first <= key.frame <= last])
-    keys = _held(keys, first, last, kept)
-    after = shot.with_curve(LensParameter.FOCUS_DISTANCE, kept.pasted(keys, 0))
+    moving_samples = trim_still_ends(samples, tolerance_dioptres) if by_hand else samples
+    keys = list(reduce_keys(moving_samples, tolerance_dioptres, curve.scale, by_hand))
+    other_keys_curve = curve.without_keys(
+        [key.frame for key in curve.keys if first <= key.frame <= last]
+    )
+    keys = _hold_ends(keys, first, last, other_keys_curve)
+    recorded_shot = shot.with_curve(
+        LensParameter.FOCUS_DISTANCE, other_keys_curve.paste_keys(keys, 0)
+    )
     for frame, _ in samples:
-        after.lens_at(frame)
-    return after
+        recorded_shot.lens_at(frame)
+    return recorded_shot
 
 
-# A ring that stands is one key, and between it and the next key of the curve the lens would drift.
-# A constant focal length was recorded, and did so.
-def _held(keys: list[Key], first: float, last: float, others: Curve) -> list[Key]:
-    """Return the keys of a recording; where other keys remain, its end values are held."""
+# A recording without movement is a single key, from which the lens would drift towards the next key
+# of the curve. A recorded constant focal length did so.
+def _hold_ends(keys: list[Key], first: float, last: float, other_keys_curve: Curve) -> list[Key]:
+    """Return the keys of a recording from frame `first` to `last`, with its end values held.
+
+    A value is held up to an end of the recording if the curve has other keys beyond that end.
+    """
     if len(keys) == 1 and last > first:  # still
         return [replace(keys[0], interpolation=Interpolation.HOLD), Key(last, keys[0].value)]
-    held = list(keys)
-    if keys[0].frame > first and any(key.frame < first for key in others.keys):
-        held.insert(0, Key(first, keys[0].value, Interpolation.HOLD))
-    if keys[-1].frame < last and any(key.frame > last for key in others.keys):
-        held[-1] = replace(held[-1], interpolation=Interpolation.HOLD)
-        held.append(Key(last, keys[-1].value))
-    return held
+    held_keys = list(keys)
+    if keys[0].frame > first and any(key.frame < first for key in other_keys_curve.keys):
+        held_keys.insert(0, Key(first, keys[0].value, Interpolation.HOLD))
+    if keys[-1].frame < last and any(key.frame > last for key in other_keys_curve.keys):
+        held_keys[-1] = replace(held_keys[-1], interpolation=Interpolation.HOLD)
+        held_keys.append(Key(last, keys[-1].value))
+    return held_keys
 
 
-def recorded(shot: Shot, parameter: LensParameter, track: Mapping[int, float]) -> Shot:
-    """Return the shot with a recorded parameter as few keys, which replace the old ones.
+def apply_recorded_parameter(
+    shot: Shot, parameter: LensParameter, track: Mapping[int, float]
+) -> Shot:
+    """Return the shot with a recorded parameter as few keys, which replace those in its range.
 
-    `track` is the value by frame. The keys differ from it by no more than anybody sees: 1 % of
-    an f-stop and 0.2 % of a focal length. Raises LensError if there can be no such lens.
+    `track` is the value by frame. The keys differ from it invisibly little: by 1 % of an f-stop and
+    0.2 % of a focal length. Raises LensError if there can be no such lens.
     """
     share = parameter.facts.unseen_share
     curve, samples = shot.curves.of(parameter), sorted(track.items())
     first, last = samples[0][0], samples[-1][0]
-    keys = reduced_keys(samples, share / max(track.values()), curve.scale)
-    kept = curve.without_keys([key.frame for key in curve.keys if first <= key.frame <= last])
-    held = _held(list(keys), first, last, kept)
-    after = shot.with_curve(parameter, kept.pasted(held, 0))
+    keys = reduce_keys(samples, share / max(track.values()), curve.scale)
+    other_keys_curve = curve.without_keys(
+        [key.frame for key in curve.keys if first <= key.frame <= last]
+    )
+    held_keys = _hold_ends(list(keys), first, last, other_keys_curve)
+    recorded_shot = shot.with_curve(parameter, other_keys_curve.paste_keys(held_keys, 0))
     for frame, _ in samples:
-        after.lens_at(frame)
-    return after
+        recorded_shot.lens_at(frame)
+    return recorded_shot
 
 
 def frames_too_close(shot: Shot) -> tuple[int, ...]:
@@ -193,13 +208,13 @@ def frames_too_close(shot: Shot) -> tuple[int, ...]:
     return tuple(frame for frame in span if shot.lens_at(frame).focus_distance_m < limit_m)
 
 
-def _cleared(shot: Shot, first: float, last: float) -> Curve:
+def _without_keys_between(shot: Shot, first: float, last: float) -> Curve:
     """Return the focus without its keys between two frames; keys at these two stay."""
     curve = shot.curves.focus_distance_m
     return curve.without_keys([key.frame for key in curve.keys if first < key.frame < last])
 
 
-def followed(shot: Shot, distances_m: Distances, follow: Follow | None = None) -> Shot:
+def focus_on_distances(shot: Shot, distances_m: Distances, follow: Follow | None = None) -> Shot:
     """Return the shot with the focus on a thing at all frames of `distances_m`.
 
     Its keys replace all keys in their range. With the default `follow` the focus is off by no more
@@ -207,25 +222,29 @@ def followed(shot: Shot, distances_m: Distances, follow: Follow | None = None) -
     LensError if it comes nearer than a lens can be focused.
     """
     frames = sorted(distances_m)
-    if not any(far_m is not None for far_m in distances_m.values()):
+    if not any(distance_m is not None for distance_m in distances_m.values()):
         raise InputError("It is hidden, or out of the picture, at every frame.")
-    measured = MeasuredMark(_FOLLOWED, tuple(distances_m[frame] for frame in frames))
-    return _keyed(
-        shot, LiveFocus((Pursuit(_FOLLOWED),), follow or Follow(), frames[0], (measured,))
+    measured_mark = MeasuredMark(_UNNAMED_MARK, tuple(distances_m[frame] for frame in frames))
+    return _bake(
+        shot, LiveFocus((Pursuit(_UNNAMED_MARK),), follow or Follow(), frames[0], (measured_mark,))
     )
 
 
-def baked(shot: Shot) -> Shot:
+def bake_live_focus(shot: Shot) -> Shot:
     """Return a shot with keys in place of the focus that follows; without one, unchanged."""
     live = shot.curves.live
     if live is None:
         return shot
-    still = replace(shot, curves=replace(shot.curves, live=None))
-    return _keyed(still, live) if live.measured else still
+    keyless_shot = replace(shot, curves=replace(shot.curves, live=None))
+    return _bake(keyless_shot, live) if live.measured else keyless_shot
 
 
-def _keyed(shot: Shot, live: LiveFocus) -> Shot:
-    sharp = live_sharp_dioptres(shot, live.frames)
-    track = live.dioptres(sharp, shot.frames_per_second)
-    samples = [(f, Scale.RECIPROCAL.value_at(at)) for f, at in zip(live.frames, track, strict=True)]
-    return performed(shot, samples, 2.0 * _REDUCED * min(sharp))
+def _bake(shot: Shot, live: LiveFocus) -> Shot:
+    """Return the shot with keys of the measured focus of `live`."""
+    half_sharp_dioptres = live_sharp_dioptres(shot, live.frames)
+    track = live.dioptres(half_sharp_dioptres, shot.frames_per_second)
+    samples = [
+        (frame, Scale.RECIPROCAL.value_at(dioptres))
+        for frame, dioptres in zip(live.frames, track, strict=True)
+    ]
+    return apply_recorded_focus(shot, samples, 2.0 * _KEY_ERROR_SHARE * min(half_sharp_dioptres))

@@ -15,7 +15,7 @@ from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.shot import Shot
 
 SHOT_FIELD = "{shot}"  # stands for the name of the shot in the name of a file
-_ROUNDING = 1e-6  # of a frame, that sums of times may be too small by
+_ROUNDING = 1e-6  # frames by which rounding may make a sum of times too small
 _IN_FILE_NAMES = re.compile(r"[^\w.+-]+")
 
 
@@ -41,11 +41,13 @@ class Retime:
         if self.count < 1 or self.step < 1:
             raise InputError("The count and the step of a retime are at least 1.")
 
-    def shown(self, first: int) -> tuple[int, ...]:
+    def source_frames(self, first_frame: int) -> tuple[int, ...]:
         """Return the frame of the source for each frame of the cut; `first` is one that exists."""
-        times = (self.start + at * self.speed for at in range(self.count))
+        times = (self.start + index * self.speed for index in range(self.count))
         frames = (math.floor(time + _ROUNDING) for time in times)
-        return tuple(first + (frame - first) // self.step * self.step for frame in frames)
+        return tuple(
+            first_frame + (frame - first_frame) // self.step * self.step for frame in frames
+        )
 
 
 @dataclass(frozen=True)
@@ -77,11 +79,11 @@ class ReelShot:
             raise InputError(f"A shot of a reel cannot be called {self.name!r}.")
 
     @property
-    def shown(self) -> tuple[int, ...]:
+    def source_frames(self) -> tuple[int, ...]:
         """The frame of the source for each frame of the cut; () if the source decides."""
         if self.frames is None:
             return ()
-        return self.retime.shown(self.frames.first) if self.retime else tuple(self.frames)
+        return self.retime.source_frames(self.frames.first) if self.retime else tuple(self.frames)
 
     @property
     def count(self) -> int:
@@ -89,13 +91,13 @@ class ReelShot:
         return 0 if self.frames is None else (self.retime or self.frames).count
 
     @property
-    def made(self) -> str | None:
+    def exported_frames(self) -> str | None:
         """The frames that are made as files, as `--frames` takes them; None if all are."""
         step = "" if self.retime is None or self.retime.step == 1 else f"x{self.retime.step}"
         return None if self.frames is None else f"{self.frames}{step}"
 
-    def part_of(self, shot: Shot) -> Shot:
-        """Return what the cut shows of a shot: its frames, with its grade unless it has its own."""
+    def cut_shot(self, shot: Shot) -> Shot:
+        """Return `shot` with the frames of the cut, and with the cut's grade if it has none."""
         return replace(shot, in_out=self.frames or shot.in_out, grade=shot.grade or self.grade)
 
 
@@ -118,11 +120,11 @@ class Reel:
         check_frames_per_second(self.frames_per_second)
         if not self.shots:
             raise InputError(f"The reel {self.name} has no shot.")
-        seen: set[str] = set()
+        names: set[str] = set()
         for shot in self.shots:
-            if shot.name in seen:
+            if shot.name in names:
                 raise InputError(f"Two shots of the reel are called {shot.name}.")
-            seen.add(shot.name)
+            names.add(shot.name)
         for number, frames in self.gaps:
             if frames < 1 or not 0 <= number <= len(self.shots):
                 raise InputError(f"A gap of a reel has at least one frame, got {frames}.")
@@ -130,31 +132,31 @@ class Reel:
         check_cut_length(length, f"The reel {self.name}")
 
     @property
-    def missing(self) -> tuple[ReelShot, ...]:
+    def missing_shots(self) -> tuple[ReelShot, ...]:
         """The shots whose media are missing."""
         return tuple(shot for shot in self.shots if not shot.source)
 
 
-def check_cut_length(frames: float, what: str) -> None:
+def check_cut_length(frames: float, subject: str) -> None:
     """Raise InputError if a cut would have more frames than fit in memory, before they are made."""
     if not frames <= COUNT_MOST:
         raise InputError(
-            f"{what} has {frames:,.0f} frames with its gaps; a cut has at most {COUNT_MOST:,}."
+            f"{subject} has {frames:,.0f} frames with its gaps; a cut has at most {COUNT_MOST:,}."
         )
 
 
-def named_apart(shots: tuple[ReelShot, ...]) -> tuple[ReelShot, ...]:
+def with_unique_names(shots: tuple[ReelShot, ...]) -> tuple[ReelShot, ...]:
     """Return the shots with a number after names that were used before: sh010, sh010_2."""
-    taken: set[str] = set()
-    made = []
+    used_names: set[str] = set()
+    renamed_shots = []
     for shot in shots:
         name, number = shot.name, 1
-        while name in taken:
+        while name in used_names:
             number += 1
             name = f"{shot.name}_{number}"
-        taken.add(name)
-        made.append(replace(shot, name=name))
-    return tuple(made)
+        used_names.add(name)
+        renamed_shots.append(replace(shot, name=name))
+    return tuple(renamed_shots)
 
 
 def shot_name(text: str) -> str:

@@ -168,21 +168,25 @@ class DefocusSettings:
     )
 
     def __post_init__(self) -> None:
-        for name, rule in options_of(DefocusSettings).items():
+        for name, option in options_of(DefocusSettings).items():
             value = getattr(self, name)
-            if isinstance(value, int | float) and not rule.allows(value):
-                words = rule.words.capitalize()
-                raise InputError(f"{words} must be {rule.least:g} to {rule.most:g}, got {value:g}.")
+            if isinstance(value, int | float) and not option.allows(value):
+                words = option.words.capitalize()
+                raise InputError(
+                    f"{words} must be {option.least:g} to {option.most:g}, got {value:g}."
+                )
         if self.parts not in PARTS:
             raise InputError(f"Parts of the lens must be 1, 7, 19 or 37, got {self.parts}.")
 
     @property
-    def at_quality(self) -> Quality:
+    def effective_quality(self) -> Quality:
         """The quality of the picture: film if none is named."""
         return self.quality or Quality.FILM
 
 
 def barred_methods(has_many_views: bool) -> dict[str, str]:
     """Return the methods that are unavailable for the open source, with the reason."""
-    why = "This needs a 3D scene, seen from many points of the lens; a plate is seen from one."
-    return {} if has_many_views else {str(method): why for method in Method if method.needs_scene}
+    reason = "This needs a 3D scene, seen from many points of the lens; a plate is seen from one."
+    return (
+        {} if has_many_views else {str(method): reason for method in Method if method.needs_scene}
+    )

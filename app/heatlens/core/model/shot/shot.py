@@ -100,7 +100,7 @@ class Shot:
             raise InputError(f"{self.source!r} cannot be a file name.")
 
     @property
-    def lost_marks(self) -> list[str]:
+    def missing_marks(self) -> list[str]:
         """The names of marks that the focus should follow and the shot does not have."""
         live = self.curves.live
         return [] if live is None else sorted({*live.marks} - {mark.name for mark in self.marks})
@@ -120,38 +120,49 @@ class Shot:
     @property
     def span(self) -> FrameRange | None:
         """The frames of the plate; if they are unknown, those from the first key to the last."""
-        keyed = self.key_frames
-        if self.frames is not None or not keyed:
+        key_frames = self.key_frames
+        if self.frames is not None or not key_frames:
             return self.frames
-        return FrameRange(floor(keyed[0]), ceil(keyed[-1]))
+        return FrameRange(floor(key_frames[0]), ceil(key_frames[-1]))
 
-    def started_at(self, text: str) -> "Shot":
+    def with_start_timecode(self, text: str) -> "Shot":
         """Return the shot with the timecode of its first frame.
 
         Raises InputError for text that is not a timecode, or one that does not exist at its rate.
         """
         timecode = parse_timecode(text)
-        why = timecode.why_not(self.frames_per_second)
-        if why:
-            raise InputError(why)
+        problem = timecode.mismatch_message(self.frames_per_second)
+        if problem:
+            raise InputError(problem)
         return replace(self, start_timecode=str(timecode))
 
     def timecode_at(
-        self, frame: int, told: Timecode | None = None, first: int | None = None
+        self, frame: int, header_timecode: Timecode | None = None, first_frame: int | None = None
     ) -> Timecode | None:
-        """Return the timecode of a frame; `told` is that in the header of the frame's plate.
+        """Return the timecode of a frame.
 
-        `first` is the first frame if the shot has none, because a still plate is shown at any
-        frame. Returns None without a timecode, or for one that does not fit the rate.
+        `header_timecode` is that in the header of the frame's plate. `first_frame` is the first
+        frame if the shot has none, because a still plate is shown at any frame. Returns None
+        without a timecode, or for one that does not fit the rate.
         """
         if self.start_timecode is not None:
-            first = self.span.first if self.span is not None else frame if first is None else first
-            started = parse_timecode(self.start_timecode)
-            return _fitting(started, frame - first, self.frames_per_second)
-        return None if told is None else _fitting(told, 0, self.frames_per_second)
+            first_frame = (
+                self.span.first
+                if self.span is not None
+                else frame
+                if first_frame is None
+                else first_frame
+            )
+            start = parse_timecode(self.start_timecode)
+            return _later_timecode(start, frame - first_frame, self.frames_per_second)
+        return (
+            None
+            if header_timecode is None
+            else _later_timecode(header_timecode, 0, self.frames_per_second)
+        )
 
     @property
-    def played(self) -> FrameRange | None:
+    def played_frames(self) -> FrameRange | None:
         """The frames from in to out if these are set, else all."""
         span = self.span
         if span is None or self.in_out is None:
@@ -168,8 +179,8 @@ class Shot:
         live = self.curves.live
         if live is not None and live.measured:
             track = _live_track(self.lens, self.curves, self.frames_per_second)
-            at = float(np.interp(frame, live.frames, track))
-            values[LensParameter.FOCUS_DISTANCE.value] = Scale.RECIPROCAL.value_at(at)
+            dioptres = float(np.interp(frame, live.frames, track))
+            values[LensParameter.FOCUS_DISTANCE.value] = Scale.RECIPROCAL.value_at(dioptres)
         if not values:
             return self.lens
         try:
@@ -181,16 +192,16 @@ class Shot:
         """Return the mark of this name; None if the shot has no such mark."""
         return next((mark for mark in self.marks if mark.name == name), None)
 
-    def through(self, look: Look) -> "Shot":
+    def with_look(self, look: Look) -> "Shot":
         """Return the shot as it is seen through the lens of a look, at every frame."""
         return replace(self, lens=look.lens, curves=LensCurves())
 
     def with_curve(self, parameter: LensParameter, curve: Curve) -> "Shot":
-        """Return the shot with other keys for one parameter; those of the focus end a following."""
-        changed: Values = {str(parameter): curve}
+        """Return the shot with other keys for one parameter; focus keys remove the live focus."""
+        changed_curves: Values = {str(parameter): curve}
         if parameter is LensParameter.FOCUS_DISTANCE and curve.keys:
-            changed["live"] = None
-        return replace(self, curves=replace(self.curves, **changed))
+            changed_curves["live"] = None
+        return replace(self, curves=replace(self.curves, **changed_curves))
 
     def with_focus_scale(self, scale: Scale) -> "Shot":
         """Return the shot with the focus on another scale; its speed at each key stays.
@@ -198,7 +209,7 @@ class Shot:
         Raises InputError for metres if a key is at infinity.
         """
         return self.with_curve(
-            LensParameter.FOCUS_DISTANCE, self.curves.focus_distance_m.on_scale(scale)
+            LensParameter.FOCUS_DISTANCE, self.curves.focus_distance_m.convert_scale(scale)
         )
 
     def with_lens_value(
@@ -212,8 +223,8 @@ class Shot:
         """
         curve = self.curves.of(parameter)
         if not curve.keys:
-            changed: Values = {str(parameter): value}
-            return replace(self, lens=replace(self.lens_at(frame), **changed))
+            lens_value: Values = {str(parameter): value}
+            return replace(self, lens=replace(self.lens_at(frame), **lens_value))
         if curve.key_at(frame) is None and not auto_key:
             raise InputError(
                 f"The {parameter.words} has keys, but none at frame {frame:g}: set one there, or "
@@ -235,9 +246,9 @@ class Shot:
             )
         if value is None:
             value = getattr(self.lens_at(frame), parameter)
-        keyed = self.with_curve(parameter, self.curves.of(parameter).with_value(frame, value))
-        keyed.lens_at(frame)
-        return keyed
+        keyed_shot = self.with_curve(parameter, self.curves.of(parameter).with_value(frame, value))
+        keyed_shot.lens_at(frame)
+        return keyed_shot
 
     def without_key(self, frame: float, parameter: LensParameter) -> "Shot":
         """Return the shot without the key at a frame.
@@ -254,8 +265,8 @@ class Shot:
 
     def without_keys(self, frame: float, parameter: LensParameter) -> "Shot":
         """Return the shot without keys of a parameter; its value at `frame` stays everywhere."""
-        still = replace(self, lens=self.lens_at(frame))
-        return still.with_curve(parameter, replace(self.curves.of(parameter), keys=()))
+        constant_shot = replace(self, lens=self.lens_at(frame))
+        return constant_shot.with_curve(parameter, replace(self.curves.of(parameter), keys=()))
 
 
 @lru_cache(maxsize=32)
@@ -263,19 +274,19 @@ def _live_track(lens: Lens, curves: LensCurves, frames_per_second: float) -> lis
     """Return the dioptres of the focus that follows, at each frame that was measured."""
     live = curves.live
     assert live is not None
-    still = Shot(lens, curves=replace(curves, live=None))
-    return live.dioptres(live_sharp_dioptres(still, live.frames), frames_per_second)
+    keyless_shot = Shot(lens, curves=replace(curves, live=None))
+    return live.dioptres(live_sharp_dioptres(keyless_shot, live.frames), frames_per_second)
 
 
-def live_sharp_dioptres(still: Shot, frames: Iterable[int]) -> list[float]:
-    """Return half the sharp range at each frame, of the lens as it is without a focus that follows.
+def live_sharp_dioptres(keyless_shot: Shot, frames: Iterable[int]) -> list[float]:
+    """Return half the sharp range in dioptres at each frame, for a shot without a live focus.
 
     It hardly depends on the focus.
     """
-    return [sharp_dioptres(still.lens_at(frame)) for frame in frames]
+    return [sharp_dioptres(keyless_shot.lens_at(frame)) for frame in frames]
 
 
-def _fitting(timecode: Timecode, later: int, frames_per_second: float) -> Timecode | None:
-    """Return a timecode so many frames later; None if it does not fit the rate."""
-    is_fitting = timecode.fits(frames_per_second)
-    return timecode.later(later, frames_per_second) if is_fitting else None
+def _later_timecode(timecode: Timecode, frames: int, frames_per_second: float) -> Timecode | None:
+    """Return the timecode `frames` frames later; None if it does not fit the rate."""
+    fits_rate = timecode.fits(frames_per_second)
+    return timecode.add_frames(frames, frames_per_second) if fits_rate else None

@@ -41,23 +41,24 @@ BLUR_RANGE = 0.1, 4.0  # unit: acceptable circles of confusion
 
 def parse_aspect(text: str) -> float:
     """Return width over height of "2.2", "2,2", "2.2:1" or "16:9". Raises InputError."""
-    return _parsed(text, _ASPECT_LEAST, _ASPECT_MOST, "an aspect. Examples: 2.2, 2.2:1, 16:9")
+    return _parse_ratio(text, _ASPECT_LEAST, _ASPECT_MOST, "an aspect. Examples: 2.2, 2.2:1, 16:9")
 
 
 def parse_desqueeze(text: str) -> float:
     """Return a pixel's width over its height, from "2", "1,33" or "4:3". Raises InputError."""
-    what = f"a desqueeze from {_PIXEL_LEAST:g} to {_PIXEL_MOST:g}. Examples: 2, 1.33, 4:3"
-    return _parsed(text, _PIXEL_LEAST, _PIXEL_MOST, what)
+    expected = f"a desqueeze from {_PIXEL_LEAST:g} to {_PIXEL_MOST:g}. Examples: 2, 1.33, 4:3"
+    return _parse_ratio(text, _PIXEL_LEAST, _PIXEL_MOST, expected)
 
 
-def _parsed(text: str, least: float, most: float, what: str) -> float:
-    across, _, down = text.strip().replace(",", ".").partition(":")
+def _parse_ratio(text: str, least: float, most: float, expected: str) -> float:
+    """Return the ratio of "2,2" or "16:9"; raise InputError with `expected` outside the limits."""
+    width_text, _, height_text = text.strip().replace(",", ".").partition(":")
     try:
-        ratio = float(across) / float(down or 1)
+        ratio = float(width_text) / float(height_text or 1)
     except (ValueError, ZeroDivisionError):
         ratio = 0.0
     if not least <= ratio <= most:
-        raise InputError(f"{text!r} is not {what}.")
+        raise InputError(f"{text!r} is not {expected}.")
     return ratio
 
 
@@ -65,7 +66,7 @@ def _parsed(text: str, least: float, most: float, what: str) -> float:
 class FrameLine:
     """A frame of a framing decision list (ASC FDL) by its name.
 
-    `protection` is the room around it that is to be kept clean; None for no such room.
+    `protection` is the area around it that must be kept clean; None for no such area.
     """
 
     name: str
@@ -82,10 +83,16 @@ class Canvas:
     lines: tuple[FrameLine, ...]
 
 
-def lines_of(canvases: Iterable[Canvas], width: float, height: float) -> tuple[FrameLine, ...]:
+def frame_lines_for(
+    canvases: Iterable[Canvas], width: float, height: float
+) -> tuple[FrameLine, ...]:
     """Return the lines of the canvas of a picture's size, else of the first of its shape."""
-    by_size = (it for it in canvases if (it.width, it.height) == (width, height))
-    by_shape = (it for it in canvases if _has_shape(it, width / height))
+    by_size = (
+        candidate
+        for candidate in canvases
+        if (candidate.width, candidate.height) == (width, height)
+    )
+    by_shape = (candidate for candidate in canvases if _has_shape(candidate, width / height))
     canvas = next(by_size, None) or next(by_shape, None)
     return () if canvas is None else canvas.lines
 
@@ -163,7 +170,7 @@ class GuideShapes:
 
 
 def guide_shapes(guides: Guides, picture: Rect, lines: Iterable[FrameLine] = ()) -> GuideShapes:
-    """Return what to draw over a picture at this place, in units of the screen.
+    """Return the shapes to draw over a picture in the rectangle `picture`, in units of the screen.
 
     `lines` are its framing lines. What they protect is drawn as four corners.
     """
@@ -171,25 +178,31 @@ def guide_shapes(guides: Guides, picture: Rect, lines: Iterable[FrameLine] = ())
     frames = [inner] if inner != picture else []
     if guides.safe_areas:
         frames += [scaled_rect(inner, part, part) for part in (ACTION_SAFE, TITLE_SAFE)]
-    drawn = [*(_thirds(inner) if guides.thirds else ()), *(_cross(inner) if guides.centre else ())]
+    guide_lines = [
+        *(_thirds(inner) if guides.thirds else ()),
+        *(_cross(inner) if guides.centre else ()),
+    ]
     for line in lines:
-        frames.append(_placed(line.frame, picture))
-        drawn += [] if line.protection is None else _corners(_placed(line.protection, picture))
-    return GuideShapes(_around(picture, inner), tuple(frames), tuple(drawn))
+        frames.append(_rect_of_part(line.frame, picture))
+        guide_lines += (
+            [] if line.protection is None else _corners(_rect_of_part(line.protection, picture))
+        )
+    return GuideShapes(_border_rects(picture, inner), tuple(frames), tuple(guide_lines))
 
 
-def _placed(part: Part, picture: Rect) -> Rect:
+def _rect_of_part(part: Part, picture: Rect) -> Rect:
+    """Return the rectangle on the screen of a part of the picture's canvas."""
     x, y, width, height = *picture[:2], picture[2] - picture[0], picture[3] - picture[1]
     return x + part[0] * width, y + part[1] * height, x + part[2] * width, y + part[3] * height
 
 
 def _corners(rect: Rect) -> list[Rect]:
-    """Return two arms for each corner of a rectangle."""
+    """Return the lines that mark the four corners of a rectangle, two for each."""
     arm, (x0, y0, x1, y1) = _CROSS * (rect[3] - rect[1]), rect
     ends = [
-        (x, y, x + across, y + down)
-        for x, across in ((x0, arm), (x1, -arm))
-        for y, down in ((y0, arm), (y1, -arm))
+        (x, y, x + width, y + height)
+        for x, width in ((x0, arm), (x1, -arm))
+        for y, height in ((y0, arm), (y1, -arm))
     ]
     return [
         arm
@@ -198,25 +211,32 @@ def _corners(rect: Rect) -> list[Rect]:
     ]
 
 
-def _around(outer: Rect, inner: Rect) -> tuple[Rect, ...]:
-    """Return the rectangles of `outer` that `inner` leaves: above, below, left and right."""
+def _border_rects(outer: Rect, inner: Rect) -> tuple[Rect, ...]:
+    """Return the rectangles of `outer` around `inner`: above, below, left and right."""
     x0, y0, x1, y1 = outer
-    a0, b0, a1, b1 = inner
-    rects = ((x0, y0, x1, b0), (x0, b1, x1, y1), (x0, b0, a0, b1), (a1, b0, x1, b1))
+    inner_x0, inner_y0, inner_x1, inner_y1 = inner
+    rects = (
+        (x0, y0, x1, inner_y0),
+        (x0, inner_y1, x1, y1),
+        (x0, inner_y0, inner_x0, inner_y1),
+        (inner_x1, inner_y0, x1, inner_y1),
+    )
     return tuple(rect for rect in rects if rect[2] > rect[0] and rect[3] > rect[1])
 
 
 def _thirds(rect: Rect) -> list[Rect]:
+    """Return the two vertical and the two horizontal lines at the thirds of a rectangle."""
     x0, y0, x1, y1 = rect
-    across = [x0 + part * (x1 - x0) for part in (1 / 3, 2 / 3)]
-    down = [y0 + part * (y1 - y0) for part in (1 / 3, 2 / 3)]
-    return [*((x, y0, x, y1) for x in across), *((x0, y, x1, y) for y in down)]
+    columns = [x0 + part * (x1 - x0) for part in (1 / 3, 2 / 3)]
+    rows = [y0 + part * (y1 - y0) for part in (1 / 3, 2 / 3)]
+    return [*((x, y0, x, y1) for x in columns), *((x0, y, x1, y) for y in rows)]
 
 
 def _cross(rect: Rect) -> list[Rect]:
+    """Return the two lines of a cross in the middle of a rectangle."""
     x, y = (rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2
-    reach = _CROSS * (rect[3] - rect[1])
-    return [(x - reach, y, x + reach, y), (x, y - reach, x, y + reach)]
+    arm = _CROSS * (rect[3] - rect[1])
+    return [(x - arm, y, x + arm, y), (x, y - arm, x, y + arm)]
 
 
 def inner_rect(picture: Rect, aspect: float | None) -> Rect:
@@ -232,10 +252,11 @@ def inner_rect(picture: Rect, aspect: float | None) -> Rect:
     return scaled_rect(picture, inner[0] / max(width, 1e-9), inner[1] / max(height, 1e-9))
 
 
-def scaled_rect(rect: Rect, across: float, down: float) -> Rect:
+def scaled_rect(rect: Rect, scale_x: float, scale_y: float) -> Rect:
     """Return the rectangle scaled about its centre."""
     x0, y0, x1, y1 = rect
-    middle, half = ((x0 + x1) / 2, (y0 + y1) / 2), ((x1 - x0) / 2 * across, (y1 - y0) / 2 * down)
+    middle = ((x0 + x1) / 2, (y0 + y1) / 2)
+    half = ((x1 - x0) / 2 * scale_x, (y1 - y0) / 2 * scale_y)
     return middle[0] - half[0], middle[1] - half[1], middle[0] + half[0], middle[1] + half[1]
 
 
@@ -268,8 +289,8 @@ class Peaking:
         check_range("stops", self.stops, *STOPS_RANGE)
         check_range("blur", self.blur, *BLUR_RANGE)
         if self.color not in PEAKING_COLORS:
-            known = ", ".join(PEAKING_COLORS)
-            raise InputError(f"{self.color!r} is not a peaking colour; known are {known}.")
+            names = ", ".join(PEAKING_COLORS)
+            raise InputError(f"{self.color!r} is not a peaking colour; known are {names}.")
 
     @property
     def rgb(self) -> Rgb:

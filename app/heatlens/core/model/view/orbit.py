@@ -7,40 +7,45 @@ import math
 
 import numpy as np
 
-from heatlens.core.model.shot.framing import Array, Pose, Vector, looking_at, pose_of
+from heatlens.core.model.shot.framing import Array, Pose, Vector, pose_looking_at, pose_of
 
 _STEEPEST = math.radians(89.0)  # beyond it the picture would turn over
-_NEAREST = 0.05  # smallest share of the way to the pivot that a step leaves
+_NEAREST = 0.05  # smallest share of the distance to the pivot that a step leaves
 
 
-def orbited(pose: Pose, pivot_m: Vector, turn_rad: float, tilt_rad: float) -> Pose:
-    """Orbit the pivot: `turn_rad` to the right about the vertical, `tilt_rad` upwards."""
-    arm = np.subtract(pose.position_m, pivot_m)
-    radius = float(np.linalg.norm(arm))
+def orbit_camera(pose: Pose, pivot_m: Vector, turn_rad: float, tilt_rad: float) -> Pose:
+    """Return the camera after an orbit of the pivot by `turn_rad` to the right, `tilt_rad` up."""
+    pivot_to_camera = np.subtract(pose.position_m, pivot_m)
+    radius = float(np.linalg.norm(pivot_to_camera))
     if radius < 1e-9:
         return pose
-    heading = math.atan2(arm[0], arm[2]) + turn_rad
-    height = math.asin(np.clip(arm[1] / radius, -1.0, 1.0)) + tilt_rad
-    height = min(max(height, -_STEEPEST), _STEEPEST)
-    flat = radius * math.cos(height)
+    heading = math.atan2(pivot_to_camera[0], pivot_to_camera[2]) + turn_rad
+    elevation = math.asin(np.clip(pivot_to_camera[1] / radius, -1.0, 1.0)) + tilt_rad
+    elevation = min(max(elevation, -_STEEPEST), _STEEPEST)
+    horizontal_radius = radius * math.cos(elevation)
     eye = np.add(
-        pivot_m, (flat * math.sin(heading), radius * math.sin(height), flat * math.cos(heading))
+        pivot_m,
+        (
+            horizontal_radius * math.sin(heading),
+            radius * math.sin(elevation),
+            horizontal_radius * math.cos(heading),
+        ),
     )
-    return looking_at((float(eye[0]), float(eye[1]), float(eye[2])), pivot_m)
+    return pose_looking_at((float(eye[0]), float(eye[1]), float(eye[2])), pivot_m)
 
 
-def panned(pose: Pose, right_m: float, up_m: float) -> Pose:
-    """Move the camera sideways or up without turning it."""
-    return _moved(pose, pose.turn @ (right_m, up_m, 0.0))
+def pan_camera(pose: Pose, right_m: float, up_m: float) -> Pose:
+    """Return the camera moved sideways and up without turning it."""
+    return _translate(pose, pose.turn @ (right_m, up_m, 0.0))
 
 
-def dollied(pose: Pose, pivot_m: Vector, share: float) -> Pose:
-    """Move towards the pivot by a share of the way, or away from it if negative.
+def dolly_camera(pose: Pose, pivot_m: Vector, share: float) -> Pose:
+    """Return the camera moved towards the pivot by a share of the distance; away if negative.
 
     The camera never passes through the pivot.
     """
-    way = np.subtract(pivot_m, pose.position_m)
-    return _moved(pose, way * min(share, 1.0 - _NEAREST))
+    camera_to_pivot = np.subtract(pivot_m, pose.position_m)
+    return _translate(pose, camera_to_pivot * min(share, 1.0 - _NEAREST))
 
 
 def pivot_of(pose: Pose, distance_m: float) -> Vector:
@@ -49,7 +54,7 @@ def pivot_of(pose: Pose, distance_m: float) -> Vector:
     return float(x), float(y), float(z)
 
 
-def _moved(pose: Pose, by_m: Array) -> Pose:
+def _translate(pose: Pose, by_m: Array) -> Pose:
     matrix = pose.camera_to_world
     matrix[:3, 3] += by_m
     return pose_of(matrix)

@@ -75,15 +75,17 @@ class Overlay:
 
 
 def _coc_words(facts: LegendFacts) -> Iterable[str]:
+    """Yield the diameters of the nearest, sharp and farthest surfaces; "" for those in focus."""
     yield f"nearest {-facts.nearest_px:.1f} px" if facts.nearest_px < -facts.sharp_px else ""
     yield facts.in_focus
     yield f"farthest {facts.farthest_px:.1f} px" if facts.farthest_px > facts.sharp_px else ""
 
 
 def _depth_words(facts: LegendFacts) -> Iterable[str]:
-    for distance_m, end in ((facts.near_m, "nearest"), (facts.far_m, "farthest")):
+    """Yield the distances of the near and the far end, or words where they are unknown."""
+    for distance_m, end_word in ((facts.near_m, "nearest"), (facts.far_m, "farthest")):
         if distance_m is None:
-            yield end
+            yield end_word
         else:
             is_far = math.isinf(distance_m)
             yield "infinity" if is_far else format_distance(distance_m, facts.unit)
@@ -151,19 +153,21 @@ def overlays_by_name() -> dict[str, Overlay]:
 
 def overlay_of(name: str) -> Overlay:
     """Return the overlay of this name. Raises InputError if there is none."""
-    known = overlays_by_name()
-    if name not in known:
-        raise InputError(f"There is no overlay {name!r}; there are {', '.join(known)}.")
-    return known[name]
+    overlays = overlays_by_name()
+    if name not in overlays:
+        raise InputError(f"There is no overlay {name!r}; there are {', '.join(overlays)}.")
+    return overlays[name]
 
 
-def entries(name: str, facts: LegendFacts, peaking: Peaking | None = None) -> list[Entry]:
+def legend_entries(name: str, facts: LegendFacts, peaking: Peaking | None = None) -> list[Entry]:
     """Return the legend of an overlay, and of focus peaking if that is on."""
     overlay = overlay_of(name)
     rows = zip(overlay.tints(), overlay.legend(facts), strict=False)
     legend = [Entry(tint, words) for tint, words in rows if words]
     if peaking is not None:
-        what = "edges in focus" if peaking.on is PeakingOn.PICTURE else "peaking, in focus"
+        words_of_peaking = (
+            "edges in focus" if peaking.on is PeakingOn.PICTURE else "peaking, in focus"
+        )
         limit_px = peaking.blur * facts.sharp_px
-        legend.append(Entry(peaking.rgb, f"{what}, up to {limit_px:.1f} px"))
+        legend.append(Entry(peaking.rgb, f"{words_of_peaking}, up to {limit_px:.1f} px"))
     return legend

@@ -37,7 +37,7 @@ GAIN_LEAST, GAIN_MOST = 0.5, 64.0
 ZOOM_LEAST, ZOOM_MOST = 1 / 64, 256.0  # pixels of the screen for one of the picture
 STOPS_MOST = 30.0  # of exposure: beyond this, everything is white or black
 _GAMMA_MOST = 10.0
-_PLACE_MOST_PX = 1e12  # of the middle of the viewport, beyond any zoom into a corner
+_CENTER_MOST_PX = 1e12  # of the middle of the viewport, beyond any zoom into a corner
 DistanceUnit = Literal["m", "ft"]
 
 
@@ -78,7 +78,7 @@ class ViewState:
     peaking          how what is in focus is coloured
     guides           lines and mattes over the picture
     is_graded        the grade of the shot is applied before the view transform
-    loupe            the pinhole picture under the pointer, larger, and what a click would take
+    loupe            show the pinhole picture under the pointer, larger, and what a click would pick
     """
 
     zoom: float | None = None
@@ -114,8 +114,8 @@ class ViewState:
         check_range("zoom", self.zoom, ZOOM_LEAST, ZOOM_MOST)
         check_range("place of the handle", self.wipe, 0.0, 1.0)
         check_range("gain", self.difference_gain, GAIN_LEAST, GAIN_MOST)
-        for place in self.center_px or ():
-            check_range("place in the middle", place, -_PLACE_MOST_PX, _PLACE_MOST_PX)
+        for coordinate in self.center_px or ():
+            check_range("place in the middle", coordinate, -_CENTER_MOST_PX, _CENTER_MOST_PX)
         if self.unit not in get_args(DistanceUnit):
             raise InputError(f"The unit of distances should be m or ft, got {self.unit!r}.")
 
@@ -124,12 +124,12 @@ class ViewState:
         """Return True if colours are laid over the picture: an overlay, peaking or both."""
         return self.overlay != NO_OVERLAY.name or self.is_peaking
 
-    def exposed_through(self, lens: Lens) -> "ViewState":
+    def with_transmission(self, lens: Lens) -> "ViewState":
         """Return the view with its exposure reduced by the transmission of a lens (T-stop)."""
-        return self.exposed_by(lens.transmission_stops)
+        return self.brighten(lens.transmission_stops)
 
-    def exposed_by(self, stops: float) -> "ViewState":
-        """Return the view brighter by this, as far as an exposure goes."""
+    def brighten(self, stops: float) -> "ViewState":
+        """Return the view brighter by `stops`, within the range of an exposure."""
         exposure = self.exposure_stops + stops
         return replace(self, exposure_stops=min(max(exposure, -STOPS_MOST), STOPS_MOST))
 

@@ -76,45 +76,53 @@ def fit_zoom(viewport: Viewport, shape: PictureShape) -> float:
     return min(max(zoom, ZOOM_LEAST), ZOOM_MOST)
 
 
-def shown_shape(view: ViewState, shape: PictureShape) -> PictureShape:
+def desqueezed_shape(view: ViewState, shape: PictureShape) -> PictureShape:
     """Return the shape with the pixel width that the view's desqueeze sets."""
     aspect = view.guides.desqueeze
     return shape if aspect is None else replace(shape, pixel_aspect=aspect)
 
 
 def geometry(view: ViewState, viewport: Viewport, shape: PictureShape) -> ViewGeometry:
-    """Return where the picture lies.
+    """Return the position and the scale of the picture in the window.
 
     Its corner is on a whole screen pixel, so that 1:1 is sharp.
     """
-    shape = shown_shape(view, shape)
+    shape = desqueezed_shape(view, shape)
     zoom = view.zoom or fit_zoom(viewport, shape)
     scale = viewport.framebuffer_scale
     per_px = (zoom * shape.pixel_aspect / scale, zoom / scale)
     center = view.center_px or shape.middle_px
     middle = viewport.middle
-    origin = [m - c * p for m, c, p in zip(middle, center, per_px, strict=True)]
-    return ViewGeometry((_whole(origin[0], scale), _whole(origin[1], scale)), per_px)
+    origin = [
+        viewport_middle - picture_center * scale_per_px
+        for viewport_middle, picture_center, scale_per_px in zip(
+            middle, center, per_px, strict=True
+        )
+    ]
+    return ViewGeometry(
+        (_snap_to_screen_pixel(origin[0], scale), _snap_to_screen_pixel(origin[1], scale)), per_px
+    )
 
 
-def _whole(position: float, scale: float) -> float:
+def _snap_to_screen_pixel(position: float, scale: float) -> float:
+    """Return the window position on the nearest whole pixel of the screen."""
     return round(position * scale) / scale
 
 
-def zoomed(
-    view: ViewState, viewport: Viewport, shape: PictureShape, factor: float, at: Point
+def zoom_view(
+    view: ViewState, viewport: Viewport, shape: PictureShape, factor: float, window_point: Point
 ) -> ViewState:
-    """Zoom by `factor`; the picture point under the window position `at` stays there."""
-    before = view.zoom or fit_zoom(viewport, shown_shape(view, shape))
-    return zoomed_to(view, viewport, shape, before * factor, at)
+    """Return the view zoomed by `factor`; the picture point at `window_point` stays there."""
+    current_zoom = view.zoom or fit_zoom(viewport, desqueezed_shape(view, shape))
+    return zoom_view_to(view, viewport, shape, current_zoom * factor, window_point)
 
 
-def zoomed_to(
-    view: ViewState, viewport: Viewport, shape: PictureShape, zoom: float, at: Point
+def zoom_view_to(
+    view: ViewState, viewport: Viewport, shape: PictureShape, zoom: float, window_point: Point
 ) -> ViewState:
-    """Zoom to `zoom` screen pixels a pixel; the picture point under `at` stays there."""
-    held = geometry(view, viewport, shape).picture_at_window(at)
-    shape = shown_shape(view, shape)
+    """Return the view at `zoom` screen pixels a pixel; the point at `window_point` stays there."""
+    fixed_point = geometry(view, viewport, shape).picture_at_window(window_point)
+    shape = desqueezed_shape(view, shape)
     zoom = min(max(zoom, ZOOM_LEAST), ZOOM_MOST)
     per_px = (
         zoom * shape.pixel_aspect / viewport.framebuffer_scale,
@@ -122,29 +130,32 @@ def zoomed_to(
     )
     middle = viewport.middle
     center = (
-        held[0] - (at[0] - middle[0]) / per_px[0],
-        held[1] - (at[1] - middle[1]) / per_px[1],
+        fixed_point[0] - (window_point[0] - middle[0]) / per_px[0],
+        fixed_point[1] - (window_point[1] - middle[1]) / per_px[1],
     )
     return replace(view, zoom=zoom, center_px=center)
 
 
-def panned(view: ViewState, viewport: Viewport, shape: PictureShape, by: Point) -> ViewState:
-    """Move the picture by so many window units; a fitting picture keeps its size.
+def pan_view(view: ViewState, viewport: Viewport, shape: PictureShape, offset: Point) -> ViewState:
+    """Return the view with the picture moved by `offset` window units.
+
+    A picture that fits the viewport keeps its size.
 
     The centre of the viewport stays over the picture, or moves no farther from it if zooming at the
     pointer has left it outside.
     """
-    shape = shown_shape(view, shape)
+    shape = desqueezed_shape(view, shape)
     zoom = view.zoom or fit_zoom(viewport, shape)
     x, y = view.center_px or shape.middle_px
     scale = viewport.framebuffer_scale
     center = (
-        _panned(x, by[0] * scale / (zoom * shape.pixel_aspect), shape.width_px),
-        _panned(y, by[1] * scale / zoom, shape.height_px),
+        _pan_axis(x, offset[0] * scale / (zoom * shape.pixel_aspect), shape.width_px),
+        _pan_axis(y, offset[1] * scale / zoom, shape.height_px),
     )
     return replace(view, zoom=zoom, center_px=center)
 
 
-def _panned(center_px: float, by_px: float, size_px: int) -> float:
+def _pan_axis(center_px: float, by_px: float, size_px: int) -> float:
+    """Return the centre moved by `by_px` along one axis, within the picture of `size_px`."""
     least, most = min(center_px, 0.0), max(center_px, float(size_px))
     return min(max(center_px - by_px, least), most)

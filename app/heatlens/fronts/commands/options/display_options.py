@@ -12,10 +12,10 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.view import NO_GRADE, PLAIN_VIEW, DisplayOptions
 from heatlens.deliver.export.job import DisplayLook
-from heatlens.fronts.commands.options.field_options import add_fields, typed_fields
-from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.options.field_options import add_fields, given_fields
+from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.color.color_config import ColorConfig, default_view, load_color_config
-from heatlens.media.color.grade_file import grade_named
+from heatlens.media.color.grade_file import parse_or_read_grade
 from heatlens.media.color.input_space import input_space_of
 from heatlens.media.color.view_transform import ViewTransform, srgb_transform, view_transform
 from heatlens.media.plate.header.channels import Header
@@ -35,9 +35,9 @@ def add_display_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentG
     return group
 
 
-def look_of(args: argparse.Namespace) -> DisplayOptions:
+def given_display_options(args: argparse.Namespace) -> DisplayOptions:
     """Return the display options as a value."""
-    return DisplayOptions(**typed_fields(args, DisplayOptions))
+    return DisplayOptions(**given_fields(args, DisplayOptions))
 
 
 def color_header(path: Path | None, options: PlateOptions) -> Header:
@@ -62,8 +62,8 @@ def display_look(
     args: argparse.Namespace, header: Header, grade: Grade | None = None
 ) -> DisplayLook:
     """Return the look of the options for a plate with this header; see `transform_of`."""
-    asked = look_of(args)
-    return DisplayLook(transform_of(asked, header, grade), asked.exposure_stops, asked.gamma)
+    options = given_display_options(args)
+    return DisplayLook(transform_of(options, header, grade), options.exposure_stops, options.gamma)
 
 
 def transform_of(
@@ -71,30 +71,34 @@ def transform_of(
 ) -> ViewTransform:
     """Return the view transform of the options for a plate whose header has `attributes`.
 
-    `grade` is that of the shot. Doubtful choices are printed. Raises InputError if the config
+    `grade` is the grade of the shot. Doubtful choices are printed. Raises InputError if the config
     cannot be used, or does not have the given names.
     """
-    config = _config(look)
-    light = input_space_of(config, attributes, look.input_space or "")
-    if light.note:
-        say(light.note)
+    config = _load_config(look)
+    input_space = input_space_of(config, attributes, look.input_space or "")
+    if input_space.note:
+        print_messages(input_space.note)
     if look.cdl is not None:
-        grade = None if look.cdl == NO_GRADE else grade_named(look.cdl)
+        grade = None if look.cdl == NO_GRADE else parse_or_read_grade(look.cdl)
     if config is None:
         if grade is not None:
-            say(f"the grade (ASC CDL) is not shown: {PLAIN_VIEW!r} is the plain curve alone")
-        return srgb_transform(light.name, light.turned_from)
+            print_messages(
+                f"the grade (ASC CDL) is not shown: {PLAIN_VIEW!r} is the plain curve alone"
+            )
+        return srgb_transform(input_space.name, input_space.source_primaries)
     display = look.display or config.default_display
     view = look.view or default_view(config, display, attributes)
-    return view_transform(config, display, view, light.name, light.turned_from, grade)
+    return view_transform(
+        config, display, view, input_space.name, input_space.source_primaries, grade
+    )
 
 
-def say_seen_through(transform: ViewTransform) -> None:
+def print_view_transform(transform: ViewTransform) -> None:
     """Print the view transform that a picture was made with."""
-    say(f"seen through {transform.view} on {transform.display}")
+    print_messages(f"seen through {transform.view} on {transform.display}")
 
 
-def _config(look: DisplayOptions) -> ColorConfig | None:
+def _load_config(look: DisplayOptions) -> ColorConfig | None:
     """Load the config; return None if the plain sRGB curve was requested."""
     if look.view == PLAIN_VIEW and look.ocio is None and look.display is None:
         return None

@@ -11,22 +11,22 @@ from pathlib import Path
 from heatlens.core.base.errors import GpuError, InputError
 from heatlens.deliver.export.plan import ExportPlan
 from heatlens.fronts.commands.options.device_option import add_device_option
-from heatlens.fronts.commands.options.value_types import whole
-from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.options.value_types import parse_whole_number
+from heatlens.fronts.commands.output.say import print_messages
 from heatlens.render.frame_renderer import FrameRenderer, headless_renderer
 from heatlens.render.gpu.context import headless_context, is_software
 from heatlens.version import __version__
 
 
 def add_farm_options(parser: argparse.ArgumentParser) -> None:
-    """Add who makes the frames of an export, here or on other machines."""
+    """Add the options that choose who makes the frames of an export, here or elsewhere."""
     group = parser.add_argument_group("render farm")
     _add_job_options(group)
     _add_worker_options(group)
 
 
 def _add_job_options(group: "argparse._ArgumentGroup") -> None:
-    """Add what describes a job for other machines."""
+    """Add the options that describe a job for other machines."""
     group.add_argument(
         "--submit",
         choices=("openjd", "slurm"),
@@ -42,27 +42,31 @@ def _add_job_options(group: "argparse._ArgumentGroup") -> None:
     )
     group.add_argument(
         "--chunk",
-        type=whole,
+        type=parse_whole_number,
         metavar="N",
         help="frames of each task (default: about a minute of work, measured by rendering two "
         "frames here)",
     )
     group.add_argument(
         "--memory",
-        type=whole,
+        type=parse_whole_number,
         metavar="GIB",
         help="memory of each task (default: measured in the same way, rounded up)",
     )
     group.add_argument("--expect", metavar="VERSION/DRIVER", help=argparse.SUPPRESS)
-    group.add_argument("--cpus", type=whole, metavar="N", help="processors of a task (default 2)")
-    group.add_argument("--gpus", type=whole, metavar="N", help="GPUs of each task (default 0)")
+    group.add_argument(
+        "--cpus", type=parse_whole_number, metavar="N", help="processors of a task (default 2)"
+    )
+    group.add_argument(
+        "--gpus", type=parse_whole_number, metavar="N", help="GPUs of each task (default 0)"
+    )
 
 
 def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
-    """Add who makes the frames now, and which of them."""
+    """Add the options that choose who makes the frames now, and which frames."""
     group.add_argument(
         "--processes",
-        type=whole,
+        type=parse_whole_number,
         metavar="N",
         help="render with N processes on this machine, which uses many processors better",
     )
@@ -96,45 +100,50 @@ def _add_worker_options(group: "argparse._ArgumentGroup") -> None:
     )
 
 
-def program_of_tasks(on_gpus: bool) -> str:
-    """Return "VERSION/DRIVER" for tasks that are to render as this machine does.
+def expected_program(on_gpus: bool) -> str:
+    """Return "VERSION/DRIVER" for tasks that must render as this machine does.
 
-    The driver is missing where there is no OpenGL, and where tasks get a GPU that this machine
-    lacks: jobs are written on the login node of a cluster.
+    The driver is left out if this machine has no OpenGL, or if tasks get a GPU that this machine
+    lacks, such as the login node of a cluster.
     """
     try:
         ctx = headless_context()
     except GpuError:
         return __version__
-    # With the software driver of the login node in it, --strict refused every task of such a job.
+    # With the software driver of the login node, --strict would refuse every task of such a job.
     if on_gpus and is_software(ctx):
         return __version__
     return f"{__version__}/{ctx.name}"
 
 
-def renderer_of(args: argparse.Namespace, plan: ExportPlan) -> Callable[[], FrameRenderer]:
+def make_renderer_function(
+    args: argparse.Namespace, plan: ExportPlan
+) -> Callable[[], FrameRenderer]:
     """Return a function that makes a renderer, and compares its program with `--expect`."""
 
-    def made() -> FrameRenderer:
+    def make_renderer() -> FrameRenderer:
         renderer = headless_renderer()
         program = f"{__version__}/{renderer.ctx.name}"
-        _compare(args.expect or "", program, plan.job.shot.plate_options.strict)
+        _compare_programs(args.expect or "", program, plan.job.shot.plate_options.strict)
         return renderer
 
-    return made
+    return make_renderer
 
 
-def _compare(wanted: str, present: str, strict: bool) -> None:
+def _compare_programs(expected: str, present: str, strict: bool) -> None:
+    """Print a difference between two programs "VERSION/DRIVER"; if strict, raise InputError."""
     names = ("heatlens", "OpenGL driver")
-    pairs = zip(names, wanted.split("/", 1), present.split("/", 1), strict=False)
-    others = [
-        f"{name} {here}, not {there}" for name, there, here in pairs if there and there != here
+    pairs = zip(names, expected.split("/", 1), present.split("/", 1), strict=False)
+    differences = [
+        f"{name} {present_part}, not {expected_part}"
+        for name, expected_part, present_part in pairs
+        if expected_part and expected_part != present_part
     ]
-    if not others:
+    if not differences:
         return
-    difference = f"this machine has {' and '.join(others)}, where the job was written"
+    difference = f"this machine has {' and '.join(differences)}, where the job was written"
     if strict:
         raise InputError(
             f"{difference[0].upper()}{difference[1:]}. Without --strict it renders nevertheless."
         )
-    say(f"{difference}; pictures may differ slightly.")
+    print_messages(f"{difference}; pictures may differ slightly.")

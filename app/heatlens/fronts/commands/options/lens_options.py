@@ -1,7 +1,7 @@
 """The options of the lens: given values come first, then the plate's header; all are printed.
 
-A lens kit gives the properties and the limits of its lenses. The options for reading a plate take
-lens and film back from them.
+A lens kit gives the properties and the limits of its lenses. The options for reading a plate are
+here too, because they use the given focal length and film back.
 """
 
 import argparse
@@ -19,20 +19,20 @@ from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.shot import Shot
 from heatlens.fronts.commands.options.field_options import (
     add_fields,
-    attributes_of,
+    attribute_names,
     flag_of,
-    typed_fields,
+    given_fields,
 )
-from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.documents.lens_kits import kit_shelf
-from heatlens.media.plate.coc_line import depth_at_m, focused_at_pixel, no_distances
+from heatlens.media.plate.coc_line import depth_at_m, focused_at_pixel, no_distances_error
 from heatlens.media.plate.estimate.trusted import trust
 from heatlens.media.plate.header.header_lens import MissingLensError, plate_lens
 from heatlens.media.plate.opening_picture import opening_notes, read_opening_image
 from heatlens.media.plate.plate import Plate
 
 # The fields of Lens that a kit limits, and the options that set them.
-_BOUNDED = {
+_LIMITED_OPTIONS = {
     "focal_length_mm": ("focal_length",),
     "f_stop": ("f_stop",),
     "focus_distance_m": ("focus_distance", "focus_at"),
@@ -40,6 +40,7 @@ _BOUNDED = {
 
 
 def add_kit_option(group: "argparse._ArgumentGroup") -> None:
+    """Add --lens-kit and --breathe."""
     group.add_argument(
         "--lens-kit",
         metavar="NAME[:LENGTH]",
@@ -56,7 +57,7 @@ def add_kit_option(group: "argparse._ArgumentGroup") -> None:
 
 def kit_of(args: argparse.Namespace) -> LensKit | None:
     """Return the kit of the options. Raises InputError if there is no such kit."""
-    return None if args.lens_kit is None else kit_shelf().chosen(args.lens_kit)[0]
+    return None if args.lens_kit is None else kit_shelf().select_kit(args.lens_kit)[0]
 
 
 def kit_values(args: argparse.Namespace) -> dict[str, object]:
@@ -71,7 +72,7 @@ def kit_values(args: argparse.Namespace) -> dict[str, object]:
                 "--breathing with a ratio."
             )
         return {}
-    kit, length_mm = kit_shelf().chosen(args.lens_kit)
+    kit, length_mm = kit_shelf().select_kit(args.lens_kit)
     values = kit.character.opening | ({"breathing": _any_breathing(kit)} if args.breathe else {})
     if length_mm is None:
         return values
@@ -88,7 +89,7 @@ def _any_breathing(kit: LensKit) -> float:
     return next((lens.breathing for lens in kit.lenses if lens.breathing != 1.0), 1.0)
 
 
-def lens_of_kit(args: argparse.Namespace, lens: Lens) -> Lens:
+def limit_to_kit(args: argparse.Namespace, lens: Lens) -> Lens:
     """Return the lens limited to what the kit of the options allows, and print any change.
 
     Raises InputError if an option requests something that the kit does not have.
@@ -96,30 +97,36 @@ def lens_of_kit(args: argparse.Namespace, lens: Lens) -> Lens:
     kit = kit_of(args)
     if kit is None:
         return lens
-    refusal = kit.refusal(lens)
-    bounded = kit.followed(None, lens)
+    refusal = kit.refusal_message(lens)
+    limited = kit.limit_change(None, lens)
     if args.breathing is not None:
-        bounded = replace(bounded, breathing=args.breathing)
-    changed = [name for name in _BOUNDED if getattr(bounded, name) != getattr(lens, name)]
-    if any(getattr(args, option, None) is not None for n in changed for option in _BOUNDED[n]):
+        limited = replace(limited, breathing=args.breathing)
+    changed_fields = [
+        name for name in _LIMITED_OPTIONS if getattr(limited, name) != getattr(lens, name)
+    ]
+    if any(
+        getattr(args, option, None) is not None
+        for name in changed_fields
+        for option in _LIMITED_OPTIONS[name]
+    ):
         raise InputError(refusal)
     if refusal:
-        say(f"{refusal} The nearest possible value is used.")
-    return bounded
+        print_messages(f"{refusal} The nearest possible value is used.")
+    return limited
 
 
 def shot_with_kit(args: argparse.Namespace, shot: Shot) -> Shot:
     """Return the shot with the kit of the options, its lens within the kit."""
     kit = kit_of(args)
-    return shot if kit is None else replace(shot, kit=kit, lens=lens_of_kit(args, shot.lens))
+    return shot if kit is None else replace(shot, kit=kit, lens=limit_to_kit(args, shot.lens))
 
 
 # The values that a lens needs; those in the plate's header need not be given.
-_NEEDED = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
-_MEASURED = ("measured_from", "pupil_offset_mm")
-_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "model", "breathing", *_MEASURED)
-_FLAGS = {name: flag_of(Lens, name) for name in (*_NEEDED, "model")}
-_GIVEN_WITH = {**_FLAGS, "focus_distance_m": f"{_FLAGS['focus_distance_m']} or --focus-at"}
+_NEEDED_FIELDS = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
+_MEASURING_FIELDS = ("measured_from", "pupil_offset_mm")
+_OTHER_FIELDS = (*APERTURE_FIELDS, "widest_f_stop", "model", "breathing", *_MEASURING_FIELDS)
+_FLAGS = {name: flag_of(Lens, name) for name in (*_NEEDED_FIELDS, "model")}
+_FLAGS_BY_FIELD = {**_FLAGS, "focus_distance_m": f"{_FLAGS['focus_distance_m']} or --focus-at"}
 
 
 def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> None:
@@ -142,7 +149,7 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
         focus.add_argument(
             "--focus-at", metavar="X,Y", help="focus on the surface at this pixel of the picture"
         )
-    add_fields(group, Lens, _OTHERS)
+    add_fields(group, Lens, _OTHER_FIELDS)
     add_kit_option(group)
 
 
@@ -156,34 +163,40 @@ def sensor_width_of(args: argparse.Namespace) -> float | None:
     return width_mm if name is None else filmback_named(name).width_mm
 
 
-def given_lens(args: argparse.Namespace) -> Values:
+def given_lens_fields(args: argparse.Namespace) -> Values:
     """Return the fields of Lens that the options give, except what --focus-at finds.
 
     Raises InputError for an invalid distance, an unknown film back, an unknown lens kit or an
     aperture image that cannot be read.
     """
-    _read_image(args)
-    values = {**kit_values(args), **typed_fields(args, Lens, (*_NEEDED, *_OTHERS))}
+    _read_aperture_image(args)
+    values = {**kit_values(args), **given_fields(args, Lens, (*_NEEDED_FIELDS, *_OTHER_FIELDS))}
     _measure_from_pupil(values)
     width_mm = sensor_width_of(args)
     return values if width_mm is None else {**values, "sensor_width_mm": width_mm}
 
 
-def _read_image(args: argparse.Namespace) -> None:
-    """Replace the path in --aperture-image by its picture, once. Raises InputError."""
+def _read_aperture_image(args: argparse.Namespace) -> None:
+    """Replace the path in --aperture-image by its picture, unless that is done already.
+
+    Raises InputError if the file cannot be read.
+    """
     if not isinstance(args.aperture_image, str):
         return
     args.aperture_image = read_opening_image(args.aperture_image)
-    say(*opening_notes(args.aperture_image, bool(args.blades or args.blade_curvature)))
+    print_messages(*opening_notes(args.aperture_image, bool(args.blades or args.blade_curvature)))
 
 
 def _measure_from_pupil(values: Values) -> None:
-    """Convert the given focus to a distance from the entrance pupil. Raises InputError."""
-    start = values.get("measured_from", MeasuredFrom.PUPIL)
-    if "pupil_offset_mm" in values and start is MeasuredFrom.PUPIL:
+    """Convert the focus in `values` to a distance from the entrance pupil.
+
+    Raises InputError for a focus behind the pupil, and for a pupil offset without a film plane.
+    """
+    measured_from = values.get("measured_from", MeasuredFrom.PUPIL)
+    if "pupil_offset_mm" in values and measured_from is MeasuredFrom.PUPIL:
         raise InputError("--pupil-offset needs --distances-from film-plane.")
     if "focus_distance_m" in values:
-        offset_m = start.offset_m(values.get("pupil_offset_mm", 0.0))
+        offset_m = measured_from.offset_m(values.get("pupil_offset_mm", 0.0))
         values["focus_distance_m"] -= offset_m
         if offset_m and values["focus_distance_m"] <= 0:
             raise InputError(
@@ -193,63 +206,70 @@ def _measure_from_pupil(values: Values) -> None:
 
 
 def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
-    """Return the lens of the options and the plate's header, and a sentence on each value."""
-    values, sources = given_lens(args), sources_of(args)
+    """Return the lens of the options and the plate's header, and a text with all its values."""
+    values, sources = given_lens_fields(args), value_origins(args)
     if plate.coc_px is not None:
         return _lens_of_coc(args, plate, values)
     if args.focus_at is not None:
-        values["focus_distance_m"] = depth_at_m(plate, *pixel_of(args.focus_at))
+        values["focus_distance_m"] = depth_at_m(plate, *parse_pixel(args.focus_at))
     try:
         with_sources = plate_lens(plate, values)
     except MissingLensError as error:
-        raise InputError(error.sentence(_GIVEN_WITH)) from None
-    changed = {
+        raise InputError(error.sentence(_FLAGS_BY_FIELD)) from None
+    source_texts = {
         "assumed full frame": f"assumed full frame; change it with {_FLAGS['sensor_width_mm']}"
     }
-    origins = {field: changed.get(source, source) for field, source in with_sources.sources.items()}
+    origins = {
+        field: source_texts.get(source, source) for field, source in with_sources.sources.items()
+    }
     lens = with_sources.lens
     if args.focus_at is not None:
-        lens = focused_at_pixel(plate, lens, *pixel_of(args.focus_at))
-    lens = lens_of_kit(args, lens)
-    return lens, f"lens: {lens_words(lens, {**origins, **sources})}"
+        lens = focused_at_pixel(plate, lens, *parse_pixel(args.focus_at))
+    lens = limit_to_kit(args, lens)
+    return lens, f"lens: {lens_text(lens, {**origins, **sources})}"
 
 
-def sources_of(args: argparse.Namespace) -> dict[str, str]:
-    """Return what sets each field of Lens: an option, a camera or a key."""
-    back = f"film back {args.filmback}" if args.filmback is not None else "--sensor-width"
-    focus = "--focus-distance" if args.focus_at is None else f"--focus-at {args.focus_at}"
-    typed = {**_FLAGS, "sensor_width_mm": back, "focus_distance_m": focus}
+def value_origins(args: argparse.Namespace) -> dict[str, str]:
+    """Return the origin of each given field of Lens: an option, a camera or a key."""
+    sensor_origin = f"film back {args.filmback}" if args.filmback is not None else "--sensor-width"
+    focus_origin = "--focus-distance" if args.focus_at is None else f"--focus-at {args.focus_at}"
+    options_by_field = {
+        **_FLAGS,
+        "sensor_width_mm": sensor_origin,
+        "focus_distance_m": focus_origin,
+    }
     if args.focal_length is None:
-        typed["focal_length_mm"] = f"--lens-kit {args.lens_kit}"
-    typed |= getattr(args, "origins", {})
-    given = given_lens(args)
+        options_by_field["focal_length_mm"] = f"--lens-kit {args.lens_kit}"
+    options_by_field |= getattr(args, "origins", {})
+    given_fields_of_lens = given_lens_fields(args)
     return {
         field: option
-        for field, option in typed.items()
-        if field in given or (field == "focus_distance_m" and args.focus_at is not None)
+        for field, option in options_by_field.items()
+        if field in given_fields_of_lens
+        or (field == "focus_distance_m" and args.focus_at is not None)
     }
 
 
-FOLLOWED = "--follow"  # the origin of a focus that is not known yet
+FOLLOWED_ORIGIN = "--follow"  # the origin of a focus that is not known yet
 
 
-def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
+def lens_text(lens: Lens, sources: Mapping[str, str]) -> str:
     """Return each value of a lens with its origin."""
     values = {
         "focal_length_mm": f"focal length {lens.focal_length_mm:g} mm",
         "sensor_width_mm": f"sensor width {lens.sensor_width_mm:g} mm",
         "f_stop": f"f/{lens.f_stop:g}",
-        "focus_distance_m": _focus_words(lens, sources["focus_distance_m"]),
+        "focus_distance_m": _focus_text(lens, sources["focus_distance_m"]),
         "model": f"discs of a {lens.model.facts.words}",
     }
     return ", ".join(f"{text} ({sources[field]})" for field, text in values.items())
 
 
-def _focus_words(lens: Lens, origin: str) -> str:
+def _focus_text(lens: Lens, origin: str) -> str:
     """Return the focus as text, and from where it is measured if that is not the pupil."""
-    # Its distance is measured when the lens is complete; until then the lens holds 1 m, which would
-    # be taken for the focus.
-    if origin == FOLLOWED:
+    # The distance of a followed mark is measured when the lens is complete. Until then the lens
+    # holds 1 m, which must not be shown as the focus.
+    if origin == FOLLOWED_ORIGIN:
         return "focus on a mark"
     focus = f"focus {measured_text(lens, lens.focus_distance_m)}"
     is_usual = lens.measured_from is MeasuredFrom.PUPIL
@@ -261,18 +281,18 @@ def _lens_of_coc(
 ) -> tuple[Lens, str]:
     """Return a lens for a plate with circles of confusion, of which only the aperture is used."""
     if args.focus_at is not None:
-        raise no_distances(plate)
-    said = ["lens: none needed, the plate holds circles of confusion"]
-    ignored = (*attributes_of(Lens, (*_NEEDED, "model")), "filmback")
-    given = [name for name in ignored if getattr(args, name) is not None]
-    said += [f"--{name.replace('_', '-')} is not used" for name in given]
-    return plate_lens(plate, values).lens, ", ".join(said)
+        raise no_distances_error(plate)
+    messages = ["lens: none needed, the plate holds circles of confusion"]
+    ignored_options = (*attribute_names(Lens, (*_NEEDED_FIELDS, "model")), "filmback")
+    unused_options = [name for name in ignored_options if getattr(args, name) is not None]
+    messages += [f"--{name.replace('_', '-')} is not used" for name in unused_options]
+    return plate_lens(plate, values).lens, ", ".join(messages)
 
 
-def pixel_of(text: str) -> tuple[int, int]:
+def parse_pixel(text: str) -> tuple[int, int]:
     """Parse X,Y for --focus-at. Raises InputError for anything else."""
     try:
-        x, y = (int(part) for part in text.split(","))
+        x, y = (int(number) for number in text.split(","))
     except ValueError:
         raise InputError(
             f"--focus-at takes a pixel as X,Y, got {text!r}. Example: 960,540."
@@ -294,5 +314,5 @@ def plate_options(args: argparse.Namespace) -> PlateOptions:
     return PlateOptions(
         focal_length_mm=getattr(args, "focal_length", None),
         sensor_width_mm=sensor_width_of(args),
-        **typed_fields(args, PlateOptions),
+        **given_fields(args, PlateOptions),
     )

@@ -1,21 +1,21 @@
-"""Find what a name on the command line stands for: one frame, or the sequence that it is part of.
+"""Find whether a file name on the command line stands for one frame or for its whole sequence.
 
-Programs count on both: `render` reads the one file, `export` and `shot new` all that belong to it.
+`render` reads the one file; `export` and `shot new` take all frames of its sequence.
 """
 
 import os
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import unreadable
-from heatlens.fronts.commands.output.say import say
+from heatlens.core.base.paths import unreadable_error
+from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.files.foreign_formats import foreign_words
 from heatlens.media.files.picture_formats import is_picture
-from heatlens.media.sequence.names import form_of
+from heatlens.media.sequence.names import parse_frame_name
 from heatlens.media.sequence.sequence import Sequence, find_sequence
 
 
-def frame_among(text: str) -> tuple[int, Sequence] | None:
+def frame_in_sequence(text: str) -> tuple[int, Sequence] | None:
     """Return the frame of an existing picture and its sequence; None if it has no other frame."""
     path = Path(os.path.expanduser(text))
     if not names_picture(path) or not os.path.isfile(path):
@@ -26,40 +26,40 @@ def frame_among(text: str) -> tuple[int, Sequence] | None:
 
 
 def names_picture(path: Path) -> bool:
-    """Return whether a name has the ending of a picture, also of one that is not read."""
+    """Return whether a name has the ending of a picture, even of a format that cannot be read."""
     return path.suffix.lower() == ".exr" or is_picture(path) or bool(foreign_words(path))
 
 
 def check_frame_of_file(text: str, frame: int) -> None:
-    """Raise InputError if --frame asks one file, which is no sequence, for another frame."""
+    """Raise InputError if --frame requests another frame than that of the single file `text`."""
     if not os.path.isfile(text):
-        raise unreadable(Path(text))
+        raise unreadable_error(Path(text))
     if words := foreign_words(Path(text)):
         raise InputError(f"{text} is {words}.")
-    named = frame_among(text)
-    own = form_of(Path(text).name)[1] if named is None else named[0]
-    if own == frame:
+    found = frame_in_sequence(text)
+    own_frame = parse_frame_name(Path(text).name)[1] if found is None else found[0]
+    if own_frame == frame:
         return
-    if named is None:
+    if found is None:
         raise InputError(f"{text} is a single picture without a number: leave --frame out.")
     raise InputError(
-        f"{text} is frame {own} alone: name {named[1].pattern} to choose one with --frame."
+        f"{text} is frame {own_frame} alone: name {found[1].pattern} to choose one with --frame."
     )
 
 
-def say_all_are_meant(text: str) -> None:
-    """Tell that a shot made from one frame has all frames of its sequence."""
-    if (named := frame_among(text)) is not None:
-        frame, sequence = named
-        say(
+def print_all_frames_taken(text: str) -> None:
+    """Print that a shot made from one frame has all frames of its sequence."""
+    if (found := frame_in_sequence(text)) is not None:
+        frame, sequence = found
+        print_messages(
             f"{text} is one of frames {sequence.first}-{sequence.last}, and the shot has them all: "
             f"--frames {frame}-{frame} takes this one alone."
         )
 
 
-def say_one_is_meant(text: str, sequence: Sequence) -> None:
-    """Tell that one frame is exported, because the output is one file."""
-    say(
+def print_one_frame_exported(text: str, sequence: Sequence) -> None:
+    """Print that one frame is exported, because the output is one file."""
+    print_messages(
         f"{text} alone is exported, because the output is one file: {sequence.pattern} and an "
         f"output with #### export all {len(sequence.frames)} frames."
     )

@@ -1,6 +1,6 @@
 """The options for viewing a 3D scene, and the first shot of a scene with these options.
 
-Some convert the seconds of a glTF scene to frames, and choose the animation.
+Some options convert the seconds of a glTF scene to frames, and choose the animation.
 """
 
 import argparse
@@ -16,13 +16,13 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import parse_scene_unit_m
 from heatlens.fronts.commands.options.lens_options import (
-    given_lens,
-    lens_words,
-    pixel_of,
+    given_lens_fields,
+    lens_text,
+    parse_pixel,
     shot_with_kit,
-    sources_of,
+    value_origins,
 )
-from heatlens.fronts.commands.options.value_types import number, whole
+from heatlens.fronts.commands.options.value_types import parse_number, parse_whole_number
 from heatlens.media.plate.coc_line import focused_at_pixel
 from heatlens.media.scene.first_shot import FirstShot, first_shot
 from heatlens.media.scene.placing import Placing
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
         FrameRenderer,  # `info`, which has some of these, draws nothing
     )
 
-_FOCUS = "focus_distance_m"
-_WITH_SECONDS = (".glb", ".gltf")
+_FOCUS_FIELD = "focus_distance_m"
+_SUFFIXES_WITH_SECONDS = (".glb", ".gltf")
 
 
 def add_framing_options(
@@ -45,7 +45,7 @@ def add_framing_options(
     """
     group = parser.add_argument_group("3D scene", "How the scene is viewed; not for plates.")
     group.add_argument(
-        "--size", type=size_of, metavar="WxH", help="size of the picture (default 1280x720)"
+        "--size", type=parse_size, metavar="WxH", help="size of the picture (default 1280x720)"
     )
     group.add_argument(
         "--scene-camera",
@@ -62,25 +62,25 @@ def add_placing_options(group: "argparse._ArgumentGroup") -> None:
     """Add --up-axis and --meters-per-unit."""
     group.add_argument(
         "--up-axis",
-        type=axis_of,
+        type=parse_axis,
         metavar="x|y|z",
         help="up axis of a PLY, STL or OBJ, which do not define it (default: a guess)",
     )
     group.add_argument(
         "--meters-per-unit",
-        type=unit_of,
+        type=parse_unit,
         metavar="UNIT",
         help="unit of a PLY, STL or OBJ: m, cm, mm, ft, in, or a number of metres (default: a "
         "guess by its size)",
     )
 
 
-def placing_of(args: argparse.Namespace) -> Placing:
+def given_placing(args: argparse.Namespace) -> Placing:
     """Return the given up axis and unit for a scene whose file does not define them."""
     return Placing(args.up_axis, args.meters_per_unit)
 
 
-def axis_of(text: str) -> WorldAxis:
+def parse_axis(text: str) -> WorldAxis:
     """Parse x, y or z; argparse turns the error into its own sentence."""
     try:
         return WorldAxis(text.lower())
@@ -88,7 +88,7 @@ def axis_of(text: str) -> WorldAxis:
         raise argparse.ArgumentTypeError(f"{text!r} is none of x, y and z.") from None
 
 
-def unit_of(text: str) -> float:
+def parse_unit(text: str) -> float:
     """Parse a unit to metres; argparse turns the error into its own sentence."""
     try:
         return parse_scene_unit_m(text)
@@ -96,7 +96,7 @@ def unit_of(text: str) -> float:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def size_of(text: str) -> tuple[int, int]:
+def parse_size(text: str) -> tuple[int, int]:
     """Parse WxH; argparse turns the error into its own sentence."""
     match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
     size = (int(match[1]), int(match[2])) if match else (0, 0)
@@ -115,7 +115,7 @@ def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
             "--focus-at needs a picture, and a scene has none until it is rendered: give "
             "--focus-distance."
         )
-    return _checked(args, text, _first_shot(args, text))
+    return _check_lens(args, text, _first_shot(args, text))
 
 
 def load_scene(
@@ -123,8 +123,8 @@ def load_scene(
 ) -> tuple[Shot, int, tuple[str, ...]]:
     """Load the scene that `args.plate` names to the GPU.
 
-    Return the shot, the frame, and sentences on the scene and on each value of the lens. Raises
-    InputError if the scene cannot be read or has no such frame, or the lens is not complete.
+    Return the shot, the frame, and messages on the scene and the lens. Raises InputError if the
+    scene cannot be read or has no such frame, or the lens is not complete.
     """
     text = str(args.plate)
     first = _first_shot(args, text)
@@ -132,12 +132,14 @@ def load_scene(
     check_within(first.shot.frames, text, (frame,))
     renderer.load_scene(first.scene)
     if args.focus_at is not None:
-        plate = renderer.look(first.shot, frame).plate
-        focused = focused_at_pixel(plate, first.shot.lens_at(frame), *pixel_of(args.focus_at))
-        first = _first_shot(args, text, {_FOCUS: focused.focus_distance_m})
-    _checked(args, text, first)
-    said = (*first.scene.notes, said_of_lens(args, first, frame))
-    return replace(first.shot, defocus=defocus), frame, said
+        plate = renderer.load_pinhole(first.shot, frame).plate
+        focused_lens = focused_at_pixel(
+            plate, first.shot.lens_at(frame), *parse_pixel(args.focus_at)
+        )
+        first = _first_shot(args, text, {_FOCUS_FIELD: focused_lens.focus_distance_m})
+    _check_lens(args, text, first)
+    messages = (*first.scene.notes, lens_message(args, first, frame))
+    return replace(first.shot, defocus=defocus), frame, messages
 
 
 def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
@@ -154,31 +156,34 @@ def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
     return replace(shot, framing=framing)
 
 
-def said_of_lens(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
-    """Return a sentence on the lens at a frame, with the origin of each value."""
-    words = lens_words(first.shot.lens_at(frame), {**first.sources, **sources_of(args)})
-    return f"lens at frame {frame}: {words}"
+def lens_message(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
+    """Return a message on the lens at a frame, with the origin of each value."""
+    lens_text_at_frame = lens_text(
+        first.shot.lens_at(frame), {**first.sources, **value_origins(args)}
+    )
+    return f"lens at frame {frame}: {lens_text_at_frame}"
 
 
 def _first_shot(
-    args: argparse.Namespace, text: str, measured: dict[str, object] | None = None
+    args: argparse.Namespace, text: str, measured_fields: dict[str, object] | None = None
 ) -> FirstShot:
-    lens = {**given_lens(args), **(measured or {})}
-    timing, placing = timing_of(args, text), placing_of(args)
+    """Return the first shot of a scene with the given lens and `measured_fields`."""
+    lens = {**given_lens_fields(args), **(measured_fields or {})}
+    timing, placing = given_timing(args, text), given_placing(args)
     first = first_shot(text, args.size, args.scene_camera, lens, timing, placing)
     return replace(first, shot=shot_with_kit(args, first.shot))
 
 
-def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:
-    """Raise InputError if the f-stop or the focus is missing, because blur must not be assumed.
+def _check_lens(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:
+    """Return `first` unchanged. Raises InputError if its f-stop or focus is only assumed.
 
     A picture without a lens needs neither.
     """
-    needed = {"f_stop": "--f-stop", _FOCUS: "--focus-distance"}
-    missing = [option for name, option in needed.items() if name in first.assumed]
-    if missing and not getattr(args, "pinhole", False):
-        options = " and ".join(missing)
-        raise InputError(f"{text}: the scene does not define the whole lens. Give {options}.")
+    needed_options = {"f_stop": "--f-stop", _FOCUS_FIELD: "--focus-distance"}
+    missing_options = [option for name, option in needed_options.items() if name in first.assumed]
+    if missing_options and not getattr(args, "pinhole", False):
+        option_list = " and ".join(missing_options)
+        raise InputError(f"{text}: the scene does not define the whole lens. Give {option_list}.")
     return first
 
 
@@ -192,7 +197,7 @@ def add_timing_options(group: "argparse._ArgumentGroup", has_rate: bool = False)
     )
     group.add_argument(
         "--first-frame",
-        type=whole,
+        type=parse_whole_number,
         metavar="N",
         help="frame number of the first key of a glTF (default: second 0 is frame 1), or of the "
         "first frame of a movie (default 1). Blender's frames 101 to 126 at 25 a second are "
@@ -201,20 +206,20 @@ def add_timing_options(group: "argparse._ArgumentGroup", has_rate: bool = False)
     if not has_rate:
         group.add_argument(
             "--fps",
-            type=number,
+            type=parse_number,
             metavar="N",
             help=f"frames per second of a glTF (default {FRAMES_PER_SECOND:g})",
         )
         group.set_defaults(is_rate_of_scene=True)
 
 
-def timing_of(args: argparse.Namespace, text: str) -> SceneTiming | None:
-    """Return the timing that was given for the scene `text`, None for the usual one.
+def given_timing(args: argparse.Namespace, text: str) -> SceneTiming | None:
+    """Return the timing that was given for the scene `text`; None for the default timing.
 
     A frame rate given for another purpose also applies to a scene that has no frames of its own.
     Raises InputError for an impossible rate.
     """
-    rate, has_seconds = args.fps, Path(text).suffix.lower() in _WITH_SECONDS
+    rate, has_seconds = args.fps, Path(text).suffix.lower() in _SUFFIXES_WITH_SECONDS
     if not has_seconds and not getattr(args, "is_rate_of_scene", False):
         rate = None
     if args.clip is None and args.first_frame is None and rate is None:

@@ -8,8 +8,8 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance, parse_scene_unit_m
-from heatlens.fronts.commands.options.field_options import attributes_of
-from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.options.field_options import attribute_names
+from heatlens.fronts.commands.output.say import print_messages
 from heatlens.media.camera.camera_file import read_camera
 from heatlens.media.camera.into_shot import first_values, lens_tracks
 from heatlens.media.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples
@@ -22,12 +22,14 @@ _OPTIONS = {
     "sensor_width_mm": ("sensor_width", "filmback"),
     "squeeze": ("squeeze",),
     "model": ("lens_model",),
-    **{name: attributes_of(Lens, [name]) for name in (*OPENING_TRACKS, "aperture_image")},
+    **{name: attribute_names(Lens, [name]) for name in (*OPENING_TRACKS, "aperture_image")},
 }
 
 
-def add_camera_option(parser: argparse.ArgumentParser, wins: str = "options and --key") -> None:
-    """Add --camera; `wins` names what overrides its values."""
+def add_camera_option(
+    parser: argparse.ArgumentParser, stronger_options: str = "options and --key"
+) -> None:
+    """Add --camera and --table-unit; the help says that `stronger_options` override the camera."""
     parser.add_argument(
         "--camera",
         "--lens-from",
@@ -36,7 +38,7 @@ def add_camera_option(parser: argparse.ArgumentParser, wins: str = "options and 
         help="lens, keys, frames and rate of a camera: cam.usda, shot.usda:/world/cam, a .json "
         "or .csv of `heatlens camera`, the .csv of a shoot (ARRI, RED, Sony; take.csv@1001 "
         "puts its first row at frame 1001), or the headers of 'plate.####.exr'; values "
-        f"given with {wins} take precedence",
+        f"given with {stronger_options} take precedence",
     )
     parser.add_argument(
         "--table-unit",
@@ -46,7 +48,7 @@ def add_camera_option(parser: argparse.ArgumentParser, wins: str = "options and 
     )
 
 
-def camera_of(args: argparse.Namespace) -> CameraSamples | None:
+def read_given_camera(args: argparse.Namespace) -> CameraSamples | None:
     """Return the camera of the options, if any."""
     if args.camera is not None:
         return read_camera(args.camera, focus_unit_m=_table_unit_m(args.table_unit))
@@ -59,62 +61,70 @@ def _table_unit_m(text: str | None) -> float | None:
     """Return the metres in the unit that --table-unit gives the focus; None without it."""
     if text is None:
         return None
-    name, is_told, unit = text.partition("=")
-    if name.strip() != "focus" or not is_told:
+    name, separator, unit = text.partition("=")
+    if name.strip() != "focus" or not separator:
         raise InputError(f"--table-unit takes focus=UNIT, as focus=mm, got {text!r}.")
     return parse_scene_unit_m(unit.strip())
 
 
-def checked_camera_of(args: argparse.Namespace, kept: Collection[str]) -> CameraSamples | None:
+def read_checked_camera(
+    args: argparse.Namespace, excluded: Collection[str]
+) -> CameraSamples | None:
     """Return the camera of the options, after checking that its lens is possible for a shot.
 
-    The fields in `kept` are not taken from the camera, and not checked.
+    The fields in `excluded` are not taken from the camera, and not checked.
     """
-    camera = camera_of(args)
+    camera = read_given_camera(args)
     if camera is not None:
-        lens_tracks(camera, kept)
-        say(*camera.notes)
+        lens_tracks(camera, excluded)
+        print_messages(*camera.notes)
     return camera
 
 
-def decided_otherwise(args: argparse.Namespace, keyed: Collection[LensParameter]) -> frozenset[str]:
-    """Return the fields of the lens that are set by options or keys."""
-    given = {
+def fields_not_from_camera(
+    args: argparse.Namespace, keyed_parameters: Collection[LensParameter]
+) -> frozenset[str]:
+    """Return the fields of the lens that options or keys set, instead of the camera."""
+    given_fields = {
         field
         for field, options in _OPTIONS.items()
         if any(getattr(args, option) is not None for option in options)
     }
-    return frozenset(given.union(map(str, keyed)))
+    return frozenset(given_fields.union(map(str, keyed_parameters)))
 
 
-def with_camera_values(
-    args: argparse.Namespace, camera: CameraSamples, kept: Collection[str]
+def fill_from_camera(
+    args: argparse.Namespace, camera: CameraSamples, excluded: Collection[str]
 ) -> argparse.Namespace:
-    """Return the options, with the camera's first values for missing ones, and their origin."""
+    """Return the options, with the camera's first values for those that are missing.
+
+    The fields in `excluded` are not filled; `origins` records the camera for each filled field.
+    """
     filled = argparse.Namespace(**vars(args))
-    filled.origins = dict.fromkeys(first_values(camera, kept), args.camera)
-    for field, first in first_values(camera, kept).items():
+    filled.origins = dict.fromkeys(first_values(camera, excluded), args.camera)
+    for field, first_value in first_values(camera, excluded).items():
         # The focus is text on the command line, because it can have a unit.
-        value = repr(first) if field == "focus_distance_m" else first
+        value = repr(first_value) if field == "focus_distance_m" else first_value
         setattr(filled, _OPTIONS[field][0], value)
     return filled
 
 
-def said_of(camera: CameraSamples, shot: Shot, text: str, kept: Collection[str]) -> str:
-    """Return a sentence on the camera that was used, its file, and the values taken from it."""
+def camera_message(camera: CameraSamples, shot: Shot, text: str, excluded: Collection[str]) -> str:
+    """Return a message on the camera that was used, its file, and the values taken from it."""
     frames = f", frames {camera.frame_range}" if camera.frame_range else ""
-    tracks = lens_tracks(camera, kept)
-    taken = [
-        f"{LENS_TRACKS[name]} {_span(name, min(track), max(track))}{_keys(shot, name)}"
+    tracks = lens_tracks(camera, excluded)
+    value_texts = [
+        f"{LENS_TRACKS[name]} "
+        f"{_range_text(name, min(track), max(track))}{_key_count_text(shot, name)}"
         for name, track in tracks.items()
-        if name not in camera.opening or name in camera.shaped
+        if name not in camera.opening or name in camera.shaped_fields
     ]
-    if camera.lens_model is not None and "model" not in kept:
-        taken.append(f"discs of a {camera.lens_model.facts.words}")
-    return f"lens of camera {camera.name} in {text}{frames}: {', '.join(taken) or 'nothing'}."
+    if camera.lens_model is not None and "model" not in excluded:
+        value_texts.append(f"discs of a {camera.lens_model.facts.words}")
+    return f"lens of camera {camera.name} in {text}{frames}: {', '.join(value_texts) or 'nothing'}."
 
 
-def _span(name: str, least: float, most: float) -> str:
+def _range_text(name: str, least: float, most: float) -> str:
     """Format a value with its unit, or the range in which it moves."""
     if name == "focus_distance_m":
         ends = format_distance(least), format_distance(most)
@@ -124,7 +134,7 @@ def _span(name: str, least: float, most: float) -> str:
     return ends[0] if least == most else f"{ends[0]} to {ends[1]}"
 
 
-def _keys(shot: Shot, name: str) -> str:
+def _key_count_text(shot: Shot, name: str) -> str:
     if name not in list(LensParameter):
         return ""
     count = len(shot.curves.of(LensParameter(name)).keys)

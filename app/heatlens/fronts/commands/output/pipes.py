@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.stopping import unfinished
-from heatlens.media.files.opened_by_ending import ending_of
+from heatlens.core.base.stopping import mark_unfinished
+from heatlens.media.files.opened_by_ending import suffix_of_content
 from heatlens.media.files.picture_formats import FORMATS
 
 DASH = "-"
@@ -26,12 +26,14 @@ def file_of_input(path: Path) -> Iterator[Path]:
         return
     if sys.stdin is None or sys.stdin.isatty():
         raise InputError("The name - is standard input, but nothing is piped into it.")
-    with _folder() as folder:
+    with _temporary_folder() as folder:
         data = sys.stdin.buffer.read()
-        suffix = ending_of(data)
+        suffix = suffix_of_content(data)
         if not suffix:
-            words = ", ".join(it.word for it in FORMATS if it.begins)
-            fault = "is empty" if not data else f"is neither an EXR nor one of these: {words}"
+            format_names = ", ".join(it.word for it in FORMATS if it.begins)
+            fault = (
+                "is empty" if not data else f"is neither an EXR nor one of these: {format_names}"
+            )
             raise InputError(f"Standard input {fault}.")
         spooled = folder / f"stdin{suffix}"
         spooled.write_bytes(data)
@@ -52,7 +54,7 @@ def file_for_output(path: Path) -> Iterator[Path]:
             "The name - is standard output, and a terminal cannot show an EXR: pipe it into a "
             "program or file."
         )
-    with _folder() as folder:
+    with _temporary_folder() as folder:
         spooled = folder / "stdout.exr"
         yield spooled
         sys.stdout.buffer.write(spooled.read_bytes())
@@ -60,10 +62,10 @@ def file_for_output(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def _folder() -> Iterator[Path]:
+def _temporary_folder() -> Iterator[Path]:
     """Yield a temporary folder, and remove it in any case."""
     folder = Path(tempfile.mkdtemp(prefix="heatlens-"))
-    with unfinished(folder):
+    with mark_unfinished(folder):
         try:
             yield folder
         finally:

@@ -9,10 +9,13 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TextIO
 
 from heatlens.core.base.pace import Pace, Step
-from heatlens.fronts.commands.output.say import say, shows_progress
+from heatlens.fronts.commands.output.say import print_messages, shows_progress
 
-_WIPE = "\r\x1b[K"
-_LONGER, _LONGER_S = 1.5, 5.0  # so many times and seconds longer than was said is said again
+_CLEAR_LINE = "\r\x1b[K"
+_MUCH_LONGER_FACTOR, _MUCH_LONGER_S = (
+    1.5,
+    5.0,
+)  # a time longer by this factor and seconds is printed again
 
 
 @contextmanager
@@ -21,14 +24,14 @@ def progress_line(stream: TextIO | None = None) -> Iterator[Callable[[str], None
 
     Nothing is shown if `stream` (default stderr) is not a terminal, or with `--quiet`.
     """
-    out = stream or sys.stderr
-    if not shows_progress(out):
+    stream_shown = stream or sys.stderr
+    if not shows_progress(stream_shown):
         yield lambda _: None
         return
-    with _of_its_own(out) as line:
+    with _own_stream(stream_shown) as line:
 
         def show(text: str) -> None:
-            line.write(f"{_WIPE}heatlens: {text}" if text else _WIPE)
+            line.write(f"{_CLEAR_LINE}heatlens: {text}" if text else _CLEAR_LINE)
             line.flush()
 
         try:
@@ -37,8 +40,8 @@ def progress_line(stream: TextIO | None = None) -> Iterator[Callable[[str], None
             show("")
 
 
-def _of_its_own(stream: TextIO) -> AbstractContextManager[TextIO]:
-    """Return `stream` with its own descriptor, if it has one.
+def _own_stream(stream: TextIO) -> AbstractContextManager[TextIO]:
+    """Return a copy of `stream` with a descriptor of its own, or `stream` if it has no descriptor.
 
     Python's stderr is replaced at times while other threads read files, to hide messages of the EXR
     library.
@@ -61,32 +64,34 @@ def time_text(seconds: float) -> str:
 def paced_progress(
     steps: Sequence[Step], clock: Callable[[], float] = time.perf_counter
 ) -> Iterator[Callable[[str], None]]:
-    """Print the expected time, and yield a function to call with the sentence of each step.
+    """Print the expected time, and yield a function to call with the name of each step.
 
-    The time is printed again where the steps so far show that it will be much longer.
-    Sentences that are not in the plan, such as notes on skipped parts, stay on their own lines; ""
+    The time is printed again if the steps so far show that it will be much longer. Texts that are
+    not names of steps, such as notes on skipped parts, are printed on lines of their own; ""
     clears the line of the progress.
     """
     pace = Pace(steps, clock)
-    said_s = pace.left_s
-    say(f"this takes about {time_text(said_s)}; Ctrl-C ends it")
+    printed_s = pace.left_s
+    print_messages(f"this takes about {time_text(printed_s)}; Ctrl-C ends it")
     with progress_line() as show:
 
-        def say_longer() -> None:
-            nonlocal said_s
-            if pace.whole_s > _LONGER * said_s + _LONGER_S:
-                said_s = pace.whole_s
+        def print_longer_time() -> None:
+            nonlocal printed_s
+            if pace.whole_s > _MUCH_LONGER_FACTOR * printed_s + _MUCH_LONGER_S:
+                printed_s = pace.whole_s
                 show("")
-                say(f"this takes longer here, about {time_text(said_s)} in all")
+                print_messages(f"this takes longer here, about {time_text(printed_s)} in all")
 
-        def tell(sentence: str) -> None:
+        def report_step(sentence: str) -> None:
             if pace.begin(sentence):
-                say_longer()
-                where = f"{pace.number} of {len(pace.steps)}, about {time_text(pace.left_s)} left"
-                show(f"{sentence} ({where})")
+                print_longer_time()
+                position = (
+                    f"{pace.number} of {len(pace.steps)}, about {time_text(pace.left_s)} left"
+                )
+                show(f"{sentence} ({position})")
                 return
             show("")
             if sentence:
-                say(sentence)
+                print_messages(sentence)
 
-        yield tell
+        yield report_step

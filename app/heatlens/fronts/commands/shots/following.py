@@ -8,14 +8,14 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.focus.live_focus import Follow, LiveFocus, Pursuit
 from heatlens.core.model.marks.marks import MatteMark
 from heatlens.core.model.marks.track_mark import TrackMark
-from heatlens.core.model.shot.pull import baked
+from heatlens.core.model.shot.pull import bake_live_focus
 from heatlens.core.model.shot.shot import Shot
-from heatlens.fronts.commands.options.field_options import add_fields, typed_fields
+from heatlens.fronts.commands.options.field_options import add_fields, given_fields
 from heatlens.fronts.commands.output.progress_line import progress_line
-from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.output.say import print_messages
 from heatlens.fronts.commands.sources.source_commands import commands_for
 from heatlens.media.sequence.names import frames_text
-from heatlens.render.source.live_focus import measured
+from heatlens.render.source.live_focus import measure_followed_marks
 
 _PULL = re.compile(r"([^@]+)@(-?\d{1,9})\+(\d{1,6})")
 
@@ -48,13 +48,13 @@ def add_follow_options(parser: argparse.ArgumentParser) -> None:
     add_fields(group, Follow)
 
 
-def followed_name(args: argparse.Namespace) -> str | None:
+def followed_mark_name(args: argparse.Namespace) -> str | None:
     """Return the name of the mark that the focus follows; None without --follow.
 
     Raises InputError where something else sets the focus, and for options without --follow.
     """
     if args.follow is None:
-        if typed_fields(args, Follow) or args.follow_pull or args.live:
+        if given_fields(args, Follow) or args.follow_pull or args.live:
             raise InputError(
                 "--live and --follow-... need --follow, which names the mark to follow."
             )
@@ -64,8 +64,8 @@ def followed_name(args: argparse.Namespace) -> str | None:
     return str(args.follow).partition("=")[0].partition("@")[0]
 
 
-def shot_with_tracks(args: argparse.Namespace, shot: Shot) -> Shot:
-    """Return the shot with its tracked surfaces followed; say where they are in doubt.
+def track_marks(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with its tracked surfaces followed; print the frames that are in doubt.
 
     Raises InputError where they cannot be followed, and for a thing that no frame has.
     """
@@ -73,81 +73,90 @@ def shot_with_tracks(args: argparse.Namespace, shot: Shot) -> Shot:
         if isinstance(mark, MatteMark):
             commands_for(args.plate).check_thing(args, mark)
     marks = [
-        commands_for(args.plate).tracked(args, shot, mark) if isinstance(mark, TrackMark) else mark
+        commands_for(args.plate).track_mark(args, shot, mark)
+        if isinstance(mark, TrackMark)
+        else mark
         for mark in shot.marks
     ]
     for mark in marks:
-        if isinstance(mark, TrackMark) and (frames := mark.doubted):
-            say(
+        if isinstance(mark, TrackMark) and (frames := mark.doubtful_frames):
+            print_messages(
                 f"{mark.name} looks different at frames {frames_text(frames)}: look there, and "
                 "correct it with one more X,Y@FRAME if it is wrong."
             )
     return replace(shot, marks=tuple(marks))
 
 
-def shot_that_follows(args: argparse.Namespace, shot: Shot, name: str) -> Shot:
-    """Return the shot with a focus that follows its mark; say where the mark is hidden.
+def make_focus_follow(args: argparse.Namespace, shot: Shot, name: str) -> Shot:
+    """Return the shot with a focus that follows its mark; print where the mark is hidden.
 
-    Raises InputError where the shot has no such mark or no plates, and where the mark cannot be
-    measured on them.
+    Raises InputError if the shot has no such mark or no plates, or if the mark cannot be measured
+    on them.
     """
-    pursuits = (Pursuit(name), *map(_pursuit, args.follow_pull))
+    pursuits = (Pursuit(name), *map(_parse_pursuit, args.follow_pull))
     for pursuit in pursuits:
         if not any(mark.name == pursuit.mark for mark in shot.marks):
             raise InputError(
                 f"--follow {pursuit.mark}: there is no such mark. Add --mark {pursuit.mark}=WHAT."
             )
-    live = LiveFocus(pursuits, Follow(**typed_fields(args, Follow)))
+    live = LiveFocus(pursuits, Follow(**given_fields(args, Follow)))
     keyless = replace(shot.curves.focus_distance_m, keys=())
     curves = replace(shot.curves, focus_distance_m=keyless, live=live)
     with progress_line() as show:
-        after = measured(replace(shot, curves=curves), show)
-    assert after.curves.live is not None
-    _say_hidden(after.curves.live)
-    over = _counted(len(after.curves.live.frames), "frame")
-    followed = f"the focus follows {live.words} over {over}"
+        measured_shot = measure_followed_marks(replace(shot, curves=curves), show)
+    assert measured_shot.curves.live is not None
+    _print_hidden_frames(measured_shot.curves.live)
+    frames_text_of_focus = _count_text(len(measured_shot.curves.live.frames), "frame")
+    message = f"the focus follows {live.words} over {frames_text_of_focus}"
     if args.live:
-        say(f"{followed}, live.")
+        print_messages(f"{message}, live.")
     else:
-        after = baked(after)
-        say(f"{followed} with {_counted(len(after.curves.focus_distance_m.keys), 'key')}.")
-    first = after.frames.first if after.frames else 1
-    return replace(after, lens=replace(shot.lens, focus_distance_m=_focus_m(after, first)))
+        measured_shot = bake_live_focus(measured_shot)
+        print_messages(
+            f"{message} with {_count_text(len(measured_shot.curves.focus_distance_m.keys), 'key')}."
+        )
+    first = measured_shot.frames.first if measured_shot.frames else 1
+    return replace(
+        measured_shot, lens=replace(shot.lens, focus_distance_m=_focus_m(measured_shot, first))
+    )
 
 
-def measured_now(shot: Shot) -> Shot:
-    """Return the shot with a focus that follows measured again, if its files have changed; say so.
+def measure_live_focus(shot: Shot) -> Shot:
+    """Return the shot with its live focus measured again, if its files have changed; print that.
 
     Raises InputError as `measured` does.
     """
     with progress_line() as show:
-        after = measured(shot, show)
+        measured_shot = measure_followed_marks(shot, show)
     live = shot.curves.live
-    if after != shot and live is not None and live.measured:
-        say(f"what {live.words} is on has changed since it was measured: the focus is new.")
-    return after
+    if measured_shot != shot and live is not None and live.measured:
+        print_messages(
+            f"what {live.words} is on has changed since it was measured: the focus is new."
+        )
+    return measured_shot
 
 
 def _focus_m(shot: Shot, frame: int) -> float:
     return shot.lens_at(frame).focus_distance_m
 
 
-def _counted(count: int, what: str) -> str:
-    return f"1 {what}" if count == 1 else f"{count} {what}s"
+def _count_text(count: int, noun: str) -> str:
+    return f"1 {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def _say_hidden(live: LiveFocus) -> None:
-    for it in live.measured:
-        places = zip(live.frames, it.distances_m, strict=True)
-        hidden = [frame for frame, far_m in places if far_m is None]
+def _print_hidden_frames(live: LiveFocus) -> None:
+    """Print the frames at which each followed mark is hidden or out of the picture."""
+    for track in live.measured:
+        places = zip(live.frames, track.distances_m, strict=True)
+        hidden = [frame for frame, distance_m in places if distance_m is None]
         if hidden:
-            say(
-                f"{it.mark} is hidden, or out of the picture, at frames {frames_text(hidden)}: "
+            print_messages(
+                f"{track.mark} is hidden, or out of the picture, at frames {frames_text(hidden)}: "
                 "there the focus moves on to where it is seen again."
             )
 
 
-def _pursuit(text: str) -> Pursuit:
+def _parse_pursuit(text: str) -> Pursuit:
     """Parse "B@1040+18". Raises InputError for anything else."""
     match = _PULL.fullmatch(text)
     if match is None:

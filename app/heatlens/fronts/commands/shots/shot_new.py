@@ -13,15 +13,15 @@ from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.lens.lens import Lens, from_pupil_m, parse_measured_m
 from heatlens.core.model.marks import marks
 from heatlens.core.model.marks.mark import Mark
-from heatlens.core.model.marks.marks import TYPED_MARK, DistanceMark, mark_of
+from heatlens.core.model.marks.marks import TYPED_MARK, DistanceMark, parse_mark
 from heatlens.core.model.shot.lens_parameter import FOCUS_SCALES, LensParameter
 from heatlens.core.model.shot.pull import frames_too_close
 from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.units import format_distance
 from heatlens.fronts.commands.options.field_options import add_blur_options, settings_of
-from heatlens.fronts.commands.options.given_options import refuse_unused
+from heatlens.fronts.commands.options.given_options import refuse_unused_options
 from heatlens.fronts.commands.options.lens_options import (
-    FOLLOWED,
+    FOLLOWED_ORIGIN,
     add_lens_options,
     add_plate_options,
     plate_options,
@@ -30,23 +30,23 @@ from heatlens.fronts.commands.options.lens_options import (
 from heatlens.fronts.commands.options.scene_options import add_framing_options
 from heatlens.fronts.commands.options.shot_camera import (
     add_camera_option,
-    camera_of,
-    decided_otherwise,
-    said_of,
-    with_camera_values,
+    camera_message,
+    fields_not_from_camera,
+    fill_from_camera,
+    read_given_camera,
 )
-from heatlens.fronts.commands.options.value_types import number
+from heatlens.fronts.commands.options.value_types import parse_number
 from heatlens.fronts.commands.output.pipes import DASH, file_of_input
-from heatlens.fronts.commands.output.plate_words import first_plate, say_doubts_of_shot
-from heatlens.fronts.commands.output.say import say, tell
+from heatlens.fronts.commands.output.plate_words import first_plate, print_shot_doubts
+from heatlens.fronts.commands.output.say import print_messages, print_result
 from heatlens.fronts.commands.shots.following import (
     add_follow_options,
-    followed_name,
-    shot_that_follows,
-    shot_with_tracks,
+    followed_mark_name,
+    make_focus_follow,
+    track_marks,
 )
-from heatlens.fronts.commands.shots.typed_keys import KEYED, Keys, keys_of
-from heatlens.fronts.commands.sources.shot_plate import on_frames_of_plate
+from heatlens.fronts.commands.shots.typed_keys import PARAMETER_BY_NAME, Keys, parse_keys
+from heatlens.fronts.commands.sources.shot_plate import align_camera_to_plate
 from heatlens.fronts.commands.sources.source_commands import commands_for
 from heatlens.media.camera.into_shot import with_camera
 from heatlens.media.camera.samples import CameraSamples
@@ -106,7 +106,10 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--in-out", metavar="FIRST-LAST", help="the part to play (default all)")
     group.add_argument(
-        "--fps", type=number, metavar="N", help=f"default: the camera's, else {FRAMES_PER_SECOND:g}"
+        "--fps",
+        type=parse_number,
+        metavar="N",
+        help=f"default: the camera's, else {FRAMES_PER_SECOND:g}",
     )
     group.add_argument(
         "--start-timecode",
@@ -124,7 +127,7 @@ def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
         action="append",
         default=[],
         metavar="PARAMETER@FRAME=VALUE[:PATH]",
-        help=f"{', '.join(KEYED)} at a frame, and the path to the next key: "
+        help=f"{', '.join(PARAMETER_BY_NAME)} at a frame, and the path to the next key: "
         f"{', '.join(Interpolation)} (default smooth); may be repeated",
     )
     group.add_argument(
@@ -139,62 +142,68 @@ def _add_keys_and_marks(group: "argparse._ArgumentGroup") -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the shot; print what was found, and frames nearer than the close focus."""
     _check_output(args.output, args.overwrite)
-    shot = _piped_shot(args) if args.plate == DASH else new_shot(args)
+    shot = _piped_shot(args) if args.plate == DASH else make_shot(args)
     write_shot(args.output, shot)
-    close = frames_too_close(shot)
-    if close:
+    close_frames = frames_too_close(shot)
+    if close_frames:
         limit = format_distance(shot.lens.close_focus_m or 0.0)
-        say(f"focus is nearer than the close focus of {limit} at frames {frames_text(close)}.")
-    tell(str(args.output))
+        print_messages(
+            f"focus is nearer than the close focus of {limit} at frames "
+            f"{frames_text(close_frames)}."
+        )
+    print_result(str(args.output))
     return 0
 
 
 def _piped_shot(args: argparse.Namespace) -> Shot:
     """Return the shot of a plate on standard input, which has no name to find it again."""
     with file_of_input(Path(DASH)) as plate:
-        shot = new_shot(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
-    say(
+        shot = make_shot(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
+    print_messages(
         "standard input has no file name, so the shot has no plate: give one with `heatlens "
         "export --plate`."
     )
     return replace(shot, source=None)
 
 
-def new_shot(args: argparse.Namespace) -> Shot:
+def make_shot(args: argparse.Namespace) -> Shot:
     """Return the shot of the options and of `args.plate`, after checking each key."""
-    keys, follows = keys_of(args.key), followed_name(args)
-    camera = on_frames_of_plate(args, camera_of(args))
-    kept = decided_otherwise(args, keys)
-    given = args if camera is None else with_camera_values(args, camera, kept)
-    given = _with_first_keys(given, keys)
-    if follows is not None:
-        given = _with_any_focus(given)
-    refuse_unused(args, args.plate, settings_of(args).method)
-    shot = _with_options(args, commands_for(args.plate).new_shot(given, camera))
+    keys, followed_mark = parse_keys(args.key), followed_mark_name(args)
+    camera = align_camera_to_plate(args, read_given_camera(args))
+    fields_of_options = fields_not_from_camera(args, keys)
+    filled_args = args if camera is None else fill_from_camera(args, camera, fields_of_options)
+    filled_args = _fill_from_first_keys(filled_args, keys)
+    if followed_mark is not None:
+        filled_args = _fill_provisional_focus(filled_args)
+    refuse_unused_options(args, args.plate, settings_of(args).method)
+    shot = _with_option_values(args, commands_for(args.plate).new_shot(filled_args, camera))
     if camera is not None:
-        shot = with_camera(shot, _from_pupil(camera, shot.lens), kept)
-        say(*camera.notes, said_of(camera, shot, args.camera, kept))
+        shot = with_camera(shot, _camera_from_pupil(camera, shot.lens), fields_of_options)
+        print_messages(*camera.notes, camera_message(camera, shot, args.camera, fields_of_options))
     shot = _with_keys(shot, keys)
-    shot = shot_with_tracks(given, shot)
-    if follows is not None:
-        shot = shot_that_follows(given, shot, follows)
-    _say_outside(shot)
-    say_doubts_of_shot(shot, first_plate(shot), camera)
+    shot = track_marks(filled_args, shot)
+    if followed_mark is not None:
+        shot = make_focus_follow(filled_args, shot, followed_mark)
+    _warn_of_outside_keys(shot)
+    print_shot_doubts(shot, first_plate(shot), camera)
     return shot
 
 
-def _say_outside(shot: Shot) -> None:
+def _warn_of_outside_keys(shot: Shot) -> None:
     """Warn of keys outside the shot, which are allowed but mostly typing mistakes."""
     span = shot.frames
     outside = [f"{frame:g}" for frame in shot.key_frames if span is not None and frame not in span]
     if outside:
-        which = "a key" if len(outside) == 1 else "keys"
-        kept = "it is kept and counts" if len(outside) == 1 else "they are kept and count"
-        where = f"{which} outside at {', '.join(outside)}"
-        say(f"{shot.source} has frames {span}, with {where}: {kept} for the frames between keys.")
+        noun = "a key" if len(outside) == 1 else "keys"
+        consequence = "it is kept and counts" if len(outside) == 1 else "they are kept and count"
+        outside_text = f"{noun} outside at {', '.join(outside)}"
+        print_messages(
+            f"{shot.source} has frames {span}, with {outside_text}: {consequence} for the frames "
+            "between keys."
+        )
 
 
-def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
+def _with_option_values(args: argparse.Namespace, shot: Shot) -> Shot:
     """Return the shot with the values that come only from options."""
     if args.close_focus is not None:
         shot = replace(
@@ -202,29 +211,40 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
             lens=replace(shot.lens, close_focus_m=parse_measured_m(shot.lens, args.close_focus)),
         )
     is_new = args.follow is not None and TYPED_MARK.fullmatch(args.follow)
-    named = [*args.mark, *([args.follow] if is_new else [])]
-    made = replace(
+    mark_texts = [*args.mark, *([args.follow] if is_new else [])]
+    shot_with_options = replace(
         shot_with_kit(args, shot),
         defocus=settings_of(args),
         plate_options=plate_options(args),
-        marks=(*shot.marks, *(_mark_from_pupil(mark_of(text), shot.lens) for text in named)),
+        marks=(
+            *shot.marks,
+            *(_mark_from_pupil(parse_mark(text), shot.lens) for text in mark_texts),
+        ),
         in_out=parse_frame_range(args.in_out) if args.in_out else None,
     ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
-    return made if args.start_timecode is None else made.started_at(args.start_timecode)
+    return (
+        shot_with_options
+        if args.start_timecode is None
+        else shot_with_options.with_start_timecode(args.start_timecode)
+    )
 
 
 def _with_keys(shot: Shot, keys: Keys) -> Shot:
     """Return the shot with its keys; each must make a possible lens."""
-    for parameter, typed in keys.items():
+    for parameter, parameter_keys in keys.items():
         if parameter is LensParameter.FOCUS_DISTANCE:
-            typed = [replace(key, value=from_pupil_m(shot.lens, key.value)) for key in typed]
-        shot = shot.with_curve(parameter, replace(shot.curves.of(parameter), keys=tuple(typed)))
+            parameter_keys = [
+                replace(key, value=from_pupil_m(shot.lens, key.value)) for key in parameter_keys
+            ]
+        shot = shot.with_curve(
+            parameter, replace(shot.curves.of(parameter), keys=tuple(parameter_keys))
+        )
     for frame in shot.key_frames:
         shot.lens_at(frame)
     return shot
 
 
-def _from_pupil(camera: CameraSamples, lens: Lens) -> CameraSamples:
+def _camera_from_pupil(camera: CameraSamples, lens: Lens) -> CameraSamples:
     """Return the camera with its focus distances converted to distances from the entrance pupil."""
     if camera.focus_distance_m is None or not lens.measuring_offset_m:
         return camera
@@ -233,39 +253,44 @@ def _from_pupil(camera: CameraSamples, lens: Lens) -> CameraSamples:
 
 
 def _mark_from_pupil(mark: Mark, lens: Lens) -> Mark:
+    """Return the mark with its distance converted to a distance from the entrance pupil."""
     if not isinstance(mark, DistanceMark) or not lens.measuring_offset_m:
         return mark
     return replace(mark, distance_m=from_pupil_m(lens, mark.distance_m))
 
 
-def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:
+def _fill_from_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:
     """Return the options with the first key of each keyed parameter as its value."""
-    given = argparse.Namespace(**vars(args))
-    given.origins = {**getattr(args, "origins", {}), **dict.fromkeys(map(str, keys), "--key")}
+    filled_args = argparse.Namespace(**vars(args))
+    filled_args.origins = {**getattr(args, "origins", {}), **dict.fromkeys(map(str, keys), "--key")}
     for parameter in LensParameter:
         if parameter in keys:
-            _say_unused(args, parameter.attribute)
-            setattr(given, parameter.attribute, keys[parameter][0].value)
+            _print_unused(args, parameter.attribute)
+            setattr(filled_args, parameter.attribute, keys[parameter][0].value)
     if LensParameter.FOCUS_DISTANCE in keys:
-        _say_unused(args, "focus_at")
-        given.focus_distance, given.focus_at = repr(given.focus_distance), None
-    return given
+        _print_unused(args, "focus_at")
+        filled_args.focus_distance, filled_args.focus_at = repr(filled_args.focus_distance), None
+    return filled_args
 
 
-def _with_any_focus(args: argparse.Namespace) -> argparse.Namespace:
+def _fill_provisional_focus(args: argparse.Namespace) -> argparse.Namespace:
     """Return the options with a provisional focus, until the followed mark is measured."""
-    given = argparse.Namespace(**vars(args))
-    given.origins = {**getattr(args, "origins", {}), "focus_distance_m": FOLLOWED}
-    given.focus_distance, given.focus_at = "1", None
-    return given
+    filled_args = argparse.Namespace(**vars(args))
+    filled_args.origins = {**getattr(args, "origins", {}), "focus_distance_m": FOLLOWED_ORIGIN}
+    filled_args.focus_distance, filled_args.focus_at = "1", None
+    return filled_args
 
 
-def _say_unused(args: argparse.Namespace, option: str) -> None:
+def _print_unused(args: argparse.Namespace, option: str) -> None:
+    """Print that an option has no effect, because keys replace it, if it was given."""
     if getattr(args, option) is not None:
-        say(f"--{option.replace('_', '-')} is not used, because keys set it at every frame.")
+        print_messages(
+            f"--{option.replace('_', '-')} is not used, because keys set it at every frame."
+        )
 
 
 def _check_output(path: Path, overwrite: bool) -> None:
+    """Raise InputError for a wrong suffix, and for an existing file without --overwrite."""
     if not path.name.endswith(SHOT_SUFFIX) or path.name == SHOT_SUFFIX:
         raise InputError(f"{path}: the name of a shot file must end in {SHOT_SUFFIX}.")
     if path.is_file() and not overwrite:

@@ -16,11 +16,11 @@ from heatlens.fronts.commands.options.display_options import (
     display_look,
     shot_header,
 )
-from heatlens.fronts.commands.options.given_options import refuse_given
-from heatlens.fronts.commands.output.export_progress import failure_reported
+from heatlens.fronts.commands.options.given_options import refuse_options
+from heatlens.fronts.commands.output.export_progress import report_failure
 from heatlens.fronts.commands.output.progress_line import progress_line
-from heatlens.fronts.commands.output.say import say, tell
-from heatlens.fronts.commands.shots.following import measured_now
+from heatlens.fronts.commands.output.say import print_messages, print_result
+from heatlens.fronts.commands.shots.following import measure_live_focus
 from heatlens.media.documents.reel_file import REEL_SUFFIX, is_reel, read_reel
 from heatlens.media.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.media.files.atomic_file import check_writable
@@ -73,39 +73,42 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the page and the table."""
-    with failure_reported(args.progress):
-        _write(args)
+    with report_failure(args.progress):
+        _write_sheet(args)
     return 0
 
 
-def _write(args: argparse.Namespace) -> None:
+def _write_sheet(args: argparse.Namespace) -> None:
+    """Render the pictures of all rows, and write the page and the table."""
     if args.output.suffix.lower() not in _SUFFIXES:
         raise InputError(f"{args.output}: the name of a pull sheet must end in .html or .pdf.")
     check_writable(args.output)
     if args.output.suffix.lower() == ".pdf":
         check_pdf(PURPOSE)
-    parts = _parts(args)
+    parts = _sheet_parts(args)
     looks = [display_look(args, shot_header(part.shot), part.shot.grade) for part in parts]
     count = sum(len(sheet_frames(part.shot, part.frames)) for part in parts)
-    renderer, done, sheets = cache(headless_renderer), 0, []
-    with progress_line() as show:
+    renderer, done_count, sheets = cache(headless_renderer), 0, []
+    with progress_line() as show_progress:
         for part, look in zip(parts, looks, strict=True):
             entries = []
             for entry in sheet_entries(part.shot, part.frames, look, renderer):
                 entries.append(entry)
-                done += 1
+                done_count += 1
                 if args.progress == "json":
-                    tell(json.dumps({"event": "frame", "done": done, "frames": count}))
+                    print_result(
+                        json.dumps({"event": "frame", "done": done_count, "frames": count})
+                    )
                 else:
-                    show(f"picture {done} of {count}")
+                    show_progress(f"picture {done_count} of {count}")
             sheets.append(Sheet(part.title, part.shot, entries))
-    table = write_sheet(args.output, args.title or _name(args.shot), sheets)
+    table = write_sheet(args.output, args.title or _document_name(args.shot), sheets)
     if args.progress == "terminal":
-        tell(str(args.output))
-        tell(str(table))
+        print_result(str(args.output))
+        print_result(str(table))
 
 
-class _Part(NamedTuple):
+class _SheetPart(NamedTuple):
     """A shot of the sheet, with the frames to list."""
 
     title: str
@@ -113,40 +116,46 @@ class _Part(NamedTuple):
     frames: FrameRange
 
 
-def _parts(args: argparse.Namespace) -> list[_Part]:
+def _sheet_parts(args: argparse.Namespace) -> list[_SheetPart]:
+    """Return the shots to list: the one of a shot file, or those of a reel."""
     if is_reel(str(args.shot)):
         return _parts_of_reel(args)
-    shot = measured_now(_started(args, read_shot(args.shot)))
-    return [_Part(args.title or _name(args.shot), shot, _frames_of(args, shot))]
+    shot = measure_live_focus(_with_start_timecode(args, read_shot(args.shot)))
+    return [_SheetPart(args.title or _document_name(args.shot), shot, _frames_to_list(args, shot))]
 
 
-def _parts_of_reel(args: argparse.Namespace) -> list[_Part]:
-    """Return the shot files of a reel; others have no keys, which is said."""
-    refuse_given(args, ("frames", "start_timecode"), "The cut says which frames are listed")
+def _parts_of_reel(args: argparse.Namespace) -> list[_SheetPart]:
+    """Return the shots of a reel that have a shot file; print which ones have none."""
+    refuse_options(args, ("frames", "start_timecode"), "The cut says which frames are listed")
     reel = read_reel(args.shot)
     parts = []
-    for own in reel.shots:
-        if not is_shot_file(own.source):
-            say(f"{own.name}: {own.source or 'its media'} is not a shot file, so it has no pull.")
+    for reel_shot in reel.shots:
+        if not is_shot_file(reel_shot.source):
+            print_messages(
+                f"{reel_shot.name}: {reel_shot.source or 'its media'} is not a shot file, so it "
+                "has no pull."
+            )
             continue
-        shot = measured_now(read_shot(own.source))
-        parts.append(_Part(own.name, shot, own.frames or _frames_of(args, shot)))
+        shot = measure_live_focus(read_shot(reel_shot.source))
+        parts.append(
+            _SheetPart(reel_shot.name, shot, reel_shot.frames or _frames_to_list(args, shot))
+        )
     if not parts:
         raise InputError(f"{args.shot} has no shot file: `heatlens reel` makes one for each clip.")
     return parts
 
 
-def _name(path: Path) -> str:
+def _document_name(path: Path) -> str:
     return path.name.removesuffix(SHOT_SUFFIX).removesuffix(REEL_SUFFIX)
 
 
-def _started(args: argparse.Namespace, shot: Shot) -> Shot:
-    return shot if args.start_timecode is None else shot.started_at(args.start_timecode)
+def _with_start_timecode(args: argparse.Namespace, shot: Shot) -> Shot:
+    return shot if args.start_timecode is None else shot.with_start_timecode(args.start_timecode)
 
 
-def _frames_of(args: argparse.Namespace, shot: Shot) -> FrameRange:
+def _frames_to_list(args: argparse.Namespace, shot: Shot) -> FrameRange:
     """Return the frames to list: the given ones, else those from in to out, else all."""
     if args.frames:
         return parse_frame_range(args.frames)
     frames = source_of(shot).frames_of(shot)
-    return shot.played or FrameRange(min(frames), max(frames))
+    return shot.played_frames or FrameRange(min(frames), max(frames))

@@ -5,29 +5,33 @@ import re
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.curve import Key
 from heatlens.core.model.curves.interpolation import Interpolation
-from heatlens.core.model.option import or_meant
+from heatlens.core.model.option import suggest_similar
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.units import parse_distance_m
 
-KEYED = {parameter.typed: parameter for parameter in LensParameter}
+PARAMETER_BY_NAME = {parameter.typed: parameter for parameter in LensParameter}
 _KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
 
 Keys = dict[LensParameter, list[Key]]
 
 
-def keys_of(texts: list[str]) -> Keys:
+def parse_keys(texts: list[str]) -> Keys:
     """Parse keys into a list for each parameter. Raises InputError for an invalid key."""
     keys: Keys = {}
     for text in texts:
         match = _KEY.fullmatch(text)
-        if match is None or match[1] not in KEYED:
-            raise _no_key(text, _key_hint(text))
-        parameter = KEYED[match[1]]
-        keys.setdefault(parameter, []).append(_key(text, parameter, match))
-    return {name: sorted(typed, key=lambda key: key.frame) for name, typed in keys.items()}
+        if match is None or match[1] not in PARAMETER_BY_NAME:
+            raise _key_error(text, _key_hint(text))
+        parameter = PARAMETER_BY_NAME[match[1]]
+        keys.setdefault(parameter, []).append(_make_key(text, parameter, match))
+    return {
+        name: sorted(parameter_keys, key=lambda key: key.frame)
+        for name, parameter_keys in keys.items()
+    }
 
 
-def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
+def _make_key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
+    """Return the key from the parts of its text. Raises InputError for invalid parts."""
     _, frame, value, path = match.groups()
     is_focus = parameter is LensParameter.FOCUS_DISTANCE
     try:
@@ -37,20 +41,20 @@ def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
             Interpolation.SMOOTH if path is None else Interpolation(path),
         )
     except ValueError:
-        raise _no_key(text) from None
+        raise _key_error(text) from None
 
 
 def _key_hint(text: str) -> str:
-    """Return a sentence on a key without a frame, or with a name like another one; else ""."""
+    """Return a hint on a key without a frame, or with a misspelled parameter; else ""."""
     name, sign, value = text.partition("=")
-    if sign and name in KEYED:
+    if sign and name in PARAMETER_BY_NAME:
         return f" The frame is missing, as in {name}@1001={value}."
-    return or_meant(name.partition("@")[0], KEYED)
+    return suggest_similar(name.partition("@")[0], PARAMETER_BY_NAME)
 
 
-def _no_key(text: str, hint: str = "") -> InputError:
+def _key_error(text: str, hint: str = "") -> InputError:
     return InputError(
         f"--key takes PARAMETER@FRAME=VALUE, such as focus@1001=6'3\" or f-stop@1010=2.8:linear; "
-        f"parameters are {', '.join(KEYED)}; paths are {', '.join(Interpolation)}; "
+        f"parameters are {', '.join(PARAMETER_BY_NAME)}; paths are {', '.join(Interpolation)}; "
         f"got {text!r}.{hint}"
     )

@@ -15,9 +15,9 @@ from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
 from heatlens.fronts.commands.options.lens_options import lens_of, plate_options, shot_with_kit
 from heatlens.fronts.commands.output.pipes import file_of_input
-from heatlens.fronts.commands.output.plate_words import say_plate
+from heatlens.fronts.commands.output.plate_words import print_plate_notes
 from heatlens.fronts.commands.output.progress_line import progress_line
-from heatlens.fronts.commands.output.say import say
+from heatlens.fronts.commands.output.say import print_messages
 from heatlens.fronts.commands.output.thing_words import thing_lines
 from heatlens.fronts.commands.sources.shot_plate import plate_shot
 from heatlens.fronts.commands.sources.source_commands import Facts, Line, SourceCommands
@@ -26,7 +26,7 @@ from heatlens.media.color.color_config import PLAIN_OCIO_VIEW
 from heatlens.media.frame_cache.sequence_reader import (
     NeighbourReader,
     SequenceReader,
-    settled_options,
+    fix_conventions,
 )
 from heatlens.media.plate.exr.exr_write import behind_path, write_behind
 from heatlens.media.plate.header.timecode import rate_at
@@ -34,7 +34,7 @@ from heatlens.media.plate.inspection import inspect
 from heatlens.media.plate.mattes.things import require_thing, require_things
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.read import read_plate
-from heatlens.media.plate.tracking.tracked_mark import tracked
+from heatlens.media.plate.tracking.tracked_mark import track_mark
 from heatlens.media.sequence.names import frames_text
 from heatlens.media.sequence.sequence import find_sequence
 from heatlens.render.defocus.quality import unused_behind_notes
@@ -50,7 +50,7 @@ _CAMERA_LINES = (
     ("sensor height", "sensor_height_mm", "mm"),
     ("lens model", "model", ""),
 )
-_FOR_THE_EYE = (
+_DISPLAY_REFERRED_VIEW = (
     f"{PLAIN_OCIO_VIEW}, if the config has it, unless --view is given: the picture is "
     "display-referred, and its tones are mapped already"
 )
@@ -69,10 +69,12 @@ class PlateCommands(SourceCommands):
                 "a 3D scene, seen from many."
             )
         options = plate_options(args)
-        plate = _read_named(Path(args.plate), options, getattr(args, "behind_out", None))
-        lens, said = lens_of(args, plate)
-        say_plate(plate, lens, said, options)
-        say(*unused_behind_notes(plate, settings))
+        plate = _read_plate_with_neighbours(
+            Path(args.plate), options, getattr(args, "behind_out", None)
+        )
+        lens, lens_sentence = lens_of(args, plate)
+        print_plate_notes(plate, lens, lens_sentence, options)
+        print_messages(*unused_behind_notes(plate, settings))
         renderer.load(plate)
         return shot_with_kit(args, Shot(lens, settings)), 0
 
@@ -83,12 +85,12 @@ class PlateCommands(SourceCommands):
         """
         sequence, options = find_sequence(args.shot), plate_options(args)
         plate = read_plate(sequence.path_at(sequence.present[0]), options)
-        lens, said = lens_of(args, plate)
-        say_plate(plate, lens, said, options)
+        lens, lens_sentence = lens_of(args, plate)
+        print_plate_notes(plate, lens, lens_sentence, options)
         shot = Shot(
             lens,
             source=args.shot,
-            plate_options=settled_options(options, plate),
+            plate_options=fix_conventions(options, plate),
             frames_per_second=rate_at(plate.attributes) or FRAMES_PER_SECOND,
         )
         return shot_with_kit(args, shot)
@@ -100,11 +102,11 @@ class PlateCommands(SourceCommands):
             require_things(file, plate_options(args))
         return shot
 
-    def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
+    def track_mark(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
         """Read the plates and follow the surface of the mark."""
-        frames, plate_at = _plates_of(args, shot)
-        with progress_line() as show:
-            return tracked(mark, frames, plate_at, show)
+        frames, plate_at = _plate_reader_of(args, shot)
+        with progress_line() as show_progress:
+            return track_mark(mark, frames, plate_at, show_progress)
 
     def check_thing(self, args: argparse.Namespace, mark: MatteMark) -> None:
         """Raise InputError where no plate has the thing of a mark."""
@@ -112,14 +114,14 @@ class PlateCommands(SourceCommands):
             require_thing(file, mark.matte)
 
     def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
-        """Return what is in the file and how it would be read."""
+        """Return the contents of the file, and how it would be read."""
         with file_of_input(Path(text)) as path:
             facts = inspect(path, plate_options(args))
         return facts, plate_lines(facts)
 
 
 def _first_files(args: argparse.Namespace) -> tuple[Path, ...]:
-    """Return the first file in a tuple, or an empty one if no plate is rendered yet."""
+    """Return a tuple with the first file, or an empty tuple if no plate is rendered yet."""
     try:
         sequence = find_sequence(args.plate)
     except InputError:  # reported already, when the shot was made
@@ -127,39 +129,50 @@ def _first_files(args: argparse.Namespace) -> tuple[Path, ...]:
     return (sequence.path_at(sequence.present[0]),)
 
 
-def _plates_of(args: argparse.Namespace, shot: Shot) -> tuple[FrameRange, Callable[[int], Plate]]:
-    """Return the frames of a shot, and what reads the plate of one; a missing one is held."""
+def _plate_reader_of(
+    args: argparse.Namespace, shot: Shot
+) -> tuple[FrameRange, Callable[[int], Plate]]:
+    """Return the frames of a shot, and a function that reads the plate of a frame.
+
+    For a missing plate, the function reads the one before.
+    """
     sequence = find_sequence(args.plate)
-    read = SequenceReader(shot.plate_options, sequence.path_at(sequence.present[0]))
+    reader = SequenceReader(shot.plate_options, sequence.path_at(sequence.present[0]))
 
     def plate_at(frame: int) -> Plate:
-        shown = sequence.shown_frame(frame, "hold")
-        assert shown is not None  # a sequence that was found has a file
-        return read(sequence.path_at(shown))
+        shown_frame = sequence.shown_frame(frame, "hold")
+        assert shown_frame is not None  # a sequence that was found has a file
+        return reader(sequence.path_at(shown_frame))
 
     return shot.frames or FrameRange(sequence.first, sequence.last), plate_at
 
 
-def _read_named(path: Path, options: PlateOptions, behind_out: Path | None) -> Plate:
-    """Read a plate; with --neighbours, also the hidden surfaces that neighbouring frames show.
+def _read_plate_with_neighbours(
+    path: Path, options: PlateOptions, behind_out: Path | None
+) -> Plate:
+    """Read a plate; with --neighbours, add the hidden surfaces that neighbouring frames show.
 
-    These are also written to `behind_out`. Raises InputError if a file cannot be read or written.
+    The hidden surfaces are also written to `behind_out`, if it is given. Raises InputError if a
+    file cannot be read or written.
     """
     if not options.neighbours:
         if behind_out is not None:
             raise InputError("--behind-out writes what neighbouring frames show: add --neighbours.")
         return read_plate(path, options)
     target = None if behind_out is None else behind_path(behind_out, path)
-    read = NeighbourReader(options, find_sequence(path))
-    beyond = read.found(read.alone(path))
-    say(read.neighbourhood.words)
-    if beyond.frames:
-        where = frames_text(beyond.frames)
-        say(f"frames {where} show {beyond.hidden_part:.0%} of what near silhouettes could hide.")
+    reader = NeighbourReader(options, find_sequence(path))
+    found_surfaces = reader.add_hidden_surfaces(reader.read_alone(path))
+    print_messages(reader.neighbourhood.words)
+    if found_surfaces.frames:
+        frame_list = frames_text(found_surfaces.frames)
+        print_messages(
+            f"frames {frame_list} show {found_surfaces.hidden_part:.0%} of what near silhouettes "
+            "could hide."
+        )
     if target is not None:
-        write_behind(target, beyond.layers)
-        say(f"{target} shows what lies behind {path}.")
-    return beyond.plate
+        write_behind(target, found_surfaces.layers)
+        print_messages(f"{target} shows what lies behind {path}.")
+    return found_surfaces.plate
 
 
 def plate_lines(facts: Facts) -> list[Line]:
@@ -167,15 +180,15 @@ def plate_lines(facts: Facts) -> list[Line]:
     return [
         ("file", facts["path"]),
         ("size", f"{facts['width_px']} x {facts['height_px']} px"),
-        ("data window", _window(facts["data_window"])),
-        ("display window", _window(facts["display_window"])),
+        ("data window", _window_text(facts["data_window"])),
+        ("display window", _window_text(facts["display_window"])),
         ("pixel aspect", f"{facts['pixel_aspect_ratio']:g}"),
         *([("views", ", ".join(facts["views"]))] if facts["views"] else []),
         *_part_lines(facts["parts"]),
         *thing_lines(facts["things"]),
         *_camera_lines(facts["camera"]),
         *_primaries_lines(facts["primaries"]),
-        *([("seen through", _FOR_THE_EYE)] if facts["is_for_the_eye"] else []),
+        *([("seen through", _DISPLAY_REFERRED_VIEW)] if facts["is_for_the_eye"] else []),
         *_color_lines(facts["color"]),
         *_depth_lines(facts["depth"]),
         *_behind_lines(facts["behind"]),
@@ -184,16 +197,18 @@ def plate_lines(facts: Facts) -> list[Line]:
 
 
 def _notes(facts: Facts) -> list[str]:
-    """Return the notes without the reading of the depth and its reason, which have their lines."""
-    why, question = (facts["depth"].get(name, "") for name in ("why", "question"))
+    """Return the notes without those on the depth convention, which has lines of its own."""
+    reason, question = (facts["depth"].get(name, "") for name in ("why", "question"))
     notes = (
-        note.removesuffix(why).rstrip() * bool(question) if why and note.endswith(why) else note
+        note.removesuffix(reason).rstrip() * bool(question)
+        if reason and note.endswith(reason)
+        else note
         for note in facts["notes"]
     )
     return [note for note in notes if note]
 
 
-def _window(corners: list[int]) -> str:
+def _window_text(corners: list[int]) -> str:
     """Format the first and the last pixel of a window, as other EXR tools do."""
     x0, y0, x1, y1 = corners
     return f"({x0}, {y0}) to ({x1 - 1}, {y1 - 1})"
@@ -217,18 +232,18 @@ def _camera_lines(camera: Facts) -> list[Line]:
     lines = []
     for label, name, unit in _CAMERA_LINES:
         if camera[name] is not None:
-            value = f"{_number(camera[name])} {unit}".rstrip()
-            lines.append((label, f"{value} ({_source_words(camera['sources'][name])})"))
+            value = f"{_number_text(camera[name])} {unit}".rstrip()
+            lines.append((label, f"{value} ({_value_source_text(camera['sources'][name])})"))
         elif name in camera["refused"]:
-            why = "ignored: no real lens has this value"
-            lines.append((label, f"none (header: {camera['refused'][name]}: {why})"))
+            reason = "ignored: no real lens has this value"
+            lines.append((label, f"none (header: {camera['refused'][name]}: {reason})"))
     if camera["model"] is None:
         lines = lines or [("camera", "nothing in the header")]
         lines.append(("lens model", f"{LensModel.PHOTOGRAPHIC} (the header names no CG renderer)"))
     return lines
 
 
-def _source_words(source: str) -> str:
+def _value_source_text(source: str) -> str:
     return source if source.startswith("header, ") else f"header: {source}"
 
 
@@ -237,10 +252,12 @@ def _primaries_lines(primaries: Facts | None) -> list[Line]:
     if primaries is None:
         return [("primaries", "linear Rec.709 (the header names no other)")]
     if primaries["space"] is None:
-        said = "unknown to heatlens; taken as the current input space"
+        conversion = "unknown to heatlens; taken as the current input space"
         if primaries["by_matrix"]:
-            said = "converted to linear Rec.709 by a matrix for display"
-        return [("primaries", f"{primaries['value']} (header: {primaries['attribute']}), {said}")]
+            conversion = "converted to linear Rec.709 by a matrix for display"
+        return [
+            ("primaries", f"{primaries['value']} (header: {primaries['attribute']}), {conversion}")
+        ]
     return [("primaries", f"{primaries['space']} (header: {primaries['attribute']})")]
 
 
@@ -251,11 +268,11 @@ def _color_lines(color: Facts) -> list[Line]:
         alpha = "with alpha" if color["has_alpha"] else "no alpha"
         view = f" of the view {color['view']}" if color["view"] else ""
         lines.append(("colour", f"{color['layer'] or 'RGB'}{view}, {alpha}"))
-        span = "no finite value"
+        range_text = "no finite value"
         if color["min"] is not None:
-            span = f"{_number(color['min'])} to {_number(color['max'])}"
-        bad = f"{color['nan_count']} NaN, {color['infinite_count']} infinite"
-        lines.append(("colour range", f"{span}, {bad}"))
+            range_text = f"{_number_text(color['min'])} to {_number_text(color['max'])}"
+        invalid_counts = f"{color['nan_count']} NaN, {color['infinite_count']} infinite"
+        lines.append(("colour range", f"{range_text}, {invalid_counts}"))
     if "problem" in color:
         lines.append(("colour", f"none: {color['problem']}"))
     return lines
@@ -270,23 +287,30 @@ def _depth_lines(depth: Facts) -> list[Line]:
         ("  why", depth["why"]),
     ]
     if "min_px" in depth:
-        span = f"{_number(depth['min_px'])} to {_number(depth['max_px'])} px, signed diameter"
-        return [*lines, ("  range", span)]
-    span = f"{_number(depth['near_m'])} to {_number(depth['far_m'])} m"
+        range_text = (
+            f"{_number_text(depth['min_px'])} to {_number_text(depth['max_px'])} px, signed "
+            "diameter"
+        )
+        return [*lines, ("  range", range_text)]
+    range_text = f"{_number_text(depth['near_m'])} to {_number_text(depth['far_m'])} m"
     if depth["near_m"] == "infinity":
-        span = "none: every pixel is infinitely far"
+        range_text = "none: every pixel is infinitely far"
     counts = f"{depth['infinite_count']} px infinite, {depth['repaired_count']} px repaired"
-    return [*lines, ("  range", span), ("  counts", counts)]
+    return [*lines, ("  range", range_text), ("  counts", counts)]
 
 
 def _behind_lines(behind: list[Facts]) -> list[Line]:
     """Return what each picture behind adds, or why it cannot be added."""
     return [
-        ("behind", f"{one['name']} {one['words']}" + (f": {one['problem']}" * bool(one["problem"])))
-        for one in behind
+        (
+            "behind",
+            f"{picture['name']} {picture['words']}"
+            + (f": {picture['problem']}" * bool(picture["problem"])),
+        )
+        for picture in behind
     ]
 
 
-def _number(value: float | str) -> str:
+def _number_text(value: float | str) -> str:
     """Format a number with five digits; infinity is already a word."""
     return value if isinstance(value, str) else f"{value:.5g}"

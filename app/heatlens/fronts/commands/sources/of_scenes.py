@@ -5,22 +5,22 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.outside_text import shortened
+from heatlens.core.base.outside_text import join_first_names
 from heatlens.core.model.curves.frames import parse_frame_range
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.track_mark import TrackMark
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.core.model.shot.shot import Shot
-from heatlens.fronts.commands.options.given_options import refuse_given, refuse_unused
+from heatlens.fronts.commands.options.given_options import refuse_options, refuse_unused_options
 from heatlens.fronts.commands.options.scene_options import (
+    given_placing,
+    lens_message,
     load_scene,
-    placing_of,
-    said_of_lens,
     shot_of_scene,
 )
-from heatlens.fronts.commands.output.plate_words import say_breathing
-from heatlens.fronts.commands.output.say import say
-from heatlens.fronts.commands.sources.shot_plate import rate_of
+from heatlens.fronts.commands.output.plate_words import print_breathing
+from heatlens.fronts.commands.output.say import print_messages
+from heatlens.fronts.commands.sources.shot_plate import shot_rate
 from heatlens.fronts.commands.sources.source_commands import Facts, Line, SourceCommands
 from heatlens.media.camera.samples import CameraSamples
 from heatlens.media.scene.first_shot import FirstShot, first_shot
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from heatlens.render.frame_renderer import FrameRenderer  # `info` draws nothing
 
 
-def _no_object(scene: Scene, mark: Mark) -> InputError:
+def _object_needed_error(scene: Scene, mark: Mark) -> InputError:
     return InputError(
         f"Mark {mark.name}: in a scene, name an object to follow, as in "
         f"{mark.name}=object:{object_names(scene)[0]}."
@@ -46,37 +46,37 @@ class SceneCommands(SourceCommands):
     ) -> tuple[Shot, int]:
         """Load the scene, and return the shot of its camera and the frame."""
         shot, frame, notes = load_scene(args, renderer, settings)
-        say(*notes)
-        say_breathing(shot.lens, None)
+        print_messages(*notes)
+        print_breathing(shot.lens, None)
         return shot, frame
 
     def shot(self, args: argparse.Namespace) -> Shot:
         """Return a shot with the lens of the options and of the scene's moving camera."""
         first = shot_of_scene(args, args.shot)
-        say(*first.scene.notes, said_of_lens(args, first, first.frame))
+        print_messages(*first.scene.notes, lens_message(args, first, first.frame))
         return first.shot
 
     def new_shot(self, args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
         """Return a shot with the lens, frames, rate and framing of the scene's camera."""
         first = shot_of_scene(args, args.plate)
         shot = first.shot
-        say(*first.scene.notes)
+        print_messages(*first.scene.notes)
         camera_frames = None if camera is None else camera.frame_range
         frames = parse_frame_range(args.frames) if args.frames else camera_frames or shot.frames
         is_own = args.fps is None and camera is None
-        rate = shot.frames_per_second if is_own else rate_of(args, camera)
+        rate = shot.frames_per_second if is_own else shot_rate(args, camera)
         return replace(shot, frames=frames, frames_per_second=rate)
 
-    def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
-        """Refuse: a scene tells where its objects are."""
-        raise _no_object(shot_of_scene(args, args.plate).scene, mark)
+    def track_mark(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
+        """Raise InputError: a scene has the positions of its objects, which need no tracking."""
+        raise _object_needed_error(shot_of_scene(args, args.plate).scene, mark)
 
     def info(self, args: argparse.Namespace, text: str) -> tuple[Facts, list[Line]]:
-        """Return its cameras, frames, objects, triangles, lights and size."""
-        refuse_unused(args, text)
+        """Return the cameras, frames, objects, triangles, lights and size of the scene."""
+        refuse_unused_options(args, text)
         lens = ("focal_length", "sensor_width")
-        refuse_given(args, lens, f"{text} is a 3D scene, but this option is for depth along rays")
-        facts = scene_facts(first_shot(text, placing=placing_of(args)))
+        refuse_options(args, lens, f"{text} is a 3D scene, but this option is for depth along rays")
+        facts = scene_facts(first_shot(text, placing=given_placing(args)))
         return facts, scene_lines(facts)
 
 
@@ -119,19 +119,19 @@ def scene_lines(facts: Facts) -> list[Line]:
     """Return the facts of `scene_facts` as text, each with a label."""
     return [
         ("scene", facts["path"]),
-        ("frames", _frames(facts)),
+        ("frames", _frames_line(facts)),
         *([("clips", ", ".join(facts["clips"]))] if len(facts["clips"]) > 1 else []),
         *_camera_lines(facts["cameras"]),
         ("lens model", facts["lens_model"]),
-        ("objects", _objects(facts["objects"])),
+        ("objects", _objects_text(facts["objects"])),
         ("triangles", f"{facts['triangles']:,}"),
-        ("lights", _lights(facts)),
+        ("lights", _lights_text(facts)),
         ("size", " x ".join(f"{side:.4g}" for side in facts["size_m"]) + " m, y up"),
         *(("note", note) for note in facts["notes"]),
     ]
 
 
-def _frames(facts: Facts) -> str:
+def _frames_line(facts: Facts) -> str:
     frames = facts["frames"]
     if frames is None:
         return "nothing moves"
@@ -144,24 +144,26 @@ def _camera_lines(cameras: list[Facts]) -> list[Line]:
         (
             "camera",
             f"{camera['name']}, focal length {camera['focal_length_mm']:.4g} mm, sensor width "
-            f"{camera['sensor_width_mm']:.4g} mm{_how(camera)}",
+            f"{camera['sensor_width_mm']:.4g} mm{_camera_details(camera)}",
         )
         for camera in cameras
     ]
     return lines or [("camera", "none: the view shows the whole scene")]
 
 
-def _how(camera: Facts) -> str:
-    assumed = " (assumed: the file has only its angle of view)"
-    moves = ", moves" if camera["moves"] else ""
-    return (assumed if camera["sensor_width_assumed"] else "") + moves
+def _camera_details(camera: Facts) -> str:
+    assumed_text = " (assumed: the file has only its angle of view)"
+    moves_text = ", moves" if camera["moves"] else ""
+    return (assumed_text if camera["sensor_width_assumed"] else "") + moves_text
 
 
-def _objects(names: list[str]) -> str:
-    return f"{len(names)}: {shortened(names)}"
+def _objects_text(names: list[str]) -> str:
+    return f"{len(names)}: {join_first_names(names)}"
 
 
-def _lights(facts: Facts) -> str:
+def _lights_text(facts: Facts) -> str:
     lamps = {0: "", 1: "1 lamp"}.get(facts["lights"], f"{facts['lights']} lamps")
     sun = "the sun" if facts["sun"] else ""
-    return " and ".join(part for part in (sun, lamps) if part) or "none but the sky"
+    return (
+        " and ".join(light_text for light_text in (sun, lamps) if light_text) or "none but the sky"
+    )

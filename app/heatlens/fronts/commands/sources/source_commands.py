@@ -1,4 +1,4 @@
-"""What the command line does with a source, whatever its kind."""
+"""The interface by which the command line reads a source of any kind."""
 
 import argparse
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from heatlens.render.frame_renderer import FrameRenderer  # `info` draws nothing
 
 Line = tuple[str, str]  # label and value
-Facts = dict[str, Any]  # what `info` tells programs
+Facts = dict[str, Any]  # the entries that `info` prints as JSON
 
 
 class SourceCommands:
-    """Reads one kind of source on the command line; this base refuses everything in words.
+    """Reads one kind of source on the command line; this base class refuses every command.
 
     Each method prints how the source was read. Raises InputError if it cannot be read, or the lens
     is not complete. See `SourceKind.commands`.
@@ -39,7 +39,7 @@ class SourceCommands:
         """Return a shot of `args.plate` with its lens, frames and frame rate (shot new)."""
         self._refuse(args.plate)
 
-    def tracked(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
+    def track_mark(self, args: argparse.Namespace, shot: Shot, mark: TrackMark) -> TrackMark:
         """Return a mark whose surface is followed over the frames of `args.plate` (shot new)."""
         self._refuse(args.plate)
 

@@ -22,9 +22,9 @@ from heatlens.render.defocus.quality import kernel_for
 from heatlens.render.gpu.device import Device
 from heatlens.render.gpu.opengl.counting import counting_device
 
-ISSUE_WORDS = "counting what the frame asks of a GPU"
-# Microseconds of an issue with its barrier, and of a layer's pixel on one processor, in which lines
-# are solved: fitted to frames of 1280x720 to 3840x2160 on an NVIDIA H200.
+ISSUE_MESSAGE = "counting what the frame asks of a GPU"
+# Microseconds of an issue with its barrier, and of solving the lines of one pixel of a layer on one
+# processor: fitted to frames of 1280x720 to 3840x2160 on an NVIDIA H200.
 _ISSUE_US, _SOLVED_PIXEL_US = 36.5, 0.0114
 
 
@@ -69,37 +69,40 @@ def measure_issues(
     size: tuple[int, int],
     settings: DefocusSettings,
     runs: int,
-    say: Callable[[str], None],
+    report_progress: Callable[[str], None],
 ) -> IssueReport:
     """Count and time the issues of a frame of the scene at `size` as a GPU would get them."""
-    # Issues are what limits a fast GPU: slices and bands, which let a window answer while software
-    # draws, cost one 400 dispatches with barriers a frame at 3840x2160, where 9 and 15 a layer do.
-    # So the device that counts takes everything whole, as a GPU does.
-    say(ISSUE_WORDS)
+    # The counting device gets pictures and lists whole, as a GPU does, because issues limit a fast
+    # GPU. Slices and bands, which let a window answer while software draws, took 400 dispatches
+    # with barriers for a frame of 3840x2160; without them it takes 9, and 15 for each layer.
+    report_progress(ISSUE_MESSAGE)
     counts: Counter[str] = Counter()
     frames = BenchFrames(counting_device(ctx, counts), SolverName.PARTITION)
     frame = frames.frame(scene_plate(size), LENS, settings)
-    moved = _bytes_per_pixel(frames, frame, size, settings)
+    bytes_per_pixel = _bytes_per_pixel(frames, frame, size, settings)
     seconds = []
     for _ in range(runs):
         counts.clear()
         start = time.perf_counter()
         frame.render()
         seconds.append(time.perf_counter() - start)
-    return _report(counts, frame.layer_count, moved, 1e3 * median(seconds), size)
+    return _report(counts, frame.layer_count, bytes_per_pixel, 1e3 * median(seconds), size)
 
 
 def _bytes_per_pixel(
     frames: BenchFrames, frame: Frame, size: tuple[int, int], settings: DefocusSettings
 ) -> float:
     """Return the bytes that all passes of a frame move, by the table of their costs."""
-    watch = frames.stopwatch
-    watch.on = True
+    stopwatch = frames.stopwatch
+    stopwatch.is_on = True
     frame.render()
-    watch.on = False
-    worked_on = proxy_size(size, settings.proxy)
-    work = Work(worked_on, kernel_for(settings), SolverName.PARTITION, settings.proxy)
-    moved = (pass_named(name).traffic(work, it.runs).moved for name, it in watch.times.items())
+    stopwatch.is_on = False
+    working_size = proxy_size(size, settings.proxy)
+    work = Work(working_size, kernel_for(settings), SolverName.PARTITION, settings.proxy)
+    moved = (
+        pass_named(name).traffic(work, pass_time.runs).moved
+        for name, pass_time in stopwatch.times.items()
+    )
     return sum(filter(None, moved))
 
 
@@ -110,12 +113,13 @@ def _report(
     python_ms: float,
     size: tuple[int, int],
 ) -> IssueReport:
+    """Return the report of the counts, with the predicted time on each card."""
     issues = sum(counts[kind] for kind in ("dispatch", "indirect", "draw", "clear"))
     moved_gb = 1e-9 * bytes_per_pixel * size[0] * size[1]
-    predicted, solved = {}, layer_count * size[0] * size[1]
+    predicted, solved_pixels = {}, layer_count * size[0] * size[1]
     for card in CARDS:
-        waits_us = issues * _ISSUE_US + solved * _SOLVED_PIXEL_US / card.processors
-        predicted[card.name] = max(1e3 * moved_gb / card.gb_per_s + 1e-3 * waits_us, python_ms)
+        waiting_us = issues * _ISSUE_US + solved_pixels * _SOLVED_PIXEL_US / card.processors
+        predicted[card.name] = max(1e3 * moved_gb / card.gb_per_s + 1e-3 * waiting_us, python_ms)
     return IssueReport(
         layer_count=layer_count,
         issues=issues,
@@ -132,6 +136,7 @@ def _report(
 
 
 def issue_lines(report: IssueReport) -> str:
+    """Return the report as lines of text."""
     cards = (f"{ms:.1f} ms at {card}" for card, ms in report.predicted_ms.items())
     return (
         f"issues of a frame on a GPU: {report.issues} for {report.layer_count} layers "

@@ -13,7 +13,7 @@ from heatlens.core.model.shot.settings import Bokeh, DefocusSettings
 from heatlens.lab.measure.bench.report import BareReport, CocRow, FrameReport, PassRow, SizeRow
 from heatlens.lab.measure.bench.synthetic_plate import (
     LENS,
-    lens_reaching,
+    lens_with_largest_coc,
     scene_coc_px,
     scene_plate,
     uniform_coc_plate,
@@ -37,45 +37,49 @@ from heatlens.render.gpu.stopwatch import Stopwatch
 from heatlens.render.gpu.textures import FloatArray, new_texture, upload
 
 Size = tuple[int, int]
-Say = Callable[[str], None]
+ReportProgress = Callable[[str], None]
 
 SWEEP_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 SWEEP_SIZES = ((960, 540), (1920, 1080), (3840, 2160))
-BARE_WORDS = "one layer of heat beside two bare sweeps"
+BARE_MESSAGE = "one layer of heat beside two bare sweeps"
 
 
-def copy_words(size: Size, settings: DefocusSettings) -> str:
+def copy_message(size: Size, settings: DefocusSettings) -> str:
     """Return the progress message of the copy."""
     width, height = proxy_size(size, settings.proxy)
     return f"copying {width}x{height}"
 
 
-def frame_words(size: Size, runs: int) -> str:
+def frame_message(size: Size, runs: int) -> str:
     """Return the progress message of the frame."""
     return f"frame of {size[0]}x{size[1]}, {runs} runs, twice"
 
 
-def coc_words(coc_px: float) -> str:
+def coc_message(coc_px: float) -> str:
     """Return the progress message of an amount of blur."""
     return f"circle of confusion {coc_px:g} px"
 
 
-def size_words(size: Size) -> str:
+def size_message(size: Size) -> str:
     """Return the progress message of a size."""
     return f"size {size[0]}x{size[1]}"
 
 
 def measure_frame(
-    frames: BenchFrames, size: Size, settings: DefocusSettings, runs: int, say: Say
+    frames: BenchFrames,
+    size: Size,
+    settings: DefocusSettings,
+    runs: int,
+    report_progress: ReportProgress,
 ) -> FrameReport:
     """Measure whole frames of the scene at `size`, alternating with frames that time every pass."""
-    worked_on = proxy_size(size, settings.proxy)
-    say(copy_words(size, settings))
-    copy = copy_bytes_per_second(frames.ctx, worked_on)
-    say(frame_words(size, runs))
+    working_size = proxy_size(size, settings.proxy)
+    report_progress(copy_message(size, settings))
+    copy_rate = copy_bytes_per_second(frames.ctx, working_size)
+    report_progress(frame_message(size, runs))
     frame = frames.frame(scene_plate(size), LENS, settings)
     seconds = frame_seconds(frames.stopwatch, runs, frame.render)
-    work = Work(worked_on, kernel_for(settings), frames.solver.name, settings.proxy)
+    work = Work(working_size, kernel_for(settings), frames.solver.name, settings.proxy)
     return FrameReport(
         renderer=frames.ctx.name,
         is_software=is_software(frames.ctx),
@@ -84,12 +88,14 @@ def measure_frame(
         proxy=settings.proxy,
         method=str(settings.method),
         bokeh=str(settings.bokeh),
-        quality=str(settings.at_quality),
+        quality=str(settings.effective_quality),
         layer_count=frame.layer_count,
         solver=frames.solver.name,
         runs=runs,
-        copy_gb_per_s=1e-9 * copy,
-        passes=tuple(pass_row(name, entry, work, copy) for name, entry in seconds.passes.items()),
+        copy_gb_per_s=1e-9 * copy_rate,
+        passes=tuple(
+            pass_row(name, entry, work, copy_rate) for name, entry in seconds.passes.items()
+        ),
         frame_ms=1e3 * seconds.whole,
         stopwatch_frame_ms=1e3 * seconds.timed,
     )
@@ -118,12 +124,16 @@ def pass_row(name: str, entry: PassSeconds, work: Work, copy_bytes_per_s: float)
 
 
 def measure_coc_sweep(
-    frames: BenchFrames, size: Size, settings: DefocusSettings, runs: int, say: Say
+    frames: BenchFrames,
+    size: Size,
+    settings: DefocusSettings,
+    runs: int,
+    report_progress: ReportProgress,
 ) -> tuple[CocRow, ...]:
     """Measure the time of a frame against the amount of blur."""
     measured = []
     for coc in SWEEP_COC_PX:
-        say(coc_words(coc))
+        report_progress(coc_message(coc))
         one_layer, _ = _uniform_ms(frames, size, coc, replace(settings, layers=1), runs)
         layered = _uniform_ms(frames, size, coc, settings, runs)
         scene = _scene_ms(frames, size, coc, settings, runs)
@@ -147,25 +157,25 @@ def _scene_ms(
     frames: BenchFrames, size: Size, coc: float, settings: DefocusSettings, runs: int
 ) -> tuple[float, int]:
     """Return the milliseconds and the layers of the scene with `coc` as its largest coc."""
-    frame = frames.frame(scene_plate(size), lens_reaching(coc, size), settings)
+    frame = frames.frame(scene_plate(size), lens_with_largest_coc(coc, size), settings)
     return 1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count
 
 
 def measure_size_sweep(
-    frames: BenchFrames, settings: DefocusSettings, runs: int, say: Say
+    frames: BenchFrames, settings: DefocusSettings, runs: int, report_progress: ReportProgress
 ) -> tuple[SizeRow, ...]:
     """Measure the time of a frame against its number of pixels.
 
-    A size that needs more memory than this machine has is left out, and reported with `say`.
+    A size that needs more memory than this machine has is left out, with a progress message.
     """
     measured: list[tuple[Size, float, float, int]] = []
     for size in SWEEP_SIZES:
-        say(size_words(size))
+        report_progress(size_message(size))
         try:
             frames.check_fits(size, settings)
             frame = frames.frame(scene_plate(size), LENS, settings)
         except GpuError as error:
-            say(f"left out: {error}")
+            report_progress(f"left out: {error}")
             continue
         single = replace(frame, shot=replace(frame.shot, defocus=replace(settings, layers=1)))
         one_s, layered_s = median_seconds(frames.ctx, runs, single.render, frame.render)
@@ -182,9 +192,11 @@ def size_rows(measured: list[tuple[Size, float, float, int]]) -> tuple[SizeRow, 
     )
 
 
-def measure_bare(frames: BenchFrames, size: Size, runs: int, say: Say) -> BareReport:
+def measure_bare(
+    frames: BenchFrames, size: Size, runs: int, report_progress: ReportProgress
+) -> BareReport:
     """Measure a frame of one layer of heat and its two line sweeps alone, in turn."""
-    say(BARE_WORDS)
+    report_progress(BARE_MESSAGE)
     plate = scene_plate(size)
     frame = frames.frame(plate, LENS, DefocusSettings(Bokeh.HEAT, layers=1))
     bare = BareSweeps(frames.ctx, plate.color, scene_coc_px(size))
@@ -194,30 +206,31 @@ def measure_bare(frames: BenchFrames, size: Size, runs: int, say: Say) -> BareRe
 
 
 _BYTES_PER_PIXEL = 32  # rgba32f read and written
-_LARGE = (4096, 4096)  # 256 MiB, more than the caches of any GPU
-_TRIES = 7
+_GPU_COPY_SIZE = (4096, 4096)  # 256 MiB, more than the caches of any GPU
+_COPIES = 7
 
 
 def copy_bytes_per_second(ctx: Device, size: tuple[int, int]) -> float:
     """Return the bytes per second of the fastest of several copies; the first copy is not counted.
 
-    A software rasteriser copies a picture of `size`, so that the processor's caches have the same
+    A software rasterizer copies a picture of `size`, on which the processor's caches have the same
     effect as on the passes; a GPU copies a large picture.
     """
-    size = size if is_software(ctx) else _LARGE
+    size = size if is_software(ctx) else _GPU_COPY_SIZE
     program = ComputeProgram(ctx, "lab/bandwidth_copy.comp.glsl")
     source, target = (new_texture(ctx, size, 4) for _ in range(2))
     source.write(
         bytes(16 * size[0] * size[1])
     )  # reading memory that was never written would be too fast
-    seconds = [_copy_seconds(ctx, program, source, target) for _ in range(_TRIES + 1)]
-    for thing in (program, source, target):
-        thing.release()
+    seconds = [_copy_seconds(ctx, program, source, target) for _ in range(_COPIES + 1)]
+    for resource in (program, source, target):
+        resource.release()
     return _BYTES_PER_PIXEL * size[0] * size[1] / min(seconds[1:])
 
 
 def _copy_seconds(ctx: Device, program: ComputeProgram, source: Texture, target: Texture) -> float:
-    stopwatch = Stopwatch(ctx, on=True)
+    """Return the seconds of one copy of a texture."""
+    stopwatch = Stopwatch(ctx, is_on=True)
     with stopwatch.measure("copy"):
         program.dispatch(
             pixel_groups(source.size),
@@ -244,7 +257,7 @@ class BareSweeps:
         }
         upload(self._color, color)
         for axis, texture in enumerate(self._conductances):
-            upload(texture, conductances(coc_px, along=1 - axis))
+            upload(texture, conductances(coc_px, axis=1 - axis))
 
     def run(self) -> None:
         """Write the diffused picture to `out`."""
@@ -258,6 +271,7 @@ class BareSweeps:
         color: Texture,
         out_color: Texture,
     ) -> None:
+        """Diffuse `color` along one axis to `out_color`."""
         length, lines = self._size if axis == (1, 0) else self._size[::-1]
         self._program.dispatch(
             (groups_for(lines, ROW_GROUP), 1),
@@ -278,16 +292,17 @@ class BareSweeps:
         self._program.release()
 
 
-def conductances(coc_px: FloatArray, along: int) -> FloatArray:
-    """Return the heat conductance of each pixel to the next `along` an axis; 0 at a line's end."""
-    diameter = np.moveaxis(np.abs(coc_px), along, -1)
+def conductances(coc_px: FloatArray, axis: int) -> FloatArray:
+    """Return the heat conductance of each pixel to the next along `axis`; 0 at a line's end."""
+    diameter = np.moveaxis(np.abs(coc_px), axis, -1)
     result = np.zeros(diameter.shape, np.float32)
     narrower = np.minimum(diameter[..., :-1], diameter[..., 1:])
     result[..., :-1] = named_kernel("heat").poles[0].real * narrower**2
-    return np.ascontiguousarray(np.moveaxis(result, -1, along))
+    return np.ascontiguousarray(np.moveaxis(result, -1, axis))
 
 
 def _check_scratch_fits(ctx: Device, size: tuple[int, int]) -> None:
+    """Raise GpuError if the scratch memory of the sweeps exceeds a storage block."""
     need = 16 * size[0] * size[1]
     limit = ctx.limits.storage_block_bytes
     if need > limit:

@@ -18,17 +18,23 @@ from heatlens.core.model.focus.coc import coc_line, coc_px
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.settings import VIEWS_MAX, DefocusSettings, Method
 from heatlens.lab.measure.bench import methods, timing
-from heatlens.lab.measure.bench.methods import entrants, most_views, wall_framing
+from heatlens.lab.measure.bench.methods import compared_methods, most_views, wall_framing
 from heatlens.lab.measure.bench.synthetic_plate import LENS
-from heatlens.lab.measure.bench.timing import BenchFrames, Frame, Patience, Say, SceneFrame
+from heatlens.lab.measure.bench.timing import (
+    BenchFrames,
+    Frame,
+    MethodTimer,
+    ReportProgress,
+    SceneFrame,
+)
 from heatlens.lab.measure.metrics import score
 from heatlens.media.plate.plate import FloatImage
 from heatlens.media.scene.scene import Color, Daylight, Instance, Material, Mesh, Scene
 from heatlens.render.defocus.plate_passes import proxy_size
-from heatlens.render.frame_renderer import drained
+from heatlens.render.frame_renderer import run_all_steps
 from heatlens.render.gpu.textures import download
 
-_SAY_EVERY = 256  # views of the truth
+_REPORT_EVERY = 256  # views of the truth
 _SIDE_MIN_PX = 16
 NEAREST_M = 1.0  # distance of the nearest board, which has the largest circle of confusion
 
@@ -99,10 +105,10 @@ class ErrorReport:
 
 def check_errors(size: tuple[int, int], settings: DefocusSettings, truth_views: int) -> None:
     """Raise InputError for options that would fail only after minutes, or give no valid truth."""
-    most = most_views(settings)
-    if not most < truth_views <= VIEWS_MAX:
+    views_max = most_views(settings)
+    if not views_max < truth_views <= VIEWS_MAX:
         raise InputError(
-            f"--truth-views must be above {most}, the views of the methods, and at most "
+            f"--truth-views must be above {views_max}, the views of the methods, and at most "
             f"{VIEWS_MAX}, or 0 to measure only times; got {truth_views}."
         )
     if min(proxy_size(size, settings.proxy)) < _SIDE_MIN_PX:
@@ -123,82 +129,91 @@ def measure_errors(
     settings: DefocusSettings,
     truth_views: int,
     runs: int,
-    say: Say,
+    report_progress: ReportProgress,
 ) -> ErrorReport:
     """Measure time and error of each method on the truth scene.
 
-    Plate methods get its pinhole picture.
-
-    A method that was too slow once is left out from there on.
+    Plate methods get the pinhole picture of the scene. A method that was too slow once is left out
+    of the following rows.
     """
     frame = frames.scene_frame(truth_scene(), wall_framing(size), LENS, settings)
-    frame.renderer.look(
+    frame.renderer.load_pinhole(
         frame.shot
     )  # now, so that it is not included in the time of the first method
-    patience = Patience(runs, say)
+    timer = MethodTimer(runs, report_progress)
     rows = []
     for coc in methods.METHOD_COC_PX:
-        through = replace(frame, shot=replace(frame.shot, lens=truth_lens(coc, size[0])))
-        rows.append(_row(through, coc, truth_views, patience, say))
+        lens_frame = replace(frame, shot=replace(frame.shot, lens=truth_lens(coc, size[0])))
+        rows.append(_measure_row(lens_frame, coc, truth_views, timer, report_progress))
     return ErrorReport(*size, timing.LIMIT_S, truth_views, tuple(rows))
 
 
-def _row(
-    frame: SceneFrame, coc_px: float, truth_views: int, patience: Patience, say: Say
+def _measure_row(
+    frame: SceneFrame,
+    coc_px: float,
+    truth_views: int,
+    timer: MethodTimer,
+    report_progress: ReportProgress,
 ) -> ErrorRow:
     """Render the truth for one amount of blur and compare every method with it."""
-    where = truth_where(coc_px)
-    truth, truth_flip = truth_of(frame, truth_views, lambda done: say(f"{done}, {where}"))
+    blur_text = largest_coc_text(coc_px)
+    truth, truth_flip = render_truth(
+        frame, truth_views, lambda done: report_progress(f"{done}, {blur_text}")
+    )
     cells = {
-        name: _cell(patience, name, _with(frame, asked), truth, where)
-        for name, asked in entrants(frame.shot.defocus).items()
+        name: _measure_cell(timer, name, _with_settings(frame, method_settings), truth, blur_text)
+        for name, method_settings in compared_methods(frame.shot.defocus).items()
     }
     return ErrorRow(coc_px, truth_flip, cells)
 
 
-def truth_where(coc_px: float) -> str:
-    """Return the words after a truth or a method's name in progress messages."""
+def largest_coc_text(coc_px: float) -> str:
+    """Return the text after a truth or a method's name in progress messages."""
     return f"largest circle of confusion {coc_px:g} px"
 
 
-def truth_words(views: int) -> str:
+def truth_message(views: int) -> str:
     """Return the progress message of a truth."""
     return f"truth from {views} views"
 
 
-def truth_of(frame: SceneFrame, views: int, say: Say) -> tuple[FloatImage, float]:
+def render_truth(
+    frame: SceneFrame, views: int, report_progress: ReportProgress
+) -> tuple[FloatImage, float]:
     """Return the mean of `views` views, (H, W, 3) scene-linear, and the FLIP of half of them."""
     pictures = []
-    for number in (max(views // 2, 1), views):  # the second continues the first
-        settings = replace(frame.shot.defocus, method=Method.ACCUMULATION, views=number)
-        pictures.append(_drawn(_with(frame, settings), number, say))
+    for view_count in (max(views // 2, 1), views):  # the second continues the first
+        settings = replace(frame.shot.defocus, method=Method.ACCUMULATION, views=view_count)
+        pictures.append(_render_views(_with_settings(frame, settings), view_count, report_progress))
     half, whole = pictures
     return whole, score(half, whole).flip
 
 
-def _drawn(frame: SceneFrame, views: int, say: Say) -> FloatImage:
-    """Render the picture with the lens of the shot; report progress every _SAY_EVERY views."""
-    say(truth_words(views))
+def _render_views(frame: SceneFrame, views: int, report_progress: ReportProgress) -> FloatImage:
+    """Render the picture with the lens of the shot; report progress every _REPORT_EVERY views."""
+    report_progress(truth_message(views))
     views_done = count(1)
 
-    def tell(step: str) -> None:
-        if step == "view" and (done := next(views_done)) % _SAY_EVERY == 0:
-            say(f"truth, {done} views more")
+    def count_view(step: str) -> None:
+        if step == "view" and (done := next(views_done)) % _REPORT_EVERY == 0:
+            report_progress(f"truth, {done} views more")
 
-    return _rgb(download(drained(frame.renderer.steps(frame.shot), tell)))
+    return _rgb(download(run_all_steps(frame.renderer.steps(frame.shot), count_view)))
 
 
-def _cell(
-    patience: Patience, name: str, frame: Frame, truth: FloatImage, where: str
+def _measure_cell(
+    timer: MethodTimer, name: str, frame: Frame, truth: FloatImage, blur_text: str
 ) -> ErrorCell | None:
-    timed = patience.timed(name, lambda: frame, where)
+    """Time and compare one method; return None if it is too slow."""
+    timed = timer.time_method(name, lambda: frame, blur_text)
     if timed is None:
         return None
     scores = score(_rgb(download(timed.picture)), truth)
     return ErrorCell(timed.ms, scores.flip, scores.psnr_db, scores.ssim)
 
 
-def _with(frame: SceneFrame, settings: DefocusSettings) -> SceneFrame:
+def _with_settings(frame: SceneFrame, settings: DefocusSettings) -> SceneFrame:
+    """Return the frame with other settings."""
     return replace(frame, shot=replace(frame.shot, defocus=settings))
 
 
@@ -209,20 +224,20 @@ def _rgb(rgba: FloatImage) -> FloatImage:
 def truth_scene() -> Scene:
     """Return the boards, the ground and the lamps, before a camera in the origin along -z."""
     boards = [(_board(*board[:5]), board[5], 0) for board in _BOARDS]
-    lamps = [(_board(*_around(x, y), _LAMP_M), _LAMP_LIGHT, None) for x, y in _LAMPS]
+    lamps = [(_board(*_lamp_edges(x, y), _LAMP_M), _LAMP_LIGHT, None) for x, y in _LAMPS]
     things = [*boards, (_ground(), _GROUND_LIGHT, 0), *lamps]
     return Scene(
         Path("synthetic"),
-        tuple(replace(mesh, material=at) for at, (mesh, _, _) in enumerate(things)),
-        tuple(Instance(f"{at}", at, np.eye(4)) for at in range(len(things))),
-        tuple(_shining(light, picture) for _, light, picture in things),
-        (_picture(),),
+        tuple(replace(mesh, material=index) for index, (mesh, _, _) in enumerate(things)),
+        tuple(Instance(f"{index}", index, np.eye(4)) for index in range(len(things))),
+        tuple(_glowing_material(light, picture) for _, light, picture in things),
+        (_wave_picture(),),
         daylight=_NIGHT,
     )
 
 
 def truth_lens(largest_coc_px: float, width_px: int) -> Lens:
-    """Return `LENS` with the f-stop at which the nearest board's |coc| is the one given.
+    """Return `LENS` with the f-stop at which the nearest board's |coc| is `largest_coc_px`.
 
     The coc is proportional to 1 / f-stop.
     """
@@ -230,11 +245,12 @@ def truth_lens(largest_coc_px: float, width_px: int) -> Lens:
     return replace(LENS, f_stop=LENS.f_stop * nearest / largest_coc_px)
 
 
-def _shining(light: Color, picture: int | None) -> Material:
+def _glowing_material(light: Color, picture: int | None) -> Material:
+    """Return a material that only emits light, times a picture if it has one."""
     return Material("light", _BLACK, emission=light, emission_map=picture)
 
 
-def _around(x: float, y: float) -> tuple[float, float, float, float]:
+def _lamp_edges(x: float, y: float) -> tuple[float, float, float, float]:
     """Return left, right, top and bottom of a lamp whose centre is (x, y)."""
     half_x, half_y = _LAMP_SIDE / 2, _LAMP_SIDE / 2 / _ASPECT
     return x - half_x, x + half_x, y - half_y, y + half_y
@@ -253,6 +269,7 @@ def _board(left: float, right: float, top: float, bottom: float, away_m: float) 
 
 
 def _ground() -> Mesh:
+    """Return the ground from the nearest to the farthest point."""
     near, far = _GROUND_M
     x, z = np.array((-far, far, far, -far)), np.array((-near, -near, -far, -far))
     positions = np.stack([x, np.full(4, -_EYE_M), z], axis=1)
@@ -260,6 +277,7 @@ def _ground() -> Mesh:
 
 
 def _quad(corners: ArrayLike, normal: ArrayLike, uvs: ArrayLike) -> Mesh:
+    """Return a mesh of two triangles with these four corners."""
     return Mesh(
         np.asarray(corners, np.float32),
         np.tile(np.asarray(normal, np.float32), (4, 1)),
@@ -268,7 +286,7 @@ def _quad(corners: ArrayLike, normal: ArrayLike, uvs: ArrayLike) -> Mesh:
     )
 
 
-def _picture(side: int = 128) -> NDArray[np.uint8]:
+def _wave_picture(side: int = 128) -> NDArray[np.uint8]:
     """Return (side, side, 4) waves at several scales that repeat without a seam."""
     v, u = math.tau * np.mgrid[:side, :side] / side
     waves = sum(np.sin(n * u + n) * np.sin((n + 1) * v) for n in (1, 3, 8))

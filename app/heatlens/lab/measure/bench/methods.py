@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from heatlens.core.model.focus.coc import coc_line
 from heatlens.core.model.lens.lens import Lens
-from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.core.model.shot.framing import CameraTrack, Framing, PoseKey, pose_looking_at
 from heatlens.core.model.shot.settings import DefocusSettings, Method
 from heatlens.lab.measure.bench import timing
 from heatlens.lab.measure.bench.synthetic_plate import LENS, uniform_coc_plate
-from heatlens.lab.measure.bench.timing import BenchFrames, Frame, Patience, Say
-from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.lab.measure.bench.timing import BenchFrames, Frame, MethodTimer, ReportProgress
+from heatlens.media.plate.picture.display import encode_srgb
 from heatlens.media.scene.scene import Daylight, Instance, Material, Mesh, Scene
 
 METHOD_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
@@ -50,29 +50,33 @@ class MethodReport:
 
 
 def measure_methods(
-    frames: BenchFrames, size: tuple[int, int], settings: DefocusSettings, runs: int, say: Say
+    frames: BenchFrames,
+    size: tuple[int, int],
+    settings: DefocusSettings,
+    runs: int,
+    report_progress: ReportProgress,
 ) -> MethodReport:
     """Measure each method on a plate of uniform coc, or on such a scene if it needs one.
 
-    A method that was too slow once is left out from there on.
+    A method that was too slow once is left out of the following rows.
     """
-    patience, rows = Patience(runs, say), []
+    timer, rows = MethodTimer(runs, report_progress), []
     for coc in METHOD_COC_PX:
         ms: dict[str, float | None] = {}
-        for name, asked in entrants(settings).items():
-            make = partial(_uniform, frames, size, coc, asked)
-            timed = patience.timed(name, make, method_where(coc))
+        for name, method_settings in compared_methods(settings).items():
+            make = partial(_uniform_frame, frames, size, coc, method_settings)
+            timed = timer.time_method(name, make, coc_text(coc))
             ms[name] = None if timed is None else timed.ms
         rows.append(MethodRow(coc, ms))
     return MethodReport(*size, timing.LIMIT_S, tuple(rows))
 
 
-def method_where(coc_px: float) -> str:
-    """Return the words after a method's name in progress messages."""
+def coc_text(coc_px: float) -> str:
+    """Return the text after a method's name in progress messages."""
     return f"circle of confusion {coc_px:g} px"
 
 
-def _uniform(
+def _uniform_frame(
     frames: BenchFrames, size: tuple[int, int], coc_px: float, settings: DefocusSettings
 ) -> Frame:
     """Return a frame that has the same coc everywhere."""
@@ -86,20 +90,20 @@ def uniform_coc_scene(size: tuple[int, int], diameter_px: float) -> Scene:
     """Return a wall across the view that emits the colours of `uniform_coc_plate`, up to white.
 
     The wall is in front of the focus, where |coc| is `diameter_px`; behind the focus |coc| cannot
-    exceed its value at infinity. The picture repeats beyond its border, so that no point of the
-    lens sees past it.
+    exceed its value at infinity. The picture repeats beyond its border: the wall is all that any
+    point of the lens sees.
     """
     distance_m = wall_m(size[0], diameter_px, LENS)
     wall = _wall(size, diameter_px, distance_m, LENS)
     glow = Material("wall", _BLACK, emission=(1.0, 1.0, 1.0), emission_map=0)
-    here = Instance("wall", 0, np.eye(4))
-    picture = _picture(size, diameter_px)
-    return Scene(Path("synthetic"), (wall,), (here,), (glow,), (picture,), daylight=_NIGHT)
+    instance = Instance("wall", 0, np.eye(4))
+    picture = _wall_picture(size, diameter_px)
+    return Scene(Path("synthetic"), (wall,), (instance,), (glow,), (picture,), daylight=_NIGHT)
 
 
 def wall_framing(size: tuple[int, int]) -> Framing:
     """Return the framing of a camera in the origin that looks along -z."""
-    pose = looking_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    pose = pose_looking_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     return Framing(*size, track=CameraTrack((PoseKey(1, pose),)))
 
 
@@ -111,8 +115,8 @@ def wall_m(width_px: int, diameter_px: float, lens: Lens) -> float:
 
 def _wall(size: tuple[int, int], margin_px: float, distance_m: float, lens: Lens) -> Mesh:
     """Return a wall of _SQUARES over the picture, plus `margin_px` around them; uv is 0 to 1."""
-    # The margin is one ring of squares, however wide: so as many triangles are in view for every
-    # blur, and the rows of the table differ by the blur alone.
+    # The margin is one ring of squares of any width: the same number of triangles is in view for
+    # every blur, and the rows of the table differ by the blur alone.
     x, y = (
         np.array([-margin_px, *np.linspace(0, side, count + 1), side + margin_px])
         for side, count in zip(size, _SQUARES, strict=True)
@@ -136,25 +140,29 @@ def _triangles(columns: int, rows: int) -> NDArray[np.uint32]:
     return np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
 
 
-def _picture(size: tuple[int, int], diameter_px: float) -> NDArray[np.uint8]:
+def _wall_picture(size: tuple[int, int], diameter_px: float) -> NDArray[np.uint8]:
+    """Return the display values of the wall, (H, W, 4)."""
     light = uniform_coc_plate(size, diameter_px).color
-    shown = np.ones_like(light)
-    shown[..., :3] = np.clip(srgb_encoded(light[..., :3]), 0.0, 1.0)
-    return np.asarray(np.rint(255 * shown), np.uint8)
+    display = np.ones_like(light)
+    display[..., :3] = np.clip(encode_srgb(light[..., :3]), 0.0, 1.0)
+    return np.asarray(np.rint(255 * display), np.uint8)
 
 
-def entrants(settings: DefocusSettings) -> dict[str, DefocusSettings]:
+def compared_methods(settings: DefocusSettings) -> dict[str, DefocusSettings]:
     """Return the settings of every method by its name, in the order of `Method`.
 
     The name of a method that averages views contains their number: "accumulation 23".
     """
     settings_of: dict[str, DefocusSettings] = {}
     for method in Method:
-        asked = replace(settings, method=method)
+        method_settings = replace(settings, method=method)
         if method.needs_scene:
-            settings_of |= {f"{method} {n}": replace(asked, views=n) for n in _views(asked)}
+            settings_of |= {
+                f"{method} {views}": replace(method_settings, views=views)
+                for views in _views(method_settings)
+            }
         else:
-            settings_of[str(method)] = asked
+            settings_of[str(method)] = method_settings
     return settings_of
 
 
@@ -165,5 +173,5 @@ def most_views(settings: DefocusSettings) -> int:
 
 def _views(settings: DefocusSettings) -> list[int]:
     """Return the numbers of views to measure; for accumulation, those of the literature too."""
-    known = KNOWN_VIEWS if settings.method is Method.ACCUMULATION else ()
-    return sorted({*known, settings.views})
+    known_views = KNOWN_VIEWS if settings.method is Method.ACCUMULATION else ()
+    return sorted({*known_views, settings.views})

@@ -34,7 +34,7 @@ def time_panel(axes: "Axes", report: MethodReport) -> None:
 
     A level line means a constant cost. The dotted line grows with the area of the blur disc.
     """
-    lines = _lines([(row.coc_px, row.ms) for row in report.rows])
+    lines = _lines_of_methods([(row.coc_px, row.ms) for row in report.rows])
     cocs_px = [row.coc_px for row in report.rows]
     entries = _draw_lines(axes, lines, cocs_px, report.limit_s)
     axes.set(ylabel="time of a frame [ms]", xlabel="circle of confusion [px]")
@@ -47,7 +47,7 @@ def error_panel(axes: "Axes", report: ErrorReport) -> None:
 
     Errors inside the grey area are smaller than the noise of the truth itself.
     """
-    lines = _lines([(row.coc_px, _flips(row)) for row in report.rows])
+    lines = _lines_of_methods([(row.coc_px, _flips(row)) for row in report.rows])
     cocs_px = [row.coc_px for row in report.rows]
     entries = _draw_lines(axes, lines, cocs_px, report.limit_s)
     noise = [_flip(row.truth_flip) for row in report.rows]
@@ -68,11 +68,11 @@ def trade_panel(axes: "Axes", report: ErrorReport) -> None:
     row = trade_row(report)
     axes.set(xscale="log", yscale="log")
     entries = []
-    for name, points in _trades(report).items():
+    for name, points in _trade_points(report).items():
         axes.plot(*zip(*points, strict=True), ".-", color=style_of(name)["color"], alpha=0.25)
-        words, (ms, flip) = _traded(report, name, row.coc_px)
+        label, (ms, flip) = _trade_point(report, name, row.coc_px)
         (point,) = axes.plot([ms], [flip], linestyle="none", markersize=9, **style_of(name))
-        entries.append(Entry(point, words, flip))
+        entries.append(Entry(point, label, flip))
     axes.set(xlabel="time of a frame of this scene [ms]", ylabel="FLIP, lower is better")
     size = f"{report.width}x{report.height}"
     plain_axes(
@@ -88,15 +88,17 @@ def trade_row(report: ErrorReport) -> ErrorRow:
     return min(report.rows, key=lambda row: abs(math.log(row.coc_px / _TRADE_COC_PX)))
 
 
-def _traded(report: ErrorReport, name: str, coc_px: float) -> tuple[str, tuple[float, float]]:
+def _trade_point(report: ErrorReport, name: str, coc_px: float) -> tuple[str, tuple[float, float]]:
     """Return a method's legend and its (ms, FLIP) at `coc_px`, or at the largest blur below."""
-    done = [(row.coc_px, cell) for row in report.rows if (cell := row.cells[name]) is not None]
-    at_px, cell = [pair for pair in done if pair[0] <= coc_px][-1]
-    words = name if at_px == coc_px else f"{name}, at {at_px:g} px"
-    return words, (cell.ms, _flip(cell.flip))
+    measured_cells = [
+        (row.coc_px, cell) for row in report.rows if (cell := row.cells[name]) is not None
+    ]
+    at_px, cell = [pair for pair in measured_cells if pair[0] <= coc_px][-1]
+    label = name if at_px == coc_px else f"{name}, at {at_px:g} px"
+    return label, (cell.ms, _flip(cell.flip))
 
 
-def _trades(report: ErrorReport) -> dict[str, Points]:
+def _trade_points(report: ErrorReport) -> dict[str, Points]:
     """Return (ms, FLIP) of each method that was measured at all, by increasing blur."""
     points_of: dict[str, Points] = {}
     for row in report.rows:
@@ -106,10 +108,13 @@ def _trades(report: ErrorReport) -> dict[str, Points]:
     return points_of
 
 
-def _lines(rows: list[tuple[float, dict[str, float | None]]]) -> dict[str, Points]:
+def _lines_of_methods(rows: list[tuple[float, dict[str, float | None]]]) -> dict[str, Points]:
     """Return (coc, value) of each method; a method without any value is left out."""
     names = list(rows[0][1])
-    points_of = {n: [(coc, v) for coc, cells in rows if (v := cells[n]) is not None] for n in names}
+    points_of = {
+        method: [(coc, value) for coc, cells in rows if (value := cells[method]) is not None]
+        for method in names
+    }
     return {name: points for name, points in points_of.items() if points}
 
 
@@ -125,8 +130,8 @@ def _draw_lines(
         xy = zip(*points, strict=True)
         (line,) = axes.plot(*xy, dashes, linewidth=width, markersize=5, **style_of(name))
         is_whole = points[-1][0] == cocs_px[-1]
-        words = name if is_whole else f"{name}, over {limit_s:g} s"
-        entries.append(Entry(line, words, points[-1][1]))
+        label = name if is_whole else f"{name}, over {limit_s:g} s"
+        entries.append(Entry(line, label, points[-1][1]))
     axes.set_xticks(cocs_px, [f"{coc:g}" for coc in cocs_px])
     axes.set_xticks([], minor=True)
     plain_ticks(axes.yaxis)
@@ -135,10 +140,10 @@ def _draw_lines(
 
 def _draw_growth(axes: "Axes", lines: dict[str, Points]) -> list[Entry]:
     """Draw the growth of the disc's area over a decade of blur, above the steepest line."""
-    long = [points for points in lines.values() if len(points) > 1]
-    if not long:
+    candidates = [points for points in lines.values() if len(points) > 1]
+    if not candidates:
         return []
-    points = max(long, key=lambda line: line[-1][1] / line[0][1])
+    points = max(candidates, key=lambda line: line[-1][1] / line[0][1])
     end, ms = points[-1][0], 2 * points[-1][1]
     start = max(points[0][0], end / 10)
     (line,) = axes.plot([start, end], [ms * (start / end) ** 2, ms], ":", color=GREY)
@@ -173,9 +178,9 @@ def write_plot(path: Path, times: MethodReport, errors: ErrorReport | None, rend
     All axes are logarithmic. Without errors, the plot has only the first panel. `renderer` names
     the machine. Raises InputError if the file cannot be written.
     """
-    figure = _time_figure(times) if errors is None else _whole_figure(times, errors)
-    words = f"{renderer}; a number after a method's name is its number of views"
-    figure.suptitle(words, fontsize="small", color=GREY)
+    figure = _time_figure(times) if errors is None else _three_panel_figure(times, errors)
+    title = f"{renderer}; a number after a method's name is its number of views"
+    figure.suptitle(title, fontsize="small", color=GREY)
     write_figure(path, figure)
 
 
@@ -185,7 +190,7 @@ def _time_figure(times: MethodReport) -> "Figure":
     return figure
 
 
-def _whole_figure(times: MethodReport, errors: ErrorReport) -> "Figure":
+def _three_panel_figure(times: MethodReport, errors: ErrorReport) -> "Figure":
     figure = new_figure(13, 9)
     panels = figure.subplot_mosaic([["time", "error"], ["trade", "trade"]])
     time_panel(panels["time"], times)

@@ -8,16 +8,16 @@ from heatlens.core.base.pace import Step
 from heatlens.core.model.shot.framing import Framing
 from heatlens.core.model.shot.settings import DefocusSettings, Method
 from heatlens.deliver.export.pinhole_plate import PinholeOptions, pinhole_plate
-from heatlens.lab.measure.bench.methods import entrants
-from heatlens.lab.measure.bench.timing import Say
+from heatlens.lab.measure.bench.methods import compared_methods
+from heatlens.lab.measure.bench.timing import ReportProgress
 from heatlens.lab.measure.metrics import score
-from heatlens.lab.measure.study.measured import Subject, cut, from_views
+from heatlens.lab.measure.study.measured import Subject, crop_color, from_views
 from heatlens.media.plate.plate import FloatImage
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.gpu.stopwatch import run_seconds
 
 _TRUTH = "truth"
-_VIEWS_OF_OTHERS = 8  # for the estimate: another method takes about as long as so many views
+_VIEWS_OF_OTHER_METHODS = 8  # for the estimate: another method takes about as long as so many views
 
 
 class Input(StrEnum):
@@ -31,9 +31,10 @@ class Input(StrEnum):
     LARGER = "a plate twice as large, halved"
 
 
-# A scene is drawn and blurred at twice its size. Beside it a flat plate of its size looks worse
-# than plates are (FLIP 0.037 to 0.023 of the scene); one of twice the size, halved, has 0.024.
-_TIMES_LARGER = {Input.PLATE: 1, Input.LARGER: 2}
+# Plates are measured at the size of the scene and at twice that size. A scene is drawn and blurred
+# at twice its size, and so a flat plate of its own size has a larger error (FLIP 0.037, the scene
+# 0.023); a plate of twice the size, halved, has 0.024.
+_PLATE_SCALES = {Input.PLATE: 1, Input.LARGER: 2}
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +60,14 @@ class PullErrors:
         }
 
 
-def pull_entrants(settings: DefocusSettings) -> dict[str, DefocusSettings]:
+def pull_methods(settings: DefocusSettings) -> dict[str, DefocusSettings]:
     """Return the methods by name, without ray tracing, which converges to the same truth."""
-    every = entrants(settings)
-    return {n: asked for n, asked in every.items() if asked.method is not Method.RAYTRACED}
+    methods = compared_methods(settings)
+    return {
+        name: method_settings
+        for name, method_settings in methods.items()
+        if method_settings.method is not Method.RAYTRACED
+    }
 
 
 def pull_steps(subject: Subject, frames: tuple[int, ...], views: int) -> tuple[Step, ...]:
@@ -71,24 +76,33 @@ def pull_steps(subject: Subject, frames: tuple[int, ...], views: int) -> tuple[S
     subject.forget(settings)  # this draws one view as well
     view_s = run_seconds(subject.renderer.ctx, lambda: subject.draw(replace(settings, views=1)))
     costs = {
-        (Input.SCENE, name): asked.views if asked.method.needs_scene else _VIEWS_OF_OTHERS
-        for name, asked in pull_entrants(settings).items()
+        (Input.SCENE, name): method_settings.views
+        if method_settings.method.needs_scene
+        else _VIEWS_OF_OTHER_METHODS
+        for name, method_settings in pull_methods(settings).items()
     }
-    for kind, times in _TIMES_LARGER.items():
-        costs |= {(kind, name): times**2 * _VIEWS_OF_OTHERS for name in _of_plates(settings)}
+    for kind, scale in _PLATE_SCALES.items():
+        costs |= {
+            (kind, name): scale**2 * _VIEWS_OF_OTHER_METHODS for name in _plate_methods(settings)
+        }
     costs[Input.SCENE, _TRUTH] = views
     return tuple(
-        Step(_words(kind, name, frame), cost * view_s)
+        Step(_step_message(kind, name, frame), cost * view_s)
         for frame in frames
         for (kind, name), cost in costs.items()
     )
 
 
-def measure_pull(subject: Subject, frames: tuple[int, ...], views: int, say: Say) -> PullErrors:
+def measure_pull(
+    subject: Subject, frames: tuple[int, ...], views: int, report_progress: ReportProgress
+) -> PullErrors:
     """Render each method, and a truth of `views` views, at each frame of a scene."""
-    flat = subject.renderer.beside()
-    rows = [_errors(replace(subject, frame=frame), flat, views, say) for frame in frames]
-    flat.let_go()
+    plate_renderer = subject.renderer.make_sibling()
+    rows = [
+        _measure_frame(replace(subject, frame=frame), plate_renderer, views, report_progress)
+        for frame in frames
+    ]
+    plate_renderer.unload()
     flip = {
         kind: {name: tuple(row[kind][name] for row in rows) for name in rows[0][kind]}
         for kind in Input
@@ -106,7 +120,8 @@ def pull_table(errors: PullErrors) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
-def _words(kind: Input, name: str, frame: int) -> str:
+def _step_message(kind: Input, name: str, frame: int) -> str:
+    """Return the progress message of one picture."""
     return f"frame {frame}, {name}" + (f" of {kind}" if kind is not Input.SCENE else "")
 
 
@@ -115,57 +130,66 @@ def _title(name: str) -> str:
     return f"{method}, {views} views" if views else method
 
 
-def _of_plates(settings: DefocusSettings) -> dict[str, DefocusSettings]:
+def _plate_methods(settings: DefocusSettings) -> dict[str, DefocusSettings]:
     """Return the methods that need no scene, by name."""
-    candidates = pull_entrants(settings).items()
-    return {name: asked for name, asked in candidates if not asked.method.needs_scene}
+    candidates = pull_methods(settings).items()
+    return {
+        name: method_settings
+        for name, method_settings in candidates
+        if not method_settings.method.needs_scene
+    }
 
 
-def _errors(
-    subject: Subject, flat: FrameRenderer, views: int, say: Say
+def _measure_frame(
+    subject: Subject, plate_renderer: FrameRenderer, views: int, report_progress: ReportProgress
 ) -> dict[Input, dict[str, float]]:
-    """Return FLIP by method at one frame; the truth goes on where accumulation has stopped.
+    """Return FLIP by method at one frame; the truth continues the views of accumulation.
 
-    `flat` renders plates.
+    `plate_renderer` renders the plates.
     """
     pictures: dict[Input, dict[str, FloatImage]] = {
-        kind: _of_plate(subject, flat, kind, times, say) for kind, times in _TIMES_LARGER.items()
+        kind: _blur_plate(subject, plate_renderer, kind, scale, report_progress)
+        for kind, scale in _PLATE_SCALES.items()
     }
     pictures[Input.SCENE] = {}
-    for name, settings in pull_entrants(subject.shot.defocus).items():
-        say(_words(Input.SCENE, name, subject.frame))
+    for name, settings in pull_methods(subject.shot.defocus).items():
+        report_progress(_step_message(Input.SCENE, name, subject.frame))
         pictures[Input.SCENE][name] = subject.pixels(settings)
-    say(_words(Input.SCENE, _TRUTH, subject.frame))
+    report_progress(_step_message(Input.SCENE, _TRUTH, subject.frame))
     truth = from_views(subject, views, lambda _: None)
     return {
         kind: {
-            name: score(cut(pixels, truth.region), truth.pixels).flip
+            name: score(crop_color(pixels, truth.region), truth.pixels).flip
             for name, pixels in by_method.items()
         }
         for kind, by_method in pictures.items()
     }
 
 
-def _of_plate(
-    subject: Subject, flat: FrameRenderer, kind: Input, times: int, say: Say
+def _blur_plate(
+    subject: Subject,
+    plate_renderer: FrameRenderer,
+    kind: Input,
+    scale: int,
+    report_progress: ReportProgress,
 ) -> dict[str, FloatImage]:
-    """Return the picture by each method of a plate `times` as large, at the size of the subject."""
+    """Blur a plate `scale` times as large by each method; return pictures of the subject's size."""
     framing = subject.shot.framing or Framing()
-    width, height = times * framing.width_px, times * framing.height_px
+    width, height = scale * framing.width_px, scale * framing.height_px
     shot = replace(subject.shot, framing=replace(framing, width_px=width, height_px=height))
     plate = pinhole_plate(subject.renderer, shot, subject.frame, PinholeOptions(), subject.name)
-    flat.load(replace(plate.in_memory(), fragments=None, beyond=None))
-    of_plate = replace(subject, renderer=flat)
+    plate_renderer.load(replace(plate.in_memory(), fragments=None, with_border=None))
+    plate_subject = replace(subject, renderer=plate_renderer)
     pictures = {}
-    for name, settings in _of_plates(shot.defocus).items():
-        say(_words(kind, name, subject.frame))
-        pictures[name] = _reduced(of_plate.pixels(settings), times)
+    for name, settings in _plate_methods(shot.defocus).items():
+        report_progress(_step_message(kind, name, subject.frame))
+        pictures[name] = _reduce(plate_subject.pixels(settings), scale)
     return pictures
 
 
-def _reduced(pixels: FloatImage, times: int) -> FloatImage:
-    """Return the means of squares of `times` pixels a side."""
+def _reduce(pixels: FloatImage, factor: int) -> FloatImage:
+    """Return the means of squares of `factor` pixels a side."""
     height, width, count = pixels.shape
-    squares = pixels.reshape(height // times, times, width // times, times, count)
+    squares = pixels.reshape(height // factor, factor, width // factor, factor, count)
     means: FloatImage = squares.mean(axis=(1, 3))
     return means

@@ -113,7 +113,7 @@ def report_text(report: BenchReport) -> str:
     """Return the report as text: a head, a table of passes, the other measurements, memory."""
     blocks = []
     if report.frame is not None:
-        blocks += [_head(report.frame), _pass_table(report.frame), _frame_line(report.frame)]
+        blocks += [_frame_head(report.frame), _pass_table(report.frame), _frame_line(report.frame)]
     if report.coc_sweep is not None:
         blocks.append(_coc_table(report.coc_sweep))
     if report.size_sweep is not None:
@@ -130,7 +130,7 @@ def report_text(report: BenchReport) -> str:
     return "\n\n".join(blocks)
 
 
-def _head(frame: FrameReport) -> str:
+def _frame_head(frame: FrameReport) -> str:
     clock = (
         "a software rasteriser: passes are timed by wall clock around glFinish"
         if frame.is_software
@@ -148,11 +148,11 @@ def _head(frame: FrameReport) -> str:
 def _pass_table(frame: FrameReport) -> str:
     lines = ["pass                 ms   runs    MB moved    MB least      GB/s   of copy"]
     for row in frame.passes:
-        more = "+" if row.at_least else "-" if row.at_most else " "
+        mark = "+" if row.at_least else "-" if row.at_most else " "
         cells = (
-            _number(row.bytes_moved, 1e-6, 1) + more,
-            _number(row.bytes_least, 1e-6, 1) + more,
-            _number(row.moved_gb_per_s, 1.0, 2, 9) + more,
+            _number(row.bytes_moved, 1e-6, 1) + mark,
+            _number(row.bytes_least, 1e-6, 1) + mark,
+            _number(row.moved_gb_per_s, 1.0, 2, 9) + mark,
             _number(row.copy_share, 100.0, 0, 7) + " %",
         )
         lines.append(f"{row.name:14}{row.ms:9.2f}{row.runs:7d}{''.join(cells)}")
@@ -227,18 +227,23 @@ def error_tables(report: ErrorReport) -> str:
     )
     return "\n\n".join(
         [
-            head + "\n" + _of(report, "FLIP, 0 is equal", "flip", 4, with_truth=True),
-            _of(report, "PSNR [dB], higher is closer", "psnr_db", 1),
-            _of(report, "SSIM, 1 is equal", "ssim", 4),
-            _of(report, "ms a frame of that scene; plates are given", "ms", 1),
+            head + "\n" + _error_table(report, "FLIP, 0 is equal", "flip", 4, with_truth=True),
+            _error_table(report, "PSNR [dB], higher is closer", "psnr_db", 1),
+            _error_table(report, "SSIM, 1 is equal", "ssim", 4),
+            _error_table(report, "ms a frame of that scene; plates are given", "ms", 1),
         ]
     )
 
 
-def _of(report: ErrorReport, title: str, field: str, digits: int, with_truth: bool = False) -> str:
+def _error_table(
+    report: ErrorReport, title: str, field: str, digits: int, with_truth: bool = False
+) -> str:
+    """Return the table of one field of `ErrorCell`, with that of the truth if `with_truth`."""
     rows = []
     for row in report.rows:
-        cells = {n: None if c is None else getattr(c, field) for n, c in row.cells.items()}
+        cells = {
+            name: None if cell is None else getattr(cell, field) for name, cell in row.cells.items()
+        }
         rows.append((row.coc_px, cells | ({"truth": row.truth_flip} if with_truth else {})))
     return "\n".join([title, *_table(list(rows[0][1]), rows, digits)])
 
@@ -247,10 +252,13 @@ def _table(
     names: list[str], rows: Iterable[tuple[float, dict[str, float | None]]], digits: int
 ) -> list[str]:
     """Return aligned lines; the number of views is below the name of its method."""
-    words = [name.partition(" ") for name in names]
+    names_and_views = [name.partition(" ") for name in names]
     lines = [
-        "    px" + "".join(f"{word:>{_WIDTH}}" for word, _, _ in words),
-        "      " + "".join(f"{f'{n} views' if n else '':>{_WIDTH}}" for _, _, n in words),
+        "    px" + "".join(f"{name:>{_WIDTH}}" for name, _, _ in names_and_views),
+        "      "
+        + "".join(
+            f"{f'{views} views' if views else '':>{_WIDTH}}" for _, _, views in names_and_views
+        ),
     ]
     for coc, cells in rows:
         lines.append(f"{coc:6g}" + "".join(_cell(cells[name], digits) for name in names))

@@ -1,4 +1,4 @@
-"""Estimate how long a bench will take from its plan, and from its pace so far."""
+"""Plan the measurements of a bench, with estimated times that its pace so far corrects."""
 
 from dataclasses import dataclass
 
@@ -6,16 +6,16 @@ from heatlens.core.base.pace import Step
 from heatlens.core.model.shot.settings import DefocusSettings
 from heatlens.lab.measure.bench import timing
 from heatlens.lab.measure.bench.measure import (
-    BARE_WORDS,
+    BARE_MESSAGE,
     SWEEP_COC_PX,
     SWEEP_SIZES,
-    coc_words,
-    copy_words,
-    frame_words,
-    size_words,
+    coc_message,
+    copy_message,
+    frame_message,
+    size_message,
 )
-from heatlens.lab.measure.bench.method_errors import truth_where, truth_words
-from heatlens.lab.measure.bench.methods import METHOD_COC_PX, entrants, method_where
+from heatlens.lab.measure.bench.method_errors import largest_coc_text, truth_message
+from heatlens.lab.measure.bench.methods import METHOD_COC_PX, coc_text, compared_methods
 from heatlens.lab.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.lab.measure.bench.timing import BenchFrames
 from heatlens.render.gpu.stopwatch import run_seconds
@@ -27,7 +27,7 @@ _COPY_S = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class RequestedBench:
     """The requested measurements.
 
     levels  progress messages of the preview levels to measure; empty if not requested
@@ -52,50 +52,54 @@ def probe_seconds_per_px(frames: BenchFrames, settings: DefocusSettings) -> floa
     return run_seconds(frames.ctx, frame.render) / (_PROBE[0] * _PROBE[1])
 
 
-def planned(asked: Asked, seconds_per_px: float) -> tuple[Step, ...]:
-    """Return all parts in order; `seconds_per_px` is that of a frame with these settings."""
-    frame_s, runs = _pixels(asked.size) * seconds_per_px, asked.runs + 1
-    steps = [Step(BARE_WORDS, runs * _BARE * frame_s)] if asked.bare else []
-    if asked.frame:
-        steps += [Step(copy_words(asked.size, asked.settings), _COPY_S)]
-        steps += [Step(frame_words(asked.size, asked.runs), (2 * asked.runs + 1) * frame_s)]
-    if asked.sweeps:
-        each = runs * (2.0 + _ONE_LAYER)
-        steps += [Step(coc_words(coc), each * frame_s) for coc in SWEEP_COC_PX]
-        each = runs * (1.0 + _ONE_LAYER) * seconds_per_px
-        steps += [Step(size_words(size), each * _pixels(size)) for size in SWEEP_SIZES]
-    if asked.methods:
-        steps += _of_methods(asked, frame_s)
-        steps += _of_errors(asked, _pixels(asked.truth_size) * seconds_per_px)
-    return (*steps, *(Step(it, runs * _LEVEL * frame_s) for it in asked.levels))
+def plan_steps(requested: RequestedBench, seconds_per_px: float) -> tuple[Step, ...]:
+    """Return all steps in order; `seconds_per_px` is that of a frame with these settings."""
+    frame_s, runs = _pixel_count(requested.size) * seconds_per_px, requested.runs + 1
+    steps = [Step(BARE_MESSAGE, runs * _BARE * frame_s)] if requested.bare else []
+    if requested.frame:
+        steps += [Step(copy_message(requested.size, requested.settings), _COPY_S)]
+        steps += [
+            Step(frame_message(requested.size, requested.runs), (2 * requested.runs + 1) * frame_s)
+        ]
+    if requested.sweeps:
+        cost = runs * (2.0 + _ONE_LAYER)
+        steps += [Step(coc_message(coc), cost * frame_s) for coc in SWEEP_COC_PX]
+        cost = runs * (1.0 + _ONE_LAYER) * seconds_per_px
+        steps += [Step(size_message(size), cost * _pixel_count(size)) for size in SWEEP_SIZES]
+    if requested.methods:
+        steps += _method_steps(requested, frame_s)
+        steps += _error_steps(requested, _pixel_count(requested.truth_size) * seconds_per_px)
+    return (*steps, *(Step(message, runs * _LEVEL * frame_s) for message in requested.levels))
 
 
-def _of_methods(asked: Asked, frame_s: float) -> list[Step]:
-    return [step for coc in METHOD_COC_PX for step in _cells(asked, method_where(coc), frame_s)]
+def _method_steps(requested: RequestedBench, frame_s: float) -> list[Step]:
+    return [
+        step for coc in METHOD_COC_PX for step in _cell_steps(requested, coc_text(coc), frame_s)
+    ]
 
 
-def _of_errors(asked: Asked, frame_s: float) -> list[Step]:
-    if asked.truth_views == 0:
+def _error_steps(requested: RequestedBench, frame_s: float) -> list[Step]:
+    if requested.truth_views == 0:
         return []
     steps = []
     for coc in METHOD_COC_PX:
-        where = truth_where(coc)
-        for views in (max(asked.truth_views // 2, 1), asked.truth_views):
-            seconds = asked.truth_views / 2 * _VIEW * frame_s
-            steps.append(Step(f"{truth_words(views)}, {where}", seconds))
-        steps += _cells(asked, where, frame_s)
+        blur_text = largest_coc_text(coc)
+        for views in (max(requested.truth_views // 2, 1), requested.truth_views):
+            seconds = requested.truth_views / 2 * _VIEW * frame_s
+            steps.append(Step(f"{truth_message(views)}, {blur_text}", seconds))
+        steps += _cell_steps(requested, blur_text, frame_s)
     return steps
 
 
-def _cells(asked: Asked, where: str, frame_s: float) -> list[Step]:
+def _cell_steps(requested: RequestedBench, blur_text: str, frame_s: float) -> list[Step]:
     """Plan each method at one amount of blur, with no more than the time limit for each."""
     steps = []
-    for name, settings in entrants(asked.settings).items():
+    for name, settings in compared_methods(requested.settings).items():
         weight = settings.views * _VIEW if settings.method.needs_scene else _OTHER_METHOD
-        seconds = min((asked.runs + 1) * weight * frame_s, timing.LIMIT_S)
-        steps.append(Step(f"{name}, {where}", seconds))
+        seconds = min((requested.runs + 1) * weight * frame_s, timing.LIMIT_S)
+        steps.append(Step(f"{name}, {blur_text}", seconds))
     return steps
 
 
-def _pixels(size: tuple[int, int]) -> int:
+def _pixel_count(size: tuple[int, int]) -> int:
     return size[0] * size[1]

@@ -43,8 +43,8 @@ def scene_coc_px(size: tuple[int, int], lens: Lens = LENS) -> FloatImage:
     return np.asarray(coc_px(depth_m, coc_line(lens, size[0])), np.float32)
 
 
-def lens_reaching(largest_coc_px: float, size: tuple[int, int]) -> Lens:
-    """Return `LENS` with the f-stop at which the scene's largest |coc| is the one given.
+def lens_with_largest_coc(largest_coc_px: float, size: tuple[int, int]) -> Lens:
+    """Return `LENS` with the f-stop at which the scene's largest |coc| is `largest_coc_px`.
 
     The coc is proportional to 1 / f-stop.
     """
@@ -55,8 +55,8 @@ def lens_reaching(largest_coc_px: float, size: tuple[int, int]) -> Lens:
 def uniform_coc_plate(size: tuple[int, int], diameter_px: float) -> Plate:
     """Return a plate with the same colours and a coc of `diameter_px` behind focus everywhere."""
     width, height = size
-    everywhere = np.full((height, width), diameter_px, np.float32)
-    return _plate(_scene(size)[0], coc=everywhere)
+    coc = np.full((height, width), diameter_px, np.float32)
+    return _plate(_scene(size)[0], coc=coc)
 
 
 def _scene(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
@@ -103,6 +103,7 @@ def _texture(size: tuple[int, int]) -> FloatImage:
 def _plate(
     color: FloatImage, depth_m: FloatImage | None = None, coc: FloatImage | None = None
 ) -> Plate:
+    """Return a plate of color (H, W, 3) with depth in metres or coc in pixels, (H, W)."""
     height, width = color.shape[:2]
     window = Box(0, 0, width, height)
     rgba = np.ones((height, width, 4), np.float32)

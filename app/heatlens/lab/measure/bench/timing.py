@@ -17,13 +17,13 @@ from heatlens.render.defocus.line_solver import SOLVERS, SolverName
 from heatlens.render.defocus.plate_passes import proxy_size
 from heatlens.render.defocus.quality import layers_for
 from heatlens.render.defocus.steps import Steps
-from heatlens.render.frame_renderer import FrameRenderer, drained
+from heatlens.render.frame_renderer import FrameRenderer, run_all_steps
 from heatlens.render.gpu.context import check_plate_fits, check_work_fits
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.stopwatch import Stopwatch, run_seconds
 
-_HAIR = 1e-9  # relative change of the f-stop from frame to frame
-_HAIRS = count(1)  # shared, so that no two frames have exactly the same lens
+_F_STOP_STEP = 1e-9  # relative change of the f-stop from frame to frame
+_F_STOP_STEPS = count(1)  # shared, so that no two frames have exactly the same lens
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +48,8 @@ class BenchFrames:
 
     def __init__(self, ctx: Device, solver: str) -> None:
         """Make a renderer; `solver` is a name of SOLVERS, or "auto" for that of `render`."""
-        # "auto" measures nothing. Choosing the fastest at each start built programs for one that is
-        # never chosen (0.9 s), and the last digits of a picture hung on how busy the machine was.
+        # "auto" does not measure which solver is fastest: that built programs for a solver that is
+        # not used (0.9 s), and the last digits of a picture depended on the load of the machine.
         self.ctx = ctx
         self.renderer = FrameRenderer(
             ctx, None if solver == "auto" else SOLVERS[SolverName(solver)](ctx)
@@ -110,7 +110,7 @@ class SceneFrame(Frame):
 
     def _next_shot(self) -> Shot:
         """Return the shot with a slightly different lens, so that no accumulated view is reused."""
-        f_stop = self.shot.lens.f_stop * (1.0 + _HAIR * next(_HAIRS))
+        f_stop = self.shot.lens.f_stop * (1.0 + _F_STOP_STEP * next(_F_STOP_STEPS))
         return replace(self.shot, lens=replace(self.shot.lens, f_stop=f_stop))
 
 
@@ -134,85 +134,96 @@ def frame_seconds(stopwatch: Stopwatch, runs: int, work: Callable[[], object]) -
     for _ in range(runs):
         whole.append(run_seconds(stopwatch.ctx, work))
         stopwatch.times.clear()
-        stopwatch.on = True
+        stopwatch.is_on = True
         timed.append(run_seconds(stopwatch.ctx, work))
-        stopwatch.on = False
-        passes.append({n: PassSeconds(t.seconds, t.runs) for n, t in stopwatch.times.items()})
+        stopwatch.is_on = False
+        passes.append(
+            {
+                name: PassSeconds(pass_time.seconds, pass_time.runs)
+                for name, pass_time in stopwatch.times.items()
+            }
+        )
     medians = {
-        name: PassSeconds(median(p[name].seconds for p in passes), entry.runs)
+        name: PassSeconds(
+            median(passes_of_run[name].seconds for passes_of_run in passes), entry.runs
+        )
         for name, entry in passes[0].items()
     }
     return FrameSeconds(median(whole), median(timed), medians)
 
 
-Say = Callable[[str], None]
+ReportProgress = Callable[[str], None]
 LIMIT_S = 20.0  # time limit for one cell of a table, with all its frames
 
 
 @dataclass(frozen=True, eq=False)
-class Timed:
+class TimedFrame:
     """The median milliseconds of a frame, and its picture, which the next frame overwrites."""
 
     ms: float
     picture: Texture
 
 
-def bounded(frame: Frame, runs: int, limit_s: float) -> Timed | None:
+def time_within_limit(frame: Frame, runs: int, limit_s: float) -> TimedFrame | None:
     """Return the median of `runs` frames, or None if even the warm-up exceeds `limit_s`.
 
     If time is short, the median is of fewer frames or of the warm-up alone.
     """
     end = time.monotonic() + limit_s
-    first = _first(frame, end)
+    first = _time_first_frame(frame, end)
     if first is None:
         return None
     pictures: list[Texture] = [first.picture]
     seconds: list[float] = []
     while len(seconds) < runs and time.monotonic() + 1e-3 * first.ms < end:
         seconds.append(run_seconds(frame.renderer.ctx, lambda: pictures.append(frame.render())))
-    middle = sorted(seconds)[len(seconds) // 2] if seconds else 1e-3 * first.ms
-    return Timed(1e3 * middle, pictures[-1])
+    median_s = sorted(seconds)[len(seconds) // 2] if seconds else 1e-3 * first.ms
+    return TimedFrame(1e3 * median_s, pictures[-1])
 
 
-class Patience:
+class MethodTimer:
     """Skips methods that have been too slow once, and reports this once."""
 
-    def __init__(self, runs: int, say: Say) -> None:
-        self._runs, self._say = runs, say
+    def __init__(self, runs: int, report_progress: ReportProgress) -> None:
+        self._runs, self._report_progress = runs, report_progress
         self._too_slow: set[str] = set()
 
-    def timed(self, name: str, make_frame: Callable[[], Frame], where: str) -> Timed | None:
+    def time_method(
+        self, name: str, make_frame: Callable[[], Frame], blur_text: str
+    ) -> TimedFrame | None:
         """Time a frame of `name`, or return None once it has been too slow.
 
-        `make_frame` is called only if the frame is to be rendered. `where` is named in the message.
+        `make_frame` is called only if the frame is rendered. `blur_text` is part of the message.
         """
         if name in self._too_slow:
             return None
-        self._say(f"{name}, {where}")
-        timed = bounded(make_frame(), self._runs, LIMIT_S)
-        if timed is None:
-            self._say(f"{name} skipped from here on: a frame takes more than {LIMIT_S:g} s")
+        self._report_progress(f"{name}, {blur_text}")
+        result = time_within_limit(make_frame(), self._runs, LIMIT_S)
+        if result is None:
+            self._report_progress(
+                f"{name} skipped from here on: a frame takes more than {LIMIT_S:g} s"
+            )
             self._too_slow.add(name)
-        return timed
+        return result
 
 
-def _first(frame: Frame, end: float) -> Timed | None:
+def _time_first_frame(frame: Frame, end: float) -> TimedFrame | None:
     """Render a frame step by step; stop after the first step that ends later than `end`."""
     frame.renderer.ctx.finish()
     start = time.monotonic()
 
-    def check(_: str) -> None:
+    def check_time(_: str) -> None:
         frame.renderer.ctx.finish()
         if time.monotonic() > end:
             raise _TooSlowError
 
     steps = frame.steps()
     try:
-        picture = drained(steps, check)
+        picture = run_all_steps(steps, check_time)
     except _TooSlowError:
         steps.close()
         return None
-    return Timed(1e3 * (time.monotonic() - start), picture)
+    return TimedFrame(1e3 * (time.monotonic() - start), picture)
 
 
 class _TooSlowError(Exception):

@@ -15,8 +15,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import opened_file
-from heatlens.core.base.stopping import unfinished
+from heatlens.core.base.paths import open_regular_file
+from heatlens.core.base.stopping import mark_unfinished
 from heatlens.core.model.boxes import Box
 from heatlens.lab.measure.chart import write_figure
 from heatlens.lab.measure.study.measured import Report, Row
@@ -29,7 +29,7 @@ from heatlens.lab.measure.study.pictures import (
     whole_pictures,
     write_pictures,
 )
-from heatlens.media.files.html_page import page_of
+from heatlens.media.files.html_page import render_page
 from heatlens.media.plate.plate import FloatImage
 from heatlens.version import __version__
 
@@ -62,7 +62,7 @@ class Place:
 def page_html(report: Report, chart: str) -> str:
     """Return the whole page, valid HTML 5 with every name escaped; `chart` is a file beside it."""
     values = {**_values(report), "chart": chart}
-    return page_of(_TEMPLATE, values, {"duration": duration})
+    return render_page(_TEMPLATE, values, {"duration": duration})
 
 
 def duration(seconds: float) -> str:
@@ -82,12 +82,14 @@ def _values(report: Report) -> dict[str, object]:
         "has_single_runs": any(row.runs == 0 for row in report.rows),
         "word": "truth" if report.reference.is_truth else "reference",
         "reference_title": _reference_title(report),
-        "places": [_place(report, number, box) for number, box in enumerate(report.crops, 1)],
+        "places": [
+            _place_of_crop(report, number, box) for number, box in enumerate(report.crops, 1)
+        ],
         "version": __version__,
     }
 
 
-def _place(report: Report, number: int, box: Box) -> Place:
+def _place_of_crop(report: Report, number: int, box: Box) -> Place:
     crops = tuple(_crop(report, name, light, number, box) for name, light in whole_pictures(report))
     return Place(number, box, _outline(box, report.size), crops)
 
@@ -117,7 +119,7 @@ def _reference_title(report: Report) -> str:
 NUMBERS = "study.json"  # lists every file of the report, which identifies the folder
 _MARK = "heatlens_study"
 VERSION = 1
-_OF_REPORT = re.compile(r"[a-z0-9-]+\.(html|png|svg|json)")  # what a report calls its files
+_REPORT_FILE = re.compile(r"[a-z0-9-]+\.(html|png|svg|json)")  # possible names of its files
 _RECORD_MOST_BYTES = 1 << 20
 PAGE, CHART = "index.html", "chart.svg"
 
@@ -129,20 +131,20 @@ def report_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     An older report stays there until then, and after an error. A link keeps its target. Raises
     InputError if `path` holds anything else, or if nothing can be written there.
     """
-    target = checked_target(path)
-    beside = target.with_name(f".heatlens-{secrets.token_hex(8)}.part")
+    target = check_target(path)
+    temporary_folder = target.with_name(f".heatlens-{secrets.token_hex(8)}.part")
     try:
-        with unfinished(beside):
-            beside.mkdir()
-            yield beside
-            _exchange(beside, target)
+        with mark_unfinished(temporary_folder):
+            temporary_folder.mkdir()
+            yield temporary_folder
+            _replace_folder(temporary_folder, target)
     except OSError as error:
         raise InputError(f"{target} could not be written: {error}") from error
     finally:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(temporary_folder, ignore_errors=True)
 
 
-def checked_target(path: str | os.PathLike[str]) -> Path:
+def check_target(path: str | os.PathLike[str]) -> Path:
     """Return the path of the folder; raise InputError where it may not be written or replaced."""
     target = Path(os.path.realpath(path))
     if not target.parent.is_dir():
@@ -169,23 +171,23 @@ def _check_is_ours(folder: Path) -> None:
         names = set(os.listdir(folder))
     except OSError as error:
         raise InputError(f"{folder} cannot be read: {error.strerror}.") from error
-    ours = {name for name in _files_of(folder) if _is_plain_file(folder / name)}
-    strange = sorted(names - ours)
-    if strange:
+    report_files = {name for name in _files_of(folder) if _is_plain_file(folder / name)}
+    other_files = sorted(names - report_files)
+    if other_files:
         raise InputError(
-            f"{folder} holds files that are not a heatlens report ({', '.join(strange[:3])}"
-            f"{', ...' if len(strange) > 3 else ''}); give another folder or empty this one."
+            f"{folder} holds files that are not a heatlens report ({', '.join(other_files[:3])}"
+            f"{', ...' if len(other_files) > 3 else ''}); give another folder or empty this one."
         )
 
 
 def _files_of(folder: Path) -> set[str]:
     """Return the names in the record of a report; none if there is no such record.
 
-    The folder may belong to anyone, and the named files will be deleted, so names that no report
-    would give a file are ignored.
+    Names that no report gives to a file are ignored, because the folder may belong to anyone and
+    the named files will be deleted.
     """
     try:
-        with opened_file(folder / NUMBERS) as file:
+        with open_regular_file(folder / NUMBERS) as file:
             record = json.loads(file.read(_RECORD_MOST_BYTES))
     except (OSError, ValueError, RecursionError):
         return set()
@@ -193,7 +195,7 @@ def _files_of(folder: Path) -> set[str]:
         return set()
     files = record.get("files")
     names = files if isinstance(files, list) else []
-    return {name for name in names if isinstance(name, str) and _OF_REPORT.fullmatch(name)}
+    return {name for name in names if isinstance(name, str) and _REPORT_FILE.fullmatch(name)}
 
 
 def _is_plain_file(path: Path) -> bool:
@@ -201,28 +203,28 @@ def _is_plain_file(path: Path) -> bool:
     return path.is_file() and not path.is_symlink()
 
 
-def _exchange(beside: Path, target: Path) -> None:
+def _replace_folder(new_folder: Path, target: Path) -> None:
     """Replace the old folder by the new one; put the old one back if that fails."""
     if not target.exists():
-        os.rename(beside, target)
+        os.rename(new_folder, target)
         return
-    _check_is_ours(target)  # minutes have passed since it was looked at
-    old = beside.with_suffix(".old")
+    _check_is_ours(target)  # checked again, because minutes have passed
+    old_folder = new_folder.with_suffix(".old")
     try:
-        os.rename(target, old)
-        os.rename(beside, target)
+        os.rename(target, old_folder)
+        os.rename(new_folder, target)
     finally:
-        if old.exists() and not target.exists():
-            os.rename(old, target)
-    shutil.rmtree(old, ignore_errors=True)
+        if old_folder.exists() and not target.exists():
+            os.rename(old_folder, target)
+    shutil.rmtree(old_folder, ignore_errors=True)
 
 
-def write_report(folder: Path, report: Report, say: Callable[[str], None]) -> None:
+def write_report(folder: Path, report: Report, report_progress: Callable[[str], None]) -> None:
     """Write every file of the report into an empty folder.
 
     Raises InputError if a file cannot be written.
     """
-    say("writing the pictures")
+    report_progress("writing the pictures")
     files = list(write_pictures(folder, report))
     write_figure(folder / CHART, error_chart(report.rows, report.best))
     (folder / PAGE).write_text(page_html(report, CHART), encoding="utf-8")

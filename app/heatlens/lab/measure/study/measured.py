@@ -20,11 +20,13 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.lab.measure.compared_pictures import Picture, shared_region
 from heatlens.lab.measure.metrics import Scores, finite, score
 from heatlens.media.plate.plate import FloatImage, Plate
-from heatlens.render.frame_renderer import FrameRenderer, drained
+from heatlens.render.frame_renderer import FrameRenderer, run_all_steps
 from heatlens.render.gpu.stopwatch import run_seconds
 from heatlens.render.gpu.textures import download
 
-_SHARED = "Accumulation shares its first views with the truth, which favours it a little."
+_SHARED_VIEWS_NOTE = (
+    "Accumulation shares its first views with the truth, which favours it a little."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +50,7 @@ class Subject:
     @property
     def plate(self) -> Plate:
         """The picture without a lens; of a scene, as seen from the lens's centre."""
-        return self.renderer.look(self.shot, self.frame).plate
+        return self.renderer.load_pinhole(self.shot, self.frame).plate
 
     @property
     def machine(self) -> str:
@@ -60,11 +62,11 @@ class Subject:
         return replace(self.shot.defocus, method=method)
 
     def pixels(
-        self, settings: DefocusSettings, tell: Callable[[str], None] = lambda _: None
+        self, settings: DefocusSettings, report_step: Callable[[str], None] = lambda _: None
     ) -> FloatImage:
-        """Render the picture, (H, W, 4) float32, premultiplied; `tell` is called at each step."""
+        """Render the picture, (H, W, 4) float32, premultiplied; call `report_step` at each step."""
         steps = self.renderer.steps(replace(self.shot, defocus=settings), self.frame)
-        return download(drained(steps, tell))
+        return download(run_all_steps(steps, report_step))
 
     def draw(self, settings: DefocusSettings) -> None:
         """Issue the picture; the GPU may still be working on it."""
@@ -101,11 +103,11 @@ def from_file(subject: Subject, truth: Picture) -> Reference:
     """
     plate = subject.plate
     data = plate.data_window
-    own = Picture(plate.path, plate.color[..., :3], data, plate.display_window)
-    shared = shared_region(own, truth)
+    plate_picture = Picture(plate.path, plate.color[..., :3], data, plate.display_window)
+    shared = shared_region(plate_picture, truth)
     x0, y0 = shared.x0 - data.x0, shared.y0 - data.y0
     region = Box(x0, y0, x0 + shared.width, y0 + shared.height)
-    return Reference(finite(truth.over(shared)), region, truth.path.name, is_truth=True)
+    return Reference(finite(truth.crop(shared)), region, truth.path.name, is_truth=True)
 
 
 def truth_settings(subject: Subject, views: int) -> DefocusSettings:
@@ -113,37 +115,41 @@ def truth_settings(subject: Subject, views: int) -> DefocusSettings:
     return replace(subject.settings(Method.ACCUMULATION), views=views)
 
 
-def from_views(subject: Subject, views: int, tell: Callable[[str], None]) -> Reference:
-    """Render the truth of a scene, exact but for the noise of its views; report to `tell`."""
+def from_views(subject: Subject, views: int, report_step: Callable[[str], None]) -> Reference:
+    """Render the truth of a scene, which is exact except for the noise of its views."""
     settings = truth_settings(subject, views)
     name = f"the scene seen from {views} points of the lens"
-    return replace(_rendered(subject.pixels(settings, tell), name, is_truth=True), note=_SHARED)
+    return replace(
+        _whole_reference(subject.pixels(settings, report_step), name, is_truth=True),
+        note=_SHARED_VIEWS_NOTE,
+    )
 
 
 def from_diffusion(subject: Subject) -> Reference:
     """Render a plate at the best quality, which is not a truth."""
     settings = DefocusSettings(bokeh=Bokeh.DISC, quality=Quality.FILM, method=Method.DIFFUSION)
-    return _rendered(subject.pixels(settings), "diffusion, film", is_truth=False)
+    return _whole_reference(subject.pixels(settings), "diffusion, film", is_truth=False)
 
 
-def announce(reference: Reference, say: Callable[[str], None]) -> None:
+def announce(reference: Reference, report_progress: Callable[[str], None]) -> None:
     """Warn that the reference is not a truth, and of any bias."""
     if reference.is_truth:
-        say(f"truth: {reference.name}")
+        report_progress(f"truth: {reference.name}")
     else:
-        say(
+        report_progress(
             f"no truth was given: the methods are compared with {reference.name}, which is itself "
             "a method; --truth compares with a finished picture"
         )
 
 
-def _rendered(rgba: FloatImage, name: str, is_truth: bool) -> Reference:
+def _whole_reference(rgba: FloatImage, name: str, is_truth: bool) -> Reference:
+    """Return a rendered picture (H, W, 4) as the reference over its whole area."""
     height, width = rgba.shape[:2]
     return Reference(finite(rgba[..., :3]), Box(0, 0, width, height), name, is_truth)
 
 
 LIMIT_S = 60.0  # the runs of one method stop here; its warm-up is always done to the end
-Say = Callable[[str], None]
+ReportProgress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,36 +176,42 @@ class Rows:
 
 
 def measure_all(
-    subject: Subject, methods: tuple[Method, ...], reference: Reference, runs: int, say: Say
+    subject: Subject,
+    methods: tuple[Method, ...],
+    reference: Reference,
+    runs: int,
+    report_progress: ReportProgress,
 ) -> Rows:
-    """Measure each method; skip one that needs too much memory, and report it with `say`.
+    """Measure each method; skip one that needs too much memory, with a progress message.
 
     Raises the GpuError of the last method if none could be rendered.
     """
     rows: list[Row] = []
     left_out: list[str] = []
-    for at, method in enumerate(methods, 1):
-        say(f"{at} of {len(methods)}: {method}")
+    for number, method in enumerate(methods, 1):
+        report_progress(f"{number} of {len(methods)}: {method}")
         try:
-            rows.append(measured(subject, subject.settings(method), reference, runs))
+            rows.append(measure_method(subject, subject.settings(method), reference, runs))
         except GpuError as error:
-            if not rows and at == len(methods):
+            if not rows and number == len(methods):
                 raise
             left_out.append(f"{method} is skipped: {error}")
-            say(left_out[-1])
+            report_progress(left_out[-1])
     return Rows(tuple(sorted(rows, key=lambda row: row.scores.flip)), tuple(left_out))
 
 
-def measured(subject: Subject, settings: DefocusSettings, reference: Reference, runs: int) -> Row:
+def measure_method(
+    subject: Subject, settings: DefocusSettings, reference: Reference, runs: int
+) -> Row:
     """Render one method, compare it over the reference's region, and time more frames of it."""
     start = time.monotonic()
     subject.forget(settings)
-    pixels = cut(subject.pixels(settings), reference.region)
+    pixels = crop_color(subject.pixels(settings), reference.region)
     warm_up = time.monotonic() - start
     seconds = run_times(subject, settings, runs, start + LIMIT_S - warm_up)
     scores = score(pixels, reference.pixels)
-    middle = median(seconds or [warm_up])
-    return Row(settings.method, detail_of(settings), pixels, middle, len(seconds), scores)
+    median_s = median(seconds or [warm_up])
+    return Row(settings.method, detail_of(settings), pixels, median_s, len(seconds), scores)
 
 
 def run_times(
@@ -213,7 +225,7 @@ def run_times(
     return seconds
 
 
-def cut(rgba: FloatImage, region: Box) -> FloatImage:
+def crop_color(rgba: FloatImage, region: Box) -> FloatImage:
     """Return the colour (H, W, 3) of a region, which is in pixels of the picture."""
     rows, columns = slice(region.y0, region.y1), slice(region.x0, region.x1)
     return np.ascontiguousarray(rgba[rows, columns, :3])
@@ -223,7 +235,7 @@ def detail_of(settings: DefocusSettings) -> str:
     """Describe the settings that the method uses; return "" if it has none."""
     if settings.method is Method.DIFFUSION:
         layers = "" if settings.layers is None else f", {settings.layers} layers"
-        return f"{settings.bokeh}, {settings.at_quality}{layers}"
+        return f"{settings.bokeh}, {settings.effective_quality}{layers}"
     unit = settings.method.facts.views_are
     return f"{settings.views} {unit}" if unit else ""
 
@@ -261,7 +273,7 @@ class Report:
     @property
     def best(self) -> Row:
         """The nearest to the reference, except a method that is the reference itself."""
-        # Without a truth, the method that is the reference is equal to it, which says nothing.
+        # Without a truth, the reference is one of the methods, which equals itself.
         if self.reference.is_truth:
             return self.rows[0]
         return next((row for row in self.rows if row.scores.flip > 0), self.rows[0])

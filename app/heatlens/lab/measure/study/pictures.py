@@ -23,7 +23,7 @@ from heatlens.lab.measure.chart import (
 from heatlens.lab.measure.compared_pictures import absolute_difference, flip_map
 from heatlens.lab.measure.metrics import flip_evaluation
 from heatlens.lab.measure.study.measured import Report, Row
-from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.plate.picture.display import encode_srgb
 from heatlens.media.plate.picture.picture_write import write_png
 from heatlens.media.plate.plate import FloatImage
 
@@ -38,9 +38,9 @@ _SHARE = 0.22  # share of the shorter side of the picture
 _SIDE_MIN_PX, _SIDE_MAX_PX = 16, 160
 
 
-def crop_name(what: str, place: int) -> str:
+def crop_name(name: str, number: int) -> str:
     """Return the file name of a crop; `place` counts from 1."""
-    return f"{what}-crop-{place}.png"
+    return f"{name}-crop-{number}.png"
 
 
 def write_pictures(folder: Path, report: Report) -> Iterator[str]:
@@ -48,17 +48,17 @@ def write_pictures(folder: Path, report: Report) -> Iterator[str]:
 
     Raises InputError for a disk that is full, and where the package for FLIP is not installed.
     """
-    for what, light in whole_pictures(report):
-        yield _written(folder, f"{what}.png", light)
-        for place, box in enumerate(report.crops, 1):
-            part = light[box.y0 : box.y1, box.x0 : box.x1]
-            yield _written(folder, crop_name(what, place), part)
+    for name, light in whole_pictures(report):
+        yield _write(folder, f"{name}.png", light)
+        for number, box in enumerate(report.crops, 1):
+            crop = light[box.y0 : box.y1, box.x0 : box.x1]
+            yield _write(folder, crop_name(name, number), crop)
     truth = report.reference.pixels
     for row in report.rows:
         error = absolute_difference(row.pixels, truth, report.gain)
-        yield _written(folder, f"{row.method}-difference.png", error, as_it_is=True)
+        yield _write(folder, f"{row.method}-difference.png", error, is_display=True)
         error = flip_map(row.pixels, truth)
-        yield _written(folder, f"{row.method}-flip.png", error, as_it_is=True)
+        yield _write(folder, f"{row.method}-flip.png", error, is_display=True)
 
 
 def whole_pictures(report: Report) -> list[tuple[str, FloatImage]]:
@@ -68,10 +68,10 @@ def whole_pictures(report: Report) -> list[tuple[str, FloatImage]]:
     return pictures + [(str(row.method), row.pixels) for row in report.rows]
 
 
-def _written(folder: Path, name: str, picture: FloatImage, as_it_is: bool = False) -> str:
+def _write(folder: Path, name: str, picture: FloatImage, is_display: bool = False) -> str:
     """Write light through the sRGB curve, or display values as they are; return the name."""
     picture = np.ascontiguousarray(picture)
-    if as_it_is:
+    if is_display:
         write_png(folder / name, picture, encode=lambda shown: shown)
     else:
         write_png(folder / name, picture)
@@ -86,13 +86,15 @@ def crop_boxes(pictures: list[FloatImage], reference: FloatImage) -> list[Box]:
     largest.
     """
     side = crop_side(*reference.shape[:2])
-    sums = _box_sums(_telling(pictures, reference), side)
+    sums = _box_sums(_error_range(pictures, reference), side)
     boxes: list[Box] = []
     while len(boxes) < CROPS and np.isfinite(sums).any():
         y, x = (int(i) for i in np.unravel_index(int(np.argmax(sums)), sums.shape))
         boxes.append(Box(x, y, x + side, y + side))
-        apart = side + side // 2  # crops closer together would show the same thing twice
-        sums[max(0, y - apart) : y + apart, max(0, x - apart) : x + apart] = -np.inf
+        distance_px = side + side // 2  # crops closer together would show the same thing twice
+        sums[
+            max(0, y - distance_px) : y + distance_px, max(0, x - distance_px) : x + distance_px
+        ] = -np.inf
     return boxes
 
 
@@ -105,14 +107,14 @@ def crop_side(height: int, width: int) -> int:
 def flip_inside(picture: FloatImage, reference: FloatImage, box: Box) -> float:
     """Return the mean FLIP of a crop, 0 equal to 1 worst; both pictures are (H, W, 3)."""
     rows, columns = slice(box.y0, box.y1), slice(box.x0, box.x1)
-    shown, shown_truth = (srgb_encoded(p[rows, columns]) for p in (picture, reference))
-    return float(flip_evaluation(shown, shown_truth, "LDR")[1])
+    display, display_truth = (encode_srgb(p[rows, columns]) for p in (picture, reference))
+    return float(flip_evaluation(display, display_truth, "LDR")[1])
 
 
-def _telling(pictures: list[FloatImage], reference: FloatImage) -> npt.NDArray[np.float64]:
+def _error_range(pictures: list[FloatImage], reference: FloatImage) -> npt.NDArray[np.float64]:
     """Return (H, W), the worst minus the best error of each pixel's display value."""
-    shown = srgb_encoded(reference)
-    errors = np.stack([np.abs(srgb_encoded(p) - shown).mean(axis=2) for p in pictures])
+    display = encode_srgb(reference)
+    errors = np.stack([np.abs(encode_srgb(p) - display).mean(axis=2) for p in pictures])
     least = errors.min(axis=0) if len(pictures) > 1 else 0.0
     return np.asarray(errors.max(axis=0) - least, np.float64)
 
@@ -142,17 +144,17 @@ def error_chart(rows: Sequence[Row], best: Row) -> "Figure":
         ms, flip = 1e3 * max(row.seconds, _SECONDS_LEAST), row.scores.flip
         style = style_of(str(row.method))
         (point,) = axes.plot([ms], [flip], linestyle="none", markersize=10, clip_on=False, **style)
-        words = f"{row.method}, the closest" if row is best else str(row.method)
-        entries.append(Entry(point, words, flip))
+        label = f"{row.method}, the closest" if row is best else str(row.method)
+        entries.append(Entry(point, label, flip))
     axes.set_ylim(0.0, max(1.1 * max(row.scores.flip for row in rows), _FLIP_LEAST))
-    _show_a_decade(axes)
+    _widen_to_decade(axes)
     plain_axes(axes)
     plain_ticks(axes.xaxis)
     legend_beside(axes, entries)
     return figure
 
 
-def _show_a_decade(axes: "Axes") -> None:
+def _widen_to_decade(axes: "Axes") -> None:
     """Widen the time axis to a factor of ten at least, around its middle."""
     low, high = axes.get_xlim()
     middle = (low * high) ** 0.5

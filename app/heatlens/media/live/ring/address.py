@@ -60,22 +60,22 @@ def parse_ring_address(text: str) -> RingAddress:
 
     Raise InputError for any other text.
     """
-    scheme, _, place = text.strip().partition("://")
+    scheme, _, host_text = text.strip().partition("://")
     try:
         protocol = Protocol(scheme.lower())
-        host, port = host_and_port(place)
+        host, port = host_and_port(host_text)
         host = DEFAULT_HOST if host in ("", "localhost") else str(ipaddress.IPv4Address(host))
     except ValueError as error:
-        raise _not_an_address(text) from error
+        raise _address_error(text) from error
     return RingAddress(protocol, host, protocol.port if port is None else port)
 
 
-def _not_an_address(text: str, is_sent: bool = False) -> InputError:
-    others = "" if is_sent else f", or osc://:{OSC_PORT} for a controller"
+def _address_error(text: str, is_output: bool = False) -> InputError:
+    osc_note = "" if is_output else f", or osc://:{OSC_PORT} for a controller"
     return InputError(
         f"{text!r} is not an address for a lens: give opentrackio for this machine, or "
         f"opentrackio://HOST:PORT, such as opentrackio://239.135.1.1:{OPENTRACKIO_PORT} for source "
-        f"1 of a network{others}."
+        f"1 of a network{osc_note}."
     )
 
 
@@ -84,7 +84,7 @@ def opentrackio_address(text: str) -> RingAddress:
     try:
         address = parse_ring_address(text)
     except InputError as error:
-        raise _not_an_address(text, is_sent=True) from error
+        raise _address_error(text, is_output=True) from error
     if address.protocol is not Protocol.OPENTRACKIO:
         raise InputError(f"{text}: a camera can only be sent as OpenTrackIO: give opentrackio.")
     return address

@@ -9,7 +9,7 @@ from heatlens.core.model.curves.interpolation import Scale
 from heatlens.media.live.ring.sources import LensSample
 
 _BENDS = (0.2, 5.0)
-_LEARNT_LEAST = 1e-6
+_TRAVEL_LEAST = 1e-6
 
 
 class Ring(StrEnum):
@@ -31,7 +31,7 @@ class Ring(StrEnum):
 
 
 # The default range of each ring: from close to infinity, from wide open to closed.
-_USUAL_ENDS = {
+_DEFAULT_ENDS = {
     Ring.FOCUS: (0.5, float("inf")),
     Ring.IRIS: (1.4, 22.0),
     Ring.LENGTH: (24.0, 135.0),
@@ -67,12 +67,12 @@ class ChannelMap:
     bend: float = 1.0
 
     def __post_init__(self) -> None:
-        if not abs(self.high - self.low) > _LEARNT_LEAST:
+        if not abs(self.high - self.low) > _TRAVEL_LEAST:
             raise InputError(f"The channel {self.channel} has the same value at both ends.")
         if not _BENDS[0] <= self.bend <= _BENDS[1]:
             raise InputError(f"A bend is {_BENDS[0]:g} to {_BENDS[1]:g}, not {self.bend:g}.")
         for value in (self.at_low, self.at_high):
-            self.ring.scale.place_of(value)
+            self.ring.scale.position_of(value)
 
     def value_at(self, channel_value: float) -> float:
         """Return the value of the lens for a value of the channel."""
@@ -80,46 +80,48 @@ class ChannelMap:
         if turn in (0.0, 1.0):
             return self.at_high if turn else self.at_low
         scale = self.ring.scale
-        low, high = scale.place_of(self.at_low), scale.place_of(self.at_high)
+        low, high = scale.position_of(self.at_low), scale.position_of(self.at_high)
         return scale.value_at(low + turn * (high - low))
 
 
-def usual_map(channel: str, ring: Ring) -> ChannelMap:
+def default_map(channel: str, ring: Ring) -> ChannelMap:
     """Return a map over the default range of a ring, for a channel 0 to 1 or an axis -1 to 1."""
     low = -1.0 if channel.startswith(_AXIS) else 0.0
-    return ChannelMap(channel, ring, low, 1.0, *_USUAL_ENDS[ring])
+    return ChannelMap(channel, ring, low, 1.0, *_DEFAULT_ENDS[ring])
 
 
 def channels_of(sample: LensSample) -> dict[str, float]:
     """Return all channels of a sample, including the ring positions of a camera."""
-    turns = {
+    ring_positions = {
         "focus ring": sample.focus_turn,
         "iris ring": sample.iris_turn,
         "zoom ring": sample.zoom_turn,
     }
-    return {n: v for n, v in turns.items() if v is not None} | dict(sample.channels)
+    return {
+        name: position for name, position in ring_positions.items() if position is not None
+    } | dict(sample.channels)
 
 
-def maps_for(sample: LensSample, chosen: Iterable[ChannelMap]) -> tuple[ChannelMap, ...]:
+def maps_for(sample: LensSample, chosen_maps: Iterable[ChannelMap]) -> tuple[ChannelMap, ...]:
     """Return the chosen maps, and for rings without one a map of a channel with a usual name.
 
     A ring whose value the sample contains needs no map.
     """
-    by_ring = {channel_map.ring: channel_map for channel_map in chosen}
+    by_ring = {channel_map.ring: channel_map for channel_map in chosen_maps}
     channels = channels_of(sample)
     for ring, names in _USUAL_NAMES.items():
-        known = next((name for name in names if name in channels), None)
-        if ring not in by_ring and known is not None and getattr(sample, ring) is None:
-            by_ring[ring] = usual_map(known, ring)
+        channel = next((name for name in names if name in channels), None)
+        if ring not in by_ring and channel is not None and getattr(sample, ring) is None:
+            by_ring[ring] = default_map(channel, ring)
     return tuple(by_ring.values())
 
 
-def mapped(sample: LensSample, chosen: Iterable[ChannelMap]) -> dict[str, float]:
+def map_channels(sample: LensSample, chosen_maps: Iterable[ChannelMap]) -> dict[str, float]:
     """Return the fields of Lens with the values that the channels of a sample give them."""
     channels = channels_of(sample)
     return {
         str(channel_map.ring): channel_map.value_at(channels[channel_map.channel])
-        for channel_map in maps_for(sample, chosen)
+        for channel_map in maps_for(sample, chosen_maps)
         if channel_map.channel in channels
     }
 
@@ -128,37 +130,38 @@ class Learning:
     """Finds out which channel is being turned, and its range of values."""
 
     def __init__(self, ring: Ring) -> None:
-        """Learn the channel for `ring`; call `hear` repeatedly while the user turns the control."""
+        """Learn the channel for `ring`; call `observe` while the user turns the control."""
         self.ring = ring
         self._first: dict[str, float] = {}
-        self._least: dict[str, float] = {}
-        self._most: dict[str, float] = {}
+        self._lowest: dict[str, float] = {}
+        self._highest: dict[str, float] = {}
 
-    def hear(self, channels: Mapping[str, float]) -> None:
-        """Note the present values of the channels."""
+    def observe(self, channels: Mapping[str, float]) -> None:
+        """Record the present values of the channels."""
         for name, value in channels.items():
             self._first.setdefault(name, value)
-            self._least[name] = min(value, self._least.get(name, value))
-            self._most[name] = max(value, self._most.get(name, value))
+            self._lowest[name] = min(value, self._lowest.get(name, value))
+            self._highest[name] = max(value, self._highest.get(name, value))
 
     @property
     def channel(self) -> str | None:
         """The channel that has moved most, relative to its possible range."""
-        way = {name: self._way(name) for name in self._first}
-        best = max(way, key=lambda name: way[name], default=None)
-        return None if best is None or way[best] <= _LEARNT_LEAST else best
+        travel = {name: self._relative_travel(name) for name in self._first}
+        most_moved = max(travel, key=lambda name: travel[name], default=None)
+        return None if most_moved is None or travel[most_moved] <= _TRAVEL_LEAST else most_moved
 
-    def learnt(self) -> ChannelMap | None:
+    def learned_map(self) -> ChannelMap | None:
         """Return the map, with the first position as low end; None if nothing was turned."""
         name = self.channel
         if name is None:
             return None
-        low, high = self._least[name], self._most[name]
+        low, high = self._lowest[name], self._highest[name]
         if self._first[name] - low > high - self._first[name]:
             low, high = high, low
-        at_low, at_high = _USUAL_ENDS[self.ring]
+        at_low, at_high = _DEFAULT_ENDS[self.ring]
         return ChannelMap(name, self.ring, low, high, at_low, at_high)
 
-    def _way(self, name: str) -> float:
-        size = max(abs(self._least[name]), abs(self._most[name]), _LEARNT_LEAST)
-        return (self._most[name] - self._least[name]) / size
+    def _relative_travel(self, name: str) -> float:
+        """Return how far a channel has moved, relative to its largest magnitude."""
+        magnitude = max(abs(self._lowest[name]), abs(self._highest[name]), _TRAVEL_LEAST)
+        return (self._highest[name] - self._lowest[name]) / magnitude

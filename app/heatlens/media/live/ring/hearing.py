@@ -16,8 +16,8 @@ from heatlens.media.live.ring.opentrackio import (
     SEQUENCES,
     RingPacketError,
     Segment,
-    sample_of,
-    segment_of,
+    parse_sample,
+    parse_segment,
 )
 from heatlens.media.live.ring.sources import SILENT_AFTER_S, LensSample, RingSources
 
@@ -40,10 +40,10 @@ class Decoder(Protocol):
         ...
 
 
-class Hearing:
+class SampleCollector:
     """Decodes datagrams and keeps the newest samples.
 
-    taken     number of valid datagrams
+    accepted  number of valid datagrams
     refused   number of invalid datagrams; `fault` says why the last one was refused
     """
 
@@ -55,7 +55,7 @@ class Hearing:
     ) -> None:
         """Decode with `decoder`; for the other arguments see `RingSources`."""
         self.sources = RingSources(clock, silent_after_s)
-        self.taken = 0
+        self.accepted = 0
         self.refused = 0
         self.fault: str | None = None
         self._decoder = decoder
@@ -65,52 +65,53 @@ class Hearing:
         """The number of samples that were never complete."""
         return self._decoder.lost
 
-    def take(self, datagram: bytes, sender: Sender) -> None:
+    def accept_datagram(self, datagram: bytes, sender: Sender) -> None:
         """Decode a datagram, or count it as refused."""
         try:
             samples = self._decoder.samples(datagram, sender)
             for sample in samples:
-                self.sources.keep(sample)
+                self.sources.add_sample(sample)
         except Exception as error:  # the thread must go on, whatever error a library raises
             self.refused += 1
             is_known = isinstance(error, RingPacketError)
             self.fault = str(error) if is_known else "a datagram cannot be read"
         else:
-            self.taken += 1
+            self.accepted += 1
 
 
 @dataclass
-class _Unfinished:
+class _UnfinishedSample:
     """Segments of a sample that do not overlap, in the order of their offsets."""
 
     segments: list[Segment] = field(default_factory=list)
 
-    # By offset and not by number: the reference sender of the standard numbers every datagram,
-    # others number samples, and both are met. Samples of several datagrams were lost while only one
-    # numbering was expected. One that overlaps ends the sample, so that unfinished ones stay
-    # bounded.
-    def take(self, segment: Segment) -> bool:
+    # Segments are ordered by offset and not by number, because the reference sender of the standard
+    # numbers datagrams and others number samples. With one numbering expected, samples of several
+    # datagrams were lost. A segment that overlaps ends the sample, which keeps its size bounded.
+    def add_segment(self, segment: Segment) -> bool:
         """Add a segment, or return False if it cannot belong to the same sample as the others."""
-        held = self.segments
-        if segment in held:  # the network has sent it twice
+        known_segments = self.segments
+        if segment in known_segments:  # the network has sent it twice
             return True
-        parts = sorted((*held, segment), key=lambda one: one.offset)
-        if len(parts) > MAX_SEGMENTS or not all(_can_follow(*pair) for pair in pairwise(parts)):
+        ordered = sorted((*known_segments, segment), key=lambda entry: entry.offset)
+        if len(ordered) > MAX_SEGMENTS or not all(_can_follow(*pair) for pair in pairwise(ordered)):
             return False
-        self.segments = parts
+        self.segments = ordered
         return True
 
     @property
-    def is_whole(self) -> bool:
+    def is_complete(self) -> bool:
         """True if the segments are all of the sample's text."""
-        held = sum(len(one.payload) for one in self.segments)
-        return self.segments[-1].is_last and self.segments[-1].end == held
+        byte_count = sum(len(segment.payload) for segment in self.segments)
+        return self.segments[-1].is_last and self.segments[-1].end == byte_count
 
     @property
     def text(self) -> bytes | None:
         """The text of a complete sample; None if datagrams of two samples were mixed up."""
-        is_one = _is_numbered([one.sequence for one in self.segments])
-        return b"".join(one.payload for one in self.segments) if is_one else None
+        is_single_sample = _is_consistently_numbered(
+            [segment.sequence for segment in self.segments]
+        )
+        return b"".join(segment.payload for segment in self.segments) if is_single_sample else None
 
 
 class Assembly:
@@ -121,28 +122,28 @@ class Assembly:
 
     def __init__(self) -> None:
         self.lost = 0
-        self._unfinished: dict[Sender, _Unfinished] = {}
+        self._unfinished: dict[Sender, _UnfinishedSample] = {}
 
     def add(self, sender: Sender, segment: Segment) -> bytes | None:
         """Add a segment; return the text of its sample if that is now complete."""
-        held = self._unfinished.get(sender)
-        if held is None or not held.take(segment):
-            held = self._begin(sender, segment)
-        if not held.is_whole:
+        unfinished = self._unfinished.get(sender)
+        if unfinished is None or not unfinished.add_segment(segment):
+            unfinished = self._start_sample(sender, segment)
+        if not unfinished.is_complete:
             return None
         del self._unfinished[sender]
-        self.lost += held.text is None
-        return held.text
+        self.lost += unfinished.text is None
+        return unfinished.text
 
-    # Anybody on the network can send first segments under new addresses without end. So each sender
-    # has one unfinished sample, and the oldest goes when there are too many senders.
-    def _begin(self, sender: Sender, segment: Segment) -> _Unfinished:
-        """Drop an incomplete sample of this sender, or the oldest one to make room."""
+    # Each sender has at most one unfinished sample, and the oldest is dropped if there are too many
+    # senders: anybody on the network can send first segments under new addresses without end.
+    def _start_sample(self, sender: Sender, segment: Segment) -> _UnfinishedSample:
+        """Begin a sample with `segment`, in place of an incomplete one of this sender."""
         self.lost += self._unfinished.pop(sender, None) is not None
         if len(self._unfinished) >= MAX_SENDERS:
             self._unfinished.pop(next(iter(self._unfinished)))
             self.lost += 1
-        return self._unfinished.setdefault(sender, _Unfinished([segment]))
+        return self._unfinished.setdefault(sender, _UnfinishedSample([segment]))
 
 
 class OpenTrackIODecoder(Assembly):
@@ -150,22 +151,26 @@ class OpenTrackIODecoder(Assembly):
 
     def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
         """Return the sample that a datagram completes, if any. Raise RingPacketError if invalid."""
-        segment = segment_of(datagram)
+        segment = parse_segment(datagram)
         text = self.add(sender, segment)
-        return () if text is None else (sample_of(text, segment.encoding),)
+        return () if text is None else (parse_sample(text, segment.encoding),)
 
 
-def _can_follow(before: Segment, after: Segment) -> bool:
+def _can_follow(previous: Segment, following: Segment) -> bool:
     """Return whether a segment can follow another one in the text of a sample."""
-    is_behind = before.offset < after.offset and before.end <= after.offset and not before.is_last
-    steps = (after.sequence - before.sequence) % SEQUENCES
-    return is_behind and before.encoding is after.encoding and steps < MAX_SEGMENTS
+    is_behind = (
+        previous.offset < following.offset
+        and previous.end <= following.offset
+        and not previous.is_last
+    )
+    steps = (following.sequence - previous.sequence) % SEQUENCES
+    return is_behind and previous.encoding is following.encoding and steps < MAX_SEGMENTS
 
 
-def _is_numbered(sequences: Sequence[int]) -> bool:
+def _is_consistently_numbered(sequences: Sequence[int]) -> bool:
     """Return whether each datagram has the next number, or all have that of their sample.
 
     The sender of the standard numbers datagrams; others number samples.
     """
-    steps = {(after - before) % SEQUENCES for before, after in pairwise(sequences)}
+    steps = {(next_number - number) % SEQUENCES for number, next_number in pairwise(sequences)}
     return steps <= {1} or steps == {0}

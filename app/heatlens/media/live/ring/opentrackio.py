@@ -33,20 +33,20 @@ from heatlens.core.model.timecode import Timecode
 from heatlens.media.live.ring.sources import LensSample
 
 _VERSION = [1, 0, 1]
-_POSITIVE = {
+_LENS_KEYS = {
     "focus_distance_m": "focusDistance",
     "f_stop": "fStop",
     "t_stop": "tStop",
     "focal_length_mm": "pinholeFocalLength",
 }
-_TURNS = {"focus_turn": "focus", "iris_turn": "iris", "zoom_turn": "zoom"}
+_ENCODER_KEYS = {"focus_turn": "focus", "iris_turn": "iris", "zoom_turn": "zoom"}
 _TIME = ("hours", "minutes", "seconds", "frames")
 _NAME_LETTERS = 80
 _NUMBER_MOST = 2**63  # larger than any source number; CBOR has numbers of any length
 _RATE_MOST = 10_000.0
 _ID = re.compile("urn:uuid:[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 _OFFSET_MOST_M = 2.0
-_LEAST = math.ulp(0.0)  # smallest allowed number above 0
+_POSITIVE_LEAST = math.ulp(0.0)  # smallest allowed number above 0
 
 IDENTIFIER = b"OTrk"
 HEADER_BYTES = 16
@@ -55,7 +55,7 @@ MAX_SAMPLE_BYTES = 1 << 16  # a usual complete sample has about 3 kB
 SEQUENCES = 1 << 16  # sequence numbers begin again after these
 _HEADER = struct.Struct("!4sBBHIHH")
 _BEFORE_CHECKSUM = HEADER_BYTES - 2
-_LAST = 1 << 15
+_LAST_SEGMENT_BIT = 1 << 15
 
 
 class RingPacketError(InputError):
@@ -85,23 +85,23 @@ class Segment:
         return self.offset + len(self.payload)
 
 
-# The second sum is a weighted sum of all bytes, so both are one expression over an array each in
-# place of a loop over up to 1,500 bytes for every datagram.
+# The second sum is a weighted sum of all bytes. Both are therefore one expression over an array,
+# instead of a loop over up to 1,500 bytes for every datagram.
 def fletcher16(data: bytes) -> int:
     """Return Fletcher's checksum of `data` modulo 256, the second sum in the high byte."""
     values = np.frombuffer(data, np.uint8).astype(np.int64)
-    first = int(values.sum()) % 256
-    second = int(values @ np.arange(len(values), 0, -1)) % 256
-    return second << 8 | first
+    sum_of_bytes = int(values.sum()) % 256
+    sum_of_sums = int(values @ np.arange(len(values), 0, -1)) % 256
+    return sum_of_sums << 8 | sum_of_bytes
 
 
-def segment_of(datagram: bytes) -> Segment:
+def parse_segment(datagram: bytes) -> Segment:
     """Parse a datagram; raise RingPacketError if it is incomplete or inconsistent."""
     if len(datagram) < HEADER_BYTES or not datagram.startswith(IDENTIFIER):
         raise RingPacketError("a datagram is not OpenTrackIO")
     _, _, encoding, sequence, offset, last_length, checksum = _HEADER.unpack_from(datagram)
     payload = datagram[HEADER_BYTES:]
-    if len(payload) != last_length & ~_LAST:
+    if len(payload) != last_length & ~_LAST_SEGMENT_BIT:
         raise RingPacketError("a datagram is not as long as its header says")
     if fletcher16(datagram[:_BEFORE_CHECKSUM] + payload) != checksum:
         raise RingPacketError("the checksum of a datagram is wrong")
@@ -109,67 +109,74 @@ def segment_of(datagram: bytes) -> Segment:
         raise RingPacketError(f"a sample has encoding {encoding}, which is neither JSON nor CBOR")
     if offset + len(payload) > MAX_SAMPLE_BYTES:
         raise RingPacketError(f"a sample is longer than {MAX_SAMPLE_BYTES} bytes")
-    return Segment(Encoding(encoding), sequence, offset, bool(last_length & _LAST), payload)
+    return Segment(
+        Encoding(encoding), sequence, offset, bool(last_length & _LAST_SEGMENT_BIT), payload
+    )
 
 
-def datagrams_of(payload: bytes, encoding: Encoding, sequence: int) -> Iterator[bytes]:
+def split_into_datagrams(payload: bytes, encoding: Encoding, sequence: int) -> Iterator[bytes]:
     """Divide the text of a sample into datagrams, numbered from `sequence`, modulo 65,536."""
     offsets = range(0, max(len(payload), 1), MAX_SEGMENT_BYTES)
     for number, offset in enumerate(offsets, sequence):
-        part = payload[offset : offset + MAX_SEGMENT_BYTES]
-        is_last = offset + len(part) >= len(payload)
-        length = len(part) | (_LAST if is_last else 0)
-        words = (IDENTIFIER, 0, encoding, number % SEQUENCES, offset, length)
-        header = _HEADER.pack(*words, 0)[:_BEFORE_CHECKSUM]
-        yield header + struct.pack("!H", fletcher16(header + part)) + part
+        segment = payload[offset : offset + MAX_SEGMENT_BYTES]
+        is_last = offset + len(segment) >= len(payload)
+        length = len(segment) | (_LAST_SEGMENT_BIT if is_last else 0)
+        header_fields = (IDENTIFIER, 0, encoding, number % SEQUENCES, offset, length)
+        header = _HEADER.pack(*header_fields, 0)[:_BEFORE_CHECKSUM]
+        yield header + struct.pack("!H", fletcher16(header + segment)) + segment
 
 
-def sample_of(text: bytes, encoding: Encoding) -> LensSample:
+def parse_sample(text: bytes, encoding: Encoding) -> LensSample:
     """Read a sample; impossible values are left out.
 
     Raise RingPacketError for a text that is not a sample.
     """
-    root = _decoded(text, encoding)
+    root = _decode(text, encoding)
     if not isinstance(root, dict):
         raise RingPacketError("a sample is not an object of names and values")
-    lens = _below(root, "lens")
-    values: Values = {name: _number(lens, key, _LEAST) for name, key in _POSITIVE.items()}
-    turns = _below(lens, "encoders")
-    values |= {name: _number(turns, key, 0.0, 1.0) for name, key in _TURNS.items()}
+    lens = _member_object(root, "lens")
+    values: Values = {name: _number(lens, key, _POSITIVE_LEAST) for name, key in _LENS_KEYS.items()}
+    encoders = _member_object(lens, "encoders")
+    values |= {name: _number(encoders, key, 0.0, 1.0) for name, key in _ENCODER_KEYS.items()}
     offset_m = _number(lens, "entrancePupilOffset", -_OFFSET_MOST_M, _OFFSET_MOST_M)
     values["pupil_offset_mm"] = None if offset_m is None else 1e3 * offset_m
-    values |= {"timecode": _timecode(root), "frames_per_second": _rate(root)}
-    return LensSample(_source(root), **values)
+    values |= {"timecode": _parse_timecode(root), "frames_per_second": _parse_rate(root)}
+    return LensSample(_source_name(root), **values)
 
 
 def source_id(name: str) -> str:
-    """Return the identifier of the source called `name` on this machine; one stays as it is."""
+    """Return the identifier of the source called `name` on this machine.
+
+    A name that is an identifier already is returned unchanged.
+    """
     if _ID.fullmatch(name):
         return name
     return uuid.uuid5(uuid.NAMESPACE_URL, f"heatlens:{socket.gethostname()}:{name}").urn
 
 
-def text_of(sample: LensSample, encoding: Encoding, source_number: int = 1) -> bytes:
+def format_sample(sample: LensSample, encoding: Encoding, source_number: int = 1) -> bytes:
     """Write a sample with the values that it has."""
     lens: Values = {
-        key: getattr(sample, name) for name, key in _POSITIVE.items() if _is_known(sample, name)
+        key: getattr(sample, name) for name, key in _LENS_KEYS.items() if _is_known(sample, name)
     }
     if _is_known(sample, "pupil_offset_mm"):
         lens["entrancePupilOffset"] = 1e-3 * float(sample.pupil_offset_mm or 0.0)
-    turns = {key: getattr(sample, name) for name, key in _TURNS.items() if _is_known(sample, name)}
+    encoders = {
+        key: getattr(sample, name) for name, key in _ENCODER_KEYS.items() if _is_known(sample, name)
+    }
     root: dict[str, object] = {"protocol": {"name": "OpenTrackIO", "version": _VERSION}}
     root |= {"sampleId": uuid.uuid4().urn, "sourceId": source_id(sample.source)}
     root |= {"sourceNumber": source_number, "timing": _timing(sample)}
-    root["lens"] = lens | ({"encoders": turns} if turns else {})
-    return _encoded(root, encoding)
+    root["lens"] = lens | ({"encoders": encoders} if encoders else {})
+    return _encode(root, encoding)
 
 
 def _timing(sample: LensSample) -> dict[str, object]:
     """Return the rate of the samples and the timecode; no timecode without a rate."""
     if sample.frames_per_second is None:
         return {}
-    exact, timecode = exact_rate(sample.frames_per_second), sample.timecode
-    rate = {"num": exact.numerator, "denom": exact.denominator}
+    exact_frame_rate, timecode = exact_rate(sample.frames_per_second), sample.timecode
+    rate = {"num": exact_frame_rate.numerator, "denom": exact_frame_rate.denominator}
     if timecode is None:
         return {"sampleRate": rate}
     time = {name: getattr(timecode, name) for name in _TIME} | {"frameRate": rate}
@@ -182,11 +189,11 @@ def _is_known(sample: LensSample, name: str) -> bool:
     return value is not None and math.isfinite(value)
 
 
-def _decoded(text: bytes, encoding: Encoding) -> object:
+def _decode(text: bytes, encoding: Encoding) -> object:
     """Decode an untrusted text of at most 64 kB; every failure is a RingPacketError."""
-    read, errors = _decoder(encoding)
+    decode, errors = _decoder(encoding)
     try:
-        return read(text)
+        return decode(text)
     except errors as error:
         raise RingPacketError(f"a sample cannot be decoded as {encoding.name}") from error
 
@@ -205,7 +212,8 @@ def _decoder(
     return cbor2.loads, (*errors, cbor2.CBORError)
 
 
-def _encoded(root: Mapping[str, object], encoding: Encoding) -> bytes:
+def _encode(root: Mapping[str, object], encoding: Encoding) -> bytes:
+    """Return the text of a sample in JSON or CBOR."""
     if encoding is Encoding.JSON:
         return json.dumps(root, separators=(",", ":")).encode()
     import cbor2
@@ -213,20 +221,21 @@ def _encoded(root: Mapping[str, object], encoding: Encoding) -> bytes:
     return cbor2.dumps(root)
 
 
-def _below(holder: Mapping[str, object], key: str) -> Mapping[str, Any]:
-    below = holder.get(key)
-    return below if isinstance(below, dict) else {}
+def _member_object(parent: Mapping[str, object], key: str) -> Mapping[str, Any]:
+    """Return the object that is the member `key` of another; an empty one if it is missing."""
+    member = parent.get(key)
+    return member if isinstance(member, dict) else {}
 
 
-def _number(holder: Mapping[str, Any], key: str, least: float, most: float = 1e9) -> float | None:
+def _number(parent: Mapping[str, Any], key: str, least: float, most: float = 1e9) -> float | None:
     """Return the number if it is in [least, most], else None."""
-    number = holder.get(key)
+    number = parent.get(key)
     if isinstance(number, bool) or not isinstance(number, (int, float)):
         return None
     return float(number) if least <= number <= most else None
 
 
-def _source(root: Mapping[str, object]) -> str:
+def _source_name(root: Mapping[str, object]) -> str:
     """Return the sender's name, shortened to fit on a line."""
     for key in ("sourceId", "sourceNumber"):
         name = root.get(key)
@@ -236,18 +245,20 @@ def _source(root: Mapping[str, object]) -> str:
     return ""
 
 
-def _rate(root: Mapping[str, object]) -> float | None:
+def _parse_rate(root: Mapping[str, object]) -> float | None:
     """Return the samples a second."""
-    rate = _below(_below(root, "timing"), "sampleRate")
-    number, over = _number(rate, "num", _LEAST), _number(rate, "denom", _LEAST)
-    hertz = None if number is None or over is None else number / over
+    rate = _member_object(_member_object(root, "timing"), "sampleRate")
+    numerator = _number(rate, "num", _POSITIVE_LEAST)
+    denominator = _number(rate, "denom", _POSITIVE_LEAST)
+    hertz = None if numerator is None or denominator is None else numerator / denominator
     return hertz if hertz is not None and hertz <= _RATE_MOST else None
 
 
-def _timecode(root: Mapping[str, object]) -> Timecode | None:
-    held = _below(_below(root, "timing"), "timecode")
-    hours, minutes, seconds, frames = (held.get(name, -1) for name in _TIME)
+def _parse_timecode(root: Mapping[str, object]) -> Timecode | None:
+    """Return the timecode of a sample; None if it is missing or impossible."""
+    fields = _member_object(_member_object(root, "timing"), "timecode")
+    hours, minutes, seconds, frames = (fields.get(name, -1) for name in _TIME)
     if not all(type(number) is int for number in (hours, minutes, seconds, frames)):
         return None
-    timecode = Timecode(hours, minutes, seconds, frames, held.get("dropFrame") is True)
+    timecode = Timecode(hours, minutes, seconds, frames, fields.get("dropFrame") is True)
     return timecode if timecode.is_possible else None

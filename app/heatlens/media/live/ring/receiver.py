@@ -27,7 +27,7 @@ from heatlens.media.live.ring.address import (
     listening_socket,
     parse_ring_address,
 )
-from heatlens.media.live.ring.hearing import Decoder, Hearing, OpenTrackIODecoder, Sender
+from heatlens.media.live.ring.hearing import Decoder, OpenTrackIODecoder, SampleCollector, Sender
 from heatlens.media.live.ring.opentrackio import RingPacketError
 from heatlens.media.live.ring.sources import (
     SILENT_AFTER_S,
@@ -37,7 +37,7 @@ from heatlens.media.live.ring.sources import (
     RingInput,
 )
 
-_VALUES = ("focus_distance_m", "f_stop", "focal_length_mm")
+_LENS_FIELDS = ("focus_distance_m", "f_stop", "focal_length_mm")
 _NAME_LETTERS = 80
 _MOST = 1e9
 
@@ -53,18 +53,18 @@ class OscDecoder:
     def samples(self, datagram: bytes, sender: Sender) -> tuple[LensSample, ...]:
         """Return one sample of all messages of a datagram. Raise RingPacketError if not OSC."""
         try:
-            with _warnings_refused():
+            with _raise_on_warnings():
                 messages = [timed.message for timed in self._packets.OscPacket(datagram).messages]
             values = [(message.address, tuple(message.params)) for message in messages]
         except Exception as error:  # the library raises various errors for invalid data
             raise RingPacketError("a datagram is not OSC") from error
-        channels = dict(_numbers(values))
+        channels = dict(_first_numbers(values))
         if not channels:
             raise RingPacketError("an OSC message holds no number")
         return (_sample(channels, sender),)
 
 
-class _Refusing(logging.Handler):
+class _RaisingHandler(logging.Handler):
     """Raises an error for a warning of the thread that made this handler."""
 
     def __init__(self) -> None:
@@ -79,32 +79,42 @@ class _Refusing(logging.Handler):
 
 
 @contextmanager
-def _warnings_refused() -> Iterator[None]:
-    """Treat the library's warnings as errors: it would print untrusted bytes."""
-    root, refusing = logging.getLogger(), _Refusing()
-    root.addHandler(refusing)
+def _raise_on_warnings() -> Iterator[None]:
+    """Raise RingPacketError for the library's warnings, which would print untrusted bytes."""
+    root, handler = logging.getLogger(), _RaisingHandler()
+    root.addHandler(handler)
     try:
         yield
     finally:
-        root.removeHandler(refusing)
+        root.removeHandler(handler)
 
 
-def _numbers(messages: Iterable[tuple[str, tuple[object, ...]]]) -> Iterable[tuple[str, float]]:
+def _first_numbers(
+    messages: Iterable[tuple[str, tuple[object, ...]]],
+) -> Iterable[tuple[str, float]]:
+    """Yield the address and the first number of each message that has a finite one."""
     for address, parameters in messages:
-        first = next((p for p in parameters if isinstance(p, int | float)), None)
-        if first is not None and math.isfinite(first) and abs(first) <= _MOST:
-            yield address[:_NAME_LETTERS], float(first)
+        number = next(
+            (parameter for parameter in parameters if isinstance(parameter, int | float)), None
+        )
+        if number is not None and math.isfinite(number) and abs(number) <= _MOST:
+            yield address[:_NAME_LETTERS], float(number)
 
 
 def _sample(channels: dict[str, float], sender: Sender) -> LensSample:
+    """Return a sample of the channels; some addresses are values of the lens itself."""
     values: Values = {
         name: value
         for address, value in channels.items()
-        for name in _VALUES
+        for name in _LENS_FIELDS
         if address.rpartition("/")[2] == name and value > 0
     }
-    others = {a: v for a, v in channels.items() if a.rpartition("/")[2] not in _VALUES}
-    return LensSample(str(sender[0]) if sender else "", **values, channels=others)
+    other_channels = {
+        channel: channel_value
+        for channel, channel_value in channels.items()
+        if channel.rpartition("/")[2] not in _LENS_FIELDS
+    }
+    return LensSample(str(sender[0]) if sender else "", **values, channels=other_channels)
 
 
 _MAX_DATAGRAM = 65535
@@ -112,10 +122,10 @@ _DECODERS: dict[Protocol, Callable[[], Decoder]] = {
     Protocol.OPENTRACKIO: OpenTrackIODecoder,
     Protocol.OSC: OscDecoder,
 }
-_AT_ONCE = 256  # datagrams between checks whether the thread should end
+_DATAGRAMS_AT_ONCE = 256  # datagrams between checks whether the thread should end
 
 
-class LensReceiver(Hearing, RingInput):
+class LensReceiver(SampleCollector, RingInput):
     """Receives samples until `close`; its methods may be called from any thread."""
 
     def __init__(self, address: RingAddress, clock: Callable[[], float] = time.monotonic) -> None:
@@ -139,24 +149,25 @@ class LensReceiver(Hearing, RingInput):
         self._waker.close()
 
     def _listen(self) -> None:
+        """Receive datagrams until `close` is called; runs on a thread."""
         try:
             while all(key.fileobj is not self._wake for key, _ in self._selector.select()):
-                self._hear_waiting()
+                self._receive_waiting()
         finally:
             self._selector.close()
             self._socket.close()
             self._wake.close()
 
-    def _hear_waiting(self) -> None:
+    def _receive_waiting(self) -> None:
         """Handle all waiting datagrams, and call `on_news` once."""
-        before = self.sources.version
-        for _ in range(_AT_ONCE):
+        previous_version = self.sources.version
+        for _ in range(_DATAGRAMS_AT_ONCE):
             try:
                 datagram, sender = self._socket.recvfrom(_MAX_DATAGRAM)
             except OSError:  # no datagram is left, or the network reports a lost one
                 break
-            self.take(datagram, sender)
-        if self.sources.version != before and self.on_news is not None:
+            self.accept_datagram(datagram, sender)
+        if self.sources.version != previous_version and self.on_news is not None:
             self.on_news()
 
 
@@ -172,41 +183,43 @@ class MidiInput(Controls):
         Raise InputError if the library or the port is missing.
         """
         super().__init__(f"midi:{name}", silent_after_s=math.inf)
-        mido = _library()
-        port = _port_named(mido, name)
+        mido = _import_mido()
+        port = _find_port(mido, name)
         self.address = f"midi:{port}"
         try:
-            self._port = mido.open_input(port, callback=self.hear)
+            self._port = mido.open_input(port, callback=self.handle_message)
         except Exception as error:  # each backend of the library has its own errors
             raise InputError(f"The MIDI port {port!r} cannot be opened ({error}).") from error
 
-    def hear(self, message: Any) -> None:
+    def handle_message(self, message: Any) -> None:
         """Handle a message of the port; only control changes and wheels are used."""
         if message.type == "control_change":
             name = f"control {message.control} of channel {message.channel + 1}"
-            self.take("", {name: message.value / _CONTROL_MOST})
+            self.store_channels("", {name: message.value / _CONTROL_MOST})
         elif message.type == "pitchwheel":
             name = f"wheel of channel {message.channel + 1}"
-            self.take("", {name: (message.pitch + 8192) / _BEND_MOST})
+            self.store_channels("", {name: (message.pitch + 8192) / _BEND_MOST})
 
     def close(self) -> None:
         """Close the port; a second call does nothing."""
         self._port.close()
 
 
-def _library() -> ModuleType:
+def _import_mido() -> ModuleType:
+    """Import mido and its backend. Raises MissingPackageError."""
     mido = import_extra("mido", "MIDI")
-    with extra("ring").needed("MIDI"):
+    with extra("ring").require("MIDI"):
         mido.backend.load()  # the backend is a second package
     return mido
 
 
-def _port_named(mido: ModuleType, name: str) -> str:
+def _find_port(mido: ModuleType, name: str) -> str:
+    """Return the first MIDI port whose name contains `name`. Raises InputError without one."""
     ports = [str(port) for port in mido.get_input_names()]
     port_name = next((port for port in ports if name.lower() in port.lower()), None)
     if port_name is None:
-        there = f"there are {', '.join(ports)}" if ports else "there is none on this machine"
-        raise InputError(f"No MIDI port is called {name!r}; {there}.")
+        port_list = f"there are {', '.join(ports)}" if ports else "there is none on this machine"
+        raise InputError(f"No MIDI port is called {name!r}; {port_list}.")
     return port_name
 
 

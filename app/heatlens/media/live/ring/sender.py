@@ -8,7 +8,7 @@ from typing import Protocol
 from heatlens.core.base.closing import Closing
 from heatlens.core.base.errors import InputError
 from heatlens.media.live.ring.address import RingAddress
-from heatlens.media.live.ring.opentrackio import Encoding, datagrams_of, text_of
+from heatlens.media.live.ring.opentrackio import Encoding, format_sample, split_into_datagrams
 from heatlens.media.live.ring.sources import LensSample
 
 
@@ -17,16 +17,18 @@ class LensSender(Closing):
 
     def __init__(self, address: RingAddress, encoding: Encoding = Encoding.JSON) -> None:
         self.address = address
-        self._next = 1  # number of the next datagram; the standard's receiver passes over a first 0
+        self._next_number = (
+            1  # number of the next datagram; the standard's receiver ignores a first 0
+        )
         self._encoding = encoding
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
     def send(self, sample: LensSample) -> None:
         """Send one sample. Raise InputError if the network refuses it."""
-        text = text_of(sample, self._encoding, self.address.source_number)
+        text = format_sample(sample, self._encoding, self.address.source_number)
         try:
-            for datagram in datagrams_of(text, self._encoding, self._next):
-                self._next += 1
+            for datagram in split_into_datagrams(text, self._encoding, self._next_number):
+                self._next_number += 1
                 self._socket.sendto(datagram, (self.address.host, self.address.port))
         except OSError as error:
             raise InputError(
@@ -38,7 +40,7 @@ class LensSender(Closing):
         self._socket.close()
 
 
-def send_in_time(
+def send_at_rate(
     sender: LensSender,
     samples: Iterable[LensSample],
     rate: float,
@@ -46,9 +48,9 @@ def send_in_time(
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
     """Send `samples` at `rate` a second; a late sample does not delay the following ones."""
-    begun_s = clock()
+    start_s = clock()
     for number, sample in enumerate(samples):
-        wait_s = begun_s + number / rate - clock()
+        wait_s = start_s + number / rate - clock()
         if wait_s > 0:
             sleep(wait_s)
         sender.send(sample)

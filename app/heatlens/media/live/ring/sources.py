@@ -43,23 +43,31 @@ class LensSample:
     pupil_offset_mm: float | None = None
     frames_per_second: float | None = None
 
-    def after(self, before: "LensSample") -> "LensSample":
-        """Return this sample with missing values taken from `before`.
+    def filled_from(self, previous: "LensSample") -> "LensSample":
+        """Return this sample with missing values taken from `previous`.
 
         Samples can be partial: a missing value has not changed.
         """
-        now = {field.name: getattr(self, field.name) for field in fields(self)}
-        kept = {name: getattr(before, name) for name, value in now.items() if value in (None, "")}
-        channels = {**before.channels, **self.channels}
+        own_values = {field.name: getattr(self, field.name) for field in fields(self)}
+        previous_values = {
+            name: getattr(previous, name)
+            for name, value in own_values.items()
+            if value in (None, "")
+        }
+        channels = {**previous.channels, **self.channels}
         if len(channels) > CHANNELS_MOST:
-            channels = {n: v for n, v in channels.items() if n in before.channels}
-        return LensSample(**{**now, **kept, "channels": channels})
+            channels = {
+                name: channel_value
+                for name, channel_value in channels.items()
+                if name in previous.channels
+            }
+        return LensSample(**{**own_values, **previous_values, "channels": channels})
 
 
 MAX_SOURCES = 16
 SILENT_AFTER_S = 1.0  # a camera without samples for this long counts as silent
-_RATE_OVER = 50  # number of samples to average the rate over
-Numbered = tuple[int, LensSample]  # a sample with its version number
+_RATE_SAMPLES = 50  # number of samples to average the rate over
+NumberedSample = tuple[int, LensSample]  # a sample with its version number
 _LOG_MOST = 4096  # samples kept for recording: 4 s at 1,000 a second
 
 
@@ -67,16 +75,16 @@ _LOG_MOST = 4096  # samples kept for recording: 4 s at 1,000 a second
 class RingSource:
     """The samples of one sender.
 
-    `sample` has the latest of every value that was ever sent; `begun_s` and `heard_s` are of the
-    first and the last sample, on the clock of the receiver. `log` has the latest samples, each
-    with its version number.
+    `sample` has the latest of every value that was ever sent. `first_sample_s` and `last_sample_s`
+    are times on the clock of the receiver. `log` has the latest samples, each with its version
+    number.
     """
 
     sample: LensSample
-    begun_s: float
-    heard_s: float
-    times_s: deque[float] = field(default_factory=lambda: deque(maxlen=_RATE_OVER))
-    log: deque[Numbered] = field(default_factory=lambda: deque(maxlen=_LOG_MOST))
+    first_sample_s: float
+    last_sample_s: float
+    times_s: deque[float] = field(default_factory=lambda: deque(maxlen=_RATE_SAMPLES))
+    log: deque[NumberedSample] = field(default_factory=lambda: deque(maxlen=_LOG_MOST))
 
     @property
     def rate_hz(self) -> float:
@@ -86,7 +94,7 @@ class RingSource:
 
 
 @dataclass(frozen=True)
-class Heard:
+class SourceState:
     """The state of the sources at a moment.
 
     sample    the newest values of the followed source; None before its first sample
@@ -115,74 +123,89 @@ class RingSources:
     def __init__(
         self, clock: Callable[[], float] = time.monotonic, silent_after_s: float = SILENT_AFTER_S
     ) -> None:
-        """Begin without sources; `clock` returns seconds. For `silent_after_s` see `Heard`."""
+        """Begin without sources; `clock` gives seconds. `SourceState` explains `silent_after_s`."""
         self._silent_after_s = silent_after_s
         self.version = 0
         self._clock = clock
         self._sources: dict[str, RingSource] = {}
-        self._followed = ""  # name of the source that is meant by None
+        self._followed_name = ""  # name of the source that None stands for
         self._lock = Lock()
 
-    def keep(self, sample: LensSample) -> None:
+    def add_sample(self, sample: LensSample) -> None:
         """Add a sample to its source; a new source can replace the one silent for longest."""
         now_s = self._clock()
         with self._lock:
-            known = self._sources.get(sample.source)
-            if known is None:
-                self._make_room()
-                known = self._sources[sample.source] = RingSource(sample, now_s, now_s)
-            known.sample, known.heard_s = sample.after(known.sample), now_s
-            known.times_s.append(now_s)
+            source = self._sources.get(sample.source)
+            if source is None:
+                self._drop_oldest_sources()
+                source = self._sources[sample.source] = RingSource(sample, now_s, now_s)
+            source.sample, source.last_sample_s = sample.filled_from(source.sample), now_s
+            source.times_s.append(now_s)
             self.version += 1
-            known.log.append((self.version, known.sample))
+            source.log.append((self.version, source.sample))
 
-    def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
+    def samples_since(self, version: int, source: str | None = None) -> tuple[NumberedSample, ...]:
         """Return the samples of a source after a version, each with its own version.
 
-        The oldest comes first. Each has all values as they were then. For None see `heard`.
+        The oldest comes first. Each has all values as they were then. For None see `source_state`.
         """
         with self._lock:
-            chosen = self._chosen(source)
-            log = () if chosen is None else chosen.log
-            return tuple(numbered for numbered in log if numbered[0] > version)
+            ring_source = self._find_source(source)
+            log = () if ring_source is None else ring_source.log
+            return tuple(numbered_sample for numbered_sample in log if numbered_sample[0] > version)
 
-    def heard(self, source: str | None = None) -> Heard:
-        """Return the present state of `source`; None is the source that was heard first.
+    def source_state(self, source: str | None = None) -> SourceState:
+        """Return the present state of `source`; None stands for the first source that sent.
 
-        After it has fallen silent, None is the source that began to speak then, if there is one: a
-        tracker that is started again has another name.
+        If that has fallen silent, None stands for a source that began to send later, if there is
+        one: a tracker that is started again has another name.
         """
         with self._lock:
-            names, chosen = tuple(self._sources), self._chosen(source)
-            if chosen is None:
-                return Heard(None, names, 0.0, 0.0, self.version)
-            age_s = self._clock() - chosen.heard_s
-            return Heard(
-                *(chosen.sample, names, chosen.rate_hz, age_s, self.version, self._silent_after_s)
+            names, ring_source = tuple(self._sources), self._find_source(source)
+            if ring_source is None:
+                return SourceState(None, names, 0.0, 0.0, self.version)
+            age_s = self._clock() - ring_source.last_sample_s
+            return SourceState(
+                *(
+                    ring_source.sample,
+                    names,
+                    ring_source.rate_hz,
+                    age_s,
+                    self.version,
+                    self._silent_after_s,
+                )
             )
 
-    def _chosen(self, source: str | None) -> RingSource | None:
+    def _find_source(self, source: str | None) -> RingSource | None:
+        """Return the source of this name, or the followed one for None; None if there is none."""
         if source is not None:
             return self._sources.get(source)
-        if self._followed not in self._sources:
-            self._followed = next(iter(self._sources), "")
-        followed = self._sources.get(self._followed)
-        if followed is None or not self._is_silent(followed):
-            return followed
-        later = (name for name, one in self._sources.items() if one.begun_s > followed.heard_s)
-        speaking = (name for name in later if not self._is_silent(self._sources[name]))
-        self._followed = next(speaking, self._followed)
-        return self._sources[self._followed]
+        if self._followed_name not in self._sources:
+            self._followed_name = next(iter(self._sources), "")
+        followed_source = self._sources.get(self._followed_name)
+        if followed_source is None or not self._is_silent(followed_source):
+            return followed_source
+        later_names = (
+            name
+            for name, ring_source in self._sources.items()
+            if ring_source.first_sample_s > followed_source.last_sample_s
+        )
+        active_names = (name for name in later_names if not self._is_silent(self._sources[name]))
+        self._followed_name = next(active_names, self._followed_name)
+        return self._sources[self._followed_name]
 
     def _is_silent(self, source: RingSource) -> bool:
-        return self._clock() - source.heard_s > self._silent_after_s
+        return self._clock() - source.last_sample_s > self._silent_after_s
 
-    def _make_room(self) -> None:
+    def _drop_oldest_sources(self) -> None:
+        """Drop the sources that have been silent for longest until one more is allowed."""
         while len(self._sources) >= MAX_SOURCES:
-            del self._sources[min(self._sources, key=lambda name: self._sources[name].heard_s)]
+            del self._sources[
+                min(self._sources, key=lambda name: self._sources[name].last_sample_s)
+            ]
 
 
-_EVERY_S = 0.02
+_POLL_S = 0.02
 
 
 class RingInput(Closing):
@@ -204,9 +227,9 @@ class RingInput(Closing):
         """The number of samples that were never complete."""
         return 0
 
-    def heard(self, source: str | None = None) -> Heard:
-        """Return the present state of a source; see `RingSources.heard`."""
-        return self.sources.heard(source)
+    def source_state(self, source: str | None = None) -> SourceState:
+        """Return the present state of a source; see `RingSources.source_state`."""
+        return self.sources.source_state(source)
 
     def seconds_until_due(self) -> float | None:
         """Return the seconds until the window must poll the input; None if `on_news` wakes it."""
@@ -226,9 +249,9 @@ class Controls(RingInput):
         self.address = address
         self.sources = RingSources(clock, silent_after_s)
 
-    def take(self, source: str, channels: Mapping[str, float]) -> None:
+    def store_channels(self, source: str, channels: Mapping[str, float]) -> None:
         """Store values of channels and call `on_news`."""
-        self.sources.keep(LensSample(source, channels=dict(channels)))
+        self.sources.add_sample(LensSample(source, channels=dict(channels)))
         if self.on_news is not None:
             self.on_news()
 
@@ -245,21 +268,21 @@ class PadInput(Controls):
         super().__init__("pad", clock)
         self.read: Callable[[], Mapping[str, float] | None] = lambda: None
         self._clock = clock
-        self._read_at = -_EVERY_S
+        self._last_read_s = -_POLL_S
 
-    def heard(self, source: str | None = None) -> Heard:
+    def source_state(self, source: str | None = None) -> SourceState:
         """Return the present state of the pad."""
         now_s = self._clock()
-        if now_s - self._read_at >= _EVERY_S:
-            self._read_at = now_s
+        if now_s - self._last_read_s >= _POLL_S:
+            self._last_read_s = now_s
             axes = self.read()
             if axes is not None:
-                self.sources.keep(LensSample(channels=dict(axes)))
-        return super().heard(source)
+                self.sources.add_sample(LensSample(channels=dict(axes)))
+        return super().source_state(source)
 
     def seconds_until_due(self) -> float:
         """Return the seconds until the pad is to be read again."""
-        return _EVERY_S
+        return _POLL_S
 
     def close(self) -> None:
         """Release the pad."""

@@ -32,7 +32,7 @@ class TevImage:
 
 
 class TevImages:
-    """The images made by the messages so far; if there are too many, the oldest is dropped."""
+    """The images that messages have created; if there are too many, the oldest is dropped."""
 
     def __init__(self, max_images: int = MAX_IMAGES, max_values: int = MAX_VALUES) -> None:
         self._max_images, self._max_values = max_images, max_values
@@ -66,6 +66,7 @@ class TevImages:
         return False
 
     def _create(self, message: CreateImage) -> bool:
+        """Create an image without pixels, and drop old images to fit the limits."""
         count = message.width * message.height * len(message.channels)
         if count > self._max_values:
             raise TevPacketError(
@@ -76,29 +77,31 @@ class TevImages:
         while len(self._images) >= self._max_images or self.value_count + count > self._max_values:
             del self._images[next(iter(self._images))]
         shape = (message.height, message.width)
-        planes = {channel: _blank(shape) for channel in message.channels}
+        planes = {channel: _unsent_plane(shape) for channel in message.channels}
         self._images[message.name] = TevImage(message.name, message.width, message.height, planes)
         return True
 
     def _update(self, message: UpdateImage) -> bool:
+        """Copy the tiles of a message into its image."""
         image = self._images.get(message.name)
         if image is None:
             raise TevPacketError(f"no image {message.name[:40]!r} exists to update")
         for channel, tile in message.tiles.items():
-            _check_place(image, channel, tile, message)
+            _check_tile(image, channel, tile, message)
         for channel, tile in message.tiles.items():
             rows = slice(message.y, message.y + tile.shape[0])
             image.planes[channel][rows, message.x : message.x + tile.shape[1]] = tile
         return True
 
 
-def not_sent(plane: FloatImage) -> NDArray[np.bool_]:
+def unsent_mask(plane: FloatImage) -> NDArray[np.bool_]:
     """Return a mask of the pixels of `plane` for which no client has sent a value yet."""
     mask: NDArray[np.bool_] = plane.view(np.uint32) == _NOT_SENT
     return mask
 
 
-def _blank(shape: tuple[int, int]) -> FloatImage:
+def _unsent_plane(shape: tuple[int, int]) -> FloatImage:
+    """Return a plane (H, W) whose pixels are all marked as not sent."""
     return np.full(shape, _NOT_SENT, np.uint32).view(np.float32)
 
 
@@ -106,12 +109,13 @@ def _value_count(image: TevImage) -> int:
     return image.width * image.height * len(image.planes)
 
 
-def _check_place(image: TevImage, channel: str, tile: FloatImage, message: UpdateImage) -> None:
+def _check_tile(image: TevImage, channel: str, tile: FloatImage, message: UpdateImage) -> None:
+    """Raise TevPacketError for a tile outside the image, or of an unknown channel."""
     if channel not in image.planes:
         raise TevPacketError(f"{image.name[:40]!r} has no channel {channel[:40]!r}")
     height, width = tile.shape
-    fits = 0 <= message.x <= image.width - width and 0 <= message.y <= image.height - height
-    if not fits:
+    is_inside = 0 <= message.x <= image.width - width and 0 <= message.y <= image.height - height
+    if not is_inside:
         raise TevPacketError(
             f"{width} x {height} pixels at {message.x}, {message.y} do not lie in "
             f"{image.name[:40]!r} of {image.width} x {image.height}"

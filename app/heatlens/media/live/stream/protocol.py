@@ -81,30 +81,31 @@ class PacketStream:
         self._length = _LENGTH_BYTES  # bytes expected next: the length, then the whole packet
 
     @property
-    def held(self) -> int:
+    def buffered_bytes(self) -> int:
         """Number of bytes in memory of an unfinished packet."""
         return len(self._bytes)
 
     @property
-    def wanted(self) -> int:
-        """The most bytes that `feed` takes now, at least 1."""
+    def expected_bytes(self) -> int:
+        """The most bytes that the next `feed` accepts, at least 1."""
         return self._length - len(self._bytes)
 
     def feed(self, chunk: bytes) -> bytearray | None:
-        """Take the next bytes; return the packet without its length once it is complete, else None.
+        """Add the next bytes; return the packet without its length once it is complete, else None.
 
         Raises TevStreamError for a length after which no packet can be found.
         """
         self._bytes += chunk
         if self._length == _LENGTH_BYTES == len(self._bytes):
-            self._length = self._checked(*struct.unpack("<I", self._bytes))
-        if self.wanted > 0:
+            self._length = self._check_length(*struct.unpack("<I", self._bytes))
+        if self.expected_bytes > 0:
             return None
         packet, self._bytes, self._length = self._bytes, bytearray(), _LENGTH_BYTES
         del packet[:_LENGTH_BYTES]
         return packet
 
-    def _checked(self, length: int) -> int:
+    def _check_length(self, length: int) -> int:
+        """Return the length of a packet; raise TevStreamError if it is impossible or too large."""
         if _LENGTH_BYTES <= length <= MAX_PACKET_BYTES:
             return length
         raise TevStreamError(
@@ -113,7 +114,7 @@ class PacketStream:
         )
 
 
-def message_of(packet: bytes | bytearray) -> Message:
+def parse_message(packet: bytes | bytearray) -> Message:
     """Parse `packet`, without its length. Raises TevPacketError for an invalid one."""
     fields = _Fields(packet)
     operation = fields.byte()
@@ -136,7 +137,7 @@ class _Fields:
 
     def __init__(self, packet: bytes | bytearray) -> None:
         self._packet = packet
-        self._at = 0
+        self._offset = 0
 
     def byte(self) -> int:
         return self._numbers("B", 1)[0]
@@ -148,16 +149,18 @@ class _Fields:
         return self._numbers("q", count)
 
     def text(self) -> str:
-        end = self._packet.find(b"\0", self._at, self._at + MAX_NAME_BYTES + 1)
+        """Return the string up to the next zero byte."""
+        end = self._packet.find(b"\0", self._offset, self._offset + MAX_NAME_BYTES + 1)
         if end < 0:
             raise TevPacketError(f"a name does not end within {MAX_NAME_BYTES} bytes")
-        raw, self._at = bytes(self._packet[self._at : end]), end + 1
+        raw, self._offset = bytes(self._packet[self._offset : end]), end + 1
         try:
             return raw.decode()
         except UnicodeDecodeError as error:
             raise TevPacketError(f"the name {raw[:40]!r} is not UTF-8") from error
 
     def channels(self, count: int) -> tuple[str, ...]:
+        """Return `count` different names of channels."""
         if not 1 <= count <= MAX_CHANNELS:
             raise TevPacketError(f"it has {count} channels; 1 to {MAX_CHANNELS} are accepted")
         names = tuple(self.text() for _ in range(count))
@@ -167,17 +170,18 @@ class _Fields:
 
     def floats(self) -> FloatImage:
         """Return the rest of the packet as floats, without a copy."""
-        count = (len(self._packet) - self._at) // 4
+        count = (len(self._packet) - self._offset) // 4
         if count == 0:
             return np.empty(0, np.float32)
-        return np.frombuffer(self._packet, "<f4", count, self._at)
+        return np.frombuffer(self._packet, "<f4", count, self._offset)
 
-    def _numbers(self, code: str, count: int) -> tuple[int, ...]:
-        form = struct.Struct(f"<{count}{code}")
-        if self._at + form.size > len(self._packet):
+    def _numbers(self, type_code: str, count: int) -> tuple[int, ...]:
+        """Return `count` numbers with the type code of `struct`."""
+        layout = struct.Struct(f"<{count}{type_code}")
+        if self._offset + layout.size > len(self._packet):
             raise TevPacketError("it ends too early")
-        numbers: tuple[int, ...] = form.unpack_from(self._packet, self._at)
-        self._at += form.size
+        numbers: tuple[int, ...] = layout.unpack_from(self._packet, self._offset)
+        self._offset += layout.size
         return numbers
 
 

@@ -33,13 +33,13 @@ from heatlens.core.model.boxes import Box
 from heatlens.core.model.lens.lens import LensModel
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.live.stream.chosen_image import ChosenImage, header_of, plate_path
-from heatlens.media.live.stream.images import TevImage, not_sent
+from heatlens.media.live.stream.images import TevImage, unsent_mask
 from heatlens.media.plate.depth.depth import finite_range
 from heatlens.media.plate.header.camera_header import camera_at_header
 from heatlens.media.plate.header.channel_choice import ColorChoice, choose_color, choose_depth
 from heatlens.media.plate.header.channels import Header, Part
 from heatlens.media.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, read_pixels
-from heatlens.media.plate.read import depth_of, read_color
+from heatlens.media.plate.read import read_color, read_or_estimate_depth
 
 LENS_IMAGE = "heatlens.lens"
 
@@ -62,11 +62,11 @@ def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str
     header = {**header_of(image), **lens}
     parts: list[Part] = [(header, dict(image.planes))]
     choice = choose_color(path, [header], options.color_layer)
-    missing = _missing_in(path, image, _depth_key(path, header, choice, options))
+    is_missing = _fill_missing(path, image, _depth_key(path, header, choice, options))
     color, color_notes = read_color(path, parts, choice)
-    depth = depth_of(path, parts, choice, options)
+    depth = read_or_estimate_depth(path, parts, choice, options)
     is_coc = depth.report.convention.facts.is_coc
-    depth.values[missing] = 0.0 if is_coc else math.inf
+    depth.values[is_missing] = 0.0 if is_coc else math.inf
     box = Box(0, 0, image.width, image.height)
     return Plate(
         path=path,
@@ -75,16 +75,16 @@ def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str
         data_window=box,
         display_window=box,
         pixel_aspect_ratio=1.0,
-        camera=_camera(header),
-        depth=depth.report if is_coc else _report_with(depth.report, depth.values),
+        camera=_camera_of_header(header),
+        depth=depth.report if is_coc else _update_range(depth.report, depth.values),
         aovs=chosen.aovs,
         attributes={},
-        missing_count=int(np.count_nonzero(missing)),
+        missing_count=int(np.count_nonzero(is_missing)),
         notes=(*choice.notes, *color_notes, *depth.notes),
     )
 
 
-def _camera(header: Header) -> CameraHeader:
+def _camera_of_header(header: Header) -> CameraHeader:
     """Return the lens of the header; the default lens model is that of a CG renderer."""
     camera = camera_at_header([header])
     if camera.model is not None:
@@ -103,26 +103,26 @@ def _depth_key(
     return choose_depth(path, [header], options.depth_channel, choice, is_coc).key
 
 
-def _missing_in(path: Path, image: TevImage, depth_key: str | None) -> NDArray[np.bool_]:
-    """Return a mask of missing depth, and fill all missing pixels with neutral values in place.
+def _fill_missing(path: Path, image: TevImage, depth_key: str | None) -> NDArray[np.bool_]:
+    """Fill all missing pixels with neutral values in place, and return a mask of missing depth.
 
     Missing depth repeats values that have arrived, so that it does not influence the guess of the
     depth convention.
     """
-    missing_depth = np.zeros((image.height, image.width), bool)
+    is_depth_missing = np.zeros((image.height, image.width), bool)
     for key, plane in image.planes.items():
-        missing = not_sent(plane)
+        is_missing = unsent_mask(plane)
         if key != depth_key:
-            plane[missing] = 0.0
+            plane[is_missing] = 0.0
             continue
-        if missing.all():
+        if is_missing.all():
             raise InputError(f"{path}: no pixel of its depth channel {key!r} has arrived yet.")
-        plane[missing] = np.resize(plane[~missing], np.count_nonzero(missing))
-        missing_depth = missing
-    return missing_depth
+        plane[is_missing] = np.resize(plane[~is_missing], np.count_nonzero(is_missing))
+        is_depth_missing = is_missing
+    return is_depth_missing
 
 
-def _report_with(report: DepthReport, depth_m: FloatImage) -> DepthReport:
+def _update_range(report: DepthReport, depth_m: FloatImage) -> DepthReport:
     """Return `report` with the range of `depth_m`."""
     infinite_count = int(np.count_nonzero(np.isinf(depth_m)))
     near_m, far_m = finite_range(depth_m, infinite_count)
@@ -134,22 +134,34 @@ def lens_header(image: TevImage | None) -> Mapping[str, object]:
 
     Values that have not been sent have no entry. `camera_at_header` checks the values.
     """
-    sent = {} if image is None else _sent_values(image)
+    sent_values = {} if image is None else _sent_values(image)
     lens: dict[str, object] = {
-        attribute: sent[name] for name, attribute in _ATTRIBUTES.items() if name in sent
+        attribute: sent_values[name]
+        for name, attribute in _ATTRIBUTES.items()
+        if name in sent_values
     }
-    sides = [sent.get(name, 0.0) for name in _SENSOR]
-    return lens | ({"sensorOverallDimensions": np.array(sides, np.float32)} if any(sides) else {})
+    sensor_size = [sent_values.get(name, 0.0) for name in _SENSOR]
+    return lens | (
+        {"sensorOverallDimensions": np.array(sensor_size, np.float32)} if any(sensor_size) else {}
+    )
 
 
-def with_sent_lens(camera: CameraHeader, sent: Mapping[str, object]) -> CameraHeader:
-    """Return the lens of a file, with the values that a client has sent in place of its own."""
-    lens = camera_at_header([dict(sent)])
-    values = {f.name: v for f in fields(lens) if (v := getattr(lens, f.name)) is not None}
+def replace_sent_values(camera: CameraHeader, sent_header: Mapping[str, object]) -> CameraHeader:
+    """Return the lens of a file with the values that a client has sent instead of its own."""
+    lens = camera_at_header([dict(sent_header)])
+    values = {
+        lens_field.name: value
+        for lens_field in fields(lens)
+        if (value := getattr(lens, lens_field.name)) is not None
+    }
     return replace(camera, **{**values, "sources": {**camera.sources, **lens.sources}})
 
 
 def _sent_values(image: TevImage) -> dict[str, float]:
     """Return the first pixel of each channel that a client has sent."""
-    firsts = {name: plane[:1, :1] for name, plane in image.planes.items()}
-    return {name: float(first[0, 0]) for name, first in firsts.items() if not not_sent(first).any()}
+    first_pixels = {name: plane[:1, :1] for name, plane in image.planes.items()}
+    return {
+        name: float(pixel[0, 0])
+        for name, pixel in first_pixels.items()
+        if not unsent_mask(pixel).any()
+    }

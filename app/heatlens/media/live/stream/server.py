@@ -17,7 +17,7 @@ from heatlens.core.base.closing import Closing
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.media.live.stream.address import DEFAULT_HOST, DEFAULT_PORT, listening_socket
-from heatlens.media.live.stream.chosen_image import ChosenImage, chosen_image
+from heatlens.media.live.stream.chosen_image import ChosenImage, choose_image
 from heatlens.media.live.stream.images import TevImages
 from heatlens.media.live.stream.protocol import (
     MAX_CHANNELS,
@@ -28,32 +28,32 @@ from heatlens.media.live.stream.protocol import (
     ReadFile,
     TevPacketError,
     TevStreamError,
-    message_of,
+    parse_message,
 )
 from heatlens.media.live.stream.received_plate import (
     LENS_IMAGE,
     lens_header,
     plate_of_image,
-    with_sent_lens,
+    replace_sent_values,
 )
-from heatlens.media.live.stream.requested_file import is_of_this_machine, requested_file
+from heatlens.media.live.stream.requested_file import check_requested_file, is_from_this_machine
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.read import read_plate
 
 MAX_CLIENTS = 16
-MAX_HELD_BYTES = 1 << 29  # for the unfinished packets of all clients together
-NEWS_A_SECOND = 20  # most notifications; a renderer may send thousands of tiles
+MAX_BUFFERED_BYTES = 1 << 29  # for the unfinished packets of all clients together
+NOTIFICATIONS_A_SECOND = 20  # most notifications; a renderer may send thousands of tiles
 
 _READ_BYTES = 1 << 18
 
 
 @dataclass(eq=False)
 class _Client:
-    """A connection, its unfinished packet, and when it was last heard."""
+    """A connection, its unfinished packet, and the time at which it last sent bytes."""
 
     socket: socket.socket
     stream: PacketStream = field(default_factory=PacketStream)
-    heard_s: float = field(default_factory=time.monotonic)
+    last_received_s: float = field(default_factory=time.monotonic)
 
 
 class TevServer(Closing):
@@ -84,8 +84,8 @@ class TevServer(Closing):
         self._lock = Lock()  # guards the images, the lens and the file
         self._snapshot_problem: str | None = None
         self._clients: list[_Client] = []
-        self._changed = self._has_news = False
-        self._reported_s = -1.0
+        self._has_changed_images = self._has_new_fault = False
+        self._last_notified_s = -1.0
         self._wake, self._waker = socket.socketpair()
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._listener, selectors.EVENT_READ)
@@ -106,8 +106,8 @@ class TevServer(Closing):
             is_empty = not self._images.names and self._file is None
         if is_empty:
             host, port = self.address
-            why = f" {self.fault}" if self.fault else ""
-            return f"No image has arrived at {host}:{port} yet.{why}"
+            fault_note = f" {self.fault}" if self.fault else ""
+            return f"No image has arrived at {host}:{port} yet.{fault_note}"
         return self._snapshot_problem
 
     def snapshot(
@@ -124,10 +124,10 @@ class TevServer(Closing):
             with self._lock:  # the next packet may withdraw the file
                 file = self._file
             if file is not None and name is None:
-                return self._of_file(file, options)
-            chosen, lens = self._chosen(name, options)
-            plate = plate_of_image(chosen, options, lens)
-            self._snapshot_problem = chosen.passed_over or None
+                return self._plate_of_file(file, options)
+            chosen_copy, lens = self._copy_chosen_image(name, options)
+            plate = plate_of_image(chosen_copy, options, lens)
+            self._snapshot_problem = chosen_copy.skipped_note or None
         except InputError as error:
             self._snapshot_problem = str(error)
             return None
@@ -140,13 +140,14 @@ class TevServer(Closing):
             self._thread.join()
         self._waker.close()
 
-    def _of_file(self, path: Path, options: PlateOptions) -> Plate:
+    def _plate_of_file(self, path: Path, options: PlateOptions) -> Plate:
+        """Return the plate of a requested file, with the lens that a client has sent."""
         plate = read_plate(path, options)
         with self._lock:
-            sent = lens_header(self._lens.get(LENS_IMAGE))
-        return replace(plate, camera=with_sent_lens(plate.camera, sent))
+            sent_header = lens_header(self._lens.get(LENS_IMAGE))
+        return replace(plate, camera=replace_sent_values(plate.camera, sent_header))
 
-    def _chosen(
+    def _copy_chosen_image(
         self, name: str | None, options: PlateOptions
     ) -> tuple[ChosenImage, Mapping[str, object]]:
         """Copy the channels that a plate needs, and the header entries of its lens.
@@ -158,28 +159,29 @@ class TevServer(Closing):
             images = [image for image in map(self._images.get, names) if image is not None]
             if name is not None and not images:
                 raise InputError(f"No image {name!r} has arrived yet.")
-            return chosen_image(images, options), lens_header(self._lens.get(LENS_IMAGE))
+            return choose_image(images, options), lens_header(self._lens.get(LENS_IMAGE))
 
     def _serve(self) -> None:
+        """Handle events until `close` is called; runs on the server's thread."""
         try:
             while self._serve_once():
-                self._tell_news()
+                self._notify_if_due()
         finally:
             for client in tuple(self._clients):
-                self._hang_up(client)
+                self._disconnect(client)
             self._selector.close()
             self._listener.close()
             self._wake.close()
 
     def _serve_once(self) -> bool:
         """Wait for the next event and handle it; return False if the server should end."""
-        for key, _ in self._selector.select(self._pause_s()):
+        for key, _ in self._selector.select(self._notification_delay_s()):
             if key.fileobj is self._wake:
                 return False
             if key.fileobj is self._listener:
                 self._accept()
             elif key.data in self._clients:  # unless it was disconnected meanwhile
-                self._hear(key.data)
+                self._read_from_client(key.data)
         return True
 
     def _accept(self) -> None:
@@ -187,52 +189,56 @@ class TevServer(Closing):
         try:
             connection, _ = self._listener.accept()
         except OSError as error:  # the client has left already, or no file handle is free
-            self._say(f"A connection could not be accepted ({error.strerror}).")
-            time.sleep(1 / NEWS_A_SECOND)  # the client may still be waiting; do not spin
+            self._report_fault(f"A connection could not be accepted ({error.strerror}).")
+            time.sleep(1 / NOTIFICATIONS_A_SECOND)  # the client may still be waiting; do not spin
             return
         if len(self._clients) >= MAX_CLIENTS:
-            self._hang_up(min(self._clients, key=lambda client: client.heard_s))
+            self._disconnect(min(self._clients, key=lambda client: client.last_received_s))
         connection.setblocking(False)
         client = _Client(connection)
         self._clients.append(client)
         self._selector.register(connection, selectors.EVENT_READ, client)
 
-    def _hear(self, client: _Client) -> None:
+    def _read_from_client(self, client: _Client) -> None:
         """Read what `client` has sent, up to the end of one packet."""
         try:
-            chunk = client.socket.recv(min(client.stream.wanted, _READ_BYTES))
+            chunk = client.socket.recv(min(client.stream.expected_bytes, _READ_BYTES))
         except BlockingIOError:
             return
         except OSError:  # the renderer may close its connection at any time
             chunk = b""
         if not chunk:
-            self._hang_up(client)
+            self._disconnect(client)
             return
-        client.heard_s = time.monotonic()
+        client.last_received_s = time.monotonic()
         try:
             packet = client.stream.feed(chunk)
         except TevStreamError as error:
-            self._drop(str(error))
-            self._hang_up(client)
+            self._count_dropped_packet(str(error))
+            self._disconnect(client)
             return
         if packet is not None:
-            self._take(packet, client)
-        elif sum(one.stream.held for one in self._clients) > MAX_HELD_BYTES:
-            self._drop("the packets of all clients are too large together")
-            self._hang_up(client)
+            self._handle_packet(packet, client)
+        elif (
+            sum(other_client.stream.buffered_bytes for other_client in self._clients)
+            > MAX_BUFFERED_BYTES
+        ):
+            self._count_dropped_packet("the packets of all clients are too large together")
+            self._disconnect(client)
 
-    def _take(self, packet: bytearray, client: _Client) -> None:
+    def _handle_packet(self, packet: bytearray, client: _Client) -> None:
+        """Apply the message of a packet, or count the packet as dropped."""
         try:
-            message = message_of(packet)
+            message = parse_message(packet)
             if isinstance(message, ReadFile):
-                self._take_file(message.name, client)
+                self._handle_file_request(message.name, client)
                 return
             with self._lock:
-                self._changed |= self._apply(message)
+                self._has_changed_images |= self._apply(message)
         except TevPacketError as error:
-            self._drop(str(error))
+            self._count_dropped_packet(str(error))
         except MemoryError:
-            self._drop("there is not enough memory for its image")
+            self._count_dropped_packet("there is not enough memory for its image")
 
     def _apply(self, message: Message) -> bool:
         """Apply `message`; return whether the shown picture may have changed."""
@@ -245,41 +251,42 @@ class TevServer(Closing):
             return True
         return self._images.apply(message)
 
-    def _take_file(self, name: str, client: _Client) -> None:
-        """Show the file that a client asks for, if the client itself could read it."""
+    def _handle_file_request(self, name: str, client: _Client) -> None:
+        """Show the file that a client requests, if the client itself could read it."""
         try:
-            requested = requested_file(name, is_of_this_machine(client.socket))
+            path = check_requested_file(name, is_from_this_machine(client.socket))
         except InputError as error:
             self.refused += 1
-            self._say(str(error))
+            self._report_fault(str(error))
             return
         with self._lock:
-            self._file, self._changed = requested, True
+            self._file, self._has_changed_images = path, True
 
-    def _drop(self, why: str) -> None:
+    def _count_dropped_packet(self, reason: str) -> None:
         self.dropped += 1
-        self._say(f"A packet was dropped: {why}.")
+        self._report_fault(f"A packet was dropped: {reason}.")
 
-    def _say(self, fault: str) -> None:
+    def _report_fault(self, fault: str) -> None:
         self.fault = fault
-        self._has_news = True
+        self._has_new_fault = True
 
-    def _pause_s(self) -> float | None:
+    def _notification_delay_s(self) -> float | None:
         """Return the seconds until a delayed notification is due; None if there is none."""
-        if not (self._changed or self._has_news):
+        if not (self._has_changed_images or self._has_new_fault):
             return None
-        return max(0.0, self._reported_s + 1 / NEWS_A_SECOND - time.monotonic())
+        return max(0.0, self._last_notified_s + 1 / NOTIFICATIONS_A_SECOND - time.monotonic())
 
-    def _tell_news(self) -> None:
-        if self._pause_s() != 0.0:
+    def _notify_if_due(self) -> None:
+        """Raise `version` and call `on_news`, if something is new and enough time has passed."""
+        if self._notification_delay_s() != 0.0:
             return
-        self.version += self._changed
-        self._changed = self._has_news = False
-        self._reported_s = time.monotonic()
+        self.version += self._has_changed_images
+        self._has_changed_images = self._has_new_fault = False
+        self._last_notified_s = time.monotonic()
         if self._on_news is not None:
             self._on_news()
 
-    def _hang_up(self, client: _Client) -> None:
+    def _disconnect(self, client: _Client) -> None:
         self._clients.remove(client)
         self._selector.unregister(client.socket)
         client.socket.close()

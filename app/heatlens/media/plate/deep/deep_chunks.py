@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import opened_file, unreadable
+from heatlens.core.base.paths import open_regular_file, unreadable_error
 from heatlens.core.model.boxes import Box
 from heatlens.media.plate.exr.exr_scan import (
     CutError,
     RawChannel,
     RawHeader,
-    channels_of,
-    scanned_headers,
+    parse_channels,
+    scan_headers,
 )
 
 SAMPLES_MOST = 100_000_000  # samples in a part
@@ -52,13 +52,13 @@ class _Chunk:
     """A row or a tile: its position in the picture, and that of its samples in the file.
 
     counts  (h, w) number of samples in each pixel
-    place   offset in bytes of the packed samples
+    offset  bytes from the start of the file to the packed samples
     """
 
     x: int
     y: int
     counts: NDArray[np.int64]
-    place: int
+    offset: int
     packed_bytes: int
 
 
@@ -72,16 +72,16 @@ class DeepPart:
         """
         self._path = path
         try:
-            with opened_file(path) as file:
-                headers = scanned_headers(file)
+            with open_regular_file(path) as file:
+                headers = scan_headers(file)
                 self._read_header(headers[part])
-                places = self._places(file, headers, part)
-                self._chunks = self._read_chunks(file, places, len(headers) > 1)
+                offsets = self._read_offsets(file, headers, part)
+                self._chunks = self._read_chunks(file, offsets, len(headers) > 1)
         except OSError as error:
-            raise unreadable(path, error) from error
+            raise unreadable_error(path, error) from error
         except (CutError, struct.error, zlib.error, LookupError) as error:
-            raise self._damaged(error) from error
-        self._check_covered()
+            raise self._damage_error(error) from error
+        self._check_stored_once()
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -89,35 +89,36 @@ class DeepPart:
         return self._window.height, self._window.width
 
     @property
-    def numbers(self) -> dict[str, int]:
+    def channel_numbers(self) -> dict[str, int]:
         """The number of each channel by its name in the part."""
         return {channel.name.decode(): k for k, channel in enumerate(self._channels)}
 
     @property
-    def count(self) -> int:
+    def sample_count(self) -> int:
         """Number of samples in the part."""
         return sum(int(chunk.counts.sum()) for chunk in self._chunks)
 
     def bands(self, channels: Sequence[int]) -> Iterator[DeepBand]:
-        """Yield the samples from top to bottom; `channels` are numbers as in `numbers`.
+        """Yield the samples from top to bottom; `channels` are values of `channel_numbers`.
 
         Raises InputError for damaged samples.
         """
-        with opened_file(self._path) as file:
-            for chunks in self._grouped():
+        with open_regular_file(self._path) as file:
+            for chunks in self._group_chunks():
                 try:
-                    yield self._band(file, chunks, channels)
+                    yield self._read_band(file, chunks, channels)
                 except OSError as error:
-                    raise unreadable(self._path, error) from error
+                    raise unreadable_error(self._path, error) from error
                 except (CutError, zlib.error) as error:
-                    raise self._damaged(error) from error
+                    raise self._damage_error(error) from error
 
     # The headers
 
     def _read_header(self, header: RawHeader) -> None:
+        """Store the window, the channels, the tile size and the compression of the part."""
         x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
         self._window = Box(x0, y0, x1 + 1, y1 + 1)
-        self._channels: list[RawChannel] = channels_of(header)
+        self._channels: list[RawChannel] = parse_channels(header)
         self._sample_bytes = sum(channel.bytes_each for channel in self._channels)
         self._compression = header["compression"][0]
         self._tile: tuple[int, int] | None = None
@@ -127,10 +128,10 @@ class DeepPart:
         if self._compression not in (_NONE, _RLE, _ZIPS):
             raise CutError(f"deep pixels cannot have compression number {self._compression}")
 
-    # A header that claims a picture of gigabytes in a file of a few bytes is refused before memory
-    # is set aside for it: no deep compression shrinks even black pixels by more than a factor that
-    # was measured.
-    def _places(self, file: BinaryIO, headers: list[RawHeader], part: int) -> list[int]:
+    # A header that claims more pixels than the file can hold is refused before their memory is
+    # allocated: no deep compression shrinks even black pixels by more than _SMALLER_MOST, which was
+    # measured.
+    def _read_offsets(self, file: BinaryIO, headers: list[RawHeader], part: int) -> list[int]:
         """Return where in the file the chunks of the part begin."""
         size = file.seek(0, 2)
         counts = [self._chunk_count(header) for header in headers]
@@ -138,14 +139,15 @@ class DeepPart:
         if sum(counts) * 8 > size or 4 * height * width > size * _SMALLER_MOST:
             raise CutError(f"its {size:,} bytes cannot hold what its header claims")
         file.seek(0)
-        scanned_headers(file)
+        scan_headers(file)
         file.seek(8 * sum(counts[:part]), 1)
         stored = file.read(8 * counts[part])
         if len(stored) < 8 * counts[part]:
             raise CutError("the list of its chunks is cut off")
-        return [int(place) for place in np.frombuffer(stored, "<u8") if 0 < place < size]
+        return [int(offset) for offset in np.frombuffer(stored, "<u8") if 0 < offset < size]
 
     def _chunk_count(self, header: RawHeader) -> int:
+        """Return the number of chunks of a part: as stored, or one for each row or tile."""
         if "chunkCount" in header:
             return int(struct.unpack("<I", header["chunkCount"])[0])
         height, width = self.shape
@@ -155,24 +157,27 @@ class DeepPart:
 
     # The counts
 
-    def _read_chunks(self, file: BinaryIO, places: list[int], has_parts: bool) -> list[_Chunk]:
-        chunks, left = [], SAMPLES_MOST
-        possible = file.seek(0, 2) * _SMALLER_MOST // self._sample_bytes
-        for place in places:
-            file.seek(place + 4 * has_parts)
-            box = self._chunk_box(file)
+    def _read_chunks(self, file: BinaryIO, offsets: list[int], has_parts: bool) -> list[_Chunk]:
+        """Return the chunks at these offsets with their sample counts, from top left to bottom."""
+        chunks, samples_left = [], SAMPLES_MOST
+        most_possible = file.seek(0, 2) * _SMALLER_MOST // self._sample_bytes
+        for offset in offsets:
+            file.seek(offset + 4 * has_parts)
+            box = self._read_chunk_box(file)
             if box is None:
                 continue
             chunk = self._read_chunk(file, box)
-            left -= int(chunk.counts.sum())
-            if left < 0:
-                self._refuse_many()
-            if SAMPLES_MOST - left > possible:
-                raise CutError(f"it cannot hold the {SAMPLES_MOST - left:,} samples that it claims")
+            samples_left -= int(chunk.counts.sum())
+            if samples_left < 0:
+                self._raise_too_many()
+            if SAMPLES_MOST - samples_left > most_possible:
+                raise CutError(
+                    f"it cannot hold the {SAMPLES_MOST - samples_left:,} samples that it claims"
+                )
             chunks.append(chunk)
         return sorted(chunks, key=lambda chunk: (chunk.y, chunk.x))
 
-    def _chunk_box(self, file: BinaryIO) -> Box | None:
+    def _read_chunk_box(self, file: BinaryIO) -> Box | None:
         """Return the pixels of the chunk at the file's position; None in a smaller mipmap level."""
         height, width = self.shape
         if self._tile is None:
@@ -188,10 +193,11 @@ class DeepPart:
             raise CutError("a chunk lies outside the picture")
         return box
 
-    # The counts are read for the whole part before any samples, because they alone tell how much
-    # memory the picture takes, and they are small. Each is stored as the sum of its row so far, so
-    # a decreasing one is damage and not a large number.
+    # The counts are read for the whole part before any samples: they are small, and decide how much
+    # memory the picture takes. Each is stored as the sum of its row so far, so a value that
+    # decreases along a row is damage.
     def _read_chunk(self, file: BinaryIO, box: Box) -> _Chunk:
+        """Read the sample counts of the chunk at the file's position, whose pixels are `box`."""
         table_bytes, packed_bytes, data_bytes = struct.unpack("<3Q", file.read(24))
         size = 4 * box.width * box.height
         most = size if self._tile is None else 4 * self._tile[0] * self._tile[1]
@@ -199,14 +205,14 @@ class DeepPart:
             raise CutError("a table of counts is longer than it can be")
         # A tile at the edge of the picture may have a table for all of its pixels, with the valid
         # ones at the beginning; packed data are always shorter.
-        table = _unpacked(file.read(min(table_bytes, size)), size, self._compression)
+        table = _unpack(file.read(min(table_bytes, size)), size, self._compression)
         file.seek(max(table_bytes - size, 0), 1)
         so_far = table.view("<i4").reshape(box.height, box.width).astype(np.int64)
         counts = np.diff(so_far, axis=1, prepend=0)
         if counts.min() < 0:
             raise CutError("a pixel has a negative number of samples")
         if counts.sum() > SAMPLES_MOST:
-            self._refuse_many()
+            self._raise_too_many()
         if counts.sum() * self._sample_bytes != data_bytes:
             raise CutError(
                 f"the rows from {box.y0} on count {counts.sum():,} samples, but give their size "
@@ -216,35 +222,36 @@ class DeepPart:
             raise CutError("packed samples are longer than unpacked ones")
         return _Chunk(box.x0, box.y0, counts, file.tell(), packed_bytes)
 
-    def _check_covered(self) -> None:
+    def _check_stored_once(self) -> None:
         """Refuse a part in which a pixel has no chunk, or two of them."""
         is_stored = np.zeros(self.shape, bool)
         for chunk in self._chunks:
             height, width = chunk.counts.shape
-            at = is_stored[chunk.y : chunk.y + height, chunk.x : chunk.x + width]
-            if at.any():
-                raise self._damaged("some pixels are stored twice")
-            at[:] = True
+            area = is_stored[chunk.y : chunk.y + height, chunk.x : chunk.x + width]
+            if area.any():
+                raise self._damage_error("some pixels are stored twice")
+            area[:] = True
         if not is_stored.all():
             missing = int((~is_stored.all(axis=1)).sum())
-            raise self._damaged(f"{missing} of its {len(is_stored)} rows are missing")
+            raise self._damage_error(f"{missing} of its {len(is_stored)} rows are missing")
 
     # The samples
 
-    def _grouped(self) -> Iterator[list[_Chunk]]:
+    def _group_chunks(self) -> Iterator[list[_Chunk]]:
         """Yield the chunks of one band at a time: whole rows, or whole rows of tiles."""
         band: list[_Chunk] = []
-        held = 0
+        band_samples = 0
         for chunk in self._chunks:
-            if band and held >= _BAND_SAMPLES and chunk.y != band[-1].y:
+            if band and band_samples >= _BAND_SAMPLES and chunk.y != band[-1].y:
                 yield band
-                band, held = [], 0
+                band, band_samples = [], 0
             band.append(chunk)
-            held += int(chunk.counts.sum())
+            band_samples += int(chunk.counts.sum())
         if band:
             yield band
 
-    def _band(self, file: BinaryIO, chunks: list[_Chunk], channels: Sequence[int]) -> DeepBand:
+    def _read_band(self, file: BinaryIO, chunks: list[_Chunk], channels: Sequence[int]) -> DeepBand:
+        """Read the samples of the chunks of one band, in the order of their pixels."""
         count = sum(int(chunk.counts.sum()) for chunk in chunks)
         if count > _BAND_MOST:
             raise InputError(
@@ -253,46 +260,49 @@ class DeepPart:
             )
         first, last = chunks[0].y, chunks[-1].y + len(chunks[-1].counts)
         counts = np.empty((last - first, self.shape[1]), np.int64)
-        pieces: list[list[tuple[NDArray[np.generic], ...]]] = [[] for _ in range(last - first)]
+        row_pieces: list[list[tuple[NDArray[np.generic], ...]]] = [[] for _ in range(last - first)]
         for chunk in chunks:
             height, width = chunk.counts.shape
             counts[chunk.y - first : chunk.y - first + height, chunk.x : chunk.x + width] = (
                 chunk.counts
             )
-            for row, piece in enumerate(self._rows_of(file, chunk, channels), chunk.y - first):
-                pieces[row].append(piece)
-        in_order = [piece for row in pieces for piece in row]
+            for row, piece in enumerate(self._read_rows(file, chunk, channels), chunk.y - first):
+                row_pieces[row].append(piece)
+        pieces_in_order = [piece for row in row_pieces for piece in row]
         values = {
-            channel: np.concatenate([piece[k] for piece in in_order]).astype(np.float32)
+            channel: np.concatenate([piece[k] for piece in pieces_in_order]).astype(np.float32)
             for k, channel in enumerate(channels)
         }
         return DeepBand(first, counts.ravel(), values)
 
-    def _rows_of(
+    def _read_rows(
         self, file: BinaryIO, chunk: _Chunk, channels: Sequence[int]
     ) -> Iterator[tuple[NDArray[np.generic], ...]]:
         """Yield the samples of every row of a chunk, one array for each channel."""
         row_counts = chunk.counts.sum(axis=1)
         size = int(row_counts.sum()) * self._sample_bytes
-        file.seek(chunk.place)
-        data = _unpacked(file.read(chunk.packed_bytes), size, self._compression)
-        before = np.cumsum([0, *(channel.bytes_each for channel in self._channels)])
-        begin = 0
+        file.seek(chunk.offset)
+        data = _unpack(file.read(chunk.packed_bytes), size, self._compression)
+        channel_offsets = np.cumsum([0, *(channel.bytes_each for channel in self._channels)])
+        row_start = 0
         for count in map(int, row_counts):
             yield tuple(
                 np.frombuffer(
-                    data, self._channels[c].numpy_type, count, begin + count * int(before[c])
+                    data,
+                    self._channels[c].numpy_type,
+                    count,
+                    row_start + count * int(channel_offsets[c]),
                 )
                 for c in channels
             )
-            begin += count * self._sample_bytes
+            row_start += count * self._sample_bytes
 
     # Refusals
 
-    def _damaged(self, reason: object) -> InputError:
+    def _damage_error(self, reason: object) -> InputError:
         return InputError(f"{self._path} is damaged or cut short: {reason}. Write it again.")
 
-    def _refuse_many(self) -> None:
+    def _raise_too_many(self) -> None:
         height, width = self.shape
         raise InputError(
             f"{self._path} holds more than {SAMPLES_MOST:,} samples, the most that heatlens "
@@ -301,46 +311,46 @@ class DeepPart:
         )
 
 
-def _unpacked(packed: bytes, size: int, compression: int) -> NDArray[np.uint8]:
+def _unpack(packed: bytes, size: int, compression: int) -> NDArray[np.uint8]:
     """Return the `size` unpacked bytes; data that would not shrink is stored unpacked."""
     if len(packed) == size:
         return np.frombuffer(packed, np.uint8)
     if compression == _RLE:
-        raw = _without_runs(packed, size)
+        unpacked = _decode_runs(packed, size)
     elif compression == _ZIPS:
-        raw = zlib.decompressobj().decompress(packed, size + 1)
+        unpacked = zlib.decompressobj().decompress(packed, size + 1)
     else:
-        raw = packed
-    if len(raw) != size:
-        raise CutError(f"{len(raw):,} bytes were found instead of {size:,}")
-    return _from_differences(np.frombuffer(raw, np.uint8))
+        unpacked = packed
+    if len(unpacked) != size:
+        raise CutError(f"{len(unpacked):,} bytes were found instead of {size:,}")
+    return _undo_predictor(np.frombuffer(unpacked, np.uint8))
 
 
 # EXR reorders bytes before zip and run lengths so that similar ones meet: even and odd bytes lie in
-# two halves, and each byte is the difference to the one before it. Sums of bytes wrap around, as
-# the writer's differences do, so that they must not be widened.
-def _from_differences(stored: NDArray[np.uint8]) -> NDArray[np.uint8]:
+# two halves, and each byte is the difference to the one before it. The sums must stay bytes,
+# because they wrap around as the writer's differences do.
+def _undo_predictor(differences: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Undo the predictor of EXR: sum up differences, then interleave the two halves."""
-    sums = np.cumsum(stored, dtype=np.uint8)
+    sums = np.cumsum(differences, dtype=np.uint8)
     sums[1::2] ^= 0x80  # each difference is stored with 128 added
-    out = np.empty_like(sums)
+    unpacked = np.empty_like(sums)
     half = (len(sums) + 1) // 2
-    out[0::2], out[1::2] = sums[:half], sums[half:]
-    return out
+    unpacked[0::2], unpacked[1::2] = sums[:half], sums[half:]
+    return unpacked
 
 
-def _without_runs(packed: bytes, size: int) -> bytes:
+def _decode_runs(packed: bytes, size: int) -> bytes:
     """Undo run-length coding.
 
     A negative count precedes that many literal bytes, another one a byte to repeat count + 1 times.
     """
-    out, at = bytearray(), 0
-    while at + 1 < len(packed) and len(out) <= size:
+    unpacked, at = bytearray(), 0
+    while at + 1 < len(packed) and len(unpacked) <= size:
         count = packed[at]
         if count > 127:
-            out += packed[at + 1 : at + 257 - count]
+            unpacked += packed[at + 1 : at + 257 - count]
             at += 257 - count
         else:
-            out += packed[at + 1 : at + 2] * (count + 1)
+            unpacked += packed[at + 1 : at + 2] * (count + 1)
             at += 2
-    return bytes(out)
+    return bytes(unpacked)

@@ -16,27 +16,27 @@ from heatlens.media.plate.deep.fragment_merge import (
     FRAGMENTS_MOST,
     DeepSamples,
     Fragments,
-    in_order,
-    without_volumes,
+    slice_volumes,
+    sort_fragments,
 )
 from heatlens.media.plate.deep.stacked import (
     SAME_SURFACE,
     ListBuilder,
     Stacked,
-    stacked_over,
-    window_of_all,
+    enclosing_window,
+    move_stack,
 )
 from heatlens.media.plate.depth.depth import finite_range
 from heatlens.media.plate.depth.depth_guess import INFINITE_FROM
 from heatlens.media.plate.depth.repair import DEPTH_LEAST_M, LIGHT_MOST
-from heatlens.media.plate.exr.exr_read import DeepChannels, deep_channels
+from heatlens.media.plate.exr.exr_read import DeepChannels, choose_deep_channels
 from heatlens.media.plate.fragments import LEAST_COVERAGE, OPAQUE
 from heatlens.media.plate.header.camera_header import camera_at_header
 from heatlens.media.plate.header.channels import Header, Part, list_channels, views_of
-from heatlens.media.plate.header.entries import carried
+from heatlens.media.plate.header.entries import attributes_to_keep
 from heatlens.media.plate.parts.header_read import read_headers
 from heatlens.media.plate.plate import BehindReport, DepthReport, Plate, ReadPixels
-from heatlens.media.plate.windows import box_at_header, pixel_aspect_of
+from heatlens.media.plate.windows import pixel_aspect_of, read_header_window
 
 
 def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
@@ -48,61 +48,63 @@ def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
     """
     _check_options(path, options)
     headers = read_headers(path)
-    channels = deep_channels(path, headers, options.color_layer, options.eye)
+    channels = choose_deep_channels(path, headers, options.color_layer, options.eye)
     header = headers[channels.part]
-    part, cut = DeepPart(path, channels.part), box_at_header(header, "dataWindow")
-    made, faults = _read(part, channels, options.scene_unit_m)
-    display = box_at_header(header, "displayWindow")
-    window = window_of_all(cut, display)
-    made = stacked_over(made, cut, window)
+    part, data_window = DeepPart(path, channels.part), read_header_window(header, "dataWindow")
+    stack, faults = _read_stack(part, channels, options.scene_unit_m)
+    display = read_header_window(header, "displayWindow")
+    window = enclosing_window(data_window, display)
+    stack = move_stack(stack, data_window, window)
     aspect, aspect_notes = pixel_aspect_of(path, header)
-    has_alpha = bool((made.color[..., 3] < OPAQUE).any())
+    has_alpha = bool((stack.color[..., 3] < OPAQUE).any())
     if not has_alpha:
-        made.color[..., 3] = 1.0
-    lost = _merge_sentence(path, made)
-    said = (_surfaces_sentence(path, made), *channels.color.notes, *faults.sentences(path))
+        stack.color[..., 3] = 1.0
+    merge_note = _merge_sentence(path, stack)
+    notes = (_surfaces_sentence(path, stack), *channels.color.notes, *faults.sentences(path))
     return Plate(
         path=path,
-        pixels=ReadPixels(made.color, made.depth_m),
+        pixels=ReadPixels(stack.color, stack.depth_m),
         has_alpha=has_alpha,
         data_window=window,
         display_window=display,
         pixel_aspect_ratio=aspect,
         camera=camera_at_header([header, *headers]),
-        depth=_depth_report(channels, made),
+        depth=_depth_report(channels, stack),
         aovs=tuple(ref.full_name for ref in list_channels(headers)),
-        attributes=_attributes(header, channels),
-        notes=(*said, *filter(None, [lost]), *aspect_notes),
+        attributes=_output_attributes(header, channels),
+        notes=(*notes, *filter(None, [merge_note]), *aspect_notes),
         views=views_of(headers),
-        fragments=made.lists,
-        surfaces_lost=lost,
-        behind=() if made.lists is None else (_report(made),),
+        fragments=stack.lists,
+        surfaces_lost=merge_note,
+        behind=() if stack.lists is None else (_report_hidden(stack),),
     )
 
 
-def flattened_part(path: Path) -> Part:
+def read_flattened_part(path: Path) -> Part:
     """Return the header and the flattened channels R, G, B, A and Z of a deep file.
 
     Raises InputError as `read_deep_plate` does.
     """
     headers = read_headers(path)
-    channels = deep_channels(path, headers, None, None)
-    made, _ = _read(DeepPart(path, channels.part), channels, 1.0)
+    channels = choose_deep_channels(path, headers, None, None)
+    stack, _ = _read_stack(DeepPart(path, channels.part), channels, 1.0)
     pixels: dict[str, NDArray[np.generic]] = {}
-    pixels |= {name: made.color[..., k] for k, name in enumerate("RGBA")} | {"Z": made.depth_m}
-    kept = [SimpleNamespace(name=name, xSampling=1, ySampling=1) for name in pixels]
-    header = headers[channels.part] | {"channels": kept, "type": OpenEXR.scanlineimage}
+    pixels |= {name: stack.color[..., k] for k, name in enumerate("RGBA")} | {"Z": stack.depth_m}
+    channel_list = [SimpleNamespace(name=name, xSampling=1, ySampling=1) for name in pixels]
+    header = headers[channels.part] | {"channels": channel_list, "type": OpenEXR.scanlineimage}
     return header, pixels
 
 
-def _attributes(header: Header, channels: DeepChannels) -> Header:
+def _output_attributes(header: Header, channels: DeepChannels) -> Header:
+    """Return the attributes of the header that output files keep, with the view that was read."""
     view = channels.color.view
-    return carried(header) | ({"view": view} if view else {})
+    return attributes_to_keep(header) | ({"view": view} if view else {})
 
 
-def _depth_report(channels: DeepChannels, made: Stacked) -> DepthReport:
-    infinite_count = int(np.isinf(made.depth_m).sum())
-    near_m, far_m = finite_range(made.depth_m, infinite_count)
+def _depth_report(channels: DeepChannels, stack: Stacked) -> DepthReport:
+    """Return the report on the distances of the flattened picture."""
+    infinite_count = int(np.isinf(stack.depth_m).sum())
+    near_m, far_m = finite_range(stack.depth_m, infinite_count)
     return DepthReport(
         channel=channels.z.full_name,
         convention=DepthConvention.DISTANCE,
@@ -115,31 +117,34 @@ def _depth_report(channels: DeepChannels, made: Stacked) -> DepthReport:
     )
 
 
-def _report(made: Stacked) -> BehindReport:
-    """Return the share of pixels with samples behind the nearest surface, as a sentence."""
-    assert made.lists is not None
-    counts = np.diff(made.lists.starts >> 1)
+def _report_hidden(stack: Stacked) -> BehindReport:
+    """Report the share of the pixels that have samples behind the nearest surface."""
+    assert stack.lists is not None
+    counts = np.diff(stack.lists.starts >> 1)
     return BehindReport("What the deep samples hold", float((counts > 0).mean()), 0.0)
 
 
-def _surfaces_sentence(path: Path, made: Stacked) -> str:
+def _surfaces_sentence(path: Path, stack: Stacked) -> str:
+    """Return a sentence on the mean and the greatest number of surfaces of a pixel."""
     return (
-        f"{path}: {made.count / made.depth_m.size:.2f} surfaces a pixel on average, at most "
-        f"{made.most}."
+        f"{path}: {stack.surface_count / stack.depth_m.size:.2f} surfaces a pixel on average, at "
+        "most "
+        f"{stack.most_in_pixel}."
     )
 
 
-def _merge_sentence(path: Path, made: Stacked) -> str:
-    """Return a sentence on fragments merged to save room; "" if none were."""
-    if not made.shortened:
+def _merge_sentence(path: Path, stack: Stacked) -> str:
+    """Return a sentence on the pixels whose fragments were merged; "" if there are none."""
+    if not stack.merged_pixels:
         return ""
     return (
-        f"{path}: {made.shortened} pixels have more than {FRAGMENTS_MOST} surfaces, up to "
-        f"{made.most}: those of the most similar blur were merged."
+        f"{path}: {stack.merged_pixels} pixels have more than {FRAGMENTS_MOST} surfaces, up to "
+        f"{stack.most_in_pixel}: those of the most similar blur were merged."
     )
 
 
 def _check_options(path: Path, options: PlateOptions) -> None:
+    """Raise InputError for options that do not apply to a deep file."""
     if options.depth_convention not in (DepthConvention.AUTO, DepthConvention.DISTANCE):
         raise InputError(
             f"{path} is a deep file, which holds distances: leave --depth-convention out."
@@ -149,8 +154,8 @@ def _check_options(path: Path, options: PlateOptions) -> None:
             f"{path} is a deep file; heatlens takes its distances along the optical axis: leave "
             "--depth-kind out."
         )
-    given = (options.depth_source, options.depth_channel, options.depth_model)
-    if any(one is not None for one in given):
+    depth_options = (options.depth_source, options.depth_channel, options.depth_model)
+    if any(option is not None for option in depth_options):
         raise InputError(
             f"{path} is a deep file, which holds its depth: leave --depth, --depth-channel and "
             "--depth-model out."
@@ -162,10 +167,10 @@ def _check_options(path: Path, options: PlateOptions) -> None:
         )
 
 
-def _read(part: DeepPart, channels: DeepChannels, unit_m: float) -> tuple[Stacked, "_Faults"]:
+def _read_stack(part: DeepPart, channels: DeepChannels, unit_m: float) -> tuple[Stacked, "_Faults"]:
     """Return the picture with its fragment lists, and counts of faulty samples."""
-    (height, width), numbers = part.shape, [part.numbers[name] for name in channels.names]
-    made, faults, has_cover = ListBuilder(height, width, SAME_SURFACE), _Faults(), False
+    (height, width), numbers = part.shape, [part.channel_numbers[name] for name in channels.names]
+    builder, faults, has_transparent = ListBuilder(height, width, SAME_SURFACE), _Faults(), False
     for band in part.bands(numbers):
         columns = [band.values[number] for number in numbers]
         samples = DeepSamples(
@@ -175,54 +180,56 @@ def _read(part: DeepPart, channels: DeepChannels, unit_m: float) -> tuple[Stacke
             z=columns[4],
             back=columns[5] if len(columns) > 5 else columns[4].copy(),
         )
-        fragments = _mended(samples, unit_m, faults)
-        has_cover |= bool((fragments.alpha < OPAQUE).any())
-        made.add(band.first_row, band.first_row + band.counts.size // width, fragments)
-    return made.stacked(is_measured=has_cover), faults
+        fragments = _repair_samples(samples, unit_m, faults)
+        has_transparent |= bool((fragments.alpha < OPAQUE).any())
+        builder.add(band.first_row, band.first_row + band.counts.size // width, fragments)
+    return builder.finish(is_measured=has_transparent), faults
 
 
 @dataclass
 class _Faults:
     """Counts of samples that had to be repaired, sorted or sliced."""
 
-    size: int = 0
-    nowhere: int = 0
-    beyond: int = 0
+    sample_count: int = 0
+    without_distance: int = 0
+    clamped: int = 0
     unsorted: int = 0
-    cut: int = 0
+    sliced: int = 0
 
     def sentences(self, path: Path) -> tuple[str, ...]:
         """Return a sentence for each kind of fault that occurred."""
         kinds = (
-            (self.nowhere, "have an impossible distance and were left out"),
-            (self.beyond, "have an impossible colour or coverage and were clamped"),
+            (self.without_distance, "have an impossible distance and were left out"),
+            (self.clamped, "have an impossible colour or coverage and were clamped"),
             (self.unsorted, "were not sorted by distance"),
-            (self.cut, "are thick and let light through, and were cut into slices"),
+            (self.sliced, "are thick and let light through, and were cut into slices"),
         )
-        return tuple(f"{path}: {n} of {self.size} samples {words}." for n, words in kinds if n)
+        return tuple(
+            f"{path}: {n} of {self.sample_count} samples {words}." for n, words in kinds if n
+        )
 
 
-def _mended(samples: DeepSamples, unit_m: float, faults: _Faults) -> Fragments:
+def _repair_samples(samples: DeepSamples, unit_m: float, faults: _Faults) -> Fragments:
     """Return the valid samples, sorted and in metres; count the others in `faults`."""
     color, alpha = samples.color, samples.alpha
     is_good = np.isfinite(color).all(axis=1) & (alpha >= 0) & (alpha <= 1 + 1e-3)
     is_good &= np.abs(color).max(axis=1, initial=0.0) <= LIGHT_MOST
     if not is_good.all():
-        bad = color[~is_good]
-        np.nan_to_num(bad, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
-        color[~is_good] = np.clip(bad, -LIGHT_MOST, LIGHT_MOST)
+        bad_colors = color[~is_good]
+        np.nan_to_num(bad_colors, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+        color[~is_good] = np.clip(bad_colors, -LIGHT_MOST, LIGHT_MOST)
         np.nan_to_num(alpha, copy=False, nan=0.0, posinf=1.0, neginf=0.0)
     np.clip(alpha, 0.0, 1.0, out=alpha)
     has_depth = _settle_distances(samples, unit_m)
-    faults.size += len(alpha)
-    faults.nowhere += int((~has_depth).sum())
-    faults.beyond += int((~is_good).sum())
-    usable = has_depth & (alpha > LEAST_COVERAGE)
-    samples = samples if usable.all() else samples.where(usable)
+    faults.sample_count += len(alpha)
+    faults.without_distance += int((~has_depth).sum())
+    faults.clamped += int((~is_good).sum())
+    is_usable = has_depth & (alpha > LEAST_COVERAGE)
+    samples = samples if is_usable.all() else samples.select(is_usable)
     faults.unsorted += _unsorted_count(samples)
-    fragments, cut = without_volumes(samples)
-    faults.cut += cut
-    return in_order(fragments)
+    fragments, sliced_count = slice_volumes(samples)
+    faults.sliced += sliced_count
+    return sort_fragments(fragments)
 
 
 def _settle_distances(samples: DeepSamples, unit_m: float) -> NDArray[np.bool_]:
@@ -238,16 +245,16 @@ def _settle_distances(samples: DeepSamples, unit_m: float) -> NDArray[np.bool_]:
         z[z >= INFINITE_FROM] = np.inf
     back[is_thin] = z[is_thin]
     np.maximum(z, 0.0, out=z, where=~is_thin)
-    for ends in (z, back):
-        ends *= np.float32(unit_m)
+    for distances in (z, back):
+        distances *= np.float32(unit_m)
     has_depth: NDArray[np.bool_] = back >= DEPTH_LEAST_M
     return has_depth
 
 
 def _unsorted_count(samples: DeepSamples) -> int:
-    """Return how many samples change their place when each pixel is sorted."""
-    same = samples.pixel[1:] == samples.pixel[:-1]
-    if not (same & (samples.z[1:] < samples.z[:-1])).any():
+    """Return how many samples change their position when those of each pixel are sorted."""
+    is_same_pixel = samples.pixel[1:] == samples.pixel[:-1]
+    if not (is_same_pixel & (samples.z[1:] < samples.z[:-1])).any():
         return 0
     order = np.lexsort((samples.z, samples.pixel))
     return int((samples.z != samples.z[order]).sum())

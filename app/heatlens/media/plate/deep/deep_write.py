@@ -8,7 +8,7 @@ import OpenEXR
 from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.plate.exr.exr_write import write_part, written_header
+from heatlens.media.plate.exr.exr_write import build_header, write_part
 from heatlens.media.plate.fragments import FragmentLists
 from heatlens.media.plate.plate import Plate
 
@@ -29,24 +29,28 @@ def write_deep(
     check_deep_fits(path, plate.data_window.width, plate.data_window.height)
     counts, samples = deep_samples(plate)
     windows = plate.data_window, plate.display_window
-    header = written_header(attributes, *windows, plate.pixel_aspect_ratio)
+    header = build_header(attributes, *windows, plate.pixel_aspect_ratio)
     header |= {"compression": OpenEXR.ZIPS_COMPRESSION, "type": OpenEXR.deepscanline}
-    stored = {
-        name: _by_pixel(values.astype(np.float16 if half and name != "Z" else np.float32), counts)
+    channels = {
+        name: _split_by_pixel(
+            values.astype(np.float16 if half and name != "Z" else np.float32), counts
+        )
         for name, values in zip(_CHANNELS, samples.T, strict=True)
     }
     shape = plate.data_window.shape
-    write_part(path, header, {name: values.reshape(shape) for name, values in stored.items()})
+    write_part(path, header, {name: values.reshape(shape) for name, values in channels.items()})
 
 
 def check_deep_fits(path: str | os.PathLike[str], width: int, height: int) -> None:
     """Raise InputError for a deep picture that takes too much memory to write."""
-    need = width * height * _BYTES_A_PIXEL
-    if need > _MOST_BYTES:
-        fits = int((_MOST_BYTES / _BYTES_A_PIXEL * width / height) ** 0.5)
+    needed_bytes = width * height * _BYTES_A_PIXEL
+    if needed_bytes > _MOST_BYTES:
+        fitting_side = int((_MOST_BYTES / _BYTES_A_PIXEL * width / height) ** 0.5)
         raise InputError(
-            f"{path}: a deep picture of {width}x{height} takes about {need / 1e9:.0f} GB of memory "
-            f"to write. A --size of {fits}x{fits * height // width}, overscan included, fits."
+            f"{path}: a deep picture of {width}x{height} takes about {needed_bytes / 1e9:.0f} GB "
+            "of memory "
+            f"to write. A --size of {fitting_side}x{fitting_side * height // width}, overscan "
+            "included, fits."
         )
 
 
@@ -61,24 +65,29 @@ def deep_samples(plate: Plate) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
         np.zeros(pixels + 1, np.uint32), np.zeros((0, 3), np.uint32)
     )
     begins = (lists.starts >> 1).astype(np.int64)
-    listed, is_shown = np.diff(begins), (lists.starts[:-1] & 1) == 0
-    counts = listed + is_shown
-    first = np.cumsum(counts) - counts
+    listed_counts, needs_front = np.diff(begins), (lists.starts[:-1] & 1) == 0
+    counts = listed_counts + needs_front
+    first_sample = np.cumsum(counts) - counts
     samples = np.empty((int(counts.sum()), 5), np.float32)
-    shown = first[is_shown]
-    samples[shown, :4] = plate.color.reshape(-1, 4)[is_shown]
-    samples[shown, 4] = plate.depth_m.ravel()[is_shown]
-    owner = np.repeat(np.arange(pixels), listed)
-    at = first[owner] + is_shown[owner] + np.arange(lists.count)[: len(owner)] - begins[owner]
-    cover = lists.coverage[: len(owner), None].astype(np.float32)
-    samples[at, :3] = lists.color[: len(owner)] * cover
-    samples[at, 3:4] = cover
+    front_samples = first_sample[needs_front]
+    samples[front_samples, :4] = plate.color.reshape(-1, 4)[needs_front]
+    samples[front_samples, 4] = plate.depth_m.ravel()[needs_front]
+    listed_pixel = np.repeat(np.arange(pixels), listed_counts)
+    listed_samples = (
+        first_sample[listed_pixel]
+        + needs_front[listed_pixel]
+        + np.arange(lists.count)[: len(listed_pixel)]
+        - begins[listed_pixel]
+    )
+    cover = lists.coverage[: len(listed_pixel), None].astype(np.float32)
+    samples[listed_samples, :3] = lists.color[: len(listed_pixel)] * cover
+    samples[listed_samples, 3:4] = cover
     with np.errstate(divide="ignore"):
-        samples[at, 4] = np.float32(1.0) / lists.dioptres[: len(owner)]
+        samples[listed_samples, 4] = np.float32(1.0) / lists.dioptres[: len(listed_pixel)]
     return counts, samples
 
 
-def _by_pixel(values: NDArray[np.generic], counts: NDArray[np.int64]) -> NDArray[np.object_]:
+def _split_by_pixel(values: NDArray[np.generic], counts: NDArray[np.int64]) -> NDArray[np.object_]:
     """Split `values` into an array of P arrays, one for each pixel."""
     lists = np.empty(len(counts), object)
     end = np.cumsum(counts)

@@ -13,10 +13,10 @@ from heatlens.core.model.boxes import Box
 from heatlens.media.plate.deep.fragment_merge import (
     FRAGMENTS_MOST,
     Fragments,
-    in_order,
-    joined,
-    merged,
-    shortened,
+    concatenate_fragments,
+    limit_fragments,
+    merge_close_fragments,
+    sort_fragments,
 )
 from heatlens.media.plate.fragments import (
     LEAST_COVERAGE,
@@ -24,11 +24,11 @@ from heatlens.media.plate.fragments import (
     SAME_DEPTH,
     FloatImage,
     FragmentLists,
-    packed_starts,
-    packed_words,
+    pack_starts,
+    pack_words,
 )
 from heatlens.media.plate.plate import DepthReport, Plate, ReadPixels
-from heatlens.media.plate.windows import moved_to_window
+from heatlens.media.plate.windows import move_to_window
 
 # Samples of a pixel closer than this, relative to their distance, belong to one surface.
 SAME_SURFACE = 0.01
@@ -36,7 +36,7 @@ _BAND_PIXELS = 1 << 17  # processed at once
 # A header may claim any display window without further bytes. For a file with few pixels, a frame
 # of 8K is enough, and takes a gigabyte of memory.
 _EMPTY_MOST = 8192 * 4320
-_OF_DATA_MOST = 4  # times the data window, whose pixels the file must contain
+_DATA_FACTOR_MOST = 4  # times the data window, whose pixels the file must contain
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,20 +58,20 @@ class Stacked:
     color      (H, W, 4) premultiplied composite, as a pinhole sees it
     depth_m    (H, W) depth of the nearest fragment
     lists      None if no pixel has a second surface
-    count      number of all surfaces, including the visible ones
-    most       largest number of surfaces in one pixel
-    shortened  number of pixels that had too many surfaces, so that some were merged
+    surface_count  number of all surfaces, including the visible ones
+    most_in_pixel  largest number of surfaces in one pixel
+    merged_pixels  number of pixels that had too many surfaces, some of which were merged
     """
 
     color: FloatImage
     depth_m: FloatImage
     lists: FragmentLists | None
-    count: int
-    most: int
-    shortened: int
+    surface_count: int
+    most_in_pixel: int
+    merged_pixels: int
 
 
-def stacked(surfaces: Sequence[Surface], is_measured: bool = False) -> Stacked:
+def stack_surfaces(surfaces: Sequence[Surface], is_measured: bool = False) -> Stacked:
     """Combine surfaces of the same size, sorting each pixel by depth; their order does not matter.
 
     If the nearest surface of a pixel is opaque, the list holds the others; if it covers only a part
@@ -79,18 +79,18 @@ def stacked(surfaces: Sequence[Surface], is_measured: bool = False) -> Stacked:
     """
     height, width = surfaces[0].depth_m.shape
     has_lists = any(surface.lists is not None for surface in surfaces)
-    made = ListBuilder(height, width, SAME_SURFACE if has_lists else SAME_DEPTH)
+    builder = ListBuilder(height, width, SAME_SURFACE if has_lists else SAME_DEPTH)
     rows = max(_BAND_PIXELS // width, 1)
     for first in range(0, height, rows):
         last = min(first + rows, height)
         parts = [fragments_of(surface, first, last) for surface in surfaces]
-        made.add(first, last, in_order(joined(parts)))
-    return made.stacked(is_measured)
+        builder.add(first, last, sort_fragments(concatenate_fragments(parts)))
+    return builder.finish(is_measured)
 
 
-# Band by band, because the fragments of a whole deep frame take far more memory than the picture: a
-# frame in high definition with three samples a pixel took 11.5 s of a processor and 0.96 GB when it
-# was read whole through OpenImageIO, and takes 3.4 s and 0.35 GB in bands.
+# The picture is built band by band, because the fragments of a whole deep frame take far more
+# memory than the picture: a frame in high definition with three samples a pixel takes 3.4 s of a
+# processor and 0.35 GB in bands; read whole through OpenImageIO it took 11.5 s and 0.96 GB.
 class ListBuilder:
     """Builds the picture and its lists from fragments that are added band by band."""
 
@@ -104,7 +104,7 @@ class ListBuilder:
         self._has_front = np.zeros(height * width, bool)
         self._words: list[NDArray[np.uint32]] = []
         self._count = self._most = self._shortened = 0
-        self._has_many = False  # some pixel has several
+        self._has_many = False  # whether some pixel has several surfaces
 
     def add(self, first: int, last: int, fragments: Fragments) -> None:
         """Add the sorted fragments of the rows from `first` up to, not including, `last`.
@@ -112,24 +112,26 @@ class ListBuilder:
         Their pixel numbers count from the beginning of row `first`.
         """
         size = (last - first) * self._width
-        fragments = merged(fragments, self._tolerance)
+        fragments = merge_close_fragments(fragments, self._tolerance)
         counts = np.bincount(fragments.pixel, minlength=size)
         self._most = max(self._most, int(counts.max(initial=0)))
         is_long = counts > FRAGMENTS_MOST
         if is_long.any():
             self._shortened += int(is_long.sum())
-            fragments = shortened(fragments, counts)
+            fragments = limit_fragments(fragments, counts)
             counts = np.bincount(fragments.pixel, minlength=size)
         self._count += len(fragments)
         starts = np.cumsum(counts) - counts
-        self._color[first:last] = _shown(fragments, counts, starts).reshape(-1, self._width, 4)
+        self._color[first:last] = _composite_pixels(fragments, counts, starts).reshape(
+            -1, self._width, 4
+        )
         has_any = counts > 0
         nearest = np.full(size, np.inf, np.float32)
         nearest[has_any] = fragments.depth_m[starts[has_any]]
         self._depth_m[first:last] = nearest.reshape(-1, self._width)
-        self._take_lists(first * self._width, fragments, counts, starts)
+        self._append_lists(first * self._width, fragments, counts, starts)
 
-    def _take_lists(
+    def _append_lists(
         self,
         begin: int,
         fragments: Fragments,
@@ -146,21 +148,21 @@ class ListBuilder:
         self._has_many |= bool((counts > 1).any())
         self._counts[pixels] = np.where(has_any, counts - ~has_front, 0)
         self._has_front[pixels] = has_front
-        listed = fragments.where(is_listed)
+        listed = fragments.select(is_listed)
         cover = listed.alpha[:, None]
         rgba = np.concatenate([listed.color / cover, cover], axis=1)
-        self._words.append(packed_words(rgba, listed.depth_m))
+        self._words.append(pack_words(rgba, listed.depth_m))
 
-    def stacked(self, is_measured: bool) -> Stacked:
+    def finish(self, is_measured: bool) -> Stacked:
         """Return the finished picture; `is_measured` as in `FragmentLists`."""
         lists = None
         if self._has_many:
-            starts = packed_starts(self._counts, self._has_front)
+            starts = pack_starts(self._counts, self._has_front)
             lists = FragmentLists(starts, np.concatenate(self._words), is_measured)
         return Stacked(self._color, self._depth_m, lists, self._count, self._most, self._shortened)
 
 
-def _shown(
+def _composite_pixels(
     fragments: Fragments, counts: NDArray[np.int64], starts: NDArray[np.int64]
 ) -> NDArray[np.float32]:
     """Return the composite, premultiplied RGBA (P, 4), of the fragments of each pixel."""
@@ -172,9 +174,9 @@ def _shown(
         pixel = pixel[(counts[pixel] > step) & (color[pixel, 3] < 1.0)]
         if not pixel.size:
             break
-        at, left = starts[pixel] + step, 1.0 - color[pixel, 3:]
-        color[pixel, :3] += left * fragments.color[at]
-        color[pixel, 3:] += left * fragments.alpha[at][:, None]
+        next_fragment, transmission = starts[pixel] + step, 1.0 - color[pixel, 3:]
+        color[pixel, :3] += transmission * fragments.color[next_fragment]
+        color[pixel, 3:] += transmission * fragments.alpha[next_fragment][:, None]
     return color
 
 
@@ -184,30 +186,35 @@ def fragments_of(surface: Surface, first: int, last: int) -> Fragments:
     depth = surface.depth_m[first:last].ravel()
     is_there = rgba[:, 3] > LEAST_COVERAGE
     if surface.lists is None:
-        return _of_picture(rgba, depth, is_there)
+        return _visible_fragments(rgba, depth, is_there)
     starts = surface.lists.starts[first * width : last * width + 1]
     begins_with_front = (starts[:-1] & 1).astype(bool)
     numbers = (starts >> 1).astype(np.int64)
-    listed = slice(int(numbers[0]), int(numbers[-1]))
-    cover = surface.lists.coverage[listed].astype(np.float32)
+    list_range = slice(int(numbers[0]), int(numbers[-1]))
+    cover = surface.lists.coverage[list_range].astype(np.float32)
     with np.errstate(divide="ignore"):
-        depth_m = np.float32(1.0) / surface.lists.dioptres[listed]
-    behind = Fragments(
+        depth_m = np.float32(1.0) / surface.lists.dioptres[list_range]
+    listed_fragments = Fragments(
         np.repeat(np.arange(len(numbers) - 1), np.diff(numbers)),
-        surface.lists.color[listed].astype(np.float32) * cover[:, None],
+        surface.lists.color[list_range].astype(np.float32) * cover[:, None],
         cover,
         depth_m,
     )
-    return joined([_of_picture(rgba, depth, is_there & ~begins_with_front), behind])
+    return concatenate_fragments(
+        [_visible_fragments(rgba, depth, is_there & ~begins_with_front), listed_fragments]
+    )
 
 
-def _of_picture(rgba: FloatImage, depth_m: FloatImage, is_there: NDArray[np.bool_]) -> Fragments:
+def _visible_fragments(
+    rgba: FloatImage, depth_m: FloatImage, is_there: NDArray[np.bool_]
+) -> Fragments:
+    """Return the visible surface of each pixel of a mask (P,) as a fragment."""
     pixel = np.flatnonzero(is_there)
     alpha = np.minimum(rgba[pixel, 3], np.float32(1.0))
     return Fragments(pixel, rgba[pixel, :3], alpha, depth_m[pixel])
 
 
-def lists_over(lists: FragmentLists, window: Box, target: Box) -> FragmentLists:
+def move_lists(lists: FragmentLists, window: Box, target: Box) -> FragmentLists:
     """Return the lists moved from `window` to `target`; pixels outside `window` get none."""
     if window == target:
         return lists
@@ -220,7 +227,7 @@ def lists_over(lists: FragmentLists, window: Box, target: Box) -> FragmentLists:
     has_front = (lists.starts[pixels] & 1).astype(bool) & is_inside.ravel()
     begins = np.cumsum(counts) - counts
     numbers = np.arange(counts.sum()) + np.repeat(first - begins, counts)
-    return FragmentLists(packed_starts(counts, has_front), lists.words[numbers], lists.is_measured)
+    return FragmentLists(pack_starts(counts, has_front), lists.words[numbers], lists.is_measured)
 
 
 def farthest_m(surface: Surface) -> FloatImage:
@@ -236,60 +243,64 @@ def farthest_m(surface: Surface) -> FloatImage:
     return farthest.reshape(surface.depth_m.shape)
 
 
-def window_of_all(data: Box, display: Box) -> Box:
+def enclosing_window(data: Box, display: Box) -> Box:
     """Return the box around both windows; `data` alone where such a picture would be too large."""
     if display.is_empty:
         return data
-    both = data.union(display)
-    most = max(_EMPTY_MOST, _OF_DATA_MOST * data.width * data.height)
-    return both if both.width * both.height <= most else data
+    both_windows = data.union(display)
+    most_pixels = max(_EMPTY_MOST, _DATA_FACTOR_MOST * data.width * data.height)
+    return both_windows if both_windows.width * both_windows.height <= most_pixels else data
 
 
-# The pixels at the border of an element's box must not be repeated outside it, as they are at the
-# edge of a picture without alpha: there is nothing.
+# The pixels outside an element's box are empty, so those at its border must not be repeated there,
+# as they are at the edge of a picture without alpha.
 def with_empty_outside(plate: Plate) -> Plate:
     """Return a plate with alpha over both of its windows; added pixels have no light or surfaces.
 
     Renderers cut the data window to the box around an element, so that its edges could not blur
     beyond that box. A plate without alpha stays as it is, because its surroundings are unknown.
     """
-    source, target = plate.data_window, window_of_all(plate.data_window, plate.display_window)
+    source, target = plate.data_window, enclosing_window(plate.data_window, plate.display_window)
     if not plate.has_alpha or source == target:
         return plate
-    color = _color_over(plate.color, source, target)
+    color = _move_color(plate.color, source, target)
     if plate.coc_px is not None:
-        pixels = ReadPixels(color, coc_px=_coc_over(plate.coc_px, source, target))
+        pixels = ReadPixels(color, coc_px=_move_coc(plate.coc_px, source, target))
         return replace(plate, pixels=pixels, data_window=target)
     assert plate.depth_m is not None
-    depth_m = moved_to_window(plate.depth_m, source, target, np.inf)
-    added = depth_m.size - plate.depth_m.size
+    depth_m = move_to_window(plate.depth_m, source, target, np.inf)
+    added_pixels = depth_m.size - plate.depth_m.size
     pixels = ReadPixels(color, depth_m)
-    return replace(plate, pixels=pixels, data_window=target, depth=_with_empty(plate.depth, added))
-
-
-def stacked_over(made: Stacked, source: Box, target: Box) -> Stacked:
-    """Return the picture of deep samples over `target`; it has no surfaces outside `source`."""
-    if source == target:
-        return made
-    lists = None if made.lists is None else lists_over(made.lists, source, target)
-    depth_m = moved_to_window(made.depth_m, source, target, np.inf)
     return replace(
-        made, color=_color_over(made.color, source, target), depth_m=depth_m, lists=lists
+        plate, pixels=pixels, data_window=target, depth=_add_empty_pixels(plate.depth, added_pixels)
     )
 
 
-def _color_over(color: FloatImage, source: Box, target: Box) -> FloatImage:
-    planes = [moved_to_window(color[..., k], source, target, 0.0) for k in range(color.shape[2])]
+def move_stack(stack: Stacked, source: Box, target: Box) -> Stacked:
+    """Return the picture of deep samples over `target`; it has no surfaces outside `source`."""
+    if source == target:
+        return stack
+    lists = None if stack.lists is None else move_lists(stack.lists, source, target)
+    depth_m = move_to_window(stack.depth_m, source, target, np.inf)
+    return replace(
+        stack, color=_move_color(stack.color, source, target), depth_m=depth_m, lists=lists
+    )
+
+
+def _move_color(color: FloatImage, source: Box, target: Box) -> FloatImage:
+    """Return a picture (H, W, C) moved from window `source` to `target`, 0 elsewhere."""
+    planes = [move_to_window(color[..., k], source, target, 0.0) for k in range(color.shape[2])]
     return np.stack(planes, axis=-1)
 
 
-def _coc_over(coc_px: FloatImage, source: Box, target: Box) -> FloatImage:
+def _move_coc(coc_px: FloatImage, source: Box, target: Box) -> FloatImage:
     """Return circles of confusion over `target`; empty pixels are as far as the farthest pixel.
 
     Any nearer, it would hide the blur of surfaces behind it.
     """
-    return moved_to_window(coc_px, source, target, float(coc_px.max()))
+    return move_to_window(coc_px, source, target, float(coc_px.max()))
 
 
-def _with_empty(report: DepthReport, added: int) -> DepthReport:
-    return replace(report, infinite_count=report.infinite_count + added)
+def _add_empty_pixels(report: DepthReport, added_pixels: int) -> DepthReport:
+    """Return the report with a number of empty pixels added to those at infinity."""
+    return replace(report, infinite_count=report.infinite_count + added_pixels)

@@ -19,8 +19,8 @@ from heatlens.media.plate.depth.depth_guess import (
     Guess,
     RawDepth,
     guess_convention,
-    in_full_scale,
-    looked_at,
+    measure_raw_depth,
+    scale_white_to_one,
 )
 from heatlens.media.plate.depth.repair import DEPTH_LEAST_M, bound_coc, repair_depth
 from heatlens.media.plate.plate import DepthReport, FloatImage
@@ -34,7 +34,7 @@ INVERSE_INFINITE_UP_TO = 1e-10
 
 _Mask = NDArray[np.bool_]
 _IF_INVERSE = "If it holds 1/z, say --depth-convention inverse."
-# A portrait in a room, so that a photo can be looked at before anybody has measured anything.
+# The usual ends of a portrait in a room, with which a photo can be viewed before it is measured.
 _USUAL_NEAR_M, _USUAL_FAR_M = 1.0, 10.0
 
 
@@ -48,7 +48,7 @@ class DepthResult:
 
 
 @dataclass(frozen=True, eq=False)
-class _Converted:
+class _ConvertedDepth:
     """Values in metres or pixels, and masks of the pixels that are infinite or unusable."""
 
     values: FloatImage
@@ -66,17 +66,17 @@ def read_depth(
 ) -> DepthResult:
     """Convert raw `values` (H, W) to depth in metres; `what` begins each sentence about them.
 
-    `origin` is what is known about them besides the name of the channel. Raises InputError if the
-    channel is empty, ambiguous or no depth at all; with `options.strict`, also if its convention
-    can only be settled by asking the user.
+    `origin` holds what is known about the values besides the name of the channel. Raises InputError
+    if the channel is empty, ambiguous or no depth at all; with `options.strict`, also if only the
+    user can decide on its convention.
     """
     origin = origin or DepthOrigin()
-    raw = looked_at(values, what, channel, origin)
+    raw = measure_raw_depth(values, what, channel, origin)
     guess = guess_convention(raw, options)
     if guess.question and options.strict:
         raise InputError(guess.question)
     if guess.convention.facts.is_disparity:
-        options, guess = with_ends(raw, options, guess)
+        options, guess = settle_ends(raw, options, guess)
     convention = guess.convention
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         converted = _convert(raw, convention, options)
@@ -84,19 +84,20 @@ def read_depth(
     depth[converted.infinite] = np.inf
     is_coc = convention.facts.is_coc
     bad = converted.bad if is_coc else converted.bad | (depth < DEPTH_LEAST_M)
-    repaired = repair_depth(depth, bad, what)
-    bounded = bound_coc(depth, what) if is_coc else ()
+    repaired_count = repair_depth(depth, bad, what)
+    clamp_notes = bound_coc(depth, what) if is_coc else ()
     kind = origin.kind if options.depth_kind is DepthKind.AUTO else options.depth_kind
     kind = DepthKind.PLANAR if is_coc else kind
     infinite_count = int(np.count_nonzero(np.isinf(depth)))  # the repair may have copied some
     near, far = (math.nan, math.nan) if is_coc else finite_range(depth, infinite_count)
     report = DepthReport(
-        channel, convention, kind, guess.why, near, far, infinite_count, repaired, guess.question
+        *(channel, convention, kind, guess.why, near, far),
+        *(infinite_count, repaired_count, guess.question),
     )
     notes = converted.notes
     if guess.question:  # it offers the same option already
         notes = tuple(note.removesuffix(f" {_IF_INVERSE}") for note in notes)
-    return DepthResult(depth, report, (*notes, *bounded, *_notes(raw, report, guess)))
+    return DepthResult(depth, report, (*notes, *clamp_notes, *_depth_notes(raw, report, guess)))
 
 
 def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
@@ -110,65 +111,67 @@ def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
     return near, far
 
 
-def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) -> _Converted:
+def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) -> _ConvertedDepth:
     """Return the values in metres or pixels; `convention` must not be AUTO."""
     match convention:
         case DepthConvention.COC:
-            none = np.zeros(raw.values.shape, dtype=np.bool_)
-            return _Converted(raw.values.copy(), none, ~np.isfinite(raw.values))
+            nothing_infinite = np.zeros(raw.values.shape, dtype=np.bool_)
+            return _ConvertedDepth(raw.values.copy(), nothing_infinite, ~np.isfinite(raw.values))
         case DepthConvention.INVERSE:
             return _from_inverse(raw, options.scene_unit_m)
         case DepthConvention.DISTANCE:
             return _from_distance(raw, options.scene_unit_m)
         case DepthConvention.DISPARITY:
-            return _from_disparity(in_full_scale(raw), False, options)
+            return _from_disparity(scale_white_to_one(raw), False, options)
         case DepthConvention.DISPARITY_INVERTED:
-            return _from_disparity(in_full_scale(raw), True, options)
+            return _from_disparity(scale_white_to_one(raw), True, options)
         case DepthConvention.NORMALIZED:
-            return _from_normalized(in_full_scale(raw), False, options)
+            return _from_normalized(scale_white_to_one(raw), False, options)
         case DepthConvention.NORMALIZED_INVERTED:
-            return _from_normalized(in_full_scale(raw), True, options)
+            return _from_normalized(scale_white_to_one(raw), True, options)
         case DepthConvention.AUTO:
             raise ValueError("The convention must be known before depths are converted.")
         case _:
             assert_never(convention)
 
 
-def _from_distance(raw: RawDepth, scene_unit_m: float) -> _Converted:
+def _from_distance(raw: RawDepth, scene_unit_m: float) -> _ConvertedDepth:
     """Convert distances in scene units to metres."""
     sign, notes = _viewing_sign(raw)
     depth = raw.values * np.float32(sign * scene_unit_m)
-    unmeasured, unmeasured_notes = _unmeasured(raw)
+    unmeasured, unmeasured_notes = _mask_unmeasured(raw)
     if unmeasured is not None:
-        return _Converted(depth, raw.infinite, ~(depth > 0) | unmeasured, notes + unmeasured_notes)
-    infinite, infinite_notes = _nothing_hit(raw)
+        return _ConvertedDepth(
+            depth, raw.infinite, ~(depth > 0) | unmeasured, notes + unmeasured_notes
+        )
+    infinite, infinite_notes = _mask_nothing_hit(raw)
     bad = ~(depth > 0) & ~infinite  # also true of NaN
-    return _Converted(depth, infinite, bad, notes + infinite_notes)
+    return _ConvertedDepth(depth, infinite, bad, notes + infinite_notes)
 
 
-# Such pixels are filled from their neighbours and counted, as NaN is: taken as a distance, 0 would
-# lie on the lens, and the largest number behind everything else.
-def _unmeasured(raw: RawDepth) -> tuple[_Mask | None, tuple[str, ...]]:
-    """Return where a map of integers holds no measurement, with a note; None for other maps.
+# Pixels without a measurement are filled from their neighbours and counted, as NaN is. Taken as a
+# distance, 0 would lie on the lens, and the largest number behind everything else.
+def _mask_unmeasured(raw: RawDepth) -> tuple[_Mask | None, tuple[str, ...]]:
+    """Return a mask where a map of integers holds no measurement, and a note; None for other maps.
 
-    Depth cameras write 0 or the largest number there. In more than half of a picture these are the
-    sky of a rendered map.
+    Depth cameras write 0 or the largest number there. If more than half of the pixels hold these
+    numbers, they are the sky of a rendered map, and the result is None.
     """
     white = None if raw.origin.facts is None else raw.origin.facts.full_scale
     if white is None:
         return None, ()
-    zero, full = raw.values == 0, raw.values == white
-    counts = int(np.count_nonzero(zero)), int(np.count_nonzero(full))
+    is_zero, is_full = raw.values == 0, raw.values == white
+    counts = int(np.count_nonzero(is_zero)), int(np.count_nonzero(is_full))
     if not 0 < sum(counts) <= raw.values.size / 2:
         return None, ()
     note = (
         f"{raw.what} is 0 in {counts[0]} and {white:g} in {counts[1]} of {raw.values.size} pixels, "
         "by which depth cameras mean not measured.",
     )
-    return zero | full, note
+    return is_zero | is_full, note
 
 
-def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
+def _mask_nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
     """Return a mask of the pixels where no surface was hit, and notes about them.
 
     No surface is at distance 0. If the file has no other mark of infinity, 0 is one; if it has, a 0
@@ -189,55 +192,57 @@ def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
     return raw.infinite, ()
 
 
-def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _Converted:
+def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _ConvertedDepth:
     """Convert 1/z, z in scene units, to metres; 0 is infinitely far."""
     sign, notes = _viewing_sign(raw)
     inverse = raw.values * np.float32(sign)
     infinite = np.abs(inverse) <= INVERSE_INFINITE_UP_TO
     depth: FloatImage = (np.float32(scene_unit_m) / inverse).astype(np.float32)
     bad = (~(depth > 0) | raw.infinite) & ~infinite
-    return _Converted(depth, infinite, bad, notes)
+    return _ConvertedDepth(depth, infinite, bad, notes)
 
 
-def _from_normalized(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Converted:
+def _from_normalized(raw: RawDepth, is_inverted: bool, options: PlateOptions) -> _ConvertedDepth:
     """Convert 0..1 between near and far to metres; the far end and beyond become infinity."""
-    near, far = checked_ends(raw, options)
-    fraction = 1 - raw.values if inverted else raw.values
+    near, far = require_ends(raw, options)
+    fraction = 1 - raw.values if is_inverted else raw.values
     infinite = (fraction >= 1) | raw.infinite
-    below = int(np.count_nonzero(fraction < 0)) if (raw.low < 0 or raw.high > 1) else 0
+    below_count = int(np.count_nonzero(fraction < 0)) if (raw.low < 0 or raw.high > 1) else 0
     depth = np.float32(near) + np.maximum(fraction, 0) * np.float32(far - near)
     notes = (
-        (f"{raw.what} is nearer than --near in {below} pixels: set to --near.",) if below else ()
+        (f"{raw.what} is nearer than --near in {below_count} pixels: set to --near.",)
+        if below_count
+        else ()
     )
-    return _Converted(depth, infinite, ~(depth > 0) & ~infinite, notes)
+    return _ConvertedDepth(depth, infinite, ~(depth > 0) & ~infinite, notes)
 
 
-def _from_disparity(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Converted:
+def _from_disparity(raw: RawDepth, is_inverted: bool, options: PlateOptions) -> _ConvertedDepth:
     """Convert 0..1 that is linear in 1/z, with 0 for far and 1 for near, to metres.
 
-    Phones and neural networks write it; `inverted`, it has 0 for near. Values outside 0..1 have a
-    scale of their own: the least and the greatest value are then the ends.
+    Phones and neural networks write such values; with `is_inverted`, 0 is near. Values outside 0..1
+    have a scale of their own: the least and the greatest value are then the ends.
     """
-    near, far = checked_ends(raw, options)
+    near, far = require_ends(raw, options)
     values = raw.values
     notes: tuple[str, ...] = ()
     if raw.low < 0 or raw.high > NORMALIZED_UP_TO:
         values = (values - np.float32(raw.low)) / np.float32(max(raw.high - raw.low, 1e-30))
-        ends = "--near and --far" if inverted else "--far and --near"
+        ends = "--near and --far" if is_inverted else "--far and --near"
         notes = (
             f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are read as {ends}, "
             "separately in every frame.",
         )
-    values = 1 - values if inverted else values
+    values = 1 - values if is_inverted else values
     dioptres = 1 / far + np.clip(values, 0.0, 1.0) * (1 / near - 1 / far)
     infinite = dioptres <= INVERSE_INFINITE_UP_TO
     depth = (1.0 / dioptres).astype(np.float32)
-    return _Converted(depth, infinite, ~np.isfinite(raw.values) | raw.infinite, notes)
+    return _ConvertedDepth(depth, infinite, ~np.isfinite(raw.values) | raw.infinite, notes)
 
 
 # Some programs write z of a camera that looks along -z. Filtering at edges leaves a few values of
-# the other sign in any depth, so both signs are allowed up to a share; a channel of both is
-# something else, such as positions or circles of confusion.
+# the other sign in any depth, so a small share of them is allowed. A channel with many values of
+# both signs is something else, such as positions or circles of confusion.
 def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
     """Return the sign of visible distances: -1 with a note for a camera looking along -z, else 1.
 
@@ -245,8 +250,8 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
     """
     positive = raw.values.size - raw.infinite_count - raw.zero_count - raw.nan_count
     positive -= raw.negative_count
-    wrong = min(positive, raw.negative_count)
-    if wrong > MAX_WRONG_SIGN_FRACTION * (positive + raw.negative_count):
+    wrong_count = min(positive, raw.negative_count)
+    if wrong_count > MAX_WRONG_SIGN_FRACTION * (positive + raw.negative_count):
         raise InputError(
             f"{raw.what} has {raw.negative_count} negative and {positive} positive values, so it "
             "is not a depth. Name the depth with --depth-channel or, if these are diameters of "
@@ -257,7 +262,7 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
     return 1.0, ()
 
 
-def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
+def _depth_notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
     """Return the notes for the user about this channel."""
     notes = []
     if guess.question:
@@ -277,7 +282,7 @@ def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
+def require_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
     """Return near and far in metres. Raises InputError if they are missing or impossible.
 
     The far end of a disparity may be infinite; its near end cannot be 0.
@@ -299,9 +304,9 @@ def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
     return near, far
 
 
-# A photo of a phone is to be looked at before anybody has measured anything, so the ends of a room
-# are assumed, and asked for. A strict run assumes nothing.
-def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[PlateOptions, Guess]:
+# A photo of a phone can be viewed before anybody has measured anything: the ends of a room are
+# assumed, and the user is asked for the true ones. A strict run assumes nothing.
+def settle_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[PlateOptions, Guess]:
     """Return options with both ends of a disparity, assuming the usual ones if none are given.
 
     The guess then asks the user for the assumed ends, unless it asks for them already. Raises
@@ -314,13 +319,17 @@ def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[Plate
     far = max(_USUAL_FAR_M, 2 * near) if options.far_m is None else options.far_m
     if options.near_m is None and far <= near:
         near = far / 10
-    asked = (
+    ends_question = (
         f"{raw.what} is not in metres: how far away are its nearest and its farthest point? Give "
         "--near and --far."
     )
     if options.strict:
-        raise InputError(asked)
-    question = guess.question if "--near" in guess.question else f"{guess.question} {asked}".strip()
+        raise InputError(ends_question)
+    question = (
+        guess.question
+        if "--near" in guess.question
+        else f"{guess.question} {ends_question}".strip()
+    )
     why = f"{guess.why} Its ends are taken as {near:g} m and {far:g} m."
     return replace(options, near_m=near, far_m=far), replace(
         guess, question=question, why=why, certain=False

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.depth_words import DepthConvention, DepthKind
 from heatlens.core.model.shot.plate_options import PlateOptions
-from heatlens.media.plate.depth.depth_shape import FlatVotes, flat_votes
+from heatlens.media.plate.depth.depth_shape import FlatVotes, count_flat_votes
 from heatlens.media.plate.header.entries import PictureFacts
 from heatlens.media.plate.plate import FloatImage
 
@@ -86,17 +86,17 @@ class RawDepth:
         return int(np.count_nonzero(self.infinite))
 
     @property
-    def top(self) -> float:
+    def greatest_magnitude(self) -> float:
         """Greatest magnitude of the values, without marks of infinity."""
         return max(abs(self.low), abs(self.high))
 
     @property
-    def bottom(self) -> float:
+    def least_magnitude(self) -> float:
         """Least magnitude of the values, without marks of infinity, if all have one sign."""
         return min(abs(self.low), abs(self.high))
 
 
-def in_full_scale(raw: RawDepth) -> RawDepth:
+def scale_white_to_one(raw: RawDepth) -> RawDepth:
     """Scale integer values so that white is 1; return floating-point values unchanged."""
     white = None if raw.origin.facts is None else raw.origin.facts.full_scale
     if white is None:
@@ -105,30 +105,34 @@ def in_full_scale(raw: RawDepth) -> RawDepth:
     return replace(raw, values=values, low=raw.low / white, high=raw.high / white)
 
 
-# 1e6 and 65504 mean infinity in floating point alone: in a map of integers, 65504 is a depth like
+# 1e6 and 65504 mean infinity only in floating point. In a map of integers, 65504 is a depth like
 # any other.
-def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) -> RawDepth:
+def measure_raw_depth(values: FloatImage, what: str, channel: str, origin: DepthOrigin) -> RawDepth:
     """Gather statistics of the channel. Raises InputError if every value is zero or NaN."""
     magnitude = np.abs(values)
     infinite = magnitude >= INFINITE_FROM
     is_whole = origin.facts is not None and origin.facts.full_scale is not None
     for mark in () if is_whole else INFINITE_EXACTLY:
         infinite |= magnitude == mark
-    plain = values[~infinite]
-    nan_count = int(np.count_nonzero(np.isnan(plain)))
+    finite_values = values[~infinite]
+    nan_count = int(np.count_nonzero(np.isnan(finite_values)))
     if nan_count:
-        plain = plain[~np.isnan(plain)]
-    zero_count = int(plain.size - np.count_nonzero(plain))
+        finite_values = finite_values[~np.isnan(finite_values)]
+    zero_count = int(finite_values.size - np.count_nonzero(finite_values))
     if zero_count + nan_count == values.size:
         content = "NaN" if zero_count == 0 else "zero or NaN" if nan_count else "zero"
         raise InputError(
             f"{what} is empty (every pixel is {content}). Was the depth pass switched on for this "
             "render? Choose another channel with --depth-channel."
         )
-    low, high = (float(plain.min()), float(plain.max())) if plain.size else (np.nan, np.nan)
-    negative = int(np.count_nonzero(plain < 0)) if low < 0 else 0
+    low, high = (
+        (float(finite_values.min()), float(finite_values.max()))
+        if finite_values.size
+        else (np.nan, np.nan)
+    )
+    negative_count = int(np.count_nonzero(finite_values < 0)) if low < 0 else 0
     return RawDepth(
-        values, what, channel, infinite, low, high, zero_count, nan_count, negative, origin
+        values, what, channel, infinite, low, high, zero_count, nan_count, negative_count, origin
     )
 
 
@@ -138,42 +142,43 @@ def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
     Raises InputError if its values fit several conventions, naming the options that decide, and if
     only one of --near and --far is given with distances.
     """
-    guess = _guessed(raw, options)
+    guess = _guess_from_evidence(raw, options)
     ends = {"--near": options.near_m, "--far": options.far_m}
-    given = [name for name, value in ends.items() if value is not None]
-    if guess.convention is DepthConvention.DISTANCE and len(given) == 1:
+    given_ends = [name for name, value in ends.items() if value is not None]
+    if guess.convention is DepthConvention.DISTANCE and len(given_ends) == 1:
         raise InputError(
-            f"{raw.what} is read as distances, but {given[0]} is for a normalized depth: "
-            f"leave {given[0]} out, or give --depth-convention."
+            f"{raw.what} is read as distances, but {given_ends[0]} is for a normalized depth: "
+            f"leave {given_ends[0]} out, or give --depth-convention."
         )
     return guess
 
 
-def _guessed(raw: RawDepth, options: PlateOptions) -> Guess:
+def _guess_from_evidence(raw: RawDepth, options: PlateOptions) -> Guess:
+    """Guess the convention from the options, the kind of file, the channel's name or the values."""
     if options.depth_convention is not DepthConvention.AUTO:
         return Guess(options.depth_convention, "Given with --depth-convention.")
     if raw.origin.facts is not None:
-        return guess_of_picture(raw, raw.origin.facts, options)
-    by_name = _guess_by_name(raw.channel)
-    if by_name:
-        return by_name
+        return guess_picture_convention(raw, raw.origin.facts, options)
+    name_guess = _guess_by_name(raw.channel)
+    if name_guess:
+        return name_guess
     if raw.infinite_count == raw.values.size:
         return Guess(
             DepthConvention.DISTANCE,
             "Every pixel holds a value that means infinity, as only distances do.",
         )
     has_ends = options.near_m is not None and options.far_m is not None
-    if has_ends and raw.top <= NORMALIZED_UP_TO:
-        return _normalized_direction(raw)
-    if raw.top > 1:
+    if has_ends and raw.greatest_magnitude <= NORMALIZED_UP_TO:
+        return _guess_normalized_direction(raw)
+    if raw.greatest_magnitude > 1:
         return _guess_beyond_one(raw, has_ends)
     return _guess_within_one(raw)
 
 
-# The order is that of the evidence: a mark of infinity occurs among distances alone, surfaces are
-# measured, the program's habit is hearsay, and the range is the weakest. 1/z beyond 20 would be
-# nearer than 5 cm in metres, but networks write disparity in a scale of their own, so there the
-# surfaces may still raise a question.
+# The strongest evidence is tested first: a mark of infinity, which occurs only among distances,
+# then the flat surfaces, then the program that wrote the file, and last the range. A 1/z above 20
+# would be nearer than 5 cm in metres, but networks write disparity in a scale of their own. So
+# above 20 the flat surfaces can still lead to a question.
 def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
     """Guess distances, unless the surfaces or the program say that these values are 1/z."""
     beyond = "above 1" if raw.high > 1 else "below -1"
@@ -184,34 +189,37 @@ def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
         )
     if raw.infinite_count:
         return Guess(DepthConvention.DISTANCE, why)
-    votes = flat_votes(raw.values, raw.infinite)
-    if raw.top > INVERSE_MOST:
+    votes = count_flat_votes(raw.values, raw.infinite)
+    if raw.greatest_magnitude > INVERSE_MOST:
         return (
-            _doubted_disparity(raw, why)
+            _guess_distance_but_ask(raw, why)
             if votes.says_inverse
             else Guess(DepthConvention.DISTANCE, why)
         )
     if votes.says_distance:
         return Guess(DepthConvention.DISTANCE, f"{why} Its flat surfaces vary as distances do.")
-    if votes.says_inverse and raw.bottom <= INVERSE_LOW_MOST:
-        return _inverse_by_surfaces(raw, votes)
+    if votes.says_inverse and raw.least_magnitude <= INVERSE_LOW_MOST:
+        return _guess_inverse_by_surfaces(raw, votes)
     if votes.says_inverse:
-        return _doubted_disparity(raw, why)
-    if _is_of_nuke(raw):
-        return _asked(
+        return _guess_distance_but_ask(raw, why)
+    if _is_nuke_depth(raw):
+        return _guess_and_ask(
             raw,
             DepthConvention.INVERSE,
             f"Nuke wrote the file, and its {raw.channel} is 1/z; no flat surface confirms it.",
         )
     if _is_dense_near_zero(raw):
-        return _asked(
+        return _guess_and_ask(
             raw, DepthConvention.DISTANCE, f"{why} But most of them are near zero, as those of 1/z."
         )
     return Guess(DepthConvention.DISTANCE, why)
 
 
-def _doubted_disparity(raw: RawDepth, why: str) -> Guess:
-    """Take distances, and ask: networks write disparity in a scale of their own."""
+def _guess_distance_but_ask(raw: RawDepth, why: str) -> Guess:
+    """Guess distances, and ask the user whether the values are disparity.
+
+    Networks write disparity in a scale of their own.
+    """
     question = (
         f"{raw.what} runs from {raw.low:g} to {raw.high:g}, and its flat surfaces vary as "
         "disparity does: are these distances? Give --depth-convention distance, or "
@@ -220,18 +228,18 @@ def _doubted_disparity(raw: RawDepth, why: str) -> Guess:
     return Guess(DepthConvention.DISTANCE, why, certain=False, question=question)
 
 
-def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
+def _guess_inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
     """Guess 1/z from the flat surfaces; ask the user unless the program writes 1/z as well."""
     why = (
         f"Its flat surfaces vary as 1/z does, in {votes.inverse} places against {votes.distance} "
         "that vary as distances do"
     )
-    if _is_of_nuke(raw):
+    if _is_nuke_depth(raw):
         return Guess(DepthConvention.INVERSE, f"{why}, and Nuke wrote the file.", certain=False)
-    return _asked(raw, DepthConvention.INVERSE, f"{why}.")
+    return _guess_and_ask(raw, DepthConvention.INVERSE, f"{why}.")
 
 
-def _is_of_nuke(raw: RawDepth) -> bool:
+def _is_nuke_depth(raw: RawDepth) -> bool:
     """Return True for the layer depth.Z of Nuke's own renderer, which holds 1/z."""
     return raw.origin.program == "Nuke" and raw.channel.lower() == "depth.z"
 
@@ -241,19 +249,19 @@ def _is_dense_near_zero(raw: RawDepth) -> bool:
 
     Such values are 1/z of a scene, or distances on a table.
     """
-    if raw.top > _NEAR_TOP or raw.bottom > _NEAR_LOW:
+    if raw.greatest_magnitude > _NEAR_TOP or raw.least_magnitude > _NEAR_LOW:
         return False
     magnitude = np.abs(raw.values[~raw.infinite & np.isfinite(raw.values)])
-    return bool(np.median(magnitude) < _DENSE_PART * raw.top)
+    return bool(np.median(magnitude) < _DENSE_PART * raw.greatest_magnitude)
 
 
-def _asked(raw: RawDepth, taken: DepthConvention, why: str) -> Guess:
-    """Take the likelier of distance and 1/z, and add the question that only a person can answer."""
+def _guess_and_ask(raw: RawDepth, likelier_convention: DepthConvention, why: str) -> Guess:
+    """Guess the likelier of distance and 1/z, and ask the user which of the two is right."""
     question = (
         f"{raw.what} runs from {raw.low:g} to {raw.high:g}: are these distances, or 1/z? Give "
         "--depth-convention distance or --depth-convention inverse."
     )
-    return Guess(taken, why, certain=False, question=question)
+    return Guess(likelier_convention, why, certain=False, question=question)
 
 
 def _guess_by_name(channel: str) -> Guess | None:
@@ -266,7 +274,7 @@ def _guess_by_name(channel: str) -> Guess | None:
     return None
 
 
-def _normalized_direction(raw: RawDepth) -> Guess:
+def _guess_normalized_direction(raw: RawDepth) -> Guess:
     """Guess which end of a 0..1 depth is far: the one at which more pixels lie."""
     ones = int(np.count_nonzero((raw.values >= 1) & ~raw.infinite))
     zeros = int(np.count_nonzero((raw.values <= 0) & ~raw.infinite))
@@ -293,10 +301,10 @@ def _guess_within_one(raw: RawDepth) -> Guess:
         return Guess(
             DepthConvention.DISTANCE, f"It is {raw.low:g} everywhere: taken as a distance."
         )
-    votes = flat_votes(raw.values, raw.infinite)
-    if votes.says_inverse and _is_of_nuke(raw):
-        return _inverse_by_surfaces(raw, votes)
-    if raw.zero_count and raw.top < 1 and not votes.says_distance:
+    votes = count_flat_votes(raw.values, raw.infinite)
+    if votes.says_inverse and _is_nuke_depth(raw):
+        return _guess_inverse_by_surfaces(raw, votes)
+    if raw.zero_count and raw.greatest_magnitude < 1 and not votes.says_distance:
         return Guess(
             DepthConvention.INVERSE,
             f"It is 0 in {raw.zero_count} pixels and up to {raw.high:g} elsewhere, as 1/z with 0 "
@@ -310,7 +318,7 @@ def _guess_within_one(raw: RawDepth) -> Guess:
     )
 
 
-def guess_of_picture(raw: RawDepth, facts: PictureFacts, options: PlateOptions) -> Guess:
+def guess_picture_convention(raw: RawDepth, facts: PictureFacts, options: PlateOptions) -> Guess:
     """Guess the convention of a depth in a PNG, JPEG, TIFF, PFM or HEIC, which rarely states it."""
     if facts.convention is not None:
         return Guess(facts.convention, facts.why, certain=False)
@@ -318,7 +326,7 @@ def guess_of_picture(raw: RawDepth, facts: PictureFacts, options: PlateOptions) 
         return Guess(
             DepthConvention.DISTANCE, "A unit is given with --scene-unit, as distances have."
         )
-    votes = flat_votes(raw.values, raw.infinite, 1.0 if facts.full_scale else 0.0)
+    votes = count_flat_votes(raw.values, raw.infinite, 1.0 if facts.full_scale else 0.0)
     span = f"{raw.low:g} to {raw.high:g}"
     if facts.full_scale is None and not votes.says_inverse:
         why = f"Floating point from {span}"
@@ -341,6 +349,7 @@ def guess_of_picture(raw: RawDepth, facts: PictureFacts, options: PlateOptions) 
 
 
 def _question_of_direction(raw: RawDepth) -> str:
+    """Ask the user which end of a disparity is near."""
     return (
         f"{raw.what} is disparity, but is white near in it, or black? Say --depth-convention "
         "disparity, or disparity-inverted where black is near."
@@ -348,6 +357,7 @@ def _question_of_direction(raw: RawDepth) -> str:
 
 
 def _question_of_picture(raw: RawDepth, span: str) -> str:
+    """Ask the user for the convention of the depth in a picture file."""
     return (
         f"{raw.what} runs from {span}: is it disparity (white near, as phones, MiDaS and Depth "
         "Anything write it), a depth of 0 to 1, or distances? Say --depth-convention disparity or "

@@ -34,62 +34,66 @@ _Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class FlatVotes:
-    """How many places of a channel fit a plane if read as distances, and if read as 1/z."""
+    """Counts of pixel triples that fit a plane if read as distances, and if read as 1/z.
+
+    examined  number of triples that could decide
+    """
 
     distance: int
     inverse: int
-    looked_at: int
+    examined: int
 
     @property
     def says_distance(self) -> bool:
-        """True if far more places fit a plane when the values are read as distances."""
-        return self._wins(self.distance, self.inverse)
+        """True if far more triples fit a plane when the values are read as distances."""
+        return self._has_majority(self.distance, self.inverse)
 
     @property
     def says_inverse(self) -> bool:
-        """True if far more places fit a plane when the values are read as 1/z."""
-        return self._wins(self.inverse, self.distance)
+        """True if far more triples fit a plane when the values are read as 1/z."""
+        return self._has_majority(self.inverse, self.distance)
 
-    def _wins(self, own: int, other: int) -> bool:
-        least = max(_LEAST_VOTES, _LEAST_SHARE * self.looked_at)
-        return own >= least and own >= _LEAST_LEAD * other
+    def _has_majority(self, votes: int, other_votes: int) -> bool:
+        """Return True if `votes` are enough, and many more than `other_votes`."""
+        least_votes = max(_LEAST_VOTES, _LEAST_SHARE * self.examined)
+        return votes >= least_votes and votes >= _LEAST_LEAD * other_votes
 
 
-# A wrong convention blurs the wrong things and looks almost right, and neither name nor range can
-# tell metres of a table from 1/z of a street: both may run from 0.1 to 4. Geometry can. Planes give
-# evidence without knowing the camera, because the focal length only scales the pixel. A few votes
-# decide nothing: one convention needs five times as many as the other.
-def flat_votes(
-    values: FloatImage, infinite: NDArray[np.bool_], whole_step: float = 0.0
+# Flat surfaces tell distances from 1/z where neither the name nor the range can: metres of a table
+# and 1/z of a street may both run from 0.1 to 4. The camera need not be known, because the focal
+# length only scales the pixel. A few votes decide nothing: one convention needs five times as many
+# as the other. A wrong convention would blur the wrong things and look almost right.
+def count_flat_votes(
+    values: FloatImage, infinite: NDArray[np.bool_], integer_step: float = 0.0
 ) -> FlatVotes:
     """Count how many flat surfaces of `values` (H, W) vary as distance, and how many as 1/distance.
 
-    `infinite` marks pixels without a surface. `whole_step` is the rounding step of integer values,
-    0 for floating point.
+    `infinite` marks pixels without a surface. `integer_step` is the rounding step of integer
+    values, 0 for floating point.
     """
     magnitude = np.where(infinite | ~np.isfinite(values), 0.0, np.abs(values))
-    step = _HALF_STEP if _is_half(magnitude) else _FLOAT_STEP
-    distance = inverse = looked_at = 0
-    if _is_one_ramp(magnitude):
+    step = _HALF_STEP if _fits_half_floats(magnitude) else _FLOAT_STEP
+    distance = inverse = examined = 0
+    if _is_single_ramp(magnitude):
         return FlatVotes(0, 0, 0)
-    for first, middle, last in _triples(magnitude.astype(np.float64)):
-        share, is_decisive = _arithmetic_share(first, middle, last, step, whole_step)
+    for first, middle, last in _pixel_triples(magnitude.astype(np.float64)):
+        share, is_decisive = _arithmetic_share(first, middle, last, step, integer_step)
         distance += int(np.count_nonzero(is_decisive & (np.abs(share) < _TOLERANCE)))
         inverse += int(np.count_nonzero(is_decisive & (np.abs(share - 1.0) < _TOLERANCE)))
-        looked_at += int(np.count_nonzero(is_decisive))
-    return FlatVotes(distance, inverse, looked_at)
+        examined += int(np.count_nonzero(is_decisive))
+    return FlatVotes(distance, inverse, examined)
 
 
-def _is_half(magnitude: FloatImage) -> bool:
+def _fits_half_floats(magnitude: FloatImage) -> bool:
     """Return True if the values fit in half floats without loss."""
     row = magnitude[magnitude.shape[0] // 2]
     with np.errstate(over="ignore"):
         return bool(np.array_equal(row, row.astype(np.float16).astype(row.dtype)))
 
 
-# A ramp painted from edge to edge fits 1/z at every pixel, so it would win the vote without being
-# evidence: people paint such ramps as distances, to test a lens.
-def _is_one_ramp(magnitude: FloatImage) -> bool:
+# A ramp painted from edge to edge casts no votes. It fits 1/z at every pixel, but people paint such
+# ramps as distances, to test a lens.
+def _is_single_ramp(magnitude: FloatImage) -> bool:
     """Return True if all values lie on a single linear function of the pixel."""
     rows = np.linspace(0, magnitude.shape[0] - 1, _RAMP_SAMPLES).astype(int)
     columns = np.linspace(0, magnitude.shape[1] - 1, _RAMP_SAMPLES).astype(int)
@@ -100,7 +104,7 @@ def _is_one_ramp(magnitude: FloatImage) -> bool:
     return bool(np.abs(values - plane).max() <= _RAMP_PART * np.ptp(values))
 
 
-def _triples(
+def _pixel_triples(
     values: NDArray[np.float64],
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
     """Yield triples of pixels in a row, along x and along y, for every stride.
@@ -111,19 +115,23 @@ def _triples(
         for stride in _STRIDES:
             if plane.shape[1] <= 2 * stride:
                 continue
-            thin = plane[:: max(1, plane.size // _SAMPLES_MOST)]
-            yield thin[:, : -2 * stride], thin[:, stride:-stride], thin[:, 2 * stride :]
+            kept_rows = plane[:: max(1, plane.size // _SAMPLES_MOST)]
+            yield (
+                kept_rows[:, : -2 * stride],
+                kept_rows[:, stride:-stride],
+                kept_rows[:, 2 * stride :],
+            )
 
 
-# The two means of neighbours are almost equal where a surface is far or faces the camera. There the
-# rounding of half floats, or of a PNG, decides which one the middle value meets, so such triples
-# must not vote: only those count whose means lie many rounding steps apart.
+# Only triples count whose two means lie many rounding steps apart. The means are almost equal where
+# a surface is far or faces the camera: there the rounding of half floats, or of a PNG, would decide
+# which one the middle value meets.
 def _arithmetic_share(
     first: NDArray[np.float64],
     middle: NDArray[np.float64],
     last: NDArray[np.float64],
     step: float,
-    whole_step: float,
+    integer_step: float,
 ) -> tuple[NDArray[np.float64], _Mask]:
     """Return where the middle value lies between the two means, and a mask where this is certain.
 
@@ -132,8 +140,10 @@ def _arithmetic_share(
     is_surface = (first > 0) & (middle > 0) & (last > 0)
     total = np.where(is_surface, first + last, 1.0)
     harmonic, arithmetic = 2 * first * last / total, total / 2
-    apart = arithmetic - harmonic
-    is_decisive = is_surface & (apart > _STEPS_APART * np.maximum(step * arithmetic, whole_step))
+    mean_difference = arithmetic - harmonic
+    is_decisive = is_surface & (
+        mean_difference > _STEPS_APART * np.maximum(step * arithmetic, integer_step)
+    )
     is_decisive &= np.maximum(first, last) < _RATIO_MOST * np.minimum(first, last)
-    share = (middle - harmonic) / np.where(is_decisive, apart, 1.0)
+    share = (middle - harmonic) / np.where(is_decisive, mean_difference, 1.0)
     return share, is_decisive

@@ -16,10 +16,10 @@ from heatlens.media.plate.plate import FloatImage
 # With more bad pixels than this, most of the picture would be invented.
 MAX_BAD_FRACTION = 0.5
 # Pixels filled at once; this limits the memory for many bad pixels to about 50 MB.
-_BATCH = 1 << 17
+_BATCH_PIXELS = 1 << 17
 
 _Mask = NDArray[np.bool_]
-_STEPS = ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
+_NEIGHBOUR_STEPS = ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
 def check_mostly_good(bad_count: int, size: int, what: str) -> None:
@@ -36,7 +36,7 @@ def repair_color(color: FloatImage, what: str) -> int:
     """Replace pixels of `color` (H, W, C) with NaN or infinity in place; return their count.
 
     Each takes the median of its good neighbours, in 3x3 or else 5x5 pixels, so that a single lamp
-    nearby does not matter. Larger holes are filled from their rim inwards. Negative values are
+    nearby does not matter. Larger holes are filled from their edge inwards. Negative values are
     valid and stay. Raises InputError if more than half of the pixels are bad.
     """
     with np.errstate(over="ignore", invalid="ignore"):
@@ -50,23 +50,29 @@ def repair_color(color: FloatImage, what: str) -> int:
     padded = np.pad(color, ((2, 2), (2, 2), (0, 0)), constant_values=np.nan)
     padded[2:-2, 2:-2][bad] = np.nan
     count = int(rows.size)
-    while rows.size:  # a hole closes from its rim inwards
-        batches = [slice(start, start + _BATCH) for start in range(0, rows.size, _BATCH)]
-        filled = np.concatenate([_filled(padded, rows[b], columns[b]) for b in batches])
-        color[rows, columns] = padded[rows + 2, columns + 2] = filled
-        left = np.isnan(filled[:, 0])
-        rows, columns = rows[left], columns[left]
+    while rows.size:  # each round fills the outermost pixels of every hole
+        batches = [
+            slice(start, start + _BATCH_PIXELS) for start in range(0, rows.size, _BATCH_PIXELS)
+        ]
+        fill_colors = np.concatenate(
+            [_fill_from_neighbours(padded, rows[b], columns[b]) for b in batches]
+        )
+        color[rows, columns] = padded[rows + 2, columns + 2] = fill_colors
+        is_unfilled = np.isnan(fill_colors[:, 0])
+        rows, columns = rows[is_unfilled], columns[is_unfilled]
     return count
 
 
-def _filled(padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatImage:
+def _fill_from_neighbours(
+    padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp]
+) -> FloatImage:
     """Return new colours (N, C) for the pixels at `rows` and `columns` of the unpadded picture.
 
     A colour is NaN if the pixel has no good neighbour yet.
     """
     colors = _neighbour_median(padded, rows, columns, 1)
-    lonely = np.isnan(colors[:, 0])
-    colors[lonely] = _neighbour_median(padded, rows[lonely], columns[lonely], 2)
+    is_isolated = np.isnan(colors[:, 0])
+    colors[is_isolated] = _neighbour_median(padded, rows[is_isolated], columns[is_isolated], 2)
     return colors
 
 
@@ -74,12 +80,12 @@ def _neighbour_median(
     padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp], radius: int
 ) -> FloatImage:
     """Return the lower median (N, C) of the good pixels within `radius`; NaN if there are none."""
-    reach = range(2 - radius, 3 + radius)
-    stack = np.stack([padded[rows + dy, columns + dx] for dy in reach for dx in reach])
+    offsets = range(2 - radius, 3 + radius)
+    stack = np.stack([padded[rows + dy, columns + dx] for dy in offsets for dx in offsets])
     stack.sort(axis=0)  # NaN sorts last
-    good = np.count_nonzero(~np.isnan(stack[:, :, 0]), axis=0)
-    middle: FloatImage = stack[np.maximum(good - 1, 0) // 2, np.arange(rows.size)]
-    return middle
+    good_count = np.count_nonzero(~np.isnan(stack[:, :, 0]), axis=0)
+    median: FloatImage = stack[np.maximum(good_count - 1, 0) // 2, np.arange(rows.size)]
+    return median
 
 
 def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
@@ -96,14 +102,16 @@ def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
     good = np.pad(~bad, 1)
     values = np.pad(depth, 1)
     rows, columns = rows + 1, columns + 1
-    while rows.size:  # each round fills the rim of every hole; good pixels exist, so it ends
+    while rows.size:  # each round fills the outermost pixels of every hole; there are good pixels
         step = _nearest_step(good, rows, columns)
-        has = step >= 0
-        steps = np.array(_STEPS)[step[has]]
-        here = rows[has], columns[has]
-        values[here] = values[here[0] + steps[:, 0], here[1] + steps[:, 1]]
-        good[here] = True
-        rows, columns = rows[~has], columns[~has]
+        has_neighbour = step >= 0
+        steps = np.array(_NEIGHBOUR_STEPS)[step[has_neighbour]]
+        filled_pixels = rows[has_neighbour], columns[has_neighbour]
+        values[filled_pixels] = values[
+            filled_pixels[0] + steps[:, 0], filled_pixels[1] + steps[:, 1]
+        ]
+        good[filled_pixels] = True
+        rows, columns = rows[~has_neighbour], columns[~has_neighbour]
     depth[:] = values[1:-1, 1:-1]
     return count
 
@@ -111,9 +119,9 @@ def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
 def _nearest_step(
     good: _Mask, rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> NDArray[np.intp]:
-    """Return for each pixel the index into _STEPS of its first good neighbour, or -1."""
+    """Return for each pixel the index into _NEIGHBOUR_STEPS of its first good neighbour, or -1."""
     step = np.full(rows.size, -1, dtype=np.intp)
-    for index, (dy, dx) in reversed(list(enumerate(_STEPS))):
+    for index, (dy, dx) in reversed(list(enumerate(_NEIGHBOUR_STEPS))):
         step[good[rows + dy, columns + dx]] = index
     return step
 
@@ -133,7 +141,7 @@ def bound_coc(coc_px: FloatImage, what: str) -> tuple[str, ...]:
     count = int(np.count_nonzero(np.abs(coc_px) > COC_MOST_PX))
     np.clip(coc_px, -COC_MOST_PX, COC_MOST_PX, out=coc_px)
     words = f"a circle of confusion of more than {COC_MOST_PX:,.0f} px"
-    return _clamped_note(what, words, count, coc_px.size)
+    return _clamp_note(what, words, count, coc_px.size)
 
 
 def bound_color(color: FloatImage, what: str) -> tuple[str, ...]:
@@ -143,10 +151,11 @@ def bound_color(color: FloatImage, what: str) -> tuple[str, ...]:
     count = int(np.count_nonzero((np.abs(color) > LIGHT_MOST).any(axis=2)))
     np.clip(color, -LIGHT_MOST, LIGHT_MOST, out=color)
     words = f"light beyond {LIGHT_MOST:g}"
-    return _clamped_note(what, words, count, color.shape[0] * color.shape[1])
+    return _clamp_note(what, words, count, color.shape[0] * color.shape[1])
 
 
-def _clamped_note(what: str, words: str, count: int, size: int) -> tuple[str, ...]:
+def _clamp_note(what: str, words: str, count: int, size: int) -> tuple[str, ...]:
+    """Return a note that `count` of `size` pixels held `words` and were clamped; () if none did."""
     if not count:
         return ()
     return (f"{what} holds {words} in {count} of {size} pixels: they were set to this limit.",)

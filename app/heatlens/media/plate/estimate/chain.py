@@ -1,7 +1,7 @@
 """Put the estimates of all frames of a sequence on the scale of its first frame.
 
-Every frame is fitted to the first of its block, and this one to the first of the block before, so
-that any frame can be read alone and is the same as in the whole sequence.
+Every frame is fitted to the first frame of its block, and that to the first frame of the previous
+block. A frame that is read alone is therefore the same as in the whole sequence.
 """
 
 import hashlib
@@ -16,38 +16,45 @@ from threading import Lock
 import numpy as np
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import estimates_dir, file_bytes
+from heatlens.core.base.paths import estimates_dir, read_file_bytes
 from heatlens.core.model.depth_words import DepthModelOutput
-from heatlens.media.files.atomic_file import FOR_THE_USER, replacing
-from heatlens.media.plate.estimate.network import Network, as_display, resized
-from heatlens.media.plate.estimate.scale import Estimated, Fit, fitted
+from heatlens.media.files.atomic_file import FOR_THE_USER, replace_atomically
+from heatlens.media.plate.estimate.network import Network, convert_to_display, resize_plane
+from heatlens.media.plate.estimate.scale import Fit, FrameEstimate, fit_to_frame
 from heatlens.media.plate.plate import FloatImage
 from heatlens.media.sequence.sequence import Sequence, stamp_of
 
-Look = Callable[[Path], FloatImage]  # returns the light (H, W, 3 or more) of the picture at a path
+ReadColor = Callable[
+    [Path], FloatImage
+]  # returns the light (H, W, 3 or more) of the picture at a path
 
 _BLOCK = 8  # frames that are fitted to the same one
 _STARTS_MOST = 16  # first frames of blocks whose estimates stay in memory
 
 _lock = Lock()  # several threads read plates
 _fits: dict[object, Fit] = {}  # of the first frames of blocks
-_starts: dict[object, Estimated] = {}  # the oldest first
+_start_estimates: dict[object, FrameEstimate] = {}  # the oldest first
 
 
-def estimated(network: Network, color: FloatImage) -> Estimated:
+def estimate_frame(network: Network, color: FloatImage) -> FrameEstimate:
     """Return the estimate of light (H, W, 3 or more). Raises InputError if the network fails."""
-    seen = network.seen(color)
-    shown = as_display(color)
-    small = [resized(plane, seen.shape[3], seen.shape[2]) for plane in np.moveaxis(shown, 2, 0)]
-    values = estimate_kept(network, seen)
+    network_input = network.prepare_input(color)
+    display_color = convert_to_display(color)
+    small_planes = [
+        resize_plane(plane, network_input.shape[3], network_input.shape[2])
+        for plane in np.moveaxis(display_color, 2, 0)
+    ]
+    values = estimate_or_load(network, network_input)
     height, width = values.shape
-    return Estimated(values, np.stack([resized(it, width, height) for it in small], axis=-1))
+    return FrameEstimate(
+        values, np.stack([resize_plane(plane, width, height) for plane in small_planes], axis=-1)
+    )
 
 
-def forget() -> None:
+def clear_memory() -> None:
     """Forget all fits and estimates in memory; those on disk stay."""
     _fits.clear()
-    _starts.clear()
+    _start_estimates.clear()
 
 
 @dataclass(frozen=True)
@@ -56,84 +63,89 @@ class Chain:
 
     network: Network
     sequence: Sequence
-    look: Look
+    read_color: ReadColor
 
-    def fit_of(self, path: Path, frame: Estimated) -> Fit:
-        """Return the fit of the frame at `path`, whose estimate is given."""
-        at = self.sequence.frame_at(path)
-        if at is None or at not in self.sequence.present:
+    def fit_of(self, path: Path, frame: FrameEstimate) -> Fit:
+        """Return the fit of `frame`, the estimate of the frame at `path`."""
+        frame_number = self.sequence.frame_at(path)
+        if frame_number is None or frame_number not in self.sequence.present:
             return Fit()
-        block, inside = divmod(self.sequence.present.index(at), _BLOCK)
+        block, number_in_block = divmod(self.sequence.present.index(frame_number), _BLOCK)
         fit = self._fit_of_block(block)
-        return self._fitted(frame, self.start(block), fit) if inside else fit
+        return self._fit_to(frame, self.start_estimate(block), fit) if number_in_block else fit
 
-    def start(self, block: int) -> Estimated:
+    def start_estimate(self, block: int) -> FrameEstimate:
         """Return the estimate of the first frame of a block."""
         key = self._key(block)
-        estimate = _starts.get(key)
+        estimate = _start_estimates.get(key)
         if estimate is None:
-            estimate = estimated(self.network, self.look(self._path(block)))
+            estimate = estimate_frame(self.network, self.read_color(self._start_path(block)))
             with _lock:
-                _starts[key] = estimate
-                for oldest in list(_starts)[:-_STARTS_MOST]:
-                    del _starts[oldest]
+                _start_estimates[key] = estimate
+                for oldest in list(_start_estimates)[:-_STARTS_MOST]:
+                    del _start_estimates[oldest]
         return estimate
 
-    # If every frame were fitted to the one before it, reading frame 1000 alone would need 999
-    # estimates, and errors would add up 999 times. Blocks of 8 make that 125 fits, each kept once
-    # known. The first frames of all blocks used to be held, up to a gigabyte for a long movie.
+    # Frame 1000 read alone needs 125 fits of blocks of 8 frames, each stored once computed. If
+    # every frame were fitted to the previous one, it would need 999 estimates, and errors would add
+    # up 999 times. The estimates of the first frames of all blocks would take up to a gigabyte for
+    # a long movie, so only the last _STARTS_MOST stay in memory.
     def _fit_of_block(self, block: int) -> Fit:
-        """Return the fit of the first frame of a block, from the last one that is known onwards."""
-        known = block
-        while known > 0 and self._key(known) not in _fits:
-            known -= 1
-        fit = _fits.get(self._key(known), Fit())
-        for number in range(known + 1, block + 1):
-            fit = self._fitted(self.start(number), self.start(number - 1), fit)
+        """Return the fit of the first frame of a block, starting from the last block known."""
+        known_block = block
+        while known_block > 0 and self._key(known_block) not in _fits:
+            known_block -= 1
+        fit = _fits.get(self._key(known_block), Fit())
+        for number in range(known_block + 1, block + 1):
+            fit = self._fit_to(self.start_estimate(number), self.start_estimate(number - 1), fit)
             _fits[self._key(number)] = fit
         return fit
 
-    def _path(self, block: int) -> Path:
+    def _start_path(self, block: int) -> Path:
+        """Return the path of the first frame of a block."""
         return self.sequence.path_at(self.sequence.present[block * _BLOCK])
 
     def _key(self, block: int) -> object:
-        first, path = self._path(0), self._path(block)
+        """Return a key that changes with the network and with the files of the two frames."""
+        first, path = self._start_path(0), self._start_path(block)
         network = self.network.key, self.network.facts.output
         return *network, first, stamp_of(first), path, stamp_of(path)
 
-    def _fitted(self, frame: Estimated, before: Estimated, fit: Fit) -> Fit:
+    def _fit_to(self, frame: FrameEstimate, earlier_frame: FrameEstimate, fit: Fit) -> Fit:
+        """Return the fit of `frame` to an earlier frame, which has the fit `fit`."""
         keeps_zero = self.network.facts.output is not DepthModelOutput.DISPARITY
-        return fitted(frame, before, fit, keeps_zero)
+        return fit_to_frame(frame, earlier_frame, fit, keeps_zero)
 
 
-_BYTES_MOST = 2 << 30
+_BYTES_MOST = 2 << 30  # of all estimates on disk
 _SUFFIX = ".estimate.npy"
 
 
-def estimate_kept(network: Network, seen: FloatImage) -> FloatImage:
-    """Return the raw values of the network for what it sees, from a file if they were made before.
+def estimate_or_load(network: Network, network_input: FloatImage) -> FloatImage:
+    """Return the raw values (h, w) of the network for an input, from a file if there is one.
 
-    Raises InputError if the network fails. If no file can be written, nothing is kept.
+    Otherwise the network is run, and its values are stored in a file if one can be written. Raises
+    InputError if the network fails.
     """
-    digest = hashlib.blake2b(seen.tobytes(), digest_size=16, key=network.key.encode())
+    digest = hashlib.blake2b(network_input.tobytes(), digest_size=16, key=network.key.encode())
     path = estimates_dir() / f"{digest.hexdigest()}{_SUFFIX}"
     with suppress(OSError, ValueError):  # it is missing or damaged
-        stored: FloatImage = np.load(BytesIO(file_bytes(path)), allow_pickle=False)
+        stored: FloatImage = np.load(BytesIO(read_file_bytes(path)), allow_pickle=False)
         os.utime(path)
         return stored
-    values = network.estimate(seen)
+    values = network.estimate(network_input)
     with suppress(OSError, InputError):  # a full or read-only disk
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _make_room(path.parent)
+        _delete_oldest(path.parent)
         encoded = BytesIO()
         np.save(encoded, values)
-        with replacing(path, FOR_THE_USER) as beside:
-            beside.write_bytes(encoded.getvalue())
+        with replace_atomically(path, FOR_THE_USER) as temporary_file:
+            temporary_file.write_bytes(encoded.getvalue())
     return values
 
 
-def _make_room(folder: Path) -> None:
-    """Delete the files that were not used for longest, beyond the limit."""
+def _delete_oldest(folder: Path) -> None:
+    """Delete the files that were not used for longest until at most _BYTES_MOST bytes are left."""
     files = sorted(
         (file.stat().st_mtime_ns, file.stat().st_size, file) for file in folder.glob(f"*{_SUFFIX}")
     )

@@ -1,7 +1,7 @@
 """Turn the values of a network into dioptres, by the ends of the depth or a known distance.
 
 Networks drift: scale and shift of a relative depth differ between frames. The estimate of a frame
-is fitted to that of an earlier one, over what did not move.
+is fitted to that of an earlier one, over the pixels that did not move.
 """
 
 from dataclasses import dataclass
@@ -24,15 +24,15 @@ _SAMPLES = 160  # samples along each side
 
 @dataclass(frozen=True)
 class Scale:
-    """Values become `zero` plus `one` for each unit: dioptres, or metres if `is_distance`."""
+    """Values times `factor` plus `offset` are dioptres, or metres if `is_distance`."""
 
-    zero: float
-    one: float
+    offset: float
+    factor: float
     is_distance: bool = False
 
     def dioptres(self, values: FloatImage) -> FloatImage:
         """Return values as dioptres."""
-        scaled = self.zero + values * np.float32(self.one)
+        scaled = self.offset + values * np.float32(self.factor)
         if self.is_distance:
             scaled = 1.0 / np.maximum(scaled, np.float32(DEPTH_LEAST_M))
         bounded: FloatImage = np.maximum(scaled, np.float32(DIOPTRES_LEAST))
@@ -40,42 +40,51 @@ class Scale:
 
 
 def scale_of(
-    first: FloatImage, output: DepthModelOutput, options: PlateOptions, shape: tuple[int, ...]
+    first_values: FloatImage,
+    output: DepthModelOutput,
+    options: PlateOptions,
+    shape: tuple[int, ...],
 ) -> Scale:
     """Return the scale for the values (h, w) of the first frame, whose picture has this shape.
 
     A disparity needs near and far in `options`. Raises InputError for a known distance outside the
     picture.
     """
-    known = options.depth_known
-    value = None if known is None else _value_at(first, known, shape)
+    known_distance = options.depth_known
+    value = None if known_distance is None else _value_at(first_values, known_distance, shape)
     if output is DepthModelOutput.DISPARITY:
-        return _of_disparity(first, options, value)
+        return _scale_of_disparity(first_values, options, value)
     is_distance = output is DepthModelOutput.METRES
-    if known is None or not value or value < 0:
+    if known_distance is None or not value or value < 0:
         return Scale(0.0, 1.0, is_distance)
-    true = known.distance_m if is_distance else 1.0 / known.distance_m
-    return Scale(0.0, true / value, is_distance)
+    true_value = known_distance.distance_m if is_distance else 1.0 / known_distance.distance_m
+    return Scale(0.0, true_value / value, is_distance)
 
 
-def _value_at(first: FloatImage, known: KnownDistance, shape: tuple[int, ...]) -> float:
+def _value_at(
+    first_values: FloatImage, known_distance: KnownDistance, shape: tuple[int, ...]
+) -> float:
     """Return the value of the network at the pixel whose distance is known."""
-    row, column = (int(at // 1) for at in (known.y_px, known.x_px))
+    row, column = (int(at // 1) for at in (known_distance.y_px, known_distance.x_px))
     height, width = shape[:2]
     if not (0 <= row < height and 0 <= column < width):
-        raise InputError(f"--depth-known {known}: the pixel is outside the picture.")
-    return float(first[row * first.shape[0] // height, column * first.shape[1] // width])
+        raise InputError(f"--depth-known {known_distance}: the pixel is outside the picture.")
+    return float(
+        first_values[row * first_values.shape[0] // height, column * first_values.shape[1] // width]
+    )
 
 
-def _of_disparity(first: FloatImage, options: PlateOptions, value: float | None) -> Scale:
+def _scale_of_disparity(
+    first_values: FloatImage, options: PlateOptions, value: float | None
+) -> Scale:
     """Return the scale of values that are even over 1/distance, of any scale and shift."""
     assert options.near_m is not None and options.far_m is not None
-    low, high = (float(it) for it in np.quantile(first, _ENDS))
+    low, high = (float(it) for it in np.quantile(first_values, _ENDS))
     far, near = 1.0 / options.far_m, 1.0 / options.near_m
-    one = (near - far) / max(high - low, 1e-12)
+    factor = (near - far) / max(high - low, 1e-12)
     if options.depth_known is not None and value is not None and value > low:
-        one = max(1.0 / options.depth_known.distance_m - far, 0.0) / (value - low)
-    return Scale(far - one * low, one)
+        factor = max(1.0 / options.depth_known.distance_m - far, 0.0) / (value - low)
+    return Scale(far - factor * low, factor)
 
 
 @dataclass(frozen=True)
@@ -85,73 +94,79 @@ class Fit:
     scale: float = 1.0
     shift: float = 0.0
 
-    def of(self, values: FloatImage) -> FloatImage:
+    def apply(self, values: FloatImage) -> FloatImage:
         """Return the values on the scale of the first frame."""
         return values * np.float32(self.scale) + np.float32(self.shift)
 
 
 @dataclass(frozen=True, eq=False)
-class Estimated:
-    """The raw estimate of a frame (h, w), and what the network saw of it, (h, w, 3)."""
+class FrameEstimate:
+    """The raw estimate of a frame (h, w), and its display colours in the same size (h, w, 3)."""
 
     values: FloatImage
-    seen: FloatImage
+    color: FloatImage
 
-    def samples(self) -> tuple[FloatImage, FloatImage]:
+    def sample_grid(self) -> tuple[FloatImage, FloatImage]:
         """Return values and colours at up to `_SAMPLES` places a side."""
         step = max(1, max(self.values.shape) // _SAMPLES)
-        return self.values[::step, ::step], self.seen[::step, ::step]
+        return self.values[::step, ::step], self.color[::step, ::step]
 
 
-# Scale and shift of a network drift from frame to frame, and focus would pump with them. Only what
-# did not move is compared, because its true depth is the same in both frames. A camera that moves
-# leaves none of it, and then only the distribution of all values can be matched.
-def fitted(frame: Estimated, before: Estimated, fit_before: Fit, keeps_zero: bool) -> Fit:
+# Scale and shift of a network drift from frame to frame, and the focus would pump with them. Only
+# pixels that did not move are compared, because their true depth is the same in both frames. Where
+# the camera moves there are none, and the distribution of all values is matched instead.
+def fit_to_frame(
+    frame: FrameEstimate, earlier_frame: FrameEstimate, earlier_fit: Fit, keeps_zero: bool
+) -> Fit:
     """Return the fit of a frame, given another frame with its fit.
 
-    With `keeps_zero`, only the scale is fitted: distances have a true zero. If too little stands
-    still, the middle and the spread of all values are made equal.
+    With `keeps_zero`, only the scale is fitted: distances have a true zero. If too few pixels stand
+    still, the median and the spread of all values are made equal.
     """
-    values, colors = frame.samples()
-    wanted, seen_before = before.samples()
-    target = fit_before.of(wanted).ravel().astype(np.float64)
-    own = values.ravel().astype(np.float64)
-    still = (np.abs(colors - seen_before).max(axis=2) < _SAME_COLOR).ravel()
-    if still.mean() < _STILL_LEAST:
-        return _by_spread(own, target, keeps_zero)
-    return _by_least_squares(own[still], target[still], keeps_zero)
+    values, colors = frame.sample_grid()
+    earlier_values, earlier_colors = earlier_frame.sample_grid()
+    target = earlier_fit.apply(earlier_values).ravel().astype(np.float64)
+    frame_values = values.ravel().astype(np.float64)
+    is_still = (np.abs(colors - earlier_colors).max(axis=2) < _SAME_COLOR).ravel()
+    if is_still.mean() < _STILL_LEAST:
+        return _fit_by_spread(frame_values, target, keeps_zero)
+    return _fit_by_least_squares(frame_values[is_still], target[is_still], keeps_zero)
 
 
-# What moved without changing its colour, such as a plain wall that somebody passes, is not excluded
-# before the fit. So points far from the line count less in each round, by 1.5 times the median of
-# their distances.
-def _by_least_squares(
-    own: np.ndarray[tuple[int], np.dtype[np.float64]],
+# Points far from the line count less in each round; the scale is 1.5 times the median of all
+# distances. This excludes pixels that moved without changing their color, such as those of a plain
+# wall that somebody passes.
+def _fit_by_least_squares(
+    frame_values: np.ndarray[tuple[int], np.dtype[np.float64]],
     target: np.ndarray[tuple[int], np.dtype[np.float64]],
     keeps_zero: bool,
 ) -> Fit:
     """Fit a line, in which points far from it count less and less."""
-    weight, fit = np.ones_like(own), Fit()
+    weight, fit = np.ones_like(frame_values), Fit()
     for _ in range(_ROUNDS):
-        middle = 0.0 if keeps_zero else float(np.average(own, weights=weight))
-        level = 0.0 if keeps_zero else float(np.average(target, weights=weight))
-        spread = float(np.average(np.square(own - middle), weights=weight))
-        if spread <= 1e-12:
-            return Fit(1.0, level - middle)
-        scale = float(np.average((own - middle) * (target - level), weights=weight)) / spread
-        fit = Fit(scale, level - scale * middle)
-        away = np.abs(own * fit.scale + fit.shift - target)
-        usual = 1.5 * float(np.median(away)) + 1e-9
-        weight = 1.0 / (1.0 + np.square(away / usual))
+        frame_mean = 0.0 if keeps_zero else float(np.average(frame_values, weights=weight))
+        target_mean = 0.0 if keeps_zero else float(np.average(target, weights=weight))
+        variance = float(np.average(np.square(frame_values - frame_mean), weights=weight))
+        if variance <= 1e-12:
+            return Fit(1.0, target_mean - frame_mean)
+        scale = (
+            float(np.average((frame_values - frame_mean) * (target - target_mean), weights=weight))
+            / variance
+        )
+        fit = Fit(scale, target_mean - scale * frame_mean)
+        distance = np.abs(frame_values * fit.scale + fit.shift - target)
+        tolerance = 1.5 * float(np.median(distance)) + 1e-9
+        weight = 1.0 / (1.0 + np.square(distance / tolerance))
     return fit if fit.scale > 0 else Fit()
 
 
-def _by_spread(
-    own: np.ndarray[tuple[int], np.dtype[np.float64]],
+def _fit_by_spread(
+    frame_values: np.ndarray[tuple[int], np.dtype[np.float64]],
     target: np.ndarray[tuple[int], np.dtype[np.float64]],
     keeps_zero: bool,
 ) -> Fit:
-    low, middle, high = np.quantile(own, (0.25, 0.5, 0.75))
+    """Make the quartiles and the median of the values equal to those of `target`."""
+    low, middle, high = np.quantile(frame_values, (0.25, 0.5, 0.75))
     to_low, to_middle, to_high = np.quantile(target, (0.25, 0.5, 0.75))
     if keeps_zero:
         return Fit(float(to_middle / middle)) if middle > 0 else Fit()

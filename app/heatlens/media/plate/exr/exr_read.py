@@ -13,28 +13,27 @@ from typing import BinaryIO, NamedTuple
 import OpenEXR
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import file_bytes, opened_file
+from heatlens.core.base.paths import open_regular_file, read_file_bytes
 from heatlens.media.files.quiet import quiet_library
-from heatlens.media.plate.exr.exr_scan import attributes_of, check_exr
+from heatlens.media.plate.exr.exr_scan import check_exr, scan_attributes
 from heatlens.media.plate.header.channel_choice import ColorChoice, choose_color
 from heatlens.media.plate.header.channels import (
     ChannelRef,
     Header,
     Part,
     is_deep,
+    join_names,
     list_channels,
-    listed,
 )
 
-_HOLDS_DEEP = 1 << 11
+_DEEP_FLAG = 1 << 11
 _PICTURE = ("r", "g", "b", "a")
-# OpenEXR for Python knows the types of the first editions of the format, keeps those that it has
-# never heard of, and refuses a whole file with one of a few that the format has got since. Nothing
-# here needs these, so they are made into texts of the same length, whose names are signs alone,
-# and are then left out of the header.
-_REFUSED = ("deepImageState", "idmanifest")
+# OpenEXR for Python refuses a whole file with an attribute of one of these newer types, although it
+# keeps attributes of types that it does not know at all. heatlens does not need them: they are
+# replaced by texts of the same length with the name "~~~", which are then removed from the header.
+_REFUSED_TYPES = ("deepImageState", "idmanifest")
 _TEXT = b"string\0"
-_LEFT_OUT = "~"  # a name of this sign alone
+_HIDDEN_NAME = "~"  # the only letter in the names of such texts
 
 
 @dataclass(frozen=True)
@@ -69,15 +68,15 @@ def is_deep_file(path: Path) -> bool:
     if not os.path.isfile(path):  # opening a pipe would wait for its writer
         return False
     try:
-        with opened_file(path) as file:
+        with open_regular_file(path) as file:
             start = file.read(8)
     except OSError:  # the code that reads the file reports this with more detail
         return False
     is_exr = start[:4] == b"\x76\x2f\x31\x01" and len(start) == 8
-    return is_exr and bool(int.from_bytes(start[4:], "little") & _HOLDS_DEEP)
+    return is_exr and bool(int.from_bytes(start[4:], "little") & _DEEP_FLAG)
 
 
-def deep_channels(
+def choose_deep_channels(
     path: Path, headers: Sequence[Header], layer: str | None, eye: str | None
 ) -> DeepChannels:
     """Choose a layer with R, G, B, A and Z among the deep parts, as `choose_color` does.
@@ -85,34 +84,38 @@ def deep_channels(
     Raises InputError that names what the file has.
     """
     deep = [ref for ref in list_channels(headers) if is_deep(headers[ref.part])]
-    whole = [ref for ref in deep if _is_whole(deep, ref)]
-    if not any(layer is None or layer.lower() == ref.layer.lower() for ref in whole):
-        wanted = "" if layer is None else f" in the layer {layer!r}"
+    complete = [ref for ref in deep if _has_deep_picture(deep, ref)]
+    if not any(layer is None or layer.lower() == ref.layer.lower() for ref in complete):
+        layer_words = "" if layer is None else f" in the layer {layer!r}"
         raise InputError(
-            f"{path} is a deep file, and has no R, G, B, A and Z{wanted}. "
-            f"It has {listed(ref.full_name for ref in deep)}."
+            f"{path} is a deep file, and has no R, G, B, A and Z{layer_words}. "
+            f"It has {join_names(ref.full_name for ref in deep)}."
         )
-    color = choose_color(path, headers, layer, eye, whole)
-    own = {ref.leaf.lower(): ref for ref in _siblings(deep, color.rgb[0])}
-    z = _depth_of(deep, color.rgb[0], "z")
+    color = choose_color(path, headers, layer, eye, complete)
+    by_leaf = {ref.leaf.lower(): ref for ref in _siblings(deep, color.rgb[0])}
+    z = _find_depth(deep, color.rgb[0], "z")
     assert z is not None  # it is whole
-    return DeepChannels(color, own["a"], z, _depth_of(deep, color.rgb[0], "zback"))
+    return DeepChannels(color, by_leaf["a"], z, _find_depth(deep, color.rgb[0], "zback"))
 
 
-def _is_whole(deep: Sequence[ChannelRef], ref: ChannelRef) -> bool:
+def _has_deep_picture(deep: Sequence[ChannelRef], ref: ChannelRef) -> bool:
+    """Return True if the layer of a channel has R, G, B and A, and a Z of its own or shared."""
     leaves = {sibling.leaf.lower() for sibling in _siblings(deep, ref)}
-    return leaves.issuperset(_PICTURE) and _depth_of(deep, ref, "z") is not None
+    return leaves.issuperset(_PICTURE) and _find_depth(deep, ref, "z") is not None
 
 
 def _siblings(deep: Sequence[ChannelRef], ref: ChannelRef) -> list[ChannelRef]:
+    """Return the channels in the same part and layer as `ref`."""
     return [other for other in deep if (other.part, other.layer) == (ref.part, ref.layer)]
 
 
-def _depth_of(deep: Sequence[ChannelRef], ref: ChannelRef, leaf: str) -> ChannelRef | None:
+def _find_depth(deep: Sequence[ChannelRef], ref: ChannelRef, leaf: str) -> ChannelRef | None:
     """Return Z or ZBack of the layer, or the one that all layers of the part share."""
-    own = [other for other in _siblings(deep, ref) if other.leaf.lower() == leaf]
-    shared = [other for other in deep if other.part == ref.part and other.key.lower() == leaf]
-    return next(iter((*own, *shared)), None)
+    layer_channels = [other for other in _siblings(deep, ref) if other.leaf.lower() == leaf]
+    shared_channels = [
+        other for other in deep if other.part == ref.part and other.key.lower() == leaf
+    ]
+    return next(iter((*layer_channels, *shared_channels)), None)
 
 
 # The library decompresses on one thread by default; more than four gain nothing on a frame.
@@ -128,10 +131,10 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
     check_exr(path)
     try:
         with quiet_library():
-            headers = [part.header for part in opened_parts(path, header_only=True)]
+            headers = [part.header for part in open_parts(path, header_only=True)]
             # The library only prints a warning for damaged pixels, and drops the part.
-            parts = opened_parts(path, separate_channels=True)
-        read = [(p.header, {n: c.pixels for n, c in p.channels.items()}) for p in parts]
+            parts = open_parts(path, separate_channels=True)
+        part_list = [(p.header, {n: c.pixels for n, c in p.channels.items()}) for p in parts]
     except (RuntimeError, ValueError, KeyError, TypeError, OSError, MemoryError) as error:
         _check_is_flat(path)
         raise InputError(
@@ -140,11 +143,15 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
         ) from error
     if not headers:
         raise InputError(f"{path} is damaged: it has no readable part. Write it again.")
-    if len(read) != len(headers):
-        lost, count = len(headers) - len(read), len(headers)
-        whose = "its pixels" if count == 1 else f"the pixels of {lost} of its {count} parts"
-        raise InputError(f"{path} is damaged or cut short: {whose} cannot be read. Write it again.")
-    return read
+    if len(part_list) != len(headers):
+        missing_count, count = len(headers) - len(part_list), len(headers)
+        missing_words = (
+            "its pixels" if count == 1 else f"the pixels of {missing_count} of its {count} parts"
+        )
+        raise InputError(
+            f"{path} is damaged or cut short: {missing_words} cannot be read. Write it again."
+        )
+    return part_list
 
 
 def _check_is_flat(path: Path) -> None:
@@ -156,47 +163,49 @@ def _check_is_flat(path: Path) -> None:
         )
 
 
-class _Entry(NamedTuple):
-    """Where an attribute lies in the file: its name, the rest, and the first byte after it."""
+class _AttributePosition(NamedTuple):
+    """Offsets of an attribute in the file: its name, its type, and the first byte after it."""
 
     start: int
-    kind: int
+    type_start: int
     end: int
 
 
-def opened_parts(path: str | os.PathLike[str], **how: bool) -> list["OpenEXR.Part"]:
-    """Return the parts of an EXR file as OpenEXR for Python opens it; `how` are its options."""
-    parts: list[OpenEXR.Part] = OpenEXR.File(_for_library(path), **how).parts
+def open_parts(path: str | os.PathLike[str], **options: bool) -> list["OpenEXR.Part"]:
+    """Return the parts of an EXR file as OpenEXR for Python opens it with these options."""
+    parts: list[OpenEXR.Part] = OpenEXR.File(_library_source(path), **options).parts
     for part in parts:
-        for name in [name for name in part.header if not name.strip(_LEFT_OUT)]:
+        for name in [name for name in part.header if not name.strip(_HIDDEN_NAME)]:
             del part.header[name]
     return parts
 
 
-def _for_library(path: str | os.PathLike[str]) -> str | io.BytesIO:
-    """Return the name of a file for the library, or its content where it takes only that.
+def _library_source(path: str | os.PathLike[str]) -> str | io.BytesIO:
+    """Return the name of a file for the library, or its content if the library needs that.
 
-    It takes no name that is not UTF-8, and no content with an attribute that it refuses.
+    The library opens no name that is not UTF-8, and refuses some attributes. For such files the
+    content is returned, in which these attributes are replaced.
     """
     name = os.fspath(path)
-    with opened_file(Path(path)) as file:
-        refused = list(_refused(file))
-    if os.fsencode(name) == name.encode("utf-8", "backslashreplace") and not refused:
+    with open_regular_file(Path(path)) as file:
+        refused_attributes = list(_find_refused(file))
+    if os.fsencode(name) == name.encode("utf-8", "backslashreplace") and not refused_attributes:
         return name
-    content = bytearray(file_bytes(Path(path)))
-    for entry in refused:
-        content[entry.start : entry.end] = _as_text(entry)
+    content = bytearray(read_file_bytes(Path(path)))
+    for entry in refused_attributes:
+        content[entry.start : entry.end] = _build_text_attribute(entry)
     return io.BytesIO(content)
 
 
-def _refused(file: BinaryIO) -> Iterator[_Entry]:
-    for start, kind_at, kind, end in attributes_of(file):
-        if kind in _REFUSED:
-            yield _Entry(start, kind_at, end)
+def _find_refused(file: BinaryIO) -> Iterator[_AttributePosition]:
+    """Yield the positions of the attributes that the library refuses."""
+    for start, type_start, type_name, end in scan_attributes(file):
+        if type_name in _REFUSED_TYPES:
+            yield _AttributePosition(start, type_start, end)
 
 
-def _as_text(entry: _Entry) -> bytes:
+def _build_text_attribute(entry: _AttributePosition) -> bytes:
     """Return an attribute of the same length that holds a text of spaces."""
-    name = _LEFT_OUT.encode() * (entry.kind - entry.start - 1) + b"\0"
-    spaces = entry.end - entry.kind - len(_TEXT) - 4
+    name = _HIDDEN_NAME.encode() * (entry.type_start - entry.start - 1) + b"\0"
+    spaces = entry.end - entry.type_start - len(_TEXT) - 4
     return name + _TEXT + spaces.to_bytes(4, "little") + b" " * spaces

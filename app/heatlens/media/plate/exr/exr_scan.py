@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import opened_file, unreadable
+from heatlens.core.base.paths import open_regular_file, unreadable_error
 from heatlens.media.files.foreign_formats import foreign_words
 
 MAGIC = b"\x76\x2f\x31\x01"
-_MANY_PARTS = 0x1000
+_MULTI_PART_FLAG = 0x1000
 _PARTS_MOST = 1000
 _NAME_MOST = 256  # the format allows 255
 _BYTES_MOST = 1 << 26  # bytes in all headers; Cryptomatte manifests are the largest entries
@@ -29,7 +29,7 @@ _TILE_LEAST_PX = 4096  # even small pictures may be stored in tiles of the usual
 _DEEP_PIXEL_BYTES = 32  # for a pixel without samples: its count, colour and depth
 # The greatest ratio of each compression, by its number in the file: measured on black pictures,
 # with a tenth or more added. Compressions that are not listed have no such bound.
-_SMALLER_MOST = {0: 1, 1: 70, 2: 1100, 3: 1100, 4: 1100, 5: 1500, 6: 4, 7: 16}
+_COMPRESSION_RATIO_MOST = {0: 1, 1: 70, 2: 1100, 3: 1100, 4: 1100, 5: 1500, 6: 4, 7: 16}
 
 RawHeader = dict[str, bytes]
 
@@ -53,66 +53,71 @@ class RawChannel:
         return int(self.numpy_type[-1])
 
 
-def attributes_of(file: BinaryIO) -> Iterator[tuple[int, int, str, int]]:
-    """Yield the attributes of all parts: begin, begin of the type, type, and end in the file.
+def scan_attributes(file: BinaryIO) -> Iterator[tuple[int, int, str, int]]:
+    """Yield for each attribute of all parts: its offset, that of its type, its type and its end.
 
-    Raises CutError if they are incomplete.
+    Offsets are in bytes from the start of the file. Raises CutError if the headers are incomplete.
     """
     file.seek(4)
-    (flags,) = _numbers(file, "<I")
+    (flags,) = _read_numbers(file, "<I")
     is_in_part = True
     while True:
         start = file.tell()
-        if not _name(file):
-            if not flags & _MANY_PARTS or not is_in_part:
+        if not _read_name(file):
+            if not flags & _MULTI_PART_FLAG or not is_in_part:
                 return
             is_in_part = False
             continue
-        is_in_part, kind_at = True, file.tell()
-        kind = _name(file)
-        (length,) = _numbers(file, "<I")
-        yield start, kind_at, kind, file.seek(length, 1)
+        is_in_part, type_start = True, file.tell()
+        type_name = _read_name(file)
+        (length,) = _read_numbers(file, "<I")
+        yield start, type_start, type_name, file.seek(length, 1)
 
 
-def scanned_headers(file: BinaryIO) -> list[RawHeader]:
-    """Return the raw attributes of each part by name; the file's position is then behind them.
+def scan_headers(file: BinaryIO) -> list[RawHeader]:
+    """Return the raw attributes of each part by name.
 
-    Raises CutError if they are incomplete.
+    The file's position is then at the end of the headers. Raises CutError if they are incomplete.
     """
     if file.read(4) != MAGIC:
         raise CutError("not an EXR file")
-    (flags,) = _numbers(file, "<I")
-    if not flags & _MANY_PARTS:
-        return [_header(file)]
+    (flags,) = _read_numbers(file, "<I")
+    if not flags & _MULTI_PART_FLAG:
+        return [_read_header(file)]
     headers = []
-    while header := _header(file):
+    while header := _read_header(file):
         headers.append(header)
         if len(headers) > _PARTS_MOST:
             raise CutError(f"there are more than {_PARTS_MOST} parts")
     return headers
 
 
-def channels_of(header: RawHeader) -> list[RawChannel]:
+def parse_channels(header: RawHeader) -> list[RawChannel]:
     """Return the channels of one part. Raises CutError if the list is incomplete."""
-    stored, at, channels = header.get("channels", b""), 0, []
-    while at < len(stored) and stored[at]:
-        end = stored.find(b"\0", at)
-        if end < 0 or end + 17 > len(stored):
+    encoded, name_start, channels = header.get("channels", b""), 0, []
+    while name_start < len(encoded) and encoded[name_start]:
+        name_end = encoded.find(b"\0", name_start)
+        if name_end < 0 or name_end + 17 > len(encoded):
             raise CutError("the list of channels is cut off")
-        kind, _, x, y = struct.unpack_from("<i4sii", stored, end + 1)
-        if kind not in _TYPES:
+        type_number, _, x, y = struct.unpack_from("<i4sii", encoded, name_end + 1)
+        if type_number not in _TYPES:
             raise CutError("a channel has an unknown type")
-        channels.append(RawChannel(stored[at:end], _TYPES[kind], max(x, 1), max(y, 1)))
-        at = end + 17
+        channels.append(
+            RawChannel(encoded[name_start:name_end], _TYPES[type_number], max(x, 1), max(y, 1))
+        )
+        name_start = name_end + 17
     return channels
 
 
-def _header(file: BinaryIO) -> RawHeader:
+def _read_header(file: BinaryIO) -> RawHeader:
+    """Read the attributes of one part, up to the empty name that ends them."""
     header = {}
-    while name := _name(file):
-        if "\\x" in _name(file):  # OpenEXR for Python cannot tell such a type, nor print its value
+    while name := _read_name(file):
+        if "\\x" in _read_name(
+            file
+        ):  # OpenEXR for Python cannot tell such a type, nor print its value
             raise CutError(f"the type of the attribute {name[:40]!r} is not UTF-8")
-        (length,) = _numbers(file, "<I")
+        (length,) = _read_numbers(file, "<I")
         value = file.read(length) if file.tell() + length <= _BYTES_MOST else b""
         if len(value) != length:
             raise CutError(f"the attribute {name[:40]!r} is cut off")
@@ -120,20 +125,22 @@ def _header(file: BinaryIO) -> RawHeader:
     return header
 
 
-def _name(file: BinaryIO) -> str:
+def _read_name(file: BinaryIO) -> str:
+    """Read a name that ends with a zero byte; bytes that are not UTF-8 become escapes."""
     start = file.tell()
-    letters, zero, _ = file.read(_NAME_MOST + 1).partition(b"\0")
-    if not zero:
+    letters, terminator, _ = file.read(_NAME_MOST + 1).partition(b"\0")
+    if not terminator:
         raise CutError("a name in it does not end")
     file.seek(start + len(letters) + 1)
     return letters.decode("utf-8", "backslashreplace")
 
 
-def _numbers(file: BinaryIO, form: str) -> tuple[int, ...]:
-    data = file.read(struct.calcsize(form))
-    if len(data) < struct.calcsize(form):
+def _read_numbers(file: BinaryIO, layout: str) -> tuple[int, ...]:
+    """Read numbers of the `struct` layout. Raises CutError at the end of the file."""
+    data = file.read(struct.calcsize(layout))
+    if len(data) < struct.calcsize(layout):
         raise CutError("it ends in the middle of a number")
-    return struct.unpack(form, data)
+    return struct.unpack(layout, data)
 
 
 def check_exr(path: Path) -> None:
@@ -142,15 +149,15 @@ def check_exr(path: Path) -> None:
     The error names the file, what was found and the limit.
     """
     if not os.path.isfile(path):  # opening a pipe would wait for its writer
-        raise unreadable(path)
+        raise unreadable_error(path)
     try:
-        with opened_file(path) as file:
+        with open_regular_file(path) as file:
             _check_magic(path, file.read(len(MAGIC)))
             file.seek(0)
-            headers, size = scanned_headers(file), os.fstat(file.fileno()).st_size
+            headers, size = scan_headers(file), os.fstat(file.fileno()).st_size
         _check_headers(path, headers, size)
     except OSError as error:
-        raise unreadable(path, error) from error
+        raise unreadable_error(path, error) from error
     except (CutError, struct.error, LookupError) as error:
         raise InputError(
             f"{path} is damaged or cut short: its header is not whole ({error}). Write it again."
@@ -158,6 +165,7 @@ def check_exr(path: Path) -> None:
 
 
 def _check_magic(path: Path, magic: bytes) -> None:
+    """Raise InputError if these first bytes of a file are not those of an EXR."""
     if magic != MAGIC and (words := foreign_words(path)):
         raise InputError(f"{path} is {words}.")
     if magic != MAGIC:
@@ -168,24 +176,26 @@ def _check_magic(path: Path, magic: bytes) -> None:
         )
 
 
-def _check_headers(path: Path, headers: list[RawHeader], size: int) -> None:
-    count = sum(len(channels_of(header)) for header in headers)
+def _check_headers(path: Path, headers: list[RawHeader], file_bytes: int) -> None:
+    """Raise InputError for too many channels, too many pixels, or values that cannot be true."""
+    count = sum(len(parse_channels(header)) for header in headers)
     if count > MAX_CHANNELS:
         raise InputError(f"{path} has {count:,} channels; heatlens takes {MAX_CHANNELS:,}.")
     for header in headers:
         _check_names(path, header)
         _check_tiles(path, header)
-        _check_is_possible(path, header, size)
-    claimed = sum(_bytes_of(path, header) for header in headers)
-    if claimed > MAX_BYTES:
+        _check_claimed_size(path, header, file_bytes)
+    claimed_bytes = sum(_pixel_bytes(path, header) for header in headers)
+    if claimed_bytes > MAX_BYTES:
         raise InputError(
-            f"{path} claims {claimed / 1e9:.1f} GB of pixels; heatlens takes "
+            f"{path} claims {claimed_bytes / 1e9:.1f} GB of pixels; heatlens takes "
             f"{MAX_BYTES / 1e9:.1f} GB. Write fewer channels, or a smaller picture."
         )
 
 
 def _check_names(path: Path, header: RawHeader) -> None:
-    names = [channel.name for channel in channels_of(header)]
+    """Raise InputError if the name of the part, of its view or of a channel is not UTF-8."""
+    names = [channel.name for channel in parse_channels(header)]
     for name in (*names, header.get("name", b""), header.get("view", b"")):
         try:
             name.decode("utf-8")
@@ -196,7 +206,7 @@ def _check_names(path: Path, header: RawHeader) -> None:
             ) from None
 
 
-def _size_of(path: Path, header: RawHeader) -> tuple[int, int]:
+def _data_window_size(path: Path, header: RawHeader) -> tuple[int, int]:
     """Return width and height of the data window in pixels."""
     x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
     width, height = x1 - x0 + 1, y1 - y0 + 1
@@ -220,18 +230,19 @@ def _check_tiles(path: Path, header: RawHeader) -> None:
     if "tiles" not in header:
         return
     width, height = struct.unpack_from("<II", header["tiles"])
-    most = tuple(max(side, _TILE_LEAST_PX) for side in _size_of(path, header))
-    if not (0 < width <= most[0] and 0 < height <= most[1]):
+    largest = tuple(max(side, _TILE_LEAST_PX) for side in _data_window_size(path, header))
+    if not (0 < width <= largest[0] and 0 < height <= largest[1]):
         raise InputError(
             f"{path} claims tiles of {width} x {height} pixels; for a picture of this size, "
-            f"heatlens takes up to {most[0]} x {most[1]}. The file is damaged: write it again."
+            f"heatlens takes up to {largest[0]} x {largest[1]}. The file is damaged: write it "
+            "again."
         )
 
 
-def _bytes_of(path: Path, header: RawHeader) -> int:
+def _pixel_bytes(path: Path, header: RawHeader) -> int:
     """Return how many bytes the pixels of a part take in memory."""
-    width, height = _size_of(path, header)
-    channels = channels_of(header)
+    width, height = _data_window_size(path, header)
+    channels = parse_channels(header)
     if header.get("type", b"").startswith(b"deep"):
         return width * height * _DEEP_PIXEL_BYTES
     return sum(
@@ -240,14 +251,15 @@ def _bytes_of(path: Path, header: RawHeader) -> int:
     )
 
 
-def _check_is_possible(path: Path, header: RawHeader, size: int) -> None:
+def _check_claimed_size(path: Path, header: RawHeader, file_bytes: int) -> None:
     """Refuse a file that is too short for the size that its header claims."""
-    smaller = _SMALLER_MOST.get(header["compression"][0])
-    if smaller is None or header.get("type", b"").startswith(b"deep"):
+    greatest_ratio = _COMPRESSION_RATIO_MOST.get(header["compression"][0])
+    if greatest_ratio is None or header.get("type", b"").startswith(b"deep"):
         return
-    claimed = _bytes_of(path, header)
-    if claimed > size * smaller:
+    claimed_bytes = _pixel_bytes(path, header)
+    if claimed_bytes > file_bytes * greatest_ratio:
         raise InputError(
-            f"{path} is damaged or cut short: its {size:,} bytes cannot hold the {claimed:,} of "
+            f"{path} is damaged or cut short: its {file_bytes:,} bytes cannot hold the "
+            f"{claimed_bytes:,} of "
             "its pixels, however they are compressed. Write it again."
         )

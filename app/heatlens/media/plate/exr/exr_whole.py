@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from heatlens.core.base.paths import opened_file
-from heatlens.media.plate.exr.exr_scan import RawHeader, scanned_headers
+from heatlens.core.base.paths import open_regular_file
+from heatlens.media.plate.exr.exr_scan import RawHeader, scan_headers
 
 _LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
 _DEEP_SIZES = "<3Q"  # bytes of the packed table, the packed samples and the unpacked samples
@@ -20,7 +20,7 @@ _DEEP_SIZES = "<3Q"  # bytes of the packed table, the packed samples and the unp
 def is_whole_exr(path: Path) -> bool:
     """Return True if every chunk of every part of the file at `path` ends within the file."""
     try:
-        with opened_file(path) as file:
+        with open_regular_file(path) as file:
             end = end_of_chunks(file)
             return end is None or 0 < end <= os.fstat(file.fileno()).st_size
     except (OSError, struct.error, ValueError, LookupError):  # the structure itself is cut off
@@ -28,11 +28,11 @@ def is_whole_exr(path: Path) -> bool:
 
 
 def end_of_chunks(file: BinaryIO) -> int | None:
-    """Return where the last chunk of a file ends; 0 if a chunk is missing, None if unknown.
+    """Return the offset at which the last chunk ends; 0 if a chunk is missing, None if unknown.
 
     Raises struct.error, ValueError or LookupError if headers or tables are cut off.
     """
-    headers = scanned_headers(file)
+    headers = scan_headers(file)
     counts = [count for header in headers if (count := _chunk_count(header)) is not None]
     if len(counts) < len(headers):
         return None  # reading the pixels reports the problem
@@ -40,7 +40,7 @@ def end_of_chunks(file: BinaryIO) -> int | None:
     if min(min(offsets) for offsets in tables) < file.tell():
         return 0
     return max(
-        _end_of(file, max(offsets), header, len(headers) > 1)
+        _end_of_chunk(file, max(offsets), header, len(headers) > 1)
         for header, offsets in zip(headers, tables, strict=True)
     )
 
@@ -55,34 +55,44 @@ def _chunk_count(header: RawHeader) -> int | None:
     x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
     if "tiles" not in header:
         lines = _LINES_OF_CHUNK.get(header["compression"][0])
-        return None if lines is None else _parts(y1 - y0 + 1, lines)
+        return None if lines is None else _divide_rounding_up(y1 - y0 + 1, lines)
     width, height, mode = struct.unpack("<IIB", header["tiles"])
-    return None if mode & 0xF else _parts(x1 - x0 + 1, width) * _parts(y1 - y0 + 1, height)
+    return (
+        None
+        if mode & 0xF
+        else _divide_rounding_up(x1 - x0 + 1, width) * _divide_rounding_up(y1 - y0 + 1, height)
+    )
 
 
-def _parts(length: int, each: int) -> int:
-    return -(-length // each)
+def _divide_rounding_up(length: int, size: int) -> int:
+    """Return how many pieces of a size cover `length`."""
+    return -(-length // size)
 
 
-def _end_of(file: BinaryIO, offset: int, header: RawHeader, is_one_of_many: bool) -> int:
-    """Return where the chunk at `offset` ends: its part and place, its sizes and its data."""
-    kind = header.get("type", b"")
-    is_tiled = "tiles" in header or b"tile" in kind
-    file.seek(offset + 4 * is_one_of_many + (16 if is_tiled else 4))
-    sizes = "<I" if not kind.startswith(b"deep") else _DEEP_SIZES
-    packed: tuple[int, ...] = struct.unpack(sizes, file.read(struct.calcsize(sizes)))[:2]
-    return file.tell() + sum(packed)
+def _end_of_chunk(file: BinaryIO, offset: int, header: RawHeader, has_part_number: bool) -> int:
+    """Return the offset at which the chunk at `offset` ends.
+
+    A chunk holds the number of its part if there are several, its coordinates, its sizes and its
+    data.
+    """
+    part_type = header.get("type", b"")
+    is_tiled = "tiles" in header or b"tile" in part_type
+    file.seek(offset + 4 * has_part_number + (16 if is_tiled else 4))
+    sizes = "<I" if not part_type.startswith(b"deep") else _DEEP_SIZES
+    packed_sizes: tuple[int, ...] = struct.unpack(sizes, file.read(struct.calcsize(sizes)))[:2]
+    return file.tell() + sum(packed_sizes)
 
 
-def cut_short(paths: Iterator[Path]) -> list[Path]:
+def find_incomplete(paths: Iterator[Path]) -> list[Path]:
     """Return the `paths` of empty files, and of EXR files that lack pixels; others are not read.
 
     A missing file is left out, because it is reported when it is read.
     """
-    return [path for path in dict.fromkeys(paths) if path.is_file() and _is_cut(path)]
+    return [path for path in dict.fromkeys(paths) if path.is_file() and _is_incomplete(path)]
 
 
-def _is_cut(path: Path) -> bool:
+def _is_incomplete(path: Path) -> bool:
+    """Return True for an EXR file that lacks pixels, and for any other file that is empty."""
     if path.suffix.lower() != ".exr":
         return path.stat().st_size == 0
     return not is_whole_exr(path)

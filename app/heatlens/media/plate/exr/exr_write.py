@@ -15,15 +15,15 @@ from heatlens.core.model.boxes import Box
 from heatlens.media.files.atomic_file import write_whole
 from heatlens.media.files.quiet import quiet_library
 from heatlens.media.plate.plate import FloatImage, Plate
-from heatlens.media.plate.windows import header_at_box
-from heatlens.media.sequence.names import form_of, parse_pattern
+from heatlens.media.plate.windows import make_header_window
+from heatlens.media.sequence.names import parse_frame_name, parse_pattern
 
 # Compressions that other programs read. All are lossless except the last two, which are lossy
 # for half floats only.
 COMPRESSIONS = ("none", "rle", "zips", "zip", "piz", "dwaa", "dwab")
 
 _HALF_MAX = 65504.0
-_MEASURES = ("z", "depth", "coc")  # these need more digits than a half float has
+_FLOAT_LEAVES = ("z", "depth", "coc")  # channels that need more digits than a half float has
 
 
 def write_exr(
@@ -35,27 +35,31 @@ def write_exr(
     attributes: Mapping[str, object] | None = None,
     half: bool = True,
     compression: str = "zip",
-    kept: Mapping[str, NDArray[np.generic]] | None = None,
+    unchanged: Mapping[str, NDArray[np.generic]] | None = None,
 ) -> None:
     """Write `channels` by name, each (H, W) over `data_window`; Z, depth and coc stay float.
 
-    The channels of `kept` are written unchanged in their own type: half, float or integers.
+    The channels of `unchanged` are written in their own type: half, float or integers.
 
     Half values are clamped to +-65504, so that nothing bright becomes infinite. Attributes that
     the library cannot write (bytes, and in older versions rationals) are left out. Raises
     InputError, and leaves an existing file at `path` unchanged, if the file cannot be written or a
     channel has another size.
     """
-    header = written_header(attributes or {}, data_window, display_window, pixel_aspect_ratio)
-    header |= {"compression": _compression(compression), "type": OpenEXR.scanlineimage}
+    header = build_header(attributes or {}, data_window, display_window, pixel_aspect_ratio)
+    header |= {"compression": _compression_constant(compression), "type": OpenEXR.scanlineimage}
     shape = (data_window.height, data_window.width)
-    stored = {name: _stored(name, values, shape, half) for name, values in channels.items()}
-    others = {name: values for name, values in (kept or {}).items() if name not in stored}
-    stored |= {name: np.ascontiguousarray(values) for name, values in others.items()}
-    write_part(path, header, stored)
+    prepared = {
+        name: _prepare_channel(name, values, shape, half) for name, values in channels.items()
+    }
+    kept_channels = {
+        name: values for name, values in (unchanged or {}).items() if name not in prepared
+    }
+    prepared |= {name: np.ascontiguousarray(values) for name, values in kept_channels.items()}
+    write_part(path, header, prepared)
 
 
-def written_header(
+def build_header(
     attributes: Mapping[str, object],
     data_window: Box,
     display_window: Box,
@@ -63,8 +67,8 @@ def written_header(
 ) -> dict[str, object]:
     """Return the header of a part: the attributes that can be written, and its windows."""
     return writable_attributes(attributes) | {
-        "dataWindow": header_at_box(data_window),
-        "displayWindow": header_at_box(display_window),
+        "dataWindow": make_header_window(data_window),
+        "displayWindow": make_header_window(display_window),
         "pixelAspectRatio": float(pixel_aspect_ratio),
     }
 
@@ -84,7 +88,7 @@ def write_part(
     write_whole(path, encoded.getvalue())
 
 
-def _stored(
+def _prepare_channel(
     name: str, values: NDArray[np.generic], shape: tuple[int, int], half: bool
 ) -> NDArray[np.generic]:
     """Return `values` in the type and memory order of the file.
@@ -96,12 +100,12 @@ def _stored(
             f"Channel {name!r} has {values.shape} values, but the data window needs {shape} "
             "(height, width)."
         )
-    if half and name.rpartition(".")[2].lower() not in _MEASURES:
+    if half and name.rpartition(".")[2].lower() not in _FLOAT_LEAVES:
         return np.ascontiguousarray(np.clip(values, -_HALF_MAX, _HALF_MAX), dtype=np.float16)
     return np.ascontiguousarray(values, dtype=np.float32)
 
 
-def _compression(name: str) -> object:
+def _compression_constant(name: str) -> object:
     """Return the library's constant for one of COMPRESSIONS."""
     if name not in COMPRESSIONS:
         raise InputError(f"No EXR compression {name!r}: choose one of {', '.join(COMPRESSIONS)}.")
@@ -134,7 +138,7 @@ def behind_path(pattern: Path, plate: Path) -> Path:
     """
     if pattern.suffix.lower() != ".exr":
         raise InputError(f"{pattern}: --behind-out writes an EXR file, because it has a depth.")
-    notation, frame = parse_pattern(pattern.name), form_of(plate.name)[1]
+    notation, frame = parse_pattern(pattern.name), parse_frame_name(plate.name)[1]
     if notation is None:
         return pattern
     if frame is None:
@@ -152,7 +156,7 @@ def write_behind(path: Path, layers: Sequence[Plate]) -> None:
     channels: dict[str, FloatImage] = {}
     for layer, plate in zip(("", "behind."), layers, strict=False):
         assert plate.depth_m is not None
-        channels |= {f"{layer}{name}": plate.color[..., at] for at, name in enumerate("RGBA")}
+        channels |= {f"{layer}{name}": plate.color[..., index] for index, name in enumerate("RGBA")}
         channels[f"{layer}Z"] = plate.depth_m
     first = layers[0]
     windows = first.data_window, first.display_window

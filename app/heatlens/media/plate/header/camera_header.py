@@ -12,8 +12,8 @@ import numpy as np
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.lens.lens import LensModel
 from heatlens.core.model.option import Values
-from heatlens.media.plate.header.entries import rendered_by
-from heatlens.media.plate.header.shoot_names import ShootLens, is_of_shoot, shoot_lens
+from heatlens.media.plate.header.entries import rendering_program
+from heatlens.media.plate.header.shoot_names import ShootLens, is_shoot_entry, read_shoot_lens
 from heatlens.media.plate.plate import CameraHeader
 
 Header = Values
@@ -25,7 +25,7 @@ _ATTRIBUTES = {
     "focal_length_mm": ("pinholeFocalLength", "nominalFocalLength", "effectiveFocalLength"),
     "t_stop": ("tStop",),
 }
-_FEW = 4  # most numbers of an entry that are read
+_NUMBERS_MOST = 4  # entries with more numbers are not shown number by number
 _SENSOR = "sensorOverallDimensions"
 _MODEL = "heatlens:lensModel"  # our own attribute: the standard has none
 
@@ -49,34 +49,35 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
         if value is not None:
             values[name], sources[name] = value, _SENSOR
     _add_lens_of_shoot(headers, values, sources)
-    if (model := _model_at(headers)) is not None:
+    if (model := _find_model(headers)) is not None:
         values["model"], sources["model"] = model
-    return CameraHeader(**values, sources=sources, refused=_refused(headers, values))
+    return CameraHeader(**values, sources=sources, refused=_describe_unusable(headers, values))
 
 
-def _refused(headers: Sequence[Header], values: Mapping[str, object]) -> dict[str, str]:
-    """Return the unusable values in the headers of fields without a value, as "aperture is 0"."""
+def _describe_unusable(headers: Sequence[Header], values: Mapping[str, object]) -> dict[str, str]:
+    """Return by field why the header gives no value for it, such as "aperture is 0"."""
     entries = {name: _first_entry(headers, names) for name, names in _ATTRIBUTES.items()}
     width = next((header[_SENSOR] for header in headers if _SENSOR in header), None)
     # A height of 0 says that it is not known.
     entries["sensor_width_mm"] = None if width is None else (_SENSOR, width)
     return {
-        name: f"{entry[0]} is {_short(entry[1])}"
+        name: f"{entry[0]} is {_shorten_value(entry[1])}"
         for name, entry in entries.items()
         if entry is not None and name not in values
     }
 
 
 def _first_entry(headers: Sequence[Header], names: Sequence[str]) -> tuple[str, object] | None:
+    """Return the first attribute in `names` that a header has, with its value."""
     return next(((name, h[name]) for name in names for h in headers if name in h), None)
 
 
-def _short(value: object) -> str:
+def _shorten_value(value: object) -> str:
     """Return a value of a header as text, not longer than a few words."""
     if isinstance(value, float):
         return f"{value:g}"
-    if isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.size <= _FEW:
-        return " x ".join(f"{one:g}" for one in value.flat)
+    if isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.size <= _NUMBERS_MOST:
+        return " x ".join(f"{number:g}" for number in value.flat)
     try:
         return textwrap.shorten(repr(value), 40)
     except UnicodeDecodeError:  # the library shows the name of a type as it is in the file
@@ -87,8 +88,8 @@ def _add_lens_of_shoot(
     headers: Sequence[Header], values: dict[str, object], sources: dict[str, str]
 ) -> None:
     """Add values from the metadata of cameras on set; a T-stop stands in for a missing f-stop."""
-    entries = {n: v for header in reversed(headers) for n, v in header.items() if is_of_shoot(n)}
-    lens = shoot_lens(entries) if entries else ShootLens()
+    entries = {n: v for header in reversed(headers) for n, v in header.items() if is_shoot_entry(n)}
+    lens = read_shoot_lens(entries) if entries else ShootLens()
     for name in _ATTRIBUTES:
         value = getattr(lens, name)
         if value is not None and name not in values:
@@ -106,7 +107,7 @@ def lens_model_of(camera: CameraHeader) -> tuple[LensModel, str]:
     return camera.model, camera.sources.get("model", "header")
 
 
-def checked_lens_mm(
+def require_lens_mm(
     path: object, focal_length_mm: float | None, sensor_width_mm: float | None
 ) -> tuple[float, float]:
     """Return both lengths; raise InputError that names the option for a missing one."""
@@ -119,12 +120,12 @@ def checked_lens_mm(
     return focal_length_mm, sensor_width_mm
 
 
-def _model_at(headers: Sequence[Header]) -> tuple[LensModel, str] | None:
+def _find_model(headers: Sequence[Header]) -> tuple[LensModel, str] | None:
     """Return the lens model that the headers give and its source; our own entry comes first."""
     for header in headers:
         if header.get(_MODEL) in list(LensModel):
             return LensModel(header[_MODEL]), f"header, {_MODEL}"
-    program = rendered_by(headers)
+    program = rendering_program(headers)
     return (LensModel.RENDERER, f"header, written by {program}") if program else None
 
 
@@ -156,7 +157,7 @@ def _first_number(headers: Sequence[Header], attribute: str, allow_infinite: boo
     """Return the first usable value of `attribute`."""
     for header in headers:
         value = header.get(attribute)
-        if isinstance(value, int | float) and _usable(value, allow_infinite):
+        if isinstance(value, int | float) and _is_usable(value, allow_infinite):
             return float(value)
     return None
 
@@ -165,11 +166,11 @@ def _first_sensor_side(headers: Sequence[Header], axis: int) -> float | None:
     """Return the width (axis 0) or height (axis 1) of the sensor in millimetres."""
     for header in headers:
         size = np.asarray(header.get(_SENSOR, ()))
-        if size.shape == (2,) and size.dtype.kind in "if" and _usable(size[axis], False):
+        if size.shape == (2,) and size.dtype.kind in "if" and _is_usable(size[axis], False):
             return float(size[axis])
     return None
 
 
-def _usable(value: float, allow_infinite: bool) -> bool:
+def _is_usable(value: float, allow_infinite: bool) -> bool:
     """Return whether a number is positive; infinity counts only where `allow_infinite` says so."""
     return value > 0 and (allow_infinite or math.isfinite(value))

@@ -5,18 +5,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.model.option import or_meant
+from heatlens.core.model.option import suggest_similar
 from heatlens.media.files.picture_formats import is_picture
 from heatlens.media.plate.header.channels import (
     ChannelRef,
     Header,
     flat_channels,
+    join_names,
     list_channels,
-    listed,
     unusable_sentence,
     views_of,
 )
-from heatlens.media.plate.header.entries import written_by
+from heatlens.media.plate.header.entries import writing_program
 
 # Layers that hold the finished picture, best first; "" is the layer without a name.
 _COLOR_LAYERS = (
@@ -70,32 +70,33 @@ def choose_color(
     headers: Sequence[Header],
     layer: str | None,
     eye: str | None = None,
-    among: Sequence[ChannelRef] | None = None,
+    candidates: Sequence[ChannelRef] | None = None,
 ) -> ColorChoice:
     """Choose the colour channels of `layer`, or of the most likely layer if that is None.
 
-    They are chosen from `among`, or from all flat channels if that is None. In a stereo file they
-    belong to the view `eye`; if that is None, to the first view, and a note says so. Raises
+    They are chosen from `candidates`, or from all flat channels if that is None. In a stereo file
+    they belong to the view `eye`; if that is None, to the first view, and a note says so. Raises
     InputError that names what was looked for and what the file has.
     """
     views = views_of(headers)
-    view = _view_called(path, views, eye)
-    layers = _color_layers(flat_channels(headers) if among is None else among)
+    view = _find_view(path, views, eye)
+    layers = _color_layers(flat_channels(headers) if candidates is None else candidates)
     if views and (eye is not None or layer is None):
-        layers = _of_view(layers, view or views[0])
+        layers = _layers_of_view(layers, view or views[0])
     if layer is not None:
-        wanted = next((name for name in layers if name.lower() == layer.lower()), None)
-        if wanted is None:
+        layer_name = next((name for name in layers if name.lower() == layer.lower()), None)
+        if layer_name is None:
             raise InputError(
-                f"{path} has no RGB layer {layer!r} for --color-layer; it has: {listed(layers)}."
-                f"{or_meant(layer, layers)}"
+                f"{path} has no RGB layer {layer!r} for --color-layer; it has: "
+                f"{join_names(layers)}."
+                f"{suggest_similar(layer, layers)}"
             )
-        return _without_chroma(path, headers, layers[wanted])
+        return _check_no_chroma(path, headers, layers[layer_name])
     if not layers:
         raise InputError(_no_color_sentence(path, headers))
-    chosen = min(layers.values(), key=lambda choice: _color_rank(choice, len(headers) > 1))
-    chosen = _without_chroma(path, headers, _with_guess_noted(chosen, layers))
-    return chosen if eye is not None else _with_views_noted(path, chosen, views)
+    color = min(layers.values(), key=lambda choice: _color_rank(choice, len(headers) > 1))
+    color = _check_no_chroma(path, headers, _add_guess_note(color, layers))
+    return color if eye is not None else _add_views_note(path, color, views)
 
 
 def color_layers_among(names: Iterable[str]) -> tuple[str, ...]:
@@ -112,20 +113,24 @@ def depth_channels_first(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def choose_depth(
-    path: Path, headers: Sequence[Header], name: str | None, color: ColorChoice | None, coc: bool
+    path: Path,
+    headers: Sequence[Header],
+    name: str | None,
+    color: ColorChoice | None,
+    prefers_coc: bool,
 ) -> ChannelRef:
     """Choose the depth channel: `name`, or the most likely one if that is None.
 
-    With `coc`, a circle of confusion is preferred over a depth. The depth of another view than the
-    colour's is never chosen; among equally good names the one closest to the colour wins (same
-    layer tree, then same part). Raises InputError that names what was looked for and what the file
-    has.
+    With `prefers_coc`, a circle of confusion is preferred over a depth. The depth of another view
+    than the colour's is never chosen; among equally good names the one closest to the colour wins
+    (same layer tree, then same part). Raises InputError that names what was looked for and what the
+    file has.
     """
     usable = flat_channels(headers)
     if name is not None:
-        return _named(path, usable, name)
-    words = (*_COC_WORDS, *DEPTH_WORDS) if coc else DEPTH_WORDS
-    if written_by(headers) == "Mitsuba":
+        return _find_named(path, usable, name)
+    words = (*_COC_WORDS, *DEPTH_WORDS) if prefers_coc else DEPTH_WORDS
+    if writing_program(headers) == "Mitsuba":
         words = (*words, *_MITSUBA_WORDS)
     layer, part, view = (color.layer, color.rgb[0].part, color.view) if color else ("", 0, "")
     ranked: list[tuple[int, bool, bool, int]] = []
@@ -134,40 +139,42 @@ def choose_depth(
             None if view and ref.view not in ("", view) else _depth_rank(ref, usable, words, layer)
         )
         if rank is not None:
-            far = ref.full_name.partition(".")[0] != layer.partition(".")[0]
-            ranked.append((rank, far, ref.part != part, index))
+            is_other_tree = ref.full_name.partition(".")[0] != layer.partition(".")[0]
+            ranked.append((rank, is_other_tree, ref.part != part, index))
     if not ranked:
         raise NoDepthError(_no_depth_sentence(path, headers, view))
     return usable[min(ranked)[-1]]
 
 
-def _view_called(path: Path, views: Sequence[str], eye: str | None) -> str | None:
+def _find_view(path: Path, views: Sequence[str], eye: str | None) -> str | None:
     """Return the view named `eye`, ignoring case; raise InputError if there is none."""
     if eye is None:
         return None
-    wanted = next((view for view in views if view.lower() == eye.lower()), None)
-    if wanted is None:
-        has = f"it has: {', '.join(views)}" if views else "it has one view, without a name"
-        raise InputError(f"{path} has no view {eye!r} for --eye; {has}.{or_meant(eye, views)}")
-    return wanted
+    found_view = next((view for view in views if view.lower() == eye.lower()), None)
+    if found_view is None:
+        views_words = f"it has: {', '.join(views)}" if views else "it has one view, without a name"
+        raise InputError(
+            f"{path} has no view {eye!r} for --eye; {views_words}.{suggest_similar(eye, views)}"
+        )
+    return found_view
 
 
-def _of_view(layers: Mapping[str, ColorChoice], view: str) -> dict[str, ColorChoice]:
+def _layers_of_view(layers: Mapping[str, ColorChoice], view: str) -> dict[str, ColorChoice]:
     """Return the layers of a view; where it has none, those of all views."""
-    own = {name: choice for name, choice in layers.items() if choice.view == view}
-    return own or {name: choice for name, choice in layers.items() if not choice.view}
+    view_layers = {name: choice for name, choice in layers.items() if choice.view == view}
+    return view_layers or {name: choice for name, choice in layers.items() if not choice.view}
 
 
-def _with_views_noted(path: Path, chosen: ColorChoice, views: Sequence[str]) -> ColorChoice:
-    """Return `chosen` with a note where the file has other views as well."""
-    others = [view for view in views if view != chosen.view]
-    if not (chosen.view and others):
-        return chosen
+def _add_views_note(path: Path, choice: ColorChoice, views: Sequence[str]) -> ColorChoice:
+    """Return `choice` with a note if the file has other views as well."""
+    other_views = [view for view in views if view != choice.view]
+    if not (choice.view and other_views):
+        return choice
     note = (
-        f"{path} holds the views {' and '.join(views)}: {chosen.view} is taken; "
-        f"--eye {others[0]} takes the other."
+        f"{path} holds the views {' and '.join(views)}: {choice.view} is taken; "
+        f"--eye {other_views[0]} takes the other."
     )
-    return replace(chosen, notes=(*chosen.notes, note))
+    return replace(choice, notes=(*choice.notes, note))
 
 
 def _color_layers(usable: Sequence[ChannelRef]) -> dict[str, ColorChoice]:
@@ -180,7 +187,7 @@ def _color_layers(usable: Sequence[ChannelRef]) -> dict[str, ColorChoice]:
     for (_, layer), group in groups.items():
         if {"r", "g", "b"} <= group.keys():
             rgb = (group["r"], group["g"], group["b"])
-        elif "y" in group and _last(group["y"].plain_layer) in _COLOR_LAYERS:
+        elif "y" in group and _last_component(group["y"].plain_layer) in _COLOR_LAYERS:
             rgb = (group["y"],) * 3
         else:
             continue
@@ -188,35 +195,37 @@ def _color_layers(usable: Sequence[ChannelRef]) -> dict[str, ColorChoice]:
     return layers
 
 
-def _color_rank(choice: ColorChoice, many_parts: bool) -> tuple[int, int]:
+def _color_rank(choice: ColorChoice, has_many_parts: bool) -> tuple[int, int]:
     """Return a sort key: the lowest is most likely the finished picture; ties keep file order."""
-    leaf = _last(choice.rgb[0].plain_layer)
+    leaf = _last_component(choice.rgb[0].plain_layer)
     if leaf in _COLOR_LAYERS:
         return _COLOR_LAYERS.index(leaf), choice.rgb[0].part
-    is_data = leaf in _DATA_LAYERS or _squashed(leaf) in DEPTH_WORDS
-    first = 0 if many_parts and choice.rgb[0].part == 0 else 1
-    return len(_COLOR_LAYERS) + first + 2 * is_data, choice.rgb[0].part
+    is_data = leaf in _DATA_LAYERS or _strip_punctuation(leaf) in DEPTH_WORDS
+    part_rank = 0 if has_many_parts and choice.rgb[0].part == 0 else 1
+    return len(_COLOR_LAYERS) + part_rank + 2 * is_data, choice.rgb[0].part
 
 
 def _depth_rank(
     ref: ChannelRef, usable: Sequence[ChannelRef], words: Sequence[str], color_layer: str
 ) -> int | None:
     """Return a rank: the lowest is most likely a depth; None if the name does not suggest one."""
-    layer, leaf = _last(ref.plain_layer), ref.leaf.lower()
+    layer, leaf = _last_component(ref.plain_layer), ref.leaf.lower()
     if layer in _DATA_LAYERS:
         return None
-    if _squashed(leaf) in words:
+    if _strip_punctuation(leaf) in words:
         siblings = {r.leaf.lower() for r in usable if (r.part, r.layer) == (ref.part, ref.layer)}
         if {"x", "y"} <= siblings and leaf == "z":
             return None  # the third axis of a vector
-        known = layer in _COLOR_LAYERS or _squashed(layer) in words or ref.layer == color_layer
-        return 2 * words.index(_squashed(leaf)) + (0 if known else 2 * len(words))
-    if _squashed(layer) in words and leaf in _VALUE_LEAVES:
-        return 2 * words.index(_squashed(layer)) + 1
+        is_known_layer = (
+            layer in _COLOR_LAYERS or _strip_punctuation(layer) in words or ref.layer == color_layer
+        )
+        return 2 * words.index(_strip_punctuation(leaf)) + (0 if is_known_layer else 2 * len(words))
+    if _strip_punctuation(layer) in words and leaf in _VALUE_LEAVES:
+        return 2 * words.index(_strip_punctuation(layer)) + 1
     return None
 
 
-def _named(path: Path, usable: Sequence[ChannelRef], name: str) -> ChannelRef:
+def _find_named(path: Path, usable: Sequence[ChannelRef], name: str) -> ChannelRef:
     """Find the channel that the user named.
 
     The name may be a full name, a name within a part, or a layer that holds a single channel.
@@ -224,55 +233,55 @@ def _named(path: Path, usable: Sequence[ChannelRef], name: str) -> ChannelRef:
     for ref in usable:
         if name in (ref.full_name, ref.key):
             return ref
-    wanted = name.lower()
+    name_lower = name.lower()
     for ref in usable:
-        if wanted in (ref.full_name.lower(), ref.key.lower()):
+        if name_lower in (ref.full_name.lower(), ref.key.lower()):
             return ref
-    inside = [ref for ref in usable if ref.layer.lower() == wanted]
-    if len(inside) == 1:
-        return inside[0]
+    layer_channels = [ref for ref in usable if ref.layer.lower() == name_lower]
+    if len(layer_channels) == 1:
+        return layer_channels[0]
     raise InputError(
         f"{path} has no channel {name!r} for --depth-channel; it has: "
-        f"{listed(ref.full_name for ref in usable)}."
-        f"{or_meant(name, (ref.full_name for ref in usable))}"
+        f"{join_names(ref.full_name for ref in usable)}."
+        f"{suggest_similar(name, (ref.full_name for ref in usable))}"
     )
 
 
-def _last(layer: str) -> str:
+def _last_component(layer: str) -> str:
     """Return the last component of a layer's name in lower case."""
     return layer.rpartition(".")[2].lower()
 
 
-def _squashed(name: str) -> str:
+def _strip_punctuation(name: str) -> str:
     """Return the name in lower case without punctuation: Z_Depth, z-depth and zDepth are equal."""
     return "".join(letter for letter in name.lower() if letter.isalnum())
 
 
-def _with_guess_noted(chosen: ColorChoice, layers: Mapping[str, ColorChoice]) -> ColorChoice:
-    """Return `chosen`, with a note if its name does not say that it is the finished picture."""
-    if _last(chosen.rgb[0].plain_layer) in _COLOR_LAYERS or len(layers) == 1:
-        return chosen
+def _add_guess_note(choice: ColorChoice, layers: Mapping[str, ColorChoice]) -> ColorChoice:
+    """Return `choice`, with a note if its name does not say that it is the finished picture."""
+    if _last_component(choice.rgb[0].plain_layer) in _COLOR_LAYERS or len(layers) == 1:
+        return choice
     note = (
         "No layer has a usual name for the finished picture: the colour is layer "
-        f"{chosen.layer!r}; --color-layer takes another of {listed(layers)}."
+        f"{choice.layer!r}; --color-layer takes another of {join_names(layers)}."
     )
-    return replace(chosen, notes=(note,))
+    return replace(choice, notes=(note,))
 
 
-def _without_chroma(path: Path, headers: Sequence[Header], chosen: ColorChoice) -> ColorChoice:
-    """Return `chosen`; raise InputError for a luminance whose chroma is in other channels."""
-    keys = {ref.leaf.upper() for ref in list_channels(headers) if ref.part == chosen.rgb[0].part}
-    if chosen.rgb[0] == chosen.rgb[1] and {"RY", "BY"} & keys:
+def _check_no_chroma(path: Path, headers: Sequence[Header], choice: ColorChoice) -> ColorChoice:
+    """Return `choice`; raise InputError for a luminance whose chroma is in other channels."""
+    keys = {ref.leaf.upper() for ref in list_channels(headers) if ref.part == choice.rgb[0].part}
+    if choice.rgb[0] == choice.rgb[1] and {"RY", "BY"} & keys:
         raise InputError(
             f"{path} stores luminance and subsampled chroma (Y, RY, BY), which heatlens does not "
             "read; write it as R, G, B."
         )
-    return chosen
+    return choice
 
 
 def _no_color_sentence(path: Path, headers: Sequence[Header]) -> str:
     """Return a sentence on the channels that were looked for, those found, and those of no use."""
-    names = listed(ref.full_name for ref in list_channels(headers))
+    names = join_names(ref.full_name for ref in list_channels(headers))
     return (
         f"{path} has no colour: looked for channels R, G, B or Y, alone or in a layer; it has: "
         f"{names}.{unusable_sentence(headers)}"
@@ -286,7 +295,7 @@ def _no_depth_sentence(path: Path, headers: Sequence[Header], view: str) -> str:
             f"{path} has no depth: name its file with --depth FILE or the half of the picture "
             "that holds it with --depth-side, or estimate it with --depth-model FILE.onnx."
         )
-    names = listed(ref.full_name for ref in list_channels(headers))
+    names = join_names(ref.full_name for ref in list_channels(headers))
     of_view = f" of the view {view}" if view else ""
     return (
         f"{path} has no depth channel{of_view}: looked for Z, depth, depth.Z, zdepth, distance "

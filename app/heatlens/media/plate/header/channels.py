@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.core.base.outside_text import shortened
+from heatlens.core.base.outside_text import join_first_names
 
 Header = dict[str, Any]
 Part = tuple[Header, dict[str, NDArray[np.generic]]]
 
-_NAMES_LISTED = 20
+_NAMES_MOST = 20
 _EYES = ("left", "right")
 _SEPARATORS = re.compile(r"[-._ ]")
 _BEHIND = re.compile(r"behind(\.\d+)?$", re.IGNORECASE)
@@ -83,13 +83,13 @@ def list_channels(headers: Sequence[Header]) -> tuple[ChannelRef, ...]:
 
 def flat_channels(headers: Sequence[Header]) -> tuple[ChannelRef, ...]:
     """Return the channels with exactly one value in every pixel: neither deep nor subsampled."""
-    sampled = {
+    full_resolution = {
         (part, channel.name)
         for part, header in enumerate(headers)
         for channel in header["channels"]
         if channel.xSampling == channel.ySampling == 1 and not is_deep(header)
     }
-    return tuple(ref for ref in list_channels(headers) if (ref.part, ref.key) in sampled)
+    return tuple(ref for ref in list_channels(headers) if (ref.part, ref.key) in full_resolution)
 
 
 def is_behind(part: Part) -> bool:
@@ -109,9 +109,9 @@ def pixels_of(parts: Sequence[Part], ref: ChannelRef) -> NDArray[np.generic]:
     return pixels
 
 
-def listed(names: Iterable[str]) -> str:
+def join_names(names: Iterable[str]) -> str:
     """Return the first twenty names joined in one line."""
-    return shortened([name or "(no name)" for name in names], _NAMES_LISTED) or "nothing"
+    return join_first_names([name or "(no name)" for name in names], _NAMES_MOST) or "nothing"
 
 
 def unusable_sentence(headers: Sequence[Header]) -> str:
@@ -126,40 +126,42 @@ def unusable_sentence(headers: Sequence[Header]) -> str:
     return ""
 
 
-def _full_name(header: Header, key: str, many_parts: bool) -> str:
+def _full_name(header: Header, key: str, has_many_parts: bool) -> str:
     """Return `layer.leaf`; the part's name serves as the layer of a channel that names none."""
     part_name = str(header.get("name", ""))
-    if not many_parts or not part_name or key.lower().startswith(f"{part_name.lower()}."):
+    if not has_many_parts or not part_name or key.lower().startswith(f"{part_name.lower()}."):
         return key
-    plain = without_view(part_name, str(header.get("view", "")))
-    if plain and key.lower().startswith(f"{plain.lower()}."):  # Blender adds the view to the part
-        return f"{part_name}{key[len(plain) :]}"
+    plain_name = without_view(part_name, str(header.get("view", "")))
+    if plain_name and key.lower().startswith(
+        f"{plain_name.lower()}."
+    ):  # Blender adds the view to the part
+        return f"{part_name}{key[len(plain_name) :]}"
     return f"{part_name}.{key}"
 
 
 def views_of(headers: Sequence[Mapping[str, object]]) -> tuple[str, ...]:
     """Return the views that the headers name, the default view first; () for fewer than two."""
-    listed = [name for header in headers for name in _listed_views(header)]
-    own = [str(header["view"]) for header in headers if header.get("view")]
-    views = list(dict.fromkeys(listed or own))
+    multi_views = [name for header in headers for name in _multi_view_names(header)]
+    part_views = [str(header["view"]) for header in headers if header.get("view")]
+    views = list(dict.fromkeys(multi_views or part_views))
     if not views:
         views = _eyes_in_names(headers)
-    if not listed:  # the order of the parts means nothing
+    if not multi_views:  # the order of the parts means nothing
         views.sort(key=lambda name: name.lower() != _EYES[0])
     return tuple(views) if len(views) > 1 else ()
 
 
 def view_of(header: Mapping[str, object], full_name: str, views: Sequence[str]) -> str:
     """Return the view of a channel; "" if it belongs to all views or there are none."""
-    own = str(header.get("view", ""))
-    listed = _listed_views(header)
-    if own in views and len(listed) < 2:
-        return own
+    part_view = str(header.get("view", ""))
+    multi_views = _multi_view_names(header)
+    if part_view in views and len(multi_views) < 2:
+        return part_view
     words = [word.lower() for word in _SEPARATORS.split(full_name)]
-    named = next((view for view in views if view.lower() in words), "")
-    if named or len(listed) < 2:
-        return named
-    return "" if "." in full_name else listed[0]
+    view_in_name = next((view for view in views if view.lower() in words), "")
+    if view_in_name or len(multi_views) < 2:
+        return view_in_name
+    return "" if "." in full_name else multi_views[0]
 
 
 def without_view(name: str, view: str) -> str:
@@ -167,11 +169,11 @@ def without_view(name: str, view: str) -> str:
     if not view:
         return name
     words = re.split(r"([-._ ])", name)
-    others = [i for i in range(0, len(words), 2) if words[i].lower() != view.lower()]
-    return "".join(words[i] + (words[i + 1] if i != others[-1] else "") for i in others)
+    kept_indices = [i for i in range(0, len(words), 2) if words[i].lower() != view.lower()]
+    return "".join(words[i] + (words[i + 1] if i != kept_indices[-1] else "") for i in kept_indices)
 
 
-def _listed_views(header: Mapping[str, object]) -> list[str]:
+def _multi_view_names(header: Mapping[str, object]) -> list[str]:
     """Return the names in `multiView`, which an older writer may have stored as another type."""
     value = header.get("multiView")
     return [str(name) for name in value] if isinstance(value, list | tuple) else []

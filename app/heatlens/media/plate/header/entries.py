@@ -1,6 +1,7 @@
-"""Read the entries of a header that name programs, heatlens among them, and choose what travels on.
+"""Read the header entries that name programs, and choose the entries that output files keep.
 
-pbrt leaves no name, only two entries of its own; Octane, Karma and others put theirs in `Software`.
+pbrt writes no name, only two entries of its own; Octane, Karma and others write their names in
+`Software`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +21,7 @@ PICTURE_FACTS = (
 )
 FOCUS_POINT = "heatlens:photoFocus"  # parts of the width and height of the upright picture
 # The writer writes these itself, or they describe parts, channels and layouts of the input alone.
-_NOT_CARRIED = {
+_DROPPED_ATTRIBUTES = {
     *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
     *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
     *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
@@ -64,31 +65,32 @@ _WORDS = {
     "corona": "Corona",
 }
 # Programs that pass on the pictures of other programs.
-_COMPOSITING = {"Nuke"}
+_COMPOSITING_PROGRAMS = {"Nuke"}
 
 
-def written_by(headers: Sequence[Mapping[str, object]]) -> str:
+def writing_program(headers: Sequence[Mapping[str, object]]) -> str:
     """Return the name of the program that wrote a file, or "" if it is unknown.
 
     If a compositing program passed on a render, it is returned instead of the renderer.
     """
-    programs = _programs_in(headers)
-    return min(programs & _COMPOSITING or programs, default="")
+    programs = _programs_in_headers(headers)
+    return min(programs & _COMPOSITING_PROGRAMS or programs, default="")
 
 
-def rendered_by(headers: Sequence[Mapping[str, object]]) -> str:
+def rendering_program(headers: Sequence[Mapping[str, object]]) -> str:
     """Return the name of the CG renderer that made the picture, or "" if none is named.
 
     A picture that a compositing program passed on still names its renderer.
     """
-    return min(_programs_in(headers) - _COMPOSITING, default="")
+    return min(_programs_in_headers(headers) - _COMPOSITING_PROGRAMS, default="")
 
 
-def _programs_in(headers: Sequence[Mapping[str, object]]) -> set[str]:
-    return {program for header in headers for program in _programs_of(header)}
+def _programs_in_headers(headers: Sequence[Mapping[str, object]]) -> set[str]:
+    """Return every program that the headers name."""
+    return {program for header in headers for program in _programs_in_header(header)}
 
 
-def _programs_of(header: Mapping[str, object]) -> set[str]:
+def _programs_in_header(header: Mapping[str, object]) -> set[str]:
     """Return every program that one header names."""
     programs = set()
     for name, value in header.items():
@@ -108,17 +110,17 @@ def is_blurred(header: Mapping[str, object]) -> bool:
 def blurred_notes(path: Path, header: Header, is_strict: bool = False) -> tuple[str, ...]:
     """Return a sentence if a lens of heatlens has blurred the picture, or may have.
 
-    Raises InputError instead if it has, and `is_strict`. Exports of older versions tell only that
-    they are exports, which pinhole plates are too.
+    Raises InputError instead if it has and `is_strict` is set. The header of a file from an older
+    version only marks an export, which may also be a pinhole plate.
     """
     if is_blurred(header):
-        words = (
+        warning = (
             f"{path} is already blurred: heatlens rendered it through a lens, and another lens "
             "blurs it once more. Give the pinhole picture that it was made from"
         )
         if is_strict:
-            raise InputError(f"{words}, or leave --strict out.")
-        return (f"{words}.",)
+            raise InputError(f"{warning}, or leave --strict out.")
+        return (f"{warning}.",)
     if JOB_ATTRIBUTE in header and BLURRED_ATTRIBUTE not in header:
         return (
             f"{path} was exported by an older heatlens, which did not tell whether through a lens: "
@@ -155,10 +157,10 @@ def notes_of(header: Header) -> tuple[str, ...]:
     return () if facts is None else facts.notes
 
 
-def carried(header: Header) -> dict[str, object]:
+def attributes_to_keep(header: Header) -> dict[str, object]:
     """Return the metadata worth keeping in the output."""
     return {
         name: value
         for name, value in header.items()
-        if name not in _NOT_CARRIED and not name.startswith("cryptomatte/")
+        if name not in _DROPPED_ATTRIBUTES and not name.startswith("cryptomatte/")
     }

@@ -1,6 +1,7 @@
-"""The lens for a plate from given values and the header.
+"""Build the lens for a plate from given values and the header.
 
-To start with, usual values fill what is missing; elsewhere nothing may be assumed.
+For the first view of a plate, usual values replace missing ones; for a render, missing values are
+an error.
 """
 
 import math
@@ -26,9 +27,9 @@ NEEDED = {
     "focus_distance_m": "focus distance",
 }
 
-_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "close_focus_m")  # headers do not have these
+_OPTIONAL_FIELDS = (*APERTURE_FIELDS, "widest_f_stop", "close_focus_m")  # headers do not have these
 # A normal lens on full frame at a medium stop, with which every change of a control is visible.
-_USUAL: Values = {"focal_length_mm": 50.0, "f_stop": 2.8, "sensor_width_mm": 36.0}
+_USUAL_VALUES: Values = {"focal_length_mm": 50.0, "f_stop": 2.8, "sensor_width_mm": 36.0}
 
 
 @dataclass(frozen=True)
@@ -39,31 +40,38 @@ class StartLens:
     sources: Mapping[str, str]
 
 
-def start_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
-    """Return the lens to start with; `given` holds fields of Lens.
+def start_lens(plate: Plate, given_fields: Mapping[str, Any]) -> StartLens:
+    """Return the lens for the first view of a plate; `given_fields` are fields of Lens by name.
 
     Without a focus distance, the focus is on the middle of the picture. Raises LensError if the
     given values are impossible.
     """
     values: Values = {}
     sources: dict[str, str] = {}
-    for name, usual in _USUAL.items():
-        header = getattr(plate.camera, name)
-        if name in given:
-            values[name], sources[name] = given[name], "given"
-        elif _is_possible(name, header):
-            values[name], sources[name] = header, f"header, {plate.camera.sources.get(name)}"
+    for name, usual_value in _USUAL_VALUES.items():
+        header_value = getattr(plate.camera, name)
+        if name in given_fields:
+            values[name], sources[name] = given_fields[name], "given"
+        elif _is_possible(name, header_value):
+            values[name], sources[name] = header_value, f"header, {plate.camera.sources.get(name)}"
         else:
-            values[name], sources[name] = usual, "assumed: not in the header"
-    values["focus_distance_m"], sources["focus_distance_m"] = _focus(plate, given, values)
-    values["model"], sources["model"] = _model(plate, given)
-    extra = {name: given[name] for name in _OTHERS if name in given}
+            values[name], sources[name] = usual_value, "assumed: not in the header"
+    values["focus_distance_m"], sources["focus_distance_m"] = _choose_focus(
+        plate, given_fields, values
+    )
+    values["model"], sources["model"] = _choose_model(plate, given_fields)
+    optional_fields = {
+        name: given_fields[name] for name in _OPTIONAL_FIELDS if name in given_fields
+    }
     t_stop = plate.camera.t_stop if _is_possible("t_stop", plate.camera.t_stop) else None
-    return StartLens(Lens(**values, **extra, t_stop=t_stop), sources)
+    return StartLens(Lens(**values, **optional_fields, t_stop=t_stop), sources)
 
 
-def _model(plate: Plate, given: Mapping[str, Any]) -> tuple[LensModel, str]:
-    return (given["model"], "given") if "model" in given else lens_model_of(plate.camera)
+def _choose_model(plate: Plate, given_fields: Mapping[str, Any]) -> tuple[LensModel, str]:
+    """Return the lens model and its source: the given one, or that of the header."""
+    return (
+        (given_fields["model"], "given") if "model" in given_fields else lens_model_of(plate.camera)
+    )
 
 
 def _is_possible(name: str, value: float | None) -> bool:
@@ -71,21 +79,27 @@ def _is_possible(name: str, value: float | None) -> bool:
     if value is None:
         return False
     try:
-        Lens(**{**_USUAL, "focus_distance_m": math.inf, name: value})
+        Lens(**{**_USUAL_VALUES, "focus_distance_m": math.inf, name: value})
     except LensError:
         return False
     return True
 
 
-def _focus(plate: Plate, given: Mapping[str, Any], values: Mapping[str, Any]) -> tuple[float, str]:
-    if "focus_distance_m" in given:
-        return given["focus_distance_m"], "given"
-    header = plate.camera.focus_distance_m
-    if header is not None and header * 1e3 > values["focal_length_mm"]:
-        return header, f"header, {plate.camera.sources.get('focus_distance_m')}"
-    middle = _middle_depth_m(plate)
-    if middle * 1e3 > values["focal_length_mm"]:
-        return middle, "what is in the middle of the picture"
+def _choose_focus(
+    plate: Plate, given_fields: Mapping[str, Any], values: Mapping[str, Any]
+) -> tuple[float, str]:
+    """Return the focus distance in metres and its source.
+
+    It is the given one, that of the header, or the depth in the middle of the picture.
+    """
+    if "focus_distance_m" in given_fields:
+        return given_fields["focus_distance_m"], "given"
+    header_m = plate.camera.focus_distance_m
+    if header_m is not None and header_m * 1e3 > values["focal_length_mm"]:
+        return header_m, f"header, {plate.camera.sources.get('focus_distance_m')}"
+    middle_m = _middle_depth_m(plate)
+    if middle_m * 1e3 > values["focal_length_mm"]:
+        return middle_m, "what is in the middle of the picture"
     return math.inf, "infinity: no other distance is known"
 
 
@@ -94,8 +108,8 @@ def _middle_depth_m(plate: Plate) -> float:
     if plate.depth_m is None:
         return math.inf
     height, width = plate.depth_m.shape
-    third = plate.depth_m[height // 3 : height - height // 3, width // 3 : width - width // 3]
-    ordered = np.sort(third, axis=None)
+    middle_area = plate.depth_m[height // 3 : height - height // 3, width // 3 : width - width // 3]
+    ordered = np.sort(middle_area, axis=None)
     return float(ordered[len(ordered) // 2])
 
 
@@ -108,33 +122,38 @@ class MissingLensError(InputError):
         self.fields = fields
         super().__init__(self.sentence({name: name for name in fields}))
 
-    def sentence(self, how: Mapping[str, str]) -> str:
-        """Return the message; `how` names for each field of Lens the option that gives it."""
-        what = _listed([NEEDED[name] for name in self.fields])
-        them = "it" if len(self.fields) == 1 else "them"
-        given = _listed([how[name] for name in self.fields])
-        why = self._refused_words()
-        return f"{self.plate.path}: the header has no {what}{why}; give {them} with {given}."
+    def sentence(self, option_names: Mapping[str, str]) -> str:
+        """Return the message; `option_names` holds the option for each field of Lens."""
+        missing_words = _join_with_and([NEEDED[name] for name in self.fields])
+        pronoun = "it" if len(self.fields) == 1 else "them"
+        option_words = _join_with_and([option_names[name] for name in self.fields])
+        unusable_words = self._unusable_words()
+        return (
+            f"{self.plate.path}: the header has no {missing_words}{unusable_words}; give "
+            f"{pronoun} with {option_words}."
+        )
 
-    def _refused_words(self) -> str:
+    def _unusable_words(self) -> str:
         """Return which of the missing values the header gives as a value that no lens can have."""
         refused = self.plate.camera.refused
-        words = [refused[name] for name in self.fields if name in refused]
-        if not words:
+        sentences = [refused[name] for name in self.fields if name in refused]
+        if not sentences:
             return ""
-        return f" ({_listed(words)}: ignored: no real lens has this value)"
+        return f" ({_join_with_and(sentences)}: ignored: no real lens has this value)"
 
 
-def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
-    """Return the lens of `given` fields and the plate's header, and the source of each value.
+def plate_lens(plate: Plate, given_fields: Mapping[str, Any]) -> StartLens:
+    """Return the lens of given fields and the plate's header, and the source of each value.
 
     Only the sensor may be assumed, as full frame; its source then says so. A plate with a circle of
     confusion needs no lens values. Raises MissingLensError if values are missing, and LensError if
     they are impossible.
     """
     if not plate.has_distances:
-        return StartLens(Lens(50.0, 2.8, math.inf, FULL_FRAME_WIDTH_MM, **_opening(given)), {})
-    values, sources = dict(given), dict.fromkeys(given, "given")
+        return StartLens(
+            Lens(50.0, 2.8, math.inf, FULL_FRAME_WIDTH_MM, **_aperture_fields(given_fields)), {}
+        )
+    values, sources = dict(given_fields), dict.fromkeys(given_fields, "given")
     for name in NEEDED:
         value = getattr(plate.camera, name)
         if name not in values and value is not None:
@@ -151,10 +170,11 @@ def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
     return StartLens(Lens(**values), sources)
 
 
-def _opening(given: Mapping[str, object]) -> Values:
-    return {name: given[name] for name in APERTURE_FIELDS if name in given}
+def _aperture_fields(given_fields: Mapping[str, object]) -> Values:
+    """Return those of the given fields that describe the aperture."""
+    return {name: given_fields[name] for name in APERTURE_FIELDS if name in given_fields}
 
 
-def _listed(words: list[str]) -> str:
+def _join_with_and(words: list[str]) -> str:
     """Return the words joined as "a, b and c"."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -14,11 +14,13 @@ from heatlens.media.plate.header.channels import Header
 Array = NDArray[np.float64]
 
 PLACEMENT = "worldToCamera"
-_RIGID = 1e-3  # tolerance of lengths and right angles for matrices in float32 or short decimals
+_RIGID_TOLERANCE = (
+    1e-3  # tolerance of lengths and right angles for matrices in float32 or short decimals
+)
 _Z_BACKWARD = np.diag([1.0, 1.0, -1.0, 1.0])
 
 
-def placement_at(headers: Sequence[Header]) -> Array | None:
+def find_placement(headers: Sequence[Header]) -> Array | None:
     """Return the first finite 4 x 4 attribute `worldToCamera` in the headers of a file."""
     for header in headers:
         value = np.asarray(header.get(PLACEMENT, ()))
@@ -27,12 +29,12 @@ def placement_at(headers: Sequence[Header]) -> Array | None:
     return None
 
 
-def rigid_at(attributes: Header, scene_unit_m: float) -> Array | None:
-    """Return world to camera in metres as a header tells it; None where it does not, or cannot."""
-    attribute = placement_at([attributes])
+def read_rigid_placement(attributes: Header, scene_unit_m: float) -> Array | None:
+    """Return world to camera in metres from a header; None if it has no rigid matrix."""
+    attribute = find_placement([attributes])
     if attribute is None:
         return None
-    matrix, _ = from_exr(attribute, scene_unit_m)
+    matrix, _ = convert_from_exr(attribute, scene_unit_m)
     return matrix if is_rigid(matrix) else None
 
 
@@ -44,16 +46,18 @@ def is_rigid(matrix: Array) -> bool:
 def are_rigid(matrices: Array) -> NDArray[np.bool_]:
     """Return a mask (F,) of the matrices (F, 4, 4) that keep lengths, angles and handedness."""
     matrices = matrices.reshape(-1, 4, 4)
-    turns = matrices[:, :3, :3]
-    is_usable = np.asarray(np.isfinite(matrices).all((1, 2)) & (np.abs(turns).max((1, 2)) <= 2))
-    turns = np.where(is_usable[:, None, None], turns, 0.0)
-    is_turn = (np.abs(turns @ turns.swapaxes(1, 2) - np.eye(3)) < _RIGID).all((1, 2))
-    is_turn &= np.linalg.det(turns) > 0
-    last = np.where(is_usable[:, None], matrices[:, 3], 0.0)
-    return np.asarray(is_turn & (np.abs(last - (0, 0, 0, 1)) < _RIGID).all(1))
+    rotations = matrices[:, :3, :3]
+    is_usable = np.asarray(np.isfinite(matrices).all((1, 2)) & (np.abs(rotations).max((1, 2)) <= 2))
+    rotations = np.where(is_usable[:, None, None], rotations, 0.0)
+    is_rotation = (np.abs(rotations @ rotations.swapaxes(1, 2) - np.eye(3)) < _RIGID_TOLERANCE).all(
+        (1, 2)
+    )
+    is_rotation &= np.linalg.det(rotations) > 0
+    last_rows = np.where(is_usable[:, None], matrices[:, 3], 0.0)
+    return np.asarray(is_rotation & (np.abs(last_rows - (0, 0, 0, 1)) < _RIGID_TOLERANCE).all(1))
 
 
-def from_exr(attribute: Array, scene_unit_m: float) -> tuple[Array, bool]:
+def convert_from_exr(attribute: Array, scene_unit_m: float) -> tuple[Array, bool]:
     """Return world to camera for an attribute `worldToCamera`, and whether it was left-handed.
 
     In OpenEXR's standard attributes points are rows and the camera looks along +z, so that a

@@ -50,7 +50,7 @@ ADOBE_RGB = Primaries(
 XYZ = Primaries("CIE XYZ", "lin_ciexyzd65_scene", (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1 / 3, 1 / 3))
 KNOWN = (REC709, AP0, AP1, REC2020, P3_D65, ADOBE_RGB, XYZ)
 
-_TELLS_NOTHING = ("", "unknown", "data")
+_MEANINGLESS_IDS = ("", "unknown", "data")
 
 
 @dataclass(frozen=True)
@@ -71,18 +71,21 @@ def header_primaries(attributes: Mapping[str, object]) -> HeaderPrimaries | None
 
     A name takes precedence over numbers, because a file may keep the chromaticities of its source.
     """
-    return _by_name(attributes) or _by_numbers(attributes) or _by_container(attributes)
+    return (
+        _find_by_name(attributes) or _find_by_numbers(attributes) or _find_by_container(attributes)
+    )
 
 
-def _by_name(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
+def _find_by_name(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
+    """Return the primaries that "colorInteropID" names."""
     name = attributes.get("colorInteropID")
-    if not isinstance(name, str) or name.strip() in _TELLS_NOTHING:
+    if not isinstance(name, str) or name.strip() in _MEANINGLESS_IDS:
         return None
-    named = next((known for known in KNOWN if known.interop_id == name.strip()), None)
-    return HeaderPrimaries("colorInteropID", name.strip(), named)
+    named_primaries = next((known for known in KNOWN if known.interop_id == name.strip()), None)
+    return HeaderPrimaries("colorInteropID", name.strip(), named_primaries)
 
 
-def _by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
+def _find_by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
     """Return the primaries that "chromaticities" gives: known ones, new ones, or text alone."""
     values = np.asarray(attributes.get("chromaticities", ()))
     if values.shape != (8,) or values.dtype.kind not in "if":
@@ -93,14 +96,14 @@ def _by_numbers(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
             ("red", "green", "blue", "white"), values.reshape(4, 2), strict=True
         )
     )
-    near = next((known for known in KNOWN if _are_near(values, known)), None)
-    if near is not None or not _are_valid(values):
-        return HeaderPrimaries("chromaticities", text, near)
-    own = Primaries("the header's primaries", "", tuple(float(value) for value in values))
-    return HeaderPrimaries("chromaticities", text, None, own)
+    matching = next((known for known in KNOWN if _are_chromaticities_of(values, known)), None)
+    if matching is not None or not _are_valid_chromaticities(values):
+        return HeaderPrimaries("chromaticities", text, matching)
+    header_space = Primaries("the header's primaries", "", tuple(float(value) for value in values))
+    return HeaderPrimaries("chromaticities", text, None, header_space)
 
 
-def _are_valid(values: NDArray[np.generic]) -> bool:
+def _are_valid_chromaticities(values: NDArray[np.generic]) -> bool:
     """Return True for three primaries that span an area, and a white inside it."""
     red, green, blue, white = values.reshape(4, 2).astype(np.float64)
     if not np.isfinite(values).all() or white[1] <= 0:
@@ -108,16 +111,17 @@ def _are_valid(values: NDArray[np.generic]) -> bool:
     corners = np.stack([[*corner, 1.0] for corner in (red, green, blue)], axis=1)
     if abs(np.linalg.det(corners)) < _LEAST_AREA:
         return False
-    shares = np.linalg.solve(corners, [*white, 1.0])
-    return bool((shares > 0).all())
+    white_shares = np.linalg.solve(corners, [*white, 1.0])
+    return bool((white_shares > 0).all())
 
 
-def _by_container(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
+def _find_by_container(attributes: Mapping[str, object]) -> HeaderPrimaries | None:
     """Recognise SMPTE ST 2065-4: files with this flag hold ACES2065-1 and nothing else."""
     if attributes.get("acesImageContainerFlag") != 1:
         return None
     return HeaderPrimaries("acesImageContainerFlag", "1", AP0)
 
 
-def _are_near(values: NDArray[np.floating], known: Primaries) -> bool:
+def _are_chromaticities_of(values: NDArray[np.floating], known: Primaries) -> bool:
+    """Return True if the chromaticities (8,) are those of `known` within TOLERANCE."""
     return bool(np.all(np.abs(values - known.chromaticities) <= TOLERANCE))

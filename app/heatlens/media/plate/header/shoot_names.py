@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.outside_text import shortened
+from heatlens.core.base.outside_text import join_first_names
 from heatlens.core.model.units import FOOT_M, INCH_M, is_bare_number, parse_distance_m, with_points
 
 _FOCUS = ("lensfocusdistance", "focusdistance", "focusdist", "lensdistance", "focus")
@@ -27,9 +27,9 @@ _T_STOP = (
 _LINEAR_IRIS = ("lenslineariris",)  # ARRI: thousandths of a stop, 1000 is T1
 _SQUEEZE = ("lenssqueeze", "lenssqueezefactor", "anamorphicsqueeze", "squeeze")
 _UNDERSTOOD = "Focus Distance, Focal Length, F-Stop, T-Stop, Iris, Squeeze"
-_LIKE_A_LENS = re.compile(r"lens|foc|fok|iris|stop|apert|blend|zoom|brenn|dist", re.IGNORECASE)
-_FAR = 1000.0
-_ALIKE = 0.05  # two columns may round the same value differently
+_LENS_WORDS = re.compile(r"lens|foc|fok|iris|stop|apert|blend|zoom|brenn|dist", re.IGNORECASE)
+_FAR_FROM = 1000.0
+_ROUNDING = 0.05  # two columns may round the same value differently
 _DISTANCE_UNIT = ("lensdistanceunit", "distanceunit", "lensunit")
 _UNITS_M = {
     **dict.fromkeys(("m", "meter", "metre", "meters", "metres", "metric"), 1.0),
@@ -69,27 +69,27 @@ class ShootLens:
     conflicts: Mapping[str, str] = field(default_factory=dict)
 
 
-def shoot_lens(
-    entries: Mapping[str, object], unit_m: float | None = None, given_m: float | None = None
+def read_shoot_lens(
+    entries: Mapping[str, object], unit_m: float | None = None, user_unit_m: float | None = None
 ) -> ShootLens:
     """Return the lens values in the entries of a header or the cells of a table row.
 
     `unit_m` is the length in metres of the unit of distances, for metadata that does not name one,
-    and `given_m` the one given by the user. A unit beside a value takes precedence over `given_m`,
-    and that over the unit in a name. Zero, which cameras write for unknown values, counts as
-    missing. Impossible values count as unreadable.
+    and `user_unit_m` that of the unit that the user chose. A unit written with a value takes
+    precedence over `user_unit_m`, and that over the unit in a name. Zero, which cameras write for
+    unknown values, counts as missing. Impossible values count as unreadable.
     """
-    lens_entries = _Entries(entries, unit_m, given_m)
+    lens_entries = _Entries(entries, unit_m, user_unit_m)
     values: dict[str, float] = {}
     sources: dict[str, str] = {}
     unreadable: dict[str, str] = {}
     conflicts: dict[str, str] = {}
-    for target, name, value in lens_entries.values():
+    for target, name, value in lens_entries.read_values():
         if value is None:
             unreadable.setdefault(target, name)
         elif target not in values:
             values[target], sources[target] = value, name
-        elif not _are_alike(values[target], value):
+        elif not _are_roundings_of_one(values[target], value):
             conflicts.setdefault(target, name)
     focus = sources.get("focus_distance_m")
     return ShootLens(
@@ -102,84 +102,90 @@ def shoot_lens(
 
 
 class _Entries:
-    """Entries with what is known of the units of distances: see `shoot_lens`."""
+    """Entries of a header or a table row, and the units of their distances (`read_shoot_lens`)."""
 
     def __init__(
-        self, entries: Mapping[str, object], unit_m: float | None, given_m: float | None
+        self, entries: Mapping[str, object], unit_m: float | None, user_unit_m: float | None
     ) -> None:
-        self._entries, self._unit_m, self._given_m = entries, unit_m, given_m
-        self._names = {_plain(name): name for name in entries}
+        self._entries, self._unit_m, self._user_unit_m = entries, unit_m, user_unit_m
+        self._names = {_normalize_name(name): name for name in entries}
 
-    def values(self) -> Iterator[tuple[str, str, float | None]]:
+    def read_values(self) -> Iterator[tuple[str, str, float | None]]:
         """Yield field, entry and value of each entry that is known; None for an unreadable one."""
         readers: tuple[tuple[str, tuple[str, ...], Callable[[str], float | None]], ...] = (
-            ("focus_distance_m", _FOCUS, self._metres),
-            ("focal_length_mm", _LENGTH, self._millimetres),
-            ("f_stop", _F_STOP, lambda name: stop(self._entries[name])),
-            ("t_stop", _LINEAR_IRIS, lambda name: linear_iris(self._entries[name])),
-            ("t_stop", _T_STOP, lambda name: stop(self._entries[name])),
-            ("squeeze", _SQUEEZE, lambda name: squeeze(self._entries[name])),
+            ("focus_distance_m", _FOCUS, self._read_metres),
+            ("focal_length_mm", _LENGTH, self._read_millimetres),
+            ("f_stop", _F_STOP, lambda name: parse_stop(self._entries[name])),
+            ("t_stop", _LINEAR_IRIS, lambda name: parse_linear_iris(self._entries[name])),
+            ("t_stop", _T_STOP, lambda name: parse_stop(self._entries[name])),
+            ("squeeze", _SQUEEZE, lambda name: parse_squeeze(self._entries[name])),
         )
-        for target, known, read in readers:
-            for name in (self._names[plain] for plain in known if plain in self._names):
+        for target, known_names, read_value in readers:
+            for name in (
+                self._names[normalized] for normalized in known_names if normalized in self._names
+            ):
                 if not is_missing(self._entries[name]):
-                    yield target, name, read(name)
+                    yield target, name, read_value(name)
 
     def unit_of(self, name: str) -> float | None:
         """Return the metres in the unit of the distance `name`; None if the unit is unknown."""
-        length = distance(self._entries[name])
-        own_m = None if length is None else length.unit_m
-        return own_m or self._given_m or self._named_unit_of(name) or self._unit_m
+        length = parse_distance(self._entries[name])
+        written_unit_m = None if length is None else length.unit_m
+        return written_unit_m or self._user_unit_m or self._named_unit_of(name) or self._unit_m
 
     def _named_unit_of(self, name: str) -> float | None:
-        named = _named_unit(name)
-        if named is not None:
-            return named
-        names = (self._names[plain] for plain in _DISTANCE_UNIT if plain in self._names)
+        """Return the metres in the unit that the name, or an entry for all distances, states."""
+        unit_in_name_m = _named_unit(name)
+        if unit_in_name_m is not None:
+            return unit_in_name_m
+        names = (
+            self._names[normalized] for normalized in _DISTANCE_UNIT if normalized in self._names
+        )
         units = (str(self._entries[name]).strip().lower() for name in names)
         return next((_UNITS_M[unit] for unit in units if unit in _UNITS_M), None)
 
-    def _metres(self, name: str) -> float | None:
-        length = distance(self._entries[name])
+    def _read_metres(self, name: str) -> float | None:
+        length = parse_distance(self._entries[name])
         return None if length is None else length.in_metres(self.unit_of(name) or 1.0)
 
-    def _millimetres(self, name: str) -> float | None:
-        length = focal_length(self._entries[name])
+    def _read_millimetres(self, name: str) -> float | None:
+        length = parse_focal_length(self._entries[name])
         return None if length is None else length.in_millimetres(_named_unit(name))
 
 
-def not_understood(columns: Iterable[str]) -> str:
+def unknown_columns_sentence(columns: Iterable[str]) -> str:
     """Return a sentence on columns that contain no known lens value; "" if all do."""
-    known = {*_FOCUS, *_LENGTH, *_F_STOP, *_T_STOP, *_LINEAR_IRIS, *_SQUEEZE, *_DISTANCE_UNIT}
-    unknown = [name for name in columns if _plain(name) not in known]
-    if not unknown:
+    known_names = {*_FOCUS, *_LENGTH, *_F_STOP, *_T_STOP, *_LINEAR_IRIS, *_SQUEEZE, *_DISTANCE_UNIT}
+    unknown_names = [name for name in columns if _normalize_name(name) not in known_names]
+    if not unknown_names:
         return ""
-    unknown.sort(key=lambda name: not _LIKE_A_LENS.search(name))
+    unknown_names.sort(key=lambda name: not _LENS_WORDS.search(name))
     return (
-        f"Not understood of its columns: {shortened([*map(repr, unknown)])}; "
+        f"Not understood of its columns: {join_first_names([*map(repr, unknown_names)])}; "
         f"understood are names such as {_UNDERSTOOD}."
     )
 
 
-def _are_alike(one: float, other: float) -> bool:
-    """Return whether two numbers may be roundings of one value; all beyond 1000 are far."""
-    return math.isclose(min(one, _FAR), min(other, _FAR), rel_tol=_ALIKE)
+def _are_roundings_of_one(first: float, second: float) -> bool:
+    """Return whether two numbers may be roundings of one value; all above 1000 count as equal."""
+    return math.isclose(min(first, _FAR_FROM), min(second, _FAR_FROM), rel_tol=_ROUNDING)
 
 
-def is_of_shoot(name: str) -> bool:
+def is_shoot_entry(name: str) -> bool:
     """Return True for a header entry of a camera on set, False for one of a CG renderer."""
-    plain = _plain(name)
-    return plain.startswith("lens") or bool(_VENDOR.search(name))
+    normalized = _normalize_name(name)
+    return normalized.startswith("lens") or bool(_VENDOR.search(name))
 
 
-def _plain(name: str) -> str:
+def _normalize_name(name: str) -> str:
     """Return the last component of a name, without unit, as lower-case letters and digits."""
-    last = re.split(r"[/:]|\.(?=[A-Za-z])", name.strip())[-1]
-    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", last).lower()
-    return re.sub(r"[^a-z0-9]", "", _UNIT_AT_END.sub(_without_unit, words))
+    last_component = re.split(r"[/:]|\.(?=[A-Za-z])", name.strip())[-1]
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", last_component).lower()
+    return re.sub(r"[^a-z0-9]", "", _UNIT_AT_END.sub(_drop_unit, words))
 
 
-def _without_unit(match: re.Match[str]) -> str:
+def _drop_unit(match: re.Match[str]) -> str:
+    """Return "" for a match that is a unit of length, and the match itself otherwise."""
     unit = match[1] or match[2]
     return "" if unit in _UNITS_M else match[0]
 
@@ -216,10 +222,10 @@ def is_missing(value: object) -> bool:
     if isinstance(value, int | float):
         return isinstance(value, bool) or value == 0 or math.isnan(value)
     text = str(value).strip().lower()
-    return text in _MISSING or _number(text) == 0
+    return text in _MISSING or _parse_number(text) == 0
 
 
-def distance(value: object) -> Length | None:
+def parse_distance(value: object) -> Length | None:
     """Return a distance, which may be infinite but not zero; None if it cannot be read."""
     if isinstance(value, int | float):
         return Length(float(value), None) if value >= _LEAST else None
@@ -233,27 +239,27 @@ def distance(value: object) -> Length | None:
     return Length(distance_m, None if is_bare_number(text) else 1.0)
 
 
-def focal_length(value: object) -> Length | None:
+def parse_focal_length(value: object) -> Length | None:
     """Return a finite length above zero; None if it cannot be read."""
-    length = distance(value)
+    length = parse_distance(value)
     return None if length is None or length.value > _MOST else length
 
 
-def squeeze(value: object) -> float | None:
+def parse_squeeze(value: object) -> float | None:
     """Return the squeeze of an anamorphic lens, 1 to 2, as in 1.8 or "2x"; None for others."""
-    number = _number(str(value).strip().lower().removesuffix("x"))
+    number = _parse_number(str(value).strip().lower().removesuffix("x"))
     return number if number is not None and 1.0 <= number <= 2.0 else None
 
 
-def linear_iris(value: object) -> float | None:
+def parse_linear_iris(value: object) -> float | None:
     """Return the T-number of thousandths of a stop, of which 1000 are T1; None for others."""
-    thousandths = _number(value)
+    thousandths = _parse_number(value)
     if thousandths is None or not 0 < thousandths < 20_000:
         return None
     return float(2.0 ** ((thousandths - 1000.0) / 2000.0))
 
 
-def stop(value: object) -> float | None:
+def parse_stop(value: object) -> float | None:
     """Return the f- or T-number of a number, "T2.8", ARRI's "1.4 + 7/10" or Sony's "T 2 3/10".
 
     None for any other text, and for impossible numbers.
@@ -265,11 +271,11 @@ def stop(value: object) -> float | None:
     elif match := _STOPS_FROM_ONE.fullmatch(text):
         number = float(2.0 ** ((int(match[1]) + int(match[2] or 0) / 10.0) / 2.0))
     else:
-        number = _number(text.removeprefix("t").removeprefix("f").removeprefix("/"))
+        number = _parse_number(text.removeprefix("t").removeprefix("f").removeprefix("/"))
     return number if number is not None and 0.3 <= number <= 128.0 else None
 
 
-def _number(value: object) -> float | None:
+def _parse_number(value: object) -> float | None:
     """Return a finite number; None for anything else."""
     text = with_points(str(value).strip().lower())
     if not is_bare_number(text):

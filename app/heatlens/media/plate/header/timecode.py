@@ -6,7 +6,7 @@ from typing import Any
 
 import OpenEXR
 
-from heatlens.core.model.timecode import Timecode, timecode_in
+from heatlens.core.model.timecode import Timecode, try_parse_timecode
 
 # The standard entry of EXR first, then those in which programs pass on the timecode of a clip.
 _ENTRIES = (
@@ -24,7 +24,9 @@ def timecode_of(attributes: Mapping[str, object]) -> Timecode | None:
     """Return the timecode in the header of a plate; None if it has no valid one."""
     for entry in _ENTRIES:
         value = attributes.get(entry)
-        timecode = timecode_in(value) if isinstance(value, str) else _of_exr(value)
+        timecode = (
+            try_parse_timecode(value) if isinstance(value, str) else _parse_exr_timecode(value)
+        )
         if timecode is not None:
             return timecode
     return None
@@ -33,7 +35,7 @@ def timecode_of(attributes: Mapping[str, object]) -> Timecode | None:
 def exr_timecode(timecode: Timecode) -> Any | None:
     """Return the value of the EXR attribute `timeCode`; None for frames above 29, which do not fit.
 
-    The attribute has no room for the frame numbers of higher rates.
+    The attribute cannot hold the frame numbers of higher rates.
     """
     if timecode.frames > _EXR_FRAMES_MOST:
         return None
@@ -52,7 +54,8 @@ def rate_at(attributes: Mapping[str, object]) -> float | None:
     return float(value)
 
 
-def _of_exr(value: object) -> Timecode | None:
+def _parse_exr_timecode(value: object) -> Timecode | None:
+    """Return the timecode of a value of the EXR attribute `timeCode`; None for any other value."""
     if not isinstance(value, OpenEXR.TimeCode):
         return None
     numbers = value.hours, value.minutes, value.seconds, value.frame

@@ -17,17 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import file_bytes
+from heatlens.core.base.paths import read_file_bytes
 from heatlens.media.plate.header.channels import ChannelRef, Header, Part, flat_channels, pixels_of
 from heatlens.media.plate.plate import FloatImage
 
 METADATA = "cryptomatte/"  # prefix of the attributes
-_EXPONENT, _EXPONENT_ONE = 0x7F800000, 1 << 23
+_EXPONENT, _EXPONENT_LOWEST_BIT = 0x7F800000, 1 << 23
 _LEAVES = {"r": 0, "red": 0, "g": 1, "green": 1, "b": 2, "blue": 2, "a": 3, "alpha": 3}
 _HEX = 16
 _ID_MOST = 0xFFFFFFFF
 _MANIFEST_MOST_BYTES = 64_000_000
-_AN_ID = re.compile(r"(?:#|0x)?[0-9a-f]{8}", re.IGNORECASE)
+_ID_PATTERN = re.compile(r"(?:#|0x)?[0-9a-f]{8}", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -49,80 +49,80 @@ class Cryptomatte:
     def ids(self) -> dict[str, int]:
         """The id of each name in the manifest; none if there is no manifest or it is damaged.
 
-        An id that has no 32 bits is that of no pixel, and left out.
+        An id that does not fit in 32 bits is left out, because no pixel can hold it.
         """
         try:
-            text = self.header.get("manifest") or self._sidecar()
+            text = self.header.get("manifest") or self._read_sidecar()
             by_name = {str(name): int(str(bits), _HEX) for name, bits in json.loads(text).items()}
             return {name: bits for name, bits in by_name.items() if 0 <= bits <= _ID_MOST}
         except (OSError, ValueError, AttributeError, RecursionError):
             return {}
 
-    def _sidecar(self) -> str:
-        # Only a file beside the plate is read, whatever path a header names.
+    def _read_sidecar(self) -> str:
+        """Return the text of the manifest file; "{}" if the header names none."""
+        # Only a file in the folder of the plate is read, whatever path the header names.
         name = Path(self.header.get("manif_file", "").replace("\\", "/")).name
         if not name:
             return "{}"
-        return file_bytes(self.folder / name, _MANIFEST_MOST_BYTES).decode("utf-8")
+        return read_file_bytes(self.folder / name, _MANIFEST_MOST_BYTES).decode("utf-8")
 
     def id_of(self, name: str) -> int:
         """Return the id of a name, or of `#1f2e3d4c`, which stands for a thing without a name.
 
-        Other programs write such an id as `0x1f2e3d4c` or `1f2e3d4c`.
-
-        A name that the manifest does not have has the hash that every renderer gives to it.
+        Other programs write such an id as `0x1f2e3d4c` or `1f2e3d4c`. The id of a name that the
+        manifest does not have is its hash, as in every renderer.
         """
         if name in self.ids:
             return self.ids[name]
-        if _AN_ID.fullmatch(name):
+        if _ID_PATTERN.fullmatch(name):
             return int(name.removeprefix("#"), _HEX)
         if name.startswith("#"):
             raise InputError(f"{name} is not an id: write it as # and 8 hexadecimal digits.")
-        return hashed(name)
+        return hash_name(name)
 
-    def name_of(self, thing: int) -> str:
+    def name_of(self, thing_id: int) -> str:
         """Return the name of an id, or `#1f2e3d4c` if the manifest does not have it."""
-        names = (name for name, bits in self.ids.items() if bits == thing)
-        return next(names, f"#{thing:08x}")
+        names = (name for name, bits in self.ids.items() if bits == thing_id)
+        return next(names, f"#{thing_id:08x}")
 
-    def matte(self, parts: Sequence[Part], thing: int) -> FloatImage:
+    def matte(self, parts: Sequence[Part], thing_id: int) -> FloatImage:
         """Return the coverage (H, W) of each pixel by the object with this id."""
         shape = pixels_of(parts, self.ranks[0][0]).shape
         matte: FloatImage = np.zeros(shape, np.float32)
         for ids, coverage in self.ranks:
-            is_there = bits_of(pixels_of(parts, ids)) == np.uint32(thing)
-            matte[is_there] += pixels_of(parts, coverage)[is_there].astype(np.float32)
+            is_thing = view_as_ids(pixels_of(parts, ids)) == np.uint32(thing_id)
+            matte[is_thing] += pixels_of(parts, coverage)[is_thing].astype(np.float32)
         return np.clip(np.nan_to_num(matte), 0.0, 1.0, out=matte)
 
 
-def hashed(name: str) -> int:
+def hash_name(name: str) -> int:
     """Return the id of a name: its MurmurHash3, adjusted so that the float is a normal number.
 
-    Raises InputError for a name that no text of Unicode is, and so no thing has.
+    Raises InputError for a name that cannot be encoded as UTF-8, which no thing can have.
     """
     try:
-        stored = name.encode()
+        encoded = name.encode()
     except UnicodeEncodeError as error:
         raise InputError(f"{name!r} is no name of a thing: it is not UTF-8.") from error
-    bits = mmh3.hash(stored, signed=False)
+    bits = mmh3.hash(encoded, signed=False)
     if bits & _EXPONENT in (0, _EXPONENT):
-        bits ^= _EXPONENT_ONE
+        bits ^= _EXPONENT_LOWEST_BIT
     return bits
 
 
-def bits_of(ids: NDArray[np.generic]) -> NDArray[np.uint32]:
-    """Return the ids as integers; a file stores their bits as float32."""
+def view_as_ids(ids: NDArray[np.generic]) -> NDArray[np.uint32]:
+    """Return ids as integers; a file stores their bits as float32."""
     return np.ascontiguousarray(ids).view(np.uint32)
 
 
-def cryptomattes(path: Path, parts: Sequence[Part]) -> tuple[Cryptomatte, ...]:
+def find_cryptomattes(path: Path, parts: Sequence[Part]) -> tuple[Cryptomatte, ...]:
     """Return the Cryptomattes of a file, in the order of their attributes."""
     headers = [header for header, _ in parts]
     # Half floats cannot hold the 32 bits of an id.
     refs = [ref for ref in flat_channels(headers) if pixels_of(parts, ref).dtype == np.float32]
     mattes = []
-    for name, attributes in _attributes(headers).items():
-        ranks = _ranks(refs, name)
+    for name, attributes in _attributes_by_name(headers).items():
+        ranks = _find_ranks(refs, name)
         if ranks:
             mattes.append(Cryptomatte(name, ranks, attributes, path.parent))
     return tuple(mattes)
@@ -130,34 +130,36 @@ def cryptomattes(path: Path, parts: Sequence[Part]) -> tuple[Cryptomatte, ...]:
 
 def thing_names(folder: Path, headers: Sequence[Header]) -> dict[str, list[str]]:
     """Return the names of the things that each Cryptomatte of a file in `folder` lists."""
-    entries = _attributes(headers).items()
-    return {name: sorted(Cryptomatte(name, (), it, folder).ids) for name, it in entries}
+    entries = _attributes_by_name(headers).items()
+    return {
+        name: sorted(Cryptomatte(name, (), attributes, folder).ids) for name, attributes in entries
+    }
 
 
 def half_cryptomattes(parts: Sequence[Part]) -> tuple[str, ...]:
-    """Return the names of those whose ids are half floats, which cannot hold their 32 bits."""
+    """Return the names of the Cryptomattes with ids in half floats, which cannot hold 32 bits."""
     headers = [header for header, _ in parts]
     refs = [ref for ref in flat_channels(headers) if pixels_of(parts, ref).dtype == np.float16]
-    return tuple(name for name in _attributes(headers) if _ranks(refs, name))
+    return tuple(name for name in _attributes_by_name(headers) if _find_ranks(refs, name))
 
 
-def _attributes(headers: Sequence[Header]) -> dict[str, dict[str, str]]:
+def _attributes_by_name(headers: Sequence[Header]) -> dict[str, dict[str, str]]:
     """Return the attributes of each Cryptomatte by its name; parts may repeat them."""
     by_key: dict[str, dict[str, str]] = {}
     for header in headers:
         for attribute, value in header.items():
-            key, slash, what = attribute.removeprefix(METADATA).partition("/")
+            key, slash, field = attribute.removeprefix(METADATA).partition("/")
             if attribute.startswith(METADATA) and slash and isinstance(value, str):
-                by_key.setdefault(key, {})[what] = value
+                by_key.setdefault(key, {})[field] = value
     return {matte["name"]: matte for matte in by_key.values() if matte.get("name")}
 
 
-def _ranks(refs: Sequence[ChannelRef], name: str) -> tuple[tuple[ChannelRef, ChannelRef], ...]:
-    """Return the pairs of channels of NAME00, NAME01, ..., as far as both of a pair are there."""
+def _find_ranks(refs: Sequence[ChannelRef], name: str) -> tuple[tuple[ChannelRef, ChannelRef], ...]:
+    """Return the pairs of id and coverage channels of NAME00, NAME01, ...; others are left out."""
     by_rank: dict[int, ChannelRef] = {}
     for ref in refs:
         number = ref.layer[-2:]
         if ref.layer[:-2] == name and number.isdecimal() and ref.leaf.lower() in _LEAVES:
             by_rank[4 * int(number) + _LEAVES[ref.leaf.lower()]] = ref
-    pairs = [(at, at + 1) for at in sorted(by_rank) if at % 2 == 0 and at + 1 in by_rank]
+    pairs = [(rank, rank + 1) for rank in sorted(by_rank) if rank % 2 == 0 and rank + 1 in by_rank]
     return tuple((by_rank[ids], by_rank[coverage]) for ids, coverage in pairs)

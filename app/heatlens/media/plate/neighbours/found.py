@@ -10,43 +10,50 @@ import numpy as np
 
 from heatlens.core.model.boxes import Box
 from heatlens.media.plate.behind import with_behind
-from heatlens.media.plate.deep.stacked import lists_over
-from heatlens.media.plate.mattes.cutout import with_cutout_of
+from heatlens.media.plate.deep.stacked import move_lists
+from heatlens.media.plate.mattes.cutout import extend_cutout
 from heatlens.media.plate.neighbours.moved import (
-    Arrived,
     Canvas,
-    Moving,
+    MovedFrame,
+    MovingDepths,
     Numbers,
-    arrived_in,
     canvas_of,
-    moved_here,
-    moving,
+    farthest_moved_m,
+    find_moving_depths,
+    move_into_view,
 )
 from heatlens.media.plate.neighbours.nearby import BLOCK
-from heatlens.media.plate.neighbours.trust import doubt, size_reason
+from heatlens.media.plate.neighbours.trust import doubt_reason, size_reason
 from heatlens.media.plate.neighbours.unseen import (
-    APART,
-    could_be_seen,
+    SEPARATE,
+    add_border,
     hidden_points,
-    surfaces,
-    widened,
+    mask_hiding_pixels,
+    split_into_surfaces,
 )
-from heatlens.media.plate.neighbours.view import FAR_M, Flags, Look, View, look_of, motion
+from heatlens.media.plate.neighbours.view import (
+    FAR_M,
+    Flags,
+    FrameProbe,
+    View,
+    motion_between,
+    prepare_probe,
+)
 from heatlens.media.plate.plate import FloatImage, Plate, ReadPixels
 
 _NAMES = ("What neighbouring frames show", "What they show behind that")
-_TRIED = 4  # candidates; some are rejected later
-_FULL = 0.25  # total weight of the frames from which a point is opaque; below it fades
+_CANDIDATES_MOST = 4  # candidates; some are rejected later
+_OPAQUE_WEIGHT = 0.25  # total weight of the frames from which a point is opaque; below it fades
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class NeighbourResult:
     """A plate with the surfaces found in its neighbours.
 
     plate        with the found surfaces behind the picture, and the border in `Plate.beyond`
-    hidden_part  share that was found of the pixels that near silhouettes could hide, 0..1
+    hidden_part  share of the pixels hidden by near silhouettes whose surface was found, 0..1
     frames       the frames that were used
-    left_out     the frames that were not, each with a sentence that says why
+    left_out     the frames that were not used, each with the reason as a sentence
     layers       plates of the found surfaces alone: the nearest of each pixel, then the next
     """
 
@@ -57,128 +64,141 @@ class Found:
     layers: tuple[Plate, ...] = ()
 
 
-# A silhouette hides in one frame what the next one shows. One neighbour on either side was worth
-# more than all that was tried on one plate alone: a fence went from FLIP .110 to .085, and four to
-# .081. Frames are worth what they uncover, so they are chosen by parallax, few and far enough
-# apart.
-def with_neighbours(view: View, others: Sequence[View], border_px: int = 0) -> Found:
+# Neighbouring frames show surfaces that a silhouette hides in this one. One neighbour on either
+# side improved a fence from FLIP .110 to .085, more than any method on one plate alone; four
+# improved it to .081. Frames are chosen by parallax, few and far enough apart to uncover something
+# new.
+def with_neighbours(view: View, other_views: Sequence[View], border_px: int = 0) -> NeighbourResult:
     """Return the plate of `view` with what the other frames show behind its surfaces.
 
-    `others` may come in any order. A plate that holds circles of confusion finds nothing.
+    `other_views` may have any order. For a plate of circles of confusion nothing is found.
     """
-    moved, left_out = _usable(view, others)
-    if not moved:
-        return Found(view.plate, 0.0, (), left_out)
-    plate, view = view.plate, _widened(view, moved, border_px)
+    moved_frames, left_out = _select_usable(view, other_views)
+    if not moved_frames:
+        return NeighbourResult(view.plate, 0.0, (), left_out)
+    plate, view = view.plate, _add_border(view, moved_frames, border_px)
     canvas = canvas_of(view)
-    layers = _layers(view, moved, canvas)
-    wide = view.plate
+    layers = _find_layers(view, moved_frames, canvas)
+    wide_plate = view.plate
     if layers:
-        made = with_behind(wide, layers, _NAMES[: len(layers)])
-        wide = replace(made, notes=plate.notes)
-    frames = tuple(arrived.look.view.frame for arrived in moved)
-    part = _found_part(canvas, layers, plate.data_window)
-    return Found(_framed(plate, wide), part, frames, left_out, tuple(layers))
+        stacked_plate = with_behind(wide_plate, layers, _NAMES[: len(layers)])
+        wide_plate = replace(stacked_plate, notes=plate.notes)
+    frames = tuple(moved_frame.probe.view.frame for moved_frame in moved_frames)
+    hidden_part = _measure_found_share(canvas, layers, plate.data_window)
+    return NeighbourResult(
+        _crop_to_plate(plate, wide_plate), hidden_part, frames, left_out, tuple(layers)
+    )
 
 
-def _usable(
-    view: View, others: Sequence[View]
-) -> tuple[list[Arrived], tuple[tuple[int, str], ...]]:
+def _select_usable(
+    view: View, other_views: Sequence[View]
+) -> tuple[list[MovedFrame], tuple[tuple[int, str], ...]]:
     """Return the usable frames, moved into this view, and a reason for each of the others."""
     usable, left_out, canvas = [], [], None
-    for other in sorted(others, key=lambda it: it.frame):
-        reason = size_reason(view, other)
+    for other_view in sorted(other_views, key=lambda candidate: candidate.frame):
+        reason = size_reason(view, other_view)
         if not reason:
-            arrived = arrived_in(view, look_of(other))
+            moved_frame = move_into_view(view, prepare_probe(other_view))
             canvas = canvas or canvas_of(view)
-            reason = doubt(view, arrived, canvas)
+            reason = doubt_reason(view, moved_frame, canvas)
         if reason:
-            left_out.append((other.frame, reason))
+            left_out.append((other_view.frame, reason))
         else:
-            usable.append(arrived)
+            usable.append(moved_frame)
     return usable, tuple(left_out)
 
 
-def _widened(view: View, moved: Sequence[Arrived], border_px: int) -> View:
+def _add_border(view: View, moved_frames: Sequence[MovedFrame], border_px: int) -> View:
+    """Return the view with a border around its plate, from the frames nearest in time."""
     if not border_px:
         return view
-    nearest_first = sorted(moved, key=lambda it: abs(it.look.view.frame - view.frame))
-    return replace(view, plate=widened(view.plate, nearest_first, border_px))
+    nearest_first = sorted(
+        moved_frames, key=lambda moved_frame: abs(moved_frame.probe.view.frame - view.frame)
+    )
+    return replace(view, plate=add_border(view.plate, nearest_first, border_px))
 
 
-def _layers(view: View, moved: Sequence[Arrived], canvas: Canvas) -> list[Plate]:
+def _find_layers(view: View, moved_frames: Sequence[MovedFrame], canvas: Canvas) -> list[Plate]:
     """Return plates of the found surfaces alone: the nearest of each pixel, and the next."""
-    points, looks = [], []
-    for arrived in moved:
-        place = arrived.over(canvas)
-        points.append(hidden_points(canvas, arrived, *place))
-        looks.append((arrived.look, moving(canvas, arrived, *place)))
-    goes_on_m = moved_here(view, [look for look, _ in looks], canvas)
+    points, probes = [], []
+    for moved_frame in moved_frames:
+        canvas_pixels = moved_frame.pixels_on(canvas)
+        points.append(hidden_points(canvas, moved_frame, *canvas_pixels))
+        probes.append((moved_frame.probe, find_moving_depths(canvas, moved_frame, *canvas_pixels)))
+    moving_m = farthest_moved_m(view, [probe for probe, _ in probes], canvas)
     count = np.zeros(canvas.front_m.size, np.int8)
     colors = np.zeros((len(_NAMES), canvas.front_m.size, 4), np.float32)
     depths = np.full((len(_NAMES), canvas.front_m.size), np.inf, np.float32)
-    for pixel, z in surfaces(np.concatenate(points), _TRIED):
-        color = agreed(view, looks, canvas, pixel, z)
+    for pixel, z in split_into_surfaces(np.concatenate(points), _CANDIDATES_MOST):
+        color = agree_on_colors(view, probes, canvas, pixel, z)
         is_found = (color[:, 3] > 0) & (count[pixel] < len(_NAMES))
-        is_found &= ~_is_hidden_twice(canvas, goes_on_m, pixel, z)
+        is_found &= ~_may_hide_moving_object(canvas, moving_m, pixel, z)
         pixel, z = pixel[is_found], z[is_found]
         colors[count[pixel], pixel] = color[is_found]
         depths[count[pixel], pixel] = np.where(z >= FAR_M * 0.9, np.float32(np.inf), z)
         count[pixel] += 1
     shape = canvas.front_m.shape
     return [
-        _alone(view.plate, color.reshape(*shape, 4), depth_m.reshape(shape))
+        _make_layer_plate(view.plate, color.reshape(*shape, 4), depth_m.reshape(shape))
         for color, depth_m in zip(colors, depths, strict=True)
         if color[:, 3].any()
     ]
 
 
-# Where a walker is partly hidden, the frames around show the wall behind him, because he has gone
-# on: its colour was put into the edge before him. Keeping his surroundings free took a dolly along
-# a street from FLIP .0273 to .0262.
-def _is_hidden_twice(canvas: Canvas, goes_on_m: FloatImage, pixel: Numbers, z: FloatImage) -> Flags:
-    """Return where a moving object may lie between the visible surface and a point."""
+# Points behind a moving object are not used where the object may be hidden itself. Other frames
+# show the wall behind a walker after he has gone on, and its colour would be put into the edge that
+# hides him now. Without such points a dolly along a street improves from FLIP .0273 to .0262.
+def _may_hide_moving_object(
+    canvas: Canvas, moving_m: FloatImage, pixel: Numbers, z: FloatImage
+) -> Flags:
+    """Return a mask (N,) where a moving object may lie between the visible surface and a point."""
     row, column = np.divmod(pixel, canvas.width)
-    between_m = goes_on_m[row // BLOCK, column // BLOCK]
-    is_behind_front = between_m > canvas.front_m.ravel()[pixel] * (1 + APART)
-    hidden: Flags = is_behind_front & (between_m * (1 + APART) < z)
-    return hidden
+    between_m = moving_m[row // BLOCK, column // BLOCK]
+    is_behind_front = between_m > canvas.front_m.ravel()[pixel] * (1 + SEPARATE)
+    is_between: Flags = is_behind_front & (between_m * (1 + SEPARATE) < z)
+    return is_between
 
 
-def _found_part(canvas: Canvas, layers: Sequence[Plate], framed: Box) -> float:
+def _measure_found_share(canvas: Canvas, layers: Sequence[Plate], plate_window: Box) -> float:
     """Return the share of hidden pixels that was found, without the new border."""
     if not layers:
         return 0.0
     window = layers[0].data_window
-    rows = slice(framed.y0 - window.y0, framed.y1 - window.y0)
-    columns = slice(framed.x0 - window.x0, framed.x1 - window.x0)
-    asked = could_be_seen(canvas.front_m[rows, columns])
+    rows = slice(plate_window.y0 - window.y0, plate_window.y1 - window.y0)
+    columns = slice(plate_window.x0 - window.x0, plate_window.x1 - window.x0)
+    is_searched = mask_hiding_pixels(canvas.front_m[rows, columns])
     is_found = layers[0].color[rows, columns][::BLOCK, ::BLOCK, 3] > 0
-    return float(is_found[asked].mean()) if asked.any() else 0.0
+    return float(is_found[is_searched].mean()) if is_searched.any() else 0.0
 
 
-def _framed(plate: Plate, wide: Plate) -> Plate:
+def _crop_to_plate(plate: Plate, wide_plate: Plate) -> Plate:
     """Return the plate with the surfaces found behind it; the border stays in `Plate.beyond`."""
     window = plate.data_window
-    if wide.data_window == window:
-        return wide
-    lists = wide.fragments
+    if wide_plate.data_window == window:
+        return wide_plate
+    lists = wide_plate.fragments
     if lists is not None:
-        lists = lists_over(lists, wide.data_window, window)
-    return replace(plate, fragments=lists, behind=wide.behind, beyond=with_cutout_of(plate, wide))
+        lists = move_lists(lists, wide_plate.data_window, window)
+    return replace(
+        plate,
+        fragments=lists,
+        behind=wide_plate.behind,
+        with_border=extend_cutout(plate, wide_plate),
+    )
 
 
-def _alone(plate: Plate, color: FloatImage, depth_m: FloatImage) -> Plate:
+def _make_layer_plate(plate: Plate, color: FloatImage, depth_m: FloatImage) -> Plate:
+    """Return a plate of found surfaces (H, W, 4) alone, with the camera and windows of `plate`."""
     pixels = ReadPixels(color, depth_m)
     return replace(plate, pixels=pixels, has_alpha=True, fragments=None, behind=(), notes=())
 
 
-# Without a test of agreement a rolling ball stood where it no longer is, and two neighbours gave a
-# worse picture than one (37.6 dB in place of 38.6). A frame that sees through a point is proof that
-# nothing is there; a frame that shows it is none while it is alone.
-def agreed(
-    here: View,
-    looks: Sequence[tuple[Look, Moving]],
+# A frame that sees through a point proves that nothing is there. A single frame that shows a point
+# proves nothing, because the point may have moved. Without this test a rolling ball appears where
+# it no longer is, and two neighbours give a worse picture than one (37.6 dB instead of 38.6).
+def agree_on_colors(
+    view: View,
+    probes: Sequence[tuple[FrameProbe, MovingDepths]],
     canvas: Canvas,
     pixel: Numbers,
     z: FloatImage,
@@ -187,28 +207,28 @@ def agreed(
 
     A frame that sees through a point shows that nothing is there. A point seen by one frame only is
     used unless it is close to something that moved. The weight of a frame falls to zero with its
-    distance in time, so that nothing pops when a frame enters or leaves the set.
+    distance in time, which avoids pops when a frame enters or leaves the set.
     """
-    x, y = canvas.middles(pixel)
-    reach = max(abs(look.view.frame - here.frame) for look, _ in looks) + 1
-    colors = np.zeros((len(looks), len(pixel), 4), np.float32)
-    weights = np.zeros((len(looks), len(pixel)), np.float32)
+    x, y = canvas.pixel_centers(pixel)
+    reach = max(abs(probe.view.frame - view.frame) for probe, _ in probes) + 1
+    colors = np.zeros((len(probes), len(pixel), 4), np.float32)
+    weights = np.zeros((len(probes), len(pixel)), np.float32)
     is_refuted = np.zeros(len(pixel), bool)
     may_move = np.zeros(len(pixel), bool)
-    for number, (look, mover) in enumerate(looks):
-        there = motion(here, look.view).moved(x, y, z)
-        colors[number], is_seen, is_through = look.answers(*there)
-        weights[number] = is_seen * (1 - abs(look.view.frame - here.frame) / reach)
+    for number, (probe, moving_depths) in enumerate(probes):
+        moved_points = motion_between(view, probe.view).move_points(x, y, z)
+        colors[number], is_seen, is_through = probe.test_points(*moved_points)
+        weights[number] = is_seen * (1 - abs(probe.view.frame - view.frame) / reach)
         is_refuted |= is_through
-        may_move |= is_seen & mover.holds(*there)
+        may_move |= is_seen & moving_depths.may_contain(*moved_points)
     seen_by = (weights > 0).sum(0)
-    color = middle_half(colors, weights)
-    color *= np.minimum(weights.sum(0) / np.float32(_FULL), 1)[:, None]
+    color = mean_of_middle_half(colors, weights)
+    color *= np.minimum(weights.sum(0) / np.float32(_OPAQUE_WEIGHT), 1)[:, None]
     color[is_refuted | (seen_by == 0) | ((seen_by == 1) & may_move)] = 0
     return color
 
 
-def middle_half(colors: FloatImage, weights: FloatImage) -> FloatImage:
+def mean_of_middle_half(colors: FloatImage, weights: FloatImage) -> FloatImage:
     """Return the mean of the middle half of colours (K, N, C), sorted by brightness.
 
     Their weights (K, N) decide where the middle is. Unlike a median, the mean changes smoothly with
@@ -223,5 +243,5 @@ def middle_half(colors: FloatImage, weights: FloatImage) -> FloatImage:
     inner -= np.maximum(end - sorted_share, np.float32(0.25))
     np.put_along_axis(share, order, np.maximum(inner, 0), 1)
     share /= np.maximum(share.sum(1), np.float32(1e-9))[:, None]
-    middle: FloatImage = np.einsum("knc,nk->nc", colors, share)
-    return middle
+    mean: FloatImage = np.einsum("knc,nk->nc", colors, share)
+    return mean

@@ -1,6 +1,6 @@
 """Move the pixels of a neighbouring frame into the view of this one.
 
-Things that move themselves are found, because their pixels must not be taken from one frame alone.
+Moving objects are found as well, because their pixels must not be taken from one frame alone.
 """
 
 from collections.abc import Sequence
@@ -10,22 +10,27 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.media.plate.neighbours.nearby import BLOCK, around, blocks, of_nine
+from heatlens.media.plate.neighbours.nearby import (
+    BLOCK,
+    filter_three_by_three,
+    filter_within,
+    reduce_blocks,
+)
 from heatlens.media.plate.neighbours.view import (
     NEAR_M,
     THROUGH,
     Flags,
-    Look,
+    FrameProbe,
     View,
     depth_of,
-    motion,
+    motion_between,
 )
 from heatlens.media.plate.plate import FloatImage
 
 Numbers = NDArray[np.int32]
-_REACH = 1 / 24  # share of the width: pixels of similar depth this close moved too
-_BESIDE = 1 / 80  # share of the width: how far a moving object may extend
-_LIKE = 0.1  # relative difference
+_REACH = 1 / 24  # share of the width: pixels of similar depth within it count as moving, too
+_EXTENT = 1 / 80  # share of the width: how far a moving object may extend
+_DEPTH_TOLERANCE = 0.1  # relative difference within which two depths are similar
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +52,9 @@ class Canvas:
     @cached_property
     def nearest_m(self) -> FloatImage:
         """(H, W) the nearest depth within a pixel."""
-        return of_nine(self.front_m, np.minimum)
+        return filter_three_by_three(self.front_m, np.minimum)
 
-    def middles(self, pixel: Numbers) -> tuple[FloatImage, FloatImage]:
+    def pixel_centers(self, pixel: Numbers) -> tuple[FloatImage, FloatImage]:
         """Return x and y of the middles of pixels, from the corner of the display window."""
         row, column = np.divmod(pixel, self.width)
         left, top = self.corner
@@ -57,20 +62,24 @@ class Canvas:
 
 
 def canvas_of(view: View) -> Canvas:
+    """Return the visible surface of a view."""
     return Canvas(view.corner, depth_of(view.plate))
 
 
 @dataclass(frozen=True, eq=False)
-class Arrived:
+class MovedFrame:
     """The pixels (H, W) of a frame moved into another view: their positions and depths."""
 
-    look: Look
+    probe: FrameProbe
     x: FloatImage
     y: FloatImage
     z: FloatImage
 
-    def over(self, canvas: Canvas) -> tuple[Numbers, Flags]:
-        """Return the pixel (H, W) of the canvas that each has reached, 0 if none, and which did."""
+    def pixels_on(self, canvas: Canvas) -> tuple[Numbers, Flags]:
+        """Return the canvas pixel (H, W) of each pixel, and a mask of those inside the canvas.
+
+        The canvas pixel is 0 outside.
+        """
         height, width = canvas.front_m.shape
         column = self.x - np.float32(canvas.corner[0])
         row = self.y - np.float32(canvas.corner[1])
@@ -84,65 +93,69 @@ class Arrived:
         return pixel, is_over
 
 
-def arrived_in(here: View, look: Look) -> Arrived:
+def move_into_view(view: View, probe: FrameProbe) -> MovedFrame:
     """Move the pixels of a frame into a view."""
-    left, top = look.view.corner
-    height, width = look.depth_m.shape
+    left, top = probe.view.corner
+    height, width = probe.depth_m.shape
     x = np.arange(width, dtype=np.float32)[None, :] + np.float32(left + 0.5)
     y = np.arange(height, dtype=np.float32)[:, None] + np.float32(top + 0.5)
-    return Arrived(look, *motion(look.view, here).moved(x, y, look.depth_m))
+    return MovedFrame(probe, *motion_between(probe.view, view).move_points(x, y, probe.depth_m))
 
 
 @dataclass(frozen=True, eq=False)
-class Moving:
+class MovingDepths:
     """The depths of moving objects around each block of pixels: (H, W) nearest and farthest."""
 
     corner: tuple[int, int]
     near_m: FloatImage
     far_m: FloatImage
 
-    def holds(self, x: FloatImage, y: FloatImage, z: FloatImage) -> Flags:
-        """Return which points may belong to a moving object."""
+    def may_contain(self, x: FloatImage, y: FloatImage, z: FloatImage) -> Flags:
+        """Return a mask of the points that may belong to a moving object."""
         rows, columns = self.near_m.shape
         column = np.clip((x - np.float32(self.corner[0])) / BLOCK, 0, columns - 1).astype(np.int32)
         row = np.clip((y - np.float32(self.corner[1])) / BLOCK, 0, rows - 1).astype(np.int32)
-        at = row * columns + column
-        is_behind = z > self.near_m.ravel()[at] * (1 - _LIKE)
-        moved: Flags = is_behind & (z < self.far_m.ravel()[at] * (1 + _LIKE))
-        return moved
+        block = row * columns + column
+        is_behind = z > self.near_m.ravel()[block] * (1 - _DEPTH_TOLERANCE)
+        may_move: Flags = is_behind & (z < self.far_m.ravel()[block] * (1 + _DEPTH_TOLERANCE))
+        return may_move
 
 
-# The reverse of `moving`: that finds what a neighbour shows and this frame sees through; this finds
-# what this frame shows and a neighbour sees through. Both moved by themselves, but only the first
-# can be left out of what is taken; of the second nobody knows where it goes on.
-def moved_here(here: View, looks: Sequence[Look], canvas: Canvas) -> FloatImage:
-    """Return the farthest depth that this frame shows and another sees through; 0 if none.
+# The reverse of `find_moving_depths`, which finds objects that a neighbour shows and this frame
+# sees through. This finds objects that this frame shows and a neighbour sees through. Both moved,
+# but only the pixels of the first can be left out; how the second continues is unknown.
+def farthest_moved_m(view: View, probes: Sequence[FrameProbe], canvas: Canvas) -> FloatImage:
+    """Return the farthest depth around each block of pixels that another frame sees through.
 
-    Such an object moved, so no other frame shows how it continues behind whatever hides it
-    here. The depth is that around each block of pixels.
+    It is 0 where there is none. An object at this depth moved, so no other frame shows how it
+    continues behind the surface that hides a part of it here.
     """
     rows, columns = (np.arange(0, side, BLOCK) for side in canvas.front_m.shape)
     pixel = (rows[:, None] * canvas.width + columns).ravel()
-    x, y = canvas.middles(pixel)
+    x, y = canvas.pixel_centers(pixel)
     z = canvas.front_m.ravel()[pixel]
     is_moved = np.zeros(len(pixel), bool)
-    for look in looks:
-        is_moved |= look.answers(*motion(here, look.view).moved(x, y, z))[2]
+    for probe in probes:
+        is_moved |= probe.test_points(*motion_between(view, probe.view).move_points(x, y, z))[2]
     far_m = np.where(is_moved, z, np.float32(0)).reshape(len(rows), len(columns))
-    return around(far_m, max(1, round(_BESIDE * canvas.width / BLOCK)), np.maximum)
+    return filter_within(far_m, max(1, round(_EXTENT * canvas.width / BLOCK)), np.maximum)
 
 
-def moving(canvas: Canvas, arrived: Arrived, pixel: Numbers, is_over: Flags) -> Moving:
+def find_moving_depths(
+    canvas: Canvas, moved_frame: MovedFrame, pixel: Numbers, is_over: Flags
+) -> MovingDepths:
     """Return the moving objects of a frame: its pixels that this frame sees through.
 
-    `pixel` and `is_over` are the results of `Arrived.over`.
+    `pixel` and `is_over` are the results of `MovedFrame.pixels_on`.
     """
-    look = arrived.look
-    is_moved = is_over & look.is_clean
-    is_moved &= canvas.nearest_m.ravel()[pixel] > THROUGH * arrived.z
-    near_m = blocks(np.where(is_moved, look.depth_m, np.float32(np.inf)), np.minimum)
-    far_m = blocks(np.where(is_moved, look.depth_m, np.float32(0)), np.maximum)
-    reach = max(1, round(_REACH * look.depth_m.shape[1] / BLOCK))
-    return Moving(
-        look.view.corner, around(near_m, reach, np.minimum), around(far_m, reach, np.maximum)
+    probe = moved_frame.probe
+    is_moved = is_over & probe.is_clean
+    is_moved &= canvas.nearest_m.ravel()[pixel] > THROUGH * moved_frame.z
+    near_m = reduce_blocks(np.where(is_moved, probe.depth_m, np.float32(np.inf)), np.minimum)
+    far_m = reduce_blocks(np.where(is_moved, probe.depth_m, np.float32(0)), np.maximum)
+    reach = max(1, round(_REACH * probe.depth_m.shape[1] / BLOCK))
+    return MovingDepths(
+        probe.view.corner,
+        filter_within(near_m, reach, np.minimum),
+        filter_within(far_m, reach, np.maximum),
     )

@@ -7,37 +7,37 @@ from heatlens.media.plate.plate import FloatImage
 BLOCK = 4  # side of the blocks that wide filters work on
 
 
-def of_nine(values: FloatImage, least: np.ufunc) -> FloatImage:
-    """Return the minimum, or the maximum, over each pixel (H, W) and the eight around it."""
+def filter_three_by_three(values: FloatImage, reduce: np.ufunc) -> FloatImage:
+    """Return `reduce` (np.minimum or np.maximum) over each pixel (H, W) and the eight around it."""
     rows = values.copy()
-    least(rows[1:], values[:-1], out=rows[1:])
-    least(rows[:-1], values[1:], out=rows[:-1])
-    both = rows.copy()
-    least(both[:, 1:], rows[:, :-1], out=both[:, 1:])
-    least(both[:, :-1], rows[:, 1:], out=both[:, :-1])
-    return both
+    reduce(rows[1:], values[:-1], out=rows[1:])
+    reduce(rows[:-1], values[1:], out=rows[:-1])
+    nine = rows.copy()
+    reduce(nine[:, 1:], rows[:, :-1], out=nine[:, 1:])
+    reduce(nine[:, :-1], rows[:, 1:], out=nine[:, :-1])
+    return nine
 
 
-def blocks(values: FloatImage, least: np.ufunc) -> FloatImage:
-    """Return the minimum, or the maximum, of each block of pixels."""
+def reduce_blocks(values: FloatImage, reduce: np.ufunc) -> FloatImage:
+    """Return `reduce` (np.minimum or np.maximum) over each block of BLOCK x BLOCK pixels."""
     for _ in range(2):
         lines = values[::BLOCK].copy()
         for step in range(1, BLOCK):
-            others = values[step::BLOCK]
-            least(lines[: len(others)], others, out=lines[: len(others)])
+            next_lines = values[step::BLOCK]
+            reduce(lines[: len(next_lines)], next_lines, out=lines[: len(next_lines)])
         values = lines.T
     return values
 
 
-def around(values: FloatImage, reach: int, least: np.ufunc) -> FloatImage:
-    """Return the minimum, or the maximum, within `reach` of each value (H, W)."""
+def filter_within(values: FloatImage, reach: int, reduce: np.ufunc) -> FloatImage:
+    """Return `reduce` (np.minimum or np.maximum) over all values within `reach` of each (H, W)."""
     for _ in range(2):
-        done = 0
-        while done < reach:
-            step = min(done + 1, reach - done)  # each pass doubles the reach
-            other = values.copy()
-            least(other[step:], values[:-step], out=other[step:])
-            least(other[:-step], values[step:], out=other[:-step])
-            values, done = other, done + step
+        covered = 0
+        while covered < reach:
+            step = min(covered + 1, reach - covered)  # each pass doubles the reach
+            widened = values.copy()
+            reduce(widened[step:], values[:-step], out=widened[step:])
+            reduce(widened[:-step], values[step:], out=widened[:-step])
+            values, covered = widened, covered + step
         values = values.T
     return values

@@ -1,6 +1,6 @@
 """A frame of a sequence with its camera, and the motion of its points to another frame.
 
-A look asks one frame about points in space: whether it sees them, sees through them, or neither.
+A `FrameProbe` tests points in space: whether the frame sees them, sees through them, or neither.
 """
 
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.media.plate.neighbours.nearby import of_nine
+from heatlens.media.plate.neighbours.nearby import filter_three_by_three
 from heatlens.media.plate.plate import FloatImage, Plate
 
 FloatMatrix = NDArray[np.float64]
@@ -46,8 +46,8 @@ class View:
     @property
     def corner(self) -> tuple[int, int]:
         """The upper left corner of the data window, from that of the display window."""
-        data, shown = self.plate.data_window, self.plate.display_window
-        return data.x0 - shown.x0, data.y0 - shown.y0
+        data, display = self.plate.data_window, self.plate.display_window
+        return data.x0 - display.x0, data.y0 - display.y0
 
 
 def depth_of(plate: Plate) -> FloatImage:
@@ -58,22 +58,23 @@ def depth_of(plate: Plate) -> FloatImage:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Where the points of one view are in another: (x w, y w, w) = z turn (x', y', 1) + shift.
+    """The map from points of one view to another: (x w, y w, w) = z turn (x', y', 1) + shift.
 
-    Here z is the depth in the first view and w that in the second, in metres.
+    Here x', y' is the pixel and z the depth in the first view; x, y is the pixel and w the depth in
+    the second view. Depths are in metres.
     """
 
     turn: FloatMatrix  # 3x3
     shift: FloatMatrix  # (3,)
 
-    def moved(
+    def move_points(
         self, x: FloatImage, y: FloatImage, z: FloatImage
     ) -> tuple[FloatImage, FloatImage, FloatImage]:
-        """Return x, y in pixels and the depth in metres of points, which broadcast."""
+        """Return x, y in pixels and the depth in metres of moved points; the arrays broadcast."""
         turn, shift = self.turn.astype(np.float32), self.shift.astype(np.float32)
         moved = [
-            z * (row[0] * x + (row[1] * y + row[2])) + by
-            for row, by in zip(turn, shift, strict=True)
+            z * (row[0] * x + (row[1] * y + row[2])) + offset
+            for row, offset in zip(turn, shift, strict=True)
         ]
         depth = np.maximum(
             moved[2], np.float32(1e-6)
@@ -81,7 +82,7 @@ class Motion:
         return moved[0] / depth, moved[1] / depth, moved[2]
 
 
-def motion(source: View, target: View) -> Motion:
+def motion_between(source: View, target: View) -> Motion:
     """Return how points seen from `source` appear from `target`."""
     move = target.world_to_camera @ np.linalg.inv(source.world_to_camera)
     project = np.linalg.inv(target.rays)
@@ -90,8 +91,8 @@ def motion(source: View, target: View) -> Motion:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
-    """A frame, prepared for questions about points.
+class FrameProbe:
+    """A frame, prepared to test points in space against its depth.
 
     depth_m   (H, W) over the data window
     near_m    (H, W) the nearest depth within a pixel
@@ -105,32 +106,39 @@ class Look:
     far_m: FloatImage
     is_clean: Flags
 
-    def answers(
+    def test_points(
         self, x: FloatImage, y: FloatImage, z: FloatImage
     ) -> tuple[FloatImage, Flags, Flags]:
-        """Return colours (N, 4), which points are seen, and which are seen through.
+        """Return colours (N, 4), a mask of the points seen, and one of the points seen through.
 
-        Where a point is neither seen nor seen through, it is hidden or outside the picture.
+        A point that is neither seen nor seen through is hidden or outside the picture.
         """
         height, width = self.depth_m.shape
         left, top = self.view.corner
         across, down = x - np.float32(left), y - np.float32(top)
         is_inside = (across >= 0) & (across < width) & (down >= 0) & (down < height) & (z > NEAR_M)
-        at = np.where(is_inside, down, 0).astype(np.int32) * np.int32(width)
-        at += np.where(is_inside, across, 0).astype(np.int32)
-        near_m = self.near_m.ravel()[at]
+        pixel = np.where(is_inside, down, 0).astype(np.int32) * np.int32(width)
+        pixel += np.where(is_inside, across, 0).astype(np.int32)
+        near_m = self.near_m.ravel()[pixel]
         is_through = is_inside & (near_m > THROUGH * z)
-        is_seen = is_inside & (near_m < (1 + SAME) * z) & (self.far_m.ravel()[at] > (1 - SAME) * z)
-        some = np.flatnonzero(is_seen)
+        is_seen = (
+            is_inside & (near_m < (1 + SAME) * z) & (self.far_m.ravel()[pixel] > (1 - SAME) * z)
+        )
+        seen_points = np.flatnonzero(is_seen)
         color = np.zeros((len(x), 4), np.float32)
-        color[some], total = self._between(across[some], down[some], z[some])
-        is_seen[some] = total > _LEAST_WEIGHT
+        color[seen_points], total = self._interpolate_color(
+            across[seen_points], down[seen_points], z[seen_points]
+        )
+        is_seen[seen_points] = total > _LEAST_WEIGHT
         return color, is_seen, is_through
 
-    def _between(
+    def _interpolate_color(
         self, x: FloatImage, y: FloatImage, z: FloatImage
     ) -> tuple[FloatImage, FloatImage]:
-        """Return colours (N, 4) between pixels that show the depth, and the weight of these."""
+        """Return colours (N, 4) interpolated over the pixels that show the depth `z`, and weights.
+
+        A weight (N,) is the share of the four pixels around a point that show its depth.
+        """
         height, width = self.depth_m.shape
         x, y = x - np.float32(0.5), y - np.float32(0.5)
         column, row = np.floor(x), np.floor(y)
@@ -139,19 +147,20 @@ class Look:
         total = np.zeros(len(x), np.float32)
         color = np.zeros((len(x), 4), np.float32)
         for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            at = np.clip(row + j, 0, height - 1).astype(np.int32) * np.int32(width)
-            at += np.clip(column + i, 0, width - 1).astype(np.int32)
-            is_same = (np.abs(depth_m[at] - z) < SAME * z) & self.is_clean.ravel()[at]
+            pixel = np.clip(row + j, 0, height - 1).astype(np.int32) * np.int32(width)
+            pixel += np.clip(column + i, 0, width - 1).astype(np.int32)
+            is_same = (np.abs(depth_m[pixel] - z) < SAME * z) & self.is_clean.ravel()[pixel]
             weight = (right if i else 1 - right) * (down if j else 1 - down) * is_same
             total += weight
-            color += weight[:, None] * pixels[at]
+            color += weight[:, None] * pixels[pixel]
         color /= np.maximum(total, np.float32(_LEAST_WEIGHT))[:, None]
         return color, total
 
 
-def look_of(view: View) -> Look:
-    """Prepare a frame for questions about points."""
+def prepare_probe(view: View) -> FrameProbe:
+    """Return a frame prepared to test points against its depth."""
     depth_m = depth_of(view.plate)
-    near_m, far_m = of_nine(depth_m, np.minimum), of_nine(depth_m, np.maximum)
+    near_m = filter_three_by_three(depth_m, np.minimum)
+    far_m = filter_three_by_three(depth_m, np.maximum)
     is_clean = far_m <= near_m * np.float32(MIXED)
-    return Look(view, depth_m, near_m, far_m, is_clean)
+    return FrameProbe(view, depth_m, near_m, far_m, is_clean)

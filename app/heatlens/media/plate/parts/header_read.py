@@ -1,7 +1,6 @@
 """Read the headers of a file without its pixels, in about a tenth of a millisecond.
 
-Also the timecode of a sequence, which is in the header of its first file, and the choice of entries
-that are copied to the output.
+The timecode of a sequence is read here as well, from the header of its first file.
 """
 
 import os
@@ -10,9 +9,9 @@ from pathlib import Path
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.timecode import Timecode
-from heatlens.media.files.picture_formats import in_movie, is_picture
+from heatlens.media.files.picture_formats import is_picture, movie_of_frame
 from heatlens.media.files.quiet import quiet_library
-from heatlens.media.plate.exr.exr_read import deep_channels, is_deep_file, opened_parts
+from heatlens.media.plate.exr.exr_read import choose_deep_channels, is_deep_file, open_parts
 from heatlens.media.plate.exr.exr_scan import check_exr
 from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.header.channels import Header
@@ -21,10 +20,12 @@ from heatlens.media.plate.header.timecode import timecode_of
 from heatlens.media.plate.parts.picture_parts import picture_header
 from heatlens.media.sequence.sequence import Sequence
 
-_AS_FOUND = PlateOptions()
+_DEFAULT_OPTIONS = PlateOptions()
 
 
-def read_color_header(path: str | os.PathLike[str], options: PlateOptions = _AS_FOUND) -> Header:
+def read_color_header(
+    path: str | os.PathLike[str], options: PlateOptions = _DEFAULT_OPTIONS
+) -> Header:
     """Read the header of the part that holds the colours that `options` choose.
 
     Raises InputError if the file is missing, damaged or no EXR, or does not have these colours.
@@ -34,7 +35,7 @@ def read_color_header(path: str | os.PathLike[str], options: PlateOptions = _AS_
     layer, eye = options.color_layer, options.eye
     headers = read_headers(path)
     if is_deep_file(Path(path)):
-        return headers[deep_channels(Path(path), headers, layer, eye).part]
+        return headers[choose_deep_channels(Path(path), headers, layer, eye).part]
     return headers[choose_color(Path(path), headers, layer, eye).rgb[0].part]
 
 
@@ -46,7 +47,7 @@ def read_headers(path: str | os.PathLike[str]) -> list[Header]:
     check_exr(Path(path))
     try:
         with quiet_library():
-            parts = opened_parts(path, header_only=True)
+            parts = open_parts(path, header_only=True)
         headers = [part.header for part in parts]
     except (RuntimeError, ValueError, TypeError, OSError, MemoryError, ArithmeticError) as error:
         raise InputError(
@@ -61,14 +62,16 @@ def read_headers(path: str | os.PathLike[str]) -> list[Header]:
 def first_timecode(sequence: Sequence) -> tuple[int, Timecode] | None:
     """Return the first frame that has a file, and the timecode in its header, if there is one."""
     path = sequence.path_at(sequence.present[0])
-    timecodes = (timecode_of(attributes) for attributes in headers_of(path))
-    timecode = next((one for one in timecodes if one is not None), None)
+    timecodes = (timecode_of(attributes) for attributes in read_timing_headers(path))
+    timecode = next(
+        (found_timecode for found_timecode in timecodes if found_timecode is not None), None
+    )
     return None if timecode is None else (sequence.present[0], timecode)
 
 
-def headers_of(path: Path) -> list[Header]:
-    """Return the headers that may tell timecode and frame rate: of an EXR, or of a movie."""
-    if in_movie(path) is not None:
+def read_timing_headers(path: Path) -> list[Header]:
+    """Return the headers that may hold timecode and frame rate: those of an EXR or of a movie."""
+    if movie_of_frame(path) is not None:
         return [picture_header(path)]
     return [] if is_picture(path) else read_headers(path)
 

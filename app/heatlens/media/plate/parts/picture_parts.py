@@ -23,19 +23,19 @@ from heatlens.media.plate.header.camera_header import lens_attributes
 from heatlens.media.plate.header.channels import Header, Part
 from heatlens.media.plate.header.entries import FOR_THE_EYE, PICTURE_FACTS, PictureFacts
 from heatlens.media.plate.header.primaries import P3_D65
-from heatlens.media.plate.picture.display import log_light, srgb_decoded
+from heatlens.media.plate.picture.display import decode_camera_log, decode_srgb
 from heatlens.media.plate.picture.picture_open import RawPicture, open_picture, picture_info
-from heatlens.media.plate.picture.portrait import inner_depth
+from heatlens.media.plate.picture.portrait import read_inner_depth
 from heatlens.media.plate.plate import FloatImage
-from heatlens.media.plate.windows import header_at_box, resized_nearest
+from heatlens.media.plate.windows import make_header_window, resize_nearest
 
 _FULL_FRAME_MM = (36.0, 24.0)
 _EXIF_FOCAL_35MM = 0xA405
 # Channels of a grey picture may differ by this part of the range: JPEG adds a little colour.
-_SHARE_COLORED = 0.02
-_SOLID_PX = 5  # a codec colours lines and dots at edges; a part so wide and high is a colour
-_SEAM_PX = 16  # beside the other half a codec mixes the colours of both in its blocks
-_AFTER = (DepthSide.RIGHT, DepthSide.BOTTOM)  # the depth is the second half
+_COLORED_SHARE = 0.02
+_SOLID_PX = 5  # a codec colours thin lines and dots at edges; a square of this side is a colour
+_SEAM_PX = 16  # next to the other half, a codec mixes the colours of both in its blocks
+_SIDES_OF_SECOND_HALF = (DepthSide.RIGHT, DepthSide.BOTTOM)  # the depth is the second half
 
 Kind = Literal["color", "depth"]
 
@@ -43,26 +43,31 @@ Kind = Literal["color", "depth"]
 def color_parts(path: Path, curve: PictureCurve, side: DepthSide = DepthSide.NONE) -> list[Part]:
     """Read R, G, B and A of a picture as linear light, and Z if the picture holds a depth.
 
-    The half at `side` is that depth. Raises InputError if the picture cannot be halved.
+    If `side` is given, that half of the picture is the depth. Raises InputError if the picture
+    cannot be halved.
     """
     raw = open_picture(path)
     depth = None
     if side is not DepthSide.NONE:
-        raw, depth = _halves(path, raw, side)
-    straight, notes = _linear(path, raw, curve)
+        raw, depth = _split_halves(path, raw, side)
+    straight, notes = _convert_to_linear(path, raw, curve)
     if straight.shape[2] in (2, 4):
         straight[:, :, :-1] *= straight[:, :, -1:]
     names = {1: "Y", 2: "YA", 3: "RGB", 4: "RGBA"}[straight.shape[2]]
     channels = {name: np.ascontiguousarray(straight[:, :, i]) for i, name in enumerate(names)}
     if depth is not None:
         channels["Z"] = depth
-        return [_part(channels, raw, PictureFacts(notes, raw.full_scale), curve)]
-    inner = inner_depth(path, raw.info)
-    if inner is None:
-        return [_part(channels, raw, PictureFacts(notes), curve)]
-    channels["Z"] = resized_nearest(_upright(inner.values, straight, raw), straight.shape[:2])
-    facts = PictureFacts((*notes, *inner.notes), inner.full_scale, inner.convention, inner.why)
-    return [_part(channels, raw, facts, curve)]
+        return [_make_part(channels, raw, PictureFacts(notes, raw.full_scale), curve)]
+    depth_map = read_inner_depth(path, raw.info)
+    if depth_map is None:
+        return [_make_part(channels, raw, PictureFacts(notes), curve)]
+    channels["Z"] = resize_nearest(
+        _rotate_upright(depth_map.values, straight, raw), straight.shape[:2]
+    )
+    facts = PictureFacts(
+        (*notes, *depth_map.notes), depth_map.full_scale, depth_map.convention, depth_map.why
+    )
+    return [_make_part(channels, raw, facts, curve)]
 
 
 def depth_parts(path: Path) -> list[Part]:
@@ -72,18 +77,20 @@ def depth_parts(path: Path) -> list[Part]:
     """
     raw = open_picture(path)
     facts = PictureFacts(full_scale=raw.full_scale)
-    return [_part({"Z": _grey(path, raw)}, raw, facts)]
+    return [_make_part({"Z": _read_grey(path, raw)}, raw, facts)]
 
 
-def _grey(path: Path, raw: RawPicture, asked: tuple[slice, slice] | None = None) -> FloatImage:
+def _read_grey(
+    path: Path, raw: RawPicture, checked_area: tuple[slice, slice] | None = None
+) -> FloatImage:
     """Return the values (H, W) of a grey picture; raise InputError for a coloured one.
 
-    `asked` is the part that must be grey, as it does not lie beside another picture; None: all.
+    Only the rows and columns of `checked_area` must be grey; None checks the whole picture.
     """
     values = raw.values[:, :, : 3 if raw.values.shape[2] >= 3 else 1].astype(np.float32)
     spread = values.max(axis=2) - values.min(axis=2)
-    most = _SHARE_COLORED * (raw.full_scale or max(float(np.ptp(values)), 1e-30))
-    if _has_solid_part((spread > most)[asked or np.s_[:, :]]):
+    largest_spread = _COLORED_SHARE * (raw.full_scale or max(float(np.ptp(values)), 1e-30))
+    if _has_solid_square((spread > largest_spread)[checked_area or np.s_[:, :]]):
         raise InputError(
             f"{path} is coloured, so it is not a depth, or a depth shown with a colour map: export "
             "it in grey, best with 16 bits."
@@ -91,17 +98,20 @@ def _grey(path: Path, raw: RawPicture, asked: tuple[slice, slice] | None = None)
     return np.ascontiguousarray(values[:, :, 0])
 
 
-def _has_solid_part(mask: NDArray[np.bool_]) -> bool:
-    """Return True if a square of the mask is set; in a small picture, all across or down."""
+def _has_solid_square(mask: NDArray[np.bool_]) -> bool:
+    """Return True if all pixels of some square of _SOLID_PX in the mask are set.
+
+    In a smaller picture the square is as wide or as high as the picture.
+    """
     for axis in (0, 1):
         side = min(_SOLID_PX, mask.shape[axis])
-        room = mask.shape[axis] - side + 1
-        shifted = (mask.take(range(at, at + room), axis) for at in range(side))
+        count = mask.shape[axis] - side + 1
+        shifted = (mask.take(range(offset, offset + count), axis) for offset in range(side))
         mask = np.logical_and.reduce(list(shifted))
     return bool(mask.any())
 
 
-def _halves(path: Path, raw: RawPicture, side: DepthSide) -> tuple[RawPicture, FloatImage]:
+def _split_halves(path: Path, raw: RawPicture, side: DepthSide) -> tuple[RawPicture, FloatImage]:
     """Return the picture without the half at `side`, and the depth in that half."""
     height, width = raw.values.shape[:2]
     half = _half_size((width, height), side)
@@ -111,24 +121,26 @@ def _halves(path: Path, raw: RawPicture, side: DepthSide) -> tuple[RawPicture, F
         )
     first = replace(raw, values=raw.values[: half[1], : half[0]])
     second = replace(raw, values=raw.values[-half[1] :, -half[0] :])
-    color, depth = (first, second) if side in _AFTER else (second, first)
-    return color, _grey(path, depth, _beyond_seam(half, side))
+    color, depth = (first, second) if side in _SIDES_OF_SECOND_HALF else (second, first)
+    return color, _read_grey(path, depth, _area_beyond_seam(half, side))
 
 
-def _beyond_seam(size: tuple[int, int], side: DepthSide) -> tuple[slice, slice]:
-    """Return the rows and columns of the half at `side` that do not lie beside the other half."""
-    across = side in (DepthSide.LEFT, DepthSide.RIGHT)
-    length = size[0] if across else size[1]
-    left_out = min(_SEAM_PX, length // 4)
-    span = slice(left_out, None) if side in _AFTER else slice(0, length - left_out)
-    return (slice(None), span) if across else (span, slice(None))
+def _area_beyond_seam(size: tuple[int, int], side: DepthSide) -> tuple[slice, slice]:
+    """Return the rows and columns of the half at `side` that are not next to the other half."""
+    is_horizontal = side in (DepthSide.LEFT, DepthSide.RIGHT)
+    length = size[0] if is_horizontal else size[1]
+    seam_px = min(_SEAM_PX, length // 4)
+    kept_span = (
+        slice(seam_px, None) if side in _SIDES_OF_SECOND_HALF else slice(0, length - seam_px)
+    )
+    return (slice(None), kept_span) if is_horizontal else (kept_span, slice(None))
 
 
 def _half_size(size: tuple[int, int], side: DepthSide) -> tuple[int, int]:
     """Return (width, height) without the half at `side`."""
-    across = 2 if side in (DepthSide.LEFT, DepthSide.RIGHT) else 1
-    down = 2 if side in (DepthSide.TOP, DepthSide.BOTTOM) else 1
-    return size[0] // across, size[1] // down
+    horizontal_divisor = 2 if side in (DepthSide.LEFT, DepthSide.RIGHT) else 1
+    vertical_divisor = 2 if side in (DepthSide.TOP, DepthSide.BOTTOM) else 1
+    return size[0] // horizontal_divisor, size[1] // vertical_divisor
 
 
 def picture_header(
@@ -138,38 +150,40 @@ def picture_header(
     size, info = picture_info(path)
     size = _half_size(size, side)
     is_for_eye = not info.get("is_light") and curve.color_space is None
-    header = _header((), size, info, PictureFacts()) | _for_the_eye(is_for_eye)
-    return _in_rec709(header) if curve.color_space is not None else header
+    header = _make_header((), size, info, PictureFacts()) | _display_mark(is_for_eye)
+    return _drop_chromaticities(header) if curve.color_space is not None else header
 
 
-def _in_rec709(header: Header) -> Header:
-    """Return the header of light that was converted to Rec.709, whatever the file is tagged as."""
+def _drop_chromaticities(header: Header) -> Header:
+    """Return the header without primaries, for light that was converted to Rec.709."""
     return {name: value for name, value in header.items() if name != "chromaticities"}
 
 
-def _for_the_eye(is_so: bool) -> Header:
-    """Return the header entry that marks a display-referred picture if `is_so`, else nothing."""
-    return {FOR_THE_EYE: 1} if is_so else {}
+def _display_mark(is_display_referred: bool) -> Header:
+    """Return the header entry that marks a display-referred picture; {} for other pictures."""
+    return {FOR_THE_EYE: 1} if is_display_referred else {}
 
 
-def _part(
+def _make_part(
     channels: dict[str, FloatImage],
     raw: RawPicture,
     facts: PictureFacts,
     curve: PictureCurve = PictureCurve.AUTO,
 ) -> Part:
+    """Return the channels with a header, as a part of an EXR file is read."""
     height, width = raw.values.shape[:2]
-    header = _header(tuple(channels), (width, height), raw.info, facts)
+    header = _make_header(tuple(channels), (width, height), raw.info, facts)
     if curve.color_space is not None:
-        return _in_rec709(header), dict(channels)
+        return _drop_chromaticities(header), dict(channels)
     is_for_eye = raw.full_scale is not None and not raw.info.get("is_light")
-    return header | _for_the_eye(is_for_eye), dict(channels)
+    return header | _display_mark(is_for_eye), dict(channels)
 
 
-def _header(
+def _make_header(
     channels: tuple[str, ...], size: tuple[int, int], info: dict[str, Any], facts: PictureFacts
 ) -> Header:
-    window = header_at_box(Box(0, 0, *size))
+    """Return a header in the form of EXR for a picture of this size (width, height)."""
+    window = make_header_window(Box(0, 0, *size))
     header: Header = {
         "channels": [SimpleNamespace(name=c, xSampling=1, ySampling=1) for c in channels],
         "compression": "NO_COMPRESSION",
@@ -179,13 +193,13 @@ def _header(
     }
     if "display p3" in _profile_name(info).lower():
         header["chromaticities"] = P3_D65.chromaticities
-    header |= _camera(info)
+    header |= _camera_entries(info)
     header |= picture_marks(info, info.get("exif_tags", {}))
     header |= info.get("header", {})
     return header
 
 
-def _camera(info: dict[str, Any]) -> dict[str, object]:
+def _camera_entries(info: dict[str, Any]) -> dict[str, object]:
     """Return header entries with the 35 mm equivalent focal length from EXIF, on full frame.
 
     The f-stop is left out, because on a larger sensor the same f-stop gives more blur.
@@ -201,18 +215,20 @@ def _camera(info: dict[str, Any]) -> dict[str, object]:
     return {name: lens[name] for name in ("pinholeFocalLength", "sensorOverallDimensions")}
 
 
-def _linear(path: Path, raw: RawPicture, curve: PictureCurve) -> tuple[FloatImage, tuple[str, ...]]:
+def _convert_to_linear(
+    path: Path, raw: RawPicture, curve: PictureCurve
+) -> tuple[FloatImage, tuple[str, ...]]:
     """Return linear light (H, W, C) with unchanged alpha, and notes on how it was decided."""
-    values, profile_notes = _in_known_primaries(path, raw)
+    values, profile_notes = _convert_primaries(path, raw)
     if raw.full_scale is not None:
         values = values.astype(np.float32) / np.float32(raw.full_scale)
     values = values.astype(np.float32)
     if curve.color_space is not None:
-        return log_light(path, values, curve.color_space), profile_notes
+        return decode_camera_log(path, values, curve.color_space), profile_notes
     is_srgb = _is_srgb(curve, raw)
     colors = values.shape[2] - (values.shape[2] in (2, 4))
     own_curve = raw.info.get("curve") if curve is PictureCurve.AUTO else None
-    decode = own_curve or (srgb_decoded if is_srgb else None)
+    decode = own_curve or (decode_srgb if is_srgb else None)
     if decode is not None:
         values[:, :, :colors] = decode(values[:, :, :colors])
     if "note" in raw.info:
@@ -242,10 +258,10 @@ def _is_srgb(curve: PictureCurve, raw: RawPicture) -> bool:
         case PictureCurve.LINEAR:
             return False
         case _:
-            return False  # the log of a camera, which has been converted before
+            return False  # the log of a camera, which is decoded elsewhere
 
 
-def _in_known_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tuple[str, ...]]:
+def _convert_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tuple[str, ...]]:
     """Return values in the primaries of sRGB or P3; other profiles are converted to sRGB."""
     name = _profile_name(raw.info)
     lower = name.lower()
@@ -258,11 +274,11 @@ def _in_known_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tupl
     colors = Image.fromarray(np.ascontiguousarray(raw.values[:, :, :3]))
     try:
         profile = ImageCms.ImageCmsProfile(BytesIO(raw.info["icc_profile"]))
-        turned = ImageCms.profileToProfile(colors, profile, ImageCms.createProfile("sRGB"))
+        converted = ImageCms.profileToProfile(colors, profile, ImageCms.createProfile("sRGB"))
     except (ImageCms.PyCMSError, OSError):
         return raw.values, (f"{path}: its profile {name} cannot be used; taken as sRGB.",)
     values = raw.values.copy()
-    values[:, :, :3] = np.asarray(turned)
+    values[:, :, :3] = np.asarray(converted)
     return values, (f"{path}: converted from its profile {name} to sRGB.",)
 
 
@@ -277,14 +293,16 @@ def _profile_name(info: dict[str, Any]) -> str:
         return ""
 
 
-def _upright(depth: FloatImage, color: FloatImage, raw: RawPicture) -> FloatImage:
-    """Rotate the depth as EXIF says the colour is rotated."""
-    turn = raw.info.get("exif_tags", {}).get(0x0112, 1)
-    if turn in (5, 6, 7, 8) and (depth.shape[0] > depth.shape[1]) == (
+def _rotate_upright(depth: FloatImage, color: FloatImage, raw: RawPicture) -> FloatImage:
+    """Rotate the depth by the orientation of the colour in EXIF, unless it is upright already."""
+    orientation = raw.info.get("exif_tags", {}).get(0x0112, 1)
+    if orientation in (5, 6, 7, 8) and (depth.shape[0] > depth.shape[1]) == (
         color.shape[0] > color.shape[1]
     ):
         return depth  # it is stored upright already
     image = Image.fromarray(depth)
     methods = {2: 0, 3: 3, 4: 1, 5: 5, 6: 4, 7: 6, 8: 2}
-    turned = image.transpose(Image.Transpose(methods[turn])) if turn in methods else image
-    return np.asarray(turned, np.float32)
+    rotated = (
+        image.transpose(Image.Transpose(methods[orientation])) if orientation in methods else image
+    )
+    return np.asarray(rotated, np.float32)

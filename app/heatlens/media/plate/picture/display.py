@@ -16,7 +16,7 @@ _CONFIG = "studio-config-v2.2.0_aces-v1.3_ocio-v2.4"
 _LINEAR = "Linear Rec.709 (sRGB)"
 
 
-def srgb_encoded(linear: ArrayLike) -> FloatImage:
+def encode_srgb(linear: ArrayLike) -> FloatImage:
     """Convert linear light of any shape to sRGB values, clamped to 0..1; NaN becomes 0.
 
     The curve of IEC 61966-2-1: 12.92 x up to 0.0031308, 1.055 x^(1/2.4) - 0.055 above.
@@ -28,15 +28,15 @@ def srgb_encoded(linear: ArrayLike) -> FloatImage:
     return encoded
 
 
-def srgb_decoded(encoded: ArrayLike) -> FloatImage:
-    """Convert sRGB values of any shape to linear light; the inverse of `srgb_encoded` in 0..1."""
+def decode_srgb(encoded: ArrayLike) -> FloatImage:
+    """Convert sRGB values of any shape to linear light; the inverse of `encode_srgb` in 0..1."""
     values = np.asarray(encoded, dtype=np.float32)
     curve = np.power((np.maximum(values, 0.0) + 0.055) / 1.055, np.float32(2.4))
     light: FloatImage = np.where(values <= 0.04045, values / 12.92, curve).astype(np.float32)
     return light
 
 
-def log_light(path: Path, signal: FloatImage, color_space: str) -> FloatImage:
+def decode_camera_log(path: Path, signal: FloatImage, color_space: str) -> FloatImage:
     """Return light (H, W, 3 or 4) of a signal of 0 to 1 in a colour space of OpenColorIO.
 
     Middle grey becomes 0.18; alpha stays. Raises InputError for a grey picture.
@@ -44,12 +44,13 @@ def log_light(path: Path, signal: FloatImage, color_space: str) -> FloatImage:
     if signal.shape[2] not in (3, 4):
         raise InputError(f"{path} is grey: the log of a camera has three colours.")
     light: FloatImage = np.ascontiguousarray(signal, np.float32)
-    apply = _processor(color_space).applyRGB if light.shape[2] == 3 else None
-    (apply or _processor(color_space).applyRGBA)(light)
+    apply = _linear_processor(color_space).applyRGB if light.shape[2] == 3 else None
+    (apply or _linear_processor(color_space).applyRGBA)(light)
     return light
 
 
 @lru_cache(maxsize=4)
-def _processor(color_space: str) -> Any:
+def _linear_processor(color_space: str) -> Any:
+    """Return the processor of OpenColorIO from a colour space to linear Rec.709."""
     config = ocio().Config.CreateFromBuiltinConfig(_CONFIG)
     return config.getProcessor(color_space, _LINEAR).getDefaultCPUProcessor()

@@ -1,7 +1,7 @@
-"""Lift the highlights of pictures made to be looked at, whose light is cut off at white.
+"""Lift the highlights of display-referred pictures, whose light is clipped at white.
 
-A lamp that a camera clipped to white has the light of a sheet of paper, and its disc out of focus
-is a dull grey. How bright it was is not in the file: the user says by how many stops.
+A lamp that a camera clipped to white is as bright as a sheet of paper, and its disc out of focus is
+a dull grey. Its true brightness is not in the file, so the user gives the number of stops.
 """
 
 import numpy as np
@@ -14,32 +14,35 @@ _WHITE = 0.99  # light from which a pixel counts as clipped
 _WHITE_LEAST = 0.0002  # share of clipped pixels from which lifting is proposed
 
 
-def lifted(color: FloatImage, stops: float) -> FloatImage:
+def lift_highlights(color: FloatImage, stops: float) -> FloatImage:
     """Return `color` (H, W, C) of linear light 0..1 with its highlights lifted, alpha unchanged.
 
     An inverse shoulder: pixels whose brightest channel is up to LIFT_FROM stay, one at 1 becomes
     2^`stops`, and between them brightness grows smoothly and monotonically. All channels of a pixel
-    are scaled alike, so that its hue stays.
+    are scaled alike, which keeps its hue.
     """
     brightest = color[..., :3].max(axis=-1, keepdims=True)
-    gain = _shoulder(np.clip((brightest - LIFT_FROM) / (1.0 - LIFT_FROM), 0.0, 1.0), stops)
+    gain = _inverse_shoulder(np.clip((brightest - LIFT_FROM) / (1.0 - LIFT_FROM), 0.0, 1.0), stops)
     is_lifted = brightest > LIFT_FROM
-    made = color.copy()
-    made[..., :3] *= np.where(is_lifted, gain * LIFT_FROM / np.maximum(brightest, LIFT_FROM), 1.0)
-    return made
+    lifted_color = color.copy()
+    lifted_color[..., :3] *= np.where(
+        is_lifted, gain * LIFT_FROM / np.maximum(brightest, LIFT_FROM), 1.0
+    )
+    return lifted_color
 
 
-# A quadratic in the logarithm has just the three freedoms that are needed: the value and the slope
-# where lifting begins, so that no edge shows there, and the value at white. It grows all the way,
-# so that no highlight is darker than what surrounds it.
-def _shoulder(part: FloatImage, stops: float) -> FloatImage:
-    """Return the brightness at `part` of the way to white, as a multiple of LIFT_FROM.
+# A quadratic in the logarithm has the three parameters that are needed: the value and the slope
+# where lifting begins, without which an edge would show there, and the value at white. It increases
+# all the way, so no highlight becomes darker than its surroundings.
+def _inverse_shoulder(position: FloatImage, stops: float) -> FloatImage:
+    """Return the lifted brightness as a multiple of LIFT_FROM.
 
-    Its logarithm is a quadratic that leaves LIFT_FROM with the slope of unchanged light.
+    `position` runs from 0 at LIFT_FROM to 1 at white. The logarithm of the result is a quadratic
+    that begins with the slope of unchanged light.
     """
     slope = (1.0 - LIFT_FROM) / LIFT_FROM
     bend = stops * np.log(2.0) - np.log(LIFT_FROM) - slope
-    gain: FloatImage = np.exp(slope * part + bend * part * part).astype(np.float32)
+    gain: FloatImage = np.exp(slope * position + bend * position * position).astype(np.float32)
     return gain
 
 

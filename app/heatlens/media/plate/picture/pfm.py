@@ -1,8 +1,8 @@
 """Read PFM, the portable float map of light stages and renderers, grey and coloured.
 
-Pillow reads grey ones alone, and OpenImageIO gives coloured ones upside down: one reader for both
-has the rows of all other pictures. Rows are stored from the bottom to the top. The sign of the
-scale tells the order of bytes; its amount, a unit that nobody agreed on, is not used, as in Pillow.
+This reader replaces two others: Pillow reads only grey files, and OpenImageIO gives coloured ones
+upside down. Rows are stored from the bottom to the top. The sign of the scale is the order of
+bytes; its amount, a unit that nobody agreed on, is not used, as in Pillow.
 Source: P. Debevec, "PFM Portable FloatMap Image Format".
 """
 
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import file_bytes
+from heatlens.core.base.paths import read_file_bytes
 from heatlens.media.plate.plate import FloatImage
 
 _HEAD = re.compile(rb"(P[Ff])\s+(\d{1,6})\s+(\d{1,6})\s+([-+.0-9eE]{1,32})\s")
@@ -23,16 +23,18 @@ def read_pfm(path: Path) -> FloatImage:
 
     Raises InputError for a file that is no PFM or is cut short, and OSError.
     """
-    data = file_bytes(path)
+    data = read_file_bytes(path)
     head = _HEAD.match(data)
     if head is None:
         raise InputError(f"{path} is not a PFM: its first words are not PF or Pf and its size.")
     width, height = int(head[2]), int(head[3])
     count = 3 if head[1] == b"PF" else 1
-    have, need = len(data) - head.end(), 4 * width * height * count
-    if have < need:
-        raise InputError(f"{path} is cut short: {have} of {need} bytes of its pixels are there.")
-    order = "<" if head[4].startswith(b"-") else ">"
-    values = np.frombuffer(data, f"{order}f4", need // 4, head.end())
+    pixel_bytes, needed_bytes = len(data) - head.end(), 4 * width * height * count
+    if pixel_bytes < needed_bytes:
+        raise InputError(
+            f"{path} is cut short: {pixel_bytes} of {needed_bytes} bytes of its pixels are there."
+        )
+    byte_order = "<" if head[4].startswith(b"-") else ">"
+    values = np.frombuffer(data, f"{byte_order}f4", needed_bytes // 4, head.end())
     rows: FloatImage = values.reshape(height, width, count)[::-1].astype(np.float32)
     return rows

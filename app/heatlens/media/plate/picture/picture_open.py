@@ -28,15 +28,19 @@ from PIL import Image, ImageOps, features
 from heatlens.core.base.errors import InputError
 from heatlens.core.base.extras import BASE, extra, import_extra
 from heatlens.core.base.outside_text import one_line
-from heatlens.core.base.paths import file_bytes, opened_file, unreadable
-from heatlens.media.files.apart import called_apart
+from heatlens.core.base.paths import open_regular_file, read_file_bytes, unreadable_error
+from heatlens.media.files.apart import call_in_process
 from heatlens.media.files.limits import allow_for, is_bounded
-from heatlens.media.files.opened_by_ending import check_content, input_by_openimageio, picture_at
-from heatlens.media.files.picture_formats import in_movie
+from heatlens.media.files.opened_by_ending import (
+    check_content,
+    open_by_openimageio,
+    open_with_pillow,
+)
+from heatlens.media.files.picture_formats import movie_of_frame
 from heatlens.media.files.quiet import quiet_library
 from heatlens.media.plate.exr.exr_scan import MAX_SIDE_PX
 from heatlens.media.plate.header.camera_header import lens_attributes
-from heatlens.media.plate.picture.movie_picture import movie_info, movie_values
+from heatlens.media.plate.picture.movie_picture import read_movie_info, read_movie_values
 from heatlens.media.plate.picture.pfm import read_pfm
 from heatlens.media.plate.picture.portrait import portrait_header
 
@@ -46,7 +50,7 @@ if TYPE_CHECKING:
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
 _HEIC = (".heic", ".heif")
 _ORIENTATION = 0x0112  # tag of EXIF
-_LOGS = ("Printing density", "Logarithmic")  # transfers in the header of a DPX
+_LOG_TRANSFERS = ("Printing density", "Logarithmic")  # transfers in the header of a DPX
 _HEAD_BYTES = 4096  # start of an AVIF that holds its description
 _FOLDER, _FILE = "rgb", "metadata.json"
 _LONG_SIDE_MM = 36.0  # of the full frame, on which phones tell their focal lengths
@@ -58,9 +62,9 @@ _CAPTURE_MOST_BYTES = 256_000_000  # metadata.json of a capture holds the pose o
 class RawPicture:
     """Stored values (H, W, C) of 8, 16 or 32 bits, with 1 to 4 channels, and their metadata.
 
-    `info` is what Pillow found beside the pixels: profile, EXIF, segments, depth images; for a
-    frame of a movie, what `movie_info` tells. `white` is the value of white where it is not the
-    largest.
+    `info` holds the metadata that Pillow found: profile, EXIF, segments, depth images; for a frame
+    of a movie, the facts of `read_movie_info`. `white` is the value of white if it is not the
+    largest value.
     """
 
     values: NDArray[Any]
@@ -76,18 +80,18 @@ class RawPicture:
 
 def open_picture(path: Path) -> RawPicture:
     """Read a whole picture. Raises InputError that names the file if it cannot be read."""
-    if _is_for_own_process(path):
-        return called_apart(open_picture, path, str(path))
-    movie = in_movie(path)
+    if _needs_own_process(path):
+        return call_in_process(open_picture, path, str(path))
+    movie = movie_of_frame(path)
     if movie is not None:
-        values, white, info = movie_values(*movie)
+        values, white, info = read_movie_values(*movie)
         return RawPicture(values, info, white)
-    if path.suffix.lower() in _ARRAYS:
-        return RawPicture(_ARRAYS[path.suffix.lower()](path))
-    with refusals(path), _opened(path) as image:
-        if image is None or _is_cut_by_pillow(image):
-            values, facts = _by_openimageio(path)
-            return RawPicture(values, facts if image is None else _info(image))
+    if path.suffix.lower() in _ARRAY_READERS:
+        return RawPicture(_ARRAY_READERS[path.suffix.lower()](path))
+    with convert_library_errors(path), _open_with_pillow(path) as image:
+        if image is None or _is_reduced_by_pillow(image):
+            values, facts = _read_by_openimageio(path)
+            return RawPicture(values, facts if image is None else _collect_info(image))
         upright = ImageOps.exif_transpose(image)
         upright = upright.convert(_MODES[upright.mode]) if upright.mode in _MODES else upright
         values = np.array(upright)
@@ -97,24 +101,27 @@ def open_picture(path: Path) -> RawPicture:
 
 def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, object]]:
     """Read (width, height) and the metadata without decoding the pixels, where possible."""
-    if _is_for_own_process(path):
-        return called_apart(picture_info, path, str(path))
-    movie = in_movie(path)
+    if _needs_own_process(path):
+        return call_in_process(picture_info, path, str(path))
+    movie = movie_of_frame(path)
     if movie is not None:
-        return movie_info(*movie)
-    if path.suffix.lower() in _ARRAYS:
-        height, width = _ARRAYS[path.suffix.lower()](path).shape[:2]
+        return read_movie_info(*movie)
+    if path.suffix.lower() in _ARRAY_READERS:
+        height, width = _ARRAY_READERS[path.suffix.lower()](path).shape[:2]
         return (width, height), {} if path.suffix.lower() == ".npy" else {"is_light": True}
-    with refusals(path), _opened(path) as image:
+    with convert_library_errors(path), _open_with_pillow(path) as image:
         if image is None:  # floating point, or a format that Pillow lacks
-            values, facts = _by_openimageio(path)
+            values, facts = _read_by_openimageio(path)
             return values.shape[1::-1], facts | {"is_light": values.dtype.kind == "f"}
         info = _photo_info(path, image, image.size)
         return _upright_size(image), info | {"is_light": image.mode == "F"}
 
 
-def _is_for_own_process(path: Path) -> bool:
-    """Return True for HEIC, whose library is large and may crash, unless this is that process."""
+def _needs_own_process(path: Path) -> bool:
+    """Return True for a HEIC outside the separate process in which it must be read.
+
+    The library for HEIC is large and may crash.
+    """
     if path.suffix.lower() not in _HEIC or importlib.util.find_spec("pillow_heif") is None:
         return False
     allow_for(path)
@@ -122,15 +129,15 @@ def _is_for_own_process(path: Path) -> bool:
 
 
 @contextlib.contextmanager
-def _opened(path: Path) -> Iterator[Image.Image | None]:
+def _open_with_pillow(path: Path) -> Iterator[Image.Image | None]:
     """Open the file without decoding its pixels; yield None if Pillow does not know the format."""
     if path.suffix.lower() in _HEIC:
-        _with_heic(path)
+        _register_heic(path)
     if not os.path.isfile(path):  # opening a pipe would wait for its writer
-        raise unreadable(path)
-    with opened_file(path) as file:  # raises an OSError that says why it cannot be opened
+        raise unreadable_error(path)
+    with open_regular_file(path) as file:  # raises an OSError that says why it cannot be opened
         _check_avif(path, file.read(_HEAD_BYTES))
-    image = picture_at(path)
+    image = open_with_pillow(path)
     if image is None:
         yield None
         return
@@ -140,10 +147,11 @@ def _opened(path: Path) -> Iterator[Image.Image | None]:
 
 
 @contextlib.contextmanager
-def refusals(path: Path) -> Iterator[None]:
+def convert_library_errors(path: Path) -> Iterator[None]:
     """Turn every failure of the libraries into an InputError of one line.
 
-    For a damaged file they can raise anything, so the block must contain nothing but their calls.
+    For a damaged file the libraries can raise any exception, so the `with` block must contain
+    nothing but calls of them.
     """
     try:
         with warnings.catch_warnings():
@@ -152,7 +160,7 @@ def refusals(path: Path) -> Iterator[None]:
     except InputError:
         raise
     except FileNotFoundError as error:
-        raise unreadable(path, error) from error
+        raise unreadable_error(path, error) from error
     except Image.DecompressionBombError as error:
         raise InputError(f"{path} has too many pixels ({error}).") from error
     except Exception as error:
@@ -163,51 +171,56 @@ def refusals(path: Path) -> Iterator[None]:
         ) from error
 
 
-# Pillow has no colour of 16 bits: it keeps the upper 8 of each number without a word, and a depth
-# or a graded picture would show steps.
-def _is_cut_by_pillow(image: Image.Image) -> bool:
+# Pillow has no colour of 16 bits and silently keeps the upper 8 bits of each number. A depth or a
+# graded picture would then show steps.
+def _is_reduced_by_pillow(image: Image.Image) -> bool:
     """Return True if Pillow would reduce the picture from 16 bits to 8."""
     is_color = image.mode in ("RGB", "RGBA", "LA", "RGBX")
     return is_color and any(";16" in str(tile[-1]) for tile in getattr(image, "tile", ()))
 
 
-def _by_openimageio(path: Path) -> tuple[NDArray[np.generic], dict[str, object]]:
+def _read_by_openimageio(path: Path) -> tuple[NDArray[np.generic], dict[str, object]]:
     """Read values (H, W, C) in the type that the file has, and its metadata."""
     if importlib.util.find_spec("OpenImageIO") is None:
         raise InputError(
             f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "
-            f"{extra('pictures').cure()}."
+            f"{extra('pictures').install_command()}."
         )
     library = import_extra("OpenImageIO", str(path))
     with quiet_library():
-        return _read_by(library, path)
+        return _read_with_library(library, path)
 
 
-def _read_by(library: ModuleType, path: Path) -> tuple[NDArray[np.generic], dict[str, object]]:
-    opened = input_by_openimageio(library, path)
-    if opened is None:
+def _read_with_library(
+    library: ModuleType, path: Path
+) -> tuple[NDArray[np.generic], dict[str, object]]:
+    """Read values (H, W, C) and metadata with OpenImageIO, which is imported as `library`."""
+    input_file = open_by_openimageio(library, path)
+    if input_file is None:
         library.geterror()  # else the library prints it when the program ends
         check_content(path)
         raise InputError(
             f"{path} cannot be read as {path.suffix}: it is damaged, or of a rare kind. Convert it "
             "to a PNG or TIFF of 16 bits, or to EXR."
         )
-    spec = opened.spec()
+    spec = input_file.spec()
     _check_size(path, (spec.width, spec.height))
-    values = opened.read_image(library.UNKNOWN)
-    opened.close()
+    values = input_file.read_image(library.UNKNOWN)
+    input_file.close()
     if values is None:
-        raise InputError(f"{path} is damaged or cut short ({one_line(opened.geterror())}).")
-    upright = _turned(np.asarray(values)[:, :, :4], spec.get_int_attribute("Orientation", 1))
-    return upright, _told(path, spec, upright.dtype.itemsize * 8)
+        raise InputError(f"{path} is damaged or cut short ({one_line(input_file.geterror())}).")
+    upright = _rotate_upright(
+        np.asarray(values)[:, :, :4], spec.get_int_attribute("Orientation", 1)
+    )
+    return upright, _read_metadata(path, spec, upright.dtype.itemsize * 8)
 
 
-def _told(path: Path, spec: "ImageSpec", bits: int) -> dict[str, object]:
-    """Return the metadata: bits, and of a DPX the text with our marks and a note on its log."""
+def _read_metadata(path: Path, spec: "ImageSpec", bits: int) -> dict[str, object]:
+    """Return the metadata: comment, bits, and a note on a DPX that is marked as the log of film."""
     facts: dict[str, object] = {"comment": spec.get_string_attribute("DocumentName")}
     facts["bits"] = spec.get_int_attribute("oiio:BitsPerSample", bits)
     transfer = spec.get_string_attribute("dpx:Transfer")
-    if transfer in _LOGS:
+    if transfer in _LOG_TRANSFERS:
         facts["note"] = (
             f"{path}: its header tells {transfer.lower()}, the log of film; its numbers are taken "
             "as display values."
@@ -215,17 +228,17 @@ def _told(path: Path, spec: "ImageSpec", bits: int) -> dict[str, object]:
     return facts
 
 
-def _turned(stored: NDArray[Any], orientation: int) -> NDArray[np.generic]:
+def _rotate_upright(stored_values: NDArray[Any], orientation: int) -> NDArray[np.generic]:
     """Return values (H, W, C) upright. Source: EXIF 2.32, the tag Orientation."""
-    upright = stored.swapaxes(0, 1) if orientation in (5, 6, 7, 8) else stored
+    upright = stored_values.swapaxes(0, 1) if orientation in (5, 6, 7, 8) else stored_values
     upright = upright[::-1] if orientation in (3, 4, 7, 8) else upright
     return np.ascontiguousarray(upright[:, ::-1] if orientation in (2, 3, 6, 7) else upright)
 
 
-def _array(path: Path) -> NDArray[np.generic]:
+def _read_numpy(path: Path) -> NDArray[np.generic]:
     """Read values (H, W, C) of a NumPy file that holds only numbers."""
-    with refusals(path):
-        values = np.load(BytesIO(file_bytes(path)), allow_pickle=False)
+    with convert_library_errors(path):
+        values = np.load(BytesIO(read_file_bytes(path)), allow_pickle=False)
         values = values.squeeze() if values.ndim > 2 and 1 in values.shape else values
         if values.ndim not in (2, 3) or values.dtype.kind not in "fui" or not values.size:
             raise InputError(
@@ -237,14 +250,18 @@ def _array(path: Path) -> NDArray[np.generic]:
     return pixels
 
 
-def _pfm(path: Path) -> NDArray[np.generic]:
-    with refusals(path):
+def _read_checked_pfm(path: Path) -> NDArray[np.generic]:
+    """Read values (H, W, C) of a PFM file, and check its size."""
+    with convert_library_errors(path):
         values = read_pfm(path)
     _check_size(path, (values.shape[1], values.shape[0]))
     return values
 
 
-_ARRAYS = {".npy": _array, ".pfm": _pfm}  # files of numbers alone, without a library for pictures
+_ARRAY_READERS = {
+    ".npy": _read_numpy,
+    ".pfm": _read_checked_pfm,
+}  # formats that need no library for pictures
 
 
 def _check_avif(path: Path, head: bytes) -> None:
@@ -255,21 +272,23 @@ def _check_avif(path: Path, head: bytes) -> None:
     if head[4:12] != b"ftypavif":
         return
     if not features.check("avif"):
-        raise InputError(f"{path}: AVIF needs Pillow 11.3 or newer: {BASE.cure('-U pillow')}.")
-    at = head.find(b"av1C")
-    if at >= 0 and head[at + 6 : at + 7] and head[at + 6] & 0b0100_0000:
+        raise InputError(
+            f"{path}: AVIF needs Pillow 11.3 or newer: {BASE.install_command('-U pillow')}."
+        )
+    position = head.find(b"av1C")
+    if position >= 0 and head[position + 6 : position + 7] and head[position + 6] & 0b0100_0000:
         raise InputError(
             f"{path} has more than 8 bits a channel, which heatlens cannot read from AVIF: "
             "convert it to a 16-bit PNG or TIFF, or to EXR."
         )
 
 
-def _with_heic(path: Path) -> None:
+def _register_heic(path: Path) -> None:
     """Register the HEIC reader with Pillow."""
     import_extra("pillow_heif", f"{path}: HEIC").register_heif_opener()
 
 
-def _info(image: Image.Image | None) -> dict[str, object]:
+def _collect_info(image: Image.Image | None) -> dict[str, object]:
     """Return the metadata of a picture; a depth image becomes its values and its metadata."""
     if image is None:
         return {}
@@ -289,15 +308,16 @@ def _upright_size(image: Image.Image) -> tuple[int, int]:
     return image.size[::-1] if is_on_side else image.size
 
 
-def _photo_info(path: Path, image: Image.Image, upright: tuple[int, int]) -> dict[str, object]:
-    """Return the metadata of a picture, with the camera that its folder or itself tells of."""
-    info = _info(image)
-    capture = capture_info(path, upright)
+def _photo_info(path: Path, image: Image.Image, upright_size: tuple[int, int]) -> dict[str, object]:
+    """Return the metadata of a picture, with the camera from its capture folder or the photo."""
+    info = _collect_info(image)
+    capture = capture_info(path, upright_size)
     header = portrait_header(path, image.size, info)
     return {**info, "header": header, **capture}
 
 
 def _check_size(path: Path, size: tuple[int, int]) -> None:
+    """Raise InputError for an empty picture and for one that is too large for a GPU."""
     if not all(0 < side <= MAX_SIDE_PX for side in size):
         raise InputError(
             f"{path} has {size[0]} x {size[1]} pixels; heatlens takes 1 to {MAX_SIDE_PX} a side."
@@ -310,25 +330,30 @@ def capture_info(path: Path, size: tuple[int, int]) -> dict[str, object]:
     if path.parent.name.lower() != _FOLDER or not file.is_file():
         return {}
     try:
-        return {"header": _header(_read(file, file.stat().st_mtime_ns), size)}
+        return {"header": _capture_header(_read_capture(file, file.stat().st_mtime_ns), size)}
     except (OSError, ValueError, LookupError, TypeError, ArithmeticError, RecursionError) as error:
         return {"note": f"{file} does not tell the camera ({error!r}): its lens is assumed."}
 
 
 @lru_cache(maxsize=4)  # all frames of a capture share one file
-def _read(file: Path, changed_ns: int) -> dict[str, Any]:
-    capture = json.loads(file_bytes(file, _CAPTURE_MOST_BYTES).decode("utf-8"))
+def _read_capture(file: Path, changed_ns: int) -> dict[str, Any]:
+    """Return the entries on the camera in a capture's file; a new time has it read again."""
+    capture = json.loads(read_file_bytes(file, _CAPTURE_MOST_BYTES).decode("utf-8"))
     return {name: capture[name] for name in ("K", "w", "h", "fps") if name in capture}
 
 
-def _header(capture: dict[str, Any], size: tuple[int, int]) -> dict[str, object]:
-    across, width, height = float(capture["K"][0]), float(capture["w"]), float(capture["h"])
-    if not (0 < across < 1e6 and 0 < width < 1e6 and 0 < height < 1e6):
-        raise ValueError(f"a focal length of {across:g} px in {width:g} x {height:g}")
+def _capture_header(capture: dict[str, Any], size: tuple[int, int]) -> dict[str, object]:
+    """Return header entries with lens and frame rate for a picture (width, height) of a capture.
+
+    Raises ValueError if the entries are impossible or belong to another size.
+    """
+    focal_px, width, height = float(capture["K"][0]), float(capture["w"]), float(capture["h"])
+    if not (0 < focal_px < 1e6 and 0 < width < 1e6 and 0 < height < 1e6):
+        raise ValueError(f"a focal length of {focal_px:g} px in {width:g} x {height:g}")
     if abs(size[0] * height / (size[1] * width) - 1) > _SAME_ASPECT:
         raise ValueError(f"it is for {width:g} x {height:g} pixels")
-    mm = _LONG_SIDE_MM / max(width, height)
-    lens = lens_attributes(across * mm, 1.0, 1.0, width * mm, height * mm)
+    mm_per_px = _LONG_SIDE_MM / max(width, height)
+    lens = lens_attributes(focal_px * mm_per_px, 1.0, 1.0, width * mm_per_px, height * mm_per_px)
     header = {name: lens[name] for name in ("pinholeFocalLength", "sensorOverallDimensions")}
     if 0 < float(capture.get("fps", 0)) <= 10_000:
         header["framesPerSecond"] = Fraction(capture["fps"]).limit_denominator(1001)

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.lens.breathing import as_seen
+from heatlens.core.model.lens.breathing import without_breathing
 from heatlens.core.model.lens.lens import Lens
 from heatlens.media.files.atomic_file import check_folder, check_writable, make_folder, write_whole
 from heatlens.media.files.marks import blurred_mark
 from heatlens.media.files.picture_formats import suffixes_written, writing_of
 from heatlens.media.plate.exr.exr_write import write_exr
 from heatlens.media.plate.header.camera_header import lens_attributes
-from heatlens.media.plate.picture.display import srgb_encoded
+from heatlens.media.plate.picture.display import encode_srgb
 from heatlens.media.plate.plate import FloatImage, Plate
-from heatlens.media.plate.windows import moved_to_window
+from heatlens.media.plate.windows import move_to_window
 
 Encode = Callable[[FloatImage], FloatImage]  # scene-linear (H, W, 3) to display values
 Whole = TypeVar("Whole", np.uint8, np.uint16)
@@ -31,7 +31,7 @@ Whole = TypeVar("Whole", np.uint8, np.uint16)
 def write_png(
     path: str | os.PathLike[str],
     rgba: FloatImage,
-    encode: Encode = srgb_encoded,
+    encode: Encode = encode_srgb,
 ) -> None:
     """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4).
 
@@ -39,34 +39,39 @@ def write_png(
     not opaque, formats with alpha hold it with unpremultiplied colour, and others show the picture
     over black. Raises InputError if the file cannot be written.
     """
-    write_shown(path, _shown(rgba, encode, writing_of(path).keeps_alpha))
+    write_display_values(path, _encode_for_display(rgba, encode, writing_of(path).keeps_alpha))
 
 
-def _shown(rgba: FloatImage, encode: Encode, keep_alpha: bool) -> FloatImage:
-    """Return display values of what `write_png` takes; without `keep_alpha` over black."""
-    light = _straight(rgba, keep_alpha)
+def _encode_for_display(rgba: FloatImage, encode: Encode, keep_alpha: bool) -> FloatImage:
+    """Return display values of scene-linear `rgba`; without `keep_alpha` over black."""
+    light = _unpremultiply(rgba, keep_alpha)
     return np.concatenate([encode(light[:, :, :3]), light[:, :, 3:]], axis=2)
 
 
-def write_shown(
-    path: str | os.PathLike[str], shown: FloatImage, marks: Mapping[str, str] | None = None
+def write_display_values(
+    path: str | os.PathLike[str], display_values: FloatImage, marks: Mapping[str, str] | None = None
 ) -> None:
     """Write display values 0..1, (H, W, 3 or 4), with texts in the format of the suffix.
 
     Raises InputError if that fails, and for a picture larger than the format allows.
     """
     writing = writing_of(path)
-    if max(shown.shape[:2]) > writing.most_px:
+    if max(display_values.shape[:2]) > writing.most_px:
         raise InputError(
-            f"{path}: {shown.shape[1]} x {shown.shape[0]} pixels are too many for this format, "
+            f"{path}: {display_values.shape[1]} x {display_values.shape[0]} pixels are too many "
+            "for this format, "
             f"which has at most {writing.most_px} a side."
         )
-    is_small, white = writing.bits <= 8, 2**writing.bits - 1
-    values = quantised(shown, np.uint8, white) if is_small else quantised(shown, np.uint16, white)
+    is_8_bit, white = writing.bits <= 8, 2**writing.bits - 1
+    values = (
+        quantize(display_values, np.uint8, white)
+        if is_8_bit
+        else quantize(display_values, np.uint16, white)
+    )
     write_whole(path, writing.encoded(values, marks or {}))
 
 
-def _straight(rgba: FloatImage, keep_alpha: bool) -> FloatImage:
+def _unpremultiply(rgba: FloatImage, keep_alpha: bool) -> FloatImage:
     """Return light (H, W, 3), or unpremultiplied (H, W, 4) if alpha is kept and not all opaque."""
     rgb = rgba[:, :, :3]
     if not keep_alpha or rgba.shape[2] == 3 or not (rgba[:, :, 3] < 1).any():
@@ -76,14 +81,16 @@ def _straight(rgba: FloatImage, keep_alpha: bool) -> FloatImage:
     return np.concatenate([straight, alpha], axis=2)
 
 
-def quantised(display: FloatImage, kind: type[Whole], white: int | None = None) -> NDArray[Whole]:
-    """Convert 0..1 to rounded integers of `kind`; values outside, which a view may give, clip.
+def quantize(
+    display: FloatImage, integer_type: type[Whole], white: int | None = None
+) -> NDArray[Whole]:
+    """Convert values of 0..1 to rounded integers of a type; values outside are clipped.
 
     `white` is the integer for 1, by default the largest.
     """
-    most = np.float32(white or np.iinfo(kind).max)
-    scaled = np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * most
-    return (scaled + np.float32(0.5)).astype(kind)
+    largest = np.float32(white or np.iinfo(integer_type).max)
+    scaled = np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * largest
+    return (scaled + np.float32(0.5)).astype(integer_type)
 
 
 def write_picture(
@@ -95,7 +102,7 @@ def write_picture(
     *,
     half: bool = True,
     compression: str = "zip",
-    encode: Encode = srgb_encoded,
+    encode: Encode = encode_srgb,
     more_channels: Mapping[str, FloatImage] | None = None,
     more_attributes: Mapping[str, object] | None = None,
     kept_channels: Mapping[str, NDArray[np.generic]] | None = None,
@@ -112,7 +119,9 @@ def write_picture(
     make_folder(path.parent)
     mark = blurred_mark(is_blurred)
     if path.suffix.lower() != ".exr":
-        write_shown(path, seen_values(pixels, plate, proxy, encode, path), mark)
+        write_display_values(
+            path, convert_to_display_values(pixels, plate, proxy, encode, path), mark
+        )
         return
     names = "RGBA" if plate.has_alpha else "RGB"
     write_exr(
@@ -124,26 +133,26 @@ def write_picture(
         {**plate.attributes, **lens_header(plate, lens), **mark, **(more_attributes or {})},
         half=half,
         compression=compression,
-        kept=kept_channels,
+        unchanged=kept_channels,
     )
 
 
-def seen_values(
+def convert_to_display_values(
     pixels: FloatImage, plate: Plate, proxy: float, encode: Encode, path: Path
 ) -> FloatImage:
     """Return `pixels`, (H, W, 4) premultiplied at `proxy` scale, as display values for `path`.
 
-    They show the display window. Transparency is kept where the format of the name has it.
+    The result covers the display window. Transparency is kept if the format of `path` has it.
     """
-    shown = in_display_window(pixels, plate, proxy)
-    light = shown if plate.has_alpha else shown[..., :3]
-    return _shown(light, encode, writing_of(path).keeps_alpha)
+    display_pixels = move_to_display_window(pixels, plate, proxy)
+    light = display_pixels if plate.has_alpha else display_pixels[..., :3]
+    return _encode_for_display(light, encode, writing_of(path).keeps_alpha)
 
 
-def check_output(path: Path, plate: Path, *beside: Path) -> None:
+def check_output(path: Path, plate: Path, *other_inputs: Path) -> None:
     """Raise InputError for an output that would fail only after rendering or destroy an input.
 
-    `beside` are other input files, which need not exist.
+    `other_inputs` are further input files, which need not exist.
     """
     suffix = path.suffix.lower()
     if suffix not in suffixes_written():
@@ -154,26 +163,26 @@ def check_output(path: Path, plate: Path, *beside: Path) -> None:
     check_writable(path if path.parent.is_dir() else path.parent)
     if os.path.isdir(path):
         raise InputError(f"{path} is a folder: give the name of a file to write.")
-    if _is_same(path, plate):
+    if _is_same_file(path, plate):
         raise InputError(f"{path} is the plate itself: give another name for the output.")
-    if any(_is_same(path, other) for other in beside):
+    if any(_is_same_file(path, input_path) for input_path in other_inputs):
         raise InputError(f"{path} is part of {plate.name}: give another name for the output.")
 
 
-def _is_same(path: Path, other: Path) -> bool:
+def _is_same_file(path: Path, other: Path) -> bool:
     return os.path.exists(path) and os.path.exists(other) and os.path.samefile(path, other)
 
 
 def lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
     """Return the lens as header attributes; none if the plate holds circles of confusion.
 
-    The height of the sensor follows from the shape of the picture, as in camera files: it decides
-    the vertical angle, while the height in a header may be that of a whole sensor, of which the
-    picture is a part.
+    The height of the sensor follows from the shape of the picture, as in camera files, because it
+    decides the vertical angle. The height in a header may be that of a whole sensor, of which the
+    picture shows only a part.
     """
     if plate.coc_px is not None:
         return {}
-    lens, window = as_seen(lens), plate.display_window
+    lens, window = without_breathing(lens), plate.display_window
     height_mm = lens.sensor_width_mm * window.height / (window.width * plate.pixel_aspect_ratio)
     return lens_attributes(
         lens.focal_length_mm,
@@ -185,7 +194,7 @@ def lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
     )
 
 
-def in_display_window(
+def move_to_display_window(
     pixels: FloatImage, plate: Plate, proxy: float, outside: FloatImage | None = None
 ) -> FloatImage:
     """Return `pixels`, (H, W, n) over the data window at `proxy` scale, over the display window.
@@ -193,12 +202,14 @@ def in_display_window(
     Overscan is cut off. Pixels that the renderer did not write become `outside`, (n,) values, or 0.
     """
     window = scaled_window(plate.data_window, proxy, pixels.shape[1::-1])
-    shown = scaled_window(plate.display_window, proxy)
-    if window == shown:
+    display_window = scaled_window(plate.display_window, proxy)
+    if window == display_window:
         return pixels
     count = pixels.shape[2]
     fill = np.zeros(count, np.float32) if outside is None else outside
-    moved = (moved_to_window(pixels[..., i], window, shown, float(fill[i])) for i in range(count))
+    moved = (
+        move_to_window(pixels[..., i], window, display_window, float(fill[i])) for i in range(count)
+    )
     return np.stack(list(moved), axis=-1)
 
 

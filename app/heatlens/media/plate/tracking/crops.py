@@ -1,4 +1,4 @@
-"""A part of a plate as a tracker sees it: eight bits of light, colour and depth."""
+"""Sections of a plate for the tracker: light, colour and depth in eight bits each."""
 
 from dataclasses import dataclass, replace
 from types import ModuleType
@@ -13,18 +13,18 @@ from heatlens.media.plate.plate import FloatImage, Plate
 ByteImage = NDArray[np.uint8]
 
 _LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
-_LEVELS, _MIDDLE = 255.0, 127.5
-_BESIDE_PX = 11  # width of the neighbourhood in which something nearer misleads the flow
-_FARTHEST = np.float32(1e-9)  # dioptres of the sky, of which logarithms are taken
+_LEVELS, _MIDDLE_LEVEL = 255.0, 127.5
+_NEIGHBOURHOOD_PX = 11  # width of the neighbourhood in which something nearer misleads the flow
+_DIOPTRES_LEAST = np.float32(1e-9)  # dioptres of the sky, of which logarithms are taken
 _DEPTH_OCTAVES = 6.0  # ratios of depth that eight bits span
 
 
 @dataclass(frozen=True)
 class Tones:
-    """What all crops of a track have in common.
+    """The scale of light and depth that all crops of a track share.
 
     white     the light that becomes the largest level
-    dioptres  the place in depth that becomes the middle level
+    dioptres  the depth that becomes the middle level
     """
 
     white: float
@@ -33,7 +33,7 @@ class Tones:
 
 @dataclass(frozen=True)
 class Crop:
-    """A part of a plate; `image` (H, W, 3) holds light, colour and depth.
+    """A section of a plate; `image` (H, W, 3) holds light, colour and depth.
 
     `x0`, `y0` count pixels from the corner of the display window.
     """
@@ -43,74 +43,83 @@ class Crop:
     image: ByteImage
     dioptres: FloatImage
 
-    def nearest(self) -> "Crop":
+    def with_nearest_depth(self) -> "Crop":
         """Return the crop with the nearest depth of the neighbourhood at each pixel."""
-        cv2 = opencv()
-        wide = cv2.dilate(self.dioptres, np.ones((_BESIDE_PX, _BESIDE_PX), np.uint8))
-        return replace(self, dioptres=wide)
+        cv2 = import_opencv()
+        nearest_dioptres = cv2.dilate(
+            self.dioptres, np.ones((_NEIGHBOURHOOD_PX, _NEIGHBOURHOOD_PX), np.uint8)
+        )
+        return replace(self, dioptres=nearest_dioptres)
 
     def depth_at(self, points: FloatImage) -> FloatImage:
         """Return the dioptres at points (N, 2) of the crop; NaN outside of it."""
         columns, rows = np.rint(np.nan_to_num(points, nan=-1.0)).astype(np.int64).T
         height, width = self.dioptres.shape
-        inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height)
+        is_inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height)
         dioptres = np.full(len(points), np.nan, np.float32)
-        dioptres[inside] = self.dioptres[rows[inside], columns[inside]]
+        dioptres[is_inside] = self.dioptres[rows[is_inside], columns[is_inside]]
         return dioptres
 
 
-def opencv() -> ModuleType:
+def import_opencv() -> ModuleType:
     """Return the library that tracks. Raises InputError if it is not installed."""
     return import_extra("cv2")
 
 
-def white_of(plate: Plate) -> float:
+def white_level(plate: Plate) -> float:
     """Return the light that nearly all of a plate is darker than."""
     return max(float(np.percentile(plate.color[::4, ::4, :3], 98)), 1e-6)
 
 
 def crop_of(plate: Plate, box: Box, tones: Tones) -> Crop | None:
-    """Return the part of a plate inside a box of display pixels; None where they do not meet."""
+    """Return the section of a plate inside a box of display pixels; None if they do not overlap."""
     data, display = plate.data_window, plate.display_window
     dx, dy = data.x0 - display.x0, data.y0 - display.y0
-    shown = box.intersection(Box(dx, dy, dx + data.width, dy + data.height))
-    if shown.width <= 0 or shown.height <= 0:
+    overlap = box.intersection(Box(dx, dy, dx + data.width, dy + data.height))
+    if overlap.width <= 0 or overlap.height <= 0:
         return None
-    area = Box(shown.x0 - dx, shown.y0 - dy, shown.x1 - dx, shown.y1 - dy)
+    area = Box(overlap.x0 - dx, overlap.y0 - dy, overlap.x1 - dx, overlap.y1 - dy)
     depth_m = np.maximum(plate.pixels.depth_in(area), np.float32(1e-6))
-    dioptres = np.maximum(np.reciprocal(depth_m, dtype=np.float32), _FARTHEST)
-    image = _image(plate.pixels.color_in(area)[..., :3], dioptres, tones)
-    return Crop(shown.x0, shown.y0, image, dioptres)
+    dioptres = np.maximum(np.reciprocal(depth_m, dtype=np.float32), _DIOPTRES_LEAST)
+    image = _encode_image(plate.pixels.color_in(area)[..., :3], dioptres, tones)
+    return Crop(overlap.x0, overlap.y0, image, dioptres)
 
 
-def _image(color: FloatImage, dioptres: FloatImage, tones: Tones) -> ByteImage:
+def _encode_image(color: FloatImage, dioptres: FloatImage, tones: Tones) -> ByteImage:
+    """Return light, tint (red minus blue) and depth (H, W, 3) on logarithmic scales of 0 to 255."""
     light = np.log1p(15.0 * np.clip(np.nan_to_num(color) / tones.white, 0.0, 1.0)) / np.log(16.0)
-    tint = _MIDDLE + _MIDDLE * (light[..., 0] - light[..., 2])
+    tint = _MIDDLE_LEVEL + _MIDDLE_LEVEL * (light[..., 0] - light[..., 2])
     ratio = np.log2(np.maximum(dioptres / tones.dioptres, np.float32(1e-3)))
-    depth = _MIDDLE + _LEVELS * ratio / _DEPTH_OCTAVES
+    depth = _MIDDLE_LEVEL + _LEVELS * ratio / _DEPTH_OCTAVES
     stack = np.stack([_LEVELS * (light @ _LUMA), tint, depth], axis=-1)
     image: ByteImage = np.clip(stack, 0.0, _LEVELS).astype(np.uint8)
     return image
 
 
-def moved_points(
+def track_points(
     before: Crop, after: Crop, points: FloatImage, guess: tuple[float, float]
 ) -> tuple[FloatImage, FloatImage]:
-    """Return where points (N, 2) of one crop are in another, and how far they miss on the way back.
+    """Return the positions (N, 2) of points of one crop in another, and their return errors (N,).
 
-    Pyramidal Lucas and Kanade, both ways. The crops have the same box. A point that is not found
-    misses by infinity.
+    Points are tracked forwards and back by pyramidal Lucas and Kanade. The return error is the
+    distance in pixels to the start; it is infinite for a point that is not found. The crops have
+    the same box.
     """
-    there = _flow(before.image, after.image, points, points + np.asarray(guess, np.float32))
-    back = _flow(after.image, before.image, there, points)
-    missed = np.linalg.norm(back - points, axis=1)
-    return there, np.where(np.isfinite(missed), missed, np.inf).astype(np.float32)
+    tracked = _optical_flow(
+        before.image, after.image, points, points + np.asarray(guess, np.float32)
+    )
+    returned = _optical_flow(after.image, before.image, tracked, points)
+    miss_px = np.linalg.norm(returned - points, axis=1)
+    return tracked, np.where(np.isfinite(miss_px), miss_px, np.inf).astype(np.float32)
 
 
-def _flow(before: ByteImage, after: ByteImage, points: FloatImage, guess: FloatImage) -> FloatImage:
-    is_there = np.asarray(np.isfinite(points).all(axis=1))
-    start = np.where(is_there[:, None], points, np.float32(0.0)).astype(np.float32)
-    cv2 = opencv()
+def _optical_flow(
+    before: ByteImage, after: ByteImage, points: FloatImage, guess: FloatImage
+) -> FloatImage:
+    """Return the positions (N, 2) of points in `after`; NaN for points that are not found."""
+    is_valid = np.asarray(np.isfinite(points).all(axis=1))
+    start = np.where(is_valid[:, None], points, np.float32(0.0)).astype(np.float32)
+    cv2 = import_opencv()
     moved, status, _ = cv2.calcOpticalFlowPyrLK(
         before,
         after,
@@ -120,5 +129,5 @@ def _flow(before: ByteImage, after: ByteImage, points: FloatImage, guess: FloatI
         maxLevel=3,
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
-    is_found = is_there & (status[:, 0] == 1)
+    is_found = is_valid & (status[:, 0] == 1)
     return np.where(is_found[:, None], moved[:, 0], np.float32(np.nan)).astype(np.float32)

@@ -5,78 +5,101 @@ from collections.abc import Callable, Iterable
 from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.marks.track_mark import Click, TrackMark, TrackPlace
-from heatlens.media.plate.coc_line import no_distances
+from heatlens.media.plate.coc_line import no_distances_error
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.tracking.surface_tracker import Sight, SurfaceTracker
 
 PlateAt = Callable[[int], Plate]
 
 
-def tracked(
-    mark: TrackMark, frames: FrameRange, plate_at: PlateAt, show: Callable[[str], None]
+def track_mark(
+    mark: TrackMark, frames: FrameRange, plate_at: PlateAt, report_progress: Callable[[str], None]
 ) -> TrackMark:
-    """Return the mark with its place at each frame; `show` is told how far it is.
+    """Return the mark with its place at each frame.
 
-    Between two clicks it is followed from both, and each counts the more the nearer it is. Raises
-    InputError for a click outside the frames or the picture, or on the sky, and for plates without
-    distances.
+    `report_progress` gets a sentence for each click. Between two clicks the surface is followed
+    from both, and the nearer click has the larger weight. Raises InputError for a click outside the
+    frames or the picture, or on the sky, and for plates without distances.
     """
     for click in mark.clicks:
         if click.frame not in frames:
             raise InputError(f"Mark {mark.name}: frame {click.frame} is not among {frames}.")
 
-    def followed(click: Click, onward: Iterable[int]) -> dict[int, Sight]:
-        show(f"following {mark.name} from frame {click.frame} of {frames}")
-        return _followed(click, onward, plate_at)
+    def follow_click(click: Click, next_frames: Iterable[int]) -> dict[int, Sight]:
+        report_progress(f"following {mark.name} from frame {click.frame} of {frames}")
+        return _follow_surface(click, next_frames, plate_at)
 
     ends = [frames.first, *(click.frame for click in mark.clicks), frames.last]
     places: dict[int, TrackPlace] = {}
-    later: dict[int, Sight] = {}
-    for at, click in enumerate(mark.clicks):
-        earlier = followed(click, range(click.frame, ends[at] - 1, -1))
-        for frame in sorted({*earlier, *later}):
-            place = _between(frame, (ends[at], later), (click.frame, earlier))
+    forward_sights: dict[int, Sight] = {}
+    for index, click in enumerate(mark.clicks):
+        backward_sights = follow_click(click, range(click.frame, ends[index] - 1, -1))
+        for frame in sorted({*backward_sights, *forward_sights}):
+            place = _blend_sights(
+                frame, (ends[index], forward_sights), (click.frame, backward_sights)
+            )
             places[frame] = place
-        later = followed(click, range(click.frame, ends[at + 2] + 1))
-    places |= {frame: _placed(frame, sight) for frame, sight in later.items()}
+        forward_sights = follow_click(click, range(click.frame, ends[index + 2] + 1))
+    places |= {frame: _make_track_place(frame, sight) for frame, sight in forward_sights.items()}
     track = tuple(places[frame] for frame in sorted(places))
     return TrackMark(mark.name, mark.clicks, track)
 
 
-def _followed(click: Click, onward: Iterable[int], plate_at: PlateAt) -> dict[int, Sight]:
-    """Return what is seen of the surface at each frame, of which that of the click is the first."""
+def _follow_surface(
+    click: Click, next_frames: Iterable[int], plate_at: PlateAt
+) -> dict[int, Sight]:
+    """Return the sight of the surface at each frame, beginning with the frame of the click."""
     plate = plate_at(click.frame)
     if not plate.has_distances:
-        raise no_distances(plate)
+        raise no_distances_error(plate)
     tracker = SurfaceTracker(plate, click.x_px, click.y_px)
     sights = {click.frame: tracker.sight}
     return sights | {
-        frame: tracker.step(plate_at(frame)) for frame in onward if frame != click.frame
+        frame: tracker.step(plate_at(frame)) for frame in next_frames if frame != click.frame
     }
 
 
-def _between(
-    frame: int, later: tuple[int, dict[int, Sight]], earlier: tuple[int, dict[int, Sight]]
+def _blend_sights(
+    frame: int,
+    forward_track: tuple[int, dict[int, Sight]],
+    backward_track: tuple[int, dict[int, Sight]],
 ) -> TrackPlace:
-    """Return the place between two clicks from what was seen going on from either."""
-    (start, forward), (end, backward) = later, earlier
-    one, other = forward.get(frame), backward.get(frame)
-    if one is None or other is None or (one.dioptres is None) != (other.dioptres is None):
-        seen = [it for it in (one, other) if it is not None and it.dioptres is not None]
-        return _placed(frame, seen[0] if seen else one or other)
-    part = (frame - start) / (end - start) if end > start else 1.0
+    """Return the place at a frame between two clicks, blended from the sights from both clicks.
 
-    def mixed(a: float, b: float) -> float:
-        return a + part * (b - a)
+    Each track is the frame of its click, and the sights by frame.
+    """
+    (start, forward), (end, backward) = forward_track, backward_track
+    forward_sight, backward_sight = forward.get(frame), backward.get(frame)
+    if (
+        forward_sight is None
+        or backward_sight is None
+        or (forward_sight.dioptres is None) != (backward_sight.dioptres is None)
+    ):
+        visible_sights = [
+            sight
+            for sight in (forward_sight, backward_sight)
+            if sight is not None and sight.dioptres is not None
+        ]
+        return _make_track_place(
+            frame, visible_sights[0] if visible_sights else forward_sight or backward_sight
+        )
+    share = (frame - start) / (end - start) if end > start else 1.0
+
+    def interpolate(a: float, b: float) -> float:
+        return a + share * (b - a)
 
     dioptres = None
-    if one.dioptres is not None and other.dioptres is not None:
-        dioptres = mixed(one.dioptres, other.dioptres)
-    x, y = mixed(one.x, other.x), mixed(one.y, other.y)
-    return _placed(frame, Sight(x, y, dioptres, min(one.likeness, other.likeness)))
+    if forward_sight.dioptres is not None and backward_sight.dioptres is not None:
+        dioptres = interpolate(forward_sight.dioptres, backward_sight.dioptres)
+    x = interpolate(forward_sight.x, backward_sight.x)
+    y = interpolate(forward_sight.y, backward_sight.y)
+    return _make_track_place(
+        frame, Sight(x, y, dioptres, min(forward_sight.likeness, backward_sight.likeness))
+    )
 
 
-def _placed(frame: int, sight: Sight | None) -> TrackPlace:
+def _make_track_place(frame: int, sight: Sight | None) -> TrackPlace:
+    """Return a sight as the place of a mark at a frame, rounded."""
     assert sight is not None
     distance_m = None if sight.dioptres is None else 1.0 / sight.dioptres
     return TrackPlace(

@@ -16,15 +16,15 @@ from heatlens.media.scene.scene import Array, SceneCamera
 
 SENSOR_WIDTH_MM = 36.0  # full frame: glTF has an angle of view but no sensor
 _ASPECT = 16 / 9  # aspect ratio of a camera without one
-_CUT_OFF = "The clipping planes of cameras are ignored: everything is drawn"
+_CLIPPING_NOTE = "The clipping planes of cameras are ignored: everything is drawn"
 _FOCAL_LEAST_MM, _FOCAL_MOST_MM = 0.1, 1e5
 
 
 @dataclass
 class GltfCameras:
-    """The cameras that hang on the nodes of the scene.
+    """The cameras on the nodes of the scene.
 
-    Raises InputError for a camera whose place or values are impossible.
+    Raises InputError for a camera whose position or values are impossible.
     """
 
     gltf: GltfFile
@@ -35,39 +35,47 @@ class GltfCameras:
 
     def __post_init__(self) -> None:
         tree = self.animation.tree
-        for node in tree.seen:
+        for node in tree.scene_nodes:
             record = tree.records[node]
             camera = self.gltf.index(record, "camera", "cameras")
             if camera is not None:
                 self._add_camera(node, record, camera)
 
-    def _add_camera(self, node: int, on_node: Record, number: int) -> None:
-        camera = self.gltf.listed("cameras")[number]
-        name = on_node.text("name") or camera.text("name") or f"camera {len(self.cameras) + 1}"
-        if camera.text("type") != "perspective":
+    def _add_camera(self, node: int, node_record: Record, number: int) -> None:
+        """Add camera `number` of the file on a node; an orthographic one becomes a note."""
+        camera_record = self.gltf.top_level("cameras")[number]
+        name = (
+            node_record.text("name")
+            or camera_record.text("name")
+            or f"camera {len(self.cameras) + 1}"
+        )
+        if camera_record.text("type") != "perspective":
             note = f"The camera {name!r} is orthographic and has no lens: it is left out."
             self.notes[note] = None
             return
-        lengths_mm = self._focal_lengths_mm(number, camera.inside("perspective"))
-        changes = len(lengths_mm) > 1
-        made = SceneCamera(
-            _unlike(name, [known.name for known in self.cameras]),
-            self._track(node, on_node),
+        lengths_mm = self._focal_lengths_mm(number, camera_record.object_at("perspective"))
+        is_animated = len(lengths_mm) > 1
+        scene_camera = SceneCamera(
+            _make_unique(name, [other_camera.name for other_camera in self.cameras]),
+            self._read_track(node, node_record),
             lengths_mm[0],
             SENSOR_WIDTH_MM,
-            lens_frames=tuple(self.animation.frames or ()) if changes else (),
-            lens_tracks={"focal_length_mm": lengths_mm} if changes else {},
+            lens_frames=tuple(self.animation.frames or ()) if is_animated else (),
+            lens_tracks={"focal_length_mm": lengths_mm} if is_animated else {},
             is_width_assumed=True,
         )
-        self.cameras.append(made)
-        self._planes.append((made, camera.inside("perspective")))
+        self.cameras.append(scene_camera)
+        self._planes.append((scene_camera, camera_record.object_at("perspective")))
 
-    def _track(self, node: int, on_node: Record) -> CameraTrack:
+    def _read_track(self, node: int, node_record: Record) -> CameraTrack:
         """Return the poses of the camera on a node, a single one if it stands still."""
-        moving = self.animation.frames if self.animation.moves(node) else None
-        at = list(map(float, moving or (self.animation.first_frame,)))
-        places = self.animation.track_of(node, np.array(at))
-        keys = (PoseKey(f, _pose(on_node, m)) for f, m in zip(at, places, strict=True))
+        moving_frames = self.animation.frames if self.animation.is_moving(node) else None
+        frames = list(map(float, moving_frames or (self.animation.first_frame,)))
+        world_matrices = self.animation.world_matrices_of(node, np.array(frames))
+        keys = (
+            PoseKey(f, _rigid_pose(node_record, m))
+            for f, m in zip(frames, world_matrices, strict=True)
+        )
         return CameraTrack(tuple(keys))
 
     def _focal_lengths_mm(self, number: int, perspective: Record) -> tuple[float, ...]:
@@ -76,10 +84,10 @@ class GltfCameras:
         if track is None or frames is None:
             angle = perspective.number("yfov", math.nan, least=1e-6)
             return (_focal_length_mm(perspective, angle),)
-        angles = track.at(self.animation.times_s(np.array(list(frames), float)))[:, 0]
+        angles = track.sample(self.animation.times_s(np.array(list(frames), float)))[:, 0]
         return tuple(_focal_length_mm(perspective, angle) for angle in angles.tolist())
 
-    def cut_off(self, boxes_m: Array) -> None:
+    def note_clipping(self, boxes_m: Array) -> None:
         """Add a note for cameras whose clipping planes cut the boxes (N, 2, 3) of the world.
 
         heatlens also shows what is nearer than a camera's `znear` or farther than its `zfar`.
@@ -90,10 +98,11 @@ class GltfCameras:
             depths_m = -(corners @ row[:3] + row[3])
             far_m, near_m = planes.number("zfar", math.inf), planes.number("znear", 0.0)
             if depths_m.max() > far_m or ((depths_m > 0) & (depths_m < near_m)).any():
-                self.gltf.lose(_CUT_OFF, planes)
+                self.gltf.note_loss(_CLIPPING_NOTE, planes)
 
 
 def _focal_length_mm(perspective: Record, angle: float) -> float:
+    """Return the focal length for a vertical angle of view in radians, on full frame."""
     aspect = perspective.number("aspectRatio", _ASPECT, least=1e-3)
     if not 0 < angle < math.pi:
         perspective.refuse("its angle 'yfov' should lie between 0 and pi")
@@ -103,21 +112,21 @@ def _focal_length_mm(perspective: Record, angle: float) -> float:
     return focal_mm
 
 
-def _pose(on_node: Record, matrix: Array) -> Pose:
+def _rigid_pose(node_record: Record, matrix: Array) -> Pose:
     """Return the pose of a node without the scale and mirroring of its ancestors."""
     back, up = matrix[:3, 2], matrix[:3, 1]
     side = np.cross(up, back)
     if not np.linalg.norm(side) > 1e-12 or not np.abs(matrix[:3, 3]).max() <= 1e9:
-        on_node.refuse("a camera is scaled to zero, or its place is not finite")
+        node_record.refuse("a camera is scaled to zero, or its place is not finite")
     rigid = matrix.copy()
     rigid[:3, 0], rigid[:3, 1] = side, np.cross(back, side)
     return pose_of(rigid)
 
 
-def _unlike(name: str, others: list[str]) -> str:
+def _make_unique(name: str, other_names: list[str]) -> str:
     """Return the name, with a number after it if another camera has it already."""
-    unlike, number = name, 1
-    while unlike in others:
+    unique_name, number = name, 1
+    while unique_name in other_names:
         number += 1
-        unlike = f"{name} {number}"
-    return unlike
+        unique_name = f"{name} {number}"
+    return unique_name

@@ -19,8 +19,8 @@ from heatlens.media.scene.scene import Array, Mesh
 Floats = NDArray[np.float32]
 
 _FAR_MOST_M = 1e9
-_UNBOUND = "Meshes with bones but without weights keep their modelled shape"
-_MOST = 1e30  # beyond this, products overflow float32
+_UNBOUND_NOTE = "Meshes with bones but without weights keep their modelled shape"
+_VALUE_MOST = 1e30  # beyond this, products overflow float32
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,14 +35,14 @@ class Skin:
     inverse_binds: Array
 
     @property
-    def moves(self) -> bool:
+    def is_moving(self) -> bool:
         """Return whether any of the bones moves."""
-        return any(self.animation.moves(joint) for joint in self.joints)
+        return any(self.animation.is_moving(joint) for joint in self.joints)
 
     def matrices(self, frame: float) -> Floats:
         """Return (J, 3, 4) from the mesh to the world."""
-        turned = self.animation.worlds(frame)[list(self.joints)] @ self.inverse_binds
-        return np.nan_to_num(np.clip(turned[:, :3], -_MOST, _MOST)).astype(np.float32)
+        to_world = self.animation.worlds(frame)[list(self.joints)] @ self.inverse_binds
+        return np.nan_to_num(np.clip(to_world[:, :3], -_VALUE_MOST, _VALUE_MOST)).astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,19 +53,19 @@ class Binding:
     joints: NDArray[np.intp]
     weights: Floats
 
-    def applied(self, mesh: Mesh, frame: float) -> Mesh:
+    def apply(self, mesh: Mesh, frame: float) -> Mesh:
         """Return the mesh in the world at a frame."""
         bones = self.skin.matrices(frame)
         blend = np.zeros((len(self.joints), 3, 4), np.float32)
         for joint, weight in zip(self.joints.T, self.weights.T, strict=True):
             blend += weight[:, None, None] * bones[joint]
-        turn = blend[:, :, :3]
-        positions = np.einsum("vij,vj->vi", turn, mesh.positions_m) + blend[:, :, 3]
+        rotations = blend[:, :, :3]
+        positions = np.einsum("vij,vj->vi", rotations, mesh.positions_m) + blend[:, :, 3]
         tangents = mesh.tangents
         if tangents is not None:
-            along = np.einsum("vij,vj->vi", turn, tangents[:, :3])
-            tangents = np.concatenate([_unit(along), tangents[:, 3:]], axis=1)
-        normals = _unit(np.einsum("vij,vj->vi", turn, mesh.normals))
+            tangent_directions = np.einsum("vij,vj->vi", rotations, tangents[:, :3])
+            tangents = np.concatenate([_normalize(tangent_directions), tangents[:, 3:]], axis=1)
+        normals = _normalize(np.einsum("vij,vj->vi", rotations, mesh.normals))
         return replace(mesh, positions_m=positions, normals=normals, tangents=tangents)
 
 
@@ -78,27 +78,31 @@ class Targets:
     normals: Floats | None
     tangents: Floats | None
 
-    def applied(self, mesh: Mesh, frame: float) -> Mesh:
+    def apply(self, mesh: Mesh, frame: float) -> Mesh:
         """Return the mesh with its morph targets applied at a frame."""
-        weights = np.clip(self.weights(frame), -_MOST, _MOST).astype(np.float32)
-        used = np.flatnonzero(weights)
-        if not len(used):
+        weights = np.clip(self.weights(frame), -_VALUE_MOST, _VALUE_MOST).astype(np.float32)
+        used_shapes = np.flatnonzero(weights)
+        if not len(used_shapes):
             return mesh
 
-        def added(shapes: Floats | None) -> Floats | float:
-            return 0.0 if shapes is None else np.tensordot(weights[used], shapes[used], 1)
+        def weighted_sum(shapes: Floats | None) -> Floats | float:
+            return (
+                0.0
+                if shapes is None
+                else np.tensordot(weights[used_shapes], shapes[used_shapes], 1)
+            )
 
         tangents = mesh.tangents
         if tangents is not None:
-            along = _unit(tangents[:, :3] + added(self.tangents))
-            tangents = np.concatenate([along, tangents[:, 3:]], axis=1)
-        positions = np.asarray(mesh.positions_m + added(self.positions), np.float32)
-        normals = _unit(mesh.normals + added(self.normals))
+            tangent_directions = _normalize(tangents[:, :3] + weighted_sum(self.tangents))
+            tangents = np.concatenate([tangent_directions, tangents[:, 3:]], axis=1)
+        positions = np.asarray(mesh.positions_m + weighted_sum(self.positions), np.float32)
+        normals = _normalize(mesh.normals + weighted_sum(self.normals))
         return replace(mesh, positions_m=positions, normals=normals, tangents=tangents)
 
 
 @dataclass(frozen=True, eq=False)
-class Deformed:
+class DeformedMesh:
     """A mesh that changes from frame to frame.
 
     mesh        the undeformed mesh
@@ -110,12 +114,12 @@ class Deformed:
     binding: Binding | None
     is_faceted: bool
 
-    @np.errstate(over="ignore", invalid="ignore")  # places are limited below
+    @np.errstate(over="ignore", invalid="ignore")  # positions are limited below
     def __call__(self, frame: float) -> Mesh:
         """Return the mesh at a frame; its triangles are always the same."""
         mesh = self.mesh
         for change in (self.targets, self.binding):
-            mesh = mesh if change is None else change.applied(mesh, frame)
+            mesh = mesh if change is None else change.apply(mesh, frame)
         positions = np.nan_to_num(mesh.positions_m, nan=0.0)
         positions = np.clip(positions, -_FAR_MOST_M, _FAR_MOST_M).astype(np.float32)
         normals = mesh.normals
@@ -124,19 +128,21 @@ class Deformed:
         return replace(mesh, positions_m=positions, normals=normals)
 
 
-def _unit(vectors: Floats) -> Floats:
+def _normalize(vectors: Floats) -> Floats:
     """Normalise vectors (V, 3); those without a direction point upwards."""
     finite = np.nan_to_num(vectors, nan=0.0, posinf=0.0, neginf=0.0)
     lengths = np.linalg.norm(finite, axis=1, keepdims=True)
-    safe = (lengths > 1e-20) & np.isfinite(lengths)
+    has_direction = (lengths > 1e-20) & np.isfinite(lengths)
     upwards = np.array([0.0, 1.0, 0.0], np.float32)
-    return np.where(safe, finite / np.where(safe, lengths, 1.0), upwards).astype(np.float32)
+    return np.where(has_direction, finite / np.where(has_direction, lengths, 1.0), upwards).astype(
+        np.float32
+    )
 
 
 def read_skin(gltf: GltfFile, animation: Animation, index: int) -> Skin:
     """Read a skin; raise InputError if it is damaged."""
-    record = gltf.listed("skins")[index]
-    joints = record.indices("joints", len(gltf.listed("nodes")))
+    record = gltf.top_level("skins")[index]
+    joints = record.indices("joints", len(gltf.top_level("nodes")))
     accessor = gltf.index(record, "inverseBindMatrices", "accessors")
     if not joints:
         record.refuse("it has no joints")
@@ -153,26 +159,34 @@ def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
     """Return the skinning of a mesh; None if the file has none."""
     joints, weights = [], []
     number = 0
-    while (more_joints := vertices.floats(f"JOINTS_{number}", 4)) is not None:
-        joints.append(more_joints)
+    while (joint_set := vertices.floats(f"JOINTS_{number}", 4)) is not None:
+        joints.append(joint_set)
         weights.append(vertices.floats(f"WEIGHTS_{number}", 4))
         number += 1
-    if not joints or any(part is None for part in weights):
-        vertices.gltf.lose(_UNBOUND, vertices.primitive)
+    if not joints or any(weight_set is None for weight_set in weights):
+        vertices.gltf.note_loss(_UNBOUND_NOTE, vertices.primitive)
         return None
-    shares = np.concatenate([part for part in weights if part is not None], axis=1)
+    weight_shares = np.concatenate(
+        [weight_set for weight_set in weights if weight_set is not None], axis=1
+    )
     bones = np.where(
-        shares == 0, 0, np.concatenate(joints, axis=1)
+        weight_shares == 0, 0, np.concatenate(joints, axis=1)
     )  # indices without weight are arbitrary
     if bones.size and not (0 <= bones.min() and bones.max() < len(skin.joints)):
         vertices.primitive.refuse(
             f"a vertex refers to bone {int(bones.max())} of {len(skin.joints)}"
         )
-    sums = shares.sum(axis=1, keepdims=True)
-    shares = np.asarray(shares / np.where(np.abs(sums) > 1e-6, sums, 1.0), np.float32)
-    used = np.flatnonzero((shares != 0).any(axis=0))  # most files have columns of zeros
-    at = slice(None) if mesh.sources is None else mesh.sources
-    return Binding(skin, bones[at][:, used].astype(np.intp), shares[at][:, used])
+    sums = weight_shares.sum(axis=1, keepdims=True)
+    weight_shares = np.asarray(weight_shares / np.where(np.abs(sums) > 1e-6, sums, 1.0), np.float32)
+    used_columns = np.flatnonzero(
+        (weight_shares != 0).any(axis=0)
+    )  # most files have columns of zeros
+    vertex_index = slice(None) if mesh.sources is None else mesh.sources
+    return Binding(
+        skin,
+        bones[vertex_index][:, used_columns].astype(np.intp),
+        weight_shares[vertex_index][:, used_columns],
+    )
 
 
 def read_targets(
@@ -181,22 +195,25 @@ def read_targets(
     """Return the morph targets of a mesh, `count` of which have weights."""
     records = vertices.primitive.records("targets")[:count]
     if count > len(vertices.primitive.records("targets")):
-        vertices.gltf.lose("Weights of missing morph targets change nothing", vertices.primitive)
+        vertices.gltf.note_loss(
+            "Weights of missing morph targets change nothing", vertices.primitive
+        )
     if not records:
         return None
     positions, normals, tangents = (
-        _shapes(vertices, mesh, records, name) for name in ("POSITION", "NORMAL", "TANGENT")
+        _read_shapes(vertices, mesh, records, name) for name in ("POSITION", "NORMAL", "TANGENT")
     )
     if positions is None:
         positions = np.zeros((len(records), len(mesh.positions_m), 3), np.float32)
     return Targets(lambda frame: weights(frame)[: len(records)], positions, normals, tangents)
 
 
-def _shapes(vertices: Vertices, mesh: Mesh, records: list[Record], name: str) -> Floats | None:
+def _read_shapes(vertices: Vertices, mesh: Mesh, records: list[Record], name: str) -> Floats | None:
+    """Return an attribute of all morph targets, (S, V, 3); None if no target has it."""
     gltf = vertices.gltf
     shapes = np.zeros((len(records), len(mesh.positions_m), 3), np.float32)
-    at = slice(None) if mesh.sources is None else mesh.sources
-    is_any = False
+    vertex_index = slice(None) if mesh.sources is None else mesh.sources
+    has_any = False
     for shape, record in zip(shapes, records, strict=True):
         accessor = gltf.index(record, name, "accessors")
         if accessor is None:
@@ -204,5 +221,5 @@ def _shapes(vertices: Vertices, mesh: Mesh, records: list[Record], name: str) ->
         values = read_floats(gltf, accessor, 3)
         if len(values) != len(vertices.positions):
             record.refuse(f"there are {len(vertices.positions)} positions, but {len(values)} here")
-        shape[:], is_any = values[at], True
-    return shapes if is_any else None
+        shape[:], has_any = values[vertex_index], True
+    return shapes if has_any else None

@@ -1,7 +1,7 @@
 """Read the lights of a glTF file, and scale them to a suitable exposure.
 
 Source: Khronos, KHR_lights_punctual. Its units are candela and lux, in which daylight is a hundred
-thousand times too bright for a picture: see `exposed`.
+thousand times too bright for a picture: see `GltfLights.scale_to_exposure`.
 """
 
 import math
@@ -16,10 +16,10 @@ from heatlens.media.scene.scene import Array, Color, Daylight, Lighting, PointLi
 
 # Blender multiplies its watts by 683, the lumens of a watt of green light, for lux and candela.
 _LUMENS_OF_WATT = 683.0
-_BLENDER = "Khronos glTF Blender I/O"
+_BLENDER_GENERATOR = "Khronos glTF Blender I/O"
 # The irradiance that a picture is exposed for, and the one above which lights are scaled to it.
-_EXPOSED_FOR, _FOR_THE_EYE = 3.0, 30.0
-_MOST_SHINE = 32
+_TARGET_IRRADIANCE, _TOO_BRIGHT = 3.0, 30.0
+_LAMPS_MOST = 32
 _FAR_MOST_M = 1e9
 _NIGHT = (0.0, 0.0, 0.0)
 
@@ -42,9 +42,9 @@ class MovingLights:
         """Return the lights at a frame; one without a direction keeps its first direction."""
         worlds = self.animation.worlds(frame)
         pairs = zip(self.lighting.lights, self.nodes, strict=True)
-        lamps = tuple(_moved(lamp, worlds[node]) for lamp, node in pairs)
+        lamps = tuple(_move_lamp(lamp, worlds[node]) for lamp, node in pairs)
         daylight = self.lighting.daylight
-        axis = None if self.sun_node is None else _axis(worlds[self.sun_node])
+        axis = None if self.sun_node is None else _light_direction(worlds[self.sun_node])
         if axis is not None:
             daylight = replace(daylight, to_sun=(-axis[0], -axis[1], -axis[2]))
         return Lighting(lamps, daylight)
@@ -54,7 +54,7 @@ class MovingLights:
 class GltfLights:
     """The lights on the nodes of the scene, with the intensities of the file.
 
-    Raises InputError for a light with an impossible place or values.
+    Raises InputError for a light with an impossible position or values.
     """
 
     gltf: GltfFile
@@ -62,32 +62,35 @@ class GltfLights:
     lights: list[PointLight] = field(default_factory=list)
     daylight: Daylight = field(default_factory=Daylight)
     notes: dict[str, None] = field(default_factory=dict)  # in order, each once
-    _suns: int = 0
+    _sun_count: int = 0
     _sun_node: int | None = None
     _nodes: list[int] = field(default_factory=list)  # nodes of the lamps
 
     def __post_init__(self) -> None:
         tree = self.animation.tree
-        lit = self.gltf.root.inside("extensions", "KHR_lights_punctual").records("lights")
+        light_records = self.gltf.root.object_at("extensions", "KHR_lights_punctual").records(
+            "lights"
+        )
         worlds = self.animation.worlds(self.animation.first_frame)
-        for node in tree.seen:
-            on_it = tree.records[node].inside("extensions", "KHR_lights_punctual")
-            light = on_it.index("light", len(lit))
+        for node in tree.scene_nodes:
+            extension = tree.records[node].object_at("extensions", "KHR_lights_punctual")
+            light = extension.index("light", len(light_records))
             if light is not None and node not in tree.hidden:
-                self._add(node, lit[light], worlds[node])
-        if self.lights and not self._suns:
+                self._add_light(node, light_records[light], worlds[node])
+        if self.lights and not self._sun_count:
             self.daylight = replace(self.daylight, sun=_NIGHT)
 
     @property
     def is_blender(self) -> bool:
         """Return whether Blender wrote the file."""
-        return self.gltf.root.inside("asset").text("generator").startswith(_BLENDER)
+        return self.gltf.root.object_at("asset").text("generator").startswith(_BLENDER_GENERATOR)
 
-    def _add(self, node: int, light: Record, world: Array) -> None:
-        kind, axis = light.text("type"), _axis(world)
+    def _add_light(self, node: int, light: Record, world: Array) -> None:
+        """Add a lamp or a sun on a node, whose matrix (4, 4) to the world is `world`."""
+        kind, axis = light.text("type"), _light_direction(world)
         if axis is None or not np.abs(world[:3, 3]).max() <= _FAR_MOST_M:
             light.refuse("a light is scaled to zero, or its place is not finite")
-        color, (x, y, z) = _color(light), axis
+        color, (x, y, z) = _read_intensity(light), axis
         if kind == "directional":
             self._add_sun(node, (-x, -y, -z), color)
             return
@@ -96,10 +99,11 @@ class GltfLights:
         position = tuple(map(float, world[:3, 3]))
         lamp = PointLight((position[0], position[1], position[2]), color)
         self._nodes.append(node)
-        self.lights.append(self._spot(lamp, light, (x, y, z)) if kind == "spot" else lamp)
+        self.lights.append(self._make_spot(lamp, light, (x, y, z)) if kind == "spot" else lamp)
 
-    def _spot(self, lamp: PointLight, light: Record, axis: Color) -> PointLight:
-        spot = light.inside("spot")
+    def _make_spot(self, lamp: PointLight, light: Record, axis: Color) -> PointLight:
+        """Return the lamp with the direction and the cone of a spot light."""
+        spot = light.object_at("spot")
         outer = min(spot.number("outerConeAngle", math.pi / 4, least=1e-6), math.pi / 2)
         inner = min(spot.number("innerConeAngle", 0.0, least=0.0), outer)
         cosines = math.cos(inner), math.cos(outer)
@@ -110,82 +114,87 @@ class GltfLights:
 
     def _add_sun(self, node: int, to_sun: Color, irradiance: Color) -> None:
         """Keep the brightest directional light, because the scene can have one sun."""
-        self._suns += 1
-        if self._suns > 1:
-            self.gltf.lose(
+        self._sun_count += 1
+        if self._sun_count > 1:
+            self.gltf.note_loss(
                 "Suns except the brightest are left out", self.animation.tree.records[node]
             )
-        if self._suns == 1 or sum(irradiance) > sum(self.daylight.sun):
+        if self._sun_count == 1 or sum(irradiance) > sum(self.daylight.sun):
             self._sun_node = node
             self.daylight = replace(self.daylight, to_sun=to_sun, sun=irradiance)
 
     @property
     def motion(self) -> MovingLights | None:
         """The lights at each frame, with their current exposure; None if none of them moves."""
-        hung = [*self._nodes, *([] if self._sun_node is None else [self._sun_node])]
-        if not any(self.animation.moves(node) for node in hung):
+        light_nodes = [*self._nodes, *([] if self._sun_node is None else [self._sun_node])]
+        if not any(self.animation.is_moving(node) for node in light_nodes):
             return None
         lighting = Lighting(tuple(self.lights), self.daylight)
         return MovingLights(self.animation, lighting, tuple(self._nodes), self._sun_node)
 
-    def exposed(self, places_m: Array) -> None:
-        """Scale the lights to a suitable exposure; they light the places `places_m` (N, 3).
+    def scale_to_exposure(self, points_m: Array) -> None:
+        """Scale the lights to a suitable exposure of the points `points_m` (N, 3).
 
         Blender's lights are converted back to watts under a black sky, as Cycles renders them with
-        a black world. Lights of other programs that are much too bright are taken as photometric,
-        and scaled so that the median of the places gets the daylight of a scene without lights.
+        a black world. Lights of other programs that are much too bright are taken as photometric:
+        they are scaled until the median of the points gets the daylight of a scene without lights.
         """
-        if not self.lights and not self._suns:
+        if not self.lights and not self._sun_count:
             return
-        if len(self.lights) > _MOST_SHINE:
+        if len(self.lights) > _LAMPS_MOST:
             self.notes[
-                f"Only the {_MOST_SHINE} brightest of {len(self.lights)} lamps are used."
+                f"Only the {_LAMPS_MOST} brightest of {len(self.lights)} lamps are used."
             ] = None
-        typical = float(np.median(self._irradiance(places_m)))
+        median_irradiance = float(np.median(self._irradiance(points_m)))
         factor = 1.0
-        if self.is_blender and self._brightest() >= _FOR_THE_EYE:
+        if self.is_blender and self._brightest_intensity() >= _TOO_BRIGHT:
             factor = 1 / _LUMENS_OF_WATT
-            self._say("Lights are taken as Blender's watts, of which it wrote 683 lumens each", "")
-        elif typical > _FOR_THE_EYE:
-            factor = _EXPOSED_FOR / typical
-            stops = f", which are {-math.log2(factor):.1f} stops"
-            self._say(f"Lights in candela and lux are exposed by 1/{1 / factor:.4g}", stops)
+            self._add_note(
+                "Lights are taken as Blender's watts, of which it wrote 683 lumens each", ""
+            )
+        elif median_irradiance > _TOO_BRIGHT:
+            factor = _TARGET_IRRADIANCE / median_irradiance
+            stops_words = f", which are {-math.log2(factor):.1f} stops"
+            self._add_note(
+                f"Lights in candela and lux are exposed by 1/{1 / factor:.4g}", stops_words
+            )
         if self.is_blender:
             self.daylight = replace(self.daylight, zenith=_NIGHT, horizon=_NIGHT, ground=_NIGHT)
-            self._say("The sky is black, as the file has lights of its own", "")
-        self._scale(factor)
+            self._add_note("The sky is black, as the file has lights of its own", "")
+        self._scale_lights(factor)
 
-    def _say(self, words: str, more: str) -> None:
-        self.notes[f"{words}{more}."] = None
+    def _add_note(self, words: str, ending: str) -> None:
+        """Add a note of these words and their ending."""
+        self.notes[f"{words}{ending}."] = None
 
-    def _brightest(self) -> float:
+    def _brightest_intensity(self) -> float:
         lamps = [max(light.intensity) for light in self.lights]
         return max([*lamps, max(self.daylight.sun)])
 
-    def _irradiance(self, places_m: Array) -> Array:
-        """Return the irradiance (N,) of a surface that faces all lights, at each place."""
-        irradiance = np.full(len(places_m), max(self.daylight.sun) if self._suns else 0.0)
-        least = 1e-4 * max(float(np.sum(np.ptp(places_m, axis=0) ** 2)), 1e-4)
+    def _irradiance(self, points_m: Array) -> Array:
+        """Return the irradiance (N,) of a surface that faces all lights, at each point (N, 3)."""
+        irradiance = np.full(len(points_m), max(self.daylight.sun) if self._sun_count else 0.0)
+        least_square_m2 = 1e-4 * max(float(np.sum(np.ptp(points_m, axis=0) ** 2)), 1e-4)
         for light in self.lights:
-            square = np.sum((places_m - np.array(light.position_m)) ** 2, axis=1)
-            irradiance += max(light.intensity) / np.maximum(square, least)
+            distance_squared = np.sum((points_m - np.array(light.position_m)) ** 2, axis=1)
+            irradiance += max(light.intensity) / np.maximum(distance_squared, least_square_m2)
         return irradiance
 
-    def _scale(self, factor: float) -> None:
+    def _scale_lights(self, factor: float) -> None:
         scaled = [
-            replace(light, intensity=_times(light.intensity, factor)) for light in self.lights
+            replace(light, intensity=_scale_color(light.intensity, factor)) for light in self.lights
         ]
         self.lights = scaled
-        if self._suns:
-            self.daylight = replace(self.daylight, sun=_times(self.daylight.sun, factor))
+        if self._sun_count:
+            self.daylight = replace(self.daylight, sun=_scale_color(self.daylight.sun, factor))
 
 
-def _times(color: Color, factor: float) -> Color:
+def _scale_color(color: Color, factor: float) -> Color:
     red, green, blue = (factor * value for value in color)
     return red, green, blue
 
 
-def _axis(world: Array) -> tuple[float, float, float] | None:
+def _light_direction(world: Array) -> tuple[float, float, float] | None:
     """Return the direction of a light, which is its node's -z; None if that has no length."""
     length = float(np.linalg.norm(world[:3, 2]))
     if not 1e-12 < length < 1e12:
@@ -194,14 +203,15 @@ def _axis(world: Array) -> tuple[float, float, float] | None:
     return x, y, z
 
 
-def _moved(lamp: PointLight, world: Array) -> PointLight:
+def _move_lamp(lamp: PointLight, world: Array) -> PointLight:
     """Return a lamp moved with its node to `world` (4, 4)."""
     x, y, z = map(float, np.clip(np.nan_to_num(world[:3, 3]), -_FAR_MOST_M, _FAR_MOST_M))
-    axis = None if lamp.direction is None else _axis(world) or lamp.direction
+    axis = None if lamp.direction is None else _light_direction(world) or lamp.direction
     return replace(lamp, position_m=(x, y, z), direction=axis)
 
 
-def _color(light: Record) -> Color:
+def _read_intensity(light: Record) -> Color:
+    """Return the intensity of a light in red, green and blue."""
     intensity = light.number("intensity", 1.0, least=0.0)
     red, green, blue = (max(v, 0.0) * intensity for v in light.row("color", (1, 1, 1)))
     return red, green, blue

@@ -2,10 +2,10 @@
 
 Source: Khronos, glTF 2.0 specification, section 3.7.
 
-A mesh is changed by the bones and morph targets of the node that it hangs on.
+A mesh is deformed by the bones and morph targets of its node.
 
-A scene shows triangles alone: points and lines become thin solids. All points and pieces of lines
-of a file together become at most four times POINTS_MOST triangles.
+A scene consists of triangles only: points and lines become thin solids. All points and pieces of
+lines of a file together become at most four times POINTS_MOST triangles.
 """
 
 from dataclasses import dataclass, field, replace
@@ -15,22 +15,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.media.scene.gltf.animation import Animation
-from heatlens.media.scene.gltf.deform import Deformed, Skin, read_binding, read_skin, read_targets
+from heatlens.media.scene.gltf.deform import (
+    DeformedMesh,
+    Skin,
+    read_binding,
+    read_skin,
+    read_targets,
+)
 from heatlens.media.scene.gltf.file import GltfFile
 from heatlens.media.scene.gltf.json_values import Record
 from heatlens.media.scene.gltf.material import GltfMaterials
 from heatlens.media.scene.gltf.vertices import Vertices
-from heatlens.media.scene.mesh_make import made_mesh, unit_tangents, with_tangents
-from heatlens.media.scene.point_cloud import POINTS_MOST, drawn_points
-from heatlens.media.scene.primitives import tubes
+from heatlens.media.scene.mesh_make import add_tangents, make_mesh, normalize_tangents
+from heatlens.media.scene.point_cloud import POINTS_MOST, make_point_solids
+from heatlens.media.scene.primitives import make_tubes
 from heatlens.media.scene.scene import Array, Deform, MapPlace, Material, Mesh
 
-_BONELESS = "Skinned meshes on nodes without a skeleton keep their modelled shape"
+_BONELESS_NOTE = "Skinned meshes on nodes without a skeleton keep their modelled shape"
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-_THIN = "Points and lines are drawn thin"
-_NOT_ALL = ", and some are left out because there are very many"
-_FLAT = "Surfaces without texture coordinates for their pictures have a single colour"
-_NORMALS = 3  # index of the normal map among the maps of a material
+_THIN_NOTE = "Points and lines are drawn thin"
+_LEFT_OUT_WORDS = ", and some are left out because there are very many"
+_UNTEXTURED_NOTE = "Surfaces without texture coordinates for their pictures have a single colour"
+_NORMAL_MAP = 3  # index of the normal map among the maps of a material
 POINTS, LINES, LOOP, STRIP = range(4)  # modes of a primitive
 _THINNESS = 1 / 600  # radius of a line or a point, as a part of the size of its mesh
 _SIDES = 4
@@ -40,28 +46,28 @@ Solids = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
 
 @dataclass(eq=False)
 class ShapeChange:
-    """How the primitives of one mesh change their shape on a node.
+    """The bones and morph weights that deform the primitives of one mesh on a node.
 
-    skin    index of the skin, None for none
-    blends  the node whose morph weights are used, None for those of the mesh
+    skin          index of the skin, None for none
+    weights_node  the node whose morph weights are used, None for those of the mesh
     """
 
     gltf: GltfFile
     animation: Animation
     skin: int | None
-    blends: int | None
+    weights_node: int | None
     mesh: Record
 
-    def of(self, vertices: Vertices, mesh: Mesh, is_thin: bool) -> Deformed | None:
+    def deformed_mesh(self, vertices: Vertices, mesh: Mesh, is_thin: bool) -> DeformedMesh | None:
         """Return the deformed mesh; None if neither bones nor morph targets change it."""
         binding = None if self.bones is None else read_binding(vertices, mesh, self.bones)
         if self.bones is None and vertices.has("JOINTS_0"):
-            self.gltf.lose(_BONELESS, vertices.primitive)
+            self.gltf.note_loss(_BONELESS_NOTE, vertices.primitive)
         count = len(self.weights(self.animation.first_frame))
         targets = read_targets(vertices, mesh, self.weights, count) if count else None
         if binding is None and targets is None:
             return None
-        return Deformed(mesh, targets, binding, is_thin or not vertices.has("NORMAL"))
+        return DeformedMesh(mesh, targets, binding, is_thin or not vertices.has("NORMAL"))
 
     @cached_property
     def bones(self) -> Skin | None:
@@ -69,22 +75,23 @@ class ShapeChange:
         return None if self.skin is None else read_skin(self.gltf, self.animation, self.skin)
 
     @property
-    def moves(self) -> bool:
+    def is_moving(self) -> bool:
         """Return whether the shape differs from frame to frame."""
-        is_blending = self.blends is not None and self.blends in self.animation.weights
-        return is_blending or (self.bones is not None and self.bones.moves)
+        is_blending = self.weights_node is not None and self.weights_node in self.animation.weights
+        return is_blending or (self.bones is not None and self.bones.is_moving)
 
     def weights(self, frame: float) -> Array:
         """Return the morph weights at a frame; none if the file has none."""
-        if self.blends is not None and self.blends in self.animation.weights:
-            return self.animation.weights_of(self.blends, frame)
-        return self._still_weights
+        if self.weights_node is not None and self.weights_node in self.animation.weights:
+            return self.animation.weights_of(self.weights_node, frame)
+        return self._constant_weights
 
     @cached_property
-    def _still_weights(self) -> Array:
-        node = None if self.blends is None else self.animation.tree.records[self.blends]
-        holder = node if node is not None and node.has("weights") else self.mesh
-        return np.array(holder.numbers("weights"))
+    def _constant_weights(self) -> Array:
+        """The morph weights that are not animated: those of the node, or else of the mesh."""
+        node = None if self.weights_node is None else self.animation.tree.records[self.weights_node]
+        weights_record = node if node is not None and node.has("weights") else self.mesh
+        return np.array(weights_record.numbers("weights"))
 
 
 @dataclass
@@ -103,63 +110,70 @@ class GltfMeshes:
     meshes: list[Mesh] = field(default_factory=list)
     deforms: dict[int, Deform] = field(default_factory=dict)
     in_world: set[int] = field(default_factory=set)
-    _found: dict[object, list[int]] = field(default_factory=dict)
+    _numbers_by_key: dict[object, list[int]] = field(default_factory=dict)
 
-    def of(self, index: int, node: int) -> list[int]:
+    def meshes_of(self, index: int, node: int) -> list[int]:
         """Return the scene's meshes for a mesh of the file on a node.
 
         Raises InputError if it is damaged.
         """
-        record, on_it = self.gltf.listed("meshes")[index], self.animation.tree.records[node]
-        skin = self.gltf.index(on_it, "skin", "skins")
-        blends = node if on_it.has("weights") or node in self.animation.weights else None
-        key = index, skin, blends
-        if key not in self._found:
-            change = ShapeChange(self.gltf, self.animation, skin, blends, record)
-            self._found[key] = [
+        record = self.gltf.top_level("meshes")[index]
+        node_record = self.animation.tree.records[node]
+        skin = self.gltf.index(node_record, "skin", "skins")
+        weights_node = (
+            node if node_record.has("weights") or node in self.animation.weights else None
+        )
+        key = index, skin, weights_node
+        if key not in self._numbers_by_key:
+            change = ShapeChange(self.gltf, self.animation, skin, weights_node, record)
+            self._numbers_by_key[key] = [
                 number
                 for primitive in record.records("primitives")
-                if (number := self._add(primitive, change)) is not None
+                if (number := self._add_primitive(primitive, change)) is not None
             ]
-        return self._found[key]
+        return self._numbers_by_key[key]
 
-    def _add(self, primitive: Record, change: ShapeChange) -> int | None:
-        mode = primitive.whole("mode", _TRIANGLES)
+    def _add_primitive(self, primitive: Record, change: ShapeChange) -> int | None:
+        """Read a primitive as a mesh and return its number; None if it has no triangles."""
+        mode = primitive.whole_number("mode", _TRIANGLES)
         if mode > _FAN:
             primitive.refuse(f"{mode} is not a primitive mode of glTF")
         material = self.gltf.index(primitive, "material", "materials")
-        number = len(self.gltf.listed("materials")) if material is None else material
+        number = len(self.gltf.top_level("materials")) if material is None else material
         vertices = Vertices(self.gltf, primitive)
-        made = self._solid if mode >= _TRIANGLES else self._thin
-        mesh = made(vertices, mode, number)
+        make = self._make_solid if mode >= _TRIANGLES else self._make_thin
+        mesh = make(vertices, mode, number)
         if not len(mesh.triangles):
             return None
-        return self._kept(change.of(vertices, mesh, is_thin=mode < _TRIANGLES), mesh, change.moves)
+        return self._store(
+            change.deformed_mesh(vertices, mesh, is_thin=mode < _TRIANGLES), mesh, change.is_moving
+        )
 
-    def _kept(self, deformed: Deformed | None, mesh: Mesh, moves: bool) -> int:
-        """Keep a mesh in its shape at the first frame, and its deformation; return its index."""
-        place = len(self.meshes)
+    def _store(self, deformed: DeformedMesh | None, mesh: Mesh, is_moving: bool) -> int:
+        """Store a mesh in its shape at the first frame, and its deformation; return its number."""
+        number = len(self.meshes)
         self.meshes.append(mesh if deformed is None else deformed(self.animation.first_frame))
         if deformed is not None and deformed.binding is not None:
-            self.in_world.add(place)
-        if deformed is not None and moves:
-            self.deforms[place] = deformed
-        return place
+            self.in_world.add(number)
+        if deformed is not None and is_moving:
+            self.deforms[number] = deformed
+        return number
 
     @cached_property
     def _thin_count(self) -> int:
-        return thin_count(self.gltf)
+        return count_thin_corners(self.gltf)
 
-    def _solid(self, vertices: Vertices, mode: int, number: int) -> Mesh:
+    def _make_solid(self, vertices: Vertices, mode: int, number: int) -> Mesh:
+        """Return a mesh of the triangles of a primitive, with material `number`."""
         layout, material = self.materials.layouts[number], self.materials.materials[number]
         uvs = [vertices.floats(f"TEXCOORD_{n}", 2) for n in layout.sets]
-        self._check_maps(vertices, material, any(part is None for part in uvs))
+        self._check_maps(vertices, material, any(uv_set is None for uv_set in uvs))
         if uvs[0] is not None and material.map_places is None:
-            uvs[0] = layout.shared.placed(uvs[0])
-        mesh = made_mesh(
-            self._what(vertices),
+            uvs[0] = layout.shared.transform(uvs[0])
+        mesh = make_mesh(
+            self._describe(vertices),
             vertices.positions,
-            _triangles(vertices.corners(), _TRIANGLES if vertices.is_packed else mode),
+            _list_triangles(vertices.corners(), _TRIANGLES if vertices.is_packed else mode),
             vertices.floats("NORMAL", 3),
             uvs[0],
             number,
@@ -169,52 +183,59 @@ class GltfMeshes:
             mesh = replace(mesh, more_uvs=uvs[1] if mesh.sources is None else uvs[1][mesh.sources])
         return mesh if material.normal_map is None else self._with_tangents(vertices, mesh)
 
-    def _thin(self, vertices: Vertices, mode: int, number: int) -> Mesh:
+    def _make_thin(self, vertices: Vertices, mode: int, number: int) -> Mesh:
         """Return points or lines as thin solids, in the colours of their vertices."""
         are_some_left_out = self._thin_count > POINTS_MOST
-        self.gltf.lose(_THIN + _NOT_ALL * are_some_left_out, vertices.primitive)
+        self.gltf.note_loss(_THIN_NOTE + _LEFT_OUT_WORDS * are_some_left_out, vertices.primitive)
         self._check_maps(vertices, self.materials.materials[number], True)
         corners = vertices.corners()
-        positions, triangles, sources = thin_solids(
+        positions, triangles, sources = make_thin_solids(
             vertices.positions.astype(float), corners, mode, self._thin_count
         )
         colors = vertices.colors()
         tints = None if colors is None else colors[sources]
-        what, floats = self._what(vertices), positions.astype(np.float32)
-        mesh = made_mesh(what, floats, triangles, None, None, number, tints)
+        what, floats = self._describe(vertices), positions.astype(np.float32)
+        mesh = make_mesh(what, floats, triangles, None, None, number, tints)
         return replace(mesh, sources=None if mesh.sources is None else sources[mesh.sources])
 
     def _check_maps(self, vertices: Vertices, material: Material, is_without: bool) -> None:
         """Note a surface without texture coordinates whose material has pictures."""
         if is_without and any(number is not None for number in material.maps):
-            self.gltf.lose(_FLAT, vertices.primitive)
+            self.gltf.note_loss(_UNTEXTURED_NOTE, vertices.primitive)
 
-    def _what(self, vertices: Vertices) -> str:
+    def _describe(self, vertices: Vertices) -> str:
+        """Return the file and the place of a primitive, with which error messages begin."""
         return f"{self.gltf.path}: {vertices.primitive.entry.place}"
 
     def _with_tangents(self, vertices: Vertices, mesh: Mesh) -> Mesh:
         """Return the mesh with the file's tangents if it has normals, else derived ones."""
         stored = vertices.floats("TANGENT", 4) if vertices.has("NORMAL") else None
         if stored is not None:
-            return replace(mesh, tangents=unit_tangents(stored))
-        places = self.materials.materials[mesh.material].map_places
-        return with_tangents(mesh) if places is None else _along_map(mesh, places[_NORMALS])
+            return replace(mesh, tangents=normalize_tangents(stored))
+        placements = self.materials.materials[mesh.material].map_places
+        return (
+            add_tangents(mesh)
+            if placements is None
+            else _add_tangents_along_map(mesh, placements[_NORMAL_MAP])
+        )
 
 
-def _along_map(mesh: Mesh, place: MapPlace) -> Mesh:
+def _add_tangents_along_map(mesh: Mesh, place: MapPlace) -> Mesh:
     """Return the mesh with tangents along the texture coordinates of its normal map."""
-    second = mesh.uvs if mesh.more_uvs is None else mesh.more_uvs
-    uvs = place.placed(second if place.coordinates else mesh.uvs)
+    second_uvs = mesh.uvs if mesh.more_uvs is None else mesh.more_uvs
+    uvs = place.transform(second_uvs if place.coordinates else mesh.uvs)
     numbers = np.arange(len(uvs), dtype=np.uint32)
-    turned = with_tangents(replace(mesh, uvs=uvs, sources=numbers))
-    assert turned.sources is not None
-    kept = turned.sources
+    with_map_tangents = add_tangents(replace(mesh, uvs=uvs, sources=numbers))
+    assert with_map_tangents.sources is not None
+    sources = with_map_tangents.sources
     return replace(
-        turned, uvs=mesh.uvs[kept], sources=kept if mesh.sources is None else mesh.sources[kept]
+        with_map_tangents,
+        uvs=mesh.uvs[sources],
+        sources=sources if mesh.sources is None else mesh.sources[sources],
     )
 
 
-def _triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
+def _list_triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     """Return the triangles (T, 3) of a list, strip or fan, without incomplete ones."""
     if mode == _TRIANGLES:
         return corners[: len(corners) // 3 * 3].reshape(-1, 3)
@@ -228,58 +249,66 @@ def _triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     return rows
 
 
-def thin_count(gltf: GltfFile) -> int:
+def count_thin_corners(gltf: GltfFile) -> int:
     """Return how many points and ends of lines all meshes of the file have."""
     return sum(
         _corner_count(gltf, primitive)
-        for mesh in gltf.listed("meshes")
+        for mesh in gltf.top_level("meshes")
         for primitive in mesh.records("primitives")
-        if primitive.whole("mode", STRIP + 1) <= STRIP
+        if primitive.whole_number("mode", STRIP + 1) <= STRIP
     )
 
 
 def _corner_count(gltf: GltfFile, primitive: Record) -> int:
+    """Return the number of corners of a primitive: its indices, or else its vertices."""
     index = gltf.index(primitive, "indices", "accessors")
     if index is None:
-        index = gltf.index(primitive.inside("attributes"), "POSITION", "accessors")
-    return 0 if index is None else gltf.listed("accessors")[index].whole("count", 0)
+        index = gltf.index(primitive.object_at("attributes"), "POSITION", "accessors")
+    return 0 if index is None else gltf.top_level("accessors")[index].whole_number("count", 0)
 
 
-# A share for each primitive, because all points and lines of a file have the same two million
-# triangles that a scan of points has: a file of 1.9 MB became 6.3 million triangles, now 1.7, and
-# is read in a third of the time. Lines become crossed bands where tubes would be too many.
-def thin_solids(
-    places: NDArray[np.float64], corners: NDArray[np.uint32], mode: int, of_all: int
+# Each primitive gets a share of the triangles, because all points and lines of a file together have
+# the same limit of two million as a scan of points. A file of 1.9 MB becomes 1.7 million triangles
+# instead of 6.3, and is read in a third of the time. Lines become crossed bands if tubes would be
+# too many triangles.
+def make_thin_solids(
+    vertex_positions: NDArray[np.float64], corners: NDArray[np.uint32], mode: int, corner_total: int
 ) -> Solids:
     """Return positions (V, 3), triangles (T, 3) and the vertex of the file of each position (V,).
 
-    `of_all` is the number of points and ends of lines that share the triangles.
+    `corner_total` is the number of points and ends of lines that share the triangles.
     """
     if not len(corners):
         return np.zeros((0, 3)), np.zeros((0, 3), np.uint32), np.zeros(0, np.uint32)
-    radius_m = max(_THINNESS * float(np.linalg.norm(np.ptp(places, axis=0))), 1e-6)
-    most = int(POINTS_MOST * len(corners) / max(of_all, len(corners)))
+    radius_m = max(_THINNESS * float(np.linalg.norm(np.ptp(vertex_positions, axis=0))), 1e-6)
+    triangles_most = int(POINTS_MOST * len(corners) / max(corner_total, len(corners)))
     if mode == POINTS:
-        drawn = drawn_points(places[corners], np.full(len(corners), radius_m), None, most)
-        return drawn.positions, drawn.triangles, corners[drawn.point]
-    corners, counts = _curves(_thinned(corners, mode, most), mode)
-    pieces = len(corners) - len(counts)
+        solids = make_point_solids(
+            vertex_positions[corners], np.full(len(corners), radius_m), None, triangles_most
+        )
+        return solids.positions, solids.triangles, corners[solids.point]
+    corners, counts = _split_curves(_thin_out(corners, mode, triangles_most), mode)
+    piece_count = len(corners) - len(counts)
     radii = np.full(len(corners), radius_m)
-    is_crossed = 2 * pieces > most
-    positions, _, triangles, point = tubes(places[corners], radii, counts, _SIDES, is_crossed)
-    return positions, triangles, corners[point]
+    is_crossed = 2 * piece_count > triangles_most
+    positions, _, triangles, corner_number = make_tubes(
+        vertex_positions[corners], radii, counts, _SIDES, is_crossed
+    )
+    return positions, triangles, corners[corner_number]
 
 
-def _thinned(corners: NDArray[np.uint32], mode: int, most: int) -> NDArray[np.uint32]:
-    """Return at most about `most` corners: every second line, or points of a curve, and so on."""
-    step = -(-len(corners) // max(most, 1))
+def _thin_out(corners: NDArray[np.uint32], mode: int, corners_most: int) -> NDArray[np.uint32]:
+    """Return at most about `corners_most` corners, by leaving out lines or points evenly."""
+    step = -(-len(corners) // max(corners_most, 1))
     if mode == LINES:
         return corners[: len(corners) // 2 * 2].reshape(-1, 2)[::step].reshape(-1)
     is_last_left_out = (len(corners) - 1) % step > 0
     return np.append(corners[::step], corners[-1:]) if is_last_left_out else corners[::step]
 
 
-def _curves(corners: NDArray[np.uint32], mode: int) -> tuple[NDArray[np.uint32], NDArray[np.int64]]:
+def _split_curves(
+    corners: NDArray[np.uint32], mode: int
+) -> tuple[NDArray[np.uint32], NDArray[np.int64]]:
     """Return the points of all lines in order, and the number of points of each line."""
     if mode == LINES:
         return corners, np.full(len(corners) // 2, 2)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.base.errors import MissingPackageError
-from heatlens.media.scene.gltf.compressed import draco_parts
+from heatlens.media.scene.gltf.compressed import unpack_draco
 from heatlens.media.scene.gltf.file import GltfFile
 from heatlens.media.scene.gltf.json_values import Record
 
@@ -25,15 +25,19 @@ def read_floats(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
 
     Raises InputError for another width, for NaN and infinity, and if bytes are missing.
     """
-    return _finite(gltf.listed("accessors")[index], read_numbers(gltf, index, width))
+    return _require_finite(gltf.top_level("accessors")[index], read_numbers(gltf, index, width))
 
 
 def read_numbers(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
     """Return numbers as `read_floats` does, but allow NaN and infinity."""
-    record = gltf.listed("accessors")[index]
-    raw = _values(gltf, record, width)
-    shares = as_shares(raw) if record.entry.value.get("normalized") is True else raw
-    return shares.astype(np.float32)
+    record = gltf.top_level("accessors")[index]
+    stored_values = _read_values(gltf, record, width)
+    numbers = (
+        convert_to_fractions(stored_values)
+        if record.entry.value.get("normalized") is True
+        else stored_values
+    )
+    return numbers.astype(np.float32)
 
 
 def read_colors(gltf: GltfFile, index: int) -> NDArray[np.float32]:
@@ -41,61 +45,67 @@ def read_colors(gltf: GltfFile, index: int) -> NDArray[np.float32]:
 
     Some may be NaN or infinite. Raises InputError if bytes are missing.
     """
-    record = gltf.listed("accessors")[index]
+    record = gltf.top_level("accessors")[index]
     width = 4 if record.text("type") == "VEC4" else 3
-    return as_shares(_values(gltf, record, width)).astype(np.float32)
+    return convert_to_fractions(_read_values(gltf, record, width)).astype(np.float32)
 
 
-def _finite(record: Record, values: NDArray[np.float32]) -> NDArray[np.float32]:
+def _require_finite(record: Record, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the values; raise InputError if some are NaN or infinite."""
     if not np.isfinite(values).all():
         record.refuse("some of its numbers are NaN or infinite; export it again")
     return values
 
 
-def read_indices(gltf: GltfFile, index: int, below: int) -> NDArray[np.uint32]:
-    """Return integers (count,) less than `below`; raise InputError for others."""
-    record = gltf.listed("accessors")[index]
-    raw = _values(gltf, record, 1)[:, 0]
-    if raw.dtype.kind != "u":
+def read_indices(gltf: GltfFile, index: int, vertex_count: int) -> NDArray[np.uint32]:
+    """Return integers (count,) less than `vertex_count`; raise InputError for others."""
+    record = gltf.top_level("accessors")[index]
+    stored_values = _read_values(gltf, record, 1)[:, 0]
+    if stored_values.dtype.kind != "u":
         record.refuse("indices should be whole numbers without a sign")
-    if raw.size and int(raw.max()) >= below:
-        record.refuse(f"index {int(raw.max())} is beyond the {below} vertices there are")
-    return raw.astype(np.uint32)
+    if stored_values.size and int(stored_values.max()) >= vertex_count:
+        record.refuse(
+            f"index {int(stored_values.max())} is beyond the {vertex_count} vertices there are"
+        )
+    return stored_values.astype(np.uint32)
 
 
-def _values(gltf: GltfFile, record: Record, width: int) -> NDArray[np.generic]:
+def _read_values(gltf: GltfFile, record: Record, width: int) -> NDArray[np.generic]:
     """Return (count, width) values in the type of the file."""
-    dtype, count = _dtype(record), record.whole("count")
-    kind = record.text("type")
-    if _WIDTHS.get(kind) != width:
-        record.refuse(f"there should be {width} number(s) each here, not {kind[:20] or 'none'!r}")
+    dtype, count = _read_dtype(record), record.whole_number("count")
+    type_name = record.text("type")
+    if _WIDTHS.get(type_name) != width:
+        record.refuse(
+            f"there should be {width} number(s) each here, not {type_name[:20] or 'none'!r}"
+        )
     if record.has("bufferView"):
-        values = _elements(gltf, record, dtype, (count, width))
-        gltf.spend(record, count * width, is_empty=False)
+        values = _read_elements(gltf, record, dtype, (count, width))
+        gltf.count_numbers(record, count * width, is_empty=False)
     else:
-        gltf.spend(record, count * width, is_empty=True)
+        gltf.count_numbers(record, count * width, is_empty=True)
         values = np.zeros((count, width), dtype)
-    return _with_sparse(gltf, record, values) if record.has("sparse") else values
+    return _apply_sparse(gltf, record, values) if record.has("sparse") else values
 
 
-def _dtype(record: Record) -> np.dtype[np.generic]:
-    code = record.whole("componentType")
+def _read_dtype(record: Record) -> np.dtype[np.generic]:
+    """Return the NumPy type of the numbers of an accessor."""
+    code = record.whole_number("componentType")
     if code not in _TYPES:
         record.refuse(f"{code} is not a number type of glTF")
     return np.dtype(_TYPES[code])
 
 
-def _elements(
+def _read_elements(
     gltf: GltfFile, record: Record, dtype: np.dtype[np.generic], shape: tuple[int, int]
 ) -> NDArray[np.generic]:
     """Return a copy of the elements in the view that `record` names, which may be strided."""
-    view = gltf.needed(record, "bufferView", "bufferViews")
-    strided = gltf.listed("bufferViews")[view]
-    data, offset = gltf.view(view), record.whole("byteOffset", 0)
+    view = gltf.required_index(record, "bufferView", "bufferViews")
+    view_record = gltf.top_level("bufferViews")[view]
+    data, offset = gltf.view(view), record.whole_number("byteOffset", 0)
     size = shape[1] * dtype.itemsize
-    stride = strided.whole("byteStride", size)
+    stride = view_record.whole_number("byteStride", size)
     if stride < size:
-        strided.refuse(f"elements of {size} bytes cannot lie {stride} bytes apart")
+        view_record.refuse(f"elements of {size} bytes cannot lie {stride} bytes apart")
     if shape[0] and offset + stride * (shape[0] - 1) + size > len(data):
         record.refuse(f"its {shape[0]} elements reach past the {len(data)} bytes there are")
     if not shape[0]:
@@ -103,23 +113,25 @@ def _elements(
     return np.ndarray(shape, dtype, data, offset, (stride, dtype.itemsize)).copy()
 
 
-def _with_sparse(
+def _apply_sparse(
     gltf: GltfFile, record: Record, values: NDArray[np.generic]
 ) -> NDArray[np.generic]:
     """Return the values after applying the replacements in the sparse part."""
-    sparse = record.inside("sparse")
-    count = sparse.whole("count")
+    sparse = record.object_at("sparse")
+    count = sparse.whole_number("count")
     if count > len(values):
         sparse.refuse(f"{count} of {len(values)} elements cannot be replaced")
-    places = sparse.inside("indices")
-    where = _elements(gltf, places, _dtype(places), (count, 1))[:, 0]
-    if where.dtype.kind != "u" or (count and int(where.max()) >= len(values)):
-        places.refuse("an index is beyond what it replaces")
-    values[where] = _elements(gltf, sparse.inside("values"), values.dtype, (count, values.shape[1]))
+    index_record = sparse.object_at("indices")
+    replaced = _read_elements(gltf, index_record, _read_dtype(index_record), (count, 1))[:, 0]
+    if replaced.dtype.kind != "u" or (count and int(replaced.max()) >= len(values)):
+        index_record.refuse("an index is beyond what it replaces")
+    values[replaced] = _read_elements(
+        gltf, sparse.object_at("values"), values.dtype, (count, values.shape[1])
+    )
     return values
 
 
-def as_shares(values: NDArray[Any]) -> NDArray[np.generic]:
+def convert_to_fractions(values: NDArray[Any]) -> NDArray[np.generic]:
     """Convert normalised integers to fractions of 1; return floats unchanged."""
     if values.dtype.kind == "f":
         return values
@@ -128,8 +140,8 @@ def as_shares(values: NDArray[Any]) -> NDArray[np.generic]:
 
 Floats = NDArray[np.float32]
 
-_DRACO = "KHR_draco_mesh_compression"
-_NAN = "Normals, colours or texture coordinates that are NaN are replaced"
+_DRACO_EXTENSION = "KHR_draco_mesh_compression"
+_NAN_NOTE = "Normals, colours or texture coordinates that are NaN are replaced"
 
 
 @dataclass(eq=False)
@@ -145,52 +157,58 @@ class Vertices:
     @cached_property
     def positions(self) -> Floats:
         """(V, 3), all finite."""
-        packed = self._packed("POSITION")
-        if packed is not None:
-            places = packed.astype(np.float32)
-            if places.shape[1:] != (3,) or not np.isfinite(places).all():
+        draco_values = self._draco_values("POSITION")
+        if draco_values is not None:
+            positions = draco_values.astype(np.float32)
+            if positions.shape[1:] != (3,) or not np.isfinite(positions).all():
                 self.primitive.refuse("its packed positions are invalid")
-            return places
-        accessor = self._accessor("POSITION")
+            return positions
+        accessor = self._accessor_index("POSITION")
         if accessor is None:
             self.primitive.refuse("it has no POSITION for its vertices")
         return read_floats(self.gltf, accessor, 3)
 
     def has(self, name: str) -> bool:
         """Return whether there is an attribute of this name."""
-        return self.primitive.inside("attributes").has(name)
+        return self.primitive.object_at("attributes").has(name)
 
     def floats(self, name: str, width: int) -> Floats | None:
         """Return the values (V, width) of an attribute, None if it is missing; NaN becomes 0."""
-        accessor, packed = self._accessor(name), self._packed(name)
+        accessor, draco_values = self._accessor_index(name), self._draco_values(name)
         if accessor is None:
             return None
-        if packed is None:
+        if draco_values is None:
             values = read_numbers(self.gltf, accessor, width)
         else:
-            is_share = self.gltf.listed("accessors")[accessor].entry.value.get("normalized") is True
-            values = np.asarray(as_shares(packed) if is_share else packed, np.float32)
+            is_normalized = (
+                self.gltf.top_level("accessors")[accessor].entry.value.get("normalized") is True
+            )
+            values = np.asarray(
+                convert_to_fractions(draco_values) if is_normalized else draco_values, np.float32
+            )
             if values.shape[1:] != (width,):
                 self.primitive.refuse(f"its packed {name} has {values.shape[1:]} numbers each")
-        values = self._checked(name, values)
+        values = self._check_values(name, values)
         return np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
 
     def colors(self) -> Floats | None:
         """Return the first set of colours, (V, 3) or (V, 4); some may be NaN."""
-        accessor, packed = self._accessor("COLOR_0"), self._packed("COLOR_0")
+        accessor, draco_values = self._accessor_index("COLOR_0"), self._draco_values("COLOR_0")
         if accessor is None:
             return None
-        if packed is None:
-            return self._checked("COLOR_0", read_colors(self.gltf, accessor))
-        if packed.shape[1] not in (3, 4):
-            self.primitive.refuse(f"its packed colours have {packed.shape[1]} channels")
-        return self._checked("COLOR_0", np.asarray(as_shares(packed), np.float32))
+        if draco_values is None:
+            return self._check_values("COLOR_0", read_colors(self.gltf, accessor))
+        if draco_values.shape[1] not in (3, 4):
+            self.primitive.refuse(f"its packed colours have {draco_values.shape[1]} channels")
+        return self._check_values(
+            "COLOR_0", np.asarray(convert_to_fractions(draco_values), np.float32)
+        )
 
     def corners(self) -> NDArray[np.uint32]:
         """Return (N,) indices of vertices, in the order of the primitive's mode."""
         count = len(self.positions)
-        if self._unpacked is not None:
-            numbers = self._unpacked[0].reshape(-1)
+        if self._draco_data is not None:
+            numbers = self._draco_data[0].reshape(-1)
             if numbers.size and int(numbers.max()) >= count:
                 self.primitive.refuse("a packed triangle refers to a vertex that is not there")
             return numbers
@@ -202,52 +220,56 @@ class Vertices:
     @property
     def is_packed(self) -> bool:
         """Return whether Draco packed the primitive; then its corners always form triangles."""
-        return self._unpacked is not None
+        return self._draco_data is not None
 
     @cached_property
-    def _unpacked(self) -> tuple[NDArray[np.uint32], dict[int, NDArray[np.generic]]] | None:
-        """The data that Draco packed, or None if there is none.
+    def _draco_data(self) -> tuple[NDArray[np.uint32], dict[int, NDArray[np.generic]]] | None:
+        """Triangles and attributes that Draco unpacked; None if there is no Draco data.
 
-        If Draco is not installed, plain data beside it is used.
+        It is None as well if Draco is not installed and the primitive also has plain data.
         """
-        draco = self.primitive.inside("extensions", _DRACO)
+        draco = self.primitive.object_at("extensions", _DRACO_EXTENSION)
         view = self.gltf.index(draco, "bufferView", "bufferViews")
         if view is None:
             return None
         try:
-            faces, parts = draco_parts(draco, self.gltf.view(view))
+            faces, attributes = unpack_draco(draco, self.gltf.view(view))
         except MissingPackageError:
             if self._has_plain_data():
                 return None
             raise
-        self.gltf.spend(draco, faces.size + sum(p.size for p in parts.values()), is_empty=False)
-        return faces, parts
+        self.gltf.count_numbers(
+            draco, faces.size + sum(values.size for values in attributes.values()), is_empty=False
+        )
+        return faces, attributes
 
     def _has_plain_data(self) -> bool:
-        accessor = self._accessor("POSITION")
-        return accessor is not None and self.gltf.listed("accessors")[accessor].has("bufferView")
+        """Return True if the positions are stored without compression, too."""
+        accessor = self._accessor_index("POSITION")
+        return accessor is not None and self.gltf.top_level("accessors")[accessor].has("bufferView")
 
-    def _packed(self, name: str) -> NDArray[np.generic] | None:
+    def _draco_values(self, name: str) -> NDArray[np.generic] | None:
         """Return the values (V, width) of an attribute that Draco packed; None for a plain one."""
-        if self._unpacked is None:
+        if self._draco_data is None:
             return None
-        numbers = self.primitive.inside("extensions", _DRACO, "attributes")
+        numbers = self.primitive.object_at("extensions", _DRACO_EXTENSION, "attributes")
         if not numbers.has(name):
             return None
-        part = self._unpacked[1].get(numbers.whole(name))
-        if part is None or part.ndim != 2:
+        values = self._draco_data[1].get(numbers.whole_number(name))
+        if values is None or values.ndim != 2:
             self.primitive.refuse(f"its packed bytes hold no {name}")
-        return part
+        return values
 
-    def _accessor(self, name: str) -> int | None:
-        return self.gltf.index(self.primitive.inside("attributes"), name, "accessors")
+    def _accessor_index(self, name: str) -> int | None:
+        """Return the index of the accessor of an attribute; None if there is none."""
+        return self.gltf.index(self.primitive.object_at("attributes"), name, "accessors")
 
-    def _checked(self, name: str, values: Floats) -> Floats:
+    def _check_values(self, name: str, values: Floats) -> Floats:
         """Note NaN values; raise InputError unless there is one value for each vertex."""
         if len(values) != len(self.positions):
-            self.primitive.inside("attributes").refuse(
+            self.primitive.object_at("attributes").refuse(
                 f"there are {len(self.positions)} positions, but {len(values)} of {name}"
             )
         if not np.isfinite(values).all():
-            self.gltf.lose(_NAN, self.primitive)
+            self.gltf.note_loss(_NAN_NOTE, self.primitive)
         return values

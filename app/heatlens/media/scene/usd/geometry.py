@@ -15,69 +15,73 @@ from heatlens.core.base.errors import InputError
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.media.files import usd_library
 from heatlens.media.files.usd_library import UsdObject, usd_module
-from heatlens.media.scene.mesh_make import made_mesh
+from heatlens.media.scene.mesh_make import make_mesh
 from heatlens.media.scene.primitives import Shape, capsule, cube, cylinder, plane, sphere
 from heatlens.media.scene.scene import Array, Mesh, check_instances
 from heatlens.media.scene.usd.curves import read_curves, read_points
 from heatlens.media.scene.usd.material import UsdMaterials
-from heatlens.media.scene.usd.mesh import Subdivision, read_parts
+from heatlens.media.scene.usd.mesh import Subdivision, read_mesh_parts
 from heatlens.media.scene.usd.stage import UsdStage, kind_of
 
-_TOLD_MOST = 8
-_HIDDEN = ("guide", "proxy")
+_ERRORS_LISTED = 8
+_HIDDEN_PURPOSES = ("guide", "proxy")
 SHAPE_KINDS = (
     *("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane"),
     *("Cylinder_1", "Capsule_1"),  # newer schemas with two radii
 )
-_DRAWN = ("Mesh", "BasisCurves", "Points", *SHAPE_KINDS)
-_LENGTHS = ("size", "radius", "height", "width", "length", "radiusTop", "radiusBottom")
+_DRAWN_KINDS = ("Mesh", "BasisCurves", "Points", *SHAPE_KINDS)
+_LENGTH_NAMES = ("size", "radius", "height", "width", "length", "radiusTop", "radiusBottom")
 
 
 @dataclass
 class UsdGeometry:
-    """The meshes of prims, each prim read once.
+    """The meshes of prims; each prim is read once.
 
-    refused  the error of each prim that contradicts itself, and so has no mesh
+    errors  the error of each prim with inconsistent data, which has no mesh
     """
 
     materials: UsdMaterials
     meshes: list[Mesh] = field(default_factory=list)
     subdivision: Subdivision = field(default_factory=Subdivision)
-    refused: list[InputError] = field(default_factory=list)
-    _known: dict[object, tuple[int, ...]] = field(default_factory=dict)
+    errors: list[InputError] = field(default_factory=list)
+    _numbers_by_path: dict[object, tuple[int, ...]] = field(default_factory=dict)
 
-    def of(self, prim: UsdObject) -> tuple[int, ...]:
+    def meshes_of(self, prim: UsdObject) -> tuple[int, ...]:
         """Return the numbers of the meshes of a prim, one for each of its materials."""
-        own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
-        if own.GetPath() not in self._known:
-            parts = self._read_or_refused(prim)
-            self._known[own.GetPath()] = tuple(
-                range(len(self.meshes), len(self.meshes) + len(parts))
+        prototype_prim = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+        if prototype_prim.GetPath() not in self._numbers_by_path:
+            new_meshes = self._read_or_store_error(prim)
+            self._numbers_by_path[prototype_prim.GetPath()] = tuple(
+                range(len(self.meshes), len(self.meshes) + len(new_meshes))
             )
-            self.meshes += parts
-        return self._known[own.GetPath()]
+            self.meshes += new_meshes
+        return self._numbers_by_path[prototype_prim.GetPath()]
 
     @property
     def notes(self) -> list[str]:
-        """A sentence on each prim that is left out. Raises the first error if nothing is left."""
-        if self.refused and not self.meshes:
-            raise self.refused[0]
+        """A sentence on each prim that is left out. Raises the first error if all are left out."""
+        if self.errors and not self.meshes:
+            raise self.errors[0]
         start = f"{self.materials.stage.path}: "
-        sentences = [f"Left out: {str(e).removeprefix(start)}" for e in self.refused[:_TOLD_MOST]]
-        more = len(self.refused) - len(sentences)
+        sentences = [
+            f"Left out: {str(error).removeprefix(start)}" for error in self.errors[:_ERRORS_LISTED]
+        ]
+        more_count = len(self.errors) - len(sentences)
         return [
             *sentences,
-            *([f"Left out for similar reasons: {more} more objects."] if more else []),
+            *([f"Left out for similar reasons: {more_count} more objects."] if more_count else []),
         ]
 
-    def _read_or_refused(self, prim: UsdObject) -> list[Mesh]:
+    def _read_or_store_error(self, prim: UsdObject) -> list[Mesh]:
+        """Return the meshes of a prim; if it cannot be read, store the error and return none."""
         try:
             return self._read(prim)
         except InputError as error:
-            self.refused.append(error)
+            self.errors.append(error)
             return []
 
     def _read(self, prim: object) -> list[Mesh]:
+        """Return the meshes of a prim by the reader of its kind."""
         kind = kind_of(prim)
         if kind == "BasisCurves":
             return read_curves(self.materials, prim)
@@ -85,21 +89,23 @@ class UsdGeometry:
             return read_points(self.materials, prim)
         if kind in SHAPE_KINDS:
             return read_shape(self.materials, prim)
-        return read_parts(self.materials, self.subdivision, prim)
+        return read_mesh_parts(self.materials, self.subdivision, prim)
 
 
 def has_surface(prim: object) -> bool:
     """Return True for a prim that is drawn, unless it is hidden."""
-    return kind_of(prim) in _DRAWN
+    return kind_of(prim) in _DRAWN_KINDS
 
 
 def is_shown(prim: object) -> bool:
     """Return True for a prim that is visible and meant for a final picture."""
     image = usd_module("UsdGeom").Imageable(prim)
-    return image.ComputeVisibility() != "invisible" and image.ComputePurpose() not in _HIDDEN
+    return (
+        image.ComputeVisibility() != "invisible" and image.ComputePurpose() not in _HIDDEN_PURPOSES
+    )
 
 
-def left_out(prims: Iterable[UsdObject]) -> str:
+def list_undrawn_kinds(prims: Iterable[UsdObject]) -> str:
     """Return a sentence that lists the kinds of surfaces that are not drawn; "" for none."""
     gprim = usd_module("UsdGeom").Gprim
     kinds = Counter(
@@ -114,18 +120,19 @@ def left_out(prims: Iterable[UsdObject]) -> str:
 def read_shape(materials: UsdMaterials, prim: UsdObject) -> list[Mesh]:
     """Return the mesh of a shape; an empty list if it has no extent.
 
-    Raises InputError if a length of it is negative or no number.
+    Raises InputError if one of its lengths is negative or not a number.
     """
     what = f"{materials.stage.path}: {prim.GetPath()}"
-    shape = _shape(what, prim)
+    shape = _make_shape(what, prim)
     if not len(shape.triangles):
         return []
-    material = materials.of(prim)
-    return [made_mesh(what, shape.positions, shape.triangles, shape.normals, shape.uvs, material)]
+    material = materials.number_of(prim)
+    return [make_mesh(what, shape.positions, shape.triangles, shape.normals, shape.uvs, material)]
 
 
-def _shape(what: str, prim: UsdObject) -> Shape:
-    kind, lengths = kind_of(prim), _lengths(what, prim)
+def _make_shape(what: str, prim: UsdObject) -> Shape:
+    """Return the sphere, cube, plane, capsule, cylinder or cone of a prim."""
+    kind, lengths = kind_of(prim), _read_lengths(what, prim)
     axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
     if axis not in ("X", "Y", "Z"):
         raise InputError(f"{what}: its axis is {axis[:20]!r}, which is not X, Y or Z.")
@@ -138,19 +145,21 @@ def _shape(what: str, prim: UsdObject) -> Shape:
     if kind == "Plane":
         # Across z, the width is along x; across the others it takes the place of the length.
         sides = lengths["width"], lengths["length"]
-        return plane(*(sides if axis == "Z" else sides[::-1])).along(axis)
+        return plane(*(sides if axis == "Z" else sides[::-1])).align_to(axis)
     if kind in ("Capsule", "Capsule_1"):
-        return capsule(height, bottom, top).along(axis)
-    return cylinder(height, bottom, 0.0 if kind == "Cone" else top).along(axis)
+        return capsule(height, bottom, top).align_to(axis)
+    return cylinder(height, bottom, 0.0 if kind == "Cone" else top).align_to(axis)
 
 
-def _lengths(what: str, prim: UsdObject) -> dict[str, float]:
+def _read_lengths(what: str, prim: UsdObject) -> dict[str, float]:
     """Return the lengths of a shape at their first values."""
-    first = usd_module("Usd").TimeCode.EarliestTime()
+    first_time = usd_module("Usd").TimeCode.EarliestTime()
     lengths = {}
-    for name in _LENGTHS:
+    for name in _LENGTH_NAMES:
         if prim.HasAttribute(name):
-            value = usd_library.number(prim.GetAttribute(name).Get(first), f"{what}: {name}")
+            value = usd_library.checked_number(
+                prim.GetAttribute(name).Get(first_time), f"{what}: {name}"
+            )
             if not 0 <= value < math.inf:
                 raise InputError(f"{what}: its {name} is {value:g}, which is not a length.")
             lengths[name] = value
@@ -158,7 +167,7 @@ def _lengths(what: str, prim: UsdObject) -> dict[str, float]:
 
 
 _FAR_MOST = 1e9  # units; beyond it nothing can be drawn
-_DEEPEST = 8  # instancers within prototypes of instancers
+_LEVELS_MOST = 8  # instancers within prototypes of instancers
 _ATTRIBUTES = ("positions", "orientations", "orientationsf", "scales", "protoIndices")
 
 
@@ -191,10 +200,12 @@ def is_within_instancer(prim: UsdObject) -> bool:
     return False
 
 
-def changing(prim: UsdObject) -> list[UsdObject]:
+def find_animated_attributes(prim: UsdObject) -> list[UsdObject]:
     """Return the attributes of an instancer that change over time."""
     attributes = [prim.GetAttribute(name) for name in _ATTRIBUTES]
-    return [a for a in attributes if a and a.GetNumTimeSamples() > 1]
+    return [
+        attribute for attribute in attributes if attribute and attribute.GetNumTimeSamples() > 1
+    ]
 
 
 @dataclass
@@ -205,30 +216,33 @@ class Instancers:
     geometry: UsdGeometry
     notes: dict[str, None] = field(default_factory=dict)
 
-    def copies(self, prim: object, frames: FrameRange | None) -> Copies:
+    def read_copies(self, prim: object, frames: FrameRange | None) -> Copies:
         """Return the copies of the instancer over the frames in which its own attributes change.
 
         Raises InputError if it has too many copies.
         """
-        times = list(frames) if frames is not None and changing(prim) else []
-        first = self._at(prim, times[0] if times else None, 0)
+        times = list(frames) if frames is not None and find_animated_attributes(prim) else []
+        first = self._copies_at(prim, times[0] if times else None, 0)
         locals_ = [first.local]
         for frame in times[1:]:
-            other = self._at(prim, frame, 0)
-            if other.meshes != first.meshes:
+            frame_copies = self._copies_at(prim, frame, 0)
+            if frame_copies.meshes != first.meshes:
                 self.notes["An instancer whose copies come and go keeps its first state."] = None
                 return first
-            locals_.append(other.local)
+            locals_.append(frame_copies.local)
         return Copies(first.names, first.meshes, np.concatenate(locals_))
 
-    def _at(self, prim: object, frame: float | None, depth: int) -> Copies:
-        """Return the copies at a frame, None for the first; also of instancers in prototypes."""
+    def _copies_at(self, prim: object, frame: float | None, level: int) -> Copies:
+        """Return the copies at a frame (None: the first time), with those of nested instancers.
+
+        `level` counts the instancers around this one.
+        """
         usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
         time = usd.TimeCode.EarliestTime() if frame is None else usd.TimeCode(frame)
         instancer = geometry.PointInstancer(prim)
         kinds = np.array(instancer.GetProtoIndicesAttr().Get(time) or [], np.int64)
         check_instances(self.stage.path, len(kinds))
-        places = np.array(
+        transforms = np.array(
             instancer.ComputeInstanceTransformsAtTime(
                 time, time, geometry.PointInstancer.IncludeProtoXform,
                 geometry.PointInstancer.IgnoreMask,
@@ -236,58 +250,62 @@ class Instancers:
             np.float64,
         ).reshape(-1, 4, 4).swapaxes(1, 2)  # fmt: skip
         mask = np.array(instancer.ComputeMaskAtTime(time) or np.ones(len(kinds)), bool)
-        if not len(places) == len(kinds) == len(mask):
+        if not len(transforms) == len(kinds) == len(mask):
             self.notes["A point instancer with inconsistent data is left out."] = None
             return Copies((), (), np.zeros((1, 0, 4, 4)))
-        is_near = np.asarray((np.abs(places) <= _FAR_MOST).all(axis=(1, 2)))
-        if not is_near[mask].all():
+        is_drawable = np.asarray((np.abs(transforms) <= _FAR_MOST).all(axis=(1, 2)))
+        if not is_drawable[mask].all():
             self.notes["Copies of an instancer at infinity or too far away are left out."] = None
-        mask &= is_near
+        mask &= is_drawable
         targets = instancer.GetPrototypesRel().GetForwardedTargets()
         names: list[str] = []
         meshes: list[int] = []
         local = [np.zeros((0, 4, 4))]
         for number, path in enumerate(targets):
-            of_kind = places[(kinds == number) & mask]
-            if not len(of_kind):
+            kind_transforms = transforms[(kinds == number) & mask]
+            if not len(kind_transforms):
                 continue
-            for name, mesh, inner in self._prototype(path, time, depth):
-                names += [name] * len(of_kind)
-                meshes += [mesh] * len(of_kind)
-                local.append(of_kind @ inner)
+            for name, mesh, inner in self._prototype_meshes(path, time, level):
+                names += [name] * len(kind_transforms)
+                meshes += [mesh] * len(kind_transforms)
+                local.append(kind_transforms @ inner)
                 check_instances(self.stage.path, len(names))
         return Copies(tuple(names), tuple(meshes), np.concatenate(local)[None])
 
-    def _prototype(
-        self, path: object, time: object, depth: int
+    def _prototype_meshes(
+        self, path: object, time: object, level: int
     ) -> Iterator[tuple[str, int, Array]]:
         """Yield the meshes of a prototype: name, number, and (4, 4) to the prototype's root."""
         usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
         root = self.stage.stage.GetPrimAtPath(path)
-        if not root or depth > _DEEPEST:
+        if not root or level > _LEVELS_MOST:
             return
         cache = geometry.XformCache(time)
         predicate = usd.TraverseInstanceProxies(usd.PrimIsActive & usd.PrimIsLoaded)
         walk = iter(usd.PrimRange(root, predicate))
         for prim in walk:
-            if _is_hidden(prim):
+            if _hides_itself(prim):
                 walk.PruneChildren()
                 continue
             inner = np.array(cache.ComputeRelativeTransform(prim, root)[0], np.float64).T
             if is_instancer(prim):
                 walk.PruneChildren()
-                own = self._at(prim, None, depth + 1)
-                for name, mesh, local in zip(own.names, own.meshes, own.local[0], strict=True):
+                inner_copies = self._copies_at(prim, None, level + 1)
+                for name, mesh, local in zip(
+                    inner_copies.names, inner_copies.meshes, inner_copies.local[0], strict=True
+                ):
                     yield name, mesh, inner @ local
             elif has_surface(prim):
-                for mesh in self.geometry.of(prim):
+                for mesh in self.geometry.meshes_of(prim):
                     yield prim.GetName(), mesh, inner
 
 
-def _is_hidden(prim: UsdObject) -> bool:
+def _hides_itself(prim: UsdObject) -> bool:
     """Return True if a prim within a prototype hides itself.
 
     The visibility of the prototype's ancestors does not count: it often hides all prototypes.
     """
-    seen, purpose = prim.GetAttribute("visibility"), prim.GetAttribute("purpose")
-    return bool(seen and seen.Get() == "invisible") or bool(purpose and purpose.Get() in _HIDDEN)
+    visibility, purpose = prim.GetAttribute("visibility"), prim.GetAttribute("purpose")
+    return bool(visibility and visibility.Get() == "invisible") or bool(
+        purpose and purpose.Get() in _HIDDEN_PURPOSES
+    )

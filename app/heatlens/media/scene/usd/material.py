@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.core.base.errors import InputError
-from heatlens.media.files.usd_library import UsdObject, check_asset, numbers, usd_module
+from heatlens.media.files.usd_library import UsdObject, check_asset, float_array, usd_module
 from heatlens.media.scene.picture_read import read_picture
 from heatlens.media.scene.scene import Color, Material
 from heatlens.media.scene.usd.stage import UsdStage
@@ -24,53 +24,58 @@ class UsdMaterials:
     materials: list[Material] = field(default_factory=lambda: [Material()])
     images: list[NDArray[np.uint8]] = field(default_factory=list)
     notes: dict[str, None] = field(default_factory=dict)  # used as an ordered set
-    shaders: set[int] = field(default_factory=set)  # those that are more than the color of a prim
-    _found: dict[str, int] = field(default_factory=dict)
+    shaders: set[int] = field(default_factory=set)  # numbers of materials that have a shader
+    _numbers_by_name: dict[str, int] = field(default_factory=dict)
     _pictures: dict[str, int | None] = field(default_factory=dict)
 
-    def of(self, prim: UsdObject, has_own_colors: bool = False) -> int:
+    def number_of(self, prim: UsdObject, has_own_colors: bool = False) -> int:
         """Return the number of the material that a mesh or a part of it is bound to.
 
-        `has_own_colors` makes an unbound mesh white, because its vertices bring the colour.
+        With `has_own_colors`, an unbound mesh is white, because its vertices have the colours.
         """
         shade = usd_module("UsdShade")
-        bound, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
-        surface = bound.ComputeSurfaceSource()[0] if bound else None
+        bound_material, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+        surface = bound_material.ComputeSurfaceSource()[0] if bound_material else None
         stored = prim.GetAttribute("primvars:displayColor").Get()
-        color = numbers(stored, 3, f"{self.stage.path}: displayColor of {prim.GetPath()}")[
+        color = float_array(stored, 3, f"{self.stage.path}: displayColor of {prim.GetPath()}")[
             :1
         ].tolist()
         color = [(1.0, 1.0, 1.0)] if has_own_colors else color
-        name = str(bound.GetPath()) if surface else f"color {color}" if color else ""
+        name = str(bound_material.GetPath()) if surface else f"color {color}" if color else ""
         if not name:
             return 0
-        if name not in self._found:
-            material = self._surface(bound.GetPrim().GetName(), surface) if surface else None
-            self.materials.append(material or Material(base_color=_color(color[0])))
-            self._found[name] = len(self.materials) - 1
-            self.shaders |= {self._found[name]} if surface else set()
-        return self._found[name]
+        if name not in self._numbers_by_name:
+            material = (
+                self._read_surface(bound_material.GetPrim().GetName(), surface) if surface else None
+            )
+            self.materials.append(material or Material(base_color=_clip_color(color[0])))
+            self._numbers_by_name[name] = len(self.materials) - 1
+            self.shaders |= {self._numbers_by_name[name]} if surface else set()
+        return self._numbers_by_name[name]
 
-    def _surface(self, name: str, surface: UsdObject) -> Material:
-        base, base_map = self._input(surface, "diffuseColor", 0.18, 0.18, 0.18)
-        glow, glow_map = self._input(surface, "emissiveColor", 0.0, 0.0, 0.0)
-        opacity, _ = self._input(surface, "opacity", 1.0)
-        threshold, _ = self._input(surface, "opacityThreshold", 0.0)
-        opening = surface.GetInput("opacity")
-        is_cut = _share(opacity) < 1 or bool(opening and opening.HasConnectedSource())
+    def _read_surface(self, name: str, surface: UsdObject) -> Material:
+        """Return the material of a UsdPreviewSurface."""
+        base, base_map = self._read_input(surface, "diffuseColor", 0.18, 0.18, 0.18)
+        glow, glow_map = self._read_input(surface, "emissiveColor", 0.0, 0.0, 0.0)
+        opacity, _ = self._read_input(surface, "opacity", 1.0)
+        threshold, _ = self._read_input(surface, "opacityThreshold", 0.0)
+        opacity_input = surface.GetInput("opacity")
+        is_cut = _clip_share(opacity) < 1 or bool(
+            opacity_input and opacity_input.HasConnectedSource()
+        )
         return Material(
             name=name,
-            base_color=_color(base) if base_map is None else (1.0, 1.0, 1.0),
-            base_alpha=_share(opacity),
-            metallic=_share(self._input(surface, "metallic", 0.0)[0]),
-            roughness=_share(self._input(surface, "roughness", 0.5)[0]),
-            emission=_color(glow) if glow_map is None else (1.0, 1.0, 1.0),
-            alpha_cutoff=_share(threshold) or (_BLEND_CUTOFF if is_cut else 0.0),
+            base_color=_clip_color(base) if base_map is None else (1.0, 1.0, 1.0),
+            base_alpha=_clip_share(opacity),
+            metallic=_clip_share(self._read_input(surface, "metallic", 0.0)[0]),
+            roughness=_clip_share(self._read_input(surface, "roughness", 0.5)[0]),
+            emission=_clip_color(glow) if glow_map is None else (1.0, 1.0, 1.0),
+            alpha_cutoff=_clip_share(threshold) or (_BLEND_CUTOFF if is_cut else 0.0),
             base_color_map=base_map,
             emission_map=glow_map,
         )
 
-    def _input(
+    def _read_input(
         self, surface: UsdObject, name: str, *default: float
     ) -> tuple[tuple[float, ...], int | None]:
         """Return the value of an input, with as many numbers as its default, and its picture."""
@@ -80,27 +85,27 @@ class UsdMaterials:
         sources = entry.GetConnectedSources()[0]
         if not sources:
             what = f"{self.stage.path}: {name} of {surface.GetPath()}"
-            own = numbers(entry.Get(), len(default), what)
-            return (tuple(own[0].tolist()) if len(own) else default), None
+            values = float_array(entry.Get(), len(default), what)
+            return (tuple(values[0].tolist()) if len(values) else default), None
         file = sources[0].source.GetPrim().GetAttribute("inputs:file").Get()
         is_file = isinstance(file, usd_module("Sdf").AssetPath)
         if not is_file or name not in ("diffuseColor", "emissiveColor"):
             return default, None
-        return default, self._picture(file.resolvedPath or file.path)
+        return default, self._picture_number(file.resolvedPath or file.path)
 
-    def _picture(self, path: str) -> int | None:
+    def _picture_number(self, path: str) -> int | None:
         """Return the index of a picture in the images; None, with a note, if it cannot be read."""
         if path not in self._pictures:
             try:
-                self.images.append(self._opened(path))
+                self.images.append(self._open_picture(path))
                 self._pictures[path] = len(self.images) - 1
             except InputError as error:
-                said = str(error).removeprefix(f"{self.stage.path}: ").rstrip(".")
-                self.notes[f"{said}; it is ignored."] = None
+                message = str(error).removeprefix(f"{self.stage.path}: ").rstrip(".")
+                self.notes[f"{message}; it is ignored."] = None
                 self._pictures[path] = None
         return self._pictures[path]
 
-    def _opened(self, path: str) -> NDArray[np.uint8]:
+    def _open_picture(self, path: str) -> NDArray[np.uint8]:
         """Return the pixels of a picture; raise InputError if it is missing or no picture."""
         resolver = usd_module("Ar")
         check_asset(self.stage.path, path)
@@ -112,11 +117,12 @@ class UsdMaterials:
         return read_picture(data, f"{self.stage.path}: {path}", self.images)
 
 
-def _color(value: Iterable[float]) -> Color:
+def _clip_color(value: Iterable[float]) -> Color:
+    """Return a colour; negative, infinite and NaN values become 0."""
     red, green, blue = (float(v) if 0 <= v < math.inf else 0.0 for v in value)
     return red, green, blue
 
 
-def _share(value: tuple[float, ...]) -> float:
+def _clip_share(value: tuple[float, ...]) -> float:
     """Clip to 0..1; NaN becomes 0."""
     return min(value[0], 1.0) if value[0] > 0 else 0.0

@@ -53,14 +53,14 @@ class UsdStage:
             raise InputError(f"{self.path} moves over {frames.count:,} frames, which is too many.")
         return frames
 
-    def places(self, prims: list[object], frame: float) -> Array:
+    def world_matrices(self, prims: list[object], frame: float) -> Array:
         """Return (P, 4, 4), the matrices from each prim to the heatlens world at a frame."""
         cache = usd_module("UsdGeom").XformCache(frame)
         rows = np.array([cache.GetLocalToWorldTransform(prim) for prim in prims], np.float64)
-        placed = self.to_metres @ rows.reshape(-1, 4, 4).swapaxes(1, 2)
-        if not np.isfinite(placed).all() or (placed.size and np.abs(placed).max() > 1e9):
+        matrices = self.to_metres @ rows.reshape(-1, 4, 4).swapaxes(1, 2)
+        if not np.isfinite(matrices).all() or (matrices.size and np.abs(matrices).max() > 1e9):
             raise InputError(f"{self.path}: an object lies too far away to be drawn.")
-        return np.asarray(placed)
+        return np.asarray(matrices)
 
 
 def open_stage(path: Path) -> UsdStage:
@@ -80,12 +80,12 @@ def open_stage(path: Path) -> UsdStage:
 
 
 def _with_ancestors(prims: Iterable[UsdObject]) -> Iterable[UsdObject]:
-    """Return the prims and all that they hang from, each once."""
-    hung = {}
+    """Return the prims and all their ancestors, each once."""
+    prims_by_path = {}
     for prim in prims:
-        while prim and not prim.IsPseudoRoot() and prim.GetPath() not in hung:
-            hung[prim.GetPath()], prim = prim, prim.GetParent()
-    return hung.values()
+        while prim and not prim.IsPseudoRoot() and prim.GetPath() not in prims_by_path:
+            prims_by_path[prim.GetPath()], prim = prim, prim.GetParent()
+    return prims_by_path.values()
 
 
 def kind_of(prim: UsdObject) -> str:

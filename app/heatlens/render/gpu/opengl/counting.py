@@ -1,4 +1,4 @@
-"""A device that claims to be a GPU, and counts what it is asked for instead of doing the work."""
+"""A device that claims to be a GPU, and counts the calls for work instead of doing it."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -22,13 +22,14 @@ def counting_device(device: Device, counts: Counter[str]) -> Device:
     It counts each dispatch, indirect dispatch, draw, clear, barrier and uniform that is set.
     """
     assert isinstance(device, GlDevice)
-    made = GlDevice(_counting(device.raw, counts))
-    made.name, made.is_software = COUNTED_NAME, False
-    return made
+    stand_in = GlDevice(_counting_context(device.raw, counts))
+    stand_in.name, stand_in.is_software = COUNTED_NAME, False
+    return stand_in
 
 
-def _counting(ctx: moderngl.Context, counts: Counter[str]) -> moderngl.Context:
-    counting = copy(ctx)
+def _counting_context(ctx: moderngl.Context, counts: Counter[str]) -> moderngl.Context:
+    """Return a copy of a context whose programs, draws, clears and barriers only count."""
+    copied = copy(ctx)
 
     def compute_shader(source: str) -> object:
         return _Program(ctx.compute_shader(source), counts)
@@ -38,27 +39,31 @@ def _counting(ctx: moderngl.Context, counts: Counter[str]) -> moderngl.Context:
         return _Program(linked, counts)
 
     def vertex_array(linked: _Program, *content: object, skip_errors: bool) -> object:
-        made = ctx.vertex_array(linked.linked, *content, skip_errors=skip_errors)
-        return _without(made, ("render", "render_indirect"), _counter(counts, "draw"))
+        array = ctx.vertex_array(linked.linked, *content, skip_errors=skip_errors)
+        return _replace_methods(array, ("render", "render_indirect"), _counter(counts, "draw"))
 
     def framebuffer(
         colors: object, depth: moderngl.Renderbuffer | moderngl.Texture | None
     ) -> object:
-        return _without(ctx.framebuffer(colors, depth), ("clear",), _counter(counts, "clear"))
+        return _replace_methods(
+            ctx.framebuffer(colors, depth), ("clear",), _counter(counts, "clear")
+        )
 
-    for made in (compute_shader, program, vertex_array, framebuffer):
-        setattr(counting, made.__name__, made)
-    return _without(counting, ("memory_barrier",), _counter(counts, "barrier"))
+    for function in (compute_shader, program, vertex_array, framebuffer):
+        setattr(copied, function.__name__, function)
+    return _replace_methods(copied, ("memory_barrier",), _counter(counts, "barrier"))
 
 
-def _without(made: T, names: tuple[str, ...], instead: Callable[..., None]) -> T:
-    """Return an object of moderngl that does something else in place of these methods."""
+def _replace_methods(raw_object: T, names: tuple[str, ...], replacement: Callable[..., None]) -> T:
+    """Replace methods of an object of moderngl by one function, and return the object."""
     for name in names:
-        setattr(made, name, instead)
-    return made
+        setattr(raw_object, name, replacement)
+    return raw_object
 
 
 def _counter(counts: Counter[str], kind: str) -> Callable[..., None]:
+    """Return a function that adds 1 to `counts[kind]` and ignores its arguments."""
+
     def count(*args: object, **options: object) -> None:
         counts[kind] += 1
 

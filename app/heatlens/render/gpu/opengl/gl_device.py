@@ -49,7 +49,7 @@ _BLENDS: dict[Blend, tuple[int, ...]] = {
     Blend.OVER: (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE),
 }
 # moderngl's names of the comparisons; "1" is always true.
-_COMPARED = {
+_COMPARISONS = {
     DepthTest.LESS: "<",
     DepthTest.EQUAL: "==",
     DepthTest.AT_MOST: "<=",
@@ -76,9 +76,9 @@ class GlDevice(Device):
 
     @property
     def error(self) -> str:
-        """What failed since it was last asked; "" for nothing."""
-        said = str(self.raw.error)
-        return "" if said == "GL_NO_ERROR" else said
+        """The driver's error since the last time this was read; "" for none."""
+        error = str(self.raw.error)
+        return "" if error == "GL_NO_ERROR" else error
 
     @property
     def screen(self) -> Framebuffer:
@@ -91,10 +91,10 @@ class GlDevice(Device):
         self, size: tuple[int, int], components: int, data: Data | None = None, dtype: str = "f1"
     ) -> GlTexture:
         """Make a texture, sampled linearly and repeated."""
-        made = GlTexture(self.raw.texture(size, components, data, dtype=dtype))
+        texture = GlTexture(self.raw.texture(size, components, data, dtype=dtype))
         if self.fills_nan and data is None:
-            made.fill_with_nan()
-        return made
+            texture.fill_with_nan()
+        return texture
 
     def texture_array(
         self,
@@ -104,10 +104,10 @@ class GlDevice(Device):
         dtype: str = "f1",
     ) -> GlTextureArray:
         """Make an array of textures."""
-        made = GlTextureArray(self.raw.texture_array(size, components, data, dtype=dtype))
+        array = GlTextureArray(self.raw.texture_array(size, components, data, dtype=dtype))
         if self.fills_nan and data is None:
-            made.fill_with_nan()
-        return made
+            array.fill_with_nan()
+        return array
 
     def texture3d(
         self,
@@ -117,36 +117,38 @@ class GlDevice(Device):
         dtype: str = "f1",
     ) -> GlTexture3D:
         """Make a texture in three dimensions."""
-        made = GlTexture3D(self.raw.texture3d(size, components, data, dtype=dtype))
+        texture = GlTexture3D(self.raw.texture3d(size, components, data, dtype=dtype))
         if self.fills_nan and data is None:
-            made.fill_with_nan()
-        return made
+            texture.fill_with_nan()
+        return texture
 
     def shadow_map(self, size: tuple[int, int]) -> GlTexture:
         """Make a texture of depths, which answers comparisons, blended between four texels."""
         raw = self.raw.depth_texture(size)
         raw.compare_func = "<="
-        made = GlTexture(raw)
-        made.sampling, made.repeats = Sampling.LINEAR, False
-        return made
+        texture = GlTexture(raw)
+        texture.sampling, texture.repeats = Sampling.LINEAR, False
+        return texture
 
     def depth_buffer(self, size: tuple[int, int]) -> GlDepthBuffer:
-        """Make the depths beside the colours of a framebuffer."""
+        """Make a buffer for the depths of a framebuffer."""
         return GlDepthBuffer(self.raw.depth_renderbuffer(size))
 
     def buffer(self, data: Data | None = None, reserve: int = 0) -> GlBuffer:
-        """Make a buffer with content, or of so many bytes."""
-        made = GlBuffer(self.raw.buffer(data, reserve=reserve), self.fills_nan)
+        """Make a buffer with `data` as its content, or of `reserve` bytes."""
+        buffer = GlBuffer(self.raw.buffer(data, reserve=reserve), self.fills_nan)
         if self.fills_nan and data is None:
-            made.fill_with_nan()
-        return made
+            buffer.fill_with_nan()
+        return buffer
 
     def framebuffer(
         self, colors: Sequence[Texture] = (), depth: DepthBuffer | Texture | None = None
     ) -> GlFramebuffer:
         """Make a framebuffer that draws into textures, the first one as output 0."""
-        depths = None if depth is None else _raw(depth)
-        return GlFramebuffer(self.raw.framebuffer([_raw(it) for it in colors], depths), colors)
+        raw_depth = None if depth is None else _raw(depth)
+        return GlFramebuffer(
+            self.raw.framebuffer([_raw(color) for color in colors], raw_depth), colors
+        )
 
     def simple_framebuffer(self, size: tuple[int, int]) -> GlFramebuffer:
         """Make a framebuffer with memory of its own."""
@@ -172,7 +174,7 @@ class GlDevice(Device):
             self.raw.blend_func = _BLENDS[blend]
         if depth is not DepthTest.NONE:
             flags |= moderngl.DEPTH_TEST
-            self.raw.depth_func = _COMPARED[depth]
+            self.raw.depth_func = _COMPARISONS[depth]
         self.raw.enable_only(flags)
 
     def timer(self) -> Timer:
@@ -184,7 +186,7 @@ class GlDevice(Device):
         self.raw.finish()
 
     def make_current(self) -> None:
-        """Let the calls of this thread go to this device, where a program has several."""
+        """Direct the calls of this thread to this device, if a program has several."""
         self.raw.__enter__()
 
     def release(self) -> None:
@@ -207,9 +209,9 @@ class _GlTimer(Timer):
         self.seconds = self._query.elapsed * 1e-9
 
 
-def _raw(made: Any) -> Any:
-    """Return moderngl's object of one of this device."""
-    return made.raw
+def _raw(wrapper: Any) -> Any:
+    """Return the object of moderngl that a texture, buffer or framebuffer wraps."""
+    return wrapper.raw
 
 
 def headless_device() -> GlDevice:
@@ -220,11 +222,11 @@ def headless_device() -> GlDevice:
         raise GpuError(f"No OpenGL 4.3 ({error}). {_help(str(error))}") from error
 
 
-def _help(why: str) -> str:
+def _help(error_text: str) -> str:
     """Return what to install, or what to try if the installed driver is too old."""
-    if "device index" in why:
+    if "device index" in error_text:
         return "--device counts the devices of EGL from 0."
-    return _TOO_OLD if "eglCreateContext" in why else _INSTALL
+    return _TOO_OLD if "eglCreateContext" in error_text else _INSTALL
 
 
 def window_device() -> GlDevice:

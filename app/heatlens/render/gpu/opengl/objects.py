@@ -1,7 +1,7 @@
 """Textures, buffers and framebuffers of OpenGL.
 
-What passes bind most has moderngl's own bound methods as attributes (`use`, `bind_image`,
-`bind_storage`): a further call each would take a tenth of the time of a frame.
+Textures and buffers have moderngl's own bound methods as attributes (`use`, `bind_image`,
+`bind_storage`), because a method that calls these would take a tenth of the time of a frame.
 """
 
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ _SAMPLINGS = {filter_: sampling for sampling, filter_ in _FILTERS.items()}
 
 
 class _GlSampled:
-    """What the three kinds of textures have in common."""
+    """The common properties and methods of the three kinds of textures."""
 
     _axes: tuple[str, ...] = ("repeat_x", "repeat_y")
 
@@ -45,7 +45,7 @@ class _GlSampled:
 
     @property
     def is_released(self) -> bool:
-        """True once its memory was given back."""
+        """True once its memory was released."""
         return isinstance(self.raw.mglo, moderngl.InvalidObject)
 
     @property
@@ -59,7 +59,7 @@ class _GlSampled:
 
     @property
     def sampling(self) -> Sampling:
-        """How a shader sees it between its texels."""
+        """How a shader samples the texture between its texels."""
         return _SAMPLINGS[self.raw.filter]
 
     @sampling.setter
@@ -68,7 +68,7 @@ class _GlSampled:
 
     @property
     def repeats(self) -> bool:
-        """True where it is repeated beyond its edge, False where the edge goes on."""
+        """True if the texture is repeated beyond its edge, False if its edge is clamped."""
         return self._repeats
 
     @repeats.setter
@@ -193,7 +193,7 @@ class GlFramebuffer(Framebuffer):
 
     @property
     def viewport(self) -> Area:
-        """Where in it draws land."""
+        """The area of the framebuffer that draws write into."""
         return self.raw.viewport
 
     @viewport.setter
@@ -202,7 +202,7 @@ class GlFramebuffer(Framebuffer):
 
     @property
     def scissor(self) -> Area | None:
-        """What alone is drawn and cleared."""
+        """The only area that is drawn and cleared; None for no limit."""
         return self.raw.scissor
 
     @scissor.setter
@@ -241,8 +241,8 @@ class GlFramebuffer(Framebuffer):
 
     def read(self, viewport: Area | None = None, components: int = 3, dtype: str = "f1") -> bytes:
         """Return the pixels of an area, row 0 first."""
-        whole: Any = viewport  # its stub does not know None
-        return self.raw.read(viewport=whole, components=components, dtype=dtype)
+        area: Any = viewport  # its stub does not know None
+        return self.raw.read(viewport=area, components=components, dtype=dtype)
 
     def read_into(self, data: Data, components: int = 3) -> None:
         """Copy the pixels, row 0 first, into `data`."""
@@ -254,6 +254,6 @@ class GlFramebuffer(Framebuffer):
 
 
 def raw_buffer(buffer: Buffer) -> moderngl.Buffer:
-    """Return moderngl's buffer of one of this device."""
+    """Return the buffer of moderngl that a buffer of this device wraps."""
     assert isinstance(buffer, GlBuffer)
     return buffer.raw

@@ -7,7 +7,7 @@ from typing import Any
 import moderngl
 
 from heatlens.core.base.errors import ShaderError
-from heatlens.core.base.stopping import uninterrupted
+from heatlens.core.base.stopping import delay_interrupts
 from heatlens.render.gpu.device import (
     Buffer,
     BufferPart,
@@ -15,8 +15,8 @@ from heatlens.render.gpu.device import (
     LinkedCompute,
     LinkedDraw,
     LinkedProgram,
-    Named,
     NamedBuffers,
+    NamedImages,
     Primitive,
     Uniforms,
     VertexLayout,
@@ -51,15 +51,19 @@ class _GlProgram(LinkedProgram):
         self._units: dict[str, int] = {}
         for kind in _WITH_UNITS:
             names = self._declared.of_kind(kind)
-            self._give_units(sorted((n for n in raw if n in names), key=self._is_settable))
+            self._assign_units(sorted((n for n in raw if n in names), key=self._is_settable))
         self._is_strict = bool(os.environ.get(STRICT_VARIABLE))
         self._unset = {n for n in raw if self._declared.kinds.get(n) == "uniform"}
-        self._last: dict[str, object] = {}  # the values of the uniforms, which the program keeps
+        self._current_values: dict[
+            str, object
+        ] = {}  # the values that the uniforms of the program have
 
     def _is_settable(self, name: str) -> bool:
+        """Return True if moderngl can set the unit of this input."""
         return getattr(self.raw[name], "gl_type", None) not in _IMAGE_ARRAYS
 
-    def _give_units(self, names: Iterable[str]) -> None:
+    def _assign_units(self, names: Iterable[str]) -> None:
+        """Assign binding units 0, 1, .. to inputs of one kind."""
         for unit, name in enumerate(names):
             member = self.raw[name]
             if isinstance(member, moderngl.StorageBlock):
@@ -71,19 +75,19 @@ class _GlProgram(LinkedProgram):
             self._units[name] = unit
 
     def bind(
-        self, textures: Named, images: Named, buffers: NamedBuffers, uniforms: Uniforms
+        self, textures: NamedImages, images: NamedImages, buffers: NamedBuffers, uniforms: Uniforms
     ) -> None:
         """Bind the inputs and outputs of the program's next run."""
-        bound: Mapping[str, Any] = textures or _NOTHING
-        written: Mapping[str, Any] = images or _NOTHING
-        stored: Mapping[str, Any] = buffers or _NOTHING
-        for name, texture in bound.items():
+        texture_map: Mapping[str, Any] = textures or _NOTHING
+        image_map: Mapping[str, Any] = images or _NOTHING
+        buffer_map: Mapping[str, Any] = buffers or _NOTHING
+        for name, texture in texture_map.items():
             if (unit := self._unit_of(name, "sampler")) is not None:
                 texture.use(unit)
-        for name, image in written.items():
+        for name, image in image_map.items():
             if (unit := self._unit_of(name, "image")) is not None:
                 image.bind_image(unit)
-        for name, buffer in stored.items():
+        for name, buffer in buffer_map.items():
             if (unit := self._unit_of(name, "storage block")) is not None:
                 if isinstance(buffer, BufferPart):
                     whole: Any = buffer.whole
@@ -92,7 +96,7 @@ class _GlProgram(LinkedProgram):
                     buffer.bind_storage(unit)
         self._set(uniforms or _NOTHING)
         if self._is_strict:
-            self._check_all_given(bound.keys() | written.keys() | stored.keys())
+            self._check_none_missing(texture_map.keys() | image_map.keys() | buffer_map.keys())
 
     def _unit_of(self, name: str, kind: Kind) -> int | None:
         """Return the unit of an input; None if the compiler removed it as unused."""
@@ -101,21 +105,21 @@ class _GlProgram(LinkedProgram):
             self._declared.check(name, kind)
         return unit
 
-    # Values that a program holds already are not set again: checking and setting them took a
-    # quarter of the time that Python spends on a pass.
+    # Values that a program has already are not set again: checking and setting them took a quarter
+    # of the time that Python spends on a pass.
     def _set(self, uniforms: Mapping[str, object]) -> None:
-        """Set the uniforms whose values have changed; checking and setting take most of a pass."""
+        """Set the uniforms whose values have changed."""
         for name, value in uniforms.items():
-            if name in self._last and self._last[name] == value:
+            if name in self._current_values and self._current_values[name] == value:
                 continue
             self._declared.check(name, "uniform")
             if isinstance(value, int | float | tuple):  # others may be changed in place
-                self._last[name] = value
+                self._current_values[name] = value
             if name in self._names:
                 self.raw[name] = value
                 self._unset.discard(name)
 
-    def _check_all_given(self, bound: set[str]) -> None:
+    def _check_none_missing(self, bound: set[str]) -> None:
         """Check that every input with a unit is given, because all programs share the units."""
         missing = sorted((self._units.keys() - bound) | self._unset)
         if missing:
@@ -132,7 +136,7 @@ class GlCompute(_GlProgram, LinkedCompute):
     """A compute program of OpenGL."""
 
     def __init__(self, ctx: moderngl.Context, source: ShaderSource) -> None:
-        raw = _compiled(ctx, source)
+        raw = _compile(ctx, source)
         super().__init__(raw, [source])
         self._run, self._run_indirect, self._barrier = raw.run, raw.run_indirect, ctx.memory_barrier
 
@@ -151,7 +155,7 @@ class GlDraw(_GlProgram, LinkedDraw):
     """A program of OpenGL that draws vertices."""
 
     def __init__(self, ctx: moderngl.Context, vertex: ShaderSource, fragment: ShaderSource) -> None:
-        super().__init__(_linked(ctx, vertex, fragment), [vertex, fragment])
+        super().__init__(_link(ctx, vertex, fragment), [vertex, fragment])
         self._ctx = ctx
 
     def vertex_array(self, layout: VertexLayout, index: Buffer | None) -> LinkedArray:
@@ -180,20 +184,20 @@ class GlArray(LinkedArray):
         self._raw.release()
 
 
-def _compiled(ctx: moderngl.Context, source: ShaderSource) -> moderngl.ComputeShader:
+def _compile(ctx: moderngl.Context, source: ShaderSource) -> moderngl.ComputeShader:
+    """Compile a compute shader. Raises ShaderError with the driver's log."""
     try:
-        with uninterrupted():
+        with delay_interrupts():
             return ctx.compute_shader(source.text)
     except moderngl.Error as error:
-        raise ShaderError(f"{source.files[0]}: {source.explained(str(error))}") from error
+        raise ShaderError(f"{source.files[0]}: {source.explain_log(str(error))}") from error
 
 
-def _linked(
-    ctx: moderngl.Context, vertex: ShaderSource, fragment: ShaderSource
-) -> moderngl.Program:
+def _link(ctx: moderngl.Context, vertex: ShaderSource, fragment: ShaderSource) -> moderngl.Program:
+    """Compile and link two stages. Raises ShaderError with the driver's log."""
     try:
-        with uninterrupted():
+        with delay_interrupts():
             return ctx.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
     except moderngl.Error as error:
-        refused = fragment if "fragment_shader" in str(error) else vertex
-        raise ShaderError(f"{refused.files[0]}: {refused.explained(str(error))}") from error
+        stage = fragment if "fragment_shader" in str(error) else vertex
+        raise ShaderError(f"{stage.files[0]}: {stage.explain_log(str(error))}") from error

@@ -20,7 +20,7 @@ void main() { color = vec4(texture(picture_tx, at).rgb, 1.0); }
 
 
 class SecondWindow:
-    """Copies textures of the first window to the current one, which is its own whenever called."""
+    """Copies textures of the first window to the second one, which must be current at each call."""
 
     def __init__(self) -> None:
         self._ctx = moderngl.create_context(require=330)
@@ -32,14 +32,14 @@ class SecondWindow:
         """Fill the window, of `size` pixels, with a texture of 4 bytes a texel."""
         self._ctx.screen.use()
         self._ctx.screen.viewport = (0, 0, *size)
-        self._shared = self._in_own(texture)
+        self._shared = self._share_texture(texture)
         self._shared.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._shared.use(0)
         self._quad.render(moderngl.TRIANGLE_STRIP, vertices=4)
 
-    def _in_own(self, texture: Texture) -> moderngl.Texture:
+    def _share_texture(self, texture: Texture) -> moderngl.Texture:
         """Return the texture in this window's context; each new object leaks a few bytes."""
-        kept = self._shared
-        if kept is not None and (kept.glo, kept.size) == (texture.handle, texture.size):
-            return kept
+        shared = self._shared
+        if shared is not None and (shared.glo, shared.size) == (texture.handle, texture.size):
+            return shared
         return self._ctx.external_texture(texture.handle, texture.size, 4, 0, "f1")

@@ -14,12 +14,12 @@ from pathlib import Path
 from threading import Thread
 
 from heatlens.core.base.errors import FAULT_CODE
-from heatlens.core.base.faults import faults_reported, told_error
+from heatlens.core.base.faults import report_faults, to_heatlens_error
 from heatlens.core.model.shot.shot import Shot
 from heatlens.deliver.export.output import MOVIE_SUFFIXES
-from heatlens.deliver.farm.cluster import LEAVE
+from heatlens.deliver.farm.cluster import DETACH_SIGNAL
 from heatlens.deliver.farm.events import event_in
-from heatlens.deliver.farm.processes import PATIENCE_S, started, stop
+from heatlens.deliver.farm.processes import PATIENCE_S, start_process, stop
 from heatlens.media.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.media.files.atomic_file import write_whole
 from heatlens.studio.session.settings.export_place import (
@@ -41,18 +41,22 @@ class ExportState:
     """The progress of an export, as its process reports it."""
 
     title: str
-    done: int = 0
+    done_frames: int = 0
     frames: int = 0
-    left_s: float | None = None
+    remaining_s: float | None = None
     pace: str = ""  # words on the time of the quality final
-    said: str = ""  # the last sentence of the process
+    last_sentence: str = ""  # the last sentence of the process
     code: int | None = None  # None while it runs
     output: str = ""  # the pattern of the frames, or the file
-    told: str = ""  # a sentence of the process about the written files
-    made_by: Counter[str] = field(default_factory=Counter)  # frames, by the worker of a cluster
-    printed: list[str] = field(default_factory=list)  # what is no event: the text of a job
-    earlier: int = 0  # frames that were finished before it began
-    is_left: bool = False  # the cluster goes on with it
+    files_note: str = ""  # a sentence of the process about the written files
+    frames_by_worker: Counter[str] = field(
+        default_factory=Counter
+    )  # frames, by the worker of a cluster
+    printed_lines: list[str] = field(
+        default_factory=list
+    )  # lines that are no events: the text of a job
+    earlier_frames: int = 0  # frames that were finished before it began
+    is_left_to_cluster: bool = False  # the cluster goes on with it
 
     @property
     def is_stopped(self) -> bool:
@@ -92,13 +96,13 @@ class ExportRun:
         """
         self._start("export", shot, output, place.words(output), job, place)
 
-    def camera(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
+    def camera(self, shot: Shot, output: str, options: Sequence[str] = ()) -> None:
         """Begin to write the lens of `shot` as a camera file."""
-        self._start("camera", shot, output, words)
+        self._start("camera", shot, output, options)
 
-    def sheet(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
+    def sheet(self, shot: Shot, output: str, options: Sequence[str] = ()) -> None:
         """Begin to write the pull sheet of `shot`; `words` are options of the command."""
-        self._start("shot sheet", shot, output, ("--progress", "json", *words))
+        self._start("shot sheet", shot, output, ("--progress", "json", *options))
 
     def cancel(self) -> None:
         """Ask the process to stop; finished files stay, and a later export continues from there.
@@ -112,36 +116,36 @@ class ExportRun:
     @property
     def can_be_left(self) -> bool:
         """Return True if a cluster makes the frames, and would go on without the process."""
-        is_there = self._place.where is Where.CLUSTER and LEAVE is not None
-        return self.is_busy and is_there and not self._is_stopping
+        is_on_cluster = self._place.where is Where.CLUSTER and DETACH_SIGNAL is not None
+        return self.is_busy and is_on_cluster and not self._is_stopping
 
-    # Closing the window used to end the export of the night. Where a cluster makes it, it may be
-    # left there: the shot lies beside the frames, and a window that is opened on the same source
-    # later starts the export again, which finds what is done and what is under way.
+    # An export that a cluster makes continues there after the window is closed: the shot lies
+    # beside the frames, and a window that is opened on the same source later starts the export
+    # again, which finds the frames that are done and those under way.
     def close(self) -> LeftExport | None:
-        """End the process and wait for that, which does not take long.
+        """End the process and wait until it has ended, which does not take long.
 
         Return the export if the cluster goes on with it.
         """
-        left = None
+        left_export = None
         if self.can_be_left and self._process is not None and self.state is not None:
-            self.state.is_left = True
-            left = LeftExport(self.state.output, self._job, self._place.scheduler)
-            stop(self._process, LEAVE or signal.SIGTERM)
+            self.state.is_left_to_cluster = True
+            left_export = LeftExport(self.state.output, self._job, self._place.scheduler)
+            stop(self._process, DETACH_SIGNAL or signal.SIGTERM)
         else:
             self.cancel()
         if self._follower is not None:
             self._follower.join(PATIENCE_S + _KILLED_S)
-        return None if self.state is not None and self.state.code == 0 else left
+        return None if self.state is not None and self.state.code == 0 else left_export
 
-    # Another process exports, with options handed over as JSON. They used to be written as the
-    # words of a command line and parsed again, so that each option stood in a second place.
+    # The options are handed to the process as JSON. As words of a command line, each option would
+    # have to be written and parsed in a second place.
     def _start(
         self,
         command: str,
         shot: Shot,
         output: str,
-        words: Sequence[str],
+        options: Sequence[str],
         job: str = "",
         place: ExportPlace = HERE,
     ) -> None:
@@ -150,9 +154,9 @@ class ExportRun:
         self._place, self._job, self._is_stopping = place, job, False
         if place.is_job:
             title = f"{place.job_name(output)} in {Path(output).parent}"
-        with faults_reported(f"The {title} could not start"), ExitStack() as undone:
+        with report_faults(f"The {title} could not start"), ExitStack() as cleanup:
             folder = tempfile.TemporaryDirectory(prefix="heatlens-")
-            undone.enter_context(folder)
+            cleanup.enter_context(folder)
             path = Path(folder.name) / f"window{SHOT_SUFFIX}"
             if place.needs_shot_beside:
                 path = shot_of_job(output)
@@ -160,18 +164,18 @@ class ExportRun:
             if job:
                 job_path = Path(folder.name) / "job.json"
                 job_path.write_text(job, encoding="utf-8")
-                words = (*words, "--job", str(job_path))
-            process = started([*command.split(), str(path), "-o", output, *words])
-            undone.enter_context(process)  # closes its pipes
-            undone.callback(process.kill)
+                options = (*options, "--job", str(job_path))
+            process = start_process([*command.split(), str(path), "-o", output, *options])
+            cleanup.enter_context(process)  # closes its pipes
+            cleanup.callback(process.kill)
             state = ExportState(title, output=output)
-            followed = (process, state, folder, place)
-            follower = Thread(target=self._follow, args=followed, daemon=True)
+            thread_args = (process, state, folder, place)
+            follower = Thread(target=self._follow_process, args=thread_args, daemon=True)
             follower.start()
-            undone.pop_all()  # now the follower removes the folder when the process has ended
+            cleanup.pop_all()  # now the follower removes the folder when the process has ended
         self._process, self.state, self._follower = process, state, follower
 
-    def _follow(
+    def _follow_process(
         self,
         process: "subprocess.Popen[str]",
         state: ExportState,
@@ -181,25 +185,27 @@ class ExportRun:
         """Read what the process prints until it ends, then set its exit code; on a thread."""
         try:
             with folder, process:
-                self._read(process, state)
+                self._read_output(process, state)
             code = process.returncode
             if code == 0 and place.is_job:
                 _keep_job(state, place)
-            if place.where is Where.CLUSTER and (code == 0 or not state.is_left):
+            if place.where is Where.CLUSTER and (code == 0 or not state.is_left_to_cluster):
                 shot_of_job(state.output).unlink(missing_ok=True)
-            state.said = _closing_sentence(code, state)
+            state.last_sentence = _closing_sentence(code, state)
         except Exception as error:  # without an exit code the window would wait forever
-            state.said, code = str(told_error(error, f"{state.title} failed")), FAULT_CODE
+            state.last_sentence = str(to_heatlens_error(error, f"{state.title} failed"))
+            code = FAULT_CODE
         state.code = code
         self._wake()
 
-    def _read(self, process: "subprocess.Popen[str]", state: ExportState) -> None:
-        errors = Thread(target=self._listen, args=(process, state), daemon=True)
+    def _read_output(self, process: "subprocess.Popen[str]", state: ExportState) -> None:
+        """Read the events of the process until its output ends; another thread reads its errors."""
+        errors = Thread(target=self._read_errors, args=(process, state), daemon=True)
         errors.start()
         assert process.stdout is not None
         try:
             for line in process.stdout:
-                _take(line, state)
+                _read_event(line, state)
                 self._wake()
         except Exception:
             stop(process)
@@ -207,42 +213,43 @@ class ExportRun:
         finally:
             errors.join()
 
-    def _listen(self, process: "subprocess.Popen[str]", state: ExportState) -> None:
+    def _read_errors(self, process: "subprocess.Popen[str]", state: ExportState) -> None:
+        """Keep the last line of the error output; runs on a thread."""
         assert process.stderr is not None
         for line in process.stderr:
-            state.said = line.strip().removeprefix("heatlens: ")
+            state.last_sentence = line.strip().removeprefix("heatlens: ")
 
 
 def _keep_job(state: ExportState, place: ExportPlace) -> None:
-    """Save the text of a job beside its shot, and tell what the command says of its use."""
+    """Save the text of a job beside its shot, and keep the sentence that explains its use."""
     if place.where is Where.SLURM:
         path = job_path(state.output).with_name(place.job_name(state.output))
-        write_whole(path, "".join(state.printed).encode())
-    state.told = state.said
+        write_whole(path, "".join(state.printed_lines).encode())
+    state.files_note = state.last_sentence
 
 
 def _closing_sentence(code: int, state: ExportState) -> str:
     """Return the message of the window for exit code `code`; for a failure, that of the command."""
     if code == 0:
-        return f"Done: {state.title}. {state.told}".strip()
-    if state.is_left:
+        return f"Done: {state.title}. {state.files_note}".strip()
+    if state.is_left_to_cluster:
         return f"Left to the cluster: {state.title}."
     if code in _STOPPED:
         return f"Stopped: {state.title}. {state.when_stopped}"
-    return state.said
+    return state.last_sentence
 
 
-def _take(line: str, state: ExportState) -> None:
-    """Take the event in a line of `--progress json`; keep other lines, such as those of a job."""
+def _read_event(line: str, state: ExportState) -> None:
+    """Apply the event in a line of `--progress json`; keep other lines, such as those of a job."""
     event = event_in(line)
     if event is None:
-        state.printed.append(line)
+        state.printed_lines.append(line)
         return
     state.frames = event.get("frames", state.frames)
-    state.done = event.get("done", state.done)
-    state.left_s = event.get("seconds_left", state.left_s)
-    state.told = event.get("told", state.told)
+    state.done_frames = event.get("done", state.done_frames)
+    state.remaining_s = event.get("seconds_left", state.remaining_s)
+    state.files_note = event.get("told", state.files_note)
     state.pace = event.get("pace", state.pace)
-    state.earlier += event.get("state") == "finished before"
+    state.earlier_frames += event.get("state") == "finished before"
     if "worker" in event:
-        state.made_by[event["worker"]] += 1
+        state.frames_by_worker[event["worker"]] += 1

@@ -9,7 +9,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.core.model.view.guides import NO_GUIDES, Guides
 from heatlens.core.model.view.view import DisplayOptions
 from heatlens.deliver.export.job import job_text
-from heatlens.deliver.export.options import ExportOptions, in_panel
+from heatlens.deliver.export.options import ExportOptions, options_in_panel
 from heatlens.media.files.picture_formats import FORMATS
 from heatlens.studio.session.settings.export_place import HERE, ExportPlace
 
@@ -26,9 +26,12 @@ _MOVIES = {"ProRes movie": ".mov", "H.264 movie": ".mp4"}
 
 def frame_kinds() -> dict[str, str]:
     """Return the words for all that frames are exported to, with the suffix of each."""
-    written = (it for it in FORMATS if it.writing)
-    shown = {f"{it.word}, as it looks": it.suffixes[0] for it in written}
-    return {_LINEAR: ".exr", **shown, **_MOVIES}
+    writable_formats = (file_format for file_format in FORMATS if file_format.writing)
+    display_kinds = {
+        f"{file_format.word}, as it looks": file_format.suffixes[0]
+        for file_format in writable_formats
+    }
+    return {_LINEAR: ".exr", **display_kinds, **_MOVIES}
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,7 @@ class ExportSettings(ExportOptions):
         """Return True if the output is scene-linear and not made for a display."""
         return self.kind == _LINEAR
 
-    def shot_of(self, shot: Shot) -> Shot:
+    def shot_at_quality(self, shot: Shot) -> Shot:
         """Return the shot at the quality of the export."""
         if not self.quality:
             return shot
@@ -80,13 +83,15 @@ class ExportSettings(ExportOptions):
 
         `shot` is the name of the shot in the burn-in.
         """
-        options = ExportOptions(**{n: getattr(self, n) for n in in_panel(self.is_linear)})
+        options = ExportOptions(
+            **{name: getattr(self, name) for name in options_in_panel(self.is_linear)}
+        )
         if self.is_linear:
             return job_text(options)
-        if guides.aspect is None:  # there is no matte, whose opacity would be an option too many
+        if guides.aspect is None:  # without a matte, its opacity is no option
             guides = replace(guides, opacity=NO_GUIDES.opacity)
-        drawn = guides if self.with_guides else NO_GUIDES
-        return job_text(replace(options, shot_name=shot), look, drawn)
+        drawn_guides = guides if self.with_guides else NO_GUIDES
+        return job_text(replace(options, shot_name=shot), look, drawn_guides)
 
 
 def proposed_settings(plate: Path, place: ExportPlace = HERE) -> ExportSettings:

@@ -12,9 +12,9 @@ from heatlens.media.documents.reel_file import REEL_SUFFIXES
 from heatlens.media.documents.shot_file import SHOT_SUFFIX
 from heatlens.media.files.picture_formats import MOVIES_READ, suffixes_read, suffixes_written
 from heatlens.media.scene.scene_read import SCENE_SUFFIXES
-from heatlens.media.sequence.depth_files import picture_and_depth
+from heatlens.media.sequence.depth_files import pair_picture_with_depth
 from heatlens.render.source.opened import Opened
-from heatlens.studio.session.files.folder_walk import Chosen, Purpose
+from heatlens.studio.session.files.folder_walk import ChosenFile, Purpose
 from heatlens.studio.session.files.open_reel import OpenReel
 from heatlens.studio.session.files.plate_reading import PlateReading
 from heatlens.studio.session.files.shot_documents import ShotDocuments
@@ -129,30 +129,33 @@ class FileCommands(Commands, Worker):
         self.openings = opening_import(shared)
         self.cameras, self.grades = camera_import(shared), grade_import(shared)
         self._write_sheet, self._framing = write_sheet, framing
-        begins = self.cameras.begin, self.grades.begin, framing.begin
-        self._begin_import = dict(zip(("camera", "grade", "framing"), begins, strict=True))
+        begin_functions = self.cameras.begin, self.grades.begin, framing.begin
+        self._begin_import = dict(zip(("camera", "grade", "framing"), begin_functions, strict=True))
 
     # Opening
 
     def open(self, text: str, options: PlateOptions | None = None) -> None:
         """Open a file, pattern, folder or shot; the present source stays until it has arrived."""
         self._say("")  # clear the error of an earlier file
-        if not (self._reel.opens(text) or self._documents.opens(text)):
-            options_used = options or self.options_for(text)
-            self._source.opener.open(text, options_used, timing=self._given.timing_of(text))
+        if not (self._reel.try_open(text) or self._documents.try_open(text)):
+            plate_options = options or self.options_for(text)
+            self._source.opener.open(text, plate_options, timing=self._command_line.timing_of(text))
 
     def open_first(self) -> None:
         """Open the file that the command line named, if any."""
-        text, given = self._given.start.source, self._given.start.plate_options
-        if not text or self._reel.opens(text) or self._documents.opens(text):
+        text = self._command_line.start.source
+        given_options = self._command_line.start.plate_options
+        if not text or self._reel.try_open(text) or self._documents.try_open(text):
             return
         is_stream = self._source.stream is not None and text == self._source.stream.text
-        options = given if is_stream else self._first_options(text, given)
-        self._source.opener.open(text, options, timing=self._given.timing_of(text))
+        options = (
+            given_options if is_stream else self._given_or_remembered_options(text, given_options)
+        )
+        self._source.opener.open(text, options, timing=self._command_line.timing_of(text))
 
     def open_dropped(self, names: Sequence[str]) -> None:
         """Open a dropped picture with its depth file, if the names match; else the first file."""
-        pair = picture_and_depth(names)
+        pair = pair_picture_with_depth(names)
         if pair is None:
             self.open(names[0])
             return
@@ -164,25 +167,25 @@ class FileCommands(Commands, Worker):
 
         If the command line named no file, its options are for the first file that is opened.
         """
-        is_given = not self._given.start.source and not self._given.has_opened
-        given = self._given.start.plate_options if is_given else PlateOptions()
-        return self._first_options(text, given)
+        is_first_file = not self._command_line.start.source and not self._command_line.has_opened
+        given_options = self._command_line.start.plate_options if is_first_file else PlateOptions()
+        return self._given_or_remembered_options(text, given_options)
 
-    def _first_options(self, text: str, given: PlateOptions) -> PlateOptions:
+    def _given_or_remembered_options(self, text: str, given_options: PlateOptions) -> PlateOptions:
         """Return the given options, or the remembered ones if none were given."""
-        if replace(given, focal_length_mm=None, sensor_width_mm=None) != PlateOptions():
-            return given
+        if replace(given_options, focal_length_mm=None, sensor_width_mm=None) != PlateOptions():
+            return given_options
         remembered = self._preferences.options_for(text)
         return replace(
             remembered,
-            focal_length_mm=given.focal_length_mm or remembered.focal_length_mm,
-            sensor_width_mm=given.sensor_width_mm or remembered.sensor_width_mm,
+            focal_length_mm=given_options.focal_length_mm or remembered.focal_length_mm,
+            sensor_width_mm=given_options.sensor_width_mm or remembered.sensor_width_mm,
         )
 
     def reload(self) -> None:
         """Read the plate or the scene again as it is on disk now."""
         opened = self._source.opened
-        if opened is not None and opened.again is not None:
+        if opened is not None and opened.render_source is not None:
             framing = self._editing.shot.framing
             timing = None if framing is None else framing.timing
             self._source.opener.open(opened.text, opened.options, self._editing.frame, timing)
@@ -214,10 +217,10 @@ class FileCommands(Commands, Worker):
             return shot_path.parent
         plate, is_save = self._source.plate, PURPOSES[key].is_save
         if plate is None:
-            here = home_dir()
+            folder = home_dir()
         else:
-            here = folder_to_write_in(plate.path) if is_save else plate.path.absolute().parent
-        return Path(self._preferences.now.folders.get(key, here))
+            folder = folder_to_write_in(plate.path) if is_save else plate.path.absolute().parent
+        return Path(self._preferences.values.folders.get(key, folder))
 
     def first_name(self, key: str) -> str:
         """Return the file name that a save dialog proposes."""
@@ -228,22 +231,22 @@ class FileCommands(Commands, Worker):
             return f"{plate.path.name.split('.')[0]}.pull.html"
         return f"{plate.path.stem}.dof.exr" if plate is not None else ""
 
-    def take(self, chosen: Chosen) -> None:
+    def apply_choice(self, chosen_file: ChosenFile) -> None:
         """Apply the choice of a dialog."""
-        key, path = chosen.purpose.key, chosen.path
-        at_frame = chosen.entry.file_at(self._editing.frame) if chosen.entry else path
-        self._preferences.looked_in(key, path.parent)
+        key, path = chosen_file.purpose.key, chosen_file.path
+        frame_path = chosen_file.entry.file_at(self._editing.frame) if chosen_file.entry else path
+        self._preferences.remember_folder(key, path.parent)
         match key:
             case "open" | "shot":
                 self.open(str(path))
             case "reference":
-                self._references.open(at_frame)
+                self._references.open(frame_path)
             case "behind":
-                self.reading.add_behind(chosen.entry, path)
+                self.reading.add_behind(chosen_file.entry, path)
             case "camera" | "grade" | "framing":
                 self._begin_import[key](path)
             case "opening":
-                self.openings.begin(at_frame)
+                self.openings.begin(frame_path)
             case "save shot":
                 self._documents.save_as(path.absolute())
             case "sheet":
@@ -254,15 +257,15 @@ class FileCommands(Commands, Worker):
 
     # Called by the session
 
-    def arrived(self, opened: Opened) -> None:
+    def remember_opened(self, opened: Opened) -> None:
         """Remember an opened file."""
-        self.reading.arrived(opened)
-        if opened.again is not None and opened.again.files is not None:
-            self._preferences.opened(opened.text)
+        self.reading.remember_options(opened)
+        if opened.render_source is not None and opened.render_source.files is not None:
+            self._preferences.remember_opened(opened.text)
 
     def poll(self) -> None:
         """Continue requested work; call this once a frame."""
-        self.reading.follow()
+        self.reading.reread_after_undo()
         self._follow_stream()
         self.cameras.poll()
         self.grades.poll()
@@ -274,12 +277,12 @@ class FileCommands(Commands, Worker):
 
         A recovered shot names its source as a path; that is replaced by the stream's name.
         """
-        stream, reading, now = self._source.stream, self.reading, self._editing.shot
+        stream, reading, current_shot = self._source.stream, self.reading, self._editing.shot
         if stream is None or not stream.is_shown:
             return
         if reading.options == stream.options:
-            reading.options = now.plate_options
+            reading.options = current_shot.plate_options
         stream.options = reading.options
-        shot = replace(now, source=stream.text, plate_options=stream.options)
-        if shot != now:
+        shot = replace(current_shot, source=stream.text, plate_options=stream.options)
+        if shot != current_shot:
             self._editing.edit(shot)

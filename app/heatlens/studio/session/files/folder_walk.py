@@ -31,7 +31,7 @@ class Purpose:
 
 
 @dataclass(frozen=True)
-class Chosen:
+class ChosenFile:
     """A file to save, or a file or pattern to open; `entry` if it was picked in the list."""
 
     purpose: Purpose
@@ -40,7 +40,7 @@ class Chosen:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _LookUpResult:
     """The result of looking up a path: a folder to show, a file, or a file in a folder to show."""
 
     listing: FolderList | None
@@ -59,12 +59,14 @@ class FolderWalk:
         self.name = name
         self.rows: list[str | Entry] = []  # folders by name, then pictures
         self.row = -1  # the selected one
-        self.typed = str(folder)
+        self.typed_path = str(folder)
         self.problem = ""
-        self.overwrites: Path | None = None  # an existing file; the user must agree to replace it
+        self.existing_file: Path | None = (
+            None  # an existing file; the user must agree to replace it
+        )
         self.is_single = False  # each file of a sequence is a row
         self._listing: FolderList | None = None
-        self._reader: Background[_Found] = Background(wake)
+        self._reader: Background[_LookUpResult] = Background(wake)
         self._reader.start(lambda: _nearest_folder(folder, purpose))
 
     @property
@@ -73,21 +75,23 @@ class FolderWalk:
         return self._reader.is_busy
 
     @property
-    def can_take(self) -> bool:
+    def can_confirm(self) -> bool:
         """Return True if there is something to open or to save."""
-        return self._at_row is not None or (self.purpose.is_save and bool(self.name.strip()))
+        return self._selected_entry is not None or (
+            self.purpose.is_save and bool(self.name.strip())
+        )
 
     @property
-    def _at_row(self) -> str | Entry | None:
+    def _selected_entry(self) -> str | Entry | None:
         return self.rows[self.row] if 0 <= self.row < len(self.rows) else None
 
     def go(self, text: str) -> None:
         """Look up a folder, a file or a pattern that was typed."""
         path = self._path(text)
-        self.problem, self.overwrites = "", None
+        self.problem, self.existing_file = "", None
         purpose = self.purpose
         is_single = self.is_single
-        self._reader.start(lambda: _looked_up(path, purpose, is_single))
+        self._reader.start(lambda: _look_up(path, purpose, is_single))
 
     def list_single(self, is_single: bool) -> None:
         """List each file of a sequence as a row, or every sequence as one row."""
@@ -97,65 +101,65 @@ class FolderWalk:
 
     def _path(self, text: str) -> Path:
         """Return a typed path, relative to the shown folder."""
-        here = self._listing.folder if self._listing else home_dir()
-        return Path(os.path.normpath(here / os.path.expanduser(text)))
+        shown_folder = self._listing.folder if self._listing else home_dir()
+        return Path(os.path.normpath(shown_folder / os.path.expanduser(text)))
 
-    def poll(self) -> Chosen | None:
-        """Take what the thread found. A file that was typed is chosen.
+    def poll(self) -> ChosenFile | None:
+        """Show the folder that the thread has read; return a file that was typed.
 
         Raises HeatlensError, once, if something is missing or cannot be read; `problem` keeps the
         sentence.
         """
         try:
-            walked = self._reader.poll()
+            result = self._reader.poll()
         except HeatlensError as error:
             self.problem = str(error)
             raise
-        if walked is None:
+        if result is None:
             return None
-        if walked.listing is not None:
-            self._show(walked.listing)
-        if walked.file is None:
+        if result.listing is not None:
+            self._show_folder(result.listing)
+        if result.file is None:
             return None
         if self.purpose.is_save:
-            self.name = walked.file.name
+            self.name = result.file.name
             return None
-        return Chosen(self.purpose, walked.file)
+        return ChosenFile(self.purpose, result.file)
 
-    def _show(self, listing: FolderList) -> None:
+    def _show_folder(self, listing: FolderList) -> None:
         """Show a folder. After a step up, select the folder that was left."""
-        before = self._listing.folder if self._listing else listing.folder
-        self._listing, self.typed = listing, str(listing.folder)
+        previous_folder = self._listing.folder if self._listing else listing.folder
+        self._listing, self.typed_path = listing, str(listing.folder)
         self.rows = [*listing.folders, *listing.entries]
-        is_up = before.parent == listing.folder and before.name in listing.folders
-        self.row = self.rows.index(before.name) if is_up else -1
+        is_up = previous_folder.parent == listing.folder and previous_folder.name in listing.folders
+        self.row = self.rows.index(previous_folder.name) if is_up else -1
 
-    def choose(self, row: int) -> None:
+    def select(self, row: int) -> None:
         """Select a row, and take the name to save from it."""
-        self.row, self.overwrites = min(max(row, 0), len(self.rows) - 1), None
-        entry = self._at_row
+        self.row, self.existing_file = min(max(row, 0), len(self.rows) - 1), None
+        entry = self._selected_entry
         if isinstance(entry, Entry) and self.purpose.is_save:
             self.name = entry.file_at(0).name
 
-    def rename(self, name: str) -> None:
+    def type_name(self, name: str) -> None:
         """Take a typed name in place of the selected row."""
         self.name, self.row = name, -1
 
-    def take(self) -> Chosen | None:
+    def confirm(self) -> ChosenFile | None:
         """Enter the selected folder, open the selected file, or save under the name."""
-        entry = self._at_row
+        entry = self._selected_entry
         if isinstance(entry, str):
             self.go(entry)
             return None
         if self.purpose.is_save:
-            return self._named()
-        return None if entry is None else Chosen(self.purpose, entry.path, entry)
+            return self._file_to_write()
+        return None if entry is None else ChosenFile(self.purpose, entry.path, entry)
 
-    def overwrite(self) -> Chosen | None:
+    def overwrite(self) -> ChosenFile | None:
         """Agree to replace the existing file."""
-        return None if self.overwrites is None else Chosen(self.purpose, self.overwrites)
+        return None if self.existing_file is None else ChosenFile(self.purpose, self.existing_file)
 
-    def _named(self) -> Chosen | None:
+    def _file_to_write(self) -> ChosenFile | None:
         """Return the file to write; ask first if it exists."""
         name = self.name.strip()
         if not name or self._listing is None:
@@ -164,22 +168,24 @@ class FolderWalk:
             name += self.purpose.suffixes[0]
         path = self._path(name)
         if os.path.lexists(path):
-            self.overwrites = path
+            self.existing_file = path
             return None
-        return Chosen(self.purpose, path)
+        return ChosenFile(self.purpose, path)
 
 
-def _nearest_folder(folder: Path, purpose: Purpose) -> _Found:
+def _nearest_folder(folder: Path, purpose: Purpose) -> _LookUpResult:
     """Return the nearest existing folder; a remembered one may be gone. Runs on a thread."""
-    there = next((path for path in (folder, *folder.parents) if os.path.isdir(path)), home_dir())
-    return _Found(list_folder(there, purpose.suffixes))
+    existing_folder = next(
+        (path for path in (folder, *folder.parents) if os.path.isdir(path)), home_dir()
+    )
+    return _LookUpResult(list_folder(existing_folder, purpose.suffixes))
 
 
-def _looked_up(path: Path, purpose: Purpose, is_single: bool) -> _Found:
+def _look_up(path: Path, purpose: Purpose, is_single: bool) -> _LookUpResult:
     """List a folder; runs on a thread. Raises InputError if it cannot be read."""
     if os.path.isdir(path):
-        return _Found(list_folder(path, purpose.suffixes, is_single))
+        return _LookUpResult(list_folder(path, purpose.suffixes, is_single))
     if purpose.is_save:
-        return _Found(list_folder(path.parent, purpose.suffixes), path)
+        return _LookUpResult(list_folder(path.parent, purpose.suffixes), path)
     find_sequence(path)
-    return _Found(None, path)
+    return _LookUpResult(None, path)

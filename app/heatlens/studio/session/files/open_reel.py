@@ -30,7 +30,7 @@ class CutFocus:
 
 
 @dataclass(frozen=True)
-class _Read:
+class _LoadedReel:
     path: Path
     reel: Reel
     focus: tuple[CutFocus, ...]
@@ -52,23 +52,23 @@ class OpenReel(Commands, Worker):
     ) -> None:
         super().__init__(shared)
         self._documents, self._playback = documents, playback
-        playback.next_shot = self._play_on
-        self._reader: Background[_Read] = Background(self._wake)
+        playback.next_shot = self._play_next_shot
+        self._reader: Background[_LoadedReel] = Background(self._wake)
         self.path: Path | None = None
         self.reel: Reel | None = None
         self.focus: tuple[CutFocus, ...] = ()  # of each shot, as read or as last left
-        self.at = 0  # the number of the open shot
-        self._wanted: ReelShot | None = None  # its file or its plates are on their way
-        self._left: dict[str, Shot] = {}  # those without a file that were worked on, by source
-        self._lent: Grade | None = None  # that of the clip, in a shot without a file
-        self._ahead: Background[FirstPicture] = Background(self._wake)
+        self.number = 0  # the number of the open shot
+        self._requested_shot: ReelShot | None = None  # the shot that is being opened
+        self._unsaved_shots: dict[str, Shot] = {}  # edited shots without a file, by source
+        self._clip_grade: Grade | None = None  # the grade of the clip in a shot without a file
+        self._next_shot_reader: Background[FirstPicture] = Background(self._wake)
         self._stills = ShotStills(self._wake, frames_folder)
-        self._ahead_of = -1  # the shot beside which the next one was read ahead
+        self._read_ahead_number = -1  # the shot that was open when the next one was read ahead
 
-    def opens(self, text: str) -> bool:
+    def try_open(self, text: str) -> bool:
         """Begin to open `text` if it is a reel or an edit, and return whether it is one."""
         if is_reel(text):
-            self._reader.start(partial(_read, Path(text).expanduser().absolute()))
+            self._reader.start(partial(_load_reel, Path(text).expanduser().absolute()))
         return is_reel(text)
 
     @property
@@ -76,41 +76,50 @@ class OpenReel(Commands, Worker):
         """Why there is no other shot to go to; "" if there is one."""
         return "" if self.reel is not None else "No reel and no edit is open."
 
-    def step(self, by: int) -> None:
+    def step(self, direction: int) -> None:
         """Go to the next shot or the one before, past those whose media are missing."""
         if self.reel is None:
             return
-        beside = [at for at in self._there if (at - self.at) * by > 0]
-        if beside:
-            self.go(min(beside) if by > 0 else max(beside))
+        candidates = [
+            number for number in self._available_numbers if (number - self.number) * direction > 0
+        ]
+        if candidates:
+            self.go(min(candidates) if direction > 0 else max(candidates))
         else:
-            self._say(f"This is the {'last' if by > 0 else 'first'} shot of the reel.")
+            self._say(f"This is the {'last' if direction > 0 else 'first'} shot of the reel.")
 
     @property
-    def _there(self) -> list[int]:
+    def _available_numbers(self) -> list[int]:
         """The numbers of the shots that have media."""
         shots = () if self.reel is None else self.reel.shots
-        return [at for at, shot in enumerate(shots) if shot.source]
+        return [number for number, shot in enumerate(shots) if shot.source]
 
     @property
-    def _after(self) -> int:
-        """The number of the next shot that has media, after the last one of the first."""
-        return next((at for at in self._there if at > self.at), self._there[0])
+    def _next_number(self) -> int:
+        """The number of the next shot that has media; the first such shot follows the last."""
+        return next(
+            (number for number in self._available_numbers if number > self.number),
+            self._available_numbers[0],
+        )
 
-    def _play_on(self) -> bool:
-        """Go on in the next shot; return False if there is no other, or another file is open."""
-        if self._wanted is not None:
+    def _play_next_shot(self) -> bool:
+        """Play on in the next shot; return False if there is no other, or another file is open."""
+        if self._requested_shot is not None:
             return True
-        if not self.is_open or self._after == self.at or self._editing.performance is not None:
+        if (
+            not self.is_open
+            or self._next_number == self.number
+            or self._editing.performance is not None
+        ):
             return False
-        self.go(self._after)
+        self.go(self._next_number)
         return True
 
     @property
     def is_open(self) -> bool:
         """True if the shot of the reel is what is open."""
-        opened = (self._editing.shot.source, str(self._documents.path))
-        return self.reel is not None and self.reel.shots[self.at].source in opened
+        open_names = (self._editing.shot.source, str(self._documents.path))
+        return self.reel is not None and self.reel.shots[self.number].source in open_names
 
     def go(self, number: int) -> None:
         """Open a shot by its number, from 0; the present one stays until its picture is there."""
@@ -120,38 +129,41 @@ class OpenReel(Commands, Worker):
         if not shot.source:
             self._say(f"{shot.name}: {shot.notes[0]}.")
             return
-        self._leave()
-        self.at = number
-        self._open(shot)
+        self._leave_shot()
+        self.number = number
+        self._open_shot(shot)
 
     def focus_of(self, number: int) -> CutFocus:
-        """Return the focus at both ends of a shot, of the open one as it is now."""
-        is_seen = self.reel is not None and number == self.at and self._wanted is None
-        if is_seen and self.reel is not None and self._source.plate is not None:
+        """Return the focus at both ends of a shot; for the open shot, as it is now."""
+        is_current = (
+            self.reel is not None and number == self.number and self._requested_shot is None
+        )
+        if is_current and self.reel is not None and self._source.plate is not None:
             return _focus_of(self._editing.shot, self.reel.shots[number])
         return self.focus[number]
 
     def still_of(self, number: int) -> Still | None:
         """Return a small picture of a shot; None until it is read, and if there is none."""
-        return self._stills.of(number, self._first_of(number))
+        return self._stills.still(number, self._first_picture_function(number))
 
-    def _first_of(self, number: int) -> Callable[[], FirstPicture]:
+    def _first_picture_function(self, number: int) -> Callable[[], FirstPicture]:
+        """Return the function that finds the first picture of a shot; for a thread."""
         assert self.reel is not None
         shot = self.reel.shots[number]
-        return partial(_first_picture, shot, self._preferences.options_for(shot.source))
+        return partial(_first_picture_of, shot, self._preferences.options_for(shot.source))
 
-    def _leave(self) -> None:
+    def _leave_shot(self) -> None:
         """Keep the focus of the open shot for the list, and save it if it has a file.
 
-        One without a file is kept until the reel comes back to it.
+        A shot without a file is kept until the reel comes back to it.
         """
-        if self._source.plate is None or self._wanted is not None:
+        if self._source.plate is None or self._requested_shot is not None:
             return
         shot = self._editing.shot
-        if self._documents.is_begun_work and shot.source is not None:
-            self._left[shot.source] = shot
+        if self._documents.has_unnamed_changes and shot.source is not None:
+            self._unsaved_shots[shot.source] = shot
         focus = list(self.focus)
-        focus[self.at] = self.focus_of(self.at)
+        focus[self.number] = self.focus_of(self.number)
         self.focus = tuple(focus)
         if self._documents.path is not None and not self._documents.is_saved:
             self._documents.save()
@@ -161,46 +173,46 @@ class OpenReel(Commands, Worker):
 
         Raises InputError if the reel is damaged, or none of its media are there.
         """
-        if (read := self._reader.poll()) is not None:
-            self._begin(read)
-        if self._wanted is not None:
-            self._take(self._wanted)
+        if (loaded := self._reader.poll()) is not None:
+            self._begin_reel(loaded)
+        if self._requested_shot is not None:
+            self._finish_opening(self._requested_shot)
         elif self.is_open:
-            self._look_ahead()
+            self._read_next_shot()
 
-    def _take(self, wanted: ReelShot) -> None:
+    def _finish_opening(self, clip: ReelShot) -> None:
         """Once the plates are loaded, set in and out points to the range used in the cut."""
         if self.is_open:
-            self._wanted = None
+            self._requested_shot = None
             self._playback.is_new_shot = True
             if self._documents.path is None:
-                self._set_part(wanted)
+                self._apply_clip(clip)
         elif not (self._documents.is_reading or self._source.opener.opening):
-            self._wanted = None  # opening failed; already reported
+            self._requested_shot = None  # opening failed; already reported
             self._playback.stop()
 
-    def _set_part(self, wanted: ReelShot) -> None:
-        """Set the frames and the grade of the cut; a shot that was worked on stays as it was left.
+    def _apply_clip(self, clip: ReelShot) -> None:
+        """Set the frames and the grade of the clip; a shot that was edited keeps its edits.
 
-        Clips of the same plates share a shot, and each of them lends it its grade.
+        Clips of the same plates share a shot, which takes the grade of the open clip.
         """
-        left, now = self._left.pop(wanted.source, None), self._editing.shot
-        shot = left or replace(now, in_out=None)
-        grade = None if shot.grade == self._lent else shot.grade
-        part, self._lent = wanted.part_of(replace(shot, grade=grade)), wanted.grade
-        if left is not None:
-            self._documents.goes_on(part)
-        elif part != now:
-            self._editing.begin(part)
-            self._documents.begun()
+        kept_shot, current_shot = self._unsaved_shots.pop(clip.source, None), self._editing.shot
+        shot = kept_shot or replace(current_shot, in_out=None)
+        grade = None if shot.grade == self._clip_grade else shot.grade
+        clip_shot, self._clip_grade = clip.cut_shot(replace(shot, grade=grade)), clip.grade
+        if kept_shot is not None:
+            self._documents.resume_unnamed(clip_shot)
+        elif clip_shot != current_shot:
+            self._editing.begin(clip_shot)
+            self._documents.begin_unnamed()
 
-    def _look_ahead(self) -> None:
-        """Have the first plate of the next shot read."""
+    def _read_next_shot(self) -> None:
+        """Read the first plate of the next shot ahead."""
         assert self.reel is not None
-        if self._ahead_of != self.at:
-            self._ahead_of = self.at
-            self._ahead.start(self._first_of(self._after))
-        next_source = self._ahead.poll()
+        if self._read_ahead_number != self.number:
+            self._read_ahead_number = self.number
+            self._next_shot_reader.start(self._first_picture_function(self._next_number))
+        next_source = self._next_shot_reader.poll()
         if next_source is not None and next_source[0] not in ("", self._editing.shot.source):
             self._source.opener.prepare(*next_source)
 
@@ -208,49 +220,53 @@ class OpenReel(Commands, Worker):
         """Read no more stills."""
         self._stills.close()
 
-    def _begin(self, read: _Read) -> None:
-        self.path, self.reel, self.focus = read.path, read.reel, read.focus
-        self._wanted, self._ahead_of = None, -1
-        self._left = {}
+    def _begin_reel(self, loaded: _LoadedReel) -> None:
+        """Use a reel that has been read, and open its first shot that has media."""
+        self.path, self.reel, self.focus = loaded.path, loaded.reel, loaded.focus
+        self._requested_shot, self._read_ahead_number = None, -1
+        self._unsaved_shots = {}
         self._stills.clear()
-        self._preferences.opened(str(read.path))
-        if not self._there:
-            raise InputError(f"{read.path}: the media of all shots are missing.")
-        self.at = self._there[0]
-        missing = len(read.reel.missing)
-        if missing:
-            self._say(f"{missing} of {len(read.reel.shots)} shots have no media here.")
-        self._open(read.reel.shots[self.at])
+        self._preferences.remember_opened(str(loaded.path))
+        if not self._available_numbers:
+            raise InputError(f"{loaded.path}: the media of all shots are missing.")
+        self.number = self._available_numbers[0]
+        missing_count = len(loaded.reel.missing_shots)
+        if missing_count:
+            self._say(f"{missing_count} of {len(loaded.reel.shots)} shots have no media here.")
+        self._open_shot(loaded.reel.shots[self.number])
 
-    def _open(self, shot: ReelShot) -> None:
-        """Open a shot file or plates; plates that are open already only get another part."""
-        self._wanted = shot
-        if self._documents.opens(shot.source, shot):
+    def _open_shot(self, shot: ReelShot) -> None:
+        """Open a shot file or plates; plates that are open already only get another clip."""
+        self._requested_shot = shot
+        if self._documents.try_open(shot.source, shot):
             return
-        first = None if shot.frames is None else shot.frames.first
+        first_frame = None if shot.frames is None else shot.frames.first
         if shot.source == self._editing.shot.source and self._source.plate is not None:
-            self._set_part(shot)
-            self._editing.frame = self._editing.frame if first is None else first
-            self._wanted = None
+            self._apply_clip(shot)
+            self._editing.frame = self._editing.frame if first_frame is None else first_frame
+            self._requested_shot = None
             return
-        self._source.opener.open(shot.source, self._preferences.options_for(shot.source), first)
+        self._source.opener.open(
+            shot.source, self._preferences.options_for(shot.source), first_frame
+        )
 
 
-def _read(path: Path) -> _Read:
+def _load_reel(path: Path) -> _LoadedReel:
+    """Read a reel or an edit, with the focus at both ends of each shot."""
     reel = read_reel(path, EditOptions())
-    return _Read(path, reel, tuple(map(_focus_in_file, reel.shots)))
+    return _LoadedReel(path, reel, tuple(map(_focus_in_file, reel.shots)))
 
 
-def _first_picture(shot: ReelShot, options: PlateOptions) -> FirstPicture:
-    """Return what opening a shot asks for first; the source is "" if its file is damaged."""
+def _first_picture_of(shot: ReelShot, options: PlateOptions) -> FirstPicture:
+    """Return source, plate options and first frame of a shot; source "" if its file is damaged."""
     if not is_shot_file(shot.source):
         return shot.source, options, None if shot.frames is None else shot.frames.first
     try:
-        read = read_shot(shot.source)
-    except HeatlensError:  # told when the shot is opened
+        file_shot = read_shot(shot.source)
+    except HeatlensError:  # reported when the shot is opened
         return "", options, None
-    played = shot.frames or read.played
-    return read.source or "", read.plate_options, None if played is None else played.first
+    frames = shot.frames or file_shot.played_frames
+    return file_shot.source or "", file_shot.plate_options, None if frames is None else frames.first
 
 
 def _focus_in_file(shot: ReelShot) -> CutFocus:
@@ -259,12 +275,12 @@ def _focus_in_file(shot: ReelShot) -> CutFocus:
         return CutFocus()
     try:
         return _focus_of(read_shot(shot.source), shot)
-    except HeatlensError:  # told when the shot is opened
+    except HeatlensError:  # reported when the shot is opened
         return CutFocus()
 
 
-def _focus_of(shot: Shot, of_reel: ReelShot) -> CutFocus:
+def _focus_of(shot: Shot, reel_shot: ReelShot) -> CutFocus:
     """Return the focus at the first and the last frame of the cut."""
-    frames = of_reel.frames or shot.played
+    frames = reel_shot.frames or shot.played_frames
     first, last = (0, 0) if frames is None else (frames.first, frames.last)
     return CutFocus(shot.lens_at(first).focus_distance_m, shot.lens_at(last).focus_distance_m)

@@ -26,33 +26,35 @@ class RecentFiles(Commands, Worker):
 
     def __init__(self, shared: Shared) -> None:
         super().__init__(shared)
-        stream = shared.given.start.stream
-        self._first = () if stream is None else (stream.text,)  # what is listened to comes first
+        stream = shared.command_line.start.stream
+        self._stream_names = () if stream is None else (stream.text,)  # the stream comes first
         self._finder: Background[tuple[str, ...]] = Background(self._wake)
-        self.found: tuple[str, ...] = ()
+        self.existing_names: tuple[str, ...] = ()
 
-    def look(self) -> None:
-        """Begin to check; `found` has the result a moment later."""
-        names = self._preferences.now.recent
-        self._finder.start(lambda: (*self._first, *(name for name in names if _is_there(name))))
+    def check(self) -> None:
+        """Begin to check the files; `existing_names` has the result a moment later."""
+        names = self._preferences.values.recent
+        self._finder.start(
+            lambda: (*self._stream_names, *(name for name in names if _still_exists(name)))
+        )
 
     @property
-    def is_looking(self) -> bool:
+    def is_checking(self) -> bool:
         """True while the check is running."""
         return self._finder.is_busy
 
     @property
-    def most(self) -> int:
+    def max_count(self) -> int:
         """The largest number of files that may still be found; 0 once the check has ended."""
-        return len(self._preferences.now.recent) if self.is_looking else 0
+        return len(self._preferences.values.recent) if self.is_checking else 0
 
     def poll(self) -> None:
         """Take the result of the check; call this once a frame."""
         choices = self._finder.poll()
-        self.found = self.found if choices is None else choices
+        self.existing_names = self.existing_names if choices is None else choices
 
 
-def _is_there(text: str) -> bool:
+def _still_exists(text: str) -> bool:
     """Return True if a file, pattern or folder still exists; runs on a thread."""
     try:
         source_named(text).require()
@@ -87,55 +89,55 @@ class StartChoices(Commands):
     ) -> None:
         super().__init__(shared)
         self._playback, self._files, self._recent = playback, files, recent
-        self.is_wanted = False
-        if not self._given.start.source:
+        self.is_shown = False
+        if not self._command_line.start.source:
             self.show()
 
     def show(self) -> None:
         """Show the start screen instead of the picture; the open source stays open."""
-        self.is_wanted = True
+        self.is_shown = True
         self._playback.stop()
-        self._recent.look()
+        self._recent.check()
 
-    def opened(self) -> None:
+    def hide(self) -> None:
         """Leave the start screen, because a source has been opened."""
-        self.is_wanted = False
+        self.is_shown = False
 
     def leave(self) -> None:
         """Go back to the picture, if there is one."""
         if self._source.plate is not None:
-            self.is_wanted = False
+            self.is_shown = False
 
-    def refused(self) -> None:
+    def show_after_failure(self) -> None:
         """Show the start screen if the source of the command line cannot be opened."""
         is_idle = self._source.opener.opening is None and not self._source.is_waiting
-        if is_idle and not self._given.has_opened and not self.is_wanted:
+        if is_idle and not self._command_line.has_opened and not self.is_shown:
             self.show()
 
     @property
-    def has_nothing(self) -> bool:
+    def is_nothing_open(self) -> bool:
         """True if nothing has been opened yet, so that panels would show values of nothing."""
         return self._source.opened is None and not self._source.is_waiting
 
     @property
-    def most_recent(self) -> int:
+    def max_recent_count(self) -> int:
         """The largest number of recent files once the check of them has ended."""
-        return min(self._recent.most, _RECENT_MAX)
+        return min(self._recent.max_count, _RECENT_MAX)
 
     def cards(self) -> tuple[Card, ...]:
         """Return the permanent choices, then the recent files that still exist."""
         stream = self._source.stream
-        still = str(data_dir("assets") / "still_life.exr")
-        listen: tuple[Card, ...] = ()
+        still_life_path = str(data_dir("assets") / "still_life.exr")
+        stream_cards: tuple[Card, ...] = ()
         if stream is not None:
             words = f"What it sends to {stream.address}"
-            listen = (Card("Listen to a renderer", words, stream.text),)
-        fixed = (*_built_in(still), *listen)
-        known = {card.text for card in fixed}
-        recent = [text for text in self._recent.found if text not in known]
-        return (*fixed, *map(_recent, recent[:_RECENT_MAX]))
+            stream_cards = (Card("Listen to a renderer", words, stream.text),)
+        permanent_cards = (*_built_in_cards(still_life_path), *stream_cards)
+        listed_texts = {card.text for card in permanent_cards}
+        recent_texts = [text for text in self._recent.existing_names if text not in listed_texts]
+        return (*permanent_cards, *map(_recent_card, recent_texts[:_RECENT_MAX]))
 
-    def take(self, card: Card) -> bool:
+    def open_card(self, card: Card) -> bool:
         """Open a choice; return False if the file dialog is needed.
 
         The start screen stays until the source is open.
@@ -145,23 +147,30 @@ class StartChoices(Commands):
         self._files.open(card.text)
         stream = self._source.stream
         if stream is not None and card.text == stream.text:
-            self.is_wanted = False  # the viewport has its own notice while it waits for a stream
+            self.is_shown = False  # the viewport has its own notice while it waits for a stream
         return True
 
 
-def _built_in(still: str) -> tuple[Card, ...]:
+def _built_in_cards(still_life_path: str) -> tuple[Card, ...]:
+    """Return the permanent choices; `still_life_path` is the file of the still life."""
     return (
         Card("Demo scene", "A street at night, made for focus", DEMO, picture="demo.webp"),
-        Card("Still life", "A plate: one frame with depth", still, picture="focus_fruit.png"),
+        Card(
+            "Still life",
+            "A plate: one frame with depth",
+            still_life_path,
+            picture="focus_fruit.png",
+        ),
         Card("Open ...", "A plate, a sequence or a 3D scene", None),
     )
 
 
-def _recent(text: str) -> Card:
+def _recent_card(text: str) -> Card:
+    """Return the card of a recent file, with its folder as the second line."""
     path, home = Path(text), home_dir()
     folder = path.parent
-    inside = folder.is_relative_to(home) and home != Path(home.anchor)
-    words = str(Path("~") / folder.relative_to(home)) if inside else str(folder)
+    is_in_home = folder.is_relative_to(home) and home != Path(home.anchor)
+    words = str(Path("~") / folder.relative_to(home)) if is_in_home else str(folder)
     return Card(path.name, words, text, word_of(text))
 
 

@@ -21,7 +21,7 @@ from pathlib import Path
 from threading import BoundedSemaphore, Thread, Timer
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import file_and_status, preferences_dir, runtime_dir
+from heatlens.core.base.paths import preferences_dir, read_file_and_status, runtime_dir
 from heatlens.media.files.atomic_file import FOR_THE_USER, write_whole
 
 _HOST = "127.0.0.1"
@@ -46,17 +46,17 @@ def hand_over(names: Sequence[str]) -> bool:
     """Have the running window open the absolute paths `names`; return False if none answers."""
     with suppress(*_REFUSALS):
         port, secret = _read_door(door_path())
-        with _cut_in_time(socket.create_connection((_HOST, port), _PATIENCE_S)) as line:
-            answer_challenge(line, secret)
-            deliver_challenge(line, secret)
-            line.send_bytes(b"\0".join(map(os.fsencode, names)))
-            return line.recv_bytes(len(_ANSWER)) == _ANSWER
+        with _limit_time(socket.create_connection((_HOST, port), _PATIENCE_S)) as connection:
+            answer_challenge(connection, secret)
+            deliver_challenge(connection, secret)
+            connection.send_bytes(b"\0".join(map(os.fsencode, names)))
+            return connection.recv_bytes(len(_ANSWER)) == _ANSWER
     return False
 
 
 def _read_door(path: Path) -> tuple[int, bytes]:
     """Return port and secret. Raises OSError or ValueError if this user wrote no such file."""
-    text, status = file_and_status(path)
+    text, status = read_file_and_status(path)
     record = json.loads(text) if _is_of_user_alone(status) else None
     if not isinstance(record, dict) or not isinstance(record.get("port"), int):
         raise ValueError("a window would have written something else")
@@ -67,36 +67,36 @@ def _is_of_user_alone(status: os.stat_result) -> bool:
     """Return True if only this user owns and can access a file; always True on Windows."""
     if not hasattr(os, "getuid"):
         return True
-    others = status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
-    return status.st_uid == os.getuid() and not others
+    access_of_others = status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
+    return status.st_uid == os.getuid() and not access_of_others
 
 
-# One deadline for the whole request: with a limit for each read, a stranger held the door by
-# sending a byte each half second. And the secret is proved before anything is parsed, as a line of
-# brackets once ended the thread that listens. Both ends prove it, by the challenge of
-# multiprocessing.connection.
+# The whole request has one deadline. With a limit for each read, a client could keep the connection
+# open by sending a byte each half second. Both ends prove that they know the secret before anything
+# is parsed, by the challenge of multiprocessing.connection: otherwise, a line of brackets could end
+# the thread that listens.
 @contextmanager
-def _cut_in_time(connected: socket.socket) -> Iterator[Connection]:
+def _limit_time(client_socket: socket.socket) -> Iterator[Connection]:
     """Yield a connection that closes unless the other end finishes in a limited time."""
-    connected.settimeout(None)  # the limit of a single step would not limit the whole
-    cut = Timer(_PATIENCE_S, _shut, (connected,))
-    cut.daemon = True
-    cut.start()
-    with connected, closing(Connection(connected.dup().detach())) as line:
+    client_socket.settimeout(None)  # the limit of a single step would not limit the whole
+    timer = Timer(_PATIENCE_S, _shut_down, (client_socket,))
+    timer.daemon = True
+    timer.start()
+    with client_socket, closing(Connection(client_socket.dup().detach())) as connection:
         try:
-            yield line
+            yield connection
         finally:
-            cut.cancel()
+            timer.cancel()
 
 
-def _shut(opened: socket.socket) -> None:
+def _shut_down(open_socket: socket.socket) -> None:
     """Wake the threads that wait for a socket."""
     with suppress(OSError):  # the other end has hung up
-        opened.shutdown(socket.SHUT_RDWR)
+        open_socket.shutdown(socket.SHUT_RDWR)
 
 
 class WindowDoor:
-    """Listens for names while it is open; `take` returns those that have arrived."""
+    """Listens for names while it is open; `pop_names` returns those that have arrived."""
 
     def __init__(self, wake: Callable[[], None], path: Path | None = None) -> None:
         """Begin to listen. `wake` is called on a thread when names have come.
@@ -110,17 +110,18 @@ class WindowDoor:
         self._clients = BoundedSemaphore(_CLIENTS_MOST)
         self._socket: socket.socket | None = None
         with suppress(OSError, InputError):
-            self._open()
+            self._start_listening()
 
-    def _open(self) -> None:
+    def _start_listening(self) -> None:
+        """Listen on a free port, and write the port and the secret to the file."""
         self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        self._socket = listening = socket.create_server((_HOST, 0), backlog=_CLIENTS_MOST)
-        record = {"port": listening.getsockname()[1], "secret": self._secret}
+        self._socket = listening_socket = socket.create_server((_HOST, 0), backlog=_CLIENTS_MOST)
+        record = {"port": listening_socket.getsockname()[1], "secret": self._secret}
         # Others may be able to write in the folder, so links there are not followed.
         write_whole(self._path, json.dumps(record).encode(), FOR_THE_USER, follows_links=False)
-        Thread(target=self._listen, args=(listening,), daemon=True).start()
+        Thread(target=self._accept_clients, args=(listening_socket,), daemon=True).start()
 
-    def take(self) -> list[str]:
+    def pop_names(self) -> list[str]:
         """Return the names of the oldest waiting request and remove it; [] if there is none."""
         return self._names.popleft() if self._names else []
 
@@ -130,29 +131,30 @@ class WindowDoor:
             if _read_door(self._path)[1] == self._secret.encode():
                 self._path.unlink()
         if self._socket is not None:
-            _shut(self._socket)
+            _shut_down(self._socket)
             self._socket.close()
 
-    def _listen(self, listening: socket.socket) -> None:
+    def _accept_clients(self, listening_socket: socket.socket) -> None:
+        """Serve each client on a thread of its own until the socket is closed."""
         while True:
             self._clients.acquire()
             try:
-                connected, _ = listening.accept()
+                client_socket, _ = listening_socket.accept()
             except OSError:  # the socket was closed
                 return
-            Thread(target=self._serve, args=(connected,), daemon=True).start()
+            Thread(target=self._serve_client, args=(client_socket,), daemon=True).start()
 
-    def _serve(self, connected: socket.socket) -> None:
-        """Take the names of one client that knows the secret."""
+    def _serve_client(self, client_socket: socket.socket) -> None:
+        """Receive the names of one client that knows the secret."""
         secret = self._secret.encode()
         try:
-            with suppress(*_REFUSALS), _cut_in_time(connected) as line:
-                deliver_challenge(line, secret)
-                answer_challenge(line, secret)
-                names = line.recv_bytes(_REQUEST_MOST).split(b"\0")
+            with suppress(*_REFUSALS), _limit_time(client_socket) as connection:
+                deliver_challenge(connection, secret)
+                answer_challenge(connection, secret)
+                names = connection.recv_bytes(_REQUEST_MOST).split(b"\0")
                 if all(names) and len(names) <= _NAMES_MOST:
                     self._names.append([os.fsdecode(name) for name in names])
                     self._wake()
-                    line.send_bytes(_ANSWER)
+                    connection.send_bytes(_ANSWER)
         finally:
             self._clients.release()

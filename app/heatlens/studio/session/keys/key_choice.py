@@ -14,10 +14,10 @@ from heatlens.core.model.shot.framing import PoseKey
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys import key_rows
-from heatlens.studio.session.keys.key_rows import CAMERA, ROWS, Keyed, Row, key_frames
+from heatlens.studio.session.keys.key_rows import CAMERA, ROWS, KeyedCurve, Row, key_frames
 
 _BEZIER = Interpolation.BEZIER
-_CHECKED_MOST = 1000  # largest number of frames between keys to check
+_MAX_CHECKED = 1000  # largest number of frames between keys to check
 
 
 class KeyId(NamedTuple):
@@ -27,23 +27,23 @@ class KeyId(NamedTuple):
     frame: float
 
 
-Chosen = frozenset[KeyId]
-Copied = tuple[tuple[Row, tuple[Key | PoseKey, ...]], ...]
+KeySelection = frozenset[KeyId]
+CopiedKeys = tuple[tuple[Row, tuple[Key | PoseKey, ...]], ...]
 
 
-def all_keys(shot: Shot) -> Chosen:
+def all_keys(shot: Shot) -> KeySelection:
     """Return every key of the shot."""
     return frozenset(KeyId(row, frame) for row in ROWS for frame in key_frames(shot, row))
 
 
-def keys_at(shot: Shot, frame: float) -> Chosen:
+def keys_at(shot: Shot, frame: float) -> KeySelection:
     """Return the keys at a frame."""
     return frozenset(key for key in all_keys(shot) if abs(key.frame - frame) < SAME_FRAME)
 
 
-def frames_of(chosen: Chosen, row: Row) -> list[float]:
+def frames_of(selection: KeySelection, row: Row) -> list[float]:
     """Return the frames of one row's keys, in order."""
-    return sorted(key.frame for key in chosen if key.row is row)
+    return sorted(key.frame for key in selection if key.row is row)
 
 
 def key_of(shot: Shot, key: KeyId) -> Key | None:
@@ -60,50 +60,60 @@ def with_keys_here(shot: Shot, frame: float) -> Shot:
     return shot
 
 
-def moved(shot: Shot, chosen: Chosen, by_frames: float) -> tuple[Shot, Chosen]:
+def move_keys(shot: Shot, selection: KeySelection, by_frames: float) -> tuple[Shot, KeySelection]:
     """Move the chosen keys by a number of frames; keys that they land on are removed."""
-    after = _each_row(shot, chosen, lambda keyed, frames: keyed.moved(frames, by_frames))
-    return after, frozenset(KeyId(row, frame + by_frames) for row, frame in chosen)
+    new_shot = _change_rows(
+        shot, selection, lambda keyed, frames: keyed.move_keys(frames, by_frames)
+    )
+    return new_shot, frozenset(KeyId(row, frame + by_frames) for row, frame in selection)
 
 
-def rippled(shot: Shot, from_frame: float, by_frames: float) -> Shot:
+def ripple_keys(shot: Shot, from_frame: float, by_frames: float) -> Shot:
     """Move all keys from `from_frame` on; moving them earlier cuts frames out."""
-    return _each_row(shot, all_keys(shot), lambda keyed, _: keyed.rippled(from_frame, by_frames))
+    return _change_rows(
+        shot, all_keys(shot), lambda keyed, _: keyed.ripple_keys(from_frame, by_frames)
+    )
 
 
-def deleted(shot: Shot, chosen: Chosen, frame: float) -> Shot:
+def delete_keys(shot: Shot, selection: KeySelection, frame: float) -> Shot:
     """Remove the chosen keys; a parameter that loses its last key keeps its value at `frame`."""
     for row in ROWS:
-        frames = frames_of(chosen, row)
+        frames = frames_of(selection, row)
         if frames and len(frames) == len(key_frames(shot, row)):
-            shot = key_rows.stilled(shot, row, frame)
-            chosen = frozenset(key for key in chosen if key.row is not row)
-    return _each_row(shot, chosen, lambda keyed, frames: keyed.without_keys(frames))
+            shot = key_rows.without_row_keys(shot, row, frame)
+            selection = frozenset(key for key in selection if key.row is not row)
+    return _change_rows(shot, selection, lambda keyed, frames: keyed.without_keys(frames))
 
 
-def copied(shot: Shot, chosen: Chosen) -> Copied:
-    """Return the chosen keys for `pasted`, with frames relative to the first key."""
-    first = min((key.frame for key in chosen), default=0.0)
-    copies = []
+def copy_keys(shot: Shot, selection: KeySelection) -> CopiedKeys:
+    """Return the chosen keys for `paste_keys`, with frames relative to the first key."""
+    first_frame = min((key.frame for key in selection), default=0.0)
+    rows_with_keys = []
     for row in ROWS:
-        frames = frames_of(chosen, row)
+        frames = frames_of(selection, row)
         keys = [key for key in key_rows.keys_of(shot, row) if key.frame in frames]
         if keys:
-            copies.append((row, tuple(replace(k, frame=k.frame - first) for k in keys)))
-    return tuple(copies)
+            rows_with_keys.append(
+                (row, tuple(replace(key, frame=key.frame - first_frame) for key in keys))
+            )
+    return tuple(rows_with_keys)
 
 
-def pasted(shot: Shot, keys: Copied, at_frame: float) -> tuple[Shot, Chosen]:
+def paste_keys(shot: Shot, keys: CopiedKeys, at_frame: float) -> tuple[Shot, KeySelection]:
     """Paste keys from `at_frame` on; return the shot and the pasted keys as the new selection.
 
     Raise InputError for keys of a camera if there is no scene.
     """
     for row, copies in keys:
-        shot = key_rows.with_pasted(shot, row, copies, at_frame)
-    return checked(shot), frozenset(KeyId(r, k.frame + at_frame) for r, ks in keys for k in ks)
+        shot = key_rows.paste_into_row(shot, row, copies, at_frame)
+    return check_shot(shot), frozenset(
+        KeyId(row_copied, key.frame + at_frame)
+        for row_copied, keys_copied in keys
+        for key in keys_copied
+    )
 
 
-def interpolated(shot: Shot, chosen: Chosen, interpolation: Interpolation) -> Shot:
+def interpolate_keys(shot: Shot, selection: KeySelection, interpolation: Interpolation) -> Shot:
     """Set the interpolation after each chosen key; a Bezier keeps the shape of the curve."""
 
     def change(curve: Curve, frames: Collection[float]) -> Curve:
@@ -115,15 +125,15 @@ def interpolated(shot: Shot, chosen: Chosen, interpolation: Interpolation) -> Sh
                 curve = curve.with_key(replace(key, interpolation=interpolation))
         return curve
 
-    return _each(shot, chosen, change)
+    return _change_curves(shot, selection, change)
 
 
-def eased(shot: Shot, chosen: Chosen, influence_percent: float, is_out: bool) -> Shot:
+def ease_keys(shot: Shot, selection: KeySelection, influence_percent: float, is_out: bool) -> Shot:
     """Set the influence of the outgoing (`is_out`) or incoming handles, as Bezier segments."""
 
     def change(curve: Curve, frames: Collection[float]) -> Curve:
         for frame in frames:
-            curve = _bent(curve, frame, is_out)
+            curve = _with_bezier(curve, frame, is_out)
             key = curve.key_at(frame)
             if key is not None:
                 name = "ease_out" if is_out else "ease_in"
@@ -131,13 +141,13 @@ def eased(shot: Shot, chosen: Chosen, influence_percent: float, is_out: bool) ->
                 curve = curve.with_key(replace(key, **{name: ease}))
         return curve
 
-    return _each(shot, chosen, change)
+    return _change_curves(shot, selection, change)
 
 
-def _bent(curve: Curve, frame: float, is_out: bool) -> Curve:
+def _with_bezier(curve: Curve, frame: float, is_out: bool) -> Curve:
     """Return the curve with the segment after (`is_out`) or before a key as a Bezier."""
-    before = [key.frame for key in curve.keys if key.frame < frame - SAME_FRAME]
-    start = frame if is_out else before[-1] if before else None
+    previous_frames = [key.frame for key in curve.keys if key.frame < frame - SAME_FRAME]
+    start = frame if is_out else previous_frames[-1] if previous_frames else None
     if start is None:
         return curve
     curve = curve.with_handles(start)
@@ -145,17 +155,17 @@ def _bent(curve: Curve, frame: float, is_out: bool) -> Curve:
     return curve if key is None else curve.with_key(replace(key, interpolation=_BEZIER))
 
 
-def checked(shot: Shot) -> Shot:
+def check_shot(shot: Shot) -> Shot:
     """Return the shot if its lens is possible at all keys and between them.
 
     Raise LensError that names the first frame with an impossible lens.
     """
-    for frame in (*shot.key_frames, *_between(shot)):
+    for frame in (*shot.key_frames, *_frames_to_check(shot)):
         shot.lens_at(frame)
     return shot
 
 
-def _between(shot: Shot) -> range:
+def _frames_to_check(shot: Shot) -> range:
     """Return the frames between keys that have to be checked.
 
     Bezier handles can overshoot, and a long lens cannot focus near. In a long shot only some
@@ -165,25 +175,29 @@ def _between(shot: Shot) -> range:
     if not focals and all(key.interpolation is not _BEZIER for key in keys):
         return range(0)
     first, last = floor(shot.key_frames[0]), ceil(shot.key_frames[-1])
-    return range(first, last + 1, 1 + (last - first) // _CHECKED_MOST)
+    return range(first, last + 1, 1 + (last - first) // _MAX_CHECKED)
 
 
-def _each_row(
-    shot: Shot, chosen: Chosen, change: Callable[[Keyed, Collection[float]], Keyed]
+def _change_rows(
+    shot: Shot,
+    selection: KeySelection,
+    change: Callable[[KeyedCurve, Collection[float]], KeyedCurve],
 ) -> Shot:
     """Apply `change` to each row that has chosen keys."""
     for row in ROWS:
-        frames = frames_of(chosen, row)
-        keyed = key_rows.keyed_of(shot, row)
+        frames = frames_of(selection, row)
+        keyed = key_rows.keyed_curve(shot, row)
         if frames and keyed is not None:
-            shot = key_rows.with_keyed(shot, row, change(keyed, frames))
-    return checked(shot)
+            shot = key_rows.with_keyed_curve(shot, row, change(keyed, frames))
+    return check_shot(shot)
 
 
-def _each(shot: Shot, chosen: Chosen, change: Callable[[Curve, Collection[float]], Curve]) -> Shot:
+def _change_curves(
+    shot: Shot, selection: KeySelection, change: Callable[[Curve, Collection[float]], Curve]
+) -> Shot:
     """Apply `change` to the curve of each lens parameter that has chosen keys."""
     for parameter in LensParameter:
-        frames = frames_of(chosen, parameter)
+        frames = frames_of(selection, parameter)
         if frames:
             shot = shot.with_curve(parameter, change(shot.curves.of(parameter), frames))
-    return checked(shot)
+    return check_shot(shot)

@@ -6,9 +6,9 @@ from heatlens.core.model.curves.interpolation import Interpolation
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys import key_choice
-from heatlens.studio.session.keys.key_choice import Chosen, Copied, all_keys
+from heatlens.studio.session.keys.key_choice import CopiedKeys, KeySelection, all_keys
 from heatlens.studio.session.keys.key_rows import CAMERA, Row, RowChoice, key_count
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.shared import Commands, Shared
 
 
@@ -19,43 +19,43 @@ class KeyCommands(Commands):
         super().__init__(shared)
         self.rows = rows
         self._set_camera_key = set_camera_key
-        self._chosen: Chosen = frozenset()
-        self._copied: Copied = ()
+        self._selection: KeySelection = frozenset()
+        self._copied_keys: CopiedKeys = ()
 
     @property
-    def chosen(self) -> Chosen:
+    def selection(self) -> KeySelection:
         """The chosen keys that still exist."""
-        return self._chosen & all_keys(self._editing.shot)
+        return self._selection & all_keys(self._editing.shot)
 
-    def choose(self, keys: Chosen) -> None:
+    def select(self, keys: KeySelection) -> None:
         """Select these keys and no others."""
-        self._chosen = keys
+        self._selection = keys
 
-    def choose_between(self, row: Row, first: float, last: float) -> None:
+    def select_between(self, row: Row, first: float, last: float) -> None:
         """Select the keys of a row from the first to the last frame."""
         keys = all_keys(self._editing.shot)
-        self._chosen = frozenset(k for k in keys if k.row is row and first <= k.frame <= last)
+        self._selection = frozenset(k for k in keys if k.row is row and first <= k.frame <= last)
 
-    def choose_all(self) -> None:
+    def select_all(self) -> None:
         """Select every key of every row."""
-        self._chosen = all_keys(self._editing.shot)
+        self._selection = all_keys(self._editing.shot)
 
     @property
-    def meant(self) -> Chosen:
+    def target_keys(self) -> KeySelection:
         """The keys that commands act on: the chosen ones, or those at the playhead if none are."""
-        return self.chosen or key_choice.keys_at(self._editing.shot, self._editing.frame)
+        return self.selection or key_choice.keys_at(self._editing.shot, self._editing.frame)
 
     def set_here(self) -> None:
         """Set keys at the playhead, for the camera if its row is selected, else for the lens.
 
         For the lens, the focus and every parameter with keys get one.
         """
-        if self.rows.chosen is CAMERA:
+        if self.rows.selected_row is CAMERA:
             self._set_camera_key()
             return
         frame = self._editing.frame
         self._editing.settle()
-        self._editing.keep_tried()
+        self._editing.key_trial_values()
         self._do(lambda shot: key_choice.with_keys_here(shot, frame))
 
     def toggle_here(self, parameter: LensParameter) -> None:
@@ -69,51 +69,60 @@ class KeyCommands(Commands):
     def delete(self) -> None:
         """Delete the chosen keys, or those at the playhead."""
         frame = self._editing.frame
-        self._do(lambda shot: key_choice.deleted(shot, self.meant, frame))
+        self._do(lambda shot: key_choice.delete_keys(shot, self.target_keys, frame))
 
     def copy(self) -> None:
         """Copy the keys for `paste`."""
-        if self.meant:
-            self._copied = key_choice.copied(self._editing.shot, self.meant)
-            self._say(f"{_count(len(self.meant))} copied.")
+        if self.target_keys:
+            self._copied_keys = key_choice.copy_keys(self._editing.shot, self.target_keys)
+            self._say(f"{_count_words(len(self.target_keys))} copied.")
 
     def paste(self) -> None:
         """Paste the copied keys from the playhead on."""
-        if not self._copied:
+        if not self._copied_keys:
             self._say("No keys were copied.")
             return
-        self._do_and_choose(lambda shot: key_choice.pasted(shot, self._copied, self._editing.frame))
+        self._do_and_select(
+            lambda shot: key_choice.paste_keys(shot, self._copied_keys, self._editing.frame)
+        )
 
     def move(self, by_frames: float) -> None:
         """Move the keys by a number of frames; a negative number moves them earlier."""
         if by_frames:
-            before = self._editing.shot
-            self._do_and_choose(lambda shot: key_choice.moved(shot, self.meant, by_frames))
-            self.tell_of_replaced(before)
+            old_shot = self._editing.shot
+            self._do_and_select(
+                lambda shot: key_choice.move_keys(shot, self.target_keys, by_frames)
+            )
+            self.report_replaced_keys(old_shot)
 
-    def tell_of_replaced(self, before: Shot) -> None:
-        """Report how many keys were removed since `before` because others were moved onto them."""
-        gone = key_count(before) - key_count(self._editing.shot)
-        if gone > 0:
-            self._say(f"{_count(gone)} gave way to the moved keys. Ctrl+Z undoes it.")
+    def report_replaced_keys(self, old_shot: Shot) -> None:
+        """Report how many keys of `old_shot` were removed because others were moved onto them."""
+        removed_count = key_count(old_shot) - key_count(self._editing.shot)
+        if removed_count > 0:
+            self._say(
+                f"{_count_words(removed_count)} gave way to the moved keys. Ctrl+Z undoes it."
+            )
 
     def interpolate(self, interpolation: Interpolation) -> None:
         """Set the interpolation after each of the keys."""
-        self._do(lambda shot: key_choice.interpolated(shot, self.meant, interpolation))
+        self._do(lambda shot: key_choice.interpolate_keys(shot, self.target_keys, interpolation))
 
     def ease(self, influence_percent: float, is_out: bool) -> None:
         """Set the ease out or in of the keys; dragging the number is one undo step."""
-        with reported(self._say):
+        with report_errors(self._say):
             self._editing.edit(
-                key_choice.eased(self._editing.shot, self.meant, influence_percent, is_out)
+                key_choice.ease_keys(
+                    self._editing.shot, self.target_keys, influence_percent, is_out
+                )
             )
 
-    def _do_and_choose(self, change: Callable[[Shot], tuple[Shot, Chosen]]) -> None:
-        with reported(self._say):
-            shot, chosen = change(self._editing.shot)
+    def _do_and_select(self, change: Callable[[Shot], tuple[Shot, KeySelection]]) -> None:
+        """Change the shot as an undo step, and select the keys that `change` returns with it."""
+        with report_errors(self._say):
+            shot, selection = change(self._editing.shot)
             self._editing.do(shot)
-            self._chosen = chosen
+            self._selection = selection
 
 
-def _count(keys: int) -> str:
+def _count_words(keys: int) -> str:
     return "One key" if keys == 1 else f"{keys} keys"

@@ -13,131 +13,154 @@ from heatlens.core.model.curves.interpolation import Ease
 from heatlens.core.model.shot.framing import PoseKey
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys.key_choice import (
-    Chosen,
     KeyId,
+    KeySelection,
     all_keys,
-    checked,
+    check_shot,
     frames_of,
-    rippled,
+    ripple_keys,
 )
 from heatlens.studio.session.keys.key_commands import KeyCommands
-from heatlens.studio.session.keys.key_rows import ROWS, keyed_of, keys_of, with_keyed, with_pasted
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.keys.key_rows import (
+    ROWS,
+    keyed_curve,
+    keys_of,
+    paste_into_row,
+    with_keyed_curve,
+)
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.shot.editing import Editing
 
 
 @dataclass(frozen=True)
-class HeldKeys:
+class DragStart:
     """The shot and the chosen keys at the press of the mouse button."""
 
     shot: Shot
-    chosen: Chosen
+    selection: KeySelection
 
 
-Held = TypeVar("Held", bound=HeldKeys)
+Start = TypeVar("Start", bound=DragStart)
 
 
-class KeysInHand(Generic[Held]):
+class KeyGesture(Generic[Start]):
     """A drag of keys, from the press of the mouse button to its release."""
 
     def __init__(self, editing: Editing, keys: KeyCommands, say: Callable[[str], None]) -> None:
         self._editing, self._keys, self._say = editing, keys, say
-        self._held: Held | None = None
+        self._start: Start | None = None
 
     def release(self) -> None:
         """End the drag as one undo step, and report keys that it has replaced."""
-        if self._held is not None:
-            self._keys.tell_of_replaced(self._held.shot)
-            self._held = None
+        if self._start is not None:
+            self._keys.report_replaced_keys(self._start.shot)
+            self._start = None
             self._editing.settle()
 
-    def _show(self, changed: Callable[[], tuple[Shot, Chosen]]) -> None:
+    def _show_dragged(self, change: Callable[[], tuple[Shot, KeySelection]]) -> None:
         """Show the shot and the chosen keys as dragged; report why if they are impossible."""
-        with reported(self._say):
-            shot, chosen = changed()
+        with report_errors(self._say):
+            shot, selection = change()
             self._editing.edit(shot)
-            self._keys.choose(chosen)
+            self._keys.select(selection)
 
 
-Place = tuple[float, float]
-Places = dict[KeyId, Place]  # the screen position of every key
+Position = tuple[float, float]
+KeyPositions = dict[KeyId, Position]  # the screen position of every key
 # (shot, chosen keys, frames to move by, screen units moved upwards) -> new shot and chosen keys
-Move = Callable[[Shot, Chosen, int, float], tuple[Shot, Chosen]]
+Move = Callable[[Shot, KeySelection, int, float], tuple[Shot, KeySelection]]
 
 
 @dataclass(frozen=True)
-class _Held(HeldKeys):
-    """What is dragged, and where it was taken."""
+class _KeyDragStart(DragStart):
+    """What is dragged, and where the pointer was at the press of the mouse button."""
 
     kind: Literal["move", "ripple", "box"]
-    at: Place
+    pointer: Position
     key: KeyId | None = None
 
 
-class KeyDrag(KeysInHand[_Held]):
+class KeyDrag(KeyGesture[_KeyDragStart]):
     """Follows the mouse over keys: `press`, then `drag` in every frame, then `release`."""
 
     @property
-    def box_from(self) -> Place | None:
+    def box_corner(self) -> Position | None:
         """The corner where the current selection box begins; None without one."""
-        return self._held.at if self._held is not None and self._held.kind == "box" else None
+        return (
+            self._start.pointer if self._start is not None and self._start.kind == "box" else None
+        )
 
     @property
-    def is_holding(self) -> bool:
+    def is_dragging(self) -> bool:
         """True while the mouse button is down."""
-        return self._held is not None
+        return self._start is not None
 
-    def press(self, at: Place, places: Places, reach: float, shift: bool, ctrl: bool) -> None:
+    def press(
+        self, pointer: Position, positions: KeyPositions, reach: float, shift: bool, ctrl: bool
+    ) -> None:
         """Begin to drag the nearest key within `reach` screen units, or begin a selection box."""
         keys, shot = self._keys, self._editing.shot
         self._editing.settle()
-        key = nearest(at, places, reach)
+        key = nearest_key(pointer, positions, reach)
         if key is None:
-            keys.choose(keys.chosen if shift else frozenset())
-            self._held = _Held(shot, keys.chosen, "box", at)
+            keys.select(keys.selection if shift else frozenset())
+            self._start = _KeyDragStart(shot, keys.selection, "box", pointer)
             return
-        self._keys.rows.choose(key.row)
+        self._keys.rows.select(key.row)
         if shift:
-            keys.choose(keys.chosen ^ {key})
-        elif key not in keys.chosen:
-            keys.choose(frozenset({key}))
-        self._held = _Held(shot, keys.chosen, "ripple" if ctrl else "move", at, key)
+            keys.select(keys.selection ^ {key})
+        elif key not in keys.selection:
+            keys.select(frozenset({key}))
+        self._start = _KeyDragStart(
+            shot, keys.selection, "ripple" if ctrl else "move", pointer, key
+        )
 
-    def drag(self, at: Place, places: Places, per_frame: float, move: Move) -> None:
+    def drag(
+        self, pointer: Position, positions: KeyPositions, per_frame: float, move: Move
+    ) -> None:
         """Follow the pointer."""
-        held = self._held
-        if held is None:
+        start = self._start
+        if start is None:
             return
         keys = self._keys
-        if held.kind == "box":
-            keys.choose(held.chosen | inside(held.at, at, places))
+        if start.kind == "box":
+            keys.select(start.selection | keys_in_box(start.pointer, pointer, positions))
             return
-        frames, up = round((at[0] - held.at[0]) / per_frame), held.at[1] - at[1]
-        if held.kind == "ripple" and held.key is not None:
-            first, by_frames = held.key.frame, max(frames, -self._room(held))
-            self._show(lambda: (rippled(held.shot, first, by_frames), frozenset()))
+        frames = round((pointer[0] - start.pointer[0]) / per_frame)
+        up = start.pointer[1] - pointer[1]
+        if start.kind == "ripple" and start.key is not None:
+            first, by_frames = start.key.frame, max(frames, -self._free_frames(start))
+            self._show_dragged(lambda: (ripple_keys(start.shot, first, by_frames), frozenset()))
         else:
-            self._show(lambda: move(held.shot, held.chosen, frames, up))
+            self._show_dragged(lambda: move(start.shot, start.selection, frames, up))
 
-    def _room(self, held: _Held) -> int:
+    def _free_frames(self, start: _KeyDragStart) -> int:
         """Return how many frames earlier the keys can move until they meet the previous one."""
-        assert held.key is not None
-        earlier = [key.frame for key in all_keys(held.shot) if key.frame < held.key.frame]
-        return int(held.key.frame - max(earlier)) - 1 if earlier else 10**6
+        assert start.key is not None
+        earlier_frames = [key.frame for key in all_keys(start.shot) if key.frame < start.key.frame]
+        return int(start.key.frame - max(earlier_frames)) - 1 if earlier_frames else 10**6
 
 
-def nearest(at: Place, places: Places, reach: float) -> KeyId | None:
+def nearest_key(pointer: Position, positions: KeyPositions, reach: float) -> KeyId | None:
     """Return the nearest key within a square around the pointer; None if there is none."""
-    near = [key for key, p in places.items() if max(abs(p[0] - at[0]), abs(p[1] - at[1])) <= reach]
+    near_keys = [
+        key
+        for key, position in positions.items()
+        if max(abs(position[0] - pointer[0]), abs(position[1] - pointer[1])) <= reach
+    ]
     return min(
-        near, key=lambda k: abs(places[k][0] - at[0]) + abs(places[k][1] - at[1]), default=None
+        near_keys,
+        key=lambda key_id: (
+            abs(positions[key_id][0] - pointer[0]) + abs(positions[key_id][1] - pointer[1])
+        ),
+        default=None,
     )
 
 
-def inside(corner: Place, other: Place, places: Places) -> Chosen:
+def keys_in_box(corner: Position, opposite: Position, positions: KeyPositions) -> KeySelection:
     """Return the keys in a box."""
-    (x0, x1), (y0, y1) = (sorted(pair) for pair in zip(corner, other, strict=True))
-    return frozenset(k for k, (x, y) in places.items() if x0 <= x <= x1 and y0 <= y <= y1)
+    (x0, x1), (y0, y1) = (sorted(pair) for pair in zip(corner, opposite, strict=True))
+    return frozenset(key for key, (x, y) in positions.items() if x0 <= x <= x1 and y0 <= y <= y1)
 
 
 @dataclass(frozen=True)
@@ -148,93 +171,103 @@ class Ends:
     last: float
 
 
-def ends_of(chosen: Chosen) -> Ends | None:
+def ends_of(selection: KeySelection) -> Ends | None:
     """Return the ends of the chosen keys; None if they all lie at one frame."""
-    frames = sorted({key.frame for key in chosen})
+    frames = sorted({key.frame for key in selection})
     return Ends(frames[0], frames[-1]) if len(frames) > 1 else None
 
 
-def stretched(shot: Shot, chosen: Chosen, ends: Ends) -> tuple[Shot, Chosen]:
+def stretch_keys(shot: Shot, selection: KeySelection, ends: Ends) -> tuple[Shot, KeySelection]:
     """Scale the chosen keys to reach from `ends.first` to `ends.last`; remove keys they land on.
 
     The shape of the curve stays: inner handles become flatter if the pull takes longer. Keys
     between the ends move to whole frames unless two would meet. Raise LensError if the keys give
     an impossible lens.
     """
-    before = ends_of(chosen)
-    if before is None:
-        return shot, chosen
-    factor = (ends.last - ends.first) / (before.last - before.first)
-    place = _places(chosen, before, ends, factor)
+    old_ends = ends_of(selection)
+    if old_ends is None:
+        return shot, selection
+    factor = (ends.last - ends.first) / (old_ends.last - old_ends.first)
+    new_frames = _new_frames(selection, old_ends, ends, factor)
     for row in ROWS:
-        frames = frames_of(chosen, row)
+        frames = frames_of(selection, row)
         keys = [key for key in keys_of(shot, row) if key.frame in frames]
         if keys:
-            moved = [_moved(key, place, before, factor) for key in keys]
-            shot = with_pasted(shot, row, moved, 0)
-            keyed, left = keyed_of(shot, row), set(frames) - {key.frame for key in moved}
-            shot = shot if keyed is None else with_keyed(shot, row, keyed.without_keys(left))
-    return checked(shot), frozenset(KeyId(key.row, place[key.frame]) for key in chosen)
+            moved_keys = [_move_key(key, new_frames, old_ends, factor) for key in keys]
+            shot = paste_into_row(shot, row, moved_keys, 0)
+            keyed = keyed_curve(shot, row)
+            left_frames = set(frames) - {key.frame for key in moved_keys}
+            shot = (
+                shot
+                if keyed is None
+                else with_keyed_curve(shot, row, keyed.without_keys(left_frames))
+            )
+    return check_shot(shot), frozenset(KeyId(key.row, new_frames[key.frame]) for key in selection)
 
 
-def _places(chosen: Chosen, before: Ends, ends: Ends, factor: float) -> dict[float, float]:
+def _new_frames(
+    selection: KeySelection, old_ends: Ends, ends: Ends, factor: float
+) -> dict[float, float]:
     """Map each old frame to its new one, rounded unless two keys would meet on one frame."""
-    frames = sorted({key.frame for key in chosen})
-    exact = {frame: ends.first + (frame - before.first) * factor for frame in frames}
-    exact |= {before.first: ends.first, before.last: ends.last}
-    whole = {frame: float(round(at)) for frame, at in exact.items()}
-    whole |= {before.first: ends.first, before.last: ends.last}
-    return whole if len(set(whole.values())) == len(frames) else exact
+    frames = sorted({key.frame for key in selection})
+    exact_frames = {frame: ends.first + (frame - old_ends.first) * factor for frame in frames}
+    exact_frames |= {old_ends.first: ends.first, old_ends.last: ends.last}
+    whole_frames = {frame: float(round(new_frame)) for frame, new_frame in exact_frames.items()}
+    whole_frames |= {old_ends.first: ends.first, old_ends.last: ends.last}
+    return whole_frames if len(set(whole_frames.values())) == len(frames) else exact_frames
 
 
-def _moved(
-    key: Key | PoseKey, place: dict[float, float], before: Ends, factor: float
+def _move_key(
+    key: Key | PoseKey, new_frames: dict[float, float], old_ends: Ends, factor: float
 ) -> Key | PoseKey:
     """Return a key at its new frame; its handles towards the other keys keep the shape."""
     if isinstance(key, PoseKey):
-        return replace(key, frame=place[key.frame])
+        return replace(key, frame=new_frames[key.frame])
     return replace(
         key,
-        frame=place[key.frame],
-        ease_in=key.ease_in if key.frame == before.first else _slower(key.ease_in, factor),
-        ease_out=key.ease_out if key.frame == before.last else _slower(key.ease_out, factor),
+        frame=new_frames[key.frame],
+        ease_in=key.ease_in if key.frame == old_ends.first else _scale_ease(key.ease_in, factor),
+        ease_out=key.ease_out if key.frame == old_ends.last else _scale_ease(key.ease_out, factor),
     )
 
 
-def _slower(ease: Ease, factor: float) -> Ease:
+def _scale_ease(ease: Ease, factor: float) -> Ease:
+    """Return the ease of a segment that takes `factor` times as long."""
     return replace(ease, speed_per_frame=ease.speed_per_frame / factor)
 
 
 @dataclass(frozen=True)
-class _HeldEnd(HeldKeys):
+class _StretchStart(DragStart):
     """The dragged end, and both ends at the press of the mouse button."""
 
     is_last: bool
     ends: Ends
 
 
-class KeyStretch(KeysInHand[_HeldEnd]):
+class KeyStretch(KeyGesture[_StretchStart]):
     """Follows the mouse while it drags an end: `press`, then `drag`, then `release`."""
 
     @property
     def ends(self) -> Ends | None:
         """The ends of the chosen keys; None if there is nothing to stretch."""
-        return ends_of(self._keys.chosen)
+        return ends_of(self._keys.selection)
 
     def press(self, is_last: bool) -> None:
         """Begin to drag the last or the first end."""
         ends = self.ends
         if ends is not None:
             self._editing.settle()
-            self._held = _HeldEnd(self._editing.shot, self._keys.chosen, is_last, ends)
+            self._start = _StretchStart(self._editing.shot, self._keys.selection, is_last, ends)
 
     def drag(self, frame: int) -> None:
         """Move the end to a frame, at least one frame from the other end."""
-        held = self._held
-        if held is None:
+        start = self._start
+        if start is None:
             return
-        first, last = held.ends.first, held.ends.last
+        first, last = start.ends.first, start.ends.last
         ends = (
-            Ends(first, max(frame, first + 1)) if held.is_last else Ends(min(frame, last - 1), last)
+            Ends(first, max(frame, first + 1))
+            if start.is_last
+            else Ends(min(frame, last - 1), last)
         )
-        self._show(lambda: stretched(held.shot, held.chosen, ends))
+        self._show_dragged(lambda: stretch_keys(start.shot, start.selection, ends))

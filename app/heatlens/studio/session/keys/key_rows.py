@@ -26,7 +26,7 @@ class CameraRow(StrEnum):
 CAMERA: Final = CameraRow.CAMERA
 Row = LensParameter | CameraRow
 ROWS: tuple[Row, ...] = (*LensParameter, CAMERA)
-Keyed = Curve | CameraTrack
+KeyedCurve = Curve | CameraTrack
 
 
 class RowChoice:
@@ -38,7 +38,7 @@ class RowChoice:
     def __init__(self, has_camera: Callable[[], bool]) -> None:
         self._has_camera = has_camera
         self.shows_curve = False
-        self.curve_of = LensParameter.FOCUS_DISTANCE
+        self.curve_parameter = LensParameter.FOCUS_DISTANCE
         self._is_on_camera = False
 
     @property
@@ -51,15 +51,15 @@ class RowChoice:
         self.shows_curve = not self.shows_curve
 
     @property
-    def chosen(self) -> Row:
+    def selected_row(self) -> Row:
         """The camera's row if it was selected last and is shown, else the parameter's row."""
-        is_seen = self.has_camera and not self.shows_curve
-        return CAMERA if self._is_on_camera and is_seen else self.curve_of
+        is_camera_shown = self.has_camera and not self.shows_curve
+        return CAMERA if self._is_on_camera and is_camera_shown else self.curve_parameter
 
-    def choose(self, row: Row) -> None:
+    def select(self, row: Row) -> None:
         """Select a row; for a lens parameter, also show its curve."""
         self._is_on_camera = row is CAMERA
-        self.curve_of = row if isinstance(row, LensParameter) else self.curve_of
+        self.curve_parameter = row if isinstance(row, LensParameter) else self.curve_parameter
 
 
 def key_frames(shot: Shot, row: Row) -> tuple[float, ...]:
@@ -70,68 +70,71 @@ def key_frames(shot: Shot, row: Row) -> tuple[float, ...]:
 
 
 def shown_rows(shot: Shot, has_camera: bool) -> tuple[Row, ...]:
-    """Return the rows that the timeline shows: those of tilt and split only where they are used."""
-    lens = (
-        it
-        for it in LensParameter
-        if not it.is_rare or getattr(shot.lens, it) or key_frames(shot, it)
+    """Return the rows that the timeline shows; rare ones (tilt, split) only if they are used."""
+    lens_rows = (
+        parameter
+        for parameter in LensParameter
+        if not parameter.is_rare or getattr(shot.lens, parameter) or key_frames(shot, parameter)
     )
-    return (*lens, CAMERA) if has_camera else tuple(lens)
+    return (*lens_rows, CAMERA) if has_camera else tuple(lens_rows)
 
 
 def keys_of(shot: Shot, row: Row) -> tuple[Key | PoseKey, ...]:
     """Return the keys of a row, in order."""
     if row is not CAMERA:
         return shot.curves.of(row).keys
-    track = _track(shot)
+    track = _camera_track(shot)
     return track.keys if track is not None and track.is_moving else ()
 
 
 def key_count(shot: Shot) -> int:
     """Count all keys, including the single key of a camera that does not move."""
-    track = _track(shot)
-    of_lens = sum(len(shot.curves.of(parameter).keys) for parameter in LensParameter)
-    return of_lens + (len(track.keys) if track else 0)
+    track = _camera_track(shot)
+    lens_count = sum(len(shot.curves.of(parameter).keys) for parameter in LensParameter)
+    return lens_count + (len(track.keys) if track else 0)
 
 
-def keyed_of(shot: Shot, row: Row) -> Keyed | None:
+def keyed_curve(shot: Shot, row: Row) -> KeyedCurve | None:
     """Return the keyed curve or track of a row; None for a camera of the scene's file."""
-    return _track(shot) if row is CAMERA else shot.curves.of(row)
+    return _camera_track(shot) if row is CAMERA else shot.curves.of(row)
 
 
-def with_keyed(shot: Shot, row: Row, keyed: Keyed) -> Shot:
+def with_keyed_curve(shot: Shot, row: Row, keyed: KeyedCurve) -> Shot:
     """Return the shot with the curve or track of a row replaced."""
     if isinstance(keyed, CameraTrack):
         return replace(shot, framing=replace(shot.framing or Framing(), track=keyed))
     return shot if row is CAMERA else shot.with_curve(row, keyed)
 
 
-def stilled(shot: Shot, row: Row, frame: float) -> Shot:
+def without_row_keys(shot: Shot, row: Row, frame: float) -> Shot:
     """Remove all keys of a row; the value at `frame` stays."""
     if row is not CAMERA:
         return shot.without_keys(frame, row)
-    track = _track(shot)
-    if track is None:
+    camera_track = _camera_track(shot)
+    if camera_track is None:
         return shot
-    return with_keyed(shot, row, CameraTrack((PoseKey(frame, track.pose_at(frame)),)))
+    return with_keyed_curve(shot, row, CameraTrack((PoseKey(frame, camera_track.pose_at(frame)),)))
 
 
-def with_pasted(shot: Shot, row: Row, keys: Sequence[Key | PoseKey], at_frame: float) -> Shot:
+def paste_into_row(shot: Shot, row: Row, keys: Sequence[Key | PoseKey], at_frame: float) -> Shot:
     """Paste keys, whose frames begin at 0, from `at_frame` on.
 
     Raise InputError for keys of a camera if there is no scene.
     """
     curve_keys = [key for key in keys if isinstance(key, Key)]
     if row is not CAMERA:
-        return shot.with_curve(row, shot.curves.of(row).pasted(curve_keys, at_frame))
+        return shot.with_curve(row, shot.curves.of(row).paste_keys(curve_keys, at_frame))
     if shot.framing is None:
         raise InputError(
             "The copied keys are those of a camera, and a plate has none: open a scene."
         )
     poses = [key for key in keys if isinstance(key, PoseKey)]
-    track = _track(shot) or CameraTrack(tuple(poses)).moved([k.frame for k in poses], at_frame)
-    return with_keyed(shot, row, track.pasted(poses, at_frame))
+    track = _camera_track(shot) or CameraTrack(tuple(poses)).move_keys(
+        [k.frame for k in poses], at_frame
+    )
+    return with_keyed_curve(shot, row, track.paste_keys(poses, at_frame))
 
 
-def _track(shot: Shot) -> CameraTrack | None:
+def _camera_track(shot: Shot) -> CameraTrack | None:
+    """Return the shot's own track of the camera; None for a plate or the camera of a file."""
     return None if shot.framing is None else shot.framing.track

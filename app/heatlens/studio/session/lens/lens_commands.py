@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import TypeVar
 
 from heatlens.core.base.background import Background
-from heatlens.core.model.lens.lens import Lens, stepped
+from heatlens.core.model.lens.lens import Lens, step_f_stop
 from heatlens.core.model.lens.lens_kit import KitLens, LensKit
 from heatlens.core.model.shot.settings import Bokeh, Quality
 from heatlens.core.model.units import format_distance
@@ -19,7 +19,7 @@ from heatlens.media.plate.coc_line import Surface, focused_at, focused_at_pixel,
 from heatlens.media.plate.header.header_lens import StartLens
 from heatlens.media.plate.mattes.mattes import has_things, thing_at
 from heatlens.media.plate.plate import Plate
-from heatlens.studio.session.messages import Problem, reported
+from heatlens.studio.session.messages import Problem, report_errors
 from heatlens.studio.session.shared import Commands, Shared
 
 
@@ -47,7 +47,7 @@ class KitCommands(Commands):
         return (*missing, *self.shelf.kits)
 
     @property
-    def mounted(self) -> KitLens | None:
+    def mounted_lens(self) -> KitLens | None:
         """The mounted lens of the kit; None without a kit."""
         kit = self._editing.shot.kit
         return None if kit is None else kit.nearest(self._editing.lens.focal_length_mm)
@@ -64,8 +64,8 @@ class KitCommands(Commands):
 
     def breathe(self, is_on: bool) -> None:
         """Switch the breathing of the mounted lens on or off."""
-        mounted, lens = self.mounted, self._editing.lens
-        ratio = mounted.breathing if is_on and mounted is not None else 1.0
+        mounted_lens, lens = self.mounted_lens, self._editing.lens
+        ratio = mounted_lens.breathing if is_on and mounted_lens is not None else 1.0
         self._editing.edit_lens(replace(lens, breathing=ratio))
 
     def mount(self, kit_lens: KitLens) -> None:
@@ -75,9 +75,10 @@ class KitCommands(Commands):
             self._mount(kit, kit_lens)
 
     def _mount(self, kit: LensKit, kit_lens: KitLens) -> None:
+        """Choose a kit and mount one of its lenses, as one undo step."""
         editing = self._editing
-        with reported(self._say):
-            lens = kit.mounted(editing.lens, kit_lens)
+        with report_errors(self._say):
+            lens = kit.mount(editing.lens, kit_lens)
             editing.settle()
             editing.edit(replace(editing.shot, kit=kit))
             editing.edit_lens(lens)
@@ -106,35 +107,36 @@ class LensCommands(Commands):
     def __init__(self, shared: Shared) -> None:
         super().__init__(shared)
         self.kits = KitCommands(shared)
-        self._things = ThingsHere(shared.wake)
+        self._surface_names = SurfaceNames(shared.wake)
         self._aim: Aim | None = None
         self.start_lens: StartLens | None = None  # the lens of the open source, and its origin
 
     def focus_at(self, pixel: tuple[int, int]) -> None:
         """Focus on what is seen at a pixel of the display window; do nothing outside the picture.
 
-        A press takes something near whose blur covers the pixel; a drag goes on with what the
-        pinhole picture has.
+        A press focuses on a near object whose blur covers the pixel. A drag continues with the
+        surface that the pinhole picture shows there.
         """
-        plate, before, lens = self._source.plate, self._aim, self._editing.lens
+        plate, last_aim, lens = self._source.plate, self._aim, self._editing.lens
         pixel = self._source.plate_px(lens, self._editing.shot, pixel)
-        if plate is None or not plate.shows(*pixel):
+        if plate is None or not plate.contains_pixel(*pixel):
             return
-        is_held = before is not None and before.lens == lens and self._editing.is_unsettled
-        if is_held and before is not None and before.pixel == pixel:
+        is_dragging = last_aim is not None and last_aim.lens == lens and self._editing.is_unsettled
+        if is_dragging and last_aim is not None and last_aim.pixel == pixel:
             return
-        with reported(self._say):
+        with report_errors(self._say):
             surfaces = surfaces_at(plate, lens, *pixel)
-            self._take(plate, pixel, surfaces[-1:] if is_held else surfaces)
+            self._focus_on_first(plate, pixel, surfaces[-1:] if is_dragging else surfaces)
 
-    def look_at(self, pixel: tuple[int, int]) -> tuple[Surface, ...]:
-        """Return what a click at a pixel of the display window takes, and the other surface there.
+    def find_surfaces(self, pixel: tuple[int, int]) -> tuple[Surface, ...]:
+        """Return the surface that a click at a pixel focuses on, and the other surface there.
 
-        `focus_on_other` then takes that one. Return nothing outside the picture.
+        `pixel` is in the display window. `focus_on_other` then focuses on the other surface. The
+        result is empty outside the picture.
         """
         plate, lens = self._source.plate, self._editing.lens
         pixel = self._source.plate_px(lens, self._editing.shot, pixel)
-        if plate is None or not (plate.has_distances and plate.shows(*pixel)):
+        if plate is None or not (plate.has_distances and plate.contains_pixel(*pixel)):
             return ()
         aim = self._aim
         is_same = aim is not None and aim.plate is plate and (aim.pixel, aim.lens) == (pixel, lens)
@@ -143,12 +145,12 @@ class LensCommands(Commands):
         return aim.surfaces
 
     def names_of(self, surfaces: Sequence[Surface]) -> tuple[str, ...]:
-        """Return the names that mattes give to what `look_at` returned; "" until they are known."""
+        """Return the names that mattes give to surfaces; "" until they are known."""
         plate = self._source.plate
         if plate is None:
             return ("",) * len(surfaces)
-        with reported(self._say):
-            return self._things.names(plate, surfaces)
+        with report_errors(self._say):
+            return self._surface_names.names(plate, surfaces)
         return ("",) * len(surfaces)
 
     def focus_on_other(self) -> None:
@@ -157,17 +159,21 @@ class LensCommands(Commands):
         if aim is None or plate is None or len(aim.surfaces) < 2 or aim.lens != self._editing.lens:
             self._say("There is no other surface here, or where you clicked last.")
             return
-        with reported(self._say):
-            self._take(plate, aim.pixel, aim.surfaces[::-1])
+        with report_errors(self._say):
+            self._focus_on_first(plate, aim.pixel, aim.surfaces[::-1])
 
-    def _take(self, plate: Plate, pixel: tuple[int, int], surfaces: tuple[Surface, ...]) -> None:
-        """Focus on the first of the surfaces that are seen at a pixel, and tell the other."""
+    def _focus_on_first(
+        self, plate: Plate, pixel: tuple[int, int], surfaces: tuple[Surface, ...]
+    ) -> None:
+        """Focus on the first of the surfaces at a pixel, and report the distance of the other."""
         x, y = surfaces[0].x, surfaces[0].y
         self._editing.edit_lens(focused_at_pixel(plate, self._editing.lens, x, y))
         self._aim = Aim(plate, pixel, surfaces, self._editing.lens)
         if len(surfaces) > 1:
-            taken, other = (format_distance(surface.depth_m) for surface in surfaces)
-            self._say(f"Focus at {taken}. The other surface here is at {other}: Y takes it.")
+            focused, other_distance = (format_distance(surface.depth_m) for surface in surfaces)
+            self._say(
+                f"Focus at {focused}. The other surface here is at {other_distance}: Y takes it."
+            )
 
     def focus(self, distance_m: float) -> None:
         """Focus at a distance in m."""
@@ -177,7 +183,7 @@ class LensCommands(Commands):
         """Focus nearer (positive) or farther by a number of notches of the focus bar."""
         histogram = self._source.picture.histogram
         if histogram is not None:
-            self._editing.edit_lens(nudged(self._editing.lens, histogram, notches))
+            self._editing.edit_lens(nudge_lens(self._editing.lens, histogram, notches))
 
     def focus_at_infinity(self) -> None:
         """Focus at infinity if the plate has distances."""
@@ -187,7 +193,7 @@ class LensCommands(Commands):
     def step_f_stop(self, steps: int) -> None:
         """Close the aperture by a number of thirds of a stop; a negative number opens it."""
         lens = self._editing.lens
-        self._editing.edit_lens(replace(lens, f_stop=stepped(lens.f_stop, steps)))
+        self._editing.edit_lens(replace(lens, f_stop=step_f_stop(lens.f_stop, steps)))
 
     def reset(self) -> None:
         """Reset the lens to that of the plate's header or of the command line."""
@@ -197,48 +203,54 @@ class LensCommands(Commands):
     def next_quality(self) -> None:
         """Switch to the next quality tier; the first follows the last."""
         shot = self._editing.shot
-        defocus = replace(shot.defocus, quality=_next([None, *Quality], shot.defocus.quality))
+        defocus = replace(
+            shot.defocus, quality=_next_choice([None, *Quality], shot.defocus.quality)
+        )
         self._editing.edit(replace(shot, defocus=defocus))
 
     def next_bokeh(self) -> None:
         """Switch to the next shape of the blur; the first follows the last."""
         shot = self._editing.shot
-        defocus = replace(shot.defocus, bokeh=_next(list(Bokeh), shot.defocus.bokeh))
+        defocus = replace(shot.defocus, bokeh=_next_choice(list(Bokeh), shot.defocus.bokeh))
         self._editing.edit(replace(shot, defocus=defocus))
 
 
-def nudged(lens: Lens, histogram: DepthHistogram, notches: float) -> Lens:
+def nudge_lens(lens: Lens, histogram: DepthHistogram, notches: float) -> Lens:
     """Return the lens focused nearer (positive) or farther by `notches` of the focus bar."""
     step = notches * _NUDGE * histogram.most_dioptres
     return focused_at(lens, max(1.0 / lens.focus_distance_m + step, 0.0))
 
 
-def _next(choices: Sequence[Choice], now: Choice) -> Choice:
-    return choices[(choices.index(now) + 1) % len(choices)]
+def _next_choice(choices: Sequence[Choice], current: Choice) -> Choice:
+    """Return the choice after the current one; the first follows the last."""
+    return choices[(choices.index(current) + 1) % len(choices)]
 
 
 _Names = tuple[str, ...]
 
 
-class ThingsHere:
-    """The name of each of the surfaces asked for last, "" until it is known."""
+class SurfaceNames:
+    """Finds the names of surfaces on a thread; a name is "" until it is known."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
-        self._asked: tuple[Plate, tuple[Surface, ...]] | None = None
+        self._request: tuple[Plate, tuple[Surface, ...]] | None = None
         self._names: _Names = ()
         self._reader: Background[_Names] = Background(wake)
 
     def names(self, plate: Plate, surfaces: Sequence[Surface]) -> _Names:
         """Return the names of surfaces, or begin to look for them."""
-        place, before = (plate, tuple(surfaces)), self._asked
-        if before is None or before[0] is not plate or before[1] != place[1]:
-            self._asked, self._names = place, ("",) * len(surfaces)
+        request, last_request = (plate, tuple(surfaces)), self._request
+        if last_request is None or last_request[0] is not plate or last_request[1] != request[1]:
+            self._request, self._names = request, ("",) * len(surfaces)
             self._reader.cancel()
             if has_things(plate):
-                self._reader.start(lambda: tuple(_name(plate, it) for it in place[1]))
+                self._reader.start(
+                    lambda: tuple(_matte_name(plate, surface) for surface in request[1])
+                )
         self._names = self._reader.poll() or self._names
         return self._names
 
 
-def _name(plate: Plate, surface: Surface) -> str:
+def _matte_name(plate: Plate, surface: Surface) -> str:
+    """Return the name of the matte at a surface without its layer; "" if there is none."""
     return (thing_at(plate, surface.x, surface.y) or "").partition(":")[2]

@@ -13,34 +13,34 @@ from heatlens.core.base.background import Background
 from heatlens.core.model.lens.opening_image import OpeningImage
 from heatlens.core.model.shot.grade import Grade
 from heatlens.core.model.shot.shot import Shot
-from heatlens.core.model.view.guides import Canvas, lines_of
+from heatlens.core.model.view.guides import Canvas, frame_lines_for
 from heatlens.media.camera.camera_file import read_camera
 from heatlens.media.camera.into_shot import with_camera
 from heatlens.media.camera.samples import CameraSamples
-from heatlens.media.camera.shoot_timecode import at_timecode
+from heatlens.media.camera.shoot_timecode import match_by_timecode
 from heatlens.media.color.grade_file import read_grade
 from heatlens.media.documents.frame_line_file import read_canvases
 from heatlens.media.plate.opening_picture import read_opening_image
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.shared import Commands, Shared
 
-Read = TypeVar("Read")
+Imported = TypeVar("Imported")
 
 
-class _Import(Commands, Generic[Read]):
+class _Import(Commands, Generic[Imported]):
     """Reads one file at a time, and reports the result or what is wrong with the file."""
 
     def __init__(
         self,
         shared: Shared,
-        read: Callable[[Path], Read],
-        applied: Callable[[Read, Path], tuple[Shot, str]],
+        read_file: Callable[[Path], Imported],
+        apply: Callable[[Imported, Path], tuple[Shot, str]],
     ) -> None:
-        """Create it; `applied` returns the shot with what was read, and a sentence about it."""
+        """Create it; `apply` returns the shot with the imported values, and a sentence on them."""
         super().__init__(shared)
-        self._read, self._applied = read, applied
-        self._reader: Background[Read] = Background(self._wake)
+        self._read, self._apply = read_file, apply
+        self._reader: Background[Imported] = Background(self._wake)
         self._path = Path()
 
     def begin(self, path: Path) -> None:
@@ -50,9 +50,9 @@ class _Import(Commands, Generic[Read]):
 
     def poll(self) -> None:
         """Apply what was read to the shot; call this once a frame."""
-        with reported(self._say):
+        with report_errors(self._say):
             if (imported := self._reader.poll()) is not None:
-                shot, sentence = self._applied(imported, self._path)
+                shot, sentence = self._apply(imported, self._path)
                 self._editing.do(shot)
                 self._say(sentence)
 
@@ -60,34 +60,34 @@ class _Import(Commands, Generic[Read]):
 def camera_import(shared: Shared) -> _Import[CameraSamples]:
     """Return the import of the lens of a camera file, with keys for what moves."""
 
-    def applied(camera: CameraSamples, path: Path) -> tuple[Shot, str]:
+    def apply_camera(camera: CameraSamples, path: Path) -> tuple[Shot, str]:
         shot = shared.editing.shot
-        here = shared.source.timecode_at(shot, shared.editing.frame)
-        camera = at_timecode(camera, here, shot.frames_per_second, shot.span)
+        start = shared.source.timecode_at(shot, shared.editing.frame)
+        camera = match_by_timecode(camera, start, shot.frames_per_second, shot.span)
         sentence = f"The lens is that of {camera.name} in {path.name}. {' '.join(camera.notes)}"
         return with_camera(shot, camera), sentence.strip()
 
-    return _Import(shared, lambda path: read_camera(str(path)), applied)
+    return _Import(shared, lambda path: read_camera(str(path)), apply_camera)
 
 
 def opening_import(shared: Shared) -> _Import[OpeningImage]:
     """Return the import of a picture that takes the place of the blades."""
 
-    def applied(image: OpeningImage, _path: Path) -> tuple[Shot, str]:
+    def apply_opening(image: OpeningImage, _path: Path) -> tuple[Shot, str]:
         shot = shared.editing.shot
         sentence = f"The opening of the lens is {Path(image.path).name}. {' '.join(image.notes)}"
         return replace(shot, lens=replace(shot.lens, aperture_image=image)), sentence.strip()
 
-    return _Import(shared, read_opening_image, applied)
+    return _Import(shared, read_opening_image, apply_opening)
 
 
 def grade_import(shared: Shared) -> _Import[Grade]:
     """Return the import of a grade of the shot."""
 
-    def applied(grade: Grade, path: Path) -> tuple[Shot, str]:
+    def apply_grade(grade: Grade, path: Path) -> tuple[Shot, str]:
         return replace(shared.editing.shot, grade=grade), f"The grade is that of {path.name}."
 
-    return _Import(shared, read_grade, applied)
+    return _Import(shared, read_grade, apply_grade)
 
 
 class FramingImport(Commands):
@@ -104,19 +104,20 @@ class FramingImport(Commands):
 
     def poll(self) -> None:
         """Draw what was read; call this once a frame."""
-        with reported(self._say):
+        with report_errors(self._say):
             if (imported := self._reader.poll()) is not None:
                 state = self._view.state
                 self._view.state = replace(state, guides=replace(state.guides, canvases=imported))
-                self._say(self._told(imported))
+                self._say(self._lines_message(imported))
 
-    def _told(self, canvases: tuple[Canvas, ...]) -> str:
+    def _lines_message(self, canvases: tuple[Canvas, ...]) -> str:
+        """Return the message about the framing lines for a picture of this shape."""
         shape = self._source.picture_shape(self._editing.shot)
-        lines = lines_of(canvases, shape.width_px, shape.height_px)
+        lines = frame_lines_for(canvases, shape.width_px, shape.height_px)
         if lines:
             return f"Framing lines: {', '.join(line.name for line in lines)}."
-        known = ", ".join(f"{it.width:g}x{it.height:g}" for it in canvases)
+        known_shapes = ", ".join(f"{canvas.width:g}x{canvas.height:g}" for canvas in canvases)
         return (
             f"No canvas of the framing lines has the shape of this picture, {shape.width_px}x"
-            f"{shape.height_px}: they are for {known}."
+            f"{shape.height_px}: they are for {known_shapes}."
         )

@@ -16,11 +16,11 @@ from heatlens.core.model.curves.key_reduction import Samples
 from heatlens.core.model.focus.coc import sharp_dioptres
 from heatlens.core.model.shot.history import History
 from heatlens.core.model.shot.lens_parameter import LensParameter
-from heatlens.core.model.shot.pull import performed, recorded
+from heatlens.core.model.shot.pull import apply_recorded_focus, apply_recorded_parameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.keys.key_rows import RowChoice
 from heatlens.studio.session.live.ring_take import RingTake, Track
-from heatlens.studio.session.messages import Problem, Worker, reported
+from heatlens.studio.session.messages import Problem, Worker, report_errors
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.shot.editing import Performance
 from heatlens.studio.session.time.timeline import Timeline
@@ -46,14 +46,14 @@ class RecordingState(Enum):
 
 
 @dataclass(frozen=True)
-class Take:
+class RecordedPull:
     """What was recorded, the shot whose keys it replaces, and the shot before and after."""
 
     samples: Samples
-    others: Mapping[LensParameter, Track]  # iris and focal length, if the ring moved them
-    base: Shot
-    before: History
-    after: Shot
+    other_tracks: Mapping[LensParameter, Track]  # iris and focal length, if the ring moved them
+    base_shot: Shot
+    history_before: History
+    new_shot: Shot
     key_count: int
 
 
@@ -70,13 +70,13 @@ class PullRecording(Commands, Worker):
         super().__init__(shared)
         self._clock = time.perf_counter
         self.beats = BEATS
-        self._counted_from: float | None = None  # time of the clock at which the count-in began
+        self._count_in_start: float | None = None  # time of the clock at which the count-in began
         self._timeline, self._rows, self._ring = timeline, rows, ring
         self._is_armed = False
         self._samples: dict[float, float] = {}  # focus distance in m by frame
         self._direction = 1
-        self._begun = self._editing.history  # the undo history at the start
-        self._take: Take | None = None
+        self._history_at_start = self._editing.history  # the undo history at the start
+        self._recorded_pull: RecordedPull | None = None
         self._chosen_tolerance: float | None = None
 
     # State
@@ -85,13 +85,13 @@ class PullRecording(Commands, Worker):
     def state(self) -> RecordingState:
         """The stage of the recording."""
         performance = self._editing.performance
-        if self._counted_from is not None:
+        if self._count_in_start is not None:
             return RecordingState.COUNTING
         if performance is not None and not performance.is_over:
             return RecordingState.RECORDING
         if self._is_armed:
             return RecordingState.ARMED
-        return RecordingState.OFF if self._take is None else RecordingState.RECORDED
+        return RecordingState.OFF if self._recorded_pull is None else RecordingState.RECORDED
 
     @property
     def beats_left(self) -> int:
@@ -101,33 +101,39 @@ class PullRecording(Commands, Worker):
     @property
     def _counting_s(self) -> float:
         """The seconds until the count-in ends."""
-        begun = self._counted_from
-        return 0.0 if begun is None else max(self.beats - (self._clock() - begun), 0.0)
+        start = self._count_in_start
+        return 0.0 if start is None else max(self.beats - (self._clock() - start), 0.0)
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until the next number of the count-in."""
-        left = self._counting_s
-        return None if self._counted_from is None else left - max(math.ceil(left) - 1, 0)
+        remaining_s = self._counting_s
+        return (
+            None
+            if self._count_in_start is None
+            else remaining_s - max(math.ceil(remaining_s) - 1, 0)
+        )
 
     @property
     def why_not(self) -> str:
         """A sentence why nothing can be recorded now; "" if it can."""
-        is_still = self._timeline.played.count < 2
+        is_single_frame = self._timeline.played.count < 2
         return (
-            "A pull is recorded while frames play, but there is only one frame." if is_still else ""
+            "A pull is recorded while frames play, but there is only one frame."
+            if is_single_frame
+            else ""
         )
 
     @property
     def samples(self) -> Samples:
         """The samples of the current or latest recording: (frame, distance in m), by frame."""
-        if self._take is not None:
-            return self._take.samples
+        if self._recorded_pull is not None:
+            return self._recorded_pull.samples
         return sorted(self._samples.items())
 
     @property
     def key_count(self) -> int:
         """The number of focus keys that the samples were reduced to."""
-        return 0 if self._take is None else self._take.key_count
+        return 0 if self._recorded_pull is None else self._recorded_pull.key_count
 
     @property
     def tolerance_dioptres(self) -> float:
@@ -137,42 +143,42 @@ class PullRecording(Commands, Worker):
         """
         if self._chosen_tolerance is not None:
             return self._chosen_tolerance
-        unseen = _SHARP_SHARE * sharp_dioptres(self._editing.lens)
-        return float(f"{min(max(unseen, TOLERANCE_LEAST), TOLERANCE_MOST):.2g}")
+        invisible_error = _SHARP_SHARE * sharp_dioptres(self._editing.lens)
+        return float(f"{min(max(invisible_error, TOLERANCE_LEAST), TOLERANCE_MOST):.2g}")
 
     # Commands
 
     def arm(self) -> None:
         """Arm the recording, which starts when the shot plays; disarm it if it was armed."""
         if self.state.is_waiting:
-            self.drop()
+            self.discard()
             return
         if self.why_not:
             self._say(Problem(self.why_not))
             return
-        self._take, self._is_armed = None, True
-        self._rows.choose(LensParameter.FOCUS_DISTANCE)
+        self._recorded_pull, self._is_armed = None, True
+        self._rows.select(LensParameter.FOCUS_DISTANCE)
         self._rows.shows_curve = True
 
-    def drop(self) -> None:
+    def discard(self) -> None:
         """Discard the recording, restore the shot and stop playback."""
         if self.state is RecordingState.RECORDING:
             self._timeline.playback.stop()
-        if self._take is not None and self._editing.shot == self._take.after:
-            self._editing.history = self._take.before
-        self.keep()
+        if self._recorded_pull is not None and self._editing.shot == self._recorded_pull.new_shot:
+            self._editing.history = self._recorded_pull.history_before
+        self.finish()
 
-    def keep(self) -> None:
+    def finish(self) -> None:
         """Keep the keys as they are and end the recording."""
-        self._is_armed, self._take, self._samples = False, None, {}
-        self._editing.performance = self._counted_from = None
+        self._is_armed, self._recorded_pull, self._samples = False, None, {}
+        self._editing.performance = self._count_in_start = None
 
-    def tolerate(self, tolerance_dioptres: float) -> None:
+    def set_tolerance(self, tolerance_dioptres: float) -> None:
         """Compute the keys again with this tolerance in dioptres."""
         self._chosen_tolerance = min(max(tolerance_dioptres, TOLERANCE_LEAST), TOLERANCE_MOST)
-        if self._take is not None:
-            take = self._take
-            self._set_keys(take.before, take.base, take.samples, take.others)
+        if self._recorded_pull is not None:
+            pull = self._recorded_pull
+            self._set_keys(pull.history_before, pull.base_shot, pull.samples, pull.other_tracks)
 
     # Called by the session
 
@@ -180,50 +186,52 @@ class PullRecording(Commands, Worker):
         """Record the focus at the playhead; call this once a frame, after the playhead moved."""
         is_playing = self._timeline.playback.direction != 0
         if self._is_armed and is_playing:
-            self._begin()
+            self._begin_count_in()
         if self.state is RecordingState.COUNTING:
-            is_playing = self._count(is_playing)
+            is_playing = self._continue_count_in(is_playing)
         if self.state is RecordingState.RECORDING:
-            self._record(is_playing)
-        elif self._take is not None and self._editing.shot != self._take.after:
-            self.keep()  # something else has changed the shot
+            self._record_sample(is_playing)
+        elif self._recorded_pull is not None and self._editing.shot != self._recorded_pull.new_shot:
+            self.finish()  # something else has changed the shot
 
-    def _begin(self) -> None:
+    def _begin_count_in(self) -> None:
+        """Remember the state before the recording, and begin the count-in."""
         self._is_armed, self._samples = False, {}
         self._direction = self._timeline.playback.direction
         self._editing.settle()
-        self._begun = self._editing.history
+        self._history_at_start = self._editing.history
         self._editing.performance = Performance()
-        self._counted_from = self._clock()
+        self._count_in_start = self._clock()
         if self.beats:
             self._timeline.playback.stop()
 
-    def _count(self, is_playing: bool) -> bool:
-        """Play at the end of the count-in, or as soon as the user plays; return True if it does."""
+    def _continue_count_in(self, is_playing: bool) -> bool:
+        """Play at the end of the count-in or when the user plays; return True if frames play."""
         if not is_playing and self._counting_s == 0.0:
             self._timeline.play(self._direction)
         is_playing = self._timeline.playback.direction != 0
         if is_playing:
-            self._counted_from = None
+            self._count_in_start = None
             self._ring.begin()
         return is_playing
 
-    def _record(self, is_playing: bool) -> None:
+    def _record_sample(self, is_playing: bool) -> None:
         """Record a sample; end the recording if playback stops or wraps around."""
         frame, playback = self._editing.frame, self._timeline.playback
         self._ring.poll()
-        last = next(reversed(self._samples), None)
+        last_frame = next(reversed(self._samples), None)
         has_turned = playback.direction not in (0, self._direction)
-        if last is not None and (has_turned or (frame - last) * self._direction < 0):
+        if last_frame is not None and (has_turned or (frame - last_frame) * self._direction < 0):
             playback.stop()
-            self._timeline.put(int(last))
-            self._end()
+            self._timeline.move_playhead(int(last_frame))
+            self._end_recording()
             return
         self._samples[frame] = self._editing.lens.focus_distance_m
         if not is_playing:
-            self._end()
+            self._end_recording()
 
-    def _end(self) -> None:
+    def _end_recording(self) -> None:
+        """End the performance, and set the keys if the focus was moved."""
         performance = self._editing.performance
         moved_m = None if performance is None else performance.focus_distance_m
         if performance is not None:  # the gesture may last a moment longer, but must set no keys
@@ -235,21 +243,29 @@ class PullRecording(Commands, Worker):
             self._say("The focus was not moved, so nothing was recorded.")
             return
         samples = self._samples if focus is None else focus
-        self._set_keys(self._begun, self._editing.shot, sorted(samples.items()), tracks)
+        self._set_keys(self._history_at_start, self._editing.shot, sorted(samples.items()), tracks)
 
     def _set_keys(
-        self, before: History, base: Shot, samples: Samples, others: Mapping[LensParameter, Track]
+        self,
+        history_before: History,
+        base_shot: Shot,
+        samples: Samples,
+        other_tracks: Mapping[LensParameter, Track],
     ) -> None:
-        """Set the keys of a recording in `base`, as one undo step after `before`.
+        """Set the keys of a recording in `base_shot`, as one undo step after `history_before`.
 
         The step includes the iris and the focal length, which the ring changed live like the focus.
         """
-        with reported(self._say):
-            after = performed(base, samples, self.tolerance_dioptres, by_hand=True)
-            for parameter, track in others.items():
-                after = recorded(after, parameter, track)
+        with report_errors(self._say):
+            new_shot = apply_recorded_focus(
+                base_shot, samples, self.tolerance_dioptres, by_hand=True
+            )
+            for parameter, track in other_tracks.items():
+                new_shot = apply_recorded_parameter(new_shot, parameter, track)
             first, last = samples[0][0], samples[-1][0]
-            keys = after.curves.focus_distance_m.keys
+            keys = new_shot.curves.focus_distance_m.keys
             count = sum(1 for key in keys if first <= key.frame <= last)
-            self._take = Take(samples, others, base, before, after, count)
-            self._editing.history = before.changed(after).at_rest()
+            self._recorded_pull = RecordedPull(
+                samples, other_tracks, base_shot, history_before, new_shot, count
+            )
+            self._editing.history = history_before.with_current(new_shot).end_gesture()

@@ -1,7 +1,7 @@
 """Follow the lens that a running renderer sends, except for values that the user has set.
 
-If nobody gave a focus, it is chosen once the depth is complete, so that it does not depend on which
-part of the picture arrived first.
+Without a focus from the user or the renderer, it is chosen once the depth is complete: it must not
+depend on which part of the picture arrives first.
 """
 
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.shot.start import first_lens
 
-_FOLLOWED = ("focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm")
+_FOLLOWED_FIELDS = ("focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm")
 
 
 class SentLens(Commands, Worker):
@@ -29,9 +29,9 @@ class SentLens(Commands, Worker):
     def __init__(self, shared: Shared, lens_commands: LensCommands) -> None:
         super().__init__(shared)
         self._lens_commands = lens_commands
-        self._of: object = None  # the opened stream
+        self._followed_stream: object = None  # the opened stream
         self._plate: Plate | None = None
-        self._known: Mapping[str, float] = {}
+        self._last_values: Mapping[str, float] = {}
         self._guessed_m: float | None = None  # a focus that was chosen while depth was missing
 
     def poll(self) -> None:
@@ -41,37 +41,51 @@ class SentLens(Commands, Worker):
             return
         if not isinstance(opened, OpenedStream):
             return
-        sent, is_first = _values(plate.camera), self._of is not opened
-        changed = {name: v for name, v in sent.items() if self._known.get(name) != v}
-        self._of, self._plate = opened, plate
-        self._known = {**self._known, **sent}  # a newly created camera sends no values at first
-        given = self._given.lens_of(opened.text)
+        sent_values, is_first = _sent_values(plate.camera), self._followed_stream is not opened
+        changed_values = {
+            name: value
+            for name, value in sent_values.items()
+            if self._last_values.get(name) != value
+        }
+        self._followed_stream, self._plate = opened, plate
+        self._last_values = {
+            **self._last_values,
+            **sent_values,
+        }  # a newly created camera sends no values at first
+        command_line_values = self._command_line.lens_of(opened.text)
         if is_first:  # the shot already began with the lens of the first frame
-            self._guessed_m = self._first_guess_m()
+            self._guessed_m = self._start_guess_m()
         else:
-            self._follow(changed, given)
+            self._apply_changes(changed_values, command_line_values)
         if self._guessed_m is not None and not plate.missing_count:
-            self._focus_again(replace(opened, plate=plate))
+            self._focus_on_whole_depth(replace(opened, plate=plate))
 
-    def _first_guess_m(self) -> float | None:
+    def _start_guess_m(self) -> float | None:
         """Return the focus chosen from the depth for the first lens; None if it was given."""
-        first = self._lens_commands.start_lens
-        is_told = first is None or first.sources["focus_distance_m"].startswith(("given", "header"))
-        return None if first is None or is_told else first.lens.focus_distance_m
+        start_lens = self._lens_commands.start_lens
+        is_given = start_lens is None or start_lens.sources["focus_distance_m"].startswith(
+            ("given", "header")
+        )
+        return None if start_lens is None or is_given else start_lens.lens.focus_distance_m
 
-    def _focus_again(self, whole: OpenedStream) -> None:
+    def _focus_on_whole_depth(self, whole_stream: OpenedStream) -> None:
         """Choose the focus of the whole depth, if neither user nor renderer has changed it."""
         guessed_m, self._guessed_m = self._guessed_m, None
         lens = self._editing.lens
-        if lens.focus_distance_m != guessed_m or "focus_distance_m" in self._known:
+        if lens.focus_distance_m != guessed_m or "focus_distance_m" in self._last_values:
             return
-        start, _ = first_lens(whole, self._given)
+        start, _ = first_lens(whole_stream, self._command_line)
         self._lens_commands.start_lens = start
         if start.lens.focus_distance_m != guessed_m:
             self._editing.edit_lens(replace(lens, focus_distance_m=start.lens.focus_distance_m))
 
-    def _follow(self, changed: Mapping[str, float], given: Mapping[str, float]) -> None:
-        values: Values = {name: v for name, v in changed.items() if name not in given}
+    def _apply_changes(
+        self, changed_values: Mapping[str, float], command_line_values: Mapping[str, float]
+    ) -> None:
+        """Apply changed values to the lens, except those that the command line set."""
+        values: Values = {
+            name: value for name, value in changed_values.items() if name not in command_line_values
+        }
         if not values:
             return
         try:
@@ -80,6 +94,7 @@ class SentLens(Commands, Worker):
             self._say(f"The renderer sent a lens that cannot be used: {error}")
 
 
-def _values(camera: CameraHeader) -> dict[str, float]:
-    values = {name: getattr(camera, name) for name in _FOLLOWED}
+def _sent_values(camera: CameraHeader) -> dict[str, float]:
+    """Return the followed values of the lens that the renderer sent, by name."""
+    values = {name: getattr(camera, name) for name in _FOLLOWED_FIELDS}
     return {name: value for name, value in values.items() if value is not None}

@@ -8,12 +8,12 @@ from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.shot.pull import (
     EASE_PERCENT,
     PullShape,
-    held_focus,
-    reversed_focus,
+    hold_focus,
+    reverse_focus,
     shaped_pull,
 )
 from heatlens.studio.session.marks.live_following import LiveFollowing
-from heatlens.studio.session.marks.mark_distances import MarkAt, MarkDistances
+from heatlens.studio.session.marks.mark_distances import MarkDistance, MarkDistances
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
 
@@ -30,46 +30,54 @@ class FocusPulls(Commands):
         self._timeline, self._distances, self._live = timeline, distances, live
         # Names of marks; None for the current focus, "" for none yet.
         self.origin: str | None = None
-        self.target = self._pulled_to = ""
-        self.frames = self._wished_frames = PULL_FRAMES
+        self.target = self._last_target = ""
+        self.frames = self._preferred_frames = PULL_FRAMES
         self.ease_percent = EASE_PERCENT
         self.shape = PullShape.EASE
-        self.made = 0  # counts pulls since the program started
+        self.pull_count = 0  # counts pulls since the program started
 
-    def renamed(self, before: str, after: str) -> None:
+    def rename_mark(self, old_name: str, new_name: str) -> None:
         """Keep the chosen marks when one of them gets another name."""
-        self.target = after if self.target == before else self.target
-        self.origin = after if self.origin == before else self.origin
+        self.target = new_name if self.target == old_name else self.target
+        self.origin = new_name if self.origin == old_name else self.origin
 
-    def begin(self) -> None:
+    def suggest(self) -> None:
         """Suggest a pull from the playhead to the next mark, as long as the last one if it fits."""
-        left = self._last_frame - self._editing.frame
-        self.frames = int(min(self._wished_frames, left)) if left > 0 else self._wished_frames
+        remaining_frames = self._last_frame - self._editing.frame
+        self.frames = (
+            int(min(self._preferred_frames, remaining_frames))
+            if remaining_frames > 0
+            else self._preferred_frames
+        )
         self.target = self._next_mark().name
-        self._distances.forget_read()
+        self._distances.forget_read_distances()
 
     def _next_mark(self) -> Mark:
-        """Return the mark after the one in focus, or after the last one that was pulled to.
+        """Return the mark after the one in focus, or after the target of the last pull.
 
-        After the last mark comes the first.
+        The first mark follows the last.
         """
         marks, lens = self._editing.shot.marks, self._editing.lens
-        away = {
-            abs(1.0 / far_m - 1.0 / lens.focus_distance_m): mark
+        marks_by_offset = {
+            abs(1.0 / focus_m - 1.0 / lens.focus_distance_m): mark
             for mark in marks
-            if (far_m := self._distances.focus_m(mark)) is not None
+            if (focus_m := self._distances.focus_m(mark)) is not None
         }
-        nearest = min(away, default=inf)
-        before = (
-            away[nearest]
-            if nearest <= sharp_dioptres(lens)
-            else self._editing.shot.mark_named(self._pulled_to)
+        smallest_offset = min(marks_by_offset, default=inf)
+        current_mark = (
+            marks_by_offset[smallest_offset]
+            if smallest_offset <= sharp_dioptres(lens)
+            else self._editing.shot.mark_named(self._last_target)
         )
-        return marks[(marks.index(before) + 1) % len(marks)] if before in marks else marks[0]
+        return (
+            marks[(marks.index(current_mark) + 1) % len(marks)]
+            if current_mark in marks
+            else marks[0]
+        )
 
-    def lengthen(self, frames: int) -> None:
+    def set_length(self, frames: int) -> None:
         """Set the number of frames of pulls from now on."""
-        self.frames = self._wished_frames = frames
+        self.frames = self._preferred_frames = frames
 
     @property
     def _last_frame(self) -> float:
@@ -78,12 +86,15 @@ class FocusPulls(Commands):
         return timeline.frames.last if timeline.is_sequence and timeline.frames else inf
 
     @property
-    def past_end(self) -> str:
+    def end_warning(self) -> str:
         """A sentence if the pull would end after the last frame; else ""."""
-        last, end = self._last_frame, self._editing.frame + self.frames
-        if end <= last:
+        last_frame, end_frame = self._last_frame, self._editing.frame + self.frames
+        if end_frame <= last_frame:
             return ""
-        return f"The pull ends at frame {end}, but {last:g} is the last: the focus will not arrive."
+        return (
+            f"The pull ends at frame {end_frame}, but {last_frame:g} is the last: the focus will "
+            "not arrive."
+        )
 
     @property
     def arrival(self) -> int:
@@ -91,49 +102,49 @@ class FocusPulls(Commands):
         return int(min(self._editing.frame + self.frames, self._last_frame))
 
     @property
-    def arrival_at(self) -> MarkAt:
-        """What is known of the chosen mark at the frame of arrival, which is read for that."""
+    def arrival_at(self) -> MarkDistance:
+        """The distance of the target at the frame of arrival, which is read if necessary."""
         target = self._editing.shot.mark_named(self.target)
-        return MarkAt() if target is None else self._distances.measured(target, self.arrival)
+        return MarkDistance() if target is None else self._distances.measure(target, self.arrival)
 
-    def make(self, then: Callable[[], None] = lambda: None) -> None:
+    def make(self, on_done: Callable[[], None] = lambda: None) -> None:
         """Set keys for a pull from the playhead to where the chosen mark is on arrival.
 
-        `then` is called once they are set: frames that are not in memory are read before.
+        `on_done` is called once they are set; frames that are not in memory are read first.
         """
-        named = self._editing.shot.mark_named
-        target, origin = named(self.target), named(self.origin)
+        mark_named = self._editing.shot.mark_named
+        target, origin = mark_named(self.target), mark_named(self.origin)
         if target is None:
             self._say("Choose the mark to pull to.")
             return
         if self._live.live is not None:
             self._live.pull_to(target, self.frames)
-            self.made += 1
-            then()
+            self.pull_count += 1
+            on_done()
             return
         start, frames = self._editing.frame, self.frames
-        here_m, past_end = self._editing.lens.focus_distance_m, self.past_end
+        current_focus_m, end_warning = self._editing.lens.focus_distance_m, self.end_warning
         shape, ease = self.shape, self.ease_percent
-        places = ((target, self.arrival),) + (() if origin is None else ((origin, start),))
+        marks_at_frames = ((target, self.arrival),) + (() if origin is None else ((origin, start),))
 
         def pull(focus_m: tuple[float, ...]) -> None:
-            to_m, from_m = focus_m[0], (*focus_m, here_m)[1]
+            to_m, from_m = focus_m[0], (*focus_m, current_focus_m)[1]
             shot = self._editing.shot
             self._editing.do(shaped_pull(shot, from_m, to_m, start, frames, shape, ease))
-            self._pulled_to = target.name
-            self.made += 1
-            then()
-            if past_end:
-                self._say(past_end)
+            self._last_target = target.name
+            self.pull_count += 1
+            on_done()
+            if end_warning:
+                self._say(end_warning)
 
-        self._distances.ask(places, pull)
+        self._distances.request(marks_at_frames, pull)
 
     def reverse(self) -> None:
         """Reverse the focus in time between in and out point."""
         played = self._timeline.played
-        self._do(lambda shot: reversed_focus(shot, played))
+        self._do(lambda shot: reverse_focus(shot, played))
 
-    def hold(self) -> None:
+    def hold_focus(self) -> None:
         """Hold the current focus from the playhead to the next key."""
         frame = self._editing.frame
-        self._do(lambda shot: held_focus(shot, frame))
+        self._do(lambda shot: hold_focus(shot, frame))

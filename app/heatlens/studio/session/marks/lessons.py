@@ -23,26 +23,30 @@ class Lessons:
         self._editing = editing
         self._marks = marks
         self._learned: set[Lesson] = set()
-        self._before: tuple[int, float] | None = None  # frame and focus that were seen last
-        self._pulls = marks.pulls.made
+        self._last_focus: tuple[int, float] | None = None  # frame and focus at the last `watch`
+        self._initial_pull_count = marks.pulls.pull_count
         self.is_dismissed = False
 
     @property
-    def left(self) -> tuple[Lesson, ...]:
+    def remaining(self) -> tuple[Lesson, ...]:
         """The lessons for the open source; none for a file of the user."""
-        own = str(data_dir("assets") / "still_life.exr")
-        if self.is_dismissed or self._editing.shot.source not in (DEMO, own):
+        still_life = str(data_dir("assets") / "still_life.exr")
+        if self.is_dismissed or self._editing.shot.source not in (DEMO, still_life):
             return ()
         return tuple(lesson for lesson in Lesson if lesson not in self._learned)
 
     def watch(self, is_dragging: bool, is_pressed: bool) -> None:
         """Check which gestures were done since the last frame of the window."""
-        now = self._editing.frame, self._editing.lens.focus_distance_m
-        if self._before is not None and now[0] == self._before[0] and now[1] != self._before[1]:
+        current_focus = self._editing.frame, self._editing.lens.focus_distance_m
+        if (
+            self._last_focus is not None
+            and current_focus[0] == self._last_focus[0]
+            and current_focus[1] != self._last_focus[1]
+        ):
             if is_dragging:
                 self._learned.add(Lesson.DRAG)
             elif is_pressed:
                 self._learned.add(Lesson.CLICK)
-        self._before = now
-        if self._marks.pulls.made > self._pulls:
+        self._last_focus = current_focus
+        if self._marks.pulls.pull_count > self._initial_pull_count:
             self._learned.add(Lesson.PULL)

@@ -1,4 +1,4 @@
-"""A focus that follows marks live: measured on a thread, again when plates or marks change."""
+"""A focus that follows marks live. A thread measures the marks, and again when they change."""
 
 from dataclasses import dataclass, replace
 
@@ -6,20 +6,20 @@ from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError
 from heatlens.core.model.focus.live_focus import Follow, LiveFocus, Pursuit
 from heatlens.core.model.marks.mark import Mark
-from heatlens.core.model.shot.pull import baked
+from heatlens.core.model.shot.pull import bake_live_focus
 from heatlens.core.model.shot.shot import Shot
-from heatlens.render.source.live_focus import measured
-from heatlens.studio.session.messages import Problem, Worker, reported
+from heatlens.render.source.live_focus import measure_followed_marks
+from heatlens.studio.session.messages import Problem, Worker, report_errors
 from heatlens.studio.session.shared import Commands, Shared
 
-_LOOK_S = 2.0  # between two looks at the files of plates
+_CHECK_S = 2.0  # between two checks of the files of plates
 
 
 @dataclass(frozen=True)
-class _Found:
-    """A shot as it was measured, and what of the shot that depended on."""
+class _Measurement:
+    """A measured shot, and the key of everything that the measurement depends on."""
 
-    asked: object
+    key: object
     shot: Shot
 
 
@@ -28,9 +28,9 @@ class LiveFollowing(Commands, Worker):
 
     def __init__(self, shared: Shared) -> None:
         super().__init__(shared)
-        self._reader: Background[_Found] = Background(self._wake)
-        self._known: object = None  # what was measured last, or could not be
-        self._looked_at = -_LOOK_S
+        self._reader: Background[_Measurement] = Background(self._wake)
+        self._measured_key: object = None  # the key of the last measurement, also of a failed one
+        self._last_check_s = -_CHECK_S
         self._has_failed = False
 
     @property
@@ -45,14 +45,14 @@ class LiveFollowing(Commands, Worker):
 
     def follow(self, mark: Mark) -> None:
         """Let the focus follow a mark at all frames, in place of its keys."""
-        self._set(LiveFocus((Pursuit(mark.name),)))
+        self._replace_keys(LiveFocus((Pursuit(mark.name),)))
         self._say(f"The focus follows {mark.name}: it is measured at all frames.")
 
     def pull_to(self, mark: Mark, frames: int) -> None:
         """Leave the mark that is followed at the playhead for another one."""
         if self.live is not None:
-            with reported(self._say):
-                self._set(self.live.pulled_to(mark.name, self._editing.frame, frames))
+            with report_errors(self._say):
+                self._replace_keys(self.live.add_pull(mark.name, self._editing.frame, frames))
 
     def change(self, follow: Follow) -> None:
         """Let the focus follow in another way; a drag becomes one step of undo."""
@@ -63,16 +63,17 @@ class LiveFollowing(Commands, Worker):
 
     def make_keys(self) -> None:
         """Put keys in the place of the focus that follows."""
-        self._do(baked)
+        self._do(bake_live_focus)
 
-    def let_go(self) -> None:
+    def stop_following(self) -> None:
         """End the following; the focus stays as it is at the playhead."""
         shot = self._editing.shot
-        with reported(self._say):
-            still = replace(shot, lens=self._editing.lens)
-            self._editing.do(replace(still, curves=replace(shot.curves, live=None)))
+        with report_errors(self._say):
+            fixed_shot = replace(shot, lens=self._editing.lens)
+            self._editing.do(replace(fixed_shot, curves=replace(shot.curves, live=None)))
 
-    def _set(self, live: LiveFocus) -> None:
+    def _replace_keys(self, live: LiveFocus) -> None:
+        """Let the focus follow marks, in place of its keys, as an undo step."""
         keyless = replace(self._editing.shot.curves.focus_distance_m, keys=())
         self._do(
             lambda shot: replace(
@@ -81,7 +82,7 @@ class LiveFollowing(Commands, Worker):
         )
 
     def poll(self) -> None:
-        """Take over what was measured, and look whether it has changed."""
+        """Apply a finished measurement, and measure again if the marks or plates have changed."""
         try:
             measurement = self._reader.poll()
         except HeatlensError as error:
@@ -89,42 +90,53 @@ class LiveFollowing(Commands, Worker):
             self._say(Problem(error))
             return
         if measurement is not None:
-            self._take(measurement)
-        self._look()
+            self._apply_measurement(measurement)
+        self._start_measuring()
 
-    # Plates may be rendered again while the shot lies open, so what follows is measured again, too.
-    # That is no act of the user, and makes no step of undo. The shot may have changed since the
-    # thread began: its result is used only if what it depends on is the same, and how the focus
-    # follows is taken from the shot of now.
-    def _take(self, measurement: _Found) -> None:
-        """Put the distances into the shot, without a step of undo; it may have changed since."""
-        live, now = measurement.shot.curves.live, self._editing.shot
-        if live is None or now.curves.live is None or measurement.asked != _depends(now):
+    # Plates may be rendered again while the shot is open, so marks are measured again. That is no
+    # act of the user, and makes no undo step. The shot may have changed since the thread began:
+    # the result is used only if its key is the same, and how the focus follows is taken from the
+    # current shot.
+    def _apply_measurement(self, measurement: _Measurement) -> None:
+        """Put the measured distances into the shot, without an undo step."""
+        live, current_shot = measurement.shot.curves.live, self._editing.shot
+        if (
+            live is None
+            or current_shot.curves.live is None
+            or measurement.key != _measurement_key(current_shot)
+        ):
             return
-        live = replace(live, follow=now.curves.live.follow)
-        if live != now.curves.live:
-            self._editing.amend(replace(now, curves=replace(now.curves, live=live)))
+        live = replace(live, follow=current_shot.curves.live.follow)
+        if live != current_shot.curves.live:
+            self._editing.amend(
+                replace(current_shot, curves=replace(current_shot.curves, live=live))
+            )
 
-    def _look(self) -> None:
+    def _start_measuring(self) -> None:
+        """Start to measure on the thread if the marks or the plates may have changed."""
         shot = self._editing.shot
         if shot.curves.live is None or self._source.opened is None or self._reader.is_busy:
             return
-        depends = _depends(shot)
-        if depends != self._known or self.seconds_until_needed() == 0.0:
-            self._known, self._has_failed, self._looked_at = depends, False, self._editing.clock()
-            self._reader.start(lambda: _Found(depends, measured(shot)))
+        key = _measurement_key(shot)
+        if key != self._measured_key or self.seconds_until_needed() == 0.0:
+            self._measured_key = key
+            self._has_failed = False
+            self._last_check_s = self._editing.clock()
+            self._reader.start(lambda: _Measurement(key, measure_followed_marks(shot)))
 
     def seconds_until_needed(self) -> float | None:
         """See `Worker`; plates may be rendered again at any time, and are then measured again."""
         opened = self._source.opened
-        is_asked = self.live is not None and opened is not None and opened.cache is not None
-        if not is_asked or self._has_failed or self._reader.is_busy:
+        is_following_plates = (
+            self.live is not None and opened is not None and opened.cache is not None
+        )
+        if not is_following_plates or self._has_failed or self._reader.is_busy:
             return None
-        return max(0.0, self._looked_at + _LOOK_S - self._editing.clock())
+        return max(0.0, self._last_check_s + _CHECK_S - self._editing.clock())
 
 
-def _depends(shot: Shot) -> object:
-    """Return what of a shot decides the distances of its marks."""
+def _measurement_key(shot: Shot) -> object:
+    """Return a key of everything in a shot that decides the distances of its marks."""
     live = shot.curves.live
     names = () if live is None else live.marks
     marks = tuple(mark for mark in shot.marks if mark.name in names)

@@ -1,7 +1,7 @@
 """The distances of marks at a frame, and never those of another frame.
 
-What is in memory answers at once. A frame that is not is read on a thread when somebody asks for
-it, as a pull does for the frame of its arrival.
+A plate in memory is measured at once. A plate that is not is read on a thread on request, as a pull
+requests the frame of its arrival.
 """
 
 from collections.abc import Callable, Iterator
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError, InputError
 from heatlens.core.model.curves.frames import FrameRange
-from heatlens.core.model.focus.coc import lean_of
+from heatlens.core.model.focus.coc import focus_offset_of
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import MatteMark, ObjectMark, PointMark
@@ -21,43 +21,43 @@ from heatlens.media.plate.coc_line import sharp_at
 from heatlens.media.plate.mark_distance import mark_on_plate_m
 from heatlens.media.plate.plate import Plate
 from heatlens.media.plate.read import read_plate
-from heatlens.studio.session.messages import Worker, reported
+from heatlens.studio.session.messages import Worker, report_errors
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shared import Commands, Shared
-from heatlens.studio.session.time.focus_track import ThingDistances, mark_m
+from heatlens.studio.session.time.focus_track import MatteDistances, mark_m
 from heatlens.studio.session.time.timeline import Timeline
 
 
 def reading_options(source: OpenSource) -> PlateOptions:
     """Return the options with which the plates of the open source are read."""
-    return PlateOptions() if source.opened is None else source.opened.settled
+    return PlateOptions() if source.opened is None else source.opened.settled_options
 
 
 def plates_at(
     cache: FrameCache, options: PlateOptions, frames: FrameRange
 ) -> Iterator[tuple[int, Plate]]:
-    """Return the plate of each frame, see `plate_at`."""
+    """Yield each frame with its plate, see `plate_at`."""
     return ((frame, plate_at(cache, options, frame)) for frame in frames)
 
 
 def plate_at(cache: FrameCache, options: PlateOptions, frame: int) -> Plate:
     """Return the plate of a frame from memory, or read it. Raise HeatlensError if it is damaged."""
-    stands_in = cache.sequence.shown_frame(frame)
-    assert stands_in is not None  # a sequence has at least one frame to hold
-    plate = cache.get(stands_in)
+    held_frame = cache.sequence.shown_frame(frame)
+    assert held_frame is not None  # a sequence has at least one frame to hold
+    plate = cache.get(held_frame)
     if isinstance(plate, Damaged):
         raise InputError(plate.sentence)
-    return plate or read_plate(cache.sequence.path_at(stands_in), options)
+    return plate or read_plate(cache.sequence.path_at(held_frame), options)
 
 
-# Three answers, because two were wrong. While a frame was being read, the focus bar, the list and
-# the page showed the distance of the frame before, and a pull whose arrival was not in memory took
-# the distance of the frame it starts from. What is not known is now told as such, and whoever needs
-# it waits for the frame.
+# A distance can be known, hidden or not known yet, and callers that need it wait for the frame.
+# Without the third case, the focus bar, the list and the page showed the distance of the previous
+# frame while a frame was being read, and a pull whose arrival was not in memory used the distance
+# of the frame where it starts.
 @dataclass(frozen=True)
-class MarkAt:
-    """What is known of the distance of a mark at a frame.
+class MarkDistance:
+    """The distance of a mark at a frame, as far as it is known.
 
     distance_m   None where it is hidden, and where it is not known
     is_known     False while the frame is not in memory, or a thing is still being measured
@@ -69,84 +69,92 @@ class MarkAt:
     problem: str = ""
 
 
-_UNKNOWN, _HIDDEN = MarkAt(is_known=False), MarkAt()
-Place = tuple[Mark, int]  # a mark at a frame
-_Taken = Callable[[tuple[float, ...]], None]
+_UNKNOWN, _HIDDEN = MarkDistance(is_known=False), MarkDistance()
+MarkFrame = tuple[Mark, int]  # a mark at a frame
+_Receiver = Callable[[tuple[float, ...]], None]
 
 
 @dataclass(frozen=True)
-class _Found:
-    """What was read of a source for a place."""
+class _Reading:
+    """The distance of a mark that was read from a frame of a source."""
 
     opened: object
-    place: Place
-    at: MarkAt
+    mark_frame: MarkFrame
+    distance: MarkDistance
 
 
 @dataclass(frozen=True)
-class _Wait:
-    """Somebody who waits for the focus on marks at frames of a source."""
+class _Request:
+    """A request for the focus on marks at frames of a source; `receive` is given the results."""
 
     opened: object
-    places: tuple[Place, ...]
-    take: _Taken
+    mark_frames: tuple[MarkFrame, ...]
+    receive: _Receiver
 
 
 class MarkDistances(Commands, Worker):
-    """Measures marks on what is open; `things` measures those found by a matte, on a thread."""
+    """Measures marks on the open source; `matte_distances` measures those on mattes."""
 
     def __init__(
-        self, shared: Shared, timeline: Timeline, scenes: SceneCommands, things: ThingDistances
+        self,
+        shared: Shared,
+        timeline: Timeline,
+        scenes: SceneCommands,
+        matte_distances: MatteDistances,
     ) -> None:
         super().__init__(shared)
-        self._timeline, self._scenes, self._things = timeline, scenes, things
-        self._reader: Background[_Found] = Background(self._wake)
-        self._read: dict[Place, MarkAt] = {}  # the places that were read for somebody
-        self._wait: _Wait | None = None
+        self._timeline, self._scenes, self._matte_distances = timeline, scenes, matte_distances
+        self._reader: Background[_Reading] = Background(self._wake)
+        self._read_distances: dict[
+            MarkFrame, MarkDistance
+        ] = {}  # from frames that were read on request
+        self._request: _Request | None = None
 
-    def of_m(self, mark: Mark, frame: int | None = None) -> float | None:
+    def distance_m(self, mark: Mark, frame: int | None = None) -> float | None:
         """Return the distance of a mark in m at a frame, or at the playhead.
 
-        Return None where it is hidden, and while it is not known: see `at`.
+        Return None where the mark is hidden, and while the distance is not known: see `distance`.
         """
-        return self.at(mark, frame).distance_m
+        return self.distance(mark, frame).distance_m
 
-    def at(self, mark: Mark, frame: int | None = None) -> MarkAt:
-        """Return what is known now of a mark at a frame, or at the playhead; reads no file."""
-        at = self._editing.frame if frame is None else frame
+    def distance(self, mark: Mark, frame: int | None = None) -> MarkDistance:
+        """Return the distance of a mark at a frame, or at the playhead, without reading a file."""
+        at_frame = self._editing.frame if frame is None else frame
         if isinstance(mark, ObjectMark):
-            return MarkAt(self._scenes.object_m(mark.object_name, at))
-        known_m = mark.distance_at_m(at)
+            return MarkDistance(self._scenes.object_m(mark.object_name, at_frame))
+        known_m = mark.distance_at_m(at_frame)
         if known_m is not None:
-            return MarkAt(known_m)
+            return MarkDistance(known_m)
         if isinstance(mark, PointMark) and self._source.has_camera:
-            return MarkAt(self._in_scene_m(mark, at))
-        return self._on_plate(mark, at)
+            return MarkDistance(self._in_scene_m(mark, at_frame))
+        return self._on_plate(mark, at_frame)
 
-    def _on_plate(self, mark: Mark, frame: int) -> MarkAt:
+    def _on_plate(self, mark: Mark, frame: int) -> MarkDistance:
+        """Return the distance of a mark on the shown plate, or on one in the frame cache."""
         cache, picture = self._timeline.cache, self._source.picture
         is_shown = self._source.is_settled_at(frame) and not (picture.problem or picture.is_black)
         if cache is None or is_shown:
-            return self._on(self._source.plate, mark)
+            return self._on_loaded_plate(self._source.plate, mark)
         try:
-            stands_in = cache.sequence.shown_frame(frame, self._timeline.missing)
+            held_frame = cache.sequence.shown_frame(frame, self._timeline.missing)
         except InputError as error:
-            return MarkAt(problem=str(error))
-        plate = None if stands_in is None else cache.get(stands_in)
+            return MarkDistance(problem=str(error))
+        plate = None if held_frame is None else cache.get(held_frame)
         if isinstance(plate, Damaged):
-            return MarkAt(problem=plate.sentence)
-        return _HIDDEN if stands_in is None else self._on(plate, mark)
+            return MarkDistance(problem=plate.sentence)
+        return _HIDDEN if held_frame is None else self._on_loaded_plate(plate, mark)
 
-    def _on(self, plate: Plate | None, mark: Mark) -> MarkAt:
-        """Return what is known of a mark on a plate in memory; None for one that is not."""
+    def _on_loaded_plate(self, plate: Plate | None, mark: Mark) -> MarkDistance:
+        """Return the distance of a mark on a plate in memory; unknown if the plate is None."""
         if plate is None:
             return _UNKNOWN
         if isinstance(mark, MatteMark):
-            distance_m = self._things.distance_m(plate, mark)
-            return MarkAt(distance_m, self._things.is_measured(plate, mark))
-        return MarkAt(mark_m(plate, mark))
+            distance_m = self._matte_distances.distance_m(plate, mark)
+            return MarkDistance(distance_m, self._matte_distances.is_measured(plate, mark))
+        return MarkDistance(mark_m(plate, mark))
 
     def _in_scene_m(self, mark: PointMark, frame: int) -> float | None:
+        """Return the distance of a point of a scene at a frame in m; None outside the picture."""
         pixel = int(mark.x_px), int(mark.y_px)
         if self._source.is_settled_at(frame):
             x, y = self._source.feed.plate_px(self._editing.shot, pixel)
@@ -154,108 +162,122 @@ class MarkDistances(Commands, Worker):
         return self._scenes.point_m(*pixel, frame)
 
     def focus_m(self, mark: Mark, frame: int | None = None) -> float | None:
-        """Return the focus distance with which a mark is sharp; None as for `of_m`.
+        """Return the focus distance with which a mark is sharp; None as for `distance_m`.
 
-        It is not the distance of the mark where the plane of focus leans at the mark's point.
+        With a tilted plane of focus, it differs from the distance of the mark.
         """
-        distance_m = self.of_m(mark, frame)
+        distance_m = self.distance_m(mark, frame)
         return None if distance_m is None else self._focus_m(mark, frame, distance_m)
 
     def _focus_m(self, mark: Mark, frame: int | None, distance_m: float) -> float:
+        """Return the focus for a mark at a distance, with the lens of a frame or the playhead."""
         lens = self._editing.lens if frame is None else self._editing.shot.lens_at(frame)
-        at = self._editing.frame if frame is None else frame
-        return self.sharp_m(mark, lens, at, distance_m)
+        at_frame = self._editing.frame if frame is None else frame
+        return self.focus_for_distance_m(mark, lens, at_frame, distance_m)
 
-    # A tilted or split lens is not sharp at one distance, so that the focus of a mark depends on
-    # its place in the picture too. The computed lean is tested, and not single fields of the lens
-    # such as its tilt: a field that is added later would be forgotten here.
-    def sharp_m(self, mark: Mark, lens: Lens, frame: int, distance_m: float) -> float:
+    # A tilted or split lens is not sharp at one distance, so the focus of a mark depends on its
+    # position in the picture too. The computed plane of focus is tested instead of single fields of
+    # the lens such as its tilt, because a field that is added later would be forgotten here.
+    def focus_for_distance_m(self, mark: Mark, lens: Lens, frame: int, distance_m: float) -> float:
         """Return the focus distance of `lens` with which a mark at this distance is sharp."""
-        place = mark.place_at(frame) if isinstance(mark, TrackMark) else mark
-        if not isinstance(place, PointMark | TrackPlace):
+        point = mark.place_at(frame) if isinstance(mark, TrackMark) else mark
+        if not isinstance(point, PointMark | TrackPlace):
             return distance_m
         shape = self._source.picture_shape(self._editing.shot)
-        lean = lean_of(lens, (shape.width_px, shape.height_px), shape.pixel_aspect)
-        if lean.is_level:
+        plane = focus_offset_of(lens, (shape.width_px, shape.height_px), shape.pixel_aspect)
+        if plane.is_level:
             return distance_m
-        return sharp_at(lens, lean, (place.x_px, place.y_px), distance_m).focus_distance_m
+        return sharp_at(lens, plane, (point.x_px, point.y_px), distance_m).focus_distance_m
 
     # Frames that are not in memory
 
-    def forget_read(self) -> None:
-        """Forget what was read for somebody: files may have changed since."""
-        self._read = {}
+    def forget_read_distances(self) -> None:
+        """Forget the distances that were read on request: files may have changed since."""
+        self._read_distances = {}
 
-    def measured(self, mark: Mark, frame: int) -> MarkAt:
-        """Return what is known of a mark at a frame, and have the frame read if it is nothing."""
-        known = self._known((mark, frame))
-        if not known.is_known and not self._reader.is_busy:
-            self._begin((mark, frame))
-        return known
+    def measure(self, mark: Mark, frame: int) -> MarkDistance:
+        """Return the distance of a mark at a frame; begin to read the frame if it is not known."""
+        distance = self._known_distance((mark, frame))
+        if not distance.is_known and not self._reader.is_busy:
+            self._begin_reading((mark, frame))
+        return distance
 
-    def ask(self, places: tuple[Place, ...], take: _Taken) -> None:
-        """Call `take` with the focus in m on each mark at its frame, as soon as all are known.
+    def request(self, mark_frames: tuple[MarkFrame, ...], receive: _Receiver) -> None:
+        """Call `receive` with the focus in m on each mark at its frame, as soon as all are known.
 
-        Where one has no distance, why is said instead. Who asks later takes the place of who waits.
+        If a mark has no distance, report the reason instead. A later request replaces this one.
         """
-        self._wait = _Wait(self._source.opened, places, take)
-        self._answer()
-        if self._wait is not None:
-            frames = " and ".join(sorted({str(frame) for _, frame in self._unknown(places)}))
+        self._request = _Request(self._source.opened, mark_frames, receive)
+        self._answer_request()
+        if self._request is not None:
+            frames = " and ".join(sorted({str(frame) for _, frame in self._unknown(mark_frames)}))
             self._say(f"Reading frame {frames} to measure how far the mark is there ...")
 
     @property
-    def is_waited_for(self) -> bool:
-        """True while somebody waits for a frame that is being read."""
-        return self._wait is not None
+    def has_request(self) -> bool:
+        """True while a request waits for a frame that is being read."""
+        return self._request is not None
 
     def poll(self) -> None:
-        """Take over what was measured, and answer who waits; call this once a frame."""
-        if (read := self._reader.poll()) is not None and read.opened is self._source.opened:
-            self._read[read.place] = read.at
-        self._answer()
+        """Store a measured distance, and answer the request; call this once a frame."""
+        if (reading := self._reader.poll()) is not None and reading.opened is self._source.opened:
+            self._read_distances[reading.mark_frame] = reading.distance
+        self._answer_request()
 
-    def _answer(self) -> None:
-        wait = self._wait
-        if wait is None:
+    def _answer_request(self) -> None:
+        """Answer the request if all its distances are known; else read the next frame for it."""
+        request = self._request
+        if request is None:
             return
-        if wait.opened is not self._source.opened:
-            self._wait = None
-        elif unknown := self._unknown(wait.places):
+        if request.opened is not self._source.opened:
+            self._request = None
+        elif unknown_mark_frames := self._unknown(request.mark_frames):
             if not self._reader.is_busy:
-                self._begin(unknown[0])
+                self._begin_reading(unknown_mark_frames[0])
         else:
-            self._wait = None
-            with reported(self._say):
-                wait.take(tuple(self._asked_m(place) for place in wait.places))
-            self.forget_read()
+            self._request = None
+            with report_errors(self._say):
+                request.receive(
+                    tuple(self._requested_focus_m(mark_frame) for mark_frame in request.mark_frames)
+                )
+            self.forget_read_distances()
 
-    def _unknown(self, places: tuple[Place, ...]) -> list[Place]:
-        return [place for place in places if not self._known(place).is_known]
+    def _unknown(self, mark_frames: tuple[MarkFrame, ...]) -> list[MarkFrame]:
+        return [
+            mark_frame
+            for mark_frame in mark_frames
+            if not self._known_distance(mark_frame).is_known
+        ]
 
-    def _known(self, place: Place) -> MarkAt:
-        known = self.at(*place)
-        return known if known.is_known else self._read.get(place, known)
+    def _known_distance(self, mark_frame: MarkFrame) -> MarkDistance:
+        """Return the distance of a mark at a frame from memory, or as it was read on request."""
+        distance = self.distance(*mark_frame)
+        return distance if distance.is_known else self._read_distances.get(mark_frame, distance)
 
-    def _asked_m(self, place: Place) -> float:
+    def _requested_focus_m(self, mark_frame: MarkFrame) -> float:
         """Return the focus on a mark that is known; raise InputError where it has no distance."""
-        (mark, frame), known = place, self._known(place)
-        if known.distance_m is None:
-            why = known.problem or "it is hidden or outside the picture."
-            raise InputError(f"Mark {mark.name} has no distance at frame {frame}: {why}")
-        return self._focus_m(mark, frame, known.distance_m)
+        (mark, frame), distance = mark_frame, self._known_distance(mark_frame)
+        if distance.distance_m is None:
+            reason = distance.problem or "it is hidden or outside the picture."
+            raise InputError(f"Mark {mark.name} has no distance at frame {frame}: {reason}")
+        return self._focus_m(mark, frame, distance.distance_m)
 
-    def _begin(self, place: Place) -> None:
+    def _begin_reading(self, mark_frame: MarkFrame) -> None:
         """Read the plate of a frame and measure a mark on it, on a thread."""
         cache, opened = self._timeline.cache, self._source.opened
         options = reading_options(self._source)
         if cache is not None:
-            self._reader.start(lambda: _Found(opened, place, _measured(cache, options, place)))
+            self._reader.start(
+                lambda: _Reading(opened, mark_frame, _measure_on_plate(cache, options, mark_frame))
+            )
 
 
-def _measured(cache: FrameCache, options: PlateOptions, place: Place) -> MarkAt:
-    mark, frame = place
+def _measure_on_plate(
+    cache: FrameCache, options: PlateOptions, mark_frame: MarkFrame
+) -> MarkDistance:
+    """Read the plate of a frame and measure a mark on it; return the problem if that fails."""
+    mark, frame = mark_frame
     try:
-        return MarkAt(mark_on_plate_m(plate_at(cache, options, frame), mark))
+        return MarkDistance(mark_on_plate_m(plate_at(cache, options, frame), mark))
     except HeatlensError as error:
-        return MarkAt(problem=str(error))
+        return MarkDistance(problem=str(error))

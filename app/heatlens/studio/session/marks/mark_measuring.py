@@ -22,7 +22,7 @@ from heatlens.core.model.shot.shot import Shot
 from heatlens.media.frame_cache.cache import FrameCache
 from heatlens.media.plate.mattes.mattes import thing_at
 from heatlens.media.plate.plate import Plate
-from heatlens.media.plate.tracking.tracked_mark import tracked
+from heatlens.media.plate.tracking.tracked_mark import track_mark
 from heatlens.studio.session.marks.mark_distances import plate_at, reading_options
 from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
@@ -31,13 +31,13 @@ from heatlens.studio.session.time.focus_track import MarkTrack, mark_track
 from heatlens.studio.session.time.timeline import Timeline
 
 
-def on_thing(plate: Plate, point: PointMark) -> PointMark | MatteMark:
+def mark_on_object(plate: Plate, point: PointMark) -> PointMark | MatteMark:
     """Return a mark on the thing under a point; the point itself where there is none."""
     thing = thing_at(plate, int(point.x_px), int(point.y_px))
     return point if thing is None else MatteMark(point.name, thing)
 
 
-def smoothed(mark: Mark, distances_m: Distances, frames: FrameRange) -> Distances:
+def smooth_distances(mark: Mark, distances_m: Distances, frames: FrameRange) -> Distances:
     """Return the distances with as many frames averaged as the mark asks for."""
     if not isinstance(mark, PointMark) or mark.smooth_frames == 1:
         return distances_m
@@ -51,42 +51,44 @@ def smoothed(mark: Mark, distances_m: Distances, frames: FrameRange) -> Distance
 class SurfaceTracking(Commands, Worker):
     """Tracks one mark at a time; a newer one replaces it."""
 
-    def __init__(self, shared: Shared, take: Callable[[Mark, TrackMark], None]) -> None:
-        """Create it; `take` is given the mark as it was at the start, and the tracked one."""
+    def __init__(self, shared: Shared, receive: Callable[[Mark, TrackMark], None]) -> None:
+        """Create it; `receive` gets the mark as it was at the start, and the tracked one."""
         super().__init__(shared)
-        self._take = take
+        self._receive = receive
         self._tracker: Background[tuple[Mark, TrackMark]] = Background(self._wake)
-        self._reached = self._said = ""  # how far the thread is
+        self._progress = self._reported_progress = ""  # how far the thread is
 
     @property
     def is_busy(self) -> bool:
         """True while a surface is followed."""
         return self._tracker.is_busy
 
-    def start(self, before: Mark, mark: TrackMark, cache: FrameCache, frames: FrameRange) -> None:
-        """Follow a mark that will take the place of `before`."""
-        read = partial(plate_at, cache, reading_options(self._source))
-        self._tracker.start(lambda: (before, tracked(mark, frames, read, self._show)))
+    def start(self, old_mark: Mark, mark: TrackMark, cache: FrameCache, frames: FrameRange) -> None:
+        """Begin to track `mark` through the frames; the tracked mark replaces `old_mark`."""
+        read_frame = partial(plate_at, cache, reading_options(self._source))
+        self._tracker.start(
+            lambda: (old_mark, track_mark(mark, frames, read_frame, self._note_progress))
+        )
 
-    def _show(self, words: str) -> None:
-        """Note how far it is; called on the thread."""
-        self._reached = words
+    def _note_progress(self, words: str) -> None:
+        """Note how far the tracking is; called on the thread."""
+        self._progress = words
         self._wake()
 
     def poll(self) -> None:
-        """Say how far it is, and hand over the mark; call this once a frame."""
-        if self._reached != self._said:
-            self._said = self._reached
-            self._say(self._said)
+        """Report how far the tracking is, and hand over the mark; call this once a frame."""
+        if self._progress != self._reported_progress:
+            self._reported_progress = self._progress
+            self._say(self._reported_progress)
         if (marks := self._tracker.poll()) is not None:
-            self._take(*marks)
+            self._receive(*marks)
 
 
 _SLICE_S = 0.02
 _PAUSE_S = 0.005  # pause between slices, in which the window handles input
 _FRAMES_MOST = 240  # largest number of measured frames per mark
-_Moving = PointMark | ObjectMark
-_Known = dict[int, float | None]  # dioptres by frame; None without a distance
+_MovingMark = PointMark | ObjectMark
+_DioptresByFrame = dict[int, float | None]  # dioptres by frame; None without a distance
 
 
 class SceneMarkTracks(Commands, Worker):
@@ -95,39 +97,39 @@ class SceneMarkTracks(Commands, Worker):
     def __init__(
         self, shared: Shared, timeline: Timeline, scenes: SceneCommands, is_busy: Callable[[], bool]
     ) -> None:
-        """Create it; `is_busy` returns True while more urgent work is waiting."""
+        """Create it; `is_busy` returns True while more urgent work waits."""
         super().__init__(shared)
         self._timeline, self._scenes, self._is_busy = timeline, scenes, is_busy
-        self._seen_by: object = None
-        self._known: dict[object, _Known] = {}
-        self._is_asked = False  # whether `tracks` was called since the last `poll`
+        self._current_view_key: object = None
+        self._measured: dict[object, _DioptresByFrame] = {}
+        self._is_requested = False  # whether `tracks` was called since the last `poll`
 
     def tracks(self) -> tuple[MarkTrack, ...]:
         """Return the known parts of the tracks of all moving marks, and request the rest."""
-        self._is_asked = True
-        self._forget_what_changed()
+        self._is_requested = True
+        self._forget_old_view()
         return tuple(self._track(mark) for mark in self._marks)
 
     @property
     def is_due(self) -> bool:
         """Return True if a requested distance is unknown and there is time to measure."""
-        return self._is_asked and self._is_idle and self._next() is not None
+        return self._is_requested and self._is_idle and self._next_to_measure() is not None
 
     def poll(self) -> None:
         """Measure for a moment if tracks were requested; call this once a frame."""
-        self._forget_what_changed()
+        self._forget_old_view()
         end = time.perf_counter() + _SLICE_S
         while self.is_due and time.perf_counter() < end:
-            self._measure()
-        self._is_asked = False
+            self._measure_next()
+        self._is_requested = False
 
     def seconds_until_needed(self) -> float | None:
         """Return the pause before the next slice; None if there is nothing to measure."""
         return _PAUSE_S if self.is_due else None
 
     @property
-    def _marks(self) -> list[_Moving]:
-        return [mark for mark in self._editing.shot.marks if isinstance(mark, _Moving)]
+    def _marks(self) -> list[_MovingMark]:
+        return [mark for mark in self._editing.shot.marks if isinstance(mark, _MovingMark)]
 
     @property
     def _frames(self) -> tuple[int, ...]:
@@ -138,39 +140,44 @@ class SceneMarkTracks(Commands, Worker):
 
     @property
     def _is_idle(self) -> bool:
+        """True if nothing moves or plays, and no more urgent work waits."""
         is_moving = self._timeline.playback.direction or self._editing.is_unsettled
         is_settled = self._source.is_settled_at(self._editing.frame)
         return is_settled and not (is_moving or self._is_busy())
 
-    def _forget_what_changed(self) -> None:
-        seen_by = (self._scenes.scene, *_looked_at(self._editing.shot))
-        if seen_by != self._seen_by:
-            self._seen_by, self._known = seen_by, {}
+    def _forget_old_view(self) -> None:
+        """Forget all distances if the scene or the view of it has changed."""
+        view_key = (self._scenes.scene, *_view_key(self._editing.shot))
+        if view_key != self._current_view_key:
+            self._current_view_key, self._measured = view_key, {}
 
-    def _known_of(self, mark: _Moving) -> _Known:
-        return self._known.setdefault(_place(mark), {})
+    def _measured_of(self, mark: _MovingMark) -> _DioptresByFrame:
+        """Return the distances of a mark that are measured so far, to read and to add to."""
+        return self._measured.setdefault(_position_key(mark), {})
 
-    def _next(self) -> tuple[_Moving, int] | None:
+    def _next_to_measure(self) -> tuple[_MovingMark, int] | None:
         """Return the next mark and frame to measure, so that all marks progress equally."""
         frames = self._frames
         missing = [
-            (len(known), mark)
+            (len(measured), mark)
             for mark in self._marks
-            if len(known := self._known_of(mark)) < len(frames)
+            if len(measured := self._measured_of(mark)) < len(frames)
         ]
         if not missing:
             return None
         mark = min(missing, key=lambda pair: pair[0])[1]
-        known = self._known_of(mark)
-        return mark, next(frame for frame in frames if frame not in known)
+        measured = self._measured_of(mark)
+        return mark, next(frame for frame in frames if frame not in measured)
 
-    def _measure(self) -> None:
-        place = self._next()
-        if place is not None:
-            mark, frame = place
-            self._known_of(mark)[frame] = self._dioptres(mark, frame)
+    def _measure_next(self) -> None:
+        """Measure the next mark at the next frame, if there is one."""
+        mark_and_frame = self._next_to_measure()
+        if mark_and_frame is not None:
+            mark, frame = mark_and_frame
+            self._measured_of(mark)[frame] = self._measure_dioptres(mark, frame)
 
-    def _dioptres(self, mark: _Moving, frame: int) -> float | None:
+    def _measure_dioptres(self, mark: _MovingMark, frame: int) -> float | None:
+        """Return the distance of a mark at a frame in dioptres; None if it has none."""
         try:
             if isinstance(mark, ObjectMark):
                 distance_m = self._scenes.object_m(mark.object_name, frame)
@@ -180,21 +187,21 @@ class SceneMarkTracks(Commands, Worker):
             return None
         return None if distance_m is None else 1.0 / distance_m
 
-    def _track(self, mark: _Moving) -> MarkTrack:
+    def _track(self, mark: _MovingMark) -> MarkTrack:
         """Return the track of a mark, with gaps at frames without a distance."""
-        known = self._known_of(mark)
-        places = [(frame, known[frame]) for frame in self._frames if frame in known]
-        return mark_track(mark.name, [places])
+        measured = self._measured_of(mark)
+        samples = [(frame, measured[frame]) for frame in self._frames if frame in measured]
+        return mark_track(mark.name, [samples])
 
 
-def _looked_at(shot: Shot) -> tuple[object, ...]:
+def _view_key(shot: Shot) -> tuple[object, ...]:
     """Return a key of everything that decides the view of the scene, independent of the focus."""
     lens = shot.lens
     focal_length = shot.curves.of(LensParameter.FOCAL_LENGTH)
     return shot.framing, lens.focal_length_mm, lens.sensor_width_mm, focal_length
 
 
-def _place(mark: _Moving) -> object:
+def _position_key(mark: _MovingMark) -> object:
     """Return a key that is equal for marks at the same position."""
     if isinstance(mark, ObjectMark):
         return mark.object_name

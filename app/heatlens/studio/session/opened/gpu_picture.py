@@ -10,7 +10,7 @@ from heatlens.core.model.value_bins import (
     DepthHistogram,
     ValueBins,
     depth_histogram,
-    dioptres_shown,
+    scale_end_dioptres,
 )
 from heatlens.media.plate.plate import Plate
 from heatlens.render.frame_renderer import FrameRenderer
@@ -43,20 +43,20 @@ class GpuPicture:
         self.problem = ""
         self.frame = 0  # the requested one
 
-    def ask(self, frame: int) -> None:
+    def request(self, frame: int) -> None:
         """Begin to show `frame`."""
         self.problem, self.is_black, self.frame = "", False, frame
 
-    def begin_axis(self) -> None:
+    def reset_axis(self) -> None:
         """Reset the range of the distance axis, because another source follows."""
         self._most_dioptres = 0.0
 
-    def reach(self, nearest_m: float) -> None:
+    def extend_axis(self, nearest_m: float) -> None:
         """Extend the distance axis to `nearest_m`, the nearest distance of frames not shown yet."""
-        most = dioptres_shown(1.0 / nearest_m)
-        if math.isfinite(most) and most > self._most_dioptres:
-            self._most_dioptres = most
-            self._count_depths()
+        max_dioptres = scale_end_dioptres(1.0 / nearest_m)
+        if math.isfinite(max_dioptres) and max_dioptres > self._most_dioptres:
+            self._most_dioptres = max_dioptres
+            self._make_histogram()
 
     def load(self, plate: Plate) -> None:
         """Upload a plate to the GPU in place of the previous one.
@@ -68,35 +68,36 @@ class GpuPicture:
         self.renderer.load(plate)
         self.renderer.ctx.finish()
         self.upload_s = time.perf_counter() - start
-        self._take_loaded()
+        self._use_loaded_plate()
 
-    def count_again(self) -> None:
+    def mark_changed(self) -> None:
         """Compute everything derived from the picture again, as after `load`."""
         if self.plate is not None:
             self.version += 1
 
     @contextmanager
-    def drawing(self) -> Iterator[None]:
+    def draw_safely(self) -> Iterator[None]:
         """Show what the renderer draws in the block; an error of the block becomes `problem`."""
         try:
             yield
         except HeatlensError as error:
             self.problem = str(error)
             if isinstance(error, GpuError):
-                self.plate = None  # it was overwritten
+                self.plate = None  # its texture was overwritten
             return
         if self.renderer.loaded.plate is not self.plate:
-            self._take_loaded()
+            self._use_loaded_plate()
 
-    def _take_loaded(self) -> None:
+    def _use_loaded_plate(self) -> None:
+        """Use the plate that the renderer has loaded, and make its histogram."""
         loaded = self.renderer.loaded
         self.plate = loaded.plate
         self._bins = loaded.bins if loaded.plate.has_distances else None
-        self._count_depths()
+        self._make_histogram()
         self.version += 1
         self.is_finer = False
 
-    def _count_depths(self) -> None:
+    def _make_histogram(self) -> None:
         """Make the histogram of the plate, over an axis that never becomes shorter."""
         self.histogram = None
         if self._bins is not None:

@@ -17,12 +17,12 @@ from heatlens.media.scene.scene import Scene
 from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.source.named import has_camera
 from heatlens.render.source.opened import Opened
-from heatlens.render.source.opener import SourceOpener, feed_of, once_only
+from heatlens.render.source.opener import SourceOpener, feed_of, only_once_reason
 from heatlens.render.source.stream_source import StreamSource
 from heatlens.studio.session.opened.gpu_picture import GpuPicture
 from heatlens.studio.session.opened.picture_feed import PictureFeed
 
-_EVERY_S = 2.0
+_MIN_PAUSE_S = 2.0
 _FRAMES_A_SECOND = 2000  # a folder with more files is scanned less often
 
 
@@ -35,22 +35,24 @@ class DiskWatch:
         Thread(target=self._watch, name="disk-watch", daemon=True).start()
 
     def _watch(self) -> None:
+        """Scan the folder of the cache again and again until the thread is stopped."""
         while not self._is_over.wait(self._pause_s()):
             with suppress(Exception):  # the cache raises it again when the loop asks for a frame
                 if self.cache is not None:
                     self.cache.refresh()
 
     def _pause_s(self) -> float:
+        """Return the pause between two scans in seconds, longer for a large folder."""
         frames = 0 if self.cache is None else len(self.cache.sequence.frames)
-        return max(_EVERY_S, frames / _FRAMES_A_SECOND)
+        return max(_MIN_PAUSE_S, frames / _FRAMES_A_SECOND)
 
     def close(self) -> None:
         """Stop the thread."""
         self._is_over.set()
 
 
-# The window asks one opened source, whatever its kind. Plates, scenes and streams were once told
-# apart in 34 files; what differs on the way to the GPU is a feed for each kind.
+# The window uses one class for an open source of any kind. Plates, scenes and streams differ only
+# in the feed that brings their pictures to the GPU.
 class OpenSource:
     """The open source of any kind, kept until the next one has a picture."""
 
@@ -78,7 +80,7 @@ class OpenSource:
         self.feed = PictureFeed(self.picture)
         self._watch = DiskWatch()
 
-    def arrived(self) -> Opened | None:
+    def switch_source(self) -> Opened | None:
         """Return a newly opened source once its picture is on the GPU, and close the previous one.
 
         Raise HeatlensError if opening failed; the previous source stays open.
@@ -87,7 +89,7 @@ class OpenSource:
         if opened is None:
             return None
         feed: PictureFeed = feed_of(opened, self.picture)
-        self.picture.begin_axis()
+        self.picture.reset_axis()
         try:
             feed.begin()
         except BaseException:
@@ -100,6 +102,7 @@ class OpenSource:
         return opened
 
     def _close_opened(self) -> None:
+        """Close the open source, if any."""
         if self.opened is not None:
             self.opened.close()
         self.opened = self._watch.cache = None
@@ -114,7 +117,7 @@ class OpenSource:
     @property
     def once_only(self) -> str:
         """A sentence why frames cannot be rendered again later; "" if they can."""
-        return "" if self.opened is None else once_only(self.opened)
+        return "" if self.opened is None else only_once_reason(self.opened)
 
     @property
     def is_sequence(self) -> bool:
@@ -137,7 +140,7 @@ class OpenSource:
     @property
     def is_waiting(self) -> bool:
         """True while nothing is shown and a stream waits for its first frame."""
-        return self.plate is None and self.stream is not None and self.stream.is_wanted
+        return self.plate is None and self.stream is not None and self.stream.should_show
 
     @property
     def plate(self) -> Plate | None:
@@ -154,8 +157,7 @@ class OpenSource:
         A breathing lens shows another part of a plate's frame; a scene is drawn as the lens sees
         it, so both pixels are the same.
         """
-        is_cut = self.plate is not None and not self.has_camera
-        return plate_pixel(self.plate, lens, pixel) if is_cut and self.plate else pixel
+        return plate_pixel(self.plate, lens, pixel) if self.plate and not self.has_camera else pixel
 
     def plate_px(self, lens: Lens, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
         """Return the pixel of the loaded plate that is visible at a pixel of the picture."""
@@ -163,13 +165,14 @@ class OpenSource:
 
     def picture_point(self, lens: Lens, point: tuple[float, float]) -> tuple[float, float]:
         """Return where a point of the frame lies in the picture, the inverse of `frame_px`."""
-        is_cut = self.plate is not None and not self.has_camera
-        return picture_point(self.plate, lens, point) if is_cut and self.plate else point
+        return (
+            picture_point(self.plate, lens, point) if self.plate and not self.has_camera else point
+        )
 
     def timecode_at(self, shot: Shot, frame: int) -> tuple[int, Timecode] | None:
         """Return the frame of the shown plate and its timecode; None if it has no timecode."""
-        of_plate = None if self.plate is None else timecode_of(self.plate.attributes)
-        timecode = shot.timecode_at(frame, of_plate)
+        plate_timecode = None if self.plate is None else timecode_of(self.plate.attributes)
+        timecode = shot.timecode_at(frame, plate_timecode)
         return None if timecode is None else (frame, timecode)
 
     def close(self) -> None:

@@ -10,7 +10,7 @@ from heatlens.core.model.shot.settings import PROXY_MIN
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.frame_cache.cache import Damaged, Direction
 from heatlens.media.plate.plate import Plate
-from heatlens.media.scene.placing import placed
+from heatlens.media.scene.placing import place_scene
 from heatlens.media.scene.scene import Scene
 from heatlens.media.sequence.sequence import MissingPolicy
 from heatlens.render.rendered_frames.kept_pictures import KeptPicture
@@ -20,7 +20,7 @@ from heatlens.render.source.stream_source import OpenedStream
 from heatlens.studio.session.opened.gpu_picture import GpuPicture
 from heatlens.studio.session.opened.scene_preview import ScenePreview
 
-# A plate, and the same with what its neighbours show.
+# A plate, and the same plate with what its neighbouring frames show.
 _WithNeighbours = tuple[Plate, Plate]
 
 
@@ -45,7 +45,9 @@ class PictureFeed:
 
     def __init__(self, picture: GpuPicture) -> None:
         self.picture = picture
-        self.wanted: tuple[int, Direction, int] | None = None  # the last request to a frame cache
+        self.last_request: tuple[int, Direction, int] | None = (
+            None  # the last request to a frame cache
+        )
 
     @property
     def scene(self) -> Scene | None:
@@ -67,18 +69,18 @@ class PictureFeed:
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
         """Have the picture at the playhead on the GPU, now or as soon as it is read."""
-        self.picture.ask(playhead.frame)
+        self.picture.request(playhead.frame)
 
-    def follow(self, shot: Shot, frame: int) -> None:
-        """Answer a change of the shot since `show` at once, as the blur needs the new picture."""
+    def update(self, shot: Shot, frame: int) -> None:
+        """Update the picture at once after a change of the shot, because the blur needs it."""
 
     def refine(self, slice_s: float) -> None:
         """Improve the picture for about `slice_s` seconds while nothing moves."""
 
     def refresh(self) -> None:
-        """Take over unrequested frames that arrived. Raises HeatlensError if GPU memory is full."""
+        """Load a frame that arrived unrequested. Raises HeatlensError if GPU memory is full."""
 
-    def seen(self, shot: Shot) -> Shot:
+    def drawn_shot(self, shot: Shot) -> Shot:
         """Return the shot that is drawn now: a scene is drawn smaller while something moves."""
         return shot
 
@@ -95,7 +97,7 @@ class PictureFeed:
         """Return the pixel of the plate on the GPU under one of the display window."""
         return pixel
 
-    def sized(self, shot: Shot, scale: float) -> Shot:
+    def scale_shot(self, shot: Shot, scale: float) -> Shot:
         """Return the shot with pictures scaled by `scale`, through its proxy."""
         proxy = max(PROXY_MIN, shot.defocus.proxy * scale)
         return replace(shot, defocus=replace(shot.defocus, proxy=proxy))
@@ -111,55 +113,55 @@ class PlateFeed(PictureFeed):
     def __init__(self, picture: GpuPicture, opened: OpenedPlates) -> None:
         super().__init__(picture)
         self._opened = opened
-        self._finder: Background[_WithNeighbours] = Background(opened.counter.tell)
-        self._found: _WithNeighbours | None = None
-        self._looked_at: Plate | None = None
+        self._finder: Background[_WithNeighbours] = Background(opened.counter.count_change)
+        self._searched_pair: _WithNeighbours | None = None
+        self._searched_plate: Plate | None = None
 
     def begin(self) -> None:
         self.picture.load(self._opened.plate)
         self.picture.frame, self.picture.is_settled = self._opened.frame, True
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
-        """Show the plate there; why it cannot be read becomes the picture's `problem`."""
-        self.picture.ask(playhead.frame)
+        """Show the plate at the playhead; if it cannot be read, set the picture's `problem`."""
+        self.picture.request(playhead.frame)
         cache = self._opened.cache
-        self.picture.reach(cache.nearest_m)
+        self.picture.extend_axis(cache.nearest_m)
         try:
-            stands_in = cache.sequence.shown_frame(playhead.frame, playhead.missing)
+            held_frame = cache.sequence.shown_frame(playhead.frame, playhead.missing)
         except InputError as error:
             self.picture.problem, self.picture.is_settled = str(error), True
             return
-        if stands_in is None:
+        if held_frame is None:
             self.picture.is_black = self.picture.is_settled = True
             return
-        wanted = (stands_in, playhead.direction, playhead.ahead)
-        if wanted != self.wanted:
-            cache.want(*wanted)
-            self.wanted = wanted
-        self._take(stands_in, playhead.is_playing)
+        request = (held_frame, playhead.direction, playhead.ahead)
+        if request != self.last_request:
+            cache.set_playhead(*request)
+            self.last_request = request
+        self._show_cached(held_frame, playhead.is_playing)
 
-    def _take(self, frame: int, is_playing: bool) -> None:
+    def _show_cached(self, frame: int, is_playing: bool) -> None:
+        """Show the plate of a frame if it is in the cache, at rest with its neighbours."""
         plate = self._opened.cache.get(frame)
         self.picture.is_settled = plate is not None
         if isinstance(plate, Damaged):
             self.picture.problem = plate.sentence
         elif plate is not None:
-            shown = plate if is_playing else self._with_neighbours(plate)
-            if shown is not self.picture.plate:
-                self.picture.load(shown)
+            plate_to_show = plate if is_playing else self._with_neighbours(plate)
+            if plate_to_show is not self.picture.plate:
+                self.picture.load(plate_to_show)
 
-    # A search reads two frames on either side. A hand that scrubs passes many plates, and each
-    # began a search on a thread of its own, none of which could be stopped. The plate itself is
-    # shown meanwhile; playback shows nothing else.
+    # A search reads two frames on either side. Only one search runs at a time, because it cannot be
+    # stopped and scrubbing passes many plates. The plate itself is shown meanwhile; playback shows
+    # nothing else.
     def _with_neighbours(self, plate: Plate) -> Plate:
-        """Return the plate with what its neighbours show, once that is found on a thread."""
-        self._found = self._finder.poll() or self._found
-        if self._found is not None and self._found[0] is plate:
-            return self._found[1]
-        # One search at a time: scrubbing passes many plates.
-        if plate is not self._looked_at and not self._finder.is_busy:
-            self._looked_at = plate
-            with_neighbours = self._opened.again.read.found
+        """Return the plate with what its neighbours show, or the plate until a thread has that."""
+        self._searched_pair = self._finder.poll() or self._searched_pair
+        if self._searched_pair is not None and self._searched_pair[0] is plate:
+            return self._searched_pair[1]
+        if plate is not self._searched_plate and not self._finder.is_busy:
+            self._searched_plate = plate
+            with_neighbours = self._opened.render_source.read.add_hidden_surfaces
             self._finder.start(lambda: (plate, with_neighbours(plate).plate))
         return plate
 
@@ -184,6 +186,7 @@ class SceneFeed(PictureFeed):
         self.show(self._opened.first.shot, Playhead(self._opened.frame))
 
     def _load(self, scene: Scene) -> None:
+        """Load another scene into the renderer, and begin its preview."""
         self._scene = scene
         self.picture.renderer.load_scene(scene)
         self.picture.plate = None
@@ -193,17 +196,17 @@ class SceneFeed(PictureFeed):
         """Draw the scene again if something has moved."""
         if shot.framing != self._framing:
             self._framing = shot.framing
-            self.picture.begin_axis()
-        self.picture.ask(playhead.frame)
+            self.picture.reset_axis()
+        self.picture.request(playhead.frame)
         self._is_playing = playhead.is_playing
-        scene = placed(self._scene, shot.framing)
+        scene = place_scene(self._scene, shot.framing)
         if scene is not self._scene:  # the shot changed its unit or up axis
             self._load(scene)
-        with self.picture.drawing():
-            self._preview.look(shot, playhead.frame, playhead.is_playing)
+        with self.picture.draw_safely():
+            self._preview.draw(shot, playhead.frame, playhead.is_playing)
         self.picture.is_settled = True
 
-    def follow(self, shot: Shot, frame: int) -> None:
+    def update(self, shot: Shot, frame: int) -> None:
         if self.picture.plate is not None:
             self.show(shot, Playhead(frame, is_playing=self._is_playing))
 
@@ -211,25 +214,25 @@ class SceneFeed(PictureFeed):
         if self.is_whole:
             return
         was_good = self.is_good
-        with self.picture.drawing():
+        with self.picture.draw_safely():
             self._preview.refine(slice_s)
         self.picture.is_finer = was_good and self._preview.is_whole
 
     @property
     def is_good(self) -> bool:
-        """Large and antialiased."""
+        """True if the scene is drawn at full size and antialiased."""
         return bool(self.picture.problem) or self._preview.is_good
 
     @property
     def is_whole(self) -> bool:
-        """At the quality of a file."""
+        """True if the scene is drawn at the quality of a file."""
         return bool(self.picture.problem) or self._preview.is_whole
 
-    def seen(self, shot: Shot) -> Shot:
-        return self._preview.seen(shot)
+    def drawn_shot(self, shot: Shot) -> Shot:
+        return self._preview.drawn_shot(shot)
 
     def windows(self, shot: Shot) -> tuple[Box, Box]:
-        """Return the windows, whatever the size at which it is drawn now."""
+        """Return the windows at full size, whatever the size at which the scene is drawn now."""
         box = Box(0, 0, *(shot.framing or Framing()).size)
         return box, box
 
@@ -240,10 +243,12 @@ class SceneFeed(PictureFeed):
         """Return the pixel of the picture, which may be drawn smaller now."""
         if self.picture.plate is None:
             return pixel
-        window, (_, whole) = self.picture.plate.display_window, self.windows(shot)
-        return pixel[0] * window.width // whole.width, pixel[1] * window.height // whole.height
+        window, (_, whole_window) = self.picture.plate.display_window, self.windows(shot)
+        return pixel[0] * window.width // whole_window.width, pixel[
+            1
+        ] * window.height // whole_window.height
 
-    def sized(self, shot: Shot, scale: float) -> Shot:
+    def scale_shot(self, shot: Shot, scale: float) -> Shot:
         """Return the shot with pictures scaled by `scale`: the scene is drawn at that size."""
         return replace(shot, framing=(shot.framing or Framing()).scaled(scale))
 

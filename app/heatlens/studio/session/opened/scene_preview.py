@@ -12,18 +12,18 @@ from heatlens.render.frame_renderer import FrameRenderer
 from heatlens.render.scene_gpu.pinhole_draw import PINHOLE_VIEWS
 from heatlens.render.source.pinhole import Pinhole
 
-# Longest time between two checks for input, and a time far below it.
-MOST_S, QUICK_S = 0.03, 0.008
-LEAST = 1 / 16  # least share of a usual step
+# Longest time between two checks for input, and the time below which a step counts as quick.
+SLOW_S, QUICK_S = 0.03, 0.008
+MIN_SHARE = 1 / 16  # smallest share of a usual step
 _IN_A_ROW = 2  # slow steps before the share is halved: a single one may have built a program
 _QUICK_IN_A_ROW = 32  # quick steps before the share is doubled
 
 
-# Bands were once cut for an idle machine. On a processor, what was drawn between two looks for
-# input came all at once whenever the driver's queue was emptied, and the window of the demo was
-# deaf for 0.7 to 1.4 s again and again. Each step therefore waits for what it has drawn, and its
-# measured time sets the length of the next. Shorter steps draw parts of the same views: when they
-# drew views of other rows, the last digits of a picture depended on how busy the machine was.
+# Each step waits until its drawing is finished, and its measured time sets the length of the next.
+# Without that, on a processor everything drawn between two checks for input was finished at once
+# when the driver's queue was emptied, and the window of the demo took no input for 0.7 to 1.4 s
+# again and again. Shorter steps draw parts of the same views: with views of other rows, the last
+# digits of a picture would depend on how busy the machine is.
 class Pace:
     """The share of a usual step that fits between two checks for input."""
 
@@ -31,12 +31,12 @@ class Pace:
         self.share = 1.0
         self._slow = self._quick = 0
 
-    def took(self, seconds: float) -> None:
+    def note_time(self, seconds: float) -> None:
         """Note the time of a step: slow steps halve the share, many quick ones double it."""
-        self._slow = self._slow + 1 if seconds > MOST_S else 0
+        self._slow = self._slow + 1 if seconds > SLOW_S else 0
         self._quick = self._quick + 1 if seconds < QUICK_S else 0
         if self._slow == _IN_A_ROW:
-            self.share, self._slow = max(LEAST, self.share / 2), 0
+            self.share, self._slow = max(MIN_SHARE, self.share / 2), 0
         elif self._quick == _QUICK_IN_A_ROW:
             self.share, self._quick = min(1.0, self.share * 2), 0
 
@@ -62,14 +62,14 @@ class ScenePreview:
     ) -> None:
         self._renderer = renderer
         self._clock = clock
-        self._asked: object = None
-        self._wish: tuple[Shot, int] | None = None
+        self._drawn_view_key: object = None
+        self._request: tuple[Shot, int] | None = None
         self._moved_at = -_REST_S
         self._scale = 1.0
         self._seconds_per_px = 0.0  # drawing time of one view
-        self._coming: Steps[None] | None = None
+        self._refinement: Steps[None] | None = None
         self._views = 0  # views in the shown picture
-        self._coming_views = 0  # views in the picture in progress
+        self._refinement_views = 0  # views in the picture in progress
         self._pace = Pace()
 
     @property
@@ -82,49 +82,54 @@ class ScenePreview:
         """True if the picture has the quality of a file."""
         return self._scale == 1.0 and self._views >= PINHOLE_VIEWS
 
-    def seen(self, shot: Shot) -> Shot:
+    def drawn_shot(self, shot: Shot) -> Shot:
         """Return the shot that is drawn now, which may be smaller."""
         return replace(shot, framing=(shot.framing or Framing()).scaled(self._scale))
 
-    def look(self, shot: Shot, frame: int, is_held: bool = False) -> Pinhole:
+    def draw(self, shot: Shot, frame: int, is_moving: bool = False) -> Pinhole:
         """Draw the pinhole picture at the frame, as well as time allows.
 
-        `is_held` means that it will move again soon, so it does not count as resting.
+        With `is_moving`, the scene will move again soon, so it does not count as resting.
         """
-        lens, self._wish = shot.lens_at(frame), (shot, frame)
-        looks_from = (shot.framing, frame, lens.focal_length_mm, lens.sensor_width_mm)
-        has_moved = is_held or (looks_from != self._asked and self._asked is not None)
-        if looks_from != self._asked:
-            self._coming, scale = None, self._scale_now(shot)
-            self._drawn(shot, frame, scale, self._views_now(shot) if scale == 1.0 else 1)
-            self._asked = looks_from  # only now, so that a failed drawing is tried again
+        lens, self._request = shot.lens_at(frame), (shot, frame)
+        view_key = (shot.framing, frame, lens.focal_length_mm, lens.sensor_width_mm)
+        has_moved = is_moving or (
+            view_key != self._drawn_view_key and self._drawn_view_key is not None
+        )
+        if view_key != self._drawn_view_key:
+            self._refinement, scale = None, self._fitting_scale(shot)
+            self._draw_whole(shot, frame, scale, self._fitting_views(shot) if scale == 1.0 else 1)
+            self._drawn_view_key = view_key  # only now, so that a failed drawing is tried again
         if has_moved:
             self._moved_at = self._clock()  # the rest begins after the drawing
         return self._renderer.loaded
 
     def refine(self, slice_s: float) -> None:
         """Improve the latest picture for about `slice_s` seconds, if the input rests."""
-        if self._wish is None or self.is_whole or self.seconds_to_rest() > 0:
+        if self._request is None or self.is_whole or self.seconds_to_rest() > 0:
             return
-        if self._coming is None:
-            self._coming_views = self._next_views(self._wish[0])
-            self._coming = self._renderer.looking(*self._wish, self._coming_views)
-        start = before = self._clock()
-        for _ in self._coming:
+        if self._refinement is None:
+            self._refinement_views = self._next_views(self._request[0])
+            self._refinement = self._renderer.load_pinhole_steps(
+                *self._request, self._refinement_views
+            )
+        start = last_time = self._clock()
+        for _ in self._refinement:
             self._renderer.settle()
-            now = self._clock()
-            self._pace.took(now - before)
-            self._renderer.pace(self._pace.share)
-            before = now
-            if now - start >= slice_s:
+            time_now = self._clock()
+            self._pace.note_time(time_now - last_time)
+            self._renderer.set_step_size(self._pace.share)
+            last_time = time_now
+            if time_now - start >= slice_s:
                 return
-        self._scale, self._views, self._coming = 1.0, self._coming_views, None
+        self._scale, self._views, self._refinement = 1.0, self._refinement_views, None
 
-    # A pixel has 16 samples, and the other 48 only where these differ. The first 16 are good enough
-    # for a quick blur; the whole one waits for all of them, because a film picture of 16 views was
-    # made only to be made again of 64.
+    # A pixel has 16 samples, and 48 more only where these differ. The first 16 are good enough for
+    # a quick blur. The whole blur waits for all of them, because a film picture of 16 views would
+    # only be replaced by one of 64.
     def _next_views(self, shot: Shot) -> int:
-        is_soon = self._whole_s(shot) * PINHOLE_VIEWS <= _ALL_AT_ONCE_S
+        """Return how many views the next picture of the refinement has."""
+        is_soon = self._full_size_view_s(shot) * PINHOLE_VIEWS <= _ALL_AT_ONCE_S
         if self._scale < 1.0:
             return 1
         return PINHOLE_VIEWS if self.is_good or is_soon else _GOOD_VIEWS
@@ -133,25 +138,26 @@ class ScenePreview:
         """Return the seconds until the whole picture may be drawn; 0 if it may be now."""
         return max(0.0, self._moved_at + _REST_S - self._clock())
 
-    def _drawn(self, shot: Shot, frame: int, scale: float, views: int) -> None:
+    def _draw_whole(self, shot: Shot, frame: int, scale: float, views: int) -> None:
+        """Draw the picture at once at this scale, and measure the time of a pixel."""
         self._scale, self._views = scale, views
-        scaled, start = self.seen(shot), self._clock()
+        scaled, start = self.drawn_shot(shot), self._clock()
         width, height = (scaled.framing or Framing()).size
-        self._renderer.look(scaled, frame, views=views)
+        self._renderer.load_pinhole(scaled, frame, views=views)
         self._seconds_per_px = max(self._clock() - start, 1e-4) / (width * height * views)
 
-    def _whole_s(self, shot: Shot) -> float:
+    def _full_size_view_s(self, shot: Shot) -> float:
         """Return the predicted seconds for one view at full size."""
         width, height = (shot.framing or Framing()).size
         return self._seconds_per_px * width * height
 
-    def _scale_now(self, shot: Shot) -> float:
+    def _fitting_scale(self, shot: Shot) -> float:
         """Return the largest scale that fits the time; a small one before the first timing."""
-        whole_s = self._whole_s(shot)
-        fitting = [scale for scale in _SCALES if 0 < whole_s * scale * scale <= _BUDGET_S]
-        return fitting[0] if fitting else _SCALES[-1]
+        view_s = self._full_size_view_s(shot)
+        fitting_scales = [scale for scale in _SCALES if 0 < view_s * scale * scale <= _BUDGET_S]
+        return fitting_scales[0] if fitting_scales else _SCALES[-1]
 
-    def _views_now(self, shot: Shot) -> int:
+    def _fitting_views(self, shot: Shot) -> int:
         """Return how many views fit the time: a power of two, whose samples are evenly spread."""
-        many = min(_MORE_VIEWS_S / self._whole_s(shot), float(_GOOD_VIEWS))
-        return int(2 ** math.floor(math.log2(many))) if many >= 1 else 1
+        view_count = min(_MORE_VIEWS_S / self._full_size_view_s(shot), float(_GOOD_VIEWS))
+        return int(2 ** math.floor(math.log2(view_count))) if view_count >= 1 else 1

@@ -16,9 +16,9 @@ from heatlens.render.preview.shown import Shown, without_notes
 from heatlens.studio.session.pictures.live_picture import FIRST_PLATE, LivePicture, PlateVersion
 from heatlens.studio.session.pictures.look_pictures import LookPictures
 
-_LEAST = 0.25  # share of the time budget that B gets, however long A took
-_LEAST_SCALE = 0.25  # the smallest scale at which pictures of the grid are rendered
-NOW = ""  # in place of a look's name: the current lens
+_MIN_B_SHARE = 0.25  # share of the time budget that B gets, however long A took
+_MIN_SCALE = 0.25  # the smallest scale at which pictures of the grid are rendered
+CURRENT_LENS = ""  # in place of a look's name: the current lens
 
 
 Side = LivePicture | LookPictures  # pictures that are rendered in short time slices
@@ -34,8 +34,8 @@ class CompareSides:
 
     def __init__(self, renderer: FrameRenderer) -> None:
         self._renderer = renderer
-        # A small picture does not fill a GPU. Times that were expected to grow with the pixels kept
-        # it at small levels, though it could do much larger ones; see `GPU_WORK_POWER`.
+        # A small picture does not fill a GPU, so times grow more slowly than the number of pixels.
+        # A linear model would choose smaller levels than the GPU can render; see `GPU_WORK_POWER`.
         power = 1.0 if is_software(renderer.ctx) else GPU_WORK_POWER
         self.a = LivePicture(renderer, cost=CostModel(work_power=power))
         self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)
@@ -43,24 +43,24 @@ class CompareSides:
         self._b_request: Shot | None = None  # the shot of B, while it is rendered
         self._has_looks = False  # several looks are rendered
         self._is_turn_of_b = False
-        self._alike: frozenset[str] = frozenset()  # names of the looks that A shows
+        self._same_as_a: frozenset[str] = frozenset()  # names of the looks that A shows
 
     @property
-    def pictures(self) -> tuple[object, ...]:
+    def outputs(self) -> tuple[object, ...]:
         """The finished pictures of both sides; each finished picture is a new object."""
-        return self.a.shown, self.b.shown, self.looks.shown
+        return self.a.output, self.b.output, self.looks.output
 
     @property
-    def rendered(self) -> tuple[Side, ...]:
+    def active_sides(self) -> tuple[Side, ...]:
         """The sides that are rendered: A, and B or the looks while they are visible."""
         if self._has_looks:
             return self.a, self.looks
         return (self.a,) if self._b_request is None else (self.a, self.b)
 
     @property
-    def turn(self) -> int:
+    def turn_index(self) -> int:
         """The index in `rendered` of the side whose turn it is."""
-        return 1 if self._is_turn_of_b and len(self.rendered) > 1 else 0
+        return 1 if self._is_turn_of_b and len(self.active_sides) > 1 else 0
 
     def restart(self) -> None:
         """Start again, because another plate is on the GPU."""
@@ -77,33 +77,35 @@ class CompareSides:
         zoom: float = 1.0,
         within_s: float = math.inf,
     ) -> None:
-        """Show `shot` at `frame` as `view` compares it: A first, then B in the time that is left.
+        """Show `shot` at `frame` as `view` compares it: A first, then B in the remaining time.
 
         A picture that takes longer than `within_s` continues in `work`, and B waits for A. `zoom`,
         in screen pixels per picture pixel, decides how large a grid is rendered.
         """
-        looks, now = looks_beside(view, shot), without_notes(shot)
-        alike = (look.name for look in looks if without_notes(shot.through(look)) == now)
-        self._alike = frozenset(alike)
+        looks, current_shot = visible_looks(view, shot), without_notes(shot)
+        same_names = (
+            look.name for look in looks if without_notes(shot.with_look(look)) == current_shot
+        )
+        self._same_as_a = frozenset(same_names)
         requests = {
-            look.name: _through(shot, look, view, zoom)
+            look.name: _shot_through(shot, look, view, zoom)
             for look in looks
-            if look.name not in self._alike
+            if look.name not in self._same_as_a
         }
-        other = self._b_of(view, shot)
-        self._b_request = None if other == shot else other
+        b_shot = self._shot_of_b(view, shot)
+        self._b_request = None if b_shot == shot else b_shot
         self._has_looks, spent_s = bool(requests), 0.0
         if self.a.request(shot, frame, budget_s, plate, within_s):
-            self.b.pause()
+            self.b.drop_work()
             self._is_turn_of_b = False
-            spent_s = 0.0 if self.a.shown is None else self.a.shown.seconds
+            spent_s = 0.0 if self.a.output is None else self.a.output.seconds
         if self.a.is_answering:
             return
-        left_s = max(budget_s - spent_s, _LEAST * budget_s)
-        if self._request_beside(requests, frame, left_s, plate, within_s):
-            self.a.pause()
+        remaining_s = max(budget_s - spent_s, _MIN_B_SHARE * budget_s)
+        if self._request_b_side(requests, frame, remaining_s, plate, within_s):
+            self.a.drop_work()
 
-    def _request_beside(
+    def _request_b_side(
         self,
         looks: Mapping[str, Shot],
         frame: int,
@@ -117,7 +119,8 @@ class CompareSides:
             has_rendered = self.b.request(self._b_request, frame, budget_s, plate, within_s)
         return has_rendered
 
-    def _b_of(self, view: ViewState, shot: Shot) -> Shot | None:
+    def _shot_of_b(self, view: ViewState, shot: Shot) -> Shot | None:
+        """Return the shot with the method of B; None if B shows no method."""
         method = method_of_b(view, self._renderer.has_many_views)
         return (
             None if method is None else replace(shot, defocus=replace(shot.defocus, method=method))
@@ -125,78 +128,78 @@ class CompareSides:
 
     def work(self, side: int, slice_s: float, is_plate_whole: bool = True) -> None:
         """Continue the picture of a side; once it is finished, it is the other side's turn."""
-        working = self.rendered[side]
-        before = working.shown
-        working.work(slice_s, is_plate_whole)
-        if working.shown != before:
-            self._is_turn_of_b = working is self.a
+        side_picture = self.active_sides[side]
+        old_output = side_picture.output
+        side_picture.work(slice_s, is_plate_whole)
+        if side_picture.output != old_output:
+            self._is_turn_of_b = side_picture is self.a
 
-    def of_method(self, view: ViewState) -> Shown | None:
+    def picture_of_b(self, view: ViewState) -> Shown | None:
         """Return the picture of B if B is a method or a look and it is rendered; None otherwise."""
         if is_look_b(view):
-            return self.of_look(view.b_look)
+            return self.picture_of_look(view.b_look)
         method = method_of_b(view, self._renderer.has_many_views)
         for side in (self.a, self.b):
-            if side.shown is not None and side.shown.shot.defocus.method is method:
-                return side.shown
+            if side.output is not None and side.output.shot.defocus.method is method:
+                return side.output
         return None
 
-    def of_a(self, view: ViewState) -> Shown | None:
+    def picture_of_a(self, view: ViewState) -> Shown | None:
         """Return the picture of A if A is a look and it is rendered; None otherwise."""
-        return self.of_look(view.a_look) if is_look_b(view) and view.a_look else None
+        return self.picture_of_look(view.a_look) if is_look_b(view) and view.a_look else None
 
-    def of_look(self, name: str) -> Shown | None:
+    def picture_of_look(self, name: str) -> Shown | None:
         """Return the latest picture of a visible look; None before there is one."""
-        return self.a.shown if name in self._alike else self.looks.of(name)
+        return self.a.output if name in self._same_as_a else self.looks.picture_of(name)
 
-    def is_coming(self, name: str) -> bool:
+    def is_unfinished(self, name: str) -> bool:
         """Return True while the whole picture of a look is not finished."""
-        return name not in self._alike and self.looks.is_coming(name)
+        return name not in self._same_as_a and self.looks.is_unfinished(name)
 
 
 def is_look_b(view: ViewState) -> bool:
     """Return True if B is visible and shows a look."""
-    is_seen = view.compare not in (Compare.OFF, Compare.GRID)
-    return is_seen and view.against is Against.LOOK
+    is_b_visible = view.compare not in (Compare.OFF, Compare.GRID)
+    return is_b_visible and view.against is Against.LOOK
 
 
 def method_of_b(view: ViewState, has_many_views: bool) -> Method | None:
     """Return the method of B; None if B is not visible or needs a scene and none is open."""
-    is_seen = view.compare not in (Compare.OFF, Compare.GRID)
-    if not is_seen or view.against is not Against.METHOD:
+    is_b_visible = view.compare not in (Compare.OFF, Compare.GRID)
+    if not is_b_visible or view.against is not Against.METHOD:
         return None
     return view.b_method if has_many_views or not view.b_method.needs_scene else None
 
 
-def look_called(shot: Shot, name: str) -> Look | None:
+def look_named(shot: Shot, name: str) -> Look | None:
     """Return the look of this name; None if the shot has no such look."""
     return next((look for look in shot.looks if look.name == name), None)
 
 
 def grid_names(view: ViewState, shot: Shot) -> tuple[str, ...]:
-    """Return the names in the grid: up to four looks, and the current lens if there is room."""
+    """Return the names in the grid: up to four looks, and the current lens if fewer than four."""
     names = [look.name for look in shot.looks]
-    chosen = tuple(name for name in names if name in view.grid) or tuple(names)
-    chosen = chosen[:GRID_MOST]
-    return chosen if len(chosen) == GRID_MOST else (*chosen, NOW)
+    grid = tuple(name for name in names if name in view.grid) or tuple(names)
+    grid = grid[:GRID_MOST]
+    return grid if len(grid) == GRID_MOST else (*grid, CURRENT_LENS)
 
 
-def looks_beside(view: ViewState, shot: Shot) -> tuple[Look, ...]:
+def visible_looks(view: ViewState, shot: Shot) -> tuple[Look, ...]:
     """Return the visible looks: those of the grid, or the compared ones."""
     names: tuple[str, ...] = ()
     if view.compare is Compare.GRID:
         names = grid_names(view, shot)
     elif is_look_b(view):
         names = tuple({view.a_look: None, view.b_look: None})
-    looks = (look_called(shot, name) for name in names)
+    looks = (look_named(shot, name) for name in names)
     return tuple(look for look in looks if look is not None)
 
 
-def _through(shot: Shot, look: Look, view: ViewState, zoom: float) -> Shot:
+def _shot_through(shot: Shot, look: Look, view: ViewState, zoom: float) -> Shot:
     """Return the shot with a look applied; in the grid, scaled to the size on the screen."""
-    through = without_notes(shot.through(look))
+    look_shot = without_notes(shot.with_look(look))
     if view.compare is not Compare.GRID or shot.defocus.method.needs_scene:
-        return through
-    scale = min(max(2.0 ** ceil(log2(max(zoom, _LEAST_SCALE))), _LEAST_SCALE), 1.0)
+        return look_shot
+    scale = min(max(2.0 ** ceil(log2(max(zoom, _MIN_SCALE))), _MIN_SCALE), 1.0)
     proxy = min(shot.defocus.proxy, scale)
-    return replace(through, defocus=replace(through.defocus, proxy=proxy))
+    return replace(look_shot, defocus=replace(look_shot.defocus, proxy=proxy))

@@ -1,21 +1,21 @@
-"""Whole pictures that another machine renders; the base has none."""
+"""The interface for whole pictures that another machine renders."""
 
 from heatlens.core.model.shot.shot import Shot
 from heatlens.render.defocus.steps import Steps
 from heatlens.render.gpu.device import Texture
 
 
-class Elsewhere:
+class RemoteRenderer:
     """Renders whole pictures in place of this machine; the base renders none."""
 
     @property
     def is_waiting(self) -> bool:
-        """Return True while a picture is rendered elsewhere, so that its steps have to wait."""
+        """Return True while another machine renders a picture, and its steps have to wait."""
         return False
 
     def steps(self, shot: Shot, frame: int, slot: int) -> Steps[Texture] | None:
         """Return steps as `FrameRenderer.steps` does; None if this machine has to render."""
         return None
 
-    def recall(self) -> None:
-        """Give up the picture that was begun."""
+    def cancel(self) -> None:
+        """Cancel the picture that is being rendered."""

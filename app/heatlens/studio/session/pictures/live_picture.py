@@ -2,9 +2,9 @@
 
 If the whole picture fits the time of a frame, it is rendered at once. Otherwise a quicker preview
 of the same lens is shown (smaller, with simpler discs), and the whole picture is rendered in
-slices, so that the window stays responsive. A scene seen from many points of the lens refines. If
-the first answer to a change takes too long, it continues in slices too: a driver builds its
-programs during the first pictures.
+slices, so that the window stays responsive. The picture of a scene is refined with more and more
+points of the lens. If the first answer to a change takes too long, it continues in slices too: a
+driver builds its programs during the first pictures.
 """
 
 import math
@@ -24,13 +24,13 @@ from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.program import programs_built
 from heatlens.render.preview.level_choice import (
     CostModel,
+    first_picture_settings,
     level_at_rest,
     level_while_moving,
-    recognisable,
-    soonest,
+    useful_levels,
 )
 from heatlens.render.preview.shown import PictureKey, Shown, whole_picture, without_notes
-from heatlens.studio.session.pictures.elsewhere import Elsewhere
+from heatlens.studio.session.pictures.elsewhere import RemoteRenderer
 
 _REST_S = 0.08  # without a change for this long, the input rests; a drag sends several changes
 _MANY_PX = 1 << 20  # a larger picture may take long on a machine of which nothing is known yet
@@ -55,8 +55,8 @@ class _Work:
     settings: DefocusSettings
     slot: int
     views_before: int  # points of the lens that an earlier picture already has
-    is_here: bool  # this machine renders it
-    built_before: int  # programs that this process had built when it started
+    is_local: bool  # this machine renders it
+    programs_before: int  # programs that this process had built when it started
     seconds: float = 0.0
 
 
@@ -77,8 +77,8 @@ class LivePicture:
         self._renderer = renderer
         self._clock = clock
         self.cost = cost or CostModel()
-        self.elsewhere = Elsewhere()  # renders whole pictures in place of this machine
-        self.shown: Shown | None = None
+        self.remote = RemoteRenderer()  # renders whole pictures in place of this machine
+        self.output: Shown | None = None
         self._request: PictureKey | None = None
         self._changed_at = 0.0
         self._level: DefocusSettings | None = None
@@ -96,19 +96,18 @@ class LivePicture:
 
     def restart(self) -> None:
         """Start again, because another plate is on the GPU."""
-        self.pause()
-        self._request = self.shown = None
+        self.drop_work()
+        self._request = self.output = None
         self.is_answering = False
 
-    def pause(self) -> None:
-        """Give up the picture in progress, because others use the renderer now."""
+    def drop_work(self) -> None:
+        """Drop the picture in progress, because another picture uses the renderer now."""
         self._work = None
-        self.elsewhere.recall()
+        self.remote.cancel()
 
-    # An unfinished answer is finished before the next change is answered. If each change began
-    # anew, a hand that never rests would see no picture at all on a machine whose answers take
-    # longer than the time between two changes, which is every machine while its driver builds
-    # programs.
+    # An unfinished answer is finished before the next change is answered. If each change started
+    # again, a continuous drag would show no picture at all on a machine whose answers take longer
+    # than the time between two changes, which is every machine while its driver builds programs.
     def request(
         self,
         shot: Shot,
@@ -126,79 +125,80 @@ class LivePicture:
         finished. Return True if anything was rendered. A request that raised is not tried again.
         """
         request = whole_picture(shot, frame, plate.number)
-        if request == self._request or self._is_shown_already(request, plate.is_finer):
+        if request == self._request or self._adopt_if_unchanged(request, plate.is_finer):
             return False
-        before, self._changed_at, self._budget_s = self._request, self._clock(), budget_s
+        last_request, self._changed_at, self._budget_s = self._request, self._clock(), budget_s
         is_same_plate = self.requested_plate == request.plate
-        begun = self._begun_picture(shot, frame) if is_same_plate else None
-        if before is None or before.settings != request.settings:
+        refinable = self._refinable_picture(shot, frame) if is_same_plate else None
+        if last_request is None or last_request.settings != request.settings:
             self._level = None
         if self.is_answering and not is_same_plate:
             within_s = math.inf  # otherwise a constantly changing plate would never appear
-        if begun is not None or not self.is_answering or within_s == math.inf:
-            self.pause()
-        self._request, self._is_refused, self.is_answering = request, False, begun is None
-        if begun is not None:
-            self.shown = begun
+        if refinable is not None or not self.is_answering or within_s == math.inf:
+            self.drop_work()
+        self._request, self._is_refused, self.is_answering = request, False, refinable is None
+        if refinable is not None:
+            self.output = refinable
             return False
         self._answer(within_s)
         self.request_s += self._clock() - self._changed_at
         return True
 
-    def _is_shown_already(self, request: PictureKey, is_finer: bool) -> bool:
-        """Take over a request; return True if it needs no picture at once.
+    def _adopt_if_unchanged(self, request: PictureKey, is_finer: bool) -> bool:
+        """Adopt a request and return True if it needs no new picture at once.
 
-        That holds if only marks or looks differ, or if the plate is only less noisy (`is_finer`).
+        That is the case if only marks or looks differ, or if the plate is only less noisy
+        (`is_finer`).
         """
-        before = self._request
-        if before is None:
+        last_request = self._request
+        if last_request is None:
             return False
-        if _bare(request) == _bare(before):
-            self._note(request)
+        if _key_without_notes(request) == _key_without_notes(last_request):
+            self._update_notes(request)
             return True
-        is_same_but_plate = replace(request, plate=before.plate) == before
-        if is_same_but_plate and is_finer and self.shown is not None and not self.is_answering:
-            self.pause()
+        is_same_but_plate = replace(request, plate=last_request.plate) == last_request
+        if is_same_but_plate and is_finer and self.output is not None and not self.is_answering:
+            self.drop_work()
             self._request = request
             return True
         return False
 
     def _answer(self, slice_s: float) -> None:
         """Continue the answer in progress, or begin the answer to the request."""
-        with self._refusing():
+        with self._raise_once():
             if self._work is None:
                 assert self._request is not None
                 self._level = self._best_level(self._request.settings, self._budget_s)
                 self._start(self._level)
             self._advance(slice_s)
 
-    def _note(self, request: PictureKey) -> None:
-        """Take a request for the same picture of a shot with other marks or looks."""
-        if self.shown is not None and self._is_of_request(self.shown):
-            self.shown = replace(self.shown, shot=request.shot)
+    def _update_notes(self, request: PictureKey) -> None:
+        """Adopt a request for the same picture, of a shot with other marks or looks."""
+        if self.output is not None and self._is_of_request(self.output):
+            self.output = replace(self.output, shot=request.shot)
         self._request = request
 
-    def _begun_picture(self, shot: Shot, frame: int) -> Shown | None:
+    def _refinable_picture(self, shot: Shot, frame: int) -> Shown | None:
         """Return the shown picture if it only lacks further points of the lens.
 
         More points refine it, so that no coarser preview is needed first.
         """
-        shown, requested = self.shown, shot.defocus
-        if shown is None or shown.frame != frame or not requested.method.needs_scene:
+        output, settings = self.output, shot.defocus
+        if output is None or output.frame != frame or not settings.method.needs_scene:
             return None
-        is_same = shown.shot == replace(
-            shot, defocus=replace(requested, views=shown.shot.defocus.views)
+        is_same = output.shot == replace(
+            shot, defocus=replace(settings, views=output.shot.defocus.views)
         )
-        is_part = shown.settings.views <= requested.views
-        return replace(shown, shot=shot) if is_same and is_part else None
+        has_fewer_views = output.settings.views <= settings.views
+        return replace(output, shot=shot) if is_same and has_fewer_views else None
 
     @contextmanager
-    def _refusing(self) -> Iterator[None]:
+    def _raise_once(self) -> Iterator[None]:
         """Raise the error of a shot that cannot be rendered, once, and do not try again."""
         try:
             yield
         except HeatlensError:
-            self.pause()
+            self.drop_work()
             self._is_refused, self.is_answering = True, False
             raise
 
@@ -207,20 +207,19 @@ class LivePicture:
         """Return True while the whole picture is not finished."""
         if self._request is None or self._is_refused:
             return False
-        return self.shown is None or self.shown.picture_key != self._request
+        return self.output is None or self.output.picture_key != self._request
 
-    # Between a preview and the whole picture there was a jump, and on a slow machine nothing told
-    # that more was to come. The line under the picture shows the time spent as a share of what such
-    # pictures have taken so far.
+    # The line under the picture shows the time spent as a share of the time that such pictures have
+    # taken so far, so that the user of a slow machine knows that a better picture is coming.
     @property
-    def part_done(self) -> float | None:
+    def rendered_share(self) -> float | None:
         """The finished share of the whole picture, judged by its time; None once it is complete."""
         if not self.is_working:
             return None
         work = self._work
         if work is None or work.settings != work.key.settings or not self.cost.seconds_per_px:
             return 0.0
-        return min(work.seconds / max(self._predicted(work.settings), 1e-6), 1.0)
+        return min(work.seconds / max(self._predict_s(work.settings), 1e-6), 1.0)
 
     @property
     def requested_plate(self) -> int | None:
@@ -231,107 +230,117 @@ class LivePicture:
         """Return the seconds until the whole picture may be started; 0 if it may start now."""
         return 0.0 if self.is_answering else max(0.0, self._changed_at + _REST_S - self._clock())
 
-    def wants_work(self, is_plate_whole: bool = True) -> bool:
+    def has_work(self, is_plate_whole: bool = True) -> bool:
         """Return True if there is a picture to continue.
 
         The whole picture is started only if the plate has its final quality.
         """
-        if not self.is_working or self.elsewhere.is_waiting:
+        if not self.is_working or self.remote.is_waiting:
             return False
         is_begun = self.is_answering or self._work is not None
         return is_plate_whole or is_begun or self._next_level(False) is not None
 
     def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
         """Continue with the answer, or if the input rests with a better picture, for a slice."""
-        if not self.wants_work(is_plate_whole) or self.seconds_to_rest() > 0:
+        if not self.has_work(is_plate_whole) or self.seconds_to_rest() > 0:
             return
         if self.is_answering:
             self._answer(slice_s)
             return
-        with self._refusing():
+        with self._raise_once():
             if self._work is None:
                 level = self._next_level(is_plate_whole)
                 assert level is not None
                 self._start(level)
             self._advance(slice_s)
 
-    def _is_of_request(self, shown: Shown) -> bool:
+    def _is_of_request(self, picture: Shown) -> bool:
         """Return True for a picture of the requested shot and plate at any quality."""
-        key, request = shown.picture_key, self._request
+        key, request = picture.picture_key, self._request
         return request is not None and replace(key, settings=request.settings) == request
 
-    # On a new machine the driver built the programs of diffusion before the quickest level of a
-    # 720p plate was seen: 3.6 s of a processor. A pyramid needs two programs and is there after 0.3
-    # s; the whole picture then came after 5.3 s instead of 9.5 s, because a small plate needs no
-    # levels in between.
+    # Before anything has been measured, the first picture is a pyramid: it needs two programs and
+    # is there after 0.3 s. Otherwise the driver of a new machine builds the programs of diffusion
+    # first, 3.6 s of a processor for the quickest level of a 720p plate. The whole picture then
+    # comes after 5.3 s instead of 9.5 s, because a small plate needs no levels in between.
     def _best_level(self, requested: DefocusSettings, budget_s: float) -> DefocusSettings:
         """Return the best preview level that fits the time budget, see `level_while_moving`."""
         size = self._renderer.loaded.color.size
-        levels = recognisable(requested, size)
+        levels = useful_levels(requested, size)
         if not self.cost.seconds_per_px:  # nothing has been measured on this machine yet
-            return soonest(requested, size) if self.shown is None else levels[-1]
-        return level_while_moving(levels, self._level, budget_s, self._predicted)
+            return first_picture_settings(requested, size) if self.output is None else levels[-1]
+        return level_while_moving(levels, self._level, budget_s, self._predict_s)
 
     def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
         """Return what to render at rest, see `level_at_rest`."""
         assert self._request is not None
         requested = self._request.settings
-        if not self.cost.seconds_per_px and self._pixels(requested) > _MANY_PX:
+        if not self.cost.seconds_per_px and self._pixel_count(requested) > _MANY_PX:
             return self._best_level(requested, self._budget_s)
-        shown = None if self.shown is None else self.shown.settings
-        return level_at_rest(requested, shown, is_plate_whole, self._predicted)
+        shown_settings = None if self.output is None else self.output.settings
+        return level_at_rest(requested, shown_settings, is_plate_whole, self._predict_s)
 
-    def _predicted(self, settings: DefocusSettings) -> float:
-        return self.cost.predicted(settings, self._pixels(settings))
+    def _predict_s(self, settings: DefocusSettings) -> float:
+        """Return the predicted seconds for a picture with these settings."""
+        return self.cost.predict_seconds(settings, self._pixel_count(settings))
 
-    def _pixels(self, settings: DefocusSettings) -> int:
+    def _pixel_count(self, settings: DefocusSettings) -> int:
         width, height = proxy_size(self._renderer.loaded.color.size, settings.proxy)
         return width * height
 
     def _start(self, settings: DefocusSettings) -> None:
+        """Begin the picture of the request with these settings, on another machine if possible."""
         assert self._request is not None
         shot, slot = replace(self._request.shot, defocus=settings), self._slots[1]
-        of, is_whole = (shot, self._request.frame, slot), settings == self._request.settings
-        there = self.elsewhere.steps(*of) if is_whole and not self.is_answering else None
-        steps, views = there or self._renderer.steps(*of), self._views_before(settings)
-        built = programs_built()
-        self._work = _Work(steps, self._request, settings, slot, views, there is None, built)
+        arguments, is_whole = (shot, self._request.frame, slot), settings == self._request.settings
+        remote_steps = self.remote.steps(*arguments) if is_whole and not self.is_answering else None
+        steps = remote_steps or self._renderer.steps(*arguments)
+        views = self._views_before(settings)
+        program_count = programs_built()
+        self._work = _Work(
+            steps, self._request, settings, slot, views, remote_steps is None, program_count
+        )
 
     def _views_before(self, settings: DefocusSettings) -> int:
         """Return how many points of the lens the renderer continues from; 0: it starts again."""
-        shown = self.shown
-        if shown is None or not self._is_of_request(shown) or not settings.method.needs_scene:
+        output = self.output
+        if output is None or not self._is_of_request(output) or not settings.method.needs_scene:
             return 0
-        is_more = replace(settings, views=shown.settings.views) == shown.settings
-        return shown.settings.views if is_more and shown.settings.views < settings.views else 0
+        is_refinement = replace(settings, views=output.settings.views) == output.settings
+        return (
+            output.settings.views if is_refinement and output.settings.views < settings.views else 0
+        )
 
-    # What a picture took is learnt together with whether programs were built meanwhile. The first
-    # picture of a kind contains seconds of a driver's builds: kept in the model for good, they made
-    # the window of an NVIDIA H200 show a third of the size while the whole picture takes 5 ms. A
-    # pyramid in place of another method teaches nothing about it, and neither does a picture that a
-    # worker has made.
+    # The cost model learns the time of a picture, and whether programs were built meanwhile. The
+    # first picture of a kind contains seconds of a driver's builds: if the model kept them, the
+    # window of an NVIDIA H200 would show a third of the size although the whole picture takes 5 ms.
+    # A pyramid in place of another method says nothing about that method, nor does a picture that
+    # another machine has rendered.
     def _advance(self, slice_s: float) -> None:
         """Render in steps until the time is over or the picture is finished."""
         assert self._work is not None and self._request is not None
         work, start = self._work, self._clock()
         try:
-            while self._clock() - start < slice_s and not self.elsewhere.is_waiting:
+            while self._clock() - start < slice_s and not self.remote.is_waiting:
                 next(work.steps)
             work.seconds += self._clock() - start
         except StopIteration as end:
             self._renderer.ctx.finish()
             work.seconds += self._clock() - start
-            made = replace(work.settings, views=work.settings.views - work.views_before)
-            is_alike = made.method is work.key.settings.method
-            if work.is_here and (is_alike or made.method is not Method.PYRAMID):
-                has_built = programs_built() > work.built_before
-                self.cost.learn(made, self._pixels(made), work.seconds, has_built)
-            is_latest = _bare(work.key) == _bare(self._request)
-            of = self._request if is_latest else work.key
-            self.shown = Shown(end.value, of.shot, of.frame, work.settings, work.seconds, of.plate)
+            rendered = replace(work.settings, views=work.settings.views - work.views_before)
+            is_same_method = rendered.method is work.key.settings.method
+            if work.is_local and (is_same_method or rendered.method is not Method.PYRAMID):
+                has_built = programs_built() > work.programs_before
+                self.cost.learn(rendered, self._pixel_count(rendered), work.seconds, has_built)
+            is_latest = _key_without_notes(work.key) == _key_without_notes(self._request)
+            key = self._request if is_latest else work.key
+            self.output = Shown(
+                end.value, key.shot, key.frame, work.settings, work.seconds, key.plate
+            )
             self._slots, self._work = self._slots[::-1], None
             self.is_answering = self.is_answering and not is_latest
 
 
-def _bare(key: PictureKey) -> PictureKey:
+def _key_without_notes(key: PictureKey) -> PictureKey:
+    """Return the key of the same picture without the marks and looks of its shot."""
     return replace(key, shot=without_notes(key.shot))

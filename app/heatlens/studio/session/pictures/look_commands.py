@@ -14,12 +14,12 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import free_letter
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.view.view import GRID_MOST, Against, Compare, ViewState
-from heatlens.media.files.opened_by_ending import picture_of
-from heatlens.studio.session.messages import Problem, reported
+from heatlens.media.files.opened_by_ending import open_embedded_picture
+from heatlens.studio.session.messages import Problem, report_errors
 from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.shared import Commands, Shared
 
-KEYED = 9  # looks with a shortcut
+LOOKS_WITH_KEY = 9  # looks with a shortcut
 
 
 class LookCommands(Commands):
@@ -28,8 +28,8 @@ class LookCommands(Commands):
     def __init__(self, shared: Shared, view: PictureView) -> None:
         super().__init__(shared)
         self._view = view
-        self._before: Lens | None = None  # the lens before the latest look was used
-        self.still_now: Callable[[], str | None] = lambda: None  # returns a still of the picture
+        self._previous_lens: Lens | None = None  # the lens before the latest look was used
+        self.make_still: Callable[[], str | None] = lambda: None  # returns a still of the picture
 
     @property
     def looks(self) -> tuple[Look, ...]:
@@ -40,55 +40,58 @@ class LookCommands(Commands):
         """Keep the lens at the playhead as a look, named with the next free letter."""
         shot = self._editing.shot
         name, frame = free_letter(look.name for look in shot.looks), self._editing.frame
-        look = Look(name, self._editing.lens, frame, self.still_now())
+        look = Look(name, self._editing.lens, frame, self.make_still())
         self._editing.do(replace(shot, looks=(*shot.looks, look)))
-        key = f" Ctrl+{len(self.looks)} returns to it." if len(self.looks) <= KEYED else ""
+        key = f" Ctrl+{len(self.looks)} returns to it." if len(self.looks) <= LOOKS_WITH_KEY else ""
         self._say(f"Look {look.name} is kept.{key}")
 
-    def go(self, index: int) -> None:
+    def use_number(self, index: int) -> None:
         """Use the lens of a look; keyed parameters get a key at the playhead."""
         if index >= len(self.looks):
             self._say(Problem(f"There are {len(self.looks)} looks. Shift+L keeps one."))
             return
-        self._take(self.looks[index].lens)
+        self._use_lens(self.looks[index].lens)
 
-    def go_to(self, name: str) -> None:
+    def use_named(self, name: str) -> None:
         """Use the lens of the look with this name."""
         names = [look.name for look in self.looks]
         if name in names:
-            self.go(names.index(name))
+            self.use_number(names.index(name))
 
-    def back(self) -> None:
+    def use_previous_lens(self) -> None:
         """Return to the lens before the latest look; a second call returns to the look."""
-        if self._before is None:
+        if self._previous_lens is None:
             self._say(Problem("There is no earlier lens: no look has been applied yet."))
         else:
-            self._take(self._before)
+            self._use_lens(self._previous_lens)
 
-    def _take(self, lens: Lens) -> None:
+    def _use_lens(self, lens: Lens) -> None:
         """Change to a lens as one undo step, and remember the previous one."""
-        before = self._editing.lens
+        old_lens = self._editing.lens
         self._editing.choose_lens(lens)
-        if before != lens:
-            self._before = before
+        if old_lens != lens:
+            self._previous_lens = old_lens
 
     def rename(self, look: Look, name: str) -> None:
         """Rename a look."""
-        with reported(self._say):
-            self._replace(look, (replace(look, name=name.strip()),))
+        with report_errors(self._say):
+            self._replace_look(look, (replace(look, name=name.strip()),))
 
     def delete(self, look: Look) -> None:
         """Delete a look."""
-        self._replace(look, ())
+        self._replace_look(look, ())
 
-    def _replace(self, look: Look, by: tuple[Look, ...]) -> None:
+    def _replace_look(self, look: Look, new_looks: tuple[Look, ...]) -> None:
+        """Replace a look of the shot by one or none, as an undo step."""
         shot = self._editing.shot
-        at = shot.looks.index(look)
-        self._editing.do(replace(shot, looks=(*shot.looks[:at], *by, *shot.looks[at + 1 :])))
+        index = shot.looks.index(look)
+        self._editing.do(
+            replace(shot, looks=(*shot.looks[:index], *new_looks, *shot.looks[index + 1 :]))
+        )
 
     def compare(self, look: Look) -> None:
         """Make B the frame through the look; show it with the wipe unless a comparison is on."""
-        state = self._compared()
+        state = self._look_comparison()
         a_look = "" if state.a_look == look.name else state.a_look
         self._view.state = replace(state, b_look=look.name, a_look=a_look)
 
@@ -97,23 +100,23 @@ class LookCommands(Commands):
 
         B stays a different look, or becomes the first other one.
         """
-        state = self._compared()
-        others = [other.name for other in self.looks if other != look]
-        if state.a_look == look.name or not others:
-            if not others:
+        state = self._look_comparison()
+        other_names = [other_look.name for other_look in self.looks if other_look != look]
+        if state.a_look == look.name or not other_names:
+            if not other_names:
                 self._say(Problem("A second look is needed on the right. Shift+L keeps one."))
             self._view.state = replace(self._view.state, a_look="")
             return
-        b_look = state.b_look if state.b_look in others else others[0]
+        b_look = state.b_look if state.b_look in other_names else other_names[0]
         self._view.state = replace(state, a_look=look.name, b_look=b_look)
 
-    def _compared(self) -> ViewState:
+    def _look_comparison(self) -> ViewState:
         """Return the view comparing looks, with the wipe unless another comparison is on."""
         state = self._view.state
-        is_beside = state.compare in (Compare.OFF, Compare.GRID)
-        compare = Compare.WIPE if is_beside else state.compare
-        was_look = state.against is Against.LOOK and not is_beside
-        a_look = state.a_look if was_look else ""
+        is_no_comparison = state.compare in (Compare.OFF, Compare.GRID)
+        compare = Compare.WIPE if is_no_comparison else state.compare
+        was_of_looks = state.against is Against.LOOK and not is_no_comparison
+        a_look = state.a_look if was_of_looks else ""
         return replace(state, against=Against.LOOK, compare=compare, a_look=a_look)
 
     def toggle_grid(self) -> None:
@@ -127,17 +130,17 @@ class LookCommands(Commands):
 
     def toggle_in_grid(self, look: Look) -> None:
         """Add a look to the grid or remove it; a fifth one replaces the first."""
-        names = [other.name for other in self.looks]
-        chosen = [n for n in names if n in self._view.state.grid] or names[:GRID_MOST]
-        if look.name in chosen:
-            chosen.remove(look.name)
+        names = [shot_look.name for shot_look in self.looks]
+        grid = [name for name in names if name in self._view.state.grid] or names[:GRID_MOST]
+        if look.name in grid:
+            grid.remove(look.name)
         else:
-            chosen = [*chosen[-GRID_MOST + 1 :], look.name]
-        self._view.state = replace(self._view.state, grid=tuple(chosen))
+            grid = [*grid[-GRID_MOST + 1 :], look.name]
+        self._view.state = replace(self._view.state, grid=tuple(grid))
 
 
 _QUALITY = 85
-_SIDE_MOST = 1024  # pixels; larger pictures are rejected
+_MAX_SIDE = 1024  # pixels; larger pictures are rejected
 
 
 def still_of(pixels: NDArray[np.uint8]) -> str:
@@ -151,8 +154,8 @@ def pixels_of_still(text: str) -> NDArray[np.uint8] | None:
     """Return the picture of a still, (H, W, 3); None for an invalid text."""
     try:
         data = base64.b64decode(text, validate=True)
-        with picture_of(data, ("JPEG",)) as image:
-            if max(image.size) > _SIDE_MOST:
+        with open_embedded_picture(data, ("JPEG",)) as image:
+            if max(image.size) > _MAX_SIDE:
                 return None
             return np.asarray(image.convert("RGB"), np.uint8)
     except (binascii.Error, OSError, ValueError, Image.DecompressionBombError):

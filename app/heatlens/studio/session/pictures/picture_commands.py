@@ -15,15 +15,15 @@ from pathlib import Path
 
 from heatlens.core.base.background import Background
 from heatlens.core.base.errors import HeatlensError, InputError
-from heatlens.core.base.paths import opened_file
+from heatlens.core.base.paths import open_regular_file
 from heatlens.core.model.lens.lens import Lens
 from heatlens.media.files.marks import blurred_mark
 from heatlens.media.files.picture_formats import format_of, suffixes_written
 from heatlens.media.plate.picture.picture_write import (
     check_output,
-    seen_values,
+    convert_to_display_values,
+    write_display_values,
     write_picture,
-    write_shown,
 )
 from heatlens.media.plate.plate import FloatImage, Plate
 from heatlens.media.scene.scene_read import files_of_scene
@@ -47,8 +47,8 @@ class Tool:
     reads_stdin: bool = False  # the picture; otherwise `argv` names its file
 
 
-def tools(path: Path, platform: str, environ: Mapping[str, str]) -> tuple[Tool, ...]:
-    """Return the tools that may work on `platform` (a value of sys.platform), likeliest first."""
+def clipboard_tools(path: Path, platform: str, environ: Mapping[str, str]) -> tuple[Tool, ...]:
+    """Return the tools that may work on `platform` (as sys.platform), the likeliest first."""
     if platform == "darwin":
         quoted = str(path).replace("\\", "\\\\").replace('"', '\\"')
         script = f'set the clipboard to (read (POSIX file "{quoted}") as «class PNGf»)'
@@ -63,8 +63,8 @@ def tools(path: Path, platform: str, environ: Mapping[str, str]) -> tuple[Tool, 
         return (Tool(("powershell", "-NoProfile", "-STA", "-Command", script)),)
     wayland = Tool(("wl-copy", "--type", "image/png"), reads_stdin=True)
     x11 = Tool(("xclip", "-selection", "clipboard", "-t", "image/png", "-i"), reads_stdin=True)
-    wanted = ((wayland, "WAYLAND_DISPLAY"), (x11, "DISPLAY"))
-    return tuple(tool for tool, variable in wanted if environ.get(variable))
+    linux_tools = ((wayland, "WAYLAND_DISPLAY"), (x11, "DISPLAY"))
+    return tuple(tool for tool, variable in linux_tools if environ.get(variable))
 
 
 def copy_png(
@@ -72,40 +72,52 @@ def copy_png(
 ) -> None:
     """Put the PNG at `path` on the clipboard; `which` finds programs, as shutil.which does.
 
-    Raises InputError saying what to install, or what the tool said.
+    Raises InputError with what to install, or with the output of the tool.
     """
-    usable = [tool for tool in tools(path, platform, environ) if which(tool.argv[0])]
-    if not usable:
-        raise InputError(_nothing_found(platform, environ))
+    usable_tools = [
+        tool for tool in clipboard_tools(path, platform, environ) if which(tool.argv[0])
+    ]
+    if not usable_tools:
+        raise InputError(_missing_tool_message(platform, environ))
     problems = []
-    for tool in usable:
-        problem = _run(tool, path)
+    for tool in usable_tools:
+        problem = _run_tool(tool, path)
         if not problem:
             return
         problems.append(problem)
     raise InputError(f"The picture was not copied: {problems[0]}")
 
 
-def _run(tool: Tool, path: Path) -> str:
-    """Run a tool. Return "" if it worked, otherwise what went wrong.
+def _run_tool(tool: Tool, path: Path) -> str:
+    """Run a tool. Return "" if it worked, otherwise a message with the problem.
 
     The tools keep running to serve the clipboard, and keep inherited pipes open. Their output
     therefore goes to a file: a pipe would never end.
     """
-    with tempfile.TemporaryFile() as words, opened_file(path) as picture:
+    with tempfile.TemporaryFile() as output_file, open_regular_file(path) as picture:
         stdin = picture if tool.reads_stdin else subprocess.DEVNULL
         try:
-            done = subprocess.run(
-                tool.argv, stdin=stdin, stdout=words, stderr=words, timeout=_TIMEOUT_S, check=False
+            process = subprocess.run(
+                tool.argv,
+                stdin=stdin,
+                stdout=output_file,
+                stderr=output_file,
+                timeout=_TIMEOUT_S,
+                check=False,
             )
         except (OSError, subprocess.TimeoutExpired) as error:
             return f"{tool.argv[0]}: {error}."
-        words.seek(0)
-        output = words.read().decode(errors="replace").strip()
-    return f"{tool.argv[0]}: {output or f'exit code {done.returncode}'}" if done.returncode else ""
+        output_file.seek(0)
+        output = output_file.read().decode(errors="replace").strip()
+    return (
+        f"{tool.argv[0]}: {output or f'exit code {process.returncode}'}"
+        if process.returncode
+        else ""
+    )
 
 
-def _nothing_found(platform: str, environ: Mapping[str, str]) -> str:
+def _missing_tool_message(platform: str, environ: Mapping[str, str]) -> str:
+    """Return the message about the tool that has to be installed."""
     if platform == "darwin":
         return "The picture was not copied: macOS's osascript is not in PATH."
     if platform == "win32":
@@ -133,9 +145,9 @@ class _Request:
 class PictureCommands(Commands, Worker):
     """Saves or copies one picture at a time, with the look that the screen gives it."""
 
-    def __init__(self, shared: Shared, look: PictureDisplay, live: LivePicture) -> None:
+    def __init__(self, shared: Shared, display: PictureDisplay, live: LivePicture) -> None:
         super().__init__(shared)
-        self._look = look
+        self._display = display
         self._live = live
         self._request: _Request | None = None
         self._writer: Background[str] = Background(self._wake)
@@ -162,16 +174,16 @@ class PictureCommands(Commands, Worker):
 
     def poll(self) -> None:
         """Begin to write a requested picture once it is whole; report how writing ended."""
-        request, now = self._request, (self._editing.seen_shot.source, self._editing.frame)
-        if request is not None and (request.source, request.frame) != now:
+        request, current = self._request, (self._editing.seen_shot.source, self._editing.frame)
+        if request is not None and (request.source, request.frame) != current:
             self._request = None
             self._say(
                 f"The frame changed before its picture was complete: {request.words} was cancelled."
             )
-        elif request is not None and (shown := self._whole()) is not None:
+        elif request is not None and (picture := self._whole_picture()) is not None:
             self._request = None
             self._say(f"{request.words.capitalize()} ...")
-            self._write(shown, request.path)
+            self._begin_writing(picture, request.path)
         try:
             message = self._writer.poll()
         except HeatlensError as error:
@@ -179,24 +191,28 @@ class PictureCommands(Commands, Worker):
         if message is not None:
             self._say(message)
 
-    def _whole(self) -> Shown | None:
-        shown, source, frame = self._live.shown, self._source, self._editing.frame
+    def _whole_picture(self) -> Shown | None:
+        """Return the complete picture of the current frame; None until it is rendered."""
+        picture, source, frame = self._live.output, self._source, self._editing.frame
         if source.plate is None or not (source.feed.is_whole and source.is_settled_at(frame)):
             return None
         cache = None if source.opened is None else source.opened.cache
         if cache is not None and source.plate.path != cache.sequence.resolve(frame):
             return None  # the plate of the frame is still being read
-        of = (self._editing.seen_shot, frame)
-        is_it = shown is not None and (shown.shot, shown.frame) == of
-        return shown if is_it and not self._live.is_working else None
+        shot_and_frame = (self._editing.seen_shot, frame)
+        is_current = picture is not None and (picture.shot, picture.frame) == shot_and_frame
+        return picture if is_current and not self._live.is_working else None
 
-    def _write(self, shown: Shown, path: Path | None) -> None:
+    def _begin_writing(self, picture: Shown, path: Path | None) -> None:
+        """Begin to write or copy a complete picture on the thread."""
         plate = self._source.plate
         assert plate is not None  # the picture is whole
-        self._writer.start(partial(saved, snapshot(shown, plate, self._values, path), path))
+        self._writer.start(
+            partial(write_or_copy, take_snapshot(picture, plate, self._display_values, path), path)
+        )
 
-    def _values(self) -> DisplayValues:
-        return self._look.values(self._live.device)
+    def _display_values(self) -> DisplayValues:
+        return self._display.values(self._live.device)
 
     def close(self) -> None:
         """Wait until a file that is being written is finished."""
@@ -207,44 +223,44 @@ class PictureCommands(Commands, Worker):
 class Snapshot:
     """A complete picture, the same as from `heatlens render`.
 
-    seen  display values of what the window shows, for every file but an EXR
+    display_values  what the window shows, for every file but an EXR
     """
 
     pixels: FloatImage
     plate: Plate
     lens: Lens
     proxy: float
-    seen: FloatImage | None
+    display_values: FloatImage | None
 
 
-def snapshot(
-    shown: Shown, plate: Plate, make_values: Callable[[], DisplayValues], path: Path | None
+def take_snapshot(
+    picture: Shown, plate: Plate, make_values: Callable[[], DisplayValues], path: Path | None
 ) -> Snapshot:
     """Read the picture back for `path`, or the clipboard; call this on the thread of OpenGL."""
-    shot = shown.shot
-    pixels, proxy, lens = download(shown.texture), shot.defocus.proxy, shot.lens_at(shown.frame)
-    named = path or Path(f"clipboard{CLIPBOARD_SUFFIX}")
-    if format_of(named) is None or named.suffix.lower() not in suffixes_written():
+    shot = picture.shot
+    pixels, proxy, lens = download(picture.texture), shot.defocus.proxy, shot.lens_at(picture.frame)
+    file_name = path or Path(f"clipboard{CLIPBOARD_SUFFIX}")
+    if format_of(file_name) is None or file_name.suffix.lower() not in suffixes_written():
         return Snapshot(pixels, plate, lens, proxy, None)
     values = make_values()
     try:
-        seen = seen_values(pixels, plate, proxy, values.encode, named)
+        display_values = convert_to_display_values(pixels, plate, proxy, values.encode, file_name)
     finally:
         values.release()
-    return Snapshot(pixels, plate, lens, proxy, seen)
+    return Snapshot(pixels, plate, lens, proxy, display_values)
 
 
-def saved(picture: Snapshot, path: Path | None) -> str:
-    """Write the picture, or copy it for None; on a thread. Return the message that says so."""
+def write_or_copy(picture: Snapshot, path: Path | None) -> str:
+    """Write the picture to `path`, or copy it if None; on a thread. Return the message."""
     if path is None:
-        _copy(picture)
+        _copy_to_clipboard(picture)
         return "The picture is on the clipboard."
-    check_output(path, *_sources(picture.plate.path))
-    _write(picture, path)
+    check_output(path, *_source_files(picture.plate.path))
+    _write_file(picture, path)
     return f"Saved {path}."
 
 
-def _sources(path: Path) -> tuple[Path, ...]:
+def _source_files(path: Path) -> tuple[Path, ...]:
     """Return the files of a plate or a scene, with the files that it refers to."""
     try:
         return files_of_scene(path)
@@ -252,15 +268,17 @@ def _sources(path: Path) -> tuple[Path, ...]:
         return (path,)
 
 
-def _write(picture: Snapshot, path: Path) -> None:
-    if picture.seen is None:
+def _write_file(picture: Snapshot, path: Path) -> None:
+    """Write a complete picture to a file, scene-linear or as the window shows it."""
+    if picture.display_values is None:
         write_picture(path, picture.pixels, picture.plate, picture.lens, picture.proxy)
     else:
-        write_shown(path, picture.seen, blurred_mark(True))
+        write_display_values(path, picture.display_values, blurred_mark(True))
 
 
-def _copy(picture: Snapshot) -> None:
+def _copy_to_clipboard(picture: Snapshot) -> None:
+    """Put a complete picture on the clipboard."""
     with tempfile.TemporaryDirectory(prefix="heatlens-") as folder:
         path = Path(folder) / f"picture{CLIPBOARD_SUFFIX}"
-        _write(picture, path)
+        _write_file(picture, path)
         copy_png(path, sys.platform, os.environ, shutil.which)

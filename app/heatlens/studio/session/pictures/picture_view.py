@@ -16,10 +16,10 @@ from heatlens.media.color.view_transform import srgb_transform, view_transform
 from heatlens.render.display.display_values import DisplayValues
 from heatlens.render.display.screen_pictures import ScreenPictures
 from heatlens.render.gpu.device import Device
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.shot.editing import Editing
 
-_NOT_YET = ("", "", None, None)  # no view has such an input space
+_NO_REQUEST = ("", "", None, None)  # no view has such an input space
 
 
 class ColorChoice:
@@ -38,7 +38,7 @@ class ColorChoice:
             say(f"{error} Pictures are shown through the plain sRGB curve.")
         self._inputs = self.config.input_spaces() if self.config else ()
         self.attributes: Mapping[str, object] = {}  # header entries of the open plate
-        self._current: tuple[str, str, InputSpace | None, Grade | None] = _NOT_YET
+        self._applied: tuple[str, str, InputSpace | None, Grade | None] = _NO_REQUEST
         self.transform = srgb_transform()  # the transform in use
 
     def displays(self) -> tuple[str, ...]:
@@ -62,51 +62,54 @@ class ColorChoice:
             return self.views(display)[0]
         return default_view(self.config, display, self.attributes)
 
-    def of_plate(self, view: ViewState, attributes: Mapping[str, object]) -> ViewState:
-        """Take the header entries of a plate; return `view`, adapted unless the user chose it."""
-        was = self.usual_view(view.display)
+    def adapt_to_plate(self, view: ViewState, attributes: Mapping[str, object]) -> ViewState:
+        """Use the header of a plate; return `view` with its default, unless the user chose one."""
+        old_default = self.usual_view(view.display)
         self.attributes = attributes
-        return replace(view, view=self.usual_view(view.display)) if view.view == was else view
+        return (
+            replace(view, view=self.usual_view(view.display)) if view.view == old_default else view
+        )
 
     def chosen_view(self, view: ViewState) -> str:
         """Return the view that the user chose; "" if it is the default one."""
         return "" if view.view == self.usual_view(view.display) else view.view
 
-    def with_names(self, view: ViewState) -> ViewState:
+    def limit_to_config(self, view: ViewState) -> ViewState:
         """Return `view` with display, view and input space limited to those of the config."""
         displays = self.displays()
         if view.display not in displays:
-            first = self.config.default_display if self.config else displays[0]
-            view = replace(view, display=first, view="")
+            default_display = self.config.default_display if self.config else displays[0]
+            view = replace(view, display=default_display, view="")
         if view.view not in self.views(view.display):
             view = replace(view, view=self.usual_view(view.display))
         return view if view.input_space in self._inputs else replace(view, input_space="")
 
-    def input_of(self, chosen: str) -> InputSpace:
+    def plate_input_space(self, chosen_space: str) -> InputSpace:
         """Return the input space of the plate: `chosen`, otherwise the one its header names."""
-        return input_space_of(self.config, self.attributes, chosen)
+        return input_space_of(self.config, self.attributes, chosen_space)
 
-    def draw_again(self) -> None:
+    def rebuild(self) -> None:
         """Build the transform again at the next `apply`."""
-        self._current = _NOT_YET
+        self._applied = _NO_REQUEST
 
     def apply(self, view: ViewState, screen: ScreenPictures, grade: Grade | None = None) -> None:
         """Set the transform that `view` names on `screen`, with the grade of the shot.
 
-        One that cannot be built is reported.
+        Report a transform that cannot be built.
         """
-        light, grade = self.input_of(view.input_space), grade if view.is_graded else None
-        requested = (view.display, view.view, light, grade)
-        if requested == self._current:
+        input_space = self.plate_input_space(view.input_space)
+        grade = grade if view.is_graded else None
+        requested = (view.display, view.view, input_space, grade)
+        if requested == self._applied:
             return
-        self._current = requested
-        with reported(self._say):
+        self._applied = requested
+        with report_errors(self._say):
             if self.config is None:
-                transform = srgb_transform(light.name, light.turned_from)
+                transform = srgb_transform(input_space.name, input_space.source_primaries)
             else:
                 transform = view_transform(
-                    *(self.config, view.display, view.view, light.name),
-                    *(light.turned_from, grade),
+                    *(self.config, view.display, view.view, input_space.name),
+                    *(input_space.source_primaries, grade),
                 )
             screen.display.set_transform(transform)
             self.transform = transform
@@ -141,8 +144,8 @@ class PictureView:
     @property
     def is_lens_alone(self) -> bool:
         """True while only the picture through the lens is shown, without comparison or overlay."""
-        is_bare = self.state.compare is Compare.OFF and not self.state.has_overlay
-        return is_bare and self.state.depth_of_field and not self.is_lens_held_off
+        has_nothing_over = self.state.compare is Compare.OFF and not self.state.has_overlay
+        return has_nothing_over and self.state.depth_of_field and not self.is_lens_held_off
 
 
 class PictureDisplay:
@@ -153,19 +156,19 @@ class PictureDisplay:
 
     def options(self) -> DisplayOptions:
         """Return the look as options of the command line."""
-        view = self.view.state.exposed_through(self._editing.lens)
-        named = DisplayOptions(
+        view = self.view.state.with_transmission(self._editing.lens)
+        named_options = DisplayOptions(
             ocio=self._color.path or None,
             display=view.display or None,
             view=view.view or None,
             input_space=view.input_space or None,
         )
         if self._editing.shot.grade is not None and not view.is_graded:
-            named = replace(named, cdl=NO_GRADE)
-        look = DisplayOptions() if self._color.config is None else named
-        return replace(look, gamma=view.gamma, exposure_stops=view.exposure_stops)
+            named_options = replace(named_options, cdl=NO_GRADE)
+        options = DisplayOptions() if self._color.config is None else named_options
+        return replace(options, gamma=view.gamma, exposure_stops=view.exposure_stops)
 
     def values(self, ctx: Device) -> DisplayValues:
         """Return what converts scene-linear light to the display values of the window."""
-        view = self.view.state.exposed_through(self._editing.lens)
+        view = self.view.state.with_transmission(self._editing.lens)
         return DisplayValues(ctx, self._color.transform, view.exposure_stops, view.gamma)

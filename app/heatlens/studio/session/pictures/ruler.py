@@ -3,10 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from heatlens.core.model.view.view_geometry import PictureShape, shown_shape
+from heatlens.core.model.view.view_geometry import PictureShape, desqueezed_shape
 from heatlens.media.plate.coc_line import depth_at_m
 from heatlens.media.plate.plate import Plate
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.shared import Commands, Shared
 
@@ -36,11 +36,11 @@ class Intrinsics:
 
 Pixel = tuple[int, int]
 
-_ASSUMED = "The file has no lens: the ruler uses the current one."
+_ASSUMED_LENS = "The file has no lens: the ruler uses the current one."
 
 
 @dataclass(frozen=True)
-class Measured:
+class Measurement:
     """The result: the depths of both points, and the distance between them, in m."""
 
     depths_m: tuple[float, float]
@@ -65,13 +65,13 @@ class Ruler(Commands):
 
     def toggle(self) -> None:
         """Switch the ruler on or off."""
-        if self.leave():
+        if self.switch_off():
             return
         self.is_on = True
         if not self._camera_mm:
-            self._say(_ASSUMED)
+            self._say(_ASSUMED_LENS)
 
-    def leave(self) -> bool:
+    def switch_off(self) -> bool:
         """Switch the ruler off; return True if it was on."""
         was_on, self.is_on, self.points = self.is_on, False, ()
         return was_on
@@ -86,30 +86,32 @@ class Ruler(Commands):
         if self.points and pixel != self.points[0] and self.is_inside(pixel):
             self.points = (self.points[0], pixel)
 
-    def measured(self, to: Pixel | None = None) -> Measured | None:
-        """Return the measurement; `to` is used if there is no second point.
+    def measure(self, hovered: Pixel | None = None) -> Measurement | None:
+        """Return the measurement; `hovered` is used if there is no second point.
 
         Return None without two points, or if one is at infinity.
         """
-        ends = self.points if len(self.points) == 2 or to is None else (*self.points, to)
+        ends = self.points if len(self.points) == 2 or hovered is None else (*self.points, hovered)
         plate = self._source.plate
         if len(ends) != 2 or plate is None or not all(self.is_inside(end) for end in ends):
             return None
         ends = tuple(self._source.frame_px(self._editing.lens, end) for end in ends)
-        with reported(self._say):
-            on_plate = [self._source.feed.plate_px(self._editing.shot, end) for end in ends]
-            near_m, far_m = (depth_at_m(plate, *end) for end in on_plate)
+        with report_errors(self._say):
+            plate_pixels = [self._source.feed.plate_px(self._editing.shot, end) for end in ends]
+            first_m, second_m = (depth_at_m(plate, *end) for end in plate_pixels)
             camera = self._camera(plate)
-            a, b = camera.point_m(ends[0], near_m), camera.point_m(ends[1], far_m)
-            return Measured((near_m, far_m), math.dist(a, b))
+            a, b = camera.point_m(ends[0], first_m), camera.point_m(ends[1], second_m)
+            return Measurement((first_m, second_m), math.dist(a, b))
         return None
 
     def is_inside(self, pixel: Pixel) -> bool:
-        """Return True if the pixel can be measured: the picture is there, with distances."""
+        """Return True if the pixel is in the picture and the picture has distances."""
         plate = self._source.plate
         if plate is None or not plate.has_distances:
             return False
-        return plate.shows(*self._source.plate_px(self._editing.lens, self._editing.shot, pixel))
+        return plate.contains_pixel(
+            *self._source.plate_px(self._editing.lens, self._editing.shot, pixel)
+        )
 
     @property
     def _camera_mm(self) -> tuple[float, float] | None:
@@ -122,6 +124,6 @@ class Ruler(Commands):
 
     def _camera(self, plate: Plate) -> Intrinsics:
         """Return the camera that made the picture; unknown values are those of the shot's lens."""
-        lens, told_mm = self._editing.lens, self._camera_mm
-        shape = shown_shape(self._view.state, self._source.picture_shape(self._editing.shot))
-        return Intrinsics(*(told_mm or (lens.focal_length_mm, lens.sensor_width_mm)), shape)
+        lens, camera_mm = self._editing.lens, self._camera_mm
+        shape = desqueezed_shape(self._view.state, self._source.picture_shape(self._editing.shot))
+        return Intrinsics(*(camera_mm or (lens.focal_length_mm, lens.sensor_width_mm)), shape)

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from heatlens.core.base.background import Background
-from heatlens.core.base.faults import faults_reported
+from heatlens.core.base.faults import report_faults
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.shot.settings import Method
 from heatlens.core.model.view.overlays import NO_OVERLAY
 from heatlens.core.model.view.view import DIFFERENCE_GAINS, Against, Compare
-from heatlens.core.model.view.view_geometry import zoomed, zoomed_to
+from heatlens.core.model.view.view_geometry import zoom_view, zoom_view_to
 from heatlens.media.plate.header.channel_choice import choose_color
 from heatlens.media.plate.plate import FloatImage
 from heatlens.media.plate.read import color_file_parts, read_color
@@ -38,12 +38,12 @@ class Reference:
     texture: Texture
 
 
-@faults_reported("The reference could not be read")
+@report_faults("The reference could not be read")
 def read_reference(path: Path) -> tuple[Path, FloatImage]:
     """Return the path and the colours, (H, W, 4), of a picture file. Raise HeatlensError."""
-    parts = color_file_parts(path, PlateOptions())
-    choice = choose_color(path, [header for header, _ in parts], None)
-    return path, read_color(path, parts, choice)[0]
+    file_parts = color_file_parts(path, PlateOptions())
+    choice = choose_color(path, [header for header, _ in file_parts], None)
+    return path, read_color(path, file_parts, choice)[0]
 
 
 class ReferenceLoader(Commands, Worker):
@@ -60,7 +60,7 @@ class ReferenceLoader(Commands, Worker):
         self._reader.start(partial(read_reference, path))
 
     def poll(self) -> None:
-        """Put a new reference on the GPU and say so.
+        """Put a new reference on the GPU and report it.
 
         Raise HeatlensError if it cannot be read; the previous one stays.
         """
@@ -108,9 +108,9 @@ class ViewCommands(Commands):
         is_on = self._view.state.compare is compare
         self.change(compare=Compare.OFF if is_on else compare)
 
-    def leave(self) -> bool:
-        """Put the ruler away or leave the grid. Return True if either was in use."""
-        if self.ruler.leave():
+    def leave_mode(self) -> bool:
+        """Switch off the ruler, or leave the grid. Return True if either was in use."""
+        if self.ruler.switch_off():
             return True
         is_grid = self._view.state.compare is Compare.GRID
         if is_grid:
@@ -118,7 +118,7 @@ class ViewCommands(Commands):
         return is_grid
 
     def toggle_ruler(self) -> None:
-        """Take the ruler or put it away. It measures in a single picture, not in a grid."""
+        """Switch the ruler on or off. It measures in a single picture, so leave a grid."""
         if self._view.state.compare is Compare.GRID:
             self.change(compare=Compare.OFF)
         self.ruler.toggle()
@@ -131,8 +131,8 @@ class ViewCommands(Commands):
     def toggle_guide(self, field: str) -> None:
         """Draw or hide one kind of guide lines."""
         guides = self._view.state.guides
-        changed: Values = {field: not getattr(guides, field)}
-        self.change(guides=replace(guides, **changed))
+        changes: Values = {field: not getattr(guides, field)}
+        self.change(guides=replace(guides, **changes))
 
     def fit(self) -> None:
         """Show the whole picture."""
@@ -141,16 +141,16 @@ class ViewCommands(Commands):
     def zoom(self, factor: float) -> None:
         """Zoom at the middle of the viewport."""
         view, shape = self._view, self._source.picture_shape(self._editing.shot)
-        view.state = zoomed(view.state, view.viewport, shape, factor, view.viewport.middle)
+        view.state = zoom_view(view.state, view.viewport, shape, factor, view.viewport.middle)
 
     def one_to_one(self) -> None:
         """Show one pixel of the picture on one pixel of the screen."""
         view, shape = self._view, self._source.picture_shape(self._editing.shot)
-        view.state = zoomed_to(view.state, view.viewport, shape, 1.0, view.viewport.middle)
+        view.state = zoom_view_to(view.state, view.viewport, shape, 1.0, view.viewport.middle)
 
     def expose(self, steps: int) -> None:
         """Change the exposure of the view by a number of quarter stops."""
-        self._view.state = self._view.state.exposed_by(steps * _EXPOSURE_STEP)
+        self._view.state = self._view.state.brighten(steps * _EXPOSURE_STEP)
 
     def reset_exposure_and_gamma(self) -> None:
         """Reset exposure and gamma of the view."""
@@ -162,25 +162,25 @@ class ViewCommands(Commands):
 
     def step_gain(self, steps: int) -> None:
         """Amplify the difference picture more, or less if `steps` is negative."""
-        now = self._view.state.difference_gain
-        nearest = min(DIFFERENCE_GAINS, key=lambda gain: abs(gain - now))
-        index = DIFFERENCE_GAINS.index(nearest) + steps
+        current_gain = self._view.state.difference_gain
+        nearest_gain = min(DIFFERENCE_GAINS, key=lambda gain: abs(gain - current_gain))
+        index = DIFFERENCE_GAINS.index(nearest_gain) + steps
         index = min(max(index, 0), len(DIFFERENCE_GAINS) - 1)
         self.change(difference_gain=DIFFERENCE_GAINS[index])
 
     def swap_b(self) -> None:
         """Switch B between the reference and the pinhole picture."""
         is_reference = self._view.state.against is Against.REFERENCE
-        other = Against.PINHOLE if is_reference else Against.REFERENCE
-        if other is Against.REFERENCE and self._references.current is None:
+        new_side = Against.PINHOLE if is_reference else Against.REFERENCE
+        if new_side is Against.REFERENCE and self._references.current is None:
             self._say("No reference is loaded: open one with Ctrl+Shift+O.")
             return
-        self.change(against=other)
+        self.change(against=new_side)
 
     def compare_with(self, method: Method | None) -> None:
         """Compare with the pinhole picture (None) or with the same shot rendered by `method`."""
-        now = self._view.state.compare
-        compare = Compare.WIPE if now is Compare.OFF else now
+        current = self._view.state.compare
+        compare = Compare.WIPE if current is Compare.OFF else current
         if method is None:
             self.change(against=Against.PINHOLE, compare=compare)
         else:

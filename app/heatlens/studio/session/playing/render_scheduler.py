@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from heatlens.core.base.errors import HeatlensError
-from heatlens.core.base.faults import faults_reported
+from heatlens.core.base.faults import report_faults
 from heatlens.render.preview.shown import Shown
 from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.opened.open_source import OpenSource
 from heatlens.studio.session.pictures.compare_sides import CompareSides, Side
 from heatlens.studio.session.pictures.live_picture import PlateVersion
 from heatlens.studio.session.pictures.picture_view import PictureView
-from heatlens.studio.session.playing.rendered_pull import RenderedPull
+from heatlens.studio.session.playing.frames_ahead import FramesAhead
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.speed import Speed
 
@@ -27,17 +27,17 @@ from heatlens.studio.session.speed import Speed
 class PlateState:
     """The state of the picture before the blur.
 
-    is_there   there is a picture on the GPU
-    is_good    it is good enough to be blurred
-    is_whole   it has its final quality
-    is_asked   the sides were requested to render from it
-    wait_s     seconds until it can be improved; None if it cannot
+    exists        there is a picture on the GPU
+    is_good       it is good enough to be blurred
+    is_whole      it has its final quality
+    is_requested  the sides were requested to render from it
+    wait_s        seconds until it can be improved; None if it cannot
     """
 
-    is_there: bool
+    exists: bool
     is_good: bool
     is_whole: bool
-    is_asked: bool
+    is_requested: bool
     wait_s: float | None
 
 
@@ -45,13 +45,13 @@ class PlateState:
 class SideState:
     """The state of one side of the comparison.
 
-    is_done       its whole picture is finished, or cannot be rendered
+    is_finished   its whole picture is finished, or cannot be rendered
     has_work      there is a picture to continue, at the present quality of the plate
     wait_s        seconds until work may continue, because the input has to rest first
     is_answering  there is no picture of the latest change yet, not even a quick one
     """
 
-    is_done: bool
+    is_finished: bool
     has_work: bool
     wait_s: float
     is_answering: bool = False
@@ -63,14 +63,14 @@ class WorkState:
 
     plays_rendered  frames rendered before are playing, so that nothing has to be rendered
     sides           A, and B while it is rendered
-    turn            the index of the side whose turn it is
+    turn_index      the index of the side whose turn it is
     frames_wait_s   seconds until a frame can be rendered ahead; None if there is none to render
     """
 
     plays_rendered: bool
     plate: PlateState
     sides: tuple[SideState, ...]
-    turn: int
+    turn_index: int
     frames_wait_s: float | None
 
 
@@ -98,14 +98,14 @@ class NextWork:
 
 def is_rendering(plate: PlateState, sides: tuple[SideState, ...]) -> bool:
     """Return True while a visible picture is not complete."""
-    is_plate_done = plate.is_whole and plate.is_asked
-    return not (is_plate_done and all(side.is_done for side in sides))
+    is_plate_finished = plate.is_whole and plate.is_requested
+    return not (is_plate_finished and all(side.is_finished for side in sides))
 
 
-# The order follows what a hand waits for. The first pictures of a driver build dozens of programs:
-# made in one piece they kept the window deaf for 3 to 4 s. So the answer to a change goes on in
-# slices, between two looks at the input, and it comes before the plate becomes finer. Frames ahead
-# come last: they may be needed later, the visible picture is needed now.
+# The answer to a change comes first, because the user waits for it. It continues in slices between
+# two checks of the input: the first pictures of a driver build dozens of programs, and in one piece
+# they would block the window for 3 to 4 s. Then the plate becomes finer. Frames ahead come last,
+# because they may be needed later and the visible picture is needed now.
 def next_work(state: WorkState) -> NextWork:
     """Return what to work on next, and when."""
     if state.plays_rendered:
@@ -113,25 +113,25 @@ def next_work(state: WorkState) -> NextWork:
     if not is_rendering(state.plate, state.sides):
         wait_s = state.frames_wait_s
         return NextWork(Work.NOTHING if wait_s is None else Work.FRAMES, wait_s)
-    side = _next_side(state) if state.plate.is_there else None
+    side = _next_side(state) if state.plate.exists else None
     if side is None:
         return NextWork(Work.PLATE, state.plate.wait_s)
     return NextWork(Work.SIDE, state.sides[side].wait_s, side)
 
 
-# A scene is blurred only once it is good: a film picture of 16 antialiasing views used to be made
-# only to be made again of 64. An answer does not wait for that, as a quick picture of a coarse
+# A scene is blurred only once it is good, because a film picture of 16 antialiasing views would
+# only be replaced by one of 64. An answer does not wait for that, as a quick picture of a coarse
 # plate is better than none.
 def _next_side(state: WorkState) -> int | None:
-    """Return the side to render, first the one whose turn it is; None if the plate is next.
+    """Return the side to render, preferably the one whose turn it is; None if the plate is next.
 
-    A side that answers a change comes first, whatever the plate, so as not to wait for a good one.
+    A side that answers a change comes first and does not wait until the plate is good.
     """
     sides = tuple(enumerate(state.sides))
     ready = [index for index, side in sides if side.has_work and side.is_answering]
     if not ready and state.plate.is_good:
         ready = [index for index, side in sides if side.has_work]
-    return state.turn if state.turn in ready else next(iter(ready), None)
+    return state.turn_index if state.turn_index in ready else next(iter(ready), None)
 
 
 # Longest slice of rendering before the loop handles input again. A slice ends only after its
@@ -155,22 +155,25 @@ class VisibleWork:
     def plate(self) -> PlateState:
         """The state of the picture before the lens."""
         source = self._source
-        is_asked = source.plate is None or self._sides.a.requested_plate == source.picture.version
+        is_requested = (
+            source.plate is None or self._sides.a.requested_plate == source.picture.version
+        )
         return PlateState(
-            is_there=source.plate is not None,
+            exists=source.plate is not None,
             is_good=source.feed.is_good,
             is_whole=source.feed.is_whole,
-            is_asked=is_asked,
+            is_requested=is_requested,
             wait_s=source.feed.seconds_until_needed(),
         )
 
     @property
     def sides(self) -> tuple[SideState, ...]:
         """The states of the pictures through the lens."""
-        return tuple(self._state_of(side) for side in self._sides.rendered)
+        return tuple(self._side_state(side) for side in self._sides.active_sides)
 
-    def _state_of(self, side: Side) -> SideState:
-        has_work = side.wants_work(self._source.feed.is_whole)
+    def _side_state(self, side: Side) -> SideState:
+        """Return the state of one side of the comparison."""
+        has_work = side.has_work(self._source.feed.is_whole)
         wait_s = side.seconds_to_rest()
         return SideState(not side.is_working, has_work, wait_s, side.is_answering)
 
@@ -183,12 +186,12 @@ class RenderScheduler(Commands, Worker):
         shared: Shared,
         sides: CompareSides,
         visible: VisibleWork,
-        pull: RenderedPull,
+        pull: FramesAhead,
         view: PictureView,
         speed: Speed,
     ) -> None:
         super().__init__(shared)
-        self._sides, self._visible, self._pull = sides, visible, pull
+        self._sides, self._visible, self._frames_ahead = sides, visible, pull
         self._view, self._speed = view, speed
         self._say_error = shared.say_error
 
@@ -202,75 +205,90 @@ class RenderScheduler(Commands, Worker):
     @property
     def is_working(self) -> bool:
         """True while there is a picture to continue: a visible one, or one to be played."""
-        return not self._pull.is_alone and (self.is_rendering or self._pull.has_work)
+        return not self._frames_ahead.plays_kept_frames and (
+            self.is_rendering or self._frames_ahead.has_work
+        )
 
     @property
-    def seen(self) -> Shown | None:
+    def shown_picture(self) -> Shown | None:
         """The picture through the lens to show: the live one, or a kept frame in its place."""
-        now, frame = self._sides.a.shown, self._editing.frame
-        is_there = now is not None and now.frame == frame and not self.is_rendering
-        if is_there and self._source.is_settled_at(frame) and not self._pull.is_alone:
-            return now
-        return self._pull.screen.shown() or now
+        live_picture, frame = self._sides.a.output, self._editing.frame
+        is_current = (
+            live_picture is not None and live_picture.frame == frame and not self.is_rendering
+        )
+        if (
+            is_current
+            and self._source.is_settled_at(frame)
+            and not self._frames_ahead.plays_kept_frames
+        ):
+            return live_picture
+        return self._frames_ahead.screen.frame_at_playhead() or live_picture
 
     @property
     def picture_key(self) -> object:
         """A key that changes with the plate's picture or those of the sides."""
-        return self._source.picture.version, self._sides.pictures
+        return self._source.picture.version, self._sides.outputs
 
     @property
-    def seen_key(self) -> object:
+    def drawing_key(self) -> object:
         """A key that changes whenever there is something new to draw."""
-        return self.picture_key, self._pull.frames_made, self._pull.is_counting
+        return self.picture_key, self._frames_ahead.frames_made, self._frames_ahead.is_counting
 
     # Work
 
     def update(self) -> None:
         """Answer a change of the shot with a picture that fits the time; report errors."""
-        if not self._pull.is_alone:
-            self._try(self._ask)
+        if not self._frames_ahead.plays_kept_frames:
+            self._run_and_report(self._request_pictures)
 
-    # The feed follows the shot here, at the last moment before the picture is requested. When only
-    # the frame of the window looked at the scene, an undo between that look and the request made
-    # the blur draw all 64 views of the new camera at once, and the window stood still for as long.
-    def _ask(self) -> None:
+    # The feed is updated here, at the last moment before the picture is requested. Otherwise an
+    # undo after the scene was drawn would make the blur draw all 64 views of the new camera at
+    # once, and the window would stand still meanwhile.
+    def _request_pictures(self) -> None:
+        """Update the plate at the playhead, and request the pictures of all sides from it."""
         source, shot, frame = self._source, self._editing.seen_shot, self._editing.frame
         source.feed.refresh()  # only now, so that a picture saved before was of the same frame
-        source.feed.follow(shot, frame)
+        source.feed.update(shot, frame)
         if source.plate is not None and source.is_settled_at(frame):
             plate = PlateVersion(source.picture.version, source.picture.is_finer)
             times = self._speed.budget_s, self._speed.answer_s
-            seen, view = source.feed.seen(shot), self._view
-            self._sides.request(view.state, seen, frame, times[0], plate, view.zoom, times[1])
+            drawn_shot, view = source.feed.drawn_shot(shot), self._view
+            self._sides.request(view.state, drawn_shot, frame, times[0], plate, view.zoom, times[1])
 
     def work(self) -> None:
         """Continue the next piece of work for one slice; report errors."""
-        self._try(self._work)
+        self._run_and_report(self._continue_next)
 
-    def _work(self) -> None:
-        following = self._next
-        if following.work is Work.SIDE:
-            self._sides.work(following.side, _SLICE_S, self._source.feed.is_whole)
-        elif following.work is Work.PLATE:
+    def _continue_next(self) -> None:
+        """Continue a side, the plate or the frames ahead for one slice."""
+        piece = self._next_piece
+        if piece.work is Work.SIDE:
+            self._sides.work(piece.side, _SLICE_S, self._source.feed.is_whole)
+        elif piece.work is Work.PLATE:
             self._source.feed.refine(_SLICE_S)
         else:
-            self._pull.work()
+            self._frames_ahead.work()
 
-    def _try(self, act: Callable[[], None]) -> None:
+    def _run_and_report(self, function: Callable[[], None]) -> None:
+        """Call a function and report its errors."""
         try:
-            with faults_reported("The picture could not be made"):
-                act()
+            with report_faults("The picture could not be made"):
+                function()
         except HeatlensError as error:
             self._say_error(error)
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds that the loop may sleep; None: until something changes."""
-        return self._next.wait_s
+        return self._next_piece.wait_s
 
     @property
-    def _next(self) -> NextWork:
+    def _next_piece(self) -> NextWork:
         """The next piece of work, by the state of the visible pictures."""
         plate, sides = self._visible.plate, self._visible.sides
-        frames_wait_s = None if is_rendering(plate, sides) else self._pull.seconds_until_needed()
-        turn = self._sides.turn
-        return next_work(WorkState(self._pull.is_alone, plate, sides, turn, frames_wait_s))
+        frames_wait_s = (
+            None if is_rendering(plate, sides) else self._frames_ahead.seconds_until_needed()
+        )
+        turn = self._sides.turn_index
+        return next_work(
+            WorkState(self._frames_ahead.plays_kept_frames, plate, sides, turn, frames_wait_s)
+        )

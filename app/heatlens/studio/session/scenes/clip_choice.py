@@ -17,8 +17,10 @@ class ClipChoice(Commands, Worker):
 
     def __init__(self, shared: Shared) -> None:
         super().__init__(shared)
-        self._chosen: SceneTiming | None = None  # the user's choice while it is being read
-        self._asked: SceneTiming | None = None  # the timing of the latest attempt to read the file
+        self._chosen_timing: SceneTiming | None = None  # the user's choice while it is being read
+        self._tried_timing: SceneTiming | None = (
+            None  # the timing of the latest attempt to read the file
+        )
 
     @property
     def names(self) -> dict[str, str | None]:
@@ -30,14 +32,16 @@ class ClipChoice(Commands, Worker):
         clips = () if scene is None else scene.clips
         if len(clips) < 2:
             return {}
-        named: dict[str, str | None] = {ALL_CLIPS: None}
+        clips_by_name: dict[str, str | None] = {ALL_CLIPS: None}
         for number, name in enumerate(clips, 1):
-            is_alone = clips.count(name) == 1 and name not in named
-            named[name if is_alone else f"{name} ({number})"] = name if is_alone else str(number)
-        return named
+            is_unique = clips.count(name) == 1 and name not in clips_by_name
+            clips_by_name[name if is_unique else f"{name} ({number})"] = (
+                name if is_unique else str(number)
+            )
+        return clips_by_name
 
     @property
-    def now(self) -> str:
+    def current_name(self) -> str:
         """The clip that the shot plays, as one of `names`."""
         clip, names = self._shot_timing.clip, self.names
         if clip is not None and clip.isdecimal() and clip not in names:
@@ -47,6 +51,7 @@ class ClipChoice(Commands, Worker):
 
     @property
     def _shot_timing(self) -> SceneTiming:
+        """The frame rate and clip of the shot; the default if it has none."""
         framing = self._editing.shot.framing
         timing = None if framing is None else framing.timing
         return timing or SceneTiming()
@@ -55,8 +60,8 @@ class ClipChoice(Commands, Worker):
         """Play the clip `name`, one of `names`, once the file has been read with it."""
         timing = replace(self._shot_timing, clip=self.names[name])
         if timing != self._shot_timing:
-            self._chosen = timing
-            self._read(timing)
+            self._chosen_timing = timing
+            self._read_scene(timing)
 
     def poll(self) -> None:
         """Read the scene again if the shot needs another clip; call this once a frame."""
@@ -65,29 +70,34 @@ class ClipChoice(Commands, Worker):
             return
         if self._source.opener.opening is not None or self._editing.shot.source != opened.text:
             return
-        self._chosen = None  # reading it has ended or failed
-        wanted, read = self._shot_timing, opened.timing or SceneTiming()
-        if wanted == read:
-            self._asked = None
-        elif wanted != self._asked:  # do not retry a clip that failed
-            self._asked = wanted
-            self._read(wanted)
+        self._chosen_timing = None  # reading the chosen clip has ended or failed
+        shot_timing, read_timing = self._shot_timing, opened.timing or SceneTiming()
+        if shot_timing == read_timing:
+            self._tried_timing = None
+        elif shot_timing != self._tried_timing:  # do not retry a clip that failed
+            self._tried_timing = shot_timing
+            self._read_scene(shot_timing)
 
-    def _read(self, timing: SceneTiming) -> None:
+    def _read_scene(self, timing: SceneTiming) -> None:
+        """Begin to read the open scene again with another timing."""
         opened = self._source.opened
         assert opened is not None  # there is a scene
-        usual = timing == SceneTiming()
+        is_default = timing == SceneTiming()
         frame = self._editing.frame
-        self._source.opener.open(opened.text, opened.options, frame, None if usual else timing)
+        self._source.opener.open(opened.text, opened.options, frame, None if is_default else timing)
 
-    def arrived(self) -> None:
+    def apply_choice(self) -> None:
         """Put the clip that the user chose into the shot, with its frames, as one undo step.
 
         Call this when the scene of the shot has been opened.
         """
-        opened, chosen = self._source.opened, self._chosen
-        self._chosen = None
-        if opened is None or chosen is None or (opened.timing or SceneTiming()) != chosen:
+        opened, chosen_timing = self._source.opened, self._chosen_timing
+        self._chosen_timing = None
+        if (
+            opened is None
+            or chosen_timing is None
+            or (opened.timing or SceneTiming()) != chosen_timing
+        ):
             return
         shot, timing = self._editing.shot, opened.timing
         framing = replace(shot.framing or Framing(), timing=timing)

@@ -14,7 +14,7 @@ _SLICE_S = 0.02
 
 
 @dataclass(frozen=True)
-class Following:
+class PointMeasurement:
     """A measurement in progress, of a mark in the shot as it was at the start."""
 
     renderer: FrameRenderer
@@ -34,7 +34,7 @@ class Following:
         """Return True once all frames are measured."""
         return len(self.distances_m) == self.frames.count
 
-    def go_on(self) -> None:
+    def measure_slice(self) -> None:
         """Measure for a short time, at least one frame.
 
         Raises HeatlensError if a frame has no distance.

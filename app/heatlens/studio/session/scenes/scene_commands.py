@@ -13,21 +13,21 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.marks.mark import free_letter
 from heatlens.core.model.marks.marks import ObjectMark, PointMark
 from heatlens.core.model.shot.framing import Framing, Pose, Vector, WorldAxis
-from heatlens.core.model.shot.pull import followed
+from heatlens.core.model.shot.pull import focus_on_distances
 from heatlens.core.model.units import format_distance
-from heatlens.core.model.view.orbit import dollied, orbited, panned, pivot_of
+from heatlens.core.model.view.orbit import dolly_camera, orbit_camera, pan_camera, pivot_of
 from heatlens.media.scene.first_shot import lens_values, through_camera
 from heatlens.media.scene.scene import Scene
 from heatlens.media.scene.scene_bounds import (
     bounds_m,
     corners_m,
-    framed,
+    frame_points,
     object_depth_m,
     object_names,
 )
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.scenes.clip_choice import ClipChoice
-from heatlens.studio.session.scenes.following import Following
+from heatlens.studio.session.scenes.following import PointMeasurement
 from heatlens.studio.session.scenes.size_keeping import SizeKeeping
 from heatlens.studio.session.shared import Commands, Shared
 
@@ -79,32 +79,34 @@ class SceneCommands(Commands):
             return
         pose, pivot = self.pose, self._pivot_m()
         if drag.kind == "orbit":
-            moved = orbited(pose, pivot, -_TURN_RAD * drag.right, _TURN_RAD * drag.down)
+            new_pose = orbit_camera(pose, pivot, -_TURN_RAD * drag.right, _TURN_RAD * drag.down)
         elif drag.kind == "truck":
-            span_m = self._height_m(float(np.linalg.norm(np.subtract(pivot, pose.position_m))))
-            moved = panned(pose, -span_m * drag.right, span_m * drag.down)
+            span_m = self._picture_height_m(
+                float(np.linalg.norm(np.subtract(pivot, pose.position_m)))
+            )
+            new_pose = pan_camera(pose, -span_m * drag.right, span_m * drag.down)
         else:
-            moved = dollied(pose, pivot, _DOLLY_SHARE * drag.down)
-        self._stand(moved)
+            new_pose = dolly_camera(pose, pivot, _DOLLY_SHARE * drag.down)
+        self._set_pose(new_pose)
 
     def _zoom(self, factor: float) -> None:
-        """Change the focal length, with which the camera moves as what is chosen keeps its size."""
+        """Scale the focal length; the camera moves too, as the chosen mark keeps its size."""
         lens = self._editing.lens
         self._editing.edit_lens(replace(lens, focal_length_mm=factor * lens.focal_length_mm))
 
-    def frame(self, name: str | None) -> None:
+    def frame_objects(self, name: str | None) -> None:
         """Frame the objects called `name`, or the whole scene if None, from the same direction."""
         scene = self.scene
         if scene is not None and name is not None and name not in object_names(scene):
             self._say(f"This scene has no object called {name}.")
         elif scene is not None:
             points, aspect = corners_m(scene, self._editing.frame, name), self._aspect
-            self._stand(framed(points, self._editing.lens, aspect, self.pose.turn))
+            self._set_pose(frame_points(points, self._editing.lens, aspect, self.pose.turn))
             self._editing.settle()
 
     def frame_selected(self) -> None:
         """Frame the selected object, or the whole scene if none is selected."""
-        self.frame(self.selected)
+        self.frame_objects(self.selected)
 
     def object_m(self, name: str, frame: int | None = None) -> float | None:
         """Return the distance of an object in m; None if there is no such object in front."""
@@ -130,30 +132,30 @@ class SceneCommands(Commands):
         except InputError:
             return None
 
-    def following(self, mark: PointMark, frames: FrameRange) -> Following | None:
+    def measure_point(self, mark: PointMark, frames: FrameRange) -> PointMeasurement | None:
         """Begin to measure the distance of a point at each of `frames`; None without a scene."""
         scene = self._renderer.scene
         if scene is None:
             return None
-        return Following(self._renderer, scene, self._editing.shot, mark, frames)
+        return PointMeasurement(self._renderer, scene, self._editing.shot, mark, frames)
 
     def focus_on(self, name: str) -> None:
         """Focus on the middle of an object. Raise InputError if that is impossible."""
         depth_m = self._depth_m(name, self._editing.frame)
         self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=depth_m))
 
-    def mark(self, name: str) -> None:
+    def set_mark(self, name: str) -> None:
         """Set a mark that moves with the object."""
         shot = self._editing.shot
-        mark = ObjectMark(free_letter(it.name for it in shot.marks), name)
+        mark = ObjectMark(free_letter(shot_mark.name for shot_mark in shot.marks), name)
         self._editing.do(replace(shot, marks=(*shot.marks, mark)))
 
     def follow(self, mark: ObjectMark, frames: FrameRange) -> None:
         """Keep the focus on an object from in to out."""
         name = mark.object_name
-        with reported(self._say):
+        with report_errors(self._say):
             distances_m = {frame: self._depth_m(name, frame) for frame in frames}
-            self._editing.do(followed(self._editing.shot, distances_m))
+            self._editing.do(focus_on_distances(self._editing.shot, distances_m))
             self._say(f"The focus follows {name} from {frames.first} on.")
 
     def look_through(self, name: str) -> None:
@@ -167,9 +169,9 @@ class SceneCommands(Commands):
             return
         camera = scene.camera_named(name)
         self._editing.do(through_camera(self._editing.shot, camera))
-        self._say(_message(name, self._editing.lens, lens_values(camera)))
+        self._say(_camera_message(name, self._editing.lens, lens_values(camera)))
 
-    def place(self, up_axis: WorldAxis, meters_per_unit: float) -> None:
+    def set_axis_and_unit(self, up_axis: WorldAxis, meters_per_unit: float) -> None:
         """Set the up axis and the unit of the file, and frame the whole scene again.
 
         A focus without keys scales with the unit, and so stays on the same object.
@@ -179,11 +181,11 @@ class SceneCommands(Commands):
             return
         ratio = meters_per_unit / framing.meters_per_unit
         focus_m = max(shot.lens.focus_distance_m * ratio, 2e-3 * shot.lens.focal_length_mm)
-        placed = replace(
+        new_framing = replace(
             framing, up_axis=up_axis, meters_per_unit=meters_per_unit, camera=None, track=None
         )
         lens = replace(shot.lens, focus_distance_m=focus_m)
-        self._editing.do(replace(shot, framing=placed, lens=lens))
+        self._editing.do(replace(shot, framing=new_framing, lens=lens))
 
     def set_key(self) -> None:
         """Set a key for the camera at this frame."""
@@ -192,7 +194,7 @@ class SceneCommands(Commands):
         pose = self.pose
         frame, track = self._editing.frame, self.framing.track
         framing = (
-            self.framing.at(pose, frame)
+            self.framing.with_pose(pose, frame)
             if track is None
             else replace(self.framing, track=track.with_key(frame, pose))
         )
@@ -209,8 +211,8 @@ class SceneCommands(Commands):
         """Delete the camera's key at this frame."""
         track = self.framing.track
         if track is not None:
-            without = replace(self.framing, track=track.without_key(self._editing.frame))
-            self._editing.do(replace(self._editing.shot, framing=without))
+            new_framing = replace(self.framing, track=track.without_key(self._editing.frame))
+            self._editing.do(replace(self._editing.shot, framing=new_framing))
 
     @property
     def key_frames(self) -> tuple[float, ...]:
@@ -222,17 +224,19 @@ class SceneCommands(Commands):
     def _aspect(self) -> float:
         return self.framing.width_px / self.framing.height_px
 
-    def _stand(self, pose: Pose) -> None:
+    def _set_pose(self, pose: Pose) -> None:
+        """Set the pose of the camera at the playhead, as part of the current gesture."""
         self._editing.edit(
-            replace(self._editing.shot, framing=self.framing.at(pose, self._editing.frame))
+            replace(self._editing.shot, framing=self.framing.with_pose(pose, self._editing.frame))
         )
 
-    def _height_m(self, distance_m: float) -> float:
+    def _picture_height_m(self, distance_m: float) -> float:
+        """Return the height of the view at a distance, in m."""
         lens = self._editing.lens
         return distance_m * lens.sensor_width_mm / (lens.focal_length_mm * self._aspect)
 
     def _pivot_m(self) -> Vector:
-        """Return the distance of the pivot of an orbit: the focus, or the scene's middle."""
+        """Return the pivot of an orbit: the point in focus, but not behind the whole scene."""
         scene, pose = self.scene, self.pose
         assert scene is not None
         box = bounds_m(scene, self._editing.frame)
@@ -240,16 +244,20 @@ class SceneCommands(Commands):
         return pivot_of(pose, min(self._editing.lens.focus_distance_m, farthest))
 
 
-def _message(name: str, lens: Lens, given: Collection[str]) -> str:
+def _camera_message(name: str, lens: Lens, given_fields: Collection[str]) -> str:
     """Return a message about the lens values that came with a camera, and those that stayed."""
-    parts = {
+    words_by_field = {
         "focal_length_mm": f"{lens.focal_length_mm:.4g} mm",
         "f_stop": f"f/{lens.f_stop:.3g}",
         "focus_distance_m": f"focus at {format_distance(lens.focus_distance_m)}",
     }
-    came = ", ".join(words for field, words in parts.items() if field in given)
-    missing = " and ".join(words for field, words in parts.items() if field not in given)
+    given_words = ", ".join(
+        words for field, words in words_by_field.items() if field in given_fields
+    )
+    missing_words = " and ".join(
+        words for field, words in words_by_field.items() if field not in given_fields
+    )
     return (
-        f"Through {name}: {came}."
-        + f" The file has no other values, so {missing} stayed." * bool(missing)
+        f"Through {name}: {given_words}."
+        + f" The file has no other values, so {missing_words} stayed." * bool(missing_words)
     )

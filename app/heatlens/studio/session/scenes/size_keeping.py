@@ -1,4 +1,4 @@
-"""Keep the size of what is on a mark while the lens is changed or the camera moves."""
+"""Keep the size of the object on a mark while the lens is changed or the camera moves."""
 
 import math
 from typing import Literal
@@ -8,21 +8,22 @@ from heatlens.core.model.marks.mark import Mark
 from heatlens.core.model.marks.marks import DistanceMark
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.scene.same_size import KeptSize, crop_words
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.shared import Commands, Shared
 
-_ZOOMS = "Another focal length now zooms the picture."
+_ZOOM_MESSAGE = "Another focal length now zooms the picture."
 
 
 class SizeKeeping(Commands):
-    """Every change of the focal length moves the camera, while a mark is chosen."""
+    """Moves the camera with every change of the focal length, while a mark is chosen."""
 
     def __init__(self, shared: Shared) -> None:
         super().__init__(shared)
         self._renderer = self._source.picture.renderer
         self._chosen: str | None = None
-        self._asked: tuple[Shot, float] | None = None  # of a plate: another length, in vain
-        self._editing.reframed = self._reframed
+        # The shot of a plate, and the focal length that was requested but cannot be reached.
+        self._requested_length: tuple[Shot, float] | None = None
+        self._editing.reframe = self._reframe
 
     @property
     def chosen(self) -> str | None:
@@ -31,7 +32,7 @@ class SizeKeeping(Commands):
 
     @chosen.setter
     def chosen(self, name: str | None) -> None:
-        self._chosen, self._asked = name, None
+        self._chosen, self._requested_length = name, None
 
     @property
     def names(self) -> list[str]:
@@ -39,52 +40,63 @@ class SizeKeeping(Commands):
         return [mark.name for mark in self._editing.shot.marks]
 
     def switch(self) -> None:
-        """Keep the size of what is on the mark nearest to the focus, or let the picture zoom."""
+        """Keep the size of the object on the mark nearest to the focus, or let the picture zoom."""
         marks = self._editing.shot.marks
         if self.chosen is not None or not marks:
             self.chosen = None
-            self._say(_ZOOMS if marks else "Set a mark first (M): what is on it keeps its size.")
+            self._say(
+                _ZOOM_MESSAGE if marks else "Set a mark first (M): what is on it keeps its size."
+            )
             return
-        self.chosen = min(marks, key=self._off).name
+        self.chosen = min(marks, key=self._offset_dioptres).name
         self._say(f"Every other focal length now keeps the size of {self.chosen}.")
 
-    def _off(self, mark: Mark) -> float:
-        """Return the dioptres of a mark from the focus; those without a distance are last."""
+    def _offset_dioptres(self, mark: Mark) -> float:
+        """Return how far a mark is from the focus in dioptres; infinity without a distance."""
         focus = 1 / self._editing.lens.focus_distance_m
         return abs(1 / mark.distance_m - focus) if isinstance(mark, DistanceMark) else math.inf
 
     @property
     def crop(self) -> float | None:
-        """The share of a plate that the focal length shows that was asked for; None without."""
-        if self._asked is None or self._asked[0] != self._editing.shot or not self.chosen:
+        """The share of a plate that the requested focal length would show; None without one."""
+        if (
+            self._requested_length is None
+            or self._requested_length[0] != self._editing.shot
+            or not self.chosen
+        ):
             return None
-        share = self._editing.lens.focal_length_mm / self._asked[1]
+        share = self._editing.lens.focal_length_mm / self._requested_length[1]
         return share if share < 1 else None
 
-    def dolly_zoom(self, by: Literal["camera", "length"]) -> None:
+    def dolly_zoom(self, follower: Literal["camera", "length"]) -> None:
         """Let the camera follow the keyed focal length, or the focal length the camera."""
-        with reported(self._say):
+        with report_errors(self._say):
             if self.chosen is None:
                 raise InputError("Choose what keeps its size first, under the focal length.")
-            kept = self._kept(self._editing.shot)
-            self._editing.do(kept.by_camera() if by == "camera" else kept.by_length())
+            kept_size = self._kept_size(self._editing.shot)
+            self._editing.do(
+                kept_size.follow_with_camera()
+                if follower == "camera"
+                else kept_size.follow_with_focal_length()
+            )
 
-    # The first question of a cinematographer in a scene is what 85 mm instead of 35 mm look like
-    # with A as large as before. The camera therefore goes along its axis until it is, and every
-    # change of the focal length passes through here. A plate has no camera that could go; it says
-    # so, and frames what would be seen.
-    def _reframed(self, before: Shot, after: Shot) -> Shot:
-        """Return the shot after a change of the lens, from where the chosen thing is as large."""
+    # A cinematographer compares 35 mm and 85 mm with the actor at the same size. The camera
+    # therefore moves along its axis until the mark is as large as before; every change of the focal
+    # length passes through here. A plate has no camera that could move: that is reported, and the
+    # crop shows what would be seen.
+    def _reframe(self, old_shot: Shot, new_shot: Shot) -> Shot:
+        """Return the changed shot with the camera moved so that the chosen mark keeps its size."""
         frame = self._editing.frame
-        length_mm = after.lens_at(frame).focal_length_mm
-        if not self.chosen or length_mm == before.lens_at(frame).focal_length_mm:
-            return after
+        length_mm = new_shot.lens_at(frame).focal_length_mm
+        if not self.chosen or length_mm == old_shot.lens_at(frame).focal_length_mm:
+            return new_shot
         if not self._source.has_camera:
-            self._asked = before, length_mm
-            raise InputError(crop_words(before, frame, length_mm))
-        return self._kept(before).at_length(length_mm)
+            self._requested_length = old_shot, length_mm
+            raise InputError(crop_words(old_shot, frame, length_mm))
+        return self._kept_size(old_shot).with_focal_length(length_mm)
 
-    def _kept(self, shot: Shot) -> KeptSize:
+    def _kept_size(self, shot: Shot) -> KeptSize:
+        """Return the size of the chosen mark in a shot. Raise InputError without a scene."""
         scene, frame = self._renderer.scene, self._editing.frame
         if scene is None:
             raise InputError("No scene is open whose camera could move.")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from heatlens.deliver.farm.connection import Met
+from heatlens.deliver.farm.connection import SchedulerIdentity
 from heatlens.media.documents.shot_file import SHOT_SUFFIX
 
 
@@ -21,11 +21,11 @@ class Where(StrEnum):
 class ExportPlace:
     """Who makes the frames, and how.
 
-    processes  on this machine
-    scheduler  address of that of a cluster
-    ahead      its workers render the frames ahead of the playhead too
-    at_rest    and the whole picture once the hand rests
-    agreed     the scheduler that alone may be used; None: the one that answers
+    processes  the number of processes on this machine
+    scheduler  the address of the scheduler of a cluster
+    ahead      the workers of the cluster render the frames ahead of the playhead too
+    at_rest    the workers render the whole picture too, once the input rests
+    agreed     the only scheduler that may be used; None: the one that answers
     """
 
     where: Where = Where.HERE
@@ -33,7 +33,7 @@ class ExportPlace:
     scheduler: str = "tcp://127.0.0.1:8786"
     ahead: bool = True
     at_rest: bool = False
-    agreed: Met | None = None
+    agreed: SchedulerIdentity | None = None
 
     @property
     def is_job(self) -> bool:
@@ -53,8 +53,8 @@ class ExportPlace:
             return ("--submit", "openjd", "--bundle", str(job_path(output)))
         progress = ("--progress", "json")
         if self.where is Where.CLUSTER:
-            known = () if self.agreed is None else (f"--agreed={self.agreed.text}",)
-            return (*progress, "--cluster", self.scheduler, *known)
+            agreed_option = () if self.agreed is None else (f"--agreed={self.agreed.text}",)
+            return (*progress, "--cluster", self.scheduler, *agreed_option)
         return progress if self.processes == 1 else (*progress, "--processes", str(self.processes))
 
     def job_name(self, output: str) -> str:
@@ -67,11 +67,11 @@ HERE = ExportPlace()
 
 @dataclass(frozen=True)
 class LeftExport:
-    """An export that a cluster goes on with while no window follows it.
+    """An export that a cluster continues while no window follows it.
 
     output     the pattern of the frames, or the movie; its shot lies beside it, see `shot_of_job`
     job        the text of its file of options
-    scheduler  address of that of the cluster
+    scheduler  the address of the scheduler of the cluster
     """
 
     output: str

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_type_hints
 
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.paths import absolute, file_bytes
+from heatlens.core.base.paths import absolute, read_file_bytes
 from heatlens.core.model.option import Values
 from heatlens.core.model.shot.plate_options import PlateOptions
 from heatlens.core.model.view.guides import NO_GUIDES, USUAL_PEAKING, Guides, Peaking
 from heatlens.core.model.view.view import ViewState
-from heatlens.deliver.farm.connection import Met
-from heatlens.media.files.atomic_file import FOR_THE_USER, locked, write_whole
+from heatlens.deliver.farm.connection import SchedulerIdentity
+from heatlens.media.files.atomic_file import FOR_THE_USER, lock_file, write_whole
 from heatlens.media.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.media.live.ring.channel_map import ChannelMap
 from heatlens.studio.session.settings.export_place import HERE, ExportPlace, LeftExport
@@ -43,7 +43,7 @@ class Theme(StrEnum):
 
 
 @dataclass(frozen=True)
-class Remembered:
+class PreferenceValues:
     """The preferences, as an immutable value.
 
     recent         absolute paths of opened files, the latest first
@@ -68,7 +68,7 @@ class Remembered:
     ring_maps      which channels of a controller turn which rings of the lens
     disk_mb        disk limit for rendered frames in MB; 0 keeps none on disk
     export_place   who made the frames of the last export
-    left_exports   exports that a cluster goes on with, by source
+    left_exports   exports that a cluster continues, by source
     cluster        the scheduler to which the user agreed, which renders for the window
     """
 
@@ -96,87 +96,95 @@ class Remembered:
     ring_maps: tuple[ChannelMap, ...] = ()
     export_place: ExportPlace = HERE
     left_exports: Mapping[str, LeftExport] = field(default_factory=dict)
-    cluster: Met | None = None
+    cluster: SchedulerIdentity | None = None
 
 
 class Preferences:
     """The current preferences, saved to a file if a path is given."""
 
-    def __init__(self, now: Remembered | None = None, path: Path | None = None) -> None:
+    def __init__(self, values: PreferenceValues | None = None, path: Path | None = None) -> None:
         """Keep preferences at `path`; None keeps them only as long as the program runs."""
-        self.now = now or Remembered()
+        self.values = values or PreferenceValues()
         self.path = path
         self.problem = ""  # a sentence about entries of the file that could not be read, or ""
-        self._saved = self.now
+        self._saved_values = self.values
 
     @classmethod
     def load(cls, folder: Path) -> "Preferences":
-        """Read the preferences in `folder`; `problem` says what could not be read."""
+        """Read the preferences in `folder`; `problem` is a sentence about what cannot be read."""
         path = folder / FILE_NAME
         if not os.path.exists(path):
             return cls(path=path)
         try:
-            now, problem = _remembered(read_json(path))
+            values, problem = _values_from_json(read_json(path))
         except InputError as error:
-            now, problem = Remembered(), str(error)
-        preferences = cls(now, path)
+            values, problem = PreferenceValues(), str(error)
+        preferences = cls(values, path)
         if problem:
             preferences.problem = f"{problem} Its settings are reset."
-            aside = path.with_suffix(".damaged.json")
-            with suppress(OSError, InputError):  # one that is empty needs no copy, for example
-                write_whole(aside, file_bytes(path), FOR_THE_USER)
-                preferences.problem += f" The old ones are kept in {aside.name}."
+            copy_path = path.with_suffix(".damaged.json")
+            with suppress(OSError, InputError):  # an empty file needs no copy, for example
+                write_whole(copy_path, read_file_bytes(path), FOR_THE_USER)
+                preferences.problem += f" The old ones are kept in {copy_path.name}."
         return preferences
 
-    def saving(self) -> Callable[[], None] | None:
+    def save_function(self) -> Callable[[], None] | None:
         """Return a function that writes the preferences as they are now; None if nothing changed.
 
         It may be called on a thread, in the order in which this method was called. It raises
         InputError, but only once, if nothing can be written.
         """
-        if self.path is None or self.now == self._saved:
+        if self.path is None or self.values == self._saved_values:
             return None
-        before, self._saved = self._saved, self.now
-        return partial(self._write, self.path, before, self.now)
+        old_values, self._saved_values = self._saved_values, self.values
+        return partial(self._write, self.path, old_values, self.values)
 
-    # Two windows may be open. Each wrote all of its preferences, so the last one won and the recent
-    # files of the other were lost. Only what changed in this window is merged into the file as it
-    # is now, under a lock.
-    def _write(self, path: Path, before: Remembered, now: Remembered) -> None:
-        """Write the changes since `before` to the file, which other windows write too."""
+    # Two windows may be open. Only the changes of this window are merged into the file as it is
+    # now, under a lock. If each window wrote all of its preferences, the recent files of the other
+    # window would be lost.
+    def _write(
+        self, path: Path, old_values: PreferenceValues, new_values: PreferenceValues
+    ) -> None:
+        """Write the changes since `old_values` to the file, which other windows write too."""
         if self.path is None:  # an earlier call has failed
             return
         try:
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            with locked(path.with_suffix(".lock")):
+            with lock_file(path.with_suffix(".lock")):
                 with suppress(InputError):  # missing or damaged: write everything again
-                    now = merged(_remembered(read_json(path))[0], before, now)
-                text = json.dumps(record_to_json(now), indent=2) + "\n"
+                    new_values = merge_changes(
+                        _values_from_json(read_json(path))[0], old_values, new_values
+                    )
+                text = json.dumps(record_to_json(new_values), indent=2) + "\n"
                 write_whole(path, text.encode(), FOR_THE_USER)  # private: it names opened files
         except (OSError, InputError) as error:
             self.path = None
             raise InputError(f"Preferences cannot be saved: {error}") from error
 
-    def first_view(self, given: ViewState) -> ViewState:
+    def first_view(self, given_view: ViewState) -> ViewState:
         """Return the given view state, with remembered values for fields that were not given."""
-        if not given.display and not given.view:
-            given = replace(given, display=self.now.display, view=self.now.view)
-        usual, now = ViewState(), self.now
-        remembered: Values = dict(unit=now.unit, guides=now.guides, peaking=now.peaking)
-        left = {n: v for n, v in remembered.items() if getattr(given, n) == getattr(usual, n)}
-        return replace(given, **left)
+        if not given_view.display and not given_view.view:
+            given_view = replace(given_view, display=self.values.display, view=self.values.view)
+        default_view, values = ViewState(), self.values
+        remembered: Values = dict(unit=values.unit, guides=values.guides, peaking=values.peaking)
+        filled = {
+            name: value
+            for name, value in remembered.items()
+            if getattr(given_view, name) == getattr(default_view, name)
+        }
+        return replace(given_view, **filled)
 
     def change(self, **changes: Any) -> None:
         """Change these fields."""
-        self.now = replace(self.now, **changes)
+        self.values = replace(self.values, **changes)
 
-    def opened(self, text: str) -> None:
+    def remember_opened(self, text: str) -> None:
         """Put an opened file first in the list of recent files."""
-        self.change(recent=with_first((absolute(text),), self.now.recent))
+        self.change(recent=with_first((absolute(text),), self.values.recent))
 
-    def looked_in(self, purpose: str, folder: Path) -> None:
+    def remember_folder(self, purpose: str, folder: Path) -> None:
         """Remember the folder in which a file was chosen."""
-        self.change(folders={**self.now.folders, purpose: str(folder)})
+        self.change(folders={**self.values.folders, purpose: str(folder)})
 
     def options_for(self, text: str) -> PlateOptions:
         """Return the plate options that were chosen for the folder of a file or pattern.
@@ -185,23 +193,27 @@ class Preferences:
         removed, and `problem` reports that.
         """
         path = absolute(text)
-        folder = path if path in self.now.plates else os.path.dirname(path)
-        options = self.now.plates.get(folder, PlateOptions())
-        used = _without_unused_ends(options)
-        if used != options:
-            self.change(plates={**self.now.plates, folder: used})
+        folder = path if path in self.values.plates else os.path.dirname(path)
+        options = self.values.plates.get(folder, PlateOptions())
+        used_options = _without_unused_ends(options)
+        if used_options != options:
+            self.change(plates={**self.values.plates, folder: used_options})
             self.problem = (
                 f"The near and far distances remembered for {folder} are forgotten: its depth is "
                 f"read as {options.depth_convention}, which does not use them."
             )
-        return used
+        return used_options
 
-    def read_so(self, folder: Path, options: PlateOptions) -> None:
+    def remember_options(self, folder: Path, options: PlateOptions) -> None:
         """Remember the plate options for a folder."""
         options = _without_unused_ends(
             replace(options, depth_source=None, depth_model=None, depth_known=None, behind=())
         )
-        plates = {name: o for name, o in self.now.plates.items() if name != str(folder)}
+        plates = {
+            name: plate_options
+            for name, plate_options in self.values.plates.items()
+            if name != str(folder)
+        }
         if options != PlateOptions():
             plates[str(folder)] = options
         self.change(plates=dict(list(plates.items())[-_FOLDERS_MAX:]))
@@ -214,7 +226,7 @@ def _without_unused_ends(options: PlateOptions) -> PlateOptions:
     return replace(options, near_m=None, far_m=None)
 
 
-def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
+def _values_from_json(top: JsonEntry) -> tuple[PreferenceValues, str]:
     """Return the preferences of the file, and a sentence about the first invalid entry, or "".
 
     Unknown entries, written by another version of the program, are ignored.
@@ -222,23 +234,23 @@ def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
     if not isinstance(top.value, dict):
         top.refuse("the file should be an object in braces.")
     values, problems = {}, []
-    for name, hint in get_type_hints(Remembered).items():
+    for name, hint in get_type_hints(PreferenceValues).items():
         if name in top.value:
             try:
                 entry = JsonEntry(top.path, name, top.value[name])
-                values[name] = entry.of_type(hint)
+                values[name] = entry.convert(hint)
                 _check_limits(entry, values[name])
             except InputError as error:
                 values.pop(name, None)
                 problems.append(f"{error}.")
-    return Remembered(**values), problems[0] if problems else ""
+    return PreferenceValues(**values), problems[0] if problems else ""
 
 
 def _check_limits(entry: JsonEntry, value: object) -> None:
     """Refuse a number beyond its limits; also in a pair or in a map."""
     low, high = _LIMITS.get(entry.place, (-math.inf, math.inf))
-    several = value.values() if isinstance(value, Mapping) else value
-    for number in several if isinstance(several, Iterable) else (several,):
+    numbers = value.values() if isinstance(value, Mapping) else value
+    for number in numbers if isinstance(numbers, Iterable) else (numbers,):
         if isinstance(number, int | float) and not low <= number <= high:
             entry.refuse(f"{number:g} should be {low:g} to {high:g}")
 
@@ -253,42 +265,54 @@ _LIMITS = {
 }
 
 
-Kept = TypeVar("Kept", bound="DataclassInstance")
+Record = TypeVar("Record", bound="DataclassInstance")
 
 RECENT_MAX = 10
 
 
-def merged(theirs: Kept, before: Kept, now: Kept) -> Kept:
-    """Return `theirs` with the changes from `before` to `now`.
+def merge_changes(file_values: Record, old_values: Record, new_values: Record) -> Record:
+    """Return `file_values` with the changes from `old_values` to `new_values`.
 
     In maps and recent files, only changed entries are replaced; other fields change as a whole.
     """
-    changed: dict[str, object] = {}
-    for name in (one.name for one in fields(now)):
-        old, new, other = (getattr(of, name) for of in (before, now, theirs))
+    changes: dict[str, object] = {}
+    for name in (field_info.name for field_info in fields(new_values)):
+        old_value, new_value, file_value = (
+            getattr(values, name) for values in (old_values, new_values, file_values)
+        )
         if name == "recent":
-            changed[name] = with_first(_opened_since(old, new), other)
-        elif isinstance(new, Mapping):
-            changed[name] = _merged_map(other, old, new)
-        elif new != old:
-            changed[name] = new
-    return replace(theirs, **changed)
+            changes[name] = with_first(_newly_opened(old_value, new_value), file_value)
+        elif isinstance(new_value, Mapping):
+            changes[name] = _merge_map(file_value, old_value, new_value)
+        elif new_value != old_value:
+            changes[name] = new_value
+    return replace(file_values, **changes)
 
 
-def with_first(opened: tuple[str, ...], recent: tuple[str, ...]) -> tuple[str, ...]:
+def with_first(opened_files: tuple[str, ...], recent: tuple[str, ...]) -> tuple[str, ...]:
     """Return the recent files after these were opened, the latest first."""
-    return tuple(dict.fromkeys([*opened, *recent]))[:RECENT_MAX]
+    return tuple(dict.fromkeys([*opened_files, *recent]))[:RECENT_MAX]
 
 
-def _opened_since(before: tuple[str, ...], now: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the shortest beginning of `now` that turns `before` into it."""
-    beginnings = (now[:count] for count in range(len(now)))
-    return next((opened for opened in beginnings if with_first(opened, before) == now), now)
+def _newly_opened(old_recent: tuple[str, ...], new_recent: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the files that were opened to turn `old_recent` into `new_recent`, latest first."""
+    beginnings = (new_recent[:count] for count in range(len(new_recent)))
+    return next(
+        (
+            opened_files
+            for opened_files in beginnings
+            if with_first(opened_files, old_recent) == new_recent
+        ),
+        new_recent,
+    )
 
 
-def _merged_map(
-    theirs: Mapping[str, object], before: Mapping[str, object], now: Mapping[str, object]
+def _merge_map(
+    file_map: Mapping[str, object], old_map: Mapping[str, object], new_map: Mapping[str, object]
 ) -> dict[str, object]:
-    changed = {name: value for name, value in now.items() if before.get(name) != value}
-    touched = {*changed, *(name for name in before if name not in now)}
-    return {name: value for name, value in theirs.items() if name not in touched} | changed
+    """Return `file_map` with the entries that differ between `old_map` and `new_map` changed."""
+    changed_entries = {name: value for name, value in new_map.items() if old_map.get(name) != value}
+    changed_names = {*changed_entries, *(name for name in old_map if name not in new_map)}
+    return {
+        name: value for name, value in file_map.items() if name not in changed_names
+    } | changed_entries

@@ -17,10 +17,10 @@ def scaled_layout(layout: str, factor: float) -> str:
     if factor == 1.0:
         return layout
 
-    def scaled(match: re.Match[str]) -> str:
-        return f"{match[1]}={round(int(match[2]) * factor)},{round(int(match[3]) * factor)}"
+    def scale_pixels(pixels: re.Match[str]) -> str:
+        return f"{pixels[1]}={round(int(pixels[2]) * factor)},{round(int(pixels[3]) * factor)}"
 
-    return _PIXELS.sub(scaled, layout)
+    return _PIXELS.sub(scale_pixels, layout)
 
 
 def next_scale(scale: float, steps: int) -> float:
@@ -31,11 +31,11 @@ def next_scale(scale: float, steps: int) -> float:
 
 def with_scale(scales: Mapping[str, float], screen: str, scale: float) -> dict[str, float]:
     """Return the scales by screen name with that of one screen changed; a scale of 1 is dropped."""
-    others = {name: value for name, value in scales.items() if name != screen}
-    remembered = {**others, screen: scale} if scale != 1.0 else others
+    other_scales = {name: value for name, value in scales.items() if name != screen}
+    remembered = {**other_scales, screen: scale} if scale != 1.0 else other_scales
     return dict(list(remembered.items())[-_SCREENS_MOST:])
 
 
-def fitted_size(size: tuple[int, int], room: tuple[int, int]) -> tuple[int, int]:
+def fitted_size(size: tuple[int, int], area: tuple[int, int]) -> tuple[int, int]:
     """Return the window size limited to the usable area of a screen."""
-    return min(size[0], room[0]), min(size[1], room[1])
+    return min(size[0], area[0]), min(size[1], area[1])

@@ -9,11 +9,13 @@ from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.shot.history import History
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import LensCurves, Shot
-from heatlens.studio.session.messages import Problem, passing, reported
+from heatlens.studio.session.messages import Problem, passing_message, report_errors
 
-_ONLY_TRIED = "Only a trial at this frame, because auto key (A) is off. K keeps it as a key."
-_ALL_FRAMES = "The focus is the same at all frames. K sets a key; after that each change sets one."
-_KEYS_HERE = "A key of the focus was set at frame {}: auto key (A) is on."
+_TRIAL_MESSAGE = "Only a trial at this frame, because auto key (A) is off. K keeps it as a key."
+_ALL_FRAMES_MESSAGE = (
+    "The focus is the same at all frames. K sets a key; after that each change sets one."
+)
+_KEY_MESSAGE = "A key of the focus was set at frame {}: auto key (A) is on."
 _GESTURE_REST_S = 0.4  # notches of the wheel and repeated keys closer than this are one gesture
 
 
@@ -41,22 +43,24 @@ class Editing:
         clock: Callable[[], float] = time.perf_counter,
         is_sequence: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Begin with `shot`; `is_sequence` tells whether the source has several frames."""
+        """Begin with `shot`; `is_sequence` returns True if the source has several frames."""
         self._is_sequence = is_sequence
         self.history = History.of(shot)
         self.auto_key = True
         self._frame = 0
-        self._tried: Lens | None = None  # the lens changed at this frame only, without a key
+        self._trial_lens: Lens | None = None  # the lens changed at this frame only, without a key
         # The lens that the keys of a shot give at a frame; drawing the window asks for it often.
-        self._keyed: tuple[Shot, int, Lens] | None = None
+        self._keyed_cache: tuple[Shot, int, Lens] | None = None
         self.performance: Performance | None = None  # set while a pull is recorded
-        self._has_explained = False  # see `_explain`
+        self._has_explained = False  # see `_explain_change`
         self._say = say
         self.clock = clock
         self._changed_at = 0.0
         # Returns the shot to have after the lens was changed, from the shots before and after.
-        self.reframed: Callable[[Shot, Shot], Shot] = lambda _, after: after
-        self.may_turn: Callable[[], bool] = lambda: True  # False while another hand has the lens
+        self.reframe: Callable[[Shot, Shot], Shot] = lambda _, after: after
+        self.may_change_lens: Callable[[], bool] = lambda: (
+            True
+        )  # False while another user has the lens
 
     @property
     def frame(self) -> int:
@@ -66,28 +70,32 @@ class Editing:
     @frame.setter
     def frame(self, frame: int) -> None:
         if frame != self._frame:
-            self._tried = None
+            self._trial_lens = None
         self._frame = frame
 
     @property
     def shot(self) -> Shot:
         """The current shot."""
-        return self.history.now
+        return self.history.current
 
     @property
     def seen_shot(self) -> Shot:
         """The shot as it is drawn at the frame, with lens values that are only tried there."""
-        if self._tried is None and self.performance is None:
+        if self._trial_lens is None and self.performance is None:
             return self.shot
         return replace(self.shot, lens=self.lens, curves=LensCurves())
 
     @property
-    def tried(self) -> frozenset[LensParameter]:
+    def trial_parameters(self) -> frozenset[LensParameter]:
         """Trial values: the parameter has keys, but none at this frame, and auto key is off."""
-        if self._tried is None:
+        if self._trial_lens is None:
             return frozenset()
-        keyed = self._keyed_lens
-        return frozenset(p for p in LensParameter if getattr(self._tried, p) != getattr(keyed, p))
+        keyed_lens = self._keyed_lens
+        return frozenset(
+            parameter
+            for parameter in LensParameter
+            if getattr(self._trial_lens, parameter) != getattr(keyed_lens, parameter)
+        )
 
     @property
     def lens(self) -> Lens:
@@ -95,7 +103,7 @@ class Editing:
 
         If the keys give an impossible lens, report that and return the lens without keys.
         """
-        lens = self._keyed_lens if self._tried is None else self._tried
+        lens = self._keyed_lens if self._trial_lens is None else self._trial_lens
         performed_m = None if self.performance is None else self.performance.focus_distance_m
         if performed_m is None:
             return lens
@@ -104,19 +112,24 @@ class Editing:
         except LensError:  # for example, a keyed zoom has become too long for a near focus
             return lens
 
-    # The lens that keys give was computed 16 times in each frame of the window. Together with the
-    # other values that a drawn frame asked for again, remembering it saved 13 % of the processor
-    # time of a frame in which nothing changes.
+    # The lens is kept because each frame of the window needs it 16 times. Together with the other
+    # values that a drawn frame needs more than once, keeping it saves 13 % of the processor time of
+    # a frame in which nothing changes.
     @property
     def _keyed_lens(self) -> Lens:
+        """The lens that the keys give at the frame; without keys if it is impossible."""
         shot, frame = self.shot, self.frame
-        if self._keyed is None or self._keyed[0] is not shot or self._keyed[1] != frame:
+        if (
+            self._keyed_cache is None
+            or self._keyed_cache[0] is not shot
+            or self._keyed_cache[1] != frame
+        ):
             try:
-                self._keyed = shot, frame, shot.lens_at(frame)
+                self._keyed_cache = shot, frame, shot.lens_at(frame)
             except LensError as error:
                 self._say(Problem(error))
                 return shot.lens
-        return self._keyed[2]
+        return self._keyed_cache[2]
 
     @property
     def has_lens(self) -> bool:
@@ -129,12 +142,12 @@ class Editing:
 
     def begin(self, shot: Shot) -> None:
         """Open another shot with an empty undo history."""
-        self.history, self._tried, self._has_explained = History.of(shot), None, False
+        self.history, self._trial_lens, self._has_explained = History.of(shot), None, False
 
     def edit(self, shot: Shot) -> None:
         """Change the shot; the undo step is recorded when the gesture ends."""
-        if shot != self.history.now:
-            self.history = self.history.changed(shot)
+        if shot != self.history.current:
+            self.history = self.history.with_current(shot)
             self._changed_at = self.clock()
 
     def edit_lens(self, lens: Lens) -> None:
@@ -143,19 +156,19 @@ class Editing:
         Without auto key, a keyed parameter without a key at this frame is only tried: the change
         lasts until the frame changes.
         """
-        before = self.lens
-        if lens == before or not self.may_turn():
+        old_lens = self.lens
+        if lens == old_lens or not self.may_change_lens():
             return
-        with reported(self._say):
-            self._check_hand(before, lens)
-            lens = self._within_kit(before, lens)
+        with report_errors(self._say):
+            self._check_focus_by_hand(old_lens, lens)
+            lens = self._within_kit(old_lens, lens)
             if self.performance is not None:
-                lens = self._performed(lens, before)
-            untried = self._without_tried(lens)
-            if untried != self._keyed_lens:
-                self.edit(self.reframed(self.shot, self._with_lens(untried)))
-            self._tried = None if untried == lens else lens
-            self._tell(before, lens)
+                lens = self._record_performance(lens, old_lens)
+            lens_without_trial = self._without_trial(lens)
+            if lens_without_trial != self._keyed_lens:
+                self.edit(self.reframe(self.shot, self._with_lens(lens_without_trial)))
+            self._trial_lens = None if lens_without_trial == lens else lens
+            self._explain_change(old_lens, lens)
 
     def choose_lens(self, lens: Lens) -> None:
         """Do the same as `edit_lens`, as an undo step of its own."""
@@ -163,69 +176,74 @@ class Editing:
         self.edit_lens(lens)
         self.settle()
 
-    def _check_hand(self, before: Lens, lens: Lens) -> None:
+    def _check_focus_by_hand(self, old_lens: Lens, lens: Lens) -> None:
         """Raise InputError for a focus by hand while it follows a mark."""
         live = self.shot.curves.live
-        if live is not None and lens.focus_distance_m != before.focus_distance_m:
+        if live is not None and lens.focus_distance_m != old_lens.focus_distance_m:
             raise InputError(
                 f"The focus follows {live.words}: make keys of it or let it go, in the Marks tab, "
                 "to change it by hand."
             )
 
-    def _within_kit(self, before: Lens, wanted: Lens) -> Lens:
+    def _within_kit(self, old_lens: Lens, requested: Lens) -> Lens:
         """Return the lens within the limits of the shot's kit, and report where they apply."""
         kit = self.shot.kit
-        got = wanted if kit is None else kit.followed(before, wanted)
+        allowed = requested if kit is None else kit.limit_change(old_lens, requested)
         names = ("focal_length_mm", "f_stop", "focus_distance_m")
-        if kit is not None and any(getattr(got, n) != getattr(wanted, n) for n in names):
-            self._say(kit.refusal(wanted))
-        return got
+        if kit is not None and any(
+            getattr(allowed, name) != getattr(requested, name) for name in names
+        ):
+            self._say(kit.refusal_message(requested))
+        return allowed
 
-    def _performed(self, lens: Lens, before: Lens) -> Lens:
+    def _record_performance(self, lens: Lens, old_lens: Lens) -> Lens:
         """Record the focus in the performance. Return the lens with the focus unchanged."""
         assert self.performance is not None
-        if lens.focus_distance_m != before.focus_distance_m:
+        if lens.focus_distance_m != old_lens.focus_distance_m:
             self.performance.moved_at = self.clock()
             if not self.performance.is_over:
                 self.performance.focus_distance_m = lens.focus_distance_m
-        unmoved = self._keyed_lens if self._tried is None else self._tried
-        return replace(lens, focus_distance_m=unmoved.focus_distance_m)
+        current_lens = self._keyed_lens if self._trial_lens is None else self._trial_lens
+        return replace(lens, focus_distance_m=current_lens.focus_distance_m)
 
-    def _without_tried(self, lens: Lens) -> Lens:
+    def _without_trial(self, lens: Lens) -> Lens:
         """Return the lens with the keyed values in place of those that are only tried here."""
         if self.auto_key:
             return lens
-        keyed, curves = self._keyed_lens, self.shot.curves
-        only_tried = (
-            p
-            for p in LensParameter
-            if curves.of(p).keys and curves.of(p).key_at(self.frame) is None
+        keyed_lens, curves = self._keyed_lens, self.shot.curves
+        trial_parameters = (
+            parameter
+            for parameter in LensParameter
+            if curves.of(parameter).keys and curves.of(parameter).key_at(self.frame) is None
         )
-        return replace(lens, **{str(p): getattr(keyed, p) for p in only_tried})
+        return replace(
+            lens,
+            **{str(parameter): getattr(keyed_lens, parameter) for parameter in trial_parameters},
+        )
 
-    def _tell(self, before: Lens, after: Lens) -> None:
+    def _explain_change(self, old_lens: Lens, new_lens: Lens) -> None:
         """Explain, once per shot of several frames, what a change of the focus does."""
-        if self._tried is not None:
-            self._say(passing(_ONLY_TRIED, lambda: bool(self.tried)))
+        if self._trial_lens is not None:
+            self._say(passing_message(_TRIAL_MESSAGE, lambda: bool(self.trial_parameters)))
         elif not self._has_explained and self.has_time and self.performance is None:
-            if before.focus_distance_m != after.focus_distance_m:
+            if old_lens.focus_distance_m != new_lens.focus_distance_m:
                 self._has_explained = True
                 has_keys = self.shot.curves.focus_distance_m.keys
                 has_none = lambda: not self.shot.curves.focus_distance_m.keys  # noqa: E731
-                everywhere = passing(_ALL_FRAMES, has_none)
-                self._say(_KEYS_HERE.format(self.frame) if has_keys else everywhere)
+                all_frames_message = passing_message(_ALL_FRAMES_MESSAGE, has_none)
+                self._say(_KEY_MESSAGE.format(self.frame) if has_keys else all_frames_message)
 
     @property
     def has_time(self) -> bool:
         """True if there are several frames, or keys."""
         return self._is_sequence() or bool(self.shot.key_frames or self.shot.camera_key_frames)
 
-    def keep_tried(self) -> None:
+    def key_trial_values(self) -> None:
         """Set keys for the values that are only tried at the frame."""
-        tried, lens = self.tried, self._tried
-        self._tried = None
+        trial_parameters, lens = self.trial_parameters, self._trial_lens
+        self._trial_lens = None
         shot = self.shot
-        for parameter in tried:
+        for parameter in trial_parameters:
             shot = shot.with_key(self.frame, parameter, getattr(lens, parameter))
         if shot != self.shot:
             self.edit(shot)
@@ -236,43 +254,43 @@ class Editing:
         Parameters without keys are all set at once, because some values are valid only together,
         such as a long lens and a far focus.
         """
-        before, shot = self._keyed_lens, replace(self.shot, lens=lens)
+        old_lens, shot = self._keyed_lens, replace(self.shot, lens=lens)
         for parameter in LensParameter:
             value = getattr(lens, parameter)
-            if shot.curves.of(parameter).keys and value != getattr(before, parameter):
+            if shot.curves.of(parameter).keys and value != getattr(old_lens, parameter):
                 shot = shot.with_lens_value(self.frame, parameter, value, self.auto_key)
         return shot
 
     def do(self, shot: Shot) -> None:
         """Change the shot as an undo step of its own."""
-        self._tried = None
-        self.history = self.history.at_rest().changed(shot).at_rest()
+        self._trial_lens = None
+        self.history = self.history.end_gesture().with_current(shot).end_gesture()
 
     def amend(self, shot: Shot) -> None:
-        """Replace the shot without a step of undo, by one in which files were measured again."""
-        is_rest = self.history.now == self.history.settled
-        self.history = replace(self.history, now=shot)
+        """Replace the shot by one with new measurements, without an undo step."""
+        is_rest = self.history.current == self.history.last_step
+        self.history = replace(self.history, current=shot)
         if is_rest:
-            self.history = replace(self.history, settled=shot)
+            self.history = replace(self.history, last_step=shot)
 
     def settle(self) -> None:
         """Record the changes so far as an undo step."""
-        self.history = self.history.at_rest()
+        self.history = self.history.end_gesture()
 
-    def rest(self, is_held: bool) -> None:
+    def settle_if_resting(self, is_pressed: bool) -> None:
         """Record a finished gesture as an undo step; call this once a frame."""
-        now, performance = self.clock(), self.performance
-        if not is_held and now - self._changed_at > _GESTURE_REST_S:
-            self.history = self.history.at_rest()
-        if performance is not None and performance.is_over and not is_held:
-            if now - performance.moved_at > _GESTURE_REST_S:
+        now_s, performance = self.clock(), self.performance
+        if not is_pressed and now_s - self._changed_at > _GESTURE_REST_S:
+            self.history = self.history.end_gesture()
+        if performance is not None and performance.is_over and not is_pressed:
+            if now_s - performance.moved_at > _GESTURE_REST_S:
                 self.performance = None
 
     @property
     def is_unsettled(self) -> bool:
         """Return True while a gesture or a performance has not become an undo step."""
         is_ending = self.performance is not None and self.performance.is_over
-        return is_ending or self.history.now != self.history.settled
+        return is_ending or self.history.current != self.history.last_step
 
     def toggle_auto_key(self) -> None:
         """Turn auto key on or off, with which a change of a keyed parameter sets a key."""
@@ -280,10 +298,10 @@ class Editing:
 
     def undo(self) -> None:
         """Undo one step."""
-        self._tried = None
-        self.history = self.history.undone()
+        self._trial_lens = None
+        self.history = self.history.undo()
 
     def redo(self) -> None:
         """Redo one step."""
-        self._tried = None
-        self.history = self.history.redone()
+        self._trial_lens = None
+        self.history = self.history.redo()

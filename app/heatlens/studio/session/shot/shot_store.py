@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from heatlens.core.base.background import Threads
 from heatlens.core.base.errors import InputError
-from heatlens.core.base.faults import faults_reported
+from heatlens.core.base.faults import report_faults
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.documents.shot_file import (
     SHOT_SUFFIX,
@@ -22,13 +22,13 @@ from heatlens.media.documents.shot_file import (
 
 Result = TypeVar("Result")
 
-_READS_MOST = 4  # so many shots can be opened while a disk does not answer
+_MAX_READS = 4  # number of shots that can be opened while a disk does not answer
 _UNSAVED_FOLDER = "unsaved"
 _FRAME_NUMBER = re.compile(r"[._-]?\d+$")
 
 
 @dataclass(frozen=True)
-class Found:
+class StoredShot:
     """The content of a shot file: the saved shot, and unsaved changes from before a crash."""
 
     path: Path
@@ -37,54 +37,55 @@ class Found:
 
 
 class ShotStore:
-    """Writes on a single thread, so that the latest write wins; reads after the writes before.
+    """Writes on a single thread, so that the latest write wins; reads after all earlier writes.
 
     A read that hangs does not delay the writes.
     """
 
     def __init__(self, wake: Callable[[], None]) -> None:
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="shot-write")
-        self._readers = Threads("shot-read", _READS_MOST)
+        self._readers = Threads("shot-read", _MAX_READS)
         self._wake = wake
 
-    def read(self, path: Path, is_asked: bool = True) -> Future[Found]:
+    def read(self, path: Path, is_required: bool = True) -> Future[StoredShot]:
         """Begin to read; the future raises InputError if the file is not a shot.
 
-        With `is_asked` False, a missing file is not an error.
+        With `is_required` False, a missing file is not an error.
         """
-        written = self._writer.submit(lambda: None)
+        earlier_writes = self._writer.submit(lambda: None)
 
-        def read() -> Found:
-            written.result()
-            return _found(path, is_asked)
+        def read_after_writes() -> StoredShot:
+            earlier_writes.result()
+            return _read_both(path, is_required)
 
-        return self._begin(self._readers, read)
+        return self._submit(self._readers, read_after_writes)
 
     def save(self, path: Path, shot: Shot) -> Future[None]:
         """Begin to save the file."""
-        return self._begin(self._writer, lambda: write_shot(path, shot))
+        return self._submit(self._writer, lambda: write_shot(path, shot))
 
-    def keep(self, path: Path, shot: Shot) -> Future[None]:
+    def autosave(self, path: Path, shot: Shot) -> Future[None]:
         """Begin to write unsaved changes beside the file."""
-        return self._begin(self._writer, lambda: _kept(path, shot))
+        return self._submit(self._writer, lambda: _write_beside(path, shot))
 
-    def drop(self, path: Path) -> Future[None]:
+    def drop_autosave(self, path: Path) -> Future[None]:
         """Begin to remove the unsaved changes beside the file."""
-        return self._begin(self._writer, lambda: autosave_path(path).unlink(missing_ok=True))
+        return self._submit(self._writer, lambda: autosave_path(path).unlink(missing_ok=True))
 
     def write(self, job: Callable[[], None]) -> Future[None]:
         """Begin to call `job`, which writes another file, after all writes before it."""
-        return self._begin(self._writer, job)
+        return self._submit(self._writer, job)
 
-    def _begin(
+    def _submit(
         self, threads: ThreadPoolExecutor | Threads, job: Callable[[], Result]
     ) -> Future[Result]:
-        future = threads.submit(faults_reported("The shot could not be saved or read")(job))
+        """Run `job` on a thread, and wake the window when it is done."""
+        future = threads.submit(report_faults("The shot could not be saved or read")(job))
         future.add_done_callback(lambda _: self._wake())
         return future
 
     def close(self) -> None:
-        """Wait until everything is written; reading stops without being waited for."""
+        """Wait until everything is written, but not for reads."""
         self._readers.close()
         self._writer.shutdown(wait=True)
 
@@ -101,21 +102,25 @@ def unnamed_path(folder: Path, source: str) -> Path:
     return folder / _UNSAVED_FOLDER / f"{digest}{SHOT_SUFFIX}"
 
 
-def _found(path: Path, is_asked: bool) -> Found:
-    """Read both files. File times are not compared, because clocks differ and are set back."""
+def _read_both(path: Path, is_required: bool) -> StoredShot:
+    """Read a shot file and its autosave.
+
+    File times are not compared, because clocks differ and are set back.
+    """
     autosave = autosave_path(path)
-    is_kept = autosave.is_file()
-    is_there = path.exists() or (is_asked and not is_kept)
-    saved = read_shot(path) if is_there else None
+    has_autosave = autosave.is_file()
+    reads_file = path.exists() or (is_required and not has_autosave)
+    saved = read_shot(path) if reads_file else None
     try:
-        unsaved = read_shot(autosave) if is_kept else None
+        unsaved = read_shot(autosave) if has_autosave else None
     except InputError:
         if saved is None:
             raise
-        unsaved = None  # the crash interrupted its writing
-    return Found(path, saved, unsaved)
+        unsaved = None  # the crash interrupted the autosave
+    return StoredShot(path, saved, unsaved)
 
 
-def _kept(path: Path, shot: Shot) -> None:
-    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)  # it names unreleased work
+def _write_beside(path: Path, shot: Shot) -> None:
+    """Write the autosave of a shot beside its file."""
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)  # file names are private
     write_autosave(path, shot)

@@ -1,4 +1,4 @@
-"""Keep what the command line gave, and decide which file its options apply to.
+"""Keep the values of the command line, and decide which file its options apply to.
 
 Make the first shot of a plate, scene or stream that has been opened.
 """
@@ -17,7 +17,7 @@ from heatlens.core.model.timecode import Timecode
 from heatlens.core.model.view.view import ViewState
 from heatlens.media.camera.into_shot import first_values, with_camera
 from heatlens.media.camera.samples import CameraSamples
-from heatlens.media.camera.shoot_timecode import at_timecode
+from heatlens.media.camera.shoot_timecode import match_by_timecode
 from heatlens.media.live.ring.sender import LensSender
 from heatlens.media.live.ring.sources import RingInput
 from heatlens.media.plate.header.header_lens import StartLens
@@ -58,19 +58,19 @@ class Start:
     kit: LensKit | None = None
 
 
-class GivenOptions:
-    """The options of the command line; they apply to the file it named, or to the first opened."""
+class CommandLineOptions:
+    """The options of the command line, for the file that it names or else the first opened."""
 
     def __init__(self, start: Start) -> None:
         self.start = start
         self._source = start.source
         self.has_opened = False  # whether anything has been opened yet
 
-    def opened(self, text: str) -> None:
+    def note_opened(self, text: str) -> None:
         """Note that `text` was opened."""
         self._source, self.has_opened = self._source or text, True
 
-    def are_for(self, text: str) -> bool:
+    def apply_to(self, text: str) -> bool:
         """Return True if the options apply to the source `text`."""
         return self._source in (text, "")
 
@@ -80,62 +80,67 @@ class GivenOptions:
 
     def placing_of(self, text: str) -> Placing:
         """Return the given up axis and unit for the scene `text`."""
-        return self.start.placing if self.are_for(text) else Placing()
+        return self.start.placing if self.apply_to(text) else Placing()
 
     def lens_of(self, text: str) -> Values:
         """Return the fields of Lens given for `text`, and those of a camera at its first frame."""
-        if not self.are_for(text):
+        if not self.apply_to(text):
             return {}
-        camera, kept = self.start.camera, self.start.lens
-        first = {} if camera is None else first_values(camera, kept)
-        return {**first, **kept}
+        camera, given_lens = self.start.camera, self.start.lens
+        first_camera_values = {} if camera is None else first_values(camera, given_lens)
+        return {**first_camera_values, **given_lens}
 
 
-def first_lens(opened: Opened, given: GivenOptions) -> tuple[StartLens, str]:
+def first_lens(opened: Opened, command_line: CommandLineOptions) -> tuple[StartLens, str]:
     """Return the first lens for a source, and a sentence about an unusable given lens, or "".
 
-    The lens of the command line is used if it is for this source; if it is impossible it is left
-    out, and the sentence says why.
+    The lens of the command line is used if it is for this source. If that lens is impossible, it is
+    ignored, and the sentence gives the reason.
     """
     try:
-        return opened.lens(given.lens_of(opened.text)), ""
+        return opened.lens(command_line.lens_of(opened.text)), ""
     except LensError as error:
         return opened.lens({}), str(error)
 
 
 def with_given_camera(
-    shot: Shot, given: GivenOptions, first: tuple[int, Timecode] | None = None
+    shot: Shot, command_line: CommandLineOptions, first_timecode: tuple[int, Timecode] | None = None
 ) -> tuple[Shot, str]:
     """Return the shot with the command line's camera, if that applies, and a message or "".
 
-    A lens kit of the command line limits the lens first. `first` is a frame and its timecode, by
-    which the rows of a table are placed.
+    A lens kit of the command line limits the lens first. `first_timecode` is a frame and its
+    timecode, by which the rows of a table are placed.
     """
-    camera, source = given.start.camera, shot.source or ""
-    kit = given.start.kit
-    if kit is not None and given.are_for(source):
-        shot = replace(shot, kit=kit, lens=kit.followed(None, shot.lens))
-    if camera is None or not given.are_for(source):
+    camera, source = command_line.start.camera, shot.source or ""
+    kit = command_line.start.kit
+    if kit is not None and command_line.apply_to(source):
+        shot = replace(shot, kit=kit, lens=kit.limit_change(None, shot.lens))
+    if camera is None or not command_line.apply_to(source):
         return shot, ""
-    if any(getattr(shot.lens, name) != value for name, value in given.lens_of(source).items()):
+    if any(
+        getattr(shot.lens, name) != value for name, value in command_line.lens_of(source).items()
+    ):
         return shot, ""  # the lens is impossible, which `first_lens` has reported
-    placed = at_timecode(camera, first, camera.frames_per_second, shot.frames)
+    placed_camera = match_by_timecode(camera, first_timecode, camera.frames_per_second, shot.frames)
     try:
-        filmed = shot_with_camera(shot, placed, given.start.lens)
+        camera_shot = shot_with_camera(shot, placed_camera, command_line.start.lens)
     except HeatlensError as error:
         return shot, str(error)
-    return filmed, " ".join(placed.notes[len(camera.notes) :])
+    return camera_shot, " ".join(placed_camera.notes[len(camera.notes) :])
 
 
-def shot_with_camera(shot: Shot, camera: CameraSamples | None, kept: Collection[str]) -> Shot:
+def shot_with_camera(
+    shot: Shot, camera: CameraSamples | None, fixed_fields: Collection[str]
+) -> Shot:
     """Return the shot with lens, keys and rate of `camera`, and its frames if the shot has none.
 
-    Fields of Lens in `kept` stay. Raise LensError if they are impossible with the camera's values.
+    Fields of Lens in `fixed_fields` stay. Raise LensError if they are impossible with the camera's
+    values.
     """
     if camera is None:
         return shot
     return replace(
-        with_camera(shot, camera, kept),
+        with_camera(shot, camera, fixed_fields),
         frames=shot.frames or camera.frame_range,
         frames_per_second=camera.frames_per_second,
     )

@@ -16,13 +16,13 @@ from heatlens.core.model.shot.pull import frames_too_close
 from heatlens.core.model.shot.shot import Shot
 from heatlens.media.frame_cache.cache import FrameCache
 from heatlens.media.plate.mark_distance import mark_on_plate_m
-from heatlens.media.plate.mattes.mattes import thing_m
+from heatlens.media.plate.mattes.mattes import thing_distance_m
 from heatlens.media.plate.plate import Plate
 from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.time.timeline import Run
 
 MarkLine = tuple[tuple[int, float], ...]  # (frame, 1/m)
-_WARNED_MOST = 2000  # frames that are checked for a focus that is too close
+_MAX_CHECKED = 2000  # frames that are checked for a focus that is too close
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,31 +39,32 @@ class FocusTrack:
     """The samples over the visible frames, recomputed when these or the shot change."""
 
     def __init__(self) -> None:
-        self._made_of: object = None
+        self._samples_key: object = None
         self._samples: tuple[Sample, ...] = ()
-        self._warned_of: object = None
+        self._too_close_key: object = None
         self._too_close: tuple[int, ...] = ()
 
     def samples(self, shot: Shot, first: float, last: float, count: int) -> tuple[Sample, ...]:
         """Return `count` evenly spaced samples from first to last, and one at every key between."""
-        made_of = (shot.lens, shot.curves, first, last, count)
-        if made_of != self._made_of:
-            times = {first + (last - first) * i / (count - 1) for i in range(count)}
+        key = (shot.lens, shot.curves, first, last, count)
+        if key != self._samples_key:
+            times = {first + (last - first) * index / (count - 1) for index in range(count)}
             times |= {frame for frame in shot.key_frames if first <= frame <= last}
             self._samples = tuple(_sample(shot, time) for time in sorted(times))
-            self._made_of = made_of
+            self._samples_key = key
         return self._samples
 
-    def too_close(self, shot: Shot, frames: FrameRange) -> tuple[int, ...]:
+    def too_close_frames(self, shot: Shot, frames: FrameRange) -> tuple[int, ...]:
         """Return the visible frames at which the lens cannot focus as near as it should."""
-        made_of = (shot.lens, shot.curves, frames)
-        if made_of != self._warned_of:
-            self._too_close, self._warned_of = _too_close(shot, frames), made_of
+        key = (shot.lens, shot.curves, frames)
+        if key != self._too_close_key:
+            self._too_close, self._too_close_key = _too_close_frames(shot, frames), key
         return self._too_close
 
 
-def _too_close(shot: Shot, frames: FrameRange) -> tuple[int, ...]:
-    if frames.count > _WARNED_MOST:
+def _too_close_frames(shot: Shot, frames: FrameRange) -> tuple[int, ...]:
+    """Return the frames with a focus that is too close for the lens; none of a very long shot."""
+    if frames.count > _MAX_CHECKED:
         return ()
     try:
         return frames_too_close(Shot(shot.lens, curves=shot.curves, frames=frames))
@@ -72,6 +73,7 @@ def _too_close(shot: Shot, frames: FrameRange) -> tuple[int, ...]:
 
 
 def _sample(shot: Shot, time: float) -> Sample:
+    """Return the focus and the sharp range at a time; all 0 if the lens is impossible there."""
     try:
         lens = shot.lens_at(time)
     except HeatlensError:  # between two keys of a long lens and a near focus
@@ -98,97 +100,108 @@ def mark_track(name: str, runs: Iterable[Iterable[tuple[int, float | None]]]) ->
     lines: list[MarkLine] = []
     bridges: list[MarkLine] = []
     for run in runs:
-        parts = [
-            tuple((frame, place) for frame, place in part if place is not None)
-            for _, part in groupby(run, key=lambda it: it[1] is None)
+        visible_parts = [
+            tuple((frame, dioptres) for frame, dioptres in visible_part if dioptres is not None)
+            for _, visible_part in groupby(run, key=lambda sample: sample[1] is None)
         ]
-        lengths = [part for part in parts if part]
-        lines += lengths
-        bridges += [(before[-1], after[0]) for before, after in pairwise(lengths)]
+        run_lines = [visible_part for visible_part in visible_parts if visible_part]
+        lines += run_lines
+        bridges += [(line[-1], next_line[0]) for line, next_line in pairwise(run_lines)]
     return MarkTrack(name, tuple(lines), tuple(bridges))
 
 
-_Thing = tuple[str, MattePart]
+_MatteKey = tuple[str, MattePart]
 
 
-class ThingDistances(Worker):
-    """The distances of things on plates in memory, each measured once."""
+class MatteDistances(Worker):
+    """The distances of mattes on plates in memory, each measured once, on a thread."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
-        self._reader: Background[tuple[Plate, _Thing, float | None]] = Background(wake)
-        self._known: WeakKeyDictionary[Plate, dict[_Thing, float | None]] = WeakKeyDictionary()
-        self.measured_count = 0  # increases with each measurement, so that others know when to ask
+        self._reader: Background[tuple[Plate, _MatteKey, float | None]] = Background(wake)
+        self._distances_m: WeakKeyDictionary[Plate, dict[_MatteKey, float | None]] = (
+            WeakKeyDictionary()
+        )
+        self.measured_count = 0  # increases with each measurement, so that others notice it
 
     def distance_m(self, plate: Plate, mark: MatteMark) -> float | None:
         """Return the distance in m; None where it is hidden, and until it is measured."""
-        known, thing = self._known.get(plate, {}), (mark.matte, mark.part)
-        if thing not in known and not self._reader.is_busy:
-            self._reader.start(lambda: (plate, thing, _measured(plate, thing)))
-        return known.get(thing)
+        distances_m, matte_key = self._distances_m.get(plate, {}), (mark.matte, mark.part)
+        if matte_key not in distances_m and not self._reader.is_busy:
+            self._reader.start(lambda: (plate, matte_key, _measure_matte_m(plate, matte_key)))
+        return distances_m.get(matte_key)
 
     def is_measured(self, plate: Plate, mark: MatteMark) -> bool:
-        """Return True if the distance of a thing on a plate is known, or that it is hidden."""
-        return (mark.matte, mark.part) in self._known.get(plate, {})
+        """Return True if the matte of a mark has been measured on a plate."""
+        return (mark.matte, mark.part) in self._distances_m.get(plate, {})
 
     def poll(self) -> None:
-        """Take over a measured distance; call this once a frame."""
-        if (picked := self._reader.poll()) is not None:
-            plate, thing, distance_m = picked
-            self._known.setdefault(plate, {})[thing] = distance_m
+        """Store a measured distance; call this once a frame."""
+        if (measurement := self._reader.poll()) is not None:
+            plate, matte_key, distance_m = measurement
+            self._distances_m.setdefault(plate, {})[matte_key] = distance_m
             self.measured_count += 1
 
 
-def _measured(plate: Plate, thing: _Thing) -> float | None:
+def _measure_matte_m(plate: Plate, matte_key: _MatteKey) -> float | None:
+    """Return the distance of a matte on a plate in m; None if it is hidden or unusable."""
     try:
-        return thing_m(plate, *thing)
+        return thing_distance_m(plate, *matte_key)
     except HeatlensError:  # reported where the mark is used, as in `follow`
         return None
 
 
 class MarkTracks:
-    """The distance tracks of marks on points and things; each plate is measured once."""
+    """The distance tracks of marks on points and mattes; each plate is measured once."""
 
-    def __init__(self, things: ThingDistances) -> None:
-        self._things = things
+    def __init__(self, matte_distances: MatteDistances) -> None:
+        self._matte_distances = matte_distances
         self._measured: WeakKeyDictionary[Plate, dict[Mark, float]] = WeakKeyDictionary()
-        self._made_of: object = None
+        self._tracks_key: object = None
         self._tracks: tuple[MarkTrack, ...] = ()
 
     def tracks(
         self, cache: FrameCache | None, runs: tuple[Run, ...], marks: tuple[Mark, ...]
     ) -> tuple[MarkTrack, ...]:
         """Return the track of every mark that moves over the frames in memory."""
-        made_of = (id(cache), runs, marks, self._things.measured_count)
-        if cache is not None and made_of != self._made_of:
-            ready = [run for run in runs if run.state == "ready"]
-            moving = [mark for mark in marks if not isinstance(mark, DistanceMark | ObjectMark)]
-            self._tracks = tuple(self._track(cache, ready, mark) for mark in moving)
-            self._made_of = made_of
+        key = (id(cache), runs, marks, self._matte_distances.measured_count)
+        if cache is not None and key != self._tracks_key:
+            ready_runs = [run for run in runs if run.state == "ready"]
+            moving_marks = [
+                mark for mark in marks if not isinstance(mark, DistanceMark | ObjectMark)
+            ]
+            self._tracks = tuple(self._track(cache, ready_runs, mark) for mark in moving_marks)
+            self._tracks_key = key
         return self._tracks
 
-    def _track(self, cache: FrameCache, ready: list[Run], mark: Mark) -> MarkTrack:
+    def _track(self, cache: FrameCache, ready_runs: list[Run], mark: Mark) -> MarkTrack:
+        """Return the track of a mark: as it was tracked, or measured on the plates in memory."""
         if isinstance(mark, TrackMark):
-            far_m = ((it.frame, it.distance_m) for it in mark.places)
-            return mark_track(mark.name, [[(frame, it and 1.0 / it) for frame, it in far_m]])
+            samples = ((place.frame, place.distance_m) for place in mark.places)
+            dioptres = [(frame, distance_m and 1.0 / distance_m) for frame, distance_m in samples]
+            return mark_track(mark.name, [dioptres])
         runs = [
-            [(f, self._dioptres(cache.get(f), mark)) for f in range(run.first, run.last + 1)]
-            for run in ready
+            [
+                (number, self._dioptres(cache.get(number), mark))
+                for number in range(run.first, run.last + 1)
+            ]
+            for run in ready_runs
         ]
         return mark_track(mark.name, runs)
 
     def _dioptres(self, plate: object, mark: Mark) -> float | None:
+        """Return the distance of a mark on a plate in 1/m; None if it is hidden or unknown."""
         if not isinstance(plate, Plate):
             return None
         if isinstance(mark, MatteMark):
-            distance_m = self._things.distance_m(plate, mark)
+            distance_m = self._matte_distances.distance_m(plate, mark)
             return None if distance_m is None else 1.0 / distance_m
-        known = self._measured.setdefault(plate, {})
-        if mark not in known:
+        measured = self._measured.setdefault(plate, {})
+        if mark not in measured:
             distance_m = mark_m(plate, mark)
             if distance_m is None:
                 return None
-            known[mark] = 1.0 / distance_m
-        return known[mark]
+            measured[mark] = 1.0 / distance_m
+        return measured[mark]
 
 
 def mark_m(plate: Plate | None, mark: Mark) -> float | None:

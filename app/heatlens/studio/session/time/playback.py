@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from heatlens.core.model.curves.frames import FrameRange
 
-_LEAST_WAIT_S = 0.001  # with 0, the loop would neither sleep nor draw
+_MIN_WAIT_S = 0.001  # with 0, the loop would neither sleep nor draw
 _ROUNDING = 1e-6  # tolerance in frames
 
 
@@ -25,8 +25,8 @@ class Playback:
     is_every_frame  True waits for each frame to be ready; False keeps time and drops frames
     ending          what happens after the last frame
     direction       1 forward, -1 backward, 0 while nothing plays
-    is_new_shot     the frame is the first of a shot: its time begins when it is next asked for
-    next_shot       goes on in the next shot of a reel; returns False if there is none
+    is_new_shot     the frame is the first of a shot: its time begins at the next `next_frame`
+    next_shot       plays on in the next shot of a reel; returns False if there is none
     """
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
@@ -36,14 +36,14 @@ class Playback:
         self.direction = 0
         self.is_new_shot = False
         self.next_shot: Callable[[], bool] = lambda: False
-        self._shown_at = 0.0
+        self._frame_time_s = 0.0
 
     def play(self, direction: int, frame: int, frames: FrameRange) -> int:
         """Begin to play; return the frame to begin with.
 
         With Ending.ONCE, playing from the last frame starts again at the first.
         """
-        self.direction, self._shown_at = direction, self._clock()
+        self.direction, self._frame_time_s = direction, self._clock()
         start, end = self._ends(frames)
         is_over = self.ending is Ending.ONCE and frame == end
         return frame if frame in frames and not is_over else start
@@ -52,10 +52,10 @@ class Playback:
         """Stop on the current frame."""
         self.direction = 0
 
-    def moved(self, frame: int, frames: FrameRange, rate: float, is_ready: bool) -> int:
-        """Return the frame to show now; `is_ready`: the previous one has been shown."""
+    def next_frame(self, frame: int, frames: FrameRange, rate: float, is_ready: bool) -> int:
+        """Return the frame to show now; `is_ready` is True once `frame` can be shown."""
         if self.is_new_shot:
-            self.is_new_shot, self._shown_at = False, self._clock()
+            self.is_new_shot, self._frame_time_s = False, self._clock()
         steps = self._steps_due(rate)
         if not self.direction or steps < 1:
             return frame
@@ -68,12 +68,13 @@ class Playback:
             return frame
         if self.is_every_frame:
             # At most one frame late: playback that was delayed continues and does not rush.
-            self._shown_at = max(self._shown_at + 1 / rate, self._clock() - 1 / rate)
+            self._frame_time_s = max(self._frame_time_s + 1 / rate, self._clock() - 1 / rate)
         else:
-            self._shown_at += steps / rate
-        return self._stepped(frame, steps, frames)
+            self._frame_time_s += steps / rate
+        return self._frame_after(frame, steps, frames)
 
     def _crosses_cut(self, frame: int, frames: FrameRange) -> bool:
+        """Return True if a frame is after the end of a shot of a reel."""
         return self.ending is Ending.REEL and self.direction > 0 and frame > frames.last
 
     def is_due(self, rate: float) -> bool:
@@ -84,35 +85,36 @@ class Playback:
         """Return the seconds until the next frame; None if nothing plays."""
         if not self.direction:
             return None
-        return max(_LEAST_WAIT_S, self._shown_at + 1 / rate - self._clock())
+        return max(_MIN_WAIT_S, self._frame_time_s + 1 / rate - self._clock())
 
     def _steps_due(self, rate: float) -> int:
-        return int((self._clock() - self._shown_at) * rate + _ROUNDING)
+        return int((self._clock() - self._frame_time_s) * rate + _ROUNDING)
 
     def _ends(self, frames: FrameRange) -> tuple[int, int]:
         """Return the frames at which playback starts and ends."""
         first, last = frames.first, frames.last
         return (first, last) if self.direction > 0 else (last, first)
 
-    def _stepped(self, frame: int, steps: int, frames: FrameRange) -> int:
+    def _frame_after(self, frame: int, steps: int, frames: FrameRange) -> int:
+        """Return the frame that is `steps` frames later in the direction of playback."""
         start, end = self._ends(frames)
         if frame not in frames:
             return start
         if self.ending is Ending.BOUNCE:
-            return self._bounced(frame, steps, frames)
-        gone = (frame - start) * self.direction + steps
-        if self.ending is Ending.ONCE and gone >= frames.count - 1:
+            return self._frame_after_bounce(frame, steps, frames)
+        position = (frame - start) * self.direction + steps
+        if self.ending is Ending.ONCE and position >= frames.count - 1:
             self.stop()
             return end
-        return start + self.direction * (gone % frames.count)
+        return start + self.direction * (position % frames.count)
 
-    def _bounced(self, frame: int, steps: int, frames: FrameRange) -> int:
-        """Return the frame on a circle of all frames there and back; each end is met once."""
+    def _frame_after_bounce(self, frame: int, steps: int, frames: FrameRange) -> int:
+        """Return the frame that is `steps` later on the way to the end and back again."""
         turn = frames.count - 1
         if turn == 0:
             return frame
-        place = frame - frames.first
-        place = (place if self.direction > 0 else 2 * turn - place) + steps
-        place %= 2 * turn
-        self.direction = 1 if place < turn else -1
-        return frames.first + (place if place < turn else 2 * turn - place)
+        position = frame - frames.first
+        position = (position if self.direction > 0 else 2 * turn - position) + steps
+        position %= 2 * turn
+        self.direction = 1 if position < turn else -1
+        return frames.first + (position if position < turn else 2 * turn - position)

@@ -21,7 +21,7 @@ from heatlens.studio.session.messages import Problem
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.playback import Ending, Playback
 
-_PART = 0.05  # the largest share of the time that may be spent on this
+_MAX_SHARE = 0.05  # the largest share of the time that may be spent on updating the runs
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,21 +38,21 @@ class FrameStates:
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock
-        self._made_of: object = None
-        self._not_before = 0.0
+        self._runs_key: object = None
+        self._next_update_s = 0.0
         self._runs: tuple[Run, ...] = ()
 
-    def runs(self, cache: FrameCache, news: object) -> tuple[Run, ...]:
-        """Return the current runs; `news` differs whenever they may have changed."""
-        now = self._clock()
-        if (cache, news) != self._made_of and now >= self._not_before:
-            self._runs, self._made_of = runs_of(cache.states()), (cache, news)
-            self._not_before = now + (self._clock() - now) / _PART
+    def runs(self, cache: FrameCache, version: object) -> tuple[Run, ...]:
+        """Return the current runs; `version` differs whenever they may have changed."""
+        now_s = self._clock()
+        if (cache, version) != self._runs_key and now_s >= self._next_update_s:
+            self._runs, self._runs_key = runs_of(cache.states()), (cache, version)
+            self._next_update_s = now_s + (self._clock() - now_s) / _MAX_SHARE
         return self._runs
 
-    def is_behind(self, cache: FrameCache, news: object) -> bool:
+    def is_outdated(self, cache: FrameCache, version: object) -> bool:
         """Return True while there are changes that `runs` has not returned yet."""
-        return (cache, news) != self._made_of
+        return (cache, version) != self._runs_key
 
 
 def runs_of(states: Mapping[int, FrameState]) -> tuple[Run, ...]:
@@ -68,7 +68,7 @@ def runs_of(states: Mapping[int, FrameState]) -> tuple[Run, ...]:
 
 
 _STILL_REACH = 100_000  # largest frame number that the playhead can reach on a still
-_FRAMES_MOST = 1_000_000  # largest number of frames of a shot
+_MAX_FRAMES = 1_000_000  # largest number of frames of a shot
 
 
 class Timeline(Commands):
@@ -110,7 +110,7 @@ class Timeline(Commands):
         return self._source.plate is not None and self.has_time
 
     @property
-    def _keyed(self) -> tuple[float, ...]:
+    def _key_frames(self) -> tuple[float, ...]:
         """The frames at which the lens or the camera has a key, in order."""
         shot = self._editing.shot
         return tuple(sorted({*shot.key_frames, *shot.camera_key_frames}))
@@ -120,8 +120,8 @@ class Timeline(Commands):
         """The frames of the source; for a still, the range of its keys."""
         if self._opened_frames is not None:
             return self._opened_frames
-        keyed = self._keyed
-        return _range(keyed[0], keyed[-1]) if keyed else None
+        key_frames = self._key_frames
+        return _range(key_frames[0], key_frames[-1]) if key_frames else None
 
     @property
     def timed_shot(self) -> Shot:
@@ -133,91 +133,96 @@ class Timeline(Commands):
     def played(self) -> FrameRange:
         """The frames from in to out, or all of them."""
         frame = self._editing.frame
-        return self.timed_shot.played or FrameRange(frame, frame)
+        return self.timed_shot.played_frames or FrameRange(frame, frame)
 
     @property
-    def reach(self) -> FrameRange:
+    def visible_range(self) -> FrameRange:
         """The range that the timeline shows: all frames, keys and the playhead."""
         frame = self._editing.frame
-        keyed, frames = self._keyed, self.frames or FrameRange(frame, frame)
-        ends = [frames.first, frames.last, frame, *keyed[:1], *keyed[-1:]]
+        key_frames, frames = self._key_frames, self.frames or FrameRange(frame, frame)
+        ends = [frames.first, frames.last, frame, *key_frames[:1], *key_frames[-1:]]
         return _range(min(ends), max(ends))
 
     def runs(self) -> tuple[Run, ...]:
         """Return the states of the frames (read, waiting, damaged) as runs of equal ones."""
-        return () if self.cache is None else self._states.runs(self.cache, self._news)
+        return () if self.cache is None else self._states.runs(self.cache, self._states_version)
 
     @property
-    def is_behind(self) -> bool:
+    def is_outdated(self) -> bool:
         """True while there are changes that `runs` has not returned yet."""
-        return self.cache is not None and self._states.is_behind(self.cache, self._news)
+        return self.cache is not None and self._states.is_outdated(self.cache, self._states_version)
 
     @property
-    def _news(self) -> object:
+    def _states_version(self) -> object:
+        """A value that changes whenever the states of frames may have changed."""
         opened = self._source.opened
-        return (opened.news if opened else 0, self._source.feed.wanted)
+        return (opened.change_count if opened else 0, self._source.feed.last_request)
 
     @property
     def timecode(self) -> str:
         """The timecode of the frame at the playhead; "" if it has none."""
-        timed = self._source.timecode_at(self.timed_shot, self._editing.frame)
-        return "" if timed is None else str(timed[1])
+        frame_timecode = self._source.timecode_at(self.timed_shot, self._editing.frame)
+        return "" if frame_timecode is None else str(frame_timecode[1])
 
     def start_timecode(self, text: str) -> str:
         """Return the timecode of the first frame, given that of this one; "" for an empty text."""
         if not text.strip():
             return ""
         shot, frame, timecode = self.timed_shot, self._editing.frame, parse_timecode(text)
-        why = timecode.why_not(shot.frames_per_second)
-        if why:
-            raise InputError(why)
-        first = frame if shot.span is None else shot.span.first
-        return str(timecode.later(first - frame, shot.frames_per_second))
+        reason = timecode.mismatch_message(shot.frames_per_second)
+        if reason:
+            raise InputError(reason)
+        first_frame = frame if shot.span is None else shot.span.first
+        return str(timecode.add_frames(first_frame - frame, shot.frames_per_second))
 
     # Commands
 
-    def go(self, frame: int) -> None:
+    def go_to(self, frame: int) -> None:
         """Move the playhead to a frame and stop playback."""
         self.playback.stop()
         low, high = -_STILL_REACH, _STILL_REACH
         if self.is_sequence:
-            low, high = self.reach.first, self.reach.last
-        self.put(min(max(frame, low), high))
+            low, high = self.visible_range.first, self.visible_range.last
+        self.move_playhead(min(max(frame, low), high))
 
-    def put(self, frame: int) -> None:
+    def move_playhead(self, frame: int) -> None:
         """Move the playhead to a frame without stopping playback."""
-        before = self._editing.frame
-        if frame != before:
+        old_frame = self._editing.frame
+        if frame != old_frame:
             self._editing.frame = frame
-            self.direction = 1 if frame > before else -1
+            self.direction = 1 if frame > old_frame else -1
 
     def step(self, frames: int) -> None:
         """Move the playhead by a number of frames, which may be negative."""
-        self.go(self._editing.frame + frames)
+        self.go_to(self._editing.frame + frames)
 
     def go_to_end(self, direction: int) -> None:
         """Go to the first (-1) or the last (1) played frame."""
-        self.go(self.played.last if direction > 0 else self.played.first)
+        self.go_to(self.played.last if direction > 0 else self.played.first)
 
     def go_to_key(self, direction: int) -> None:
         """Go to the next (1) or previous (-1) key of any parameter."""
-        frame, keyed = self._editing.frame, self._keyed
-        later = [math.ceil(k) for k in keyed if k > frame + SAME_FRAME]
-        earlier = [math.floor(k) for k in keyed if k < frame - SAME_FRAME]
-        if direction > 0 and later:
-            self.go(later[0])
-        elif direction < 0 and earlier:
-            self.go(earlier[-1])
+        frame, key_frames = self._editing.frame, self._key_frames
+        later_keys = [
+            math.ceil(key_frame) for key_frame in key_frames if key_frame > frame + SAME_FRAME
+        ]
+        earlier_keys = [
+            math.floor(key_frame) for key_frame in key_frames if key_frame < frame - SAME_FRAME
+        ]
+        if direction > 0 and later_keys:
+            self.go_to(later_keys[0])
+        elif direction < 0 and earlier_keys:
+            self.go_to(earlier_keys[-1])
 
     def play(self, direction: int) -> None:
         """Play in a direction, or stop if it plays in that direction."""
-        stays = self.played.count == 1 and self.playback.ending is not Ending.REEL
-        if self.playback.direction == direction or stays:
+        is_single_frame = self.played.count == 1 and self.playback.ending is not Ending.REEL
+        if self.playback.direction == direction or is_single_frame:
             self.playback.stop()
         else:
-            self.put(self.playback.play(direction, self._editing.frame, self.played))
+            self.move_playhead(self.playback.play(direction, self._editing.frame, self.played))
 
-    def may_play(self, frame: int) -> bool:
+    def can_play(self, frame: int) -> bool:
         """Return True if `frame` can be played; at a gap that ends playback, stop and report it."""
         try:
             if self.cache is not None:
@@ -239,9 +244,10 @@ class Timeline(Commands):
         self._set_in_out(min(frame, self.played.first), frame)
 
     def _set_in_out(self, first: int, last: int) -> None:
+        """Set in and out point as an undo step; none if they are the ends of the source."""
         frames = FrameRange(first, last)
-        whole = frames == self.frames
-        self._editing.do(replace(self._editing.shot, in_out=None if whole else frames))
+        is_all = frames == self.frames
+        self._editing.do(replace(self._editing.shot, in_out=None if is_all else frames))
 
     def clear_in_out(self) -> None:
         """Clear in and out point, so that all frames are played and exported."""
@@ -251,4 +257,4 @@ class Timeline(Commands):
 def _range(first: float, last: float) -> FrameRange:
     """Return a frame range, limited to the largest length of a shot, since keys can be anywhere."""
     low = math.floor(first)
-    return FrameRange(low, min(math.ceil(last), low + _FRAMES_MOST - 1))
+    return FrameRange(low, min(math.ceil(last), low + _MAX_FRAMES - 1))

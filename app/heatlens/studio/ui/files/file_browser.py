@@ -13,7 +13,7 @@ from heatlens.core.base.errors import HeatlensError
 from heatlens.core.base.outside_text import printable
 from heatlens.media.sequence.folder_list import Entry
 from heatlens.studio.session.files.file_commands import PURPOSES, FileCommands
-from heatlens.studio.session.files.folder_walk import Chosen, FolderWalk
+from heatlens.studio.session.files.folder_walk import ChosenFile, FolderWalk
 from heatlens.studio.session.messages import Problem
 from heatlens.studio.ui import probe, texts, theme, topmost, widgets
 
@@ -46,88 +46,91 @@ class FileDialogs:
 
     def draw(self) -> None:
         """Draw the dialog if it is open, and apply the user's choice."""
-        chosen = None if self.walk is None else self._draw(self.walk)
-        if chosen is not None:
-            self._files.take(chosen)
+        chosen_file = None if self.walk is None else self._draw_dialog(self.walk)
+        if chosen_file is not None:
+            self._files.apply_choice(chosen_file)
 
-    def _draw(self, walk: FolderWalk) -> Chosen | None:
+    def _draw_dialog(self, walk: FolderWalk) -> ChosenFile | None:
+        """Draw the window of the dialog; return the file that was chosen in this frame."""
         title = f"{walk.purpose.title}###file browser"
         if self._is_new:
             imgui.open_popup(title)
-        _place()
+        _set_size_and_position()
         flags = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_collapse
-        shown, stays = topmost.begin_modal(title, True, flags)
-        chosen = None
-        if shown:
-            topmost.answers_keys_itself()
-            chosen = self._draw_inside(walk)
-            if chosen is not None or not stays or self.walk is None:
+        is_visible, is_kept_open = topmost.begin_modal(title, True, flags)
+        chosen_file = None
+        if is_visible:
+            topmost.disable_key_navigation()
+            chosen_file = self._draw_content(walk)
+            if chosen_file is not None or not is_kept_open or self.walk is None:
                 imgui.close_current_popup()
             imgui.end_popup()
-        if chosen is not None or not shown or not stays:
+        if chosen_file is not None or not is_visible or not is_kept_open:
             self.walk = None
         self._is_new = False
-        return chosen
+        return chosen_file
 
-    def _draw_inside(self, walk: FolderWalk) -> Chosen | None:
+    def _draw_content(self, walk: FolderWalk) -> ChosenFile | None:
+        """Draw path, list and footer; return the file that was typed, picked or confirmed."""
         try:
-            typed = walk.poll()
+            typed_file = walk.poll()
         except HeatlensError as error:
-            typed = None
+            typed_file = None
             self._say(Problem(error))
         is_typing = imgui.get_io().want_text_input
-        self._path_row(walk)
-        picked = _list(walk)
+        self._draw_path_row(walk)
+        picked_file = _draw_list(walk)
         if not is_typing and not self._is_new:
-            picked = _keys(walk) or picked
+            picked_file = _handle_keys(walk) or picked_file
         if topmost.is_escaped() and not self._is_new:
             self.walk = None
-        return typed or picked or self._footer(walk)
+        return typed_file or picked_file or self._draw_footer(walk)
 
-    def _path_row(self, walk: FolderWalk) -> None:
+    def _draw_path_row(self, walk: FolderWalk) -> None:
+        """Draw the buttons for other folders and the field for the path."""
         for name, target in (("Up", ".."), ("Home", "~")):
             if widgets.button(name, f"browser {name}"):
                 walk.go(target)
             imgui.same_line()
         imgui.set_next_item_width(-1)
-        entered, walk.typed = imgui.input_text(
-            "##path", walk.typed, imgui.InputTextFlags_.enter_returns_true
+        is_entered, walk.typed_path = imgui.input_text(
+            "##path", walk.typed_path, imgui.InputTextFlags_.enter_returns_true
         )
         probe.note("browser path")
-        if entered:
-            walk.go(walk.typed)
+        if is_entered:
+            walk.go(walk.typed_path)
 
-    def _footer(self, walk: FolderWalk) -> Chosen | None:
+    def _draw_footer(self, walk: FolderWalk) -> ChosenFile | None:
         """Draw the field for the name to save under, a line of text and the buttons."""
-        if walk.overwrites is not None:
-            return _overwrite_question(walk, walk.overwrites)
-        entered = walk.purpose.is_save and self._name_field(walk)
+        if walk.existing_file is not None:
+            return _overwrite_question(walk, walk.existing_file)
+        is_entered = walk.purpose.is_save and self._draw_name_field(walk)
         texts.colored_text(_note(walk), theme.colors.bad if walk.problem else theme.colors.dim)
         if not walk.purpose.is_save:
             _single_files(walk)
-        _to_the_right(2)
-        if _button("Cancel"):
+        _align_right(2)
+        if _browser_button("Cancel"):
             self.walk = None
         imgui.same_line()
-        with widgets.disabled(not walk.can_take):
-            pressed = _button(walk.purpose.verb)
-        return walk.take() if pressed or entered else None
+        with widgets.disabled(not walk.can_confirm):
+            is_pressed = _browser_button(walk.purpose.verb)
+        return walk.confirm() if is_pressed or is_entered else None
 
-    def _name_field(self, walk: FolderWalk) -> bool:
+    def _draw_name_field(self, walk: FolderWalk) -> bool:
         """Draw the field for the name; return True if Enter was pressed in it."""
         widgets.label("name")
         if self._is_new:
             imgui.set_keyboard_focus_here()
-        entered, name = imgui.input_text(
+        is_entered, name = imgui.input_text(
             "##name", walk.name, imgui.InputTextFlags_.enter_returns_true
         )
         probe.note("browser name")
         if name != walk.name:
-            walk.rename(name)
-        return bool(entered)
+            walk.type_name(name)
+        return bool(is_entered)
 
 
-def _place() -> None:
+def _set_size_and_position() -> None:
     """Centre the dialog and give it its usual size, or less in a small window."""
     em, screen = imgui.get_font_size(), imgui.get_main_viewport()
     width = min(_SIZE_EM[0] * em, 0.94 * screen.work_size.x)
@@ -157,7 +160,7 @@ def _footer_height(walk: FolderWalk) -> float:
     return float(rows * imgui.get_frame_height_with_spacing() + text.y + gaps)
 
 
-def _list(walk: FolderWalk) -> Chosen | None:
+def _draw_list(walk: FolderWalk) -> ChosenFile | None:
     """Draw the list of folders and files; return the entry that was double-clicked."""
     em = imgui.get_font_size()
     flags = imgui.TableFlags_.scroll_y | imgui.TableFlags_.borders_outer
@@ -169,22 +172,23 @@ def _list(walk: FolderWalk) -> Chosen | None:
     imgui.table_setup_column("frames", columns.width_fixed, _FRAMES_EM * em)
     imgui.table_setup_column("written", columns.width_fixed, _WRITTEN_EM * em)
     imgui.table_headers_row()
-    picked = None
+    picked_file = None
     for index, entry in enumerate(list(walk.rows)):
-        picked = _row(walk, index, entry) or picked
+        picked_file = _draw_row(walk, index, entry) or picked_file
     if not (walk.rows or walk.is_reading or walk.problem):
         imgui.table_next_column()
         imgui.text_disabled(f"No folder and no {' or '.join(walk.purpose.suffixes)} in here.")
     imgui.end_table()
-    return picked
+    return picked_file
 
 
-def _row(walk: FolderWalk, index: int, entry: str | Entry) -> Chosen | None:
+def _draw_row(walk: FolderWalk, index: int, entry: str | Entry) -> ChosenFile | None:
+    """Draw a folder or a file of the list; return the file if it was double-clicked."""
     name = f"{entry}/" if isinstance(entry, str) else entry.name
     imgui.table_next_row()
     imgui.table_next_column()
     flags = imgui.SelectableFlags_.span_all_columns | imgui.SelectableFlags_.allow_double_click
-    clicked, _ = imgui.selectable(f"##{index}", index == walk.row, flags)
+    is_clicked, _ = imgui.selectable(f"##{index}", index == walk.row, flags)
     probe.note(f"file {name}")
     imgui.same_line(0.0, 0.0)
     imgui.text(printable(name))  # not as the label, which would end at the ## of a sequence
@@ -193,36 +197,39 @@ def _row(walk: FolderWalk, index: int, entry: str | Entry) -> Chosen | None:
         imgui.text_disabled(entry.frames_text)
         imgui.table_next_column()
         imgui.text_disabled(_time_text(entry.written_s))
-    if clicked:
-        walk.choose(index)
+    if is_clicked:
+        walk.select(index)
     is_double = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
-    return walk.take() if clicked and is_double else None
+    return walk.confirm() if is_clicked and is_double else None
 
 
-def _keys(walk: FolderWalk) -> Chosen | None:
+def _handle_keys(walk: FolderWalk) -> ChosenFile | None:
     """Handle keys: arrows move in the list, Enter chooses, Backspace goes to the parent folder."""
     step = int(imgui.is_key_pressed(_Key.down_arrow)) - int(imgui.is_key_pressed(_Key.up_arrow))
     if step and walk.rows:
-        walk.choose(walk.row + step)
+        walk.select(walk.row + step)
     if imgui.is_key_pressed(_Key.backspace, False):
         walk.go("..")
-    is_enter = any(imgui.is_key_pressed(k, False) for k in (_Key.enter, _Key.keypad_enter))
-    return walk.take() if is_enter and walk.overwrites is None else None
+    is_enter = any(imgui.is_key_pressed(key, False) for key in (_Key.enter, _Key.keypad_enter))
+    return walk.confirm() if is_enter and walk.existing_file is None else None
 
 
-def _overwrite_question(walk: FolderWalk, path: Path) -> Chosen | None:
+def _overwrite_question(walk: FolderWalk, path: Path) -> ChosenFile | None:
+    """Draw the question whether to replace a file; return the file if the user agrees."""
     imgui.align_text_to_frame_padding()
     imgui.text_colored(theme.colors.bad, f"{printable(path.name)} already exists. Overwrite it?")
     imgui.text_disabled(walk.purpose.note)
-    _to_the_right(2)
-    chosen = walk.overwrite() if _button("Overwrite") else None
+    _align_right(2)
+    chosen_file = walk.overwrite() if _browser_button("Overwrite") else None
     imgui.same_line()
-    if _button("Keep it"):  # at the place of Save, so that a second click there does no harm
-        walk.overwrites = None
-    return chosen
+    if _browser_button(
+        "Keep it"
+    ):  # at the place of Save, so that a second click there does no harm
+        walk.existing_file = None
+    return chosen_file
 
 
-def _to_the_right(buttons: int) -> None:
+def _align_right(buttons: int) -> None:
     """Move the cursor so that this many buttons end at the right edge."""
     width = buttons * _BUTTON_EM * imgui.get_font_size()
     width += (buttons - 1) * imgui.get_style().item_spacing.x
@@ -230,7 +237,7 @@ def _to_the_right(buttons: int) -> None:
     imgui.set_cursor_pos_x(max(right - width, imgui.get_cursor_pos_x()))
 
 
-def _button(name: str) -> bool:
+def _browser_button(name: str) -> bool:
     return widgets.button(name, f"browser {name}", width=_BUTTON_EM * imgui.get_font_size())
 
 

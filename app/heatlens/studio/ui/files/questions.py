@@ -13,7 +13,7 @@ from heatlens.studio.ui import topmost, widgets
 from heatlens.studio.ui.state import UiState
 from heatlens.studio.ui.status_bar import export_words
 
-_LEFT = "The cluster can go on with it; opening the shot again shows how far it is."
+_LEAVE_WORDS = "The cluster can go on with it; opening the shot again shows how far it is."
 _FLAGS = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_resize
 
 
@@ -27,60 +27,59 @@ def question(title: str, width_em: float) -> Iterator[bool]:
     if not imgui.is_popup_open(title):
         imgui.open_popup(title)
     imgui.set_next_window_size(ImVec2(width_em * imgui.get_font_size(), 0))
-    middle = imgui.get_main_viewport().get_center()
-    imgui.set_next_window_pos(middle, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
-    shown, _ = topmost.begin_modal(title, False, _FLAGS)
-    if shown:
-        topmost.answers_keys_itself()
-    yield shown
-    if shown:
+    center = imgui.get_main_viewport().get_center()
+    imgui.set_next_window_pos(center, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
+    is_visible, _ = topmost.begin_modal(title, False, _FLAGS)
+    if is_visible:
+        topmost.disable_key_navigation()
+    yield is_visible
+    if is_visible:
         imgui.end_popup()
 
 
 def quit_question(ui: UiState, run: ExportRun) -> None:
-    """Draw the question what becomes of a running export, while it is open."""
+    """Draw the question what to do with a running export, while the question is open."""
     if not ui.asks_to_quit:
         return
-    with question("An export is under way###quit", width_em=28.0) as shown:
-        if not shown:
+    with question("An export is under way###quit", width_em=28.0) as is_visible:
+        if not is_visible:
             return
-        words, can_be_left = export_words(run.state), run.can_be_left
-        stays = "" if run.state is None else run.state.when_stopped
-        imgui.text_wrapped(f"{words}. {_LEFT if can_be_left else stays}")
+        state_words, can_be_left = export_words(run.state), run.can_be_left
+        stop_words = "" if run.state is None else run.state.when_stopped
+        imgui.text_wrapped(f"{state_words}. {_LEAVE_WORDS if can_be_left else stop_words}")
         widgets.spacer()
-        end = _end_of(run, can_be_left)
-        if end is None and words and not topmost.is_escaped():
+        end = _draw_end_buttons(run, can_be_left)
+        if end is None and state_words and not topmost.is_escaped():
             return
-        ui.asks_to_quit, ui.is_over = (
-            False,
-            (end is not _End.GO_ON and end is not None) or not words,
-        )
+        ui.asks_to_quit = False
+        ui.is_over = (end is not _ExportEnd.GO_ON and end is not None) or not state_words
         imgui.close_current_popup()
 
 
-class _End(Enum):
-    """What becomes of a running export when the window closes."""
+class _ExportEnd(Enum):
+    """What happens to a running export when the window closes."""
 
     LEAVE = "Leave it to the cluster and close"
     STOP = "Stop it and close"
     GO_ON = "Keep exporting"
 
 
-def _end_of(run: ExportRun, can_be_left: bool) -> _End | None:
-    """Draw the buttons, and stop the export if that is the answer; None while there is none."""
-    offered = [end for end in _End if can_be_left or end is not _End.LEAVE]
-    pressed = [end for end in offered if _answer(end.value)]
-    if not pressed and imgui.is_key_pressed(imgui.Key.enter, False):
-        pressed = offered[:1]
-    if _End.STOP in pressed:
+def _draw_end_buttons(run: ExportRun, can_be_left: bool) -> _ExportEnd | None:
+    """Draw the buttons, and stop the export if that is the answer; return the answer or None."""
+    offered_ends = [end for end in _ExportEnd if can_be_left or end is not _ExportEnd.LEAVE]
+    pressed_ends = [end for end in offered_ends if _answer_button(end.value)]
+    if not pressed_ends and imgui.is_key_pressed(imgui.Key.enter, False):
+        pressed_ends = offered_ends[:1]
+    if _ExportEnd.STOP in pressed_ends:
         run.cancel()
-    return next(iter(pressed), None)
+    return next(iter(pressed_ends), None)
 
 
-def _answer(words: str) -> bool:
-    pressed = widgets.button(words, f"quit {words}")
+def _answer_button(words: str) -> bool:
+    """Draw a button in the current line; return True if it was pressed."""
+    is_pressed = widgets.button(words, f"quit {words}")
     imgui.same_line()
-    return pressed
+    return is_pressed
 
 
 def shot_question(documents: ShotDocuments) -> None:
@@ -88,19 +87,19 @@ def shot_question(documents: ShotDocuments) -> None:
     offer = documents.offer
     if offer is None:
         return
-    with question("Not saved###unsaved shot", width_em=30.0) as shown:
-        if not shown:
+    with question("Not saved###unsaved shot", width_em=30.0) as is_visible:
+        if not is_visible:
             return
-        what = "A shot of this plate was never saved to a file."
+        reason = "A shot of this plate was never saved to a file."
         if offer.saved is not None:
-            what = f"{printable(offer.path.name)} has unsaved changes."
-        imgui.text_wrapped(what)
+            reason = f"{printable(offer.path.name)} has unsaved changes."
+        imgui.text_wrapped(reason)
         imgui.text_wrapped("heatlens ended before this was saved. Recover it?")
         widgets.spacer()
-        for name, goes_on in (("Recover it", True), ("Discard it", False)):
-            entered = goes_on and imgui.is_key_pressed(imgui.Key.enter, False)
-            if widgets.button(name, f"unsaved {name}") or entered:
-                documents.answer(goes_on)
+        for name, recovers in (("Recover it", True), ("Discard it", False)):
+            is_entered = recovers and imgui.is_key_pressed(imgui.Key.enter, False)
+            if widgets.button(name, f"unsaved {name}") or is_entered:
+                documents.answer(recovers)
                 imgui.close_current_popup()
             imgui.same_line()
         imgui.new_line()

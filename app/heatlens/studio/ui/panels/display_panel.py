@@ -13,7 +13,7 @@ from heatlens.core.model.view.view import GAIN_LEAST, GAIN_MOST, Against, Compar
 from heatlens.studio.session.pictures.picture_view import ColorChoice
 from heatlens.studio.ui import probe, widgets
 
-_COMPARES: Mapping[str, str] = {
+_COMPARE_NAMES: Mapping[str, str] = {
     Compare.OFF: "off",
     Compare.WIPE: "wipe",
     Compare.FLIP: "B",
@@ -32,71 +32,80 @@ def display_panel(
     grade: Grade | None = None,
 ) -> ViewState:
     """Draw the panel; return the view as the user left it. `reference` is the name of its EXR."""
-    view = _color(view, color)
+    view = _color_rows(view, color)
     if grade is not None:
-        view = replace(view, is_graded=widgets.check("grade", view.is_graded, tip=_graded(grade)))
+        view = replace(
+            view, is_graded=widgets.check("grade", view.is_graded, tip=_grade_words(grade))
+        )
     imgui.separator()
-    offered = {name: overlay.label for name, overlay in overlays_by_name().items()}
-    view = _buttons(view, "overlay", offered, "Drawn over the picture, with a legend.")
+    overlay_names = {name: overlay.label for name, overlay in overlays_by_name().items()}
+    view = _radio_buttons(view, "overlay", overlay_names, "Drawn over the picture, with a legend.")
     imgui.separator()
-    view = _buttons(view, "compare", _COMPARES, "A beside B, B alone, or how they differ.")
-    return _compare(view, reference, has_many_views, say)
+    view = _radio_buttons(
+        view, "compare", _COMPARE_NAMES, "A beside B, B alone, or how they differ."
+    )
+    return _compare_rows(view, reference, has_many_views, say)
 
 
-def _graded(grade: Grade) -> str:
+def _grade_words(grade: Grade) -> str:
+    """Return the numbers of a grade as text, a line for each."""
     numbers = zip(("slope", "offset", "power", "saturation"), str(grade).split(), strict=True)
     return "\n".join(("ASC CDL of the shot, before the view:", *map(" ".join, numbers)))
 
 
-def _color(view: ViewState, color: ColorChoice) -> ViewState:
+def _color_rows(view: ViewState, color: ColorChoice) -> ViewState:
+    """Draw the rows of display, view, input space, exposure and gamma; return the changed view."""
     display = widgets.choice("display", view.display, color.displays())
     if display != view.display:
         view = replace(view, display=display, view=color.usual_view(display))
-    shown = widgets.choice("view", view.view, color.views(view.display))
-    view = _input(view, color)
+    view_name = widgets.choice("view", view.view, color.views(view.display))
+    view = _input_row(view, color)
     exposure = widgets.slider("exposure", view.exposure_stops, -8.0, 8.0, "%+.2f stops")
     gamma = widgets.slider("gamma", view.gamma, 0.2, 4.0, "%.2f")
-    return replace(view, view=shown, exposure_stops=exposure, gamma=gamma)
+    return replace(view, view=view_name, exposure_stops=exposure, gamma=gamma)
 
 
-def _input(view: ViewState, color: ColorChoice) -> ViewState:
-    """Draw the choice of the input colour space; the first is the one the plate itself names."""
-    space = color.input_of("")
+def _input_row(view: ViewState, color: ColorChoice) -> ViewState:
+    """Draw the choice of the input color space; the first choice is that of the plate's header."""
+    space = color.plate_input_space("")
     auto = f"auto: {space.name}"
     tip = (
         "Colour space of the pictures. Auto: the space in the plate's header, or linear Rec.709, "
-        f"the default of renderers. Now: {space.why}."
+        f"the default of renderers. Now: {space.origin}."
     )
-    chosen = widgets.choice("input", view.input_space or auto, [auto, *color.input_spaces()], tip)
-    return replace(view, input_space="" if chosen == auto else chosen)
+    chosen_space = widgets.choice(
+        "input", view.input_space or auto, [auto, *color.input_spaces()], tip
+    )
+    return replace(view, input_space="" if chosen_space == auto else chosen_space)
 
 
-def _buttons(view: ViewState, field: str, names: Mapping[str, str], tip: str) -> ViewState:
+def _radio_buttons(view: ViewState, field: str, names: Mapping[str, str], tip: str) -> ViewState:
     """Draw a field of the view as radio buttons in even columns beside the label."""
     widgets.label(field, tip)
     left, em = imgui.get_cursor_pos_x(), imgui.get_font_size()
     per_row = _PER_ROW[field]
     widths = [imgui.calc_text_size(name).x + _RADIO_EM * em for name in names.values()]
-    columns = [max(widths[i::per_row]) for i in range(per_row)]
+    columns = [max(widths[column::per_row]) for column in range(per_row)]
     for index, (value, name) in enumerate(names.items()):
-        at = left + sum(columns[: index % per_row])
+        button_x = left + sum(columns[: index % per_row])
         if index % per_row:
-            imgui.same_line(at)
+            imgui.same_line(button_x)
         else:
-            imgui.set_cursor_pos_x(at)
+            imgui.set_cursor_pos_x(button_x)
         if imgui.radio_button(f"{name}##{field}", getattr(view, field) == value):
-            chosen: Values = {field: value}
-            view = replace(view, **chosen)
+            changes: Values = {field: value}
+            view = replace(view, **changes)
         probe.note(f"{field} {name}")
     return view
 
 
-def _compare(
+def _compare_rows(
     view: ViewState, reference: str | None, has_many_views: bool, say: Callable[[str], None]
 ) -> ViewState:
+    """Draw the gain of the difference and the choice of B; return the changed view."""
     if view.compare is Compare.DIFFERENCE:
-        ends = (GAIN_LEAST, GAIN_MOST)
-        gain = widgets.drag("gain", view.difference_gain, 0.05, *ends, "x %.1f", say)
+        gain_range = (GAIN_LEAST, GAIN_MOST)
+        gain = widgets.drag("gain", view.difference_gain, 0.05, *gain_range, "x %.1f", say)
         view = replace(view, difference_gain=gain)
     choices: dict[str, tuple[Against, Method]] = {"pinhole": (Against.PINHOLE, view.b_method)}
     if reference is not None:
@@ -104,9 +113,13 @@ def _compare(
     choices |= {f"method {method}": (Against.METHOD, method) for method in Method}
     if view.against is Against.LOOK:  # chosen in the Looks panel
         choices[f"look {view.b_look}"] = (Against.LOOK, view.b_method)
-    now = (view.against, view.b_method)
-    shown = next((name for name, value in choices.items() if value == now), "pinhole")
+    current = (view.against, view.b_method)
+    current_name = next((name for name, value in choices.items() if value == current), "pinhole")
     tip = "The same shot by another method, or any EXR: Ctrl+Shift+O opens it."
-    barred = {f"method {method}": why for method, why in barred_methods(has_many_views).items()}
-    against, method = choices[widgets.choice("compare with", shown, list(choices), tip, barred)]
+    barred = {
+        f"method {method}": reason for method, reason in barred_methods(has_many_views).items()
+    }
+    against, method = choices[
+        widgets.choice("compare with", current_name, list(choices), tip, barred)
+    ]
     return replace(view, against=against, b_method=method)

@@ -11,8 +11,8 @@ from heatlens.core.base.outside_text import printable
 from heatlens.core.model.curves.frames import FrameRange
 from heatlens.core.model.option import options_of
 from heatlens.core.model.shot.settings import Quality
-from heatlens.deliver.export.options import ExportOptions, in_panel
-from heatlens.deliver.farm.connection import checked_address
+from heatlens.deliver.export.options import ExportOptions, options_in_panel
+from heatlens.deliver.farm.connection import parse_address
 from heatlens.studio.session.exports.export_commands import ExportCommands
 from heatlens.studio.session.exports.export_process import ExportState
 from heatlens.studio.session.exports.export_settings import (
@@ -38,7 +38,7 @@ _QUALITY_TIP = (
 )
 
 
-class Pressed(StrEnum):
+class PressedButton(StrEnum):
     """The button of the panel that was pressed."""
 
     NOTHING = "nothing"
@@ -49,25 +49,25 @@ class Pressed(StrEnum):
 
 
 def draw_exports(exports: ExportCommands, cluster: ClusterFrames) -> None:
-    """Draw the panel in the current window and do what its buttons ask for."""
+    """Draw the panel in the current window, and run the command of a pressed button."""
     exports.propose()
     settings, pressed = export_panel(
         exports.settings,
         exports.played,
         exports.run.state,
-        cluster.told,
+        cluster.status_text,
         exports.say,
         exports.usual_quality,
-        cluster.asks,
+        cluster.awaits_consent,
     )
     exports.change(settings)
-    if pressed is Pressed.AGREE:
+    if pressed is PressedButton.AGREE:
         cluster.agree()
-    elif pressed is Pressed.CANCEL:
+    elif pressed is PressedButton.CANCEL:
         exports.run.cancel()
-    elif pressed is Pressed.EXPORT:
+    elif pressed is PressedButton.EXPORT:
         exports.export()
-    elif pressed is Pressed.CAMERA:
+    elif pressed is PressedButton.CAMERA:
         exports.write_camera()
 
 
@@ -77,56 +77,57 @@ def export_panel(
     state: ExportState | None,
     workers: str = "",
     say: Callable[[str], None] = lambda _: None,
-    usual: Quality = Quality.FINAL,
-    asks: bool = False,
-) -> tuple[ExportSettings, Pressed]:
+    default_quality: Quality = Quality.FINAL,
+    awaits_consent: bool = False,
+) -> tuple[ExportSettings, PressedButton]:
     """Draw the panel; return the settings as the user left them, and the button pressed.
 
-    `workers` tells how many workers of a cluster render for this window, `usual` is the quality if
-    none is chosen here. `asks` is true while its scheduler is not one that the user agreed to.
+    `workers` is a text about the workers of a cluster that render for this window.
+    `default_quality` is used if no quality is chosen here. `awaits_consent` is True while the user
+    has not agreed to the scheduler of the cluster.
     """
     imgui.separator_text("Frames")
-    settings = replace(_folder(settings), place=_place(settings.place, workers, say))
-    pressed = _agreement(asks and settings.place.where is Where.CLUSTER)
+    settings = replace(_folder_rows(settings), place=_place_rows(settings.place, workers, say))
+    pressed = _agree_button(awaits_consent and settings.place.where is Where.CLUSTER)
     settings = replace(settings, kind=widgets.choice("as", settings.kind, list(frame_kinds())))
-    settings = _options(settings, played, usual)
+    settings = _option_rows(settings, played, default_quality)
     is_busy = state is not None and state.code is None
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
         if widgets.button("Write job" if settings.place.is_job else "Export", "Export"):
-            pressed = Pressed.EXPORT
+            pressed = PressedButton.EXPORT
     imgui.same_line()
     place, output = settings.place, settings.output
     imgui.text_disabled(printable(place.job_name(output) if place.is_job else Path(output).name))
-    if state is not None and _progress(state):
-        pressed = Pressed.CANCEL
+    if state is not None and _draw_progress(state):
+        pressed = PressedButton.CANCEL
     imgui.separator_text("Lens as a camera")
     settings = replace(
         settings, camera_kind=widgets.choice("for", settings.camera_kind, list(CAMERA_KINDS))
     )
     with widgets.disabled(is_busy or not settings.name or not settings.folder):
         if widgets.button("Write camera", "Write camera"):
-            pressed = Pressed.CAMERA
+            pressed = PressedButton.CAMERA
     imgui.same_line()
     imgui.text_disabled(printable(Path(settings.camera_output).name))
     return settings, pressed
 
 
-def _place(place: ExportPlace, workers: str, say: Callable[[str], None]) -> ExportPlace:
-    """Draw who makes the frames."""
+def _place_rows(place: ExportPlace, workers: str, say: Callable[[str], None]) -> ExportPlace:
+    """Draw the choice of who makes the frames; return the place as the user left it."""
     tip = "A job is saved beside the frames, with its shot; a farm or a cluster makes them later."
     place = replace(place, where=widgets.pick_one("where", place.where, tip))
     if place.where is Where.HERE:
         counts = {count: str(count) for count in sorted({*_PROCESSES, place.processes})}
         tip = "Several use a machine with many processors better."
         return replace(place, processes=widgets.pick("processes", place.processes, counts, tip))
-    return _cluster(place, workers, say) if place.where is Where.CLUSTER else place
+    return _cluster_rows(place, workers, say) if place.where is Where.CLUSTER else place
 
 
-def _cluster(place: ExportPlace, workers: str, say: Callable[[str], None]) -> ExportPlace:
-    """Draw the address of a cluster, and what else it renders for the window."""
+def _cluster_rows(place: ExportPlace, workers: str, say: Callable[[str], None]) -> ExportPlace:
+    """Draw the address of a cluster, and which pictures of the window it renders too."""
     widgets.label("scheduler", "Address of `dask scheduler`, such as tcp://192.168.1.20:8786.")
-    now = place.scheduler
-    scheduler = widgets.text_field("export scheduler", now, now, checked_address, say)
+    address = place.scheduler
+    scheduler = widgets.text_field("export scheduler", address, address, parse_address, say)
     widgets.label("renders too", "Pictures that the window shows, as well as exports.")
     ahead = widgets.check("frames ahead (the blue bar)", place.ahead, tip=_AHEAD_TIP)
     widgets.label("")
@@ -137,36 +138,42 @@ def _cluster(place: ExportPlace, workers: str, say: Callable[[str], None]) -> Ex
     return replace(place, scheduler=scheduler, ahead=ahead, at_rest=at_rest)
 
 
-def _agreement(asks: bool) -> Pressed:
-    """Draw the button with which the user agrees to a scheduler, while one asks for it."""
-    if not asks:
-        return Pressed.NOTHING
+def _agree_button(awaits_consent: bool) -> PressedButton:
+    """Draw the button with which the user agrees to a scheduler, while one awaits consent."""
+    if not awaits_consent:
+        return PressedButton.NOTHING
     widgets.label("")
     is_pressed = widgets.button("Use this scheduler", "agree")
     texts.tip_above(
         "It and its workers get the names of your files and send pictures. The window asks again\n"
         "when another scheduler answers, or this machine is in another network."
     )
-    return Pressed.AGREE if is_pressed else Pressed.NOTHING
+    return PressedButton.AGREE if is_pressed else PressedButton.NOTHING
 
 
-def _folder(settings: ExportSettings) -> ExportSettings:
+def _folder_rows(settings: ExportSettings) -> ExportSettings:
+    """Draw the fields of folder and name; return the changed settings."""
     widgets.label("folder", "Created if it does not exist.")
-    folder = widgets.typed("export folder", settings.folder)
+    folder = widgets.typed_text("export folder", settings.folder)
     widgets.label("name", "Followed by the frame number and the extension.")
-    return replace(settings, folder=folder, name=widgets.typed("export name", settings.name))
+    return replace(settings, folder=folder, name=widgets.typed_text("export name", settings.name))
 
 
-def _options(settings: ExportSettings, played: FrameRange | None, usual: Quality) -> ExportSettings:
+def _option_rows(
+    settings: ExportSettings, played: FrameRange | None, default_quality: Quality
+) -> ExportSettings:
+    """Draw frames, quality and the options of the format; return the changed settings."""
     span = "one frame" if played is None or played.count == 1 else f"{played}, from in to out"
     option = options_of(ExportOptions)["frames"]
     widgets.label(option.label, option.tip)
     _, frames = imgui.input_text_with_hint("##export frames", span, settings.frames)
     probe.note("export frames")
-    words = {"": f"as the shot: {usual}"} | {str(quality): str(quality) for quality in Quality}
-    quality = widgets.pick("at quality", settings.quality, words, _QUALITY_TIP)
+    quality_names = {"": f"as the shot: {default_quality}"} | {
+        str(quality): str(quality) for quality in Quality
+    }
+    quality = widgets.pick("at quality", settings.quality, quality_names, _QUALITY_TIP)
     settings = replace(settings, frames=frames.strip(), quality=quality)
-    for name in in_panel(settings.is_linear):
+    for name in options_in_panel(settings.is_linear):
         if name != "frames":
             settings = field_row(settings, name)
     if settings.is_linear:
@@ -176,30 +183,34 @@ def _options(settings: ExportSettings, played: FrameRange | None, usual: Quality
     return replace(settings, with_guides=with_guides)
 
 
-def _progress(state: ExportState) -> bool:
+def _draw_progress(state: ExportState) -> bool:
     """Draw the progress or the result of the export; return True if Stop was pressed."""
     widgets.spacer()
     if state.code is None:
-        part = state.done / state.frames if state.frames else 0.0
-        left = "" if state.left_s is None else f", {state.left_s:.0f} s left"
-        words = f"{state.done} of {state.frames}{left}" if state.frames else "starting ..."
-        imgui.progress_bar(part, ImVec2(-5 * imgui.get_font_size(), 0), words)
+        share = state.done_frames / state.frames if state.frames else 0.0
+        remaining = "" if state.remaining_s is None else f", {state.remaining_s:.0f} s left"
+        progress_words = (
+            f"{state.done_frames} of {state.frames}{remaining}" if state.frames else "starting ..."
+        )
+        imgui.progress_bar(share, ImVec2(-5 * imgui.get_font_size(), 0), progress_words)
         imgui.same_line()
         is_stopped = widgets.button("Stop", "Stop")
         if state.pace:
             texts.colored_text(state.pace, theme.colors.dim)
-        _by_worker(state)
+        _draw_worker_shares(state)
         return is_stopped
-    texts.colored_text(state.said, theme.colors.dim if state.code == 0 else theme.colors.bad)
+    texts.colored_text(
+        state.last_sentence, theme.colors.dim if state.code == 0 else theme.colors.bad
+    )
     return False
 
 
-def _by_worker(state: ExportState) -> None:
-    """Draw which share of the frames each worker of a cluster has made."""
-    if not state.made_by:
+def _draw_worker_shares(state: ExportState) -> None:
+    """Draw the share of the frames that each worker of a cluster has made."""
+    if not state.frames_by_worker:
         return
-    if state.earlier:
-        imgui.text_disabled(f"{state.earlier} finished before, then by worker:")
-    for worker, count in sorted(state.made_by.items()):
+    if state.earlier_frames:
+        imgui.text_disabled(f"{state.earlier_frames} finished before, then by worker:")
+    for worker, count in sorted(state.frames_by_worker.items()):
         name = printable(worker.rpartition("/")[2])
         imgui.progress_bar(count / state.frames, ImVec2(-1, 0), f"{name}:  {count}")

@@ -1,8 +1,8 @@
-"""Draw the focus bar under the picture: an engraved scale, the depths of the scene, the focus.
+"""Draw the focus bar under the picture: a scale of distances, the depths of the scene, the focus.
 
 Equal widths are equal dioptres. Infinity is at the right and the nearest surface at the left, as
-on most lens barrels. From top to bottom it has a line of figures, the groove with the depths, and
-the scale.
+on most lens barrels. From top to bottom the bar has a line of figures, the groove with the depths,
+and the scale.
 """
 
 from imgui_bundle import ImVec2, imgui
@@ -13,28 +13,27 @@ from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.core.model.value_bins import DepthHistogram
 from heatlens.media.plate.coc_line import focused_at
 from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.lens.lens_commands import nudged
+from heatlens.studio.session.lens.lens_commands import nudge_lens
 from heatlens.studio.ui import probe, texts, theme, widgets
-from heatlens.studio.ui.panels.depth_scale import TICK_EM, draw_histogram, draw_scale, engraved_m
+from heatlens.studio.ui.panels.depth_scale import TICK_EM, draw_histogram, draw_scale, fine_ticks_m
 from heatlens.studio.ui.probe import Rect
 
-_HEIGHT_EM, _PART_MOST = 5.4, 0.25  # height, and its largest share of the room under the menus
-_FIGURES_EM, _SCALE_EM, _EDGE_EM = 1.55, 1.45, 0.9  # heights of the lines, room at the ends
+_HEIGHT_EM, _MAX_SHARE = 5.4, 0.25  # height, and its largest share of the space under the menus
+_FIGURES_EM, _SCALE_EM, _EDGE_EM = 1.55, 1.45, 0.9  # heights of the lines, space at the ends
 _MINOR_EM = 0.2  # length of the fine ticks
-_REACH_EM = 0.4  # largest distance between the pointer and its target
-_FOCUS_PART = 1.15  # size of the focus figure relative to the others
+_POINTER_REACH_EM = 0.4  # largest distance between the pointer and its target
+_FOCUS_FONT_SCALE = 1.15  # size of the focus figure relative to the others
 _GAP_EM = 0.45  # gap between figures
 _NEEDLE_EM, _GHOST_EM, _LINE_EM = 0.17, 0.1, 0.067  # widths of lines
 
 
-def focus_bar_height(room: float) -> float:
-    """Return the height of the bar where the picture and the bar have a height of `room`."""
-    return min(_HEIGHT_EM * float(imgui.get_font_size()), _PART_MOST * room)
+def focus_bar_height(height: float) -> float:
+    """Return the height of the bar if the picture and the bar together have this height."""
+    return min(_HEIGHT_EM * float(imgui.get_font_size()), _MAX_SHARE * height)
 
 
-# The bar is what the window is for. As a row of the Lens panel it weighed as much as the width of
-# the sensor; now it is as wide as the picture. The distance at the pointer stands beside the
-# figure, where a tooltip covered the scale.
+# The bar is the main control of the window, so it is as wide as the picture. The distance at the
+# pointer is drawn beside the figure of the focus, because a tooltip would cover the scale.
 def focus_bar(
     facts: Facts, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
 ) -> tuple[Lens, str | None]:
@@ -53,15 +52,15 @@ def focus_bar(
     elif imgui.is_item_activated() or (imgui.is_item_active() and imgui.get_io().mouse_delta.x):
         lens = focused_at(lens, bar.dioptres_at(x))
     if notches:
-        lens = nudged(lens, histogram, notches)
+        lens = nudge_lens(lens, histogram, notches)
     bar.lens = lens
-    is_pointed_at = imgui.is_item_hovered() and not imgui.is_item_active()
-    bar.draw(is_pointed_at)
-    return lens, name if is_pointed_at else None
+    is_hovered = imgui.is_item_hovered() and not imgui.is_item_active()
+    bar.draw(is_hovered)
+    return lens, name if is_hovered else None
 
 
 class _Bar:
-    """Draws the bar, and knows what lies where."""
+    """Draws the bar, and maps distances to positions on it."""
 
     def __init__(
         self, facts: Facts, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
@@ -75,17 +74,17 @@ class _Bar:
         self._width = max(size.x - 2 * _EDGE_EM * self._em, 1.0)
         self._top = corner.y + _FIGURES_EM * self._em  # top of the groove
         self._bottom = max(corner.y + size.y - _SCALE_EM * self._em, self._top + 1.0)
-        self._flags = self._placed_flags()
+        self._flags = self._place_flags()
         right = self._left + self._width
         probe.note_at("focus bar", (self._left, corner.y, right, corner.y + size.y))
 
     def dioptres_at(self, x: float) -> float:
         """Return the dioptres at a screen position."""
-        part = min(max((x - self._left) / self._width, 0.0), 1.0)
-        return (1.0 - part) * self._histogram.most_dioptres
+        share = min(max((x - self._left) / self._width, 0.0), 1.0)
+        return (1.0 - share) * self._histogram.most_dioptres
 
     def _x_at(self, distance_m: float) -> float:
-        return float(self._left + (1.0 - self._histogram.part_at(distance_m)) * self._width)
+        return float(self._left + (1.0 - self._histogram.scale_position(distance_m)) * self._width)
 
     def flag_under_pointer(self) -> tuple[str | None, float]:
         """Return the name and the distance in m of the mark whose flag lies under the pointer."""
@@ -94,73 +93,75 @@ class _Bar:
                 return name, distance_m
         return None, 0.0
 
-    def _placed_flags(self) -> list[tuple[str, float, Rect]]:
-        """Return names, distances and rectangles of the marks' flags that touch no other."""
-        flags, end, em = [], self._left + self._width, self._em
+    def _place_flags(self) -> list[tuple[str, float, Rect]]:
+        """Return names, distances and rectangles of the marks' flags that do not overlap."""
+        flags, right_x, em = [], self._left + self._width, self._em
         free_x = [self._left] * max(
             int((self._bottom - self._top) / em), 1
         )  # the first free x in each row
         for name, distance_m in sorted(self._marks, key=lambda mark: mark[1]):
             x, width = self._x_at(distance_m), texts.text_width(printable(name)) + 0.6 * em
-            x = (
-                x - width if x + width > end else x
-            )  # the flag of a mark near the right end points left
-            row = next((row for row, free in enumerate(free_x) if x >= free), None)
+            # The flag of a mark near the right end points left.
+            x = x - width if x + width > right_x else x
+            row = next((row for row, free_from in enumerate(free_x) if x >= free_from), None)
             if row is not None:
                 y = self._top + row * em
                 flags.append((name, distance_m, (x, y, x + width, y + em)))
                 free_x[row] = x + width + 1.0
         return flags
 
-    def draw(self, is_pointed_at: bool) -> None:
-        """Draw everything; `is_pointed_at` adds the distance at the pointer."""
+    def draw(self, is_hovered: bool) -> None:
+        """Draw everything; `is_hovered` adds the distance at the pointer."""
         end = ImVec2(self._corner.x + self._size.x, self._corner.y + self._size.y)
         self._draw.push_clip_rect(self._corner, end, True)
-        self._draw.add_rect_filled(self._corner, end, theme.packed(_window_color()))
+        self._draw.add_rect_filled(self._corner, end, theme.pack_color(_window_color()))
         right = self._left + self._width
         corner, groove_end = ImVec2(self._left, self._top), ImVec2(right, self._bottom)
         self._draw.add_rect_filled(corner, groove_end, theme.colors.groove, 2.0)
         near_m, far_m = near_limit_m(self.lens), far_limit_m(self.lens)
-        lit = self._x_at(near_m), self._x_at(far_m)
+        sharp_range_x = self._x_at(near_m), self._x_at(far_m)
         size = ImVec2(self._width, self._bottom - self._top)
-        draw_histogram(self._draw, self._histogram, corner, size, lit)
-        for x in lit:
-            self._line(x, theme.colors.in_focus)
+        draw_histogram(self._draw, self._histogram, corner, size, sharp_range_x)
+        for x in sharp_range_x:
+            self._draw_line(x, theme.colors.in_focus)
         self._draw_hyperfocal()
         self._draw_marks()
         self._draw_scale()
         figures = self._draw_needles(near_m, far_m)
-        if is_pointed_at:
+        if is_hovered:
             self._draw_pointer(figures)
         self._draw.pop_clip_rect()
 
-    def _line(self, x: float, color: int, em: float = _LINE_EM, rise: float = 0.0) -> None:
+    def _draw_line(self, x: float, color: int, em: float = _LINE_EM, rise: float = 0.0) -> None:
+        """Draw a line across the groove, which begins `rise` above it."""
         first, last = ImVec2(x, self._top - rise), ImVec2(x, self._bottom)
         self._draw.add_line(first, last, color, em * self._em)
 
     def _draw_hyperfocal(self) -> None:
-        x, half = self._x_at(hyperfocal_m(self.lens)), 0.33 * self._em
+        """Draw a triangle at the hyperfocal distance."""
+        x, half_width = self._x_at(hyperfocal_m(self.lens)), 0.33 * self._em
         self._draw.add_triangle_filled(
-            ImVec2(x - half, self._bottom),
-            ImVec2(x + half, self._bottom),
-            ImVec2(x, self._bottom - 1.4 * half),
+            ImVec2(x - half_width, self._bottom),
+            ImVec2(x + half_width, self._bottom),
+            ImVec2(x, self._bottom - 1.4 * half_width),
             theme.colors.hyperfocal,
         )
 
     def _draw_marks(self) -> None:
-        """Draw a line for each mark, and its name as a flag of tape if it touches no other."""
+        """Draw a line for each mark, and its name as a flag if it overlaps no other."""
         for _, distance_m in self._marks:
-            self._line(self._x_at(distance_m), theme.colors.mark)
+            self._draw_line(self._x_at(distance_m), theme.colors.mark)
         for name, _, rect in self._flags:
             x0, y0, x1, y1 = rect
             self._draw.add_rect_filled(ImVec2(x0, y0), ImVec2(x1, y1), theme.colors.mark, 1.0)
-            at = ImVec2(x0 + 0.3 * self._em, y0)
-            self._draw.add_text(at, theme.colors.on_accent, printable(name))
+            text_corner = ImVec2(x0 + 0.3 * self._em, y0)
+            self._draw.add_text(text_corner, theme.colors.on_accent, printable(name))
             probe.note_at(f"{name} on the bar", rect)
 
     def _draw_scale(self) -> None:
+        """Draw the fine ticks and the labeled distances under the groove."""
         histogram, offset_m = self._histogram, self.lens.measuring_offset_m
-        for distance_m in engraved_m(histogram, offset_m, self._unit):
+        for distance_m in fine_ticks_m(histogram, offset_m, self._unit):
             x = self._x_at(distance_m)
             y = self._bottom + _MINOR_EM * self._em
             self._draw.add_line(ImVec2(x, self._bottom), ImVec2(x, y), theme.colors.queued)
@@ -169,30 +170,35 @@ class _Bar:
         draw_scale(self._draw, histogram, corner, size, self._unit, offset_m)
 
     def _draw_needles(self, near_m: float, far_m: float) -> Rect:
-        """Draw the needle and its figures, and the ghost of the keys; return where figures lie."""
+        """Draw the needle, its figures and a thin line at the keyed focus.
+
+        Return the rectangle of the figures.
+        """
         lens, em, keyed_m = self.lens, self._em, self._keyed_m
         if keyed_m is not None:
-            self._line(self._x_at(keyed_m), theme.colors.mark, _GHOST_EM, 0.25 * em)
+            self._draw_line(self._x_at(keyed_m), theme.colors.mark, _GHOST_EM, 0.25 * em)
             x = self._x_at(keyed_m)
             probe.note_at("keyed focus", (x, self._top, x, self._bottom))
-        x, words = self._x_at(lens.focus_distance_m), self._words(lens.focus_distance_m)
-        self._line(x, theme.colors.accent, _NEEDLE_EM, 0.4 * em)
-        font_px = _FOCUS_PART * em
-        width = _FOCUS_PART * texts.text_width(words) + 0.8 * em
+        x, words = self._x_at(lens.focus_distance_m), self._distance_words(lens.focus_distance_m)
+        self._draw_line(x, theme.colors.accent, _NEEDLE_EM, 0.4 * em)
+        font_px = _FOCUS_FONT_SCALE * em
+        width = _FOCUS_FONT_SCALE * texts.text_width(words) + 0.8 * em
         x0 = min(max(x - width / 2, self._left), self._left + self._width - width)
         y = self._corner.y + 0.12 * em
-        plate = x0, y, x0 + width, y + 1.3 * em
-        self._draw.add_rect_filled(ImVec2(*plate[:2]), ImVec2(*plate[2:]), theme.colors.accent, 3.0)
-        at = ImVec2(x0 + 0.4 * em, y + 0.06 * em)
+        figure_rect = x0, y, x0 + width, y + 1.3 * em
+        self._draw.add_rect_filled(
+            ImVec2(*figure_rect[:2]), ImVec2(*figure_rect[2:]), theme.colors.accent, 3.0
+        )
+        text_corner = ImVec2(x0 + 0.4 * em, y + 0.06 * em)
         font = imgui.get_font()
-        self._draw.add_text(font, font_px, at, theme.colors.on_accent, words)
-        probe.note_at("focus on the bar", plate)
-        left = self._figure(self._words(near_m), plate[0], -1)
-        right = self._figure(self._words(far_m), plate[2], 1)
-        return left, y, right, plate[3]
+        self._draw.add_text(font, font_px, text_corner, theme.colors.on_accent, words)
+        probe.note_at("focus on the bar", figure_rect)
+        left = self._draw_limit_figure(self._distance_words(near_m), figure_rect[0], -1)
+        right = self._draw_limit_figure(self._distance_words(far_m), figure_rect[2], 1)
+        return left, y, right, figure_rect[3]
 
-    def _figure(self, words: str, x: float, side: int) -> float:
-        """Draw a limit of what is sharp beside the figure of the focus, if there is room.
+    def _draw_limit_figure(self, words: str, x: float, side: int) -> float:
+        """Draw a limit of the sharp range beside the figure of the focus, if there is space.
 
         Return the x of its far end.
         """
@@ -200,38 +206,43 @@ class _Bar:
         x0 = x + gap if side > 0 else x - gap - width
         if x0 < self._corner.x or x0 + width > self._corner.x + self._size.x:
             return x
-        at = ImVec2(x0, self._corner.y + 0.25 * self._em)
-        self._draw.add_text(at, theme.colors.in_focus, words)
+        text_corner = ImVec2(x0, self._corner.y + 0.25 * self._em)
+        self._draw.add_text(text_corner, theme.colors.in_focus, words)
         return x0 + width if side > 0 else x0
 
-    def _draw_pointer(self, taken: Rect) -> None:
+    def _draw_pointer(self, occupied: Rect) -> None:
         """Draw the distance at the pointer beside the other figures, never over the scale."""
         x, em = imgui.get_mouse_pos().x, self._em
-        words = self._pointed_words(x)
-        if words == self._words(self.lens.focus_distance_m):
+        words = self._pointer_words(x)
+        if words == self._distance_words(self.lens.focus_distance_m):
             return  # the needle already shows it
         width = texts.text_width(words)
-        self._line(x, theme.colors.text_dim)
+        self._draw_line(x, theme.colors.text_dim)
         x0, gap = x - width / 2, _GAP_EM * em
-        if taken[0] - gap < x0 + width and x0 < taken[2] + gap:
-            x0 = taken[2] + 2 * gap if x > (taken[0] + taken[2]) / 2 else taken[0] - 2 * gap - width
+        if occupied[0] - gap < x0 + width and x0 < occupied[2] + gap:
+            x0 = (
+                occupied[2] + 2 * gap
+                if x > (occupied[0] + occupied[2]) / 2
+                else occupied[0] - 2 * gap - width
+            )
         if x0 < self._corner.x:
-            x0 = taken[2] + 2 * gap
+            x0 = occupied[2] + 2 * gap
         elif x0 + width > self._corner.x + self._size.x:
-            x0 = taken[0] - 2 * gap - width
+            x0 = occupied[0] - 2 * gap - width
         y = self._corner.y + 0.25 * em
         self._draw.add_text(ImVec2(x0, y), theme.colors.text_dim, words)
         probe.note_at("distance at the pointer", (x0, y, x0 + width, y + em))
 
-    def _pointed_words(self, x: float) -> str:
-        hyper_m, reach = hyperfocal_m(self.lens), _REACH_EM * self._em
+    def _pointer_words(self, x: float) -> str:
+        """Return the distance at a screen position, with the name of the tick that is near it."""
+        hyper_m, reach = hyperfocal_m(self.lens), _POINTER_REACH_EM * self._em
         if abs(x - self._x_at(hyper_m)) < reach:
-            return f"hyperfocal {self._words(hyper_m)}"
+            return f"hyperfocal {self._distance_words(hyper_m)}"
         if self._keyed_m is not None and abs(x - self._x_at(self._keyed_m)) < reach:
-            return f"key {self._words(self._keyed_m)}"
-        return self._words(focused_at(self.lens, self.dioptres_at(x)).focus_distance_m)
+            return f"key {self._distance_words(self._keyed_m)}"
+        return self._distance_words(focused_at(self.lens, self.dioptres_at(x)).focus_distance_m)
 
-    def _words(self, distance_m: float) -> str:
+    def _distance_words(self, distance_m: float) -> str:
         return measured_text(self.lens, distance_m, self._unit)
 
 

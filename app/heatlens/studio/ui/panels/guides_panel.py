@@ -24,27 +24,27 @@ from heatlens.studio.ui import widgets
 
 _OWN = "own"
 _AS_FILE, _SQUARE = "as the file says", "square pixels"
-_OWN_SQUEEZE_FIRST = 1.6
-_OWN_FIRST = 2.0  # first aspect ratio, width over height, of an own matte
+_OWN_SQUEEZE_START = 1.6
+_OWN_ASPECT_START = 2.0  # first aspect ratio, width over height, of an own matte
 _LINES = (("safe_areas", "safe areas"), ("thirds", "thirds"), ("centre", "centre cross"))
 
 
 def guides_panel(view: ViewState, squeeze: float, say: Callable[[str], None]) -> ViewState:
     """Draw the panel; return the view as the user left it. `squeeze` is that of the lens."""
     imgui.separator_text("Matte and lines")
-    guides = _matte(view.guides, say)
+    guides = _matte_rows(view.guides, say)
     for field, words in _LINES:
-        ticked: Values = {field: widgets.check(words, bool(getattr(guides, field)))}
-        guides = replace(guides, **ticked)
-    guides = _framing(guides)
+        changes: Values = {field: widgets.check(words, bool(getattr(guides, field)))}
+        guides = replace(guides, **changes)
+    guides = _framing_row(guides)
     imgui.separator_text("Anamorphic")
-    guides = _desqueeze(guides, squeeze, say)
+    guides = _desqueeze_rows(guides, squeeze, say)
     imgui.separator_text("Focus peaking")
-    return _peaking(replace(view, guides=guides))
+    return _peaking_rows(replace(view, guides=guides))
 
 
-def _framing(guides: Guides) -> Guides:
-    """Draw the names of the framing lines, with a button to put them away."""
+def _framing_row(guides: Guides) -> Guides:
+    """Draw the names of the framing lines, with a button to remove them."""
     names = {line.name: None for canvas in guides.canvases for line in canvas.lines}
     if not names:
         return guides
@@ -56,54 +56,69 @@ def _framing(guides: Guides) -> Guides:
     return guides
 
 
-def _matte(guides: Guides, say: Callable[[str], None]) -> Guides:
-    words: dict[float | None, str] = {None: "none"}
-    words |= {aspect: name for name, aspect in MATTES.items()}
-    now, is_own = guides.aspect, guides.aspect not in words
-    words |= {now if is_own else _OWN_FIRST: _OWN}
+def _matte_rows(guides: Guides, say: Callable[[str], None]) -> Guides:
+    """Draw the choice of the matte, its own aspect ratio and its opacity."""
+    names: dict[float | None, str] = {None: "none"}
+    names |= {aspect: name for name, aspect in MATTES.items()}
+    aspect_now, is_own = guides.aspect, guides.aspect not in names
+    names |= {aspect_now if is_own else _OWN_ASPECT_START: _OWN}
     tip = "Darkens what another aspect ratio would cut off."
-    picked = widgets.pick("matte", now, words, tip)
-    if picked != now or now is None:
-        return replace(guides, aspect=picked)
+    picked_aspect = widgets.pick("matte", aspect_now, names, tip)
+    if picked_aspect != aspect_now or aspect_now is None:
+        return replace(guides, aspect=picked_aspect)
     if is_own:
         widgets.label("own aspect", "Width over height: 2.2, 2.2:1 or 16:9")
-        aspect = widgets.text_field("own aspect", f"{now:.4g}", now, parse_aspect, say)
+        aspect = widgets.text_field(
+            "own aspect", f"{aspect_now:.4g}", aspect_now, parse_aspect, say
+        )
         guides = replace(guides, aspect=aspect)
     opacity = widgets.slider("opacity", guides.opacity, 0.0, 1.0, "%.2f", "1 is black.")
     return replace(guides, opacity=opacity)
 
 
-def _desqueeze(guides: Guides, squeeze: float, say: Callable[[str], None]) -> Guides:
-    known = {value: name for name, value in SQUEEZES.items()}
-    now = guides.desqueeze
-    shown = _AS_FILE if now is None else _SQUARE if now == 1.0 else known.get(now, _OWN)
+def _desqueeze_rows(guides: Guides, squeeze: float, say: Callable[[str], None]) -> Guides:
+    """Draw the choice of the pixel aspect ratio for the view."""
+    names = {value: name for name, value in SQUEEZES.items()}
+    desqueeze_now = guides.desqueeze
+    current_name = (
+        _AS_FILE
+        if desqueeze_now is None
+        else _SQUARE
+        if desqueeze_now == 1.0
+        else names.get(desqueeze_now, _OWN)
+    )
     tip = (
         "Width of a pixel over its height as shown. It changes the view and exports with guides, "
         "not the blur."
     )
     as_lens = f"as the lens: {squeeze:.4g}"
-    lens = [as_lens] if squeeze != 1.0 else []
-    picked = widgets.choice("desqueeze", shown, [_AS_FILE, *lens, _SQUARE, *SQUEEZES, _OWN], tip)
-    if picked != shown:
-        values = {_AS_FILE: None, as_lens: squeeze, _SQUARE: 1.0, _OWN: _OWN_SQUEEZE_FIRST}
-        return replace(guides, desqueeze=values.get(picked, SQUEEZES.get(picked)))
-    if shown != _OWN or now is None:
+    lens_names = [as_lens] if squeeze != 1.0 else []
+    picked_name = widgets.choice(
+        "desqueeze", current_name, [_AS_FILE, *lens_names, _SQUARE, *SQUEEZES, _OWN], tip
+    )
+    if picked_name != current_name:
+        values = {_AS_FILE: None, as_lens: squeeze, _SQUARE: 1.0, _OWN: _OWN_SQUEEZE_START}
+        return replace(guides, desqueeze=values.get(picked_name, SQUEEZES.get(picked_name)))
+    if current_name != _OWN or desqueeze_now is None:
         return guides
     widgets.label("own desqueeze", "2, 1.33 or 4:3")
-    desqueeze = widgets.text_field("own desqueeze", f"{now:.4g}", now, parse_desqueeze, say)
+    desqueeze = widgets.text_field(
+        "own desqueeze", f"{desqueeze_now:.4g}", desqueeze_now, parse_desqueeze, say
+    )
     return replace(guides, desqueeze=desqueeze)
 
 
-def _peaking(view: ViewState) -> ViewState:
+def _peaking_rows(view: ViewState) -> ViewState:
+    """Draw the settings of focus peaking."""
     peaking = view.peaking
     view = replace(view, is_peaking=widgets.check("colour what is in focus", view.is_peaking))
     tip = "Colour the visible edges of objects in focus, or everything whose distance is in focus."
-    on = widgets.pick_one("colours", peaking.on, tip)
+    source = widgets.pick_one("colours", peaking.on, tip)
     color = widgets.choice("in", peaking.color, list(PEAKING_COLORS))
     stops = peaking.stops
-    if on is PeakingOn.PICTURE:
+    if source is PeakingOn.PICTURE:
         tip = "Edges of at least this contrast are coloured: a lower value finds more."
         stops = widgets.slider("contrast", stops, *STOPS_RANGE, "%.2f stops", tip)
     tip = "How large a blur still counts as in focus, in acceptable circles of confusion."
     blur = widgets.slider("blur up to", peaking.blur, *BLUR_RANGE, "%.2f", tip)
-    return replace(view, peaking=Peaking(on, stops, blur, color))
+    return replace(view, peaking=Peaking(source, stops, blur, color))

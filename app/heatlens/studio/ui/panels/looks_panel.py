@@ -22,71 +22,77 @@ from heatlens.studio.ui.picture.picture_alone import PictureAlone
 _STILL_PX = 256, 144
 _STILL_EM = 9.6, 5.4
 _NAME_EM = 4.0
-_STILLS_MOST = 64
+_MAX_STILLS = 64
 
 
 class LookStills:
-    """Thumbnails of looks: those stored in the looks, or taken when a look is shown in full."""
+    """Thumbnails of looks: stored in the looks, or taken while the whole picture shows a look."""
 
     def __init__(self, facts: Facts, desk: PictureDesk) -> None:
         self._facts = facts
         self._desk = desk
         self._ctx = desk.renderer.ctx
-        self._alone = PictureAlone(self._ctx)
-        self._taken: dict[tuple[object, ...], Texture | None] = {}
+        self._picture = PictureAlone(self._ctx)
+        self._textures: dict[tuple[object, ...], Texture | None] = {}
 
-    def of(self, look: Look) -> Texture | None:
+    def thumbnail(self, look: Look) -> Texture | None:
         """Return the thumbnail of a look; None if there is none yet."""
         if look.still is None:
-            return self._taken.get((self._facts.shot.source, look.lens, look.frame))
+            return self._textures.get((self._facts.shot.source, look.lens, look.frame))
         key = (look.still,)
-        if key not in self._taken:
+        if key not in self._textures:
             pixels = pixels_of_still(look.still)
-            self._add(key, None if pixels is None else self._texture(pixels))
-        return self._taken[key]
+            self._add(key, None if pixels is None else self._make_texture(pixels))
+        return self._textures[key]
 
-    def now(self, pictures: Pictures | None) -> str | None:
+    def make_still(self, pictures: Pictures | None) -> str | None:
         """Return the present picture as a still for a look; None if another picture shows."""
-        is_other = self._facts.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
+        is_comparison = self._facts.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
         if (
             pictures is None
-            or is_other
+            or is_comparison
             or self._facts.view.a_look
             or not self._facts.view.depth_of_field
         ):
             return None
-        self._draw(pictures)
-        texture = self._alone.texture
+        self._draw_thumbnail(pictures)
+        texture = self._picture.texture
         assert texture is not None
         pixels = np.frombuffer(texture.read(), np.uint8)
         return still_of(pixels.reshape(texture.height, texture.width, 4)[::-1, :, :3])
 
-    def take(self, pictures: Pictures | None) -> None:
+    def take_thumbnail(self, pictures: Pictures | None) -> None:
         """Take a thumbnail if the picture shows a look without one; call this once a frame."""
-        seen = self._desk.live.shown
-        if pictures is None or seen is None or not (seen.is_whole and self._facts.is_plain):
+        picture = self._desk.live.output
+        if (
+            pictures is None
+            or picture is None
+            or not (picture.is_whole and self._facts.is_live_alone)
+        ):
             return
         for look in self._facts.shot.looks:
-            is_it = (look.lens, look.frame) == (self._facts.lens, self._facts.frame)
-            is_seen = seen.frame == look.frame and seen.shot == self._facts.seen_shot
-            if is_it and is_seen and self.of(look) is None:
-                self._draw(pictures)
+            is_current_lens = (look.lens, look.frame) == (self._facts.lens, self._facts.frame)
+            is_of_frame = picture.frame == look.frame and picture.shot == self._facts.seen_shot
+            if is_current_lens and is_of_frame and self.thumbnail(look) is None:
+                self._draw_thumbnail(pictures)
                 key = (self._facts.shot.source, look.lens, look.frame)
-                self._add(key, self._alone.hand_over())
+                self._add(key, self._picture.detach_texture())
 
-    def _draw(self, pictures: Pictures) -> None:
+    def _draw_thumbnail(self, pictures: Pictures) -> None:
         """Draw the picture through the lens, without comparison, as a thumbnail."""
-        plain = replace(self._facts.view, compare=Compare.OFF)
-        self._alone.draw(replace(pictures, tiles=()), plain, _STILL_PX)
+        plain_view = replace(self._facts.view, compare=Compare.OFF)
+        self._picture.draw(replace(pictures, tiles=()), plain_view, _STILL_PX)
 
     def _add(self, key: tuple[object, ...], texture: Texture | None) -> None:
-        if len(self._taken) >= _STILLS_MOST:
-            oldest = self._taken.pop(next(iter(self._taken)))
+        """Keep a thumbnail, and release the oldest one if there are too many."""
+        if len(self._textures) >= _MAX_STILLS:
+            oldest = self._textures.pop(next(iter(self._textures)))
             if oldest is not None:
                 oldest.release()
-        self._taken[key] = texture
+        self._textures[key] = texture
 
-    def _texture(self, pixels: NDArray[np.uint8]) -> Texture:
+    def _make_texture(self, pixels: NDArray[np.uint8]) -> Texture:
+        """Return pixels (H, W, 3), top row first, as a texture."""
         height, width = pixels.shape[:2]
         rgba = np.dstack([pixels, np.full((height, width), 255, np.uint8)])
         return self._ctx.texture((width, height), 4, np.ascontiguousarray(rgba[::-1]).data)
@@ -111,16 +117,17 @@ def looks_panel(facts: Facts, desk: PictureDesk, stills: LookStills) -> None:
     if not looks:
         imgui.text_wrapped("No looks yet. Set up the lens, then Shift+L keeps it as look A.")
     for index, look in enumerate(looks):
-        _row(facts, desk, stills, index, look)
+        _look_row(facts, desk, stills, index, look)
 
 
-def _row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, look: Look) -> None:
+def _look_row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, look: Look) -> None:
+    """Draw the thumbnail, the name, the lens values and the buttons of a look."""
     em = imgui.get_font_size()
     imgui.push_id(look.name)
     imgui.separator()
     corner = imgui.get_cursor_screen_pos()
-    if _still(stills.of(look)):
-        desk.looks.go(index)
+    if _still_button(stills.thumbnail(look)):
+        desk.looks.use_number(index)
     probe.note(f"look {look.name}")
     texts.tooltip(f"Take this lens again{f' (Ctrl+{index + 1})' if index < 9 else ''}")
     if facts.lens == look.lens:
@@ -139,60 +146,66 @@ def _row(facts: Facts, desk: PictureDesk, stills: LookStills, index: int, look: 
     imgui.text_disabled(words)
     probe.note(f"lens of look {look.name}")
     imgui.text_disabled(f"at {measured_text(lens, lens.focus_distance_m, facts.view.unit)}")
-    _buttons(facts, desk, look)
+    _look_buttons(facts, desk, look)
     imgui.end_group()
     imgui.pop_id()
     if name != look.name:
         desk.looks.rename(look, name)
 
 
-def _buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
+def _look_buttons(facts: Facts, desk: PictureDesk, look: Look) -> None:
     """Draw buttons for the sides of the wipe, the grid, and to delete the look."""
     view = facts.view
     is_compared = is_look_b(view)
     tip = "Show this look on the left of the wipe"
-    if _toggle("wipe left", f"left {look.name}", is_compared and view.a_look == look.name, tip):
+    if _toggle_button(
+        "wipe left", f"left {look.name}", is_compared and view.a_look == look.name, tip
+    ):
         desk.looks.compare_as_a(look)
     imgui.same_line(0.0, 4.0)
     tip = "Show this look on the right of the wipe"
-    if _toggle("wipe right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip):
+    if _toggle_button(
+        "wipe right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip
+    ):
         desk.looks.compare(look)
     if len(facts.shot.looks) > GRID_MOST:
-        is_in = look.name in grid_names(view, facts.shot)
-        if _toggle("grid", f"in grid {look.name}", is_in, "Show this look in the grid"):
+        is_in_grid = look.name in grid_names(view, facts.shot)
+        if _toggle_button("grid", f"in grid {look.name}", is_in_grid, "Show this look in the grid"):
             desk.looks.toggle_in_grid(look)
     imgui.same_line(0.0, 4.0)
     if widgets.button("x", f"delete look {look.name}", "Forget this look"):
         desk.looks.delete(look)
 
 
-def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
+def _toggle_button(words: str, name: str, is_on: bool, tip: str) -> bool:
     """Draw a toggle button, highlighted while on; return True if it was pressed."""
     if is_on:
         imgui.push_style_color(imgui.Col_.button, theme.colors.handle)
         imgui.push_style_color(imgui.Col_.button_hovered, theme.colors.handle)
         imgui.push_style_color(imgui.Col_.text, theme.colors.on_accent)
-    pressed = widgets.button(words, name)
+    is_pressed = widgets.button(words, name)
     if is_on:
         imgui.pop_style_color(3)
     texts.tooltip(tip)
-    return pressed
+    return is_pressed
 
 
-def _still(texture: Texture | None) -> bool:
-    """Draw the thumbnail as a button, or an empty frame if there is none."""
+def _still_button(texture: Texture | None) -> bool:
+    """Draw the thumbnail as a button, or an empty frame if None; return True if it was pressed."""
     em = imgui.get_font_size()
     size = ImVec2(_STILL_EM[0] * em, _STILL_EM[1] * em)
     corner = imgui.get_cursor_screen_pos()
-    pressed = imgui.invisible_button("still", size)
+    is_pressed = imgui.invisible_button("still", size)
     end = ImVec2(corner.x + size.x, corner.y + size.y)
     draw = imgui.get_window_draw_list()
     if texture is None:
         draw.add_rect_filled(corner, end, theme.colors.groove, 2.0)
         text = "not seen yet"
-        wide = imgui.calc_text_size(text)
-        at = ImVec2(corner.x + (size.x - wide.x) / 2, corner.y + (size.y - wide.y) / 2)
-        draw.add_text(at, theme.colors.text_dim, text)
+        text_size = imgui.calc_text_size(text)
+        text_corner = ImVec2(
+            corner.x + (size.x - text_size.x) / 2, corner.y + (size.y - text_size.y) / 2
+        )
+        draw.add_text(text_corner, theme.colors.text_dim, text)
     else:
         draw.add_image(imgui.ImTextureRef(texture.handle), corner, end, ImVec2(0, 1), ImVec2(1, 0))
-    return bool(pressed)
+    return bool(is_pressed)

@@ -19,24 +19,24 @@ from heatlens.core.model.view.view_geometry import Point
 from heatlens.studio.session.desks import TimeDesk
 from heatlens.studio.session.facts import Facts
 from heatlens.studio.session.marks.mark_commands import MarkCommands
-from heatlens.studio.session.marks.mark_distances import MarkAt
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.marks.mark_distances import MarkDistance
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.ui import probe, texts, theme, topmost, widgets
 from heatlens.studio.ui.field_row import field_row
 from heatlens.studio.ui.state import UiState
 
-_NAME_EM, _NAME_LEAST_EM, _DISTANCE_EM = 5.0, 3.2, 4.4
-_ROW_EM = 20.5  # width of the widest row without its name
+_NAME_EM, _MIN_NAME_EM, _DISTANCE_EM = 5.0, 3.2, 4.4
+_ROW_EM = 20.5  # width of the widest row without the name of its mark
 _PULL = "pull focus"
 _HERE = "here"
 _GAP = 4.0  # between the buttons of a mark, in pixels
 _RADIUS_EM = 0.33  # radius of the ring around a point
-_PULL_MOST = 100_000  # frames
+_MAX_PULL_FRAMES = 100_000  # frames
 _FOLLOW_TIP = "Keys the focus on it at every frame from in to out; frames not in memory are read."
 _LIVE_TIP = "Keeps the focus on it in place of keys: changed plates, marks or lenses change it."
 _KEYS_TIP = "Makes the few keys that describe this focus, to be edited."
-_GO_TIP = "Ends the following; the focus stays as it is at this frame."
+_STOP_TIP = "Ends the following; the focus stays as it is at this frame."
 _TRACK_TIP = "Keeps the mark on the surface that is at its point now, at all frames."
 _PLACE_TIP = "Keeps the mark at the place in the world that is at its point now."
 _CORRECT_TIP = "Ctrl+Shift+click then tells where the surface is at this frame."
@@ -54,8 +54,8 @@ def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
         if widgets.button("Pull focus...", "open pull"):
             ui.open_pull()
     em = imgui.get_font_size()
-    room_em = imgui.get_content_region_avail().x / em - _ROW_EM
-    name_em = min(max(room_em, _NAME_LEAST_EM), _NAME_EM)
+    free_em = imgui.get_content_region_avail().x / em - _ROW_EM
+    name_em = min(max(free_em, _MIN_NAME_EM), _NAME_EM)
     if not desk.editing.shot.marks:
         imgui.text_wrapped("No marks yet. Ctrl+Shift+click on an actor, or press M.")
     elif imgui.begin_table("marks", 3, imgui.TableFlags_.sizing_fixed_fit):
@@ -63,96 +63,101 @@ def marks_panel(desk: TimeDesk, unit: str, ui: UiState) -> None:
         imgui.table_setup_column("distance", 0, _DISTANCE_EM * em)
         imgui.table_setup_column("buttons", imgui.TableColumnFlags_.width_stretch)
         for mark in desk.editing.shot.marks:
-            _row(desk, unit, mark)
+            _mark_row(desk, unit, mark)
         imgui.end_table()
     _live_rows(desk)
-    _close_focus(desk, unit)
+    _close_focus_row(desk, unit)
 
 
 def _live_rows(desk: TimeDesk) -> None:
-    """Draw what the focus follows live, if it does."""
-    following = desk.marks.live
-    if following.live is None:
+    """Draw the marks that the focus follows live, with their settings and buttons, if any."""
+    live_following = desk.marks.live
+    if live_following.live is None:
         return
-    state = "is being measured" if following.is_measuring else "is live"
-    texts.grey_text(f"The focus follows {printable(following.live.words)}: it {state}.")
+    state = "is being measured" if live_following.is_measuring else "is live"
+    texts.gray_text(f"The focus follows {printable(live_following.live.words)}: it {state}.")
     probe.note("focus follows")
-    follow = following.live.follow
+    follow = live_following.live.follow
     for name in options_of(Follow):
         follow = field_row(follow, name)
-    if follow != following.live.follow:
-        following.change(follow)
-    with widgets.disabled(not following.live.measured):
+    if follow != live_following.live.follow:
+        live_following.change(follow)
+    with widgets.disabled(not live_following.live.measured):
         if widgets.button("make keys", "make keys", _KEYS_TIP):
-            following.make_keys()
-    _beside("let go")
-    if widgets.button("let go", "let go", _GO_TIP):
-        following.let_go()
+            live_following.make_keys()
+    _same_line_if_fits("let go")
+    if widgets.button("let go", "let go", _STOP_TIP):
+        live_following.stop_following()
 
 
-def _row(desk: TimeDesk, unit: str, mark: Mark) -> None:
+def _mark_row(desk: TimeDesk, unit: str, mark: Mark) -> None:
+    """Draw the name, the distance and the buttons of a mark."""
     commands = desk.marks
     imgui.table_next_row()
     imgui.table_next_column()
     imgui.set_next_item_width(-1)
     name = widgets.text_field(f"mark {mark.name}", mark.name, mark.name, str.strip, desk.say)
     if name != mark.name:
-        with reported(desk.say):
+        with report_errors(desk.say):
             commands.change(mark, replace(mark, name=name))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
-    imgui.text(_distance_text(desk, commands.distances.at(mark), unit))
+    imgui.text(_distance_text(desk, commands.distances.distance(mark), unit))
     texts.tooltip(mark.meaning)
     imgui.table_next_column()
     _row_buttons(desk, mark)
 
 
-def _distance_text(desk: TimeDesk, at: MarkAt, unit: str) -> str:
-    if at.distance_m is not None:
-        return measured_text(desk.editing.lens, at.distance_m, unit)
-    return "not seen" if at.is_known else "measuring"
+def _distance_text(desk: TimeDesk, distance: MarkDistance, unit: str) -> str:
+    """Return the distance of a mark as text, or why there is none."""
+    if distance.distance_m is not None:
+        return measured_text(desk.editing.lens, distance.distance_m, unit)
+    return "not seen" if distance.is_known else "measuring"
 
 
 def _row_buttons(desk: TimeDesk, mark: Mark) -> None:
+    """Draw the buttons of a mark, and run the command of a pressed one."""
     commands = desk.marks
     if widgets.button(f"focus##{mark.name}", f"go {mark.name}"):
-        commands.go(mark)
+        commands.focus_on(mark)
     if not isinstance(mark, DistanceMark):
-        _beside("follow")
+        _same_line_if_fits("follow")
         with widgets.disabled(commands.is_reading):
             if widgets.button(f"follow##{mark.name}", f"follow {mark.name}", _FOLLOW_TIP):
                 commands.follow(mark)
-        _beside("live")
+        _same_line_if_fits("live")
         if widgets.button(f"live##{mark.name}", f"live {mark.name}", _LIVE_TIP):
             commands.live.follow(mark)
     if isinstance(mark, PointMark | TrackMark) and desk.timeline.cache is not None:
         _surface_buttons(commands, mark)
     if isinstance(mark, MatteMark):
         _part_button(commands, mark)
-    _beside("x")
+    _same_line_if_fits("x")
     if widgets.button(f"x##{mark.name}", f"delete {mark.name}"):
         commands.delete(mark)
 
 
 def _part_button(commands: MarkCommands, mark: MatteMark) -> None:
-    _beside(mark.part)
+    """Draw the button that switches the measured part of an object."""
+    _same_line_if_fits(mark.part)
     if widgets.button(f"{mark.part}##{mark.name}", f"part {mark.name}", _PART_TIP):
-        parts = [it for it in MattePart if it is not mark.part]
-        commands.change(mark, replace(mark, part=parts[0]))
+        other_parts = [part for part in MattePart if part is not mark.part]
+        commands.change(mark, replace(mark, part=other_parts[0]))
 
 
 def _surface_buttons(commands: MarkCommands, mark: PointMark | TrackMark) -> None:
-    _beside("correct")
+    """Draw the buttons that track a surface, or fix the mark in the world."""
+    _same_line_if_fits("correct")
     with widgets.disabled(commands.is_reading):
         _track_button(commands, mark)
     if isinstance(mark, PointMark) and commands.has_world:
-        _beside("place")
+        _same_line_if_fits("place")
         if widgets.button(f"place##{mark.name}", f"place {mark.name}", _PLACE_TIP):
-            commands.place(mark)
+            commands.fix_in_world(mark)
 
 
-def _beside(word: str) -> None:
-    """Stay in the line if a button with this word has room there, else begin the next one."""
+def _same_line_if_fits(word: str) -> None:
+    """Stay in the line if a button with this word fits there, else begin the next line."""
     width = imgui.calc_text_size(word).x + 2 * imgui.get_style().frame_padding.x
     end = imgui.get_item_rect_max().x + _GAP + width
     if end <= imgui.internal.get_current_window().work_rect.max.x:
@@ -160,6 +165,7 @@ def _beside(word: str) -> None:
 
 
 def _track_button(commands: MarkCommands, mark: PointMark | TrackMark) -> None:
+    """Draw the button that tracks a surface, or corrects the tracked mark."""
     if isinstance(mark, TrackMark):
         if widgets.button(f"correct##{mark.name}", f"correct {mark.name}", _CORRECT_TIP):
             commands.correct(mark)
@@ -167,15 +173,16 @@ def _track_button(commands: MarkCommands, mark: PointMark | TrackMark) -> None:
         commands.track(mark, mark)
 
 
-def _close_focus(desk: TimeDesk, unit: str) -> None:
+def _close_focus_row(desk: TimeDesk, unit: str) -> None:
+    """Draw the field of the closest focus of the lens."""
     imgui.separator_text("Barrel")
     widgets.label("close focus", "The closest focus of the lens; frames focused nearer are red.")
     lens, limit_m = desk.editing.lens, desk.editing.lens.close_focus_m
-    shown = "" if limit_m is None else measured_text(lens, limit_m, unit)
+    limit_text = "" if limit_m is None else measured_text(lens, limit_m, unit)
     parse = widgets.optional(partial(parse_measured_m, lens))
-    typed_m = widgets.text_field("close focus", shown, limit_m, parse, desk.say, "unknown")
+    typed_m = widgets.text_field("close focus", limit_text, limit_m, parse, desk.say, "unknown")
     if typed_m != limit_m:
-        with reported(desk.say):
+        with report_errors(desk.say):
             desk.editing.edit_lens(replace(lens, close_focus_m=typed_m))
 
 
@@ -187,26 +194,26 @@ def pull_popup(desk: TimeDesk, ui: UiState, unit: str) -> None:
         if not desk.editing.shot.marks:
             desk.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
             return
-        pulls.begin()
+        pulls.suggest()
         imgui.open_popup(_PULL)
     screen = imgui.get_main_viewport()
     imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
     imgui.set_next_window_size(ImVec2(22 * imgui.get_font_size(), 0))
     if imgui.begin_popup(_PULL):
-        topmost.answers_keys_itself()
+        topmost.disable_key_navigation()
         imgui.text(f"Pull the focus from frame {desk.editing.frame}")
         _pull_fields(desk, unit)
-        pressed = _pull_button("Pull", "pull", False)
+        is_pressed = _pull_button("Pull", "pull", False)
         imgui.same_line()
-        goes_on = _pull_button("Pull, go on", "pull and go on", True, _GO_ON_TIP)
-        if pressed or goes_on:
+        continues = _pull_button("Pull, go on", "pull and go on", True, _GO_ON_TIP)
+        if is_pressed or continues:
             start = desk.editing.frame
             end = start + pulls.frames
-            # Its keys are selected, which shows the grips to stretch it.
-            pulls.make(partial(desk.keys.choose_between, LensParameter.FOCUS_DISTANCE, start, end))
+            # The keys of the pull are selected, which shows the handles to stretch it.
+            pulls.make(partial(desk.keys.select_between, LensParameter.FOCUS_DISTANCE, start, end))
             imgui.close_current_popup()
-        if goes_on:
-            desk.timeline.go(end)
+        if continues:
+            desk.timeline.go_to(end)
         imgui.same_line()
         if widgets.button("Cancel", "cancel pull"):
             imgui.close_current_popup()
@@ -214,68 +221,71 @@ def pull_popup(desk: TimeDesk, ui: UiState, unit: str) -> None:
 
 
 def _pull_fields(desk: TimeDesk, unit: str) -> None:
+    """Draw the fields of a pull: its marks, frames, shape and ease."""
     pulls = desk.marks.pulls
     names = [mark.name for mark in desk.editing.shot.marks]
-    chosen = widgets.choice("from", pulls.origin or _HERE, [_HERE, *names])
-    pulls.origin = None if chosen == _HERE else chosen
+    origin_name = widgets.choice("from", pulls.origin or _HERE, [_HERE, *names])
+    pulls.origin = None if origin_name == _HERE else origin_name
     pulls.target = widgets.choice("to mark", pulls.target, names)
     widgets.label("frames")
     if imgui.is_window_appearing():
         imgui.set_keyboard_focus_here()
     _, frames = imgui.input_int("##pull frames", pulls.frames)
     probe.note("pull frames")
-    frames = min(max(frames, 1), _PULL_MOST)
+    frames = min(max(frames, 1), _MAX_PULL_FRAMES)
     if frames != pulls.frames:
-        pulls.lengthen(frames)
+        pulls.set_length(frames)
     pulls.shape = widgets.pick_one("as", pulls.shape)
     if pulls.shape is not PullShape.LINEAR:
         ease = pulls.ease_percent
         tip = "0 starts and stops abruptly, 100 most gently"
         pulls.ease_percent = widgets.slider("ease", ease, 0.0, 100.0, "%.0f %%", tip)
-    far = _distance_text(desk, pulls.arrival_at, unit)
-    imgui.text(f"{printable(pulls.target)} at frame {pulls.arrival}: {far}")
-    if pulls.past_end:
-        imgui.text_wrapped(pulls.past_end)
+    distance_text = _distance_text(desk, pulls.arrival_at, unit)
+    imgui.text(f"{printable(pulls.target)} at frame {pulls.arrival}: {distance_text}")
+    if pulls.end_warning:
+        imgui.text_wrapped(pulls.end_warning)
 
 
 def _pull_button(words: str, name: str, has_shift: bool, tip: str = "") -> bool:
     """Draw a button that Enter presses too, with or without Shift."""
-    pressed = widgets.button(words, name, tip)
+    is_pressed = widgets.button(words, name, tip)
     is_typing = imgui.is_any_item_active() or imgui.get_io().key_shift != has_shift
-    entered = any(imgui.is_key_pressed(k, False) for k in (imgui.Key.enter, imgui.Key.keypad_enter))
-    return bool(pressed or (entered and not is_typing))
+    is_entered = any(
+        imgui.is_key_pressed(key, False) for key in (imgui.Key.enter, imgui.Key.keypad_enter)
+    )
+    return bool(is_pressed or (is_entered and not is_typing))
 
 
 def draw_point_marks(facts: Facts, view: PictureView) -> None:
     """Draw the point marks as rings with names on the picture, in the current window."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    for mark, place in _placed_marks(facts):
-        x, y = _window_point(facts, view, place)
+    for mark, point in _placed_marks(facts):
+        x, y = _window_point(facts, view, point)
         probe.note_at(f"point {mark.name}", (x, y, x, y))
         radius = _RADIUS_EM * em
         draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.shadow, 0, 0.2 * em)
         draw.add_circle(ImVec2(x, y), radius, theme.OVER_PICTURE.mark, 0, 0.1 * em)
-        at = ImVec2(x + radius + 0.2 * em, y - em / 2)
-        is_hidden = isinstance(place, TrackPlace) and place.distance_m is None
+        text_corner = ImVec2(x + radius + 0.2 * em, y - em / 2)
+        is_hidden = isinstance(point, TrackPlace) and point.distance_m is None
         name = printable(mark.name) + " (hidden)" * is_hidden
-        draw.add_text(ImVec2(at.x + 1, at.y + 1), theme.OVER_PICTURE.shadow, name)
-        draw.add_text(at, theme.OVER_PICTURE.mark, name)
+        draw.add_text(ImVec2(text_corner.x + 1, text_corner.y + 1), theme.OVER_PICTURE.shadow, name)
+        draw.add_text(text_corner, theme.OVER_PICTURE.mark, name)
 
 
 def mark_in_window(facts: Facts, view: PictureView, name: str) -> Point | None:
     """Return where the mark `name` lies in the window; None if it has no point in the picture."""
-    places = (place for mark, place in _placed_marks(facts) if mark.name == name)
-    return next((_window_point(facts, view, place) for place in places), None)
+    points = (point for mark, point in _placed_marks(facts) if mark.name == name)
+    return next((_window_point(facts, view, point) for point in points), None)
 
 
 def _placed_marks(facts: Facts) -> Iterator[tuple[Mark, PointMark | TrackPlace]]:
     """Yield the marks that have a point in the picture at this frame, with that point."""
     for mark in facts.shot.marks:
-        place = mark.place_at(facts.frame) if isinstance(mark, TrackMark) else mark
-        if isinstance(place, PointMark | TrackPlace):
-            yield mark, place
+        point = mark.place_at(facts.frame) if isinstance(mark, TrackMark) else mark
+        if isinstance(point, PointMark | TrackPlace):
+            yield mark, point
 
 
-def _window_point(facts: Facts, view: PictureView, place: PointMark | TrackPlace) -> Point:
-    at_px = facts.picture_point((place.x_px + 0.5, place.y_px + 0.5))
-    return view.geometry.window_at_picture(at_px)
+def _window_point(facts: Facts, view: PictureView, point: PointMark | TrackPlace) -> Point:
+    picture_point = facts.picture_point((point.x_px + 0.5, point.y_px + 0.5))
+    return view.geometry.window_at_picture(picture_point)

@@ -13,12 +13,17 @@ from numpy.typing import NDArray
 
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.lens import opening
-from heatlens.core.model.lens.aperture import APERTURE_FIELDS, LEAN_FIELDS, LEAN_TERMS, Aperture
+from heatlens.core.model.lens.aperture import (
+    APERTURE_FIELDS,
+    FOCUS_OFFSET_FIELDS,
+    FOCUS_OFFSET_TERMS,
+    Aperture,
+)
 from heatlens.core.model.lens.disc_shape import DiscShape, PictureField
 from heatlens.core.model.lens.lens import Lens
 from heatlens.core.model.lens.opening_fields import BLADES_LEAST, BLADES_MOST
 from heatlens.core.model.option import options_of
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.ui import probe, theme, widgets
 from heatlens.studio.ui.field_row import field_row
 from heatlens.studio.ui.panels.lens_panel import parse_stop
@@ -29,11 +34,11 @@ _RINGS = 14  # rings of equal brightness that make up a disc
 _BRIGHTEST = 2.2  # brightness drawn as white, relative to the mean of the disc
 _SHAPE = (1600, 900)  # size of the picture whose corner is shown
 _CELLS = 64  # cells of the drawing of an aperture image, in each direction
-_GREYS = 32
-_TOLD = options_of(Lens)
-_DRAWN_ELSEWHERE = {
+_GRAY_LEVELS = 32
+_LENS_OPTIONS = options_of(Lens)
+_OWN_ROWS = {
     *("squeeze", "blades", "blade_rotation_deg", "blade_curvature", "aperture_image"),
-    *LEAN_FIELDS,
+    *FOCUS_OFFSET_FIELDS,
 }
 
 Points = NDArray[np.float64]
@@ -45,56 +50,59 @@ def opening_panel(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
 
     `ask_image` opens the dialog for a picture that replaces the blades.
     """
-    with reported(say):  # a change that gives an impossible lens is discarded
-        return _leaning(_opening(lens, say, ask_image))
+    with report_errors(say):  # a change that gives an impossible lens is discarded
+        return _tilt_rows(_opening_rows(lens, say, ask_image))
     return lens
 
 
-def _leaning(lens: Lens) -> Lens:
-    is_leaning = any(getattr(lens, term) for term in LEAN_TERMS)
-    flags = imgui.TreeNodeFlags_.default_open if is_leaning else 0
+def _tilt_rows(lens: Lens) -> Lens:
+    """Draw the rows of tilt and split diopter, folded unless they are used."""
+    is_tilted = any(getattr(lens, term) for term in FOCUS_OFFSET_TERMS)
+    flags = imgui.TreeNodeFlags_.default_open if is_tilted else 0
     is_open = imgui.collapsing_header("Tilt and split diopter", flags)
     probe.note("tilt and split diopter")
-    for name in LEAN_FIELDS if is_open else ():
-        term = _TOLD[name].term  # without it the others have no effect
+    for name in FOCUS_OFFSET_FIELDS if is_open else ():
+        term = _LENS_OPTIONS[name].term  # the field without which this one has no effect
         with widgets.disabled(name != term and not getattr(lens, term)):
             lens = field_row(lens, name)
     return lens
 
 
-def _opening(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
+def _opening_rows(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
+    """Draw the rows of the aperture's shape, folded unless it has one."""
     flags = 0 if lens.aperture.is_plain else imgui.TreeNodeFlags_.default_open
     is_open = imgui.collapsing_header("Opening", flags)
     probe.note("opening")
     if not is_open:
         return lens
-    _drawings(lens.aperture)
-    lens = _blades(_image(lens, ask_image))
+    _draw_discs(lens.aperture)
+    lens = _blade_rows(_image_row(lens, ask_image))
     for name in APERTURE_FIELDS:
-        if name not in _DRAWN_ELSEWHERE:
+        if name not in _OWN_ROWS:
             lens = field_row(lens, name)
-    return _widest(lens, say)
+    return _widest_f_stop_row(lens, say)
 
 
-def _image(lens: Lens, ask: Callable[[], None]) -> Lens:
+def _image_row(lens: Lens, ask: Callable[[], None]) -> Lens:
     """Draw the name of the aperture image, with buttons to choose another one or none."""
     image = lens.aperture_image
-    widgets.label(_TOLD["aperture_image"].label, _TOLD["aperture_image"].tip)
-    is_taken_off = False
+    widgets.label(_LENS_OPTIONS["aperture_image"].label, _LENS_OPTIONS["aperture_image"].tip)
+    is_removed = False
     if image is not None:
         tip = "Remove the image and use the blades again."
-        is_taken_off = widgets.small_button("x##no aperture image", "no aperture image", tip)
+        is_removed = widgets.small_button("x##no aperture image", "no aperture image", tip)
         imgui.same_line()
     words = "Choose..." if image is None else f"{printable(Path(image.path).name)}##image"
     tip = "Choose a picture." if image is None else image.path
     if widgets.button(words, "aperture image", tip):
         ask()
-    return replace(lens, aperture_image=None) if is_taken_off else lens
+    return replace(lens, aperture_image=None) if is_removed else lens
 
 
-def _blades(lens: Lens) -> Lens:
+def _blade_rows(lens: Lens) -> Lens:
+    """Draw number, rotation and curvature of the blades."""
     has_image = lens.aperture_image is not None
-    words = {0: "round"} | {n: str(n) for n in range(BLADES_LEAST, BLADES_MOST + 1)}
+    words = {0: "round"} | {number: str(number) for number in range(BLADES_LEAST, BLADES_MOST + 1)}
     with widgets.disabled(has_image):
         lens = replace(lens, blades=widgets.pick("blades", lens.blades, words))
     with widgets.disabled(lens.blades == 0 and not has_image):
@@ -103,41 +111,44 @@ def _blades(lens: Lens) -> Lens:
         return field_row(lens, "blade_curvature")
 
 
-def _widest(lens: Lens, say: Say) -> Lens:
+def _widest_f_stop_row(lens: Lens, say: Say) -> Lens:
     """Draw the f-stop at which the barrel causes the full cat's eye."""
     if lens.cat_eye == 0.0:
         return lens
     widgets.label("at f-stop", "The widest f-stop of the lens: stopped down, the barrel cuts less.")
-    shown = "" if lens.widest_f_stop is None else f"f/{lens.widest_f_stop:.4g}"
-    now, parse = lens.widest_f_stop, widgets.optional(parse_stop)
-    widest = widgets.text_field("at f-stop", shown, now, parse, say, "every f-stop")
-    return replace(lens, widest_f_stop=widest)
+    widest_text = "" if lens.widest_f_stop is None else f"f/{lens.widest_f_stop:.4g}"
+    old_widest, parse = lens.widest_f_stop, widgets.optional(parse_stop)
+    new_widest = widgets.text_field(
+        "at f-stop", widest_text, old_widest, parse, say, "every f-stop"
+    )
+    return replace(lens, widest_f_stop=new_widest)
 
 
-def _drawings(aperture: Aperture) -> None:
+def _draw_discs(aperture: Aperture) -> None:
     """Draw the disc at the middle of the picture, and beside it the disc at the upper right."""
     side = _SIDE_EM * imgui.get_font_size()
-    places = {"middle": (_SHAPE[0] / 2, _SHAPE[1] / 2)}
+    positions = {"middle": (_SHAPE[0] / 2, _SHAPE[1] / 2)}
     if aperture.cat_eye:
-        places["corner, upper right"] = (float(_SHAPE[0]), 0.0)
-    for words, place in places.items():
+        positions["corner, upper right"] = (float(_SHAPE[0]), 0.0)
+    for words, position in positions.items():
         imgui.begin_group()
-        at = imgui.get_cursor_screen_pos()
+        corner = imgui.get_cursor_screen_pos()
         imgui.dummy(ImVec2(side, side))
-        end, rounding = ImVec2(at.x + side, at.y + side), _ROUNDING_EM * imgui.get_font_size()
-        ground = theme.colors.disc_ground
-        imgui.get_window_draw_list().add_rect_filled(at, end, ground, rounding)
-        _disc(aperture, place, (at.x + side / 2, at.y + side / 2), side / 2)
+        end = ImVec2(corner.x + side, corner.y + side)
+        rounding = _ROUNDING_EM * imgui.get_font_size()
+        background = theme.colors.disc_ground
+        imgui.get_window_draw_list().add_rect_filled(corner, end, background, rounding)
+        _draw_disc(aperture, position, (corner.x + side / 2, corner.y + side / 2), side / 2)
         imgui.text_disabled(words)
         imgui.end_group()
         imgui.same_line()
     imgui.new_line()
 
 
-def disc_outline(aperture: Aperture, place: tuple[float, float], within: float = 1.0) -> Points:
+def disc_outline(aperture: Aperture, position: tuple[float, float], scale: float = 1.0) -> Points:
     """Return the (n, 2) outline of a disc behind the focus, in radii, x right and y down.
 
-    `place` is the position in a picture of size `_SHAPE`. `within` scales the opening about its
+    `position` is in pixels of a picture of size `_SHAPE`. `scale` shrinks the opening about its
     middle, for the inner rings.
     """
     angle = np.linspace(0.0, 2 * math.pi, _CORNERS, endpoint=False)
@@ -145,49 +156,49 @@ def disc_outline(aperture: Aperture, place: tuple[float, float], within: float =
     if blades.number:  # include the corners of the blades among the points
         corners = blades.turn + 2 * math.pi * np.arange(blades.number) / blades.number
         angle = np.sort(np.concatenate([angle, np.mod(corners, 2 * math.pi)]))
-    barrel = PictureField.of(_SHAPE).barrel(aperture, place)
-    reach = np.minimum(opening.rim_radius(angle, blades, barrel), within)
+    barrel = PictureField.of(_SHAPE).barrel(aperture, position)
+    reach = np.minimum(opening.rim_radius(angle, blades, barrel), scale)
     across, up = aperture.half_extents
     return np.stack([across * reach * np.cos(angle), -up * reach * np.sin(angle)], axis=1)
 
 
-def _disc(
-    aperture: Aperture, place: tuple[float, float], centre: tuple[float, float], radius_px: float
+def _draw_disc(
+    aperture: Aperture, position: tuple[float, float], center: tuple[float, float], radius_px: float
 ) -> None:
-    """Draw the disc as rings whose brightness follows the rim, coloured by axial colour."""
+    """Draw the disc as rings with the brightness of its profile, and the fringe of axial color."""
     if aperture.aperture_image is not None:
-        _image_disc(aperture, place, centre, radius_px)
+        _draw_image_disc(aperture, position, center, radius_px)
         return
     draw = imgui.get_window_draw_list()
-    for part in np.linspace(1.0, 1 / _RINGS, _RINGS):
-        shown = float(opening.profile((part - 0.5 / _RINGS) ** 2, aperture.rim))
-        grey = min(shown / _BRIGHTEST, 1.0) ** (1 / 2.2)
-        color = theme.packed((grey, grey, grey))
-        ring = disc_outline(aperture, place, part)
-        draw.add_convex_poly_filled([*_on_screen(ring, centre, radius_px)], color)
+    for ring_scale in np.linspace(1.0, 1 / _RINGS, _RINGS):
+        brightness = float(opening.profile((ring_scale - 0.5 / _RINGS) ** 2, aperture.rim))
+        gray = min(brightness / _BRIGHTEST, 1.0) ** (1 / 2.2)
+        color = theme.pack_color((gray, gray, gray))
+        ring = disc_outline(aperture, position, ring_scale)
+        draw.add_convex_poly_filled([*_to_screen(ring, center, radius_px)], color)
     if aperture.axial_colour_mm:
         wider, narrower = (theme.colors.fringe_blue, theme.colors.fringe_red)
         if aperture.axial_colour_mm < 0:
             wider, narrower = narrower, wider
         for scale, line in ((0.97, narrower), (1.0, wider)):
-            points = _on_screen(scale * disc_outline(aperture, place), centre, radius_px)
+            points = _to_screen(scale * disc_outline(aperture, position), center, radius_px)
             draw.add_polyline([*points], line, 1.5, imgui.ImDrawFlags_.closed)
 
 
-def _image_disc(
-    aperture: Aperture, place: tuple[float, float], centre: tuple[float, float], radius_px: float
+def _draw_image_disc(
+    aperture: Aperture, position: tuple[float, float], center: tuple[float, float], radius_px: float
 ) -> None:
     """Draw the light of an aperture image as small squares; the brightest is white."""
     draw, step = imgui.get_window_draw_list(), 2 * radius_px / _CELLS
-    left, top = centre[0] - radius_px, centre[1] - radius_px
+    left, top = center[0] - radius_px, center[1] - radius_px
     draw.add_rect_filled(
         ImVec2(left, top),
         ImVec2(left + 2 * radius_px, top + 2 * radius_px),
         theme.OVER_PICTURE.groove,
     )
-    for row, line in enumerate(image_cells(aperture, place)):
-        for first, last, grey in line:
-            color = theme.packed((grey, grey, grey))
+    for row, line in enumerate(image_cells(aperture, position)):
+        for first, last, gray in line:
+            color = theme.pack_color((gray, gray, gray))
             # Align squares to screen pixels, or gaps would show between them.
             corner = ImVec2(round(left + first * step), round(top + row * step))
             end = ImVec2(round(left + last * step), round(top + (row + 1) * step))
@@ -196,25 +207,26 @@ def _image_disc(
 
 @lru_cache(maxsize=8)
 def image_cells(
-    aperture: Aperture, place: tuple[float, float]
+    aperture: Aperture, position: tuple[float, float]
 ) -> tuple[tuple[tuple[int, int, float], ...], ...]:
     """Return the rows of a disc behind the focus as runs of cells: (first, after the last, grey).
 
-    The box around a round disc has `_CELLS` cells in each direction; black runs are left out.
+    The box around a round disc has `_CELLS` cells in each direction; black runs are omitted.
     """
     disc = DiscShape(aperture, 1.0, PictureField.of(_SHAPE))
     y, x = np.mgrid[0:_CELLS, 0:_CELLS] + 0.5 - _CELLS / 2
-    shown = disc.coverage(x, y, _CELLS / 2, 0.5, place)
-    greys = np.round(_GREYS * (shown / shown.max()) ** (1 / 2.2)).astype(int)
-    return tuple(tuple(_runs(row)) for row in greys)
+    light = disc.coverage(x, y, _CELLS / 2, 0.5, position)
+    gray_levels = np.round(_GRAY_LEVELS * (light / light.max()) ** (1 / 2.2)).astype(int)
+    return tuple(tuple(_gray_runs(row)) for row in gray_levels)
 
 
-def _runs(row: NDArray[np.int_]) -> Iterator[tuple[int, int, float]]:
+def _gray_runs(row: NDArray[np.int_]) -> Iterator[tuple[int, int, float]]:
+    """Yield the runs of equal cells in a row that are not black."""
     ends = [0, *(np.flatnonzero(np.diff(row)) + 1).tolist(), len(row)]
     for first, last in pairwise(ends):
         if row[first]:
-            yield first, last, float(row[first]) / _GREYS
+            yield first, last, float(row[first]) / _GRAY_LEVELS
 
 
-def _on_screen(points: Points, centre: tuple[float, float], radius_px: float) -> Iterator[ImVec2]:
-    return (ImVec2(centre[0] + radius_px * x, centre[1] + radius_px * y) for x, y in points)
+def _to_screen(points: Points, center: tuple[float, float], radius_px: float) -> Iterator[ImVec2]:
+    return (ImVec2(center[0] + radius_px * x, center[1] + radius_px * y) for x, y in points)

@@ -37,7 +37,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class PlateFacts:
-    """What the panel shows."""
+    """The values that the panel shows besides the options."""
 
     plate: Plate
     histogram: DepthHistogram | None  # None if the plate has no distances
@@ -46,7 +46,9 @@ class PlateFacts:
     problem: str  # why the plate cannot be read with the chosen options, or ""
     lens: Lens  # gives radial depth the focal length and sensor that the header lacks
     doubts: tuple[Doubt, ...] = ()  # implausible values of lens and depths
-    read: PlateOptions = field(default_factory=PlateOptions)  # options the plate was read with
+    read_options: PlateOptions = field(
+        default_factory=PlateOptions
+    )  # options the plate was read with
 
 
 def plate_panel(
@@ -54,18 +56,18 @@ def plate_panel(
     facts: PlateFacts,
     say: Say,
     ask_behind: Callable[[], None],
-    pick: Callable[[str], None],
+    pick_matte: Callable[[str], None],
 ) -> PlateOptions:
     """Draw the panel; return the options for reading the plate, as the user left them.
 
-    `ask_behind` opens the dialog for another background picture. `pick` lets the next click tell
-    the thing of an option.
+    `ask_behind` opens the dialog for another background picture. `pick_matte` lets the next click
+    choose the matte of an option.
     """
-    is_of_behind = replace(options, behind=facts.read.behind) == facts.read
-    _depth(facts)
+    is_behind_problem = replace(options, behind=facts.read_options.behind) == facts.read_options
+    _depth_rows(facts)
     imgui.separator_text("Read as")
-    options = _controls(options, facts, say)
-    if not is_of_behind:
+    options = _reading_rows(options, facts, say)
+    if not is_behind_problem:
         texts.colored_text(facts.problem, theme.colors.bad)
     if widgets.button("Guess again", "Guess again", width=-1):
         options = PlateOptions(
@@ -74,36 +76,44 @@ def plate_panel(
             behind=options.behind,
         )
     reports = {report.name: report for report in facts.plate.behind}
-    behind = behind_rows(options.behind, reports, facts.problem if is_of_behind else "", ask_behind)
+    behind = behind_rows(
+        options.behind, reports, facts.problem if is_behind_problem else "", ask_behind
+    )
     neighbours = widgets.pick("neighbours", options.neighbours, _NEIGHBOURS, _NEIGHBOURS_TIP)
-    options = matte_rows(replace(options, behind=behind, neighbours=neighbours), say, pick)
-    _file(facts)
+    options = matte_rows(replace(options, behind=behind, neighbours=neighbours), say, pick_matte)
+    _file_rows(facts)
     return options
 
 
 # What was read
 
 
-def _depth(facts: PlateFacts) -> None:
+def _depth_rows(facts: PlateFacts) -> None:
+    """Draw the histogram, the range of distances, and how and why the depth was read."""
     imgui.separator_text("Depth")
     report, rows = facts.plate.depth, []
     if facts.histogram is not None:
-        _bar(facts.histogram, facts)
-        hovered = "-" if facts.hovered_m is None else _distance(facts.hovered_m, facts.unit)
-        ends = f"{_distance(report.near_m, facts.unit)} to {_distance(report.far_m, facts.unit)}"
-        rows += [("pointer", hovered), ("surfaces", ends)]
+        _draw_histogram_bar(facts.histogram, facts)
+        hovered_text = (
+            "-" if facts.hovered_m is None else _distance_words(facts.hovered_m, facts.unit)
+        )
+        range_text = (
+            f"{_distance_words(report.near_m, facts.unit)} to "
+            f"{_distance_words(report.far_m, facts.unit)}"
+        )
+        rows += [("pointer", hovered_text), ("surfaces", range_text)]
     if report.infinite_count:
-        rows.append(("nothing hit", _pixels(report.infinite_count, facts.plate)))
+        rows.append(("nothing hit", _pixel_share_words(report.infinite_count, facts.plate)))
     if report.repaired_count:
-        rows.append(("repaired", _pixels(report.repaired_count, facts.plate)))
-    taken_for = f"{report.channel}: {report.convention.facts.label}, {report.kind.label}"
-    rows.append(("taken for", taken_for))
+        rows.append(("repaired", _pixel_share_words(report.repaired_count, facts.plate)))
+    reading_text = f"{report.channel}: {report.convention.facts.label}, {report.kind.label}"
+    rows.append(("taken for", reading_text))
     rows.append(("because", window_words(report.why)))
     for name, text in rows:
-        _row(name, text)
+        _fact_row(name, text)
 
 
-def _bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
+def _draw_histogram_bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
     """Draw the histogram of distances, with the distance under the pointer."""
     em = imgui.get_font_size()
     corner = imgui.get_cursor_screen_pos()
@@ -115,32 +125,33 @@ def _bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
     draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
     draw_scale(draw, histogram, corner, ImVec2(size.x, text_y - corner.y), facts.unit)
     if facts.hovered_m is not None:
-        x = corner.x + (1.0 - histogram.part_at(facts.hovered_m)) * size.x
+        x = corner.x + (1.0 - histogram.scale_position(facts.hovered_m)) * size.x
         draw.add_line(ImVec2(x, corner.y - 2), ImVec2(x, text_y), theme.colors.handle, 2.0)
 
 
-def _file(facts: PlateFacts) -> None:
+def _file_rows(facts: PlateFacts) -> None:
+    """Draw the file's name, size, header, channels and notes."""
     plate, unit = facts.plate, facts.unit
     imgui.separator_text("File")
-    _row("name", plate.path.name)
-    _row("folder", str(plate.path.absolute().parent))
-    data, display = plate.data_window, plate.display_window
+    _fact_row("name", plate.path.name)
+    _fact_row("folder", str(plate.path.absolute().parent))
+    data_window, display_window = plate.data_window, plate.display_window
     ratio = plate.pixel_aspect_ratio
     pixels = "" if ratio == 1.0 else f", pixel aspect {ratio:g}"
-    _row("size", f"{display.width} x {display.height}{pixels}")
-    if data != display:
-        at = f"{data.x0 - display.x0}, {data.y0 - display.y0}"
-        _row("data window", f"{data.width} x {data.height} at {at}")
-    _row("alpha", "yes" if plate.has_alpha else "none")
-    _row("header", _camera(plate.camera, unit))
-    _row("channels", ", ".join(plate.aovs))
-    shown_above = {report.sentence for report in plate.behind}
+    _fact_row("size", f"{display_window.width} x {display_window.height}{pixels}")
+    if data_window != display_window:
+        offset = f"{data_window.x0 - display_window.x0}, {data_window.y0 - display_window.y0}"
+        _fact_row("data window", f"{data_window.width} x {data_window.height} at {offset}")
+    _fact_row("alpha", "yes" if plate.has_alpha else "none")
+    _fact_row("header", _camera_words(plate.camera, unit))
+    _fact_row("channels", ", ".join(plate.aovs))
+    behind_sentences = {report.sentence for report in plate.behind}
     for note in plate.notes:
-        if note not in shown_above:
-            _row("note", note)
+        if note not in behind_sentences:
+            _fact_row("note", note)
 
 
-def _camera(camera: CameraHeader, unit: str) -> str:
+def _camera_words(camera: CameraHeader, unit: str) -> str:
     """Return the lens data of the header, if there are any."""
     height_mm = camera.sensor_height_mm
     height = "" if height_mm is None else f" x {height_mm:g}"
@@ -156,64 +167,69 @@ def _camera(camera: CameraHeader, unit: str) -> str:
     return ", ".join(values) or "tells no lens"
 
 
-def _row(name: str, text: str) -> None:
-    widgets.fact(name, text, f"plate {name}")
+def _fact_row(name: str, text: str) -> None:
+    widgets.fact_row(name, text, f"plate {name}")
 
 
-def _distance(distance_m: float, unit: str) -> str:
+def _distance_words(distance_m: float, unit: str) -> str:
     return "no surface" if math.isinf(distance_m) else format_distance(distance_m, unit)
 
 
-def _pixels(count: int, plate: Plate) -> str:
-    part = count / (plate.data_window.width * plate.data_window.height)
-    return f"{count} pixels, {100 * part:.3g} %"
+def _pixel_share_words(count: int, plate: Plate) -> str:
+    share = count / (plate.data_window.width * plate.data_window.height)
+    return f"{count} pixels, {100 * share:.3g} %"
 
 
 # How to read it
 
 
-def _controls(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
+def _reading_rows(options: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
+    """Draw the controls of depth, color and eye; return the options as the user left them."""
     plate = facts.plate
     names = depth_channels_first(plate.aovs)
-    channel = _named("channel", options.depth_channel, names, "The channel that holds the depth.")
+    channel = _name_choice(
+        "channel", options.depth_channel, names, "The channel that holds the depth."
+    )
     tip = f"What its values mean. Now: {options.depth_convention.facts.meaning}."
     convention = widgets.pick("convention", options.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
-        texts.colored_text(window_words(plate.depth.question), theme.colors.told)
+        texts.colored_text(window_words(plate.depth.question), theme.colors.message)
         probe.note("question about the convention")
     options = replace(options, depth_channel=channel, depth_convention=convention)
-    options = _ends(options, facts.unit, say)
-    options = _kind(options, facts)
-    options = _unit(options, say)
+    options = _end_rows(options, facts.unit, say)
+    options = _kind_row(options, facts)
+    options = _unit_rows(options, say)
     for doubt in facts.doubts:
         if doubt.about != "lens":
             texts.colored_text(window_words(doubt.sentence), theme.colors.bad)
             probe.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
-    options = replace(options, color_layer=_named("colour layer", options.color_layer, layers))
+    options = replace(
+        options, color_layer=_name_choice("colour layer", options.color_layer, layers)
+    )
     tip = "Removes single pixels far brighter than their neighbours, a fault of path tracers."
     despike = widgets.check("take out bright grains", options.despike, tip=tip)
     options = replace(options, despike=despike)
     if plate.attributes.get(FOR_THE_EYE):
-        options = _highlights(options)
+        options = _highlights_row(options)
     if not plate.views:
         return options
     return replace(
-        options, eye=_named("eye", options.eye, plate.views, "The view of a stereo file.")
+        options, eye=_name_choice("eye", options.eye, plate.views, "The view of a stereo file.")
     )
 
 
-def _highlights(options: PlateOptions) -> PlateOptions:
-    """Draw by how many stops light that is clipped at white is lifted."""
-    more = {float(stops): f"{stops} stops brighter" for stops in range(2, 7)}
-    words = {0.0: "stay at white", 1.0: "1 stop brighter"} | more
+def _highlights_row(options: PlateOptions) -> PlateOptions:
+    """Draw the choice of how many stops brighter clipped light becomes."""
+    higher_stops = {float(stops): f"{stops} stops brighter" for stops in range(2, 7)}
+    words = {0.0: "stay at white", 1.0: "1 stop brighter"} | higher_stops
     stops = options.lift_highlights_stops
     words.setdefault(stops, f"{stops:g} stops brighter")
     tip = "Light that the picture clips at white; lifted, its lamps glow out of focus."
     return replace(options, lift_highlights_stops=widgets.pick("highlights", stops, words, tip))
 
 
-def _ends(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
+def _end_rows(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
     """Draw the distances that depth 0 and 1 stand for, if the convention needs them."""
     with widgets.disabled(not options.depth_convention.facts.takes_ends):
         near = _distance_field("near", options.near_m, unit, say)
@@ -222,20 +238,26 @@ def _ends(options: PlateOptions, unit: str, say: Say) -> PlateOptions:
 
 
 def _distance_field(name: str, value: float | None, unit: str, say: Say) -> float | None:
+    """Draw the field of an optional distance; return the changed value in m."""
     tip = "The distance at this end of the range 0 to 1: 0.5, 30cm, 6'3\"; empty: unknown."
     widgets.label(name, tip)
-    shown = "" if value is None else format_distance(value, unit)
-    return widgets.text_field(name, shown, value, widgets.optional(_parse_end_m), say)
+    value_text = "" if value is None else format_distance(value, unit)
+    return widgets.text_field(name, value_text, value, widgets.optional(_parse_end_m), say)
 
 
 def _parse_end_m(text: str) -> float:
+    """Parse a finite distance in m. Raise InputError for infinity."""
     distance_m = parse_distance_m(text)
     if distance_m == math.inf:
         raise InputError("The ends of a depth must be finite distances.")
     return distance_m
 
 
-def _kind(options: PlateOptions, facts: PlateFacts) -> PlateOptions:
+def _kind_row(options: PlateOptions, facts: PlateFacts) -> PlateOptions:
+    """Draw the choice of the kind of depth.
+
+    Radial depth needs a camera: values that the header lacks are taken from the lens of the shot.
+    """
     tip = (
         "Along the axis, a wall seen head-on has one depth; along the ray, its corners are farther."
     )
@@ -255,22 +277,22 @@ def _kind(options: PlateOptions, facts: PlateFacts) -> PlateOptions:
     return replace(options, depth_kind=kind)
 
 
-def _unit(options: PlateOptions, say: Say) -> PlateOptions:
+def _unit_rows(options: PlateOptions, say: Say) -> PlateOptions:
     """Draw the choice of the scene unit, by name or in metres."""
     with widgets.disabled(not options.depth_convention.facts.has_unit):
-        now_m = options.scene_unit_m
-        known_m = next((unit_m for unit_m in _UNITS if math.isclose(unit_m, now_m)), now_m)
+        old_m = options.scene_unit_m
+        known_m = next((unit_m for unit_m in _UNITS if math.isclose(unit_m, old_m)), old_m)
         picked_m = widgets.pick("scene unit", known_m, _UNITS)
-        unit_m = now_m if picked_m == known_m else picked_m
+        unit_m = old_m if picked_m == known_m else picked_m
         widgets.label("in metres", "Metres in one unit of the depth.")
-        parse = partial(widgets.parse_number, low=1e-6, high=1e6, what="scene unit")
+        parse = partial(widgets.parse_number, low=1e-6, high=1e6, quantity="scene unit")
         unit_m = widgets.text_field("in metres", f"{unit_m:.6g}", unit_m, parse, say)
     return replace(options, scene_unit_m=unit_m)
 
 
-def _named(name: str, value: str | None, names: Sequence[str], tip: str = "") -> str | None:
+def _name_choice(name: str, value: str | None, names: Sequence[str], tip: str = "") -> str | None:
     """Draw the choice of one of the file's names, or None to find it automatically."""
-    shown = {_BY_NAME: None} | {text or "(no name)": text for text in names}
-    now = next((text for text, key in shown.items() if key == value), value or _BY_NAME)
-    picked = widgets.choice(name, now, list(shown), tip)
-    return shown.get(picked, value)
+    choices = {_BY_NAME: None} | {text or "(no name)": text for text in names}
+    current_text = next((text for text, key in choices.items() if key == value), value or _BY_NAME)
+    picked_text = widgets.choice(name, current_text, list(choices), tip)
+    return choices.get(picked_text, value)

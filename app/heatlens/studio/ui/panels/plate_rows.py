@@ -1,7 +1,7 @@
-"""Draw the rows of the Plate panel that name other pictures and things.
+"""Draw the rows of the Plate panel for background pictures and mattes.
 
-There is the list of background pictures, which show what the foreground of a plate hides, and the
-rows that name a thing by its matte, which a click can tell.
+Background pictures show what the foreground of a plate hides. Mattes name objects of the plate; a
+click on an object can choose its matte.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,34 +23,38 @@ _TIP = (
 
 
 def behind_rows(
-    files: Sequence[str], reports: Mapping[str, BehindReport], problem: str, ask: Callable[[], None]
+    files: Sequence[str],
+    reports: Mapping[str, BehindReport],
+    problem: str,
+    ask_behind: Callable[[], None],
 ) -> tuple[str, ...]:
     """Draw the list; return the files and patterns as the user left them.
 
-    `reports` say by name what each picture adds, also for parts of the plate's own file.
-    `problem` says why `files` cannot be read, or is "". `ask` opens the dialog for another one.
+    `reports` describe by name what each picture adds, also for parts of the plate's own file.
+    `problem` is the reason why `files` cannot be read, or "". `ask_behind` opens the dialog for
+    another picture.
     """
     imgui.separator_text("What lies behind")
     texts.tooltip(_TIP)
     for name, report in reports.items():
         if name not in files:
-            texts.grey_text(report.sentence)
+            texts.gray_text(report.sentence)
             probe.note(f"behind {name}")
-    kept = tuple(text for text in files if not _row(text, reports.get(text)))
+    kept_files = tuple(text for text in files if not _behind_row(text, reports.get(text)))
     texts.colored_text(problem, theme.colors.bad)
     probe.note("behind problem")
     if widgets.button("Add a picture behind...", "Add a picture behind", width=-1):
-        ask()
-    return kept
+        ask_behind()
+    return kept_files
 
 
-def _row(text: str, report: BehindReport | None) -> bool:
-    """Draw one file with what it adds; return True if the user removes it."""
+def _behind_row(text: str, report: BehindReport | None) -> bool:
+    """Draw one file and a sentence about what it adds; return True if the user removes it."""
     is_removed = widgets.small_button(f"x##{text}", f"remove {text}", f"Remove {text}")
     imgui.same_line()
     imgui.text_wrapped(printable(Path(text).name))
     if report is not None:
-        texts.grey_text(f"It {report.words}.")
+        texts.gray_text(f"It {report.words}.")
         probe.note(f"behind {text}")
     return is_removed
 
@@ -65,23 +69,23 @@ _TIPS = {
 
 
 def matte_rows(
-    options: PlateOptions, say: Callable[[str], None], pick: Callable[[str], None]
+    options: PlateOptions, say: Callable[[str], None], pick_matte: Callable[[str], None]
 ) -> PlateOptions:
     """Draw the rows; return the options as the user left them.
 
-    `pick` is called with the name of a field that the next click shall tell.
+    `pick_matte` is called with the name of the field whose matte the next click chooses.
     """
     imgui.separator_text("Things, by their mattes")
     style = imgui.get_style()
-    beside_px = imgui.calc_text_size("pick").x + 2 * style.frame_padding.x + style.item_spacing.x
+    button_px = imgui.calc_text_size("pick").x + 2 * style.frame_padding.x + style.item_spacing.x
     for field, tip in _TIPS.items():
         words, text = options_of(PlateOptions)[field].words, getattr(options, field)
         widgets.label(words, tip)
-        imgui.set_next_item_width(-beside_px)
-        typed = widgets.text_field(words, text or "", text, widgets.optional(str.strip), say)
+        imgui.set_next_item_width(-button_px)
+        typed_matte = widgets.text_field(words, text or "", text, widgets.optional(str.strip), say)
         imgui.same_line()
         if widgets.button(f"pick##{words}", f"pick {words}", _PICK_TIP):
-            pick(field)
-        changed: Values = {field: typed}
-        options = replace(options, **changed)
+            pick_matte(field)
+        changes: Values = {field: typed_matte}
+        options = replace(options, **changes)
     return options

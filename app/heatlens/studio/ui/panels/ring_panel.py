@@ -10,15 +10,21 @@ from imgui_bundle import imgui
 
 from heatlens.core.base.outside_text import printable
 from heatlens.core.model.units import format_distance, parse_distance_m
-from heatlens.media.live.ring.channel_map import ChannelMap, Ring, channels_of, maps_for, usual_map
-from heatlens.media.live.ring.sources import Heard, RingInput
+from heatlens.media.live.ring.channel_map import (
+    ChannelMap,
+    Ring,
+    channels_of,
+    default_map,
+    maps_for,
+)
+from heatlens.media.live.ring.sources import RingInput, SourceState
 from heatlens.studio.session.live.ring_hand import RingHand
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.ui import probe, texts, theme, widgets
 
 Say = Callable[[str], None]
-_LETTERS = 8  # shown characters of a sender's number
-_FIRST_HEARD = "first one heard"
+_ID_LETTERS = 8  # shown characters of a sender's number
+_FIRST_SENDER = "first one heard"
 _NONE = "nothing"
 _FROM_CAMERA = "as sent by the camera"  # sent in metres, stops or mm, so no channel is needed
 _LEARN_EM = 4.0
@@ -26,110 +32,123 @@ _BEND_TIP = "Above 1 the ring turns slowly at its first end, below 1 slowly at i
 _ENDS_TIP = "The lens value at each end of the control, and the value that the control sends there."
 
 
-def ring_panel(hand: RingHand, unit: str, say: Say) -> None:
+def ring_panel(ring_hand: RingHand, unit: str, say: Say) -> None:
     """Draw sender, rate and maps, and whether the lens follows; nothing without an input."""
-    receiver, heard = hand.receiver, hand.heard
-    if receiver is None or heard is None:
+    receiver, ring_state = ring_hand.receiver, ring_hand.heard
+    if receiver is None or ring_state is None:
         return
     imgui.separator_text("Ring")
-    _status(hand, receiver, heard)
-    hand.is_followed = widgets.check("the lens follows it", hand.is_followed, "follow ring")
-    source = hand.source
-    if len(heard.sources) > 1 or source is not None:
-        words = {name: _words(name) for name in (*heard.sources, *([source] if source else []))}
-        picked = widgets.pick("source", source, {None: _FIRST_HEARD} | words)
-        if picked != source:
-            hand.listen_to(picked)
-    _maps(hand, unit, say)
+    _status_rows(ring_hand, receiver, ring_state)
+    ring_hand.is_followed = widgets.check(
+        "the lens follows it", ring_hand.is_followed, "follow ring"
+    )
+    source = ring_hand.source
+    if len(ring_state.sources) > 1 or source is not None:
+        sender_names = {
+            name: _sender_name(name)
+            for name in (*ring_state.sources, *([source] if source else []))
+        }
+        picked_source = widgets.pick("source", source, {None: _FIRST_SENDER} | sender_names)
+        if picked_source != source:
+            ring_hand.listen_to(picked_source)
+    _map_rows(ring_hand, unit, say)
 
 
-def _words(name: str) -> str:
-    """Return the name of a sender; of one that has only a number of 36 digits, its beginning."""
+def _sender_name(name: str) -> str:
+    """Return the name of a sender; only the beginning of a name that is a UUID."""
     try:
-        return f"sender {str(UUID(name))[:_LETTERS]}"
+        return f"sender {str(UUID(name))[:_ID_LETTERS]}"
     except ValueError:
         return printable(name) or "without a name"
 
 
-def _status(hand: RingHand, receiver: RingInput, heard: Heard) -> None:
-    if heard.sample is None:
+def _status_rows(ring_hand: RingHand, receiver: RingInput, ring_state: SourceState) -> None:
+    """Draw the rate and age of the samples, the latency, and how many samples were lost."""
+    if ring_state.sample is None:
         imgui.text_wrapped(f"Listening at {receiver.address}; nothing was heard yet.")
-    elif heard.is_silent:
-        text = f"Silent for {heard.age_s:.0f} s; the lens keeps the values sent last."
+    elif ring_state.is_silent:
+        text = f"Silent for {ring_state.age_s:.0f} s; the lens keeps the values sent last."
         texts.colored_text(text, theme.colors.bad)
-    elif math.isinf(heard.silent_after_s):  # a controller, which sends nothing while unmoved
-        imgui.text(f"Turned {heard.age_s:.1f} s ago.")
+    elif math.isinf(ring_state.silent_after_s):  # a controller, which sends nothing while unmoved
+        imgui.text(f"Turned {ring_state.age_s:.1f} s ago.")
     else:
-        age_ms = 1e3 * heard.age_s
-        imgui.text(f"{heard.rate_hz:.0f} samples a second, the last {age_ms:.0f} ms ago")
-    if hand.to_picture_s is not None:
-        imgui.text(f"{1e3 * hand.to_picture_s:.0f} ms from the ring to the picture")
-    refused, lost = receiver.refused, receiver.lost
-    if refused or lost:
-        imgui.text_disabled(f"{refused} datagrams refused, {lost} samples incomplete")
+        age_ms = 1e3 * ring_state.age_s
+        imgui.text(f"{ring_state.rate_hz:.0f} samples a second, the last {age_ms:.0f} ms ago")
+    if ring_hand.median_latency_s is not None:
+        imgui.text(f"{1e3 * ring_hand.median_latency_s:.0f} ms from the ring to the picture")
+    refused_count, lost_count = receiver.refused, receiver.lost
+    if refused_count or lost_count:
+        imgui.text_disabled(f"{refused_count} datagrams refused, {lost_count} samples incomplete")
         texts.tooltip(f"The last one: {receiver.fault}." if receiver.fault else "")
 
 
-def _maps(hand: RingHand, unit: str, say: Say) -> None:
+def _map_rows(ring_hand: RingHand, unit: str, say: Say) -> None:
     """Draw a row for each ring; nothing until a channel was received."""
-    heard = hand.heard
-    channels = {} if heard is None or heard.sample is None else channels_of(heard.sample)
-    if heard is None or heard.sample is None or not channels:
+    ring_state = ring_hand.heard
+    channels = (
+        {} if ring_state is None or ring_state.sample is None else channels_of(ring_state.sample)
+    )
+    if ring_state is None or ring_state.sample is None or not channels:
         return
     imgui.text_disabled("What turns which ring")
-    by_ring = {entry.ring: entry for entry in maps_for(heard.sample, hand.maps)}
+    by_ring = {entry.ring: entry for entry in maps_for(ring_state.sample, ring_hand.maps)}
     for ring in Ring:
-        unmapped = _NONE if getattr(heard.sample, str(ring)) is None else _FROM_CAMERA
-        _row(hand, ring, by_ring.get(ring), channels, unmapped)
+        unmapped_words = _NONE if getattr(ring_state.sample, str(ring)) is None else _FROM_CAMERA
+        _channel_row(ring_hand, ring, by_ring.get(ring), channels, unmapped_words)
         if ring in by_ring and imgui.tree_node(f"{ring.words}: ends and curve"):
-            _range(hand, by_ring[ring], unit, say)
+            _range_rows(ring_hand, by_ring[ring], unit, say)
             imgui.tree_pop()
 
 
-def _row(
-    hand: RingHand, ring: Ring, entry: ChannelMap | None, channels: dict[str, float], unmapped: str
+def _channel_row(
+    ring_hand: RingHand,
+    ring: Ring,
+    entry: ChannelMap | None,
+    channels: dict[str, float],
+    unmapped_words: str,
 ) -> None:
     """Draw the channel of a ring, and the button to learn it."""
-    now = unmapped if entry is None else entry.channel
+    current = unmapped_words if entry is None else entry.channel
     width = imgui.get_content_region_avail().x - (_LEARN_EM + 0.5) * imgui.get_font_size()
     widgets.label(ring.words)
     imgui.set_next_item_width(width - widgets.LABEL_EM * imgui.get_font_size())
-    names = [unmapped, *dict.fromkeys([*channels, now])]
-    if imgui.begin_combo(f"##channel of {ring.words}", printable(now)):
+    names = [unmapped_words, *dict.fromkeys([*channels, current])]
+    if imgui.begin_combo(f"##channel of {ring.words}", printable(current)):
         for index, name in enumerate(dict.fromkeys(names)):
             value = f"  {channels[name]:.3g}" if name in channels else ""
-            if imgui.selectable(f"{printable(name)}{value}##{index}", name == now)[0]:
-                hand.map(ring, None if name == unmapped else usual_map(name, ring))
+            if imgui.selectable(f"{printable(name)}{value}##{index}", name == current)[0]:
+                ring_hand.set_map(ring, None if name == unmapped_words else default_map(name, ring))
         imgui.end_combo()
     probe.note(f"channel of {ring.words}")
     imgui.same_line()
-    is_learning = hand.learning is not None and hand.learning.ring is ring
+    is_learning = ring_hand.learning is not None and ring_hand.learning.ring is ring
     # The button extends to the right edge, like the fields above and below.
     words = f"{'done' if is_learning else 'learn'}##{ring.words}"
     if widgets.button(words, f"learn {ring.words}", width=-1):
         if is_learning:
-            hand.end_learning()
+            ring_hand.end_learning()
         else:
-            hand.learn(ring)
+            ring_hand.learn(ring)
 
 
-def _range(hand: RingHand, entry: ChannelMap, unit: str, say: Say) -> None:
+def _range_rows(ring_hand: RingHand, entry: ChannelMap, unit: str, say: Say) -> None:
     """Draw the lens values at the ends of a channel, and the curve between them."""
-    with reported(say):
-        at_low = _end(entry, "first end", entry.at_low, unit, say)
-        at_high = _end(entry, "last end", entry.at_high, unit, say)
+    with report_errors(say):
+        at_low = _end_field(entry, "first end", entry.at_low, unit, say)
+        at_high = _end_field(entry, "last end", entry.at_high, unit, say)
         name = f"bend of {entry.ring.words}"
         bend = widgets.slider(name, entry.bend, 0.2, 5.0, "%.2f", _BEND_TIP)
-        changed = replace(entry, at_low=at_low, at_high=at_high, bend=bend)
-        if changed != entry:
-            hand.map(entry.ring, changed)
+        new_entry = replace(entry, at_low=at_low, at_high=at_high, bend=bend)
+        if new_entry != entry:
+            ring_hand.set_map(entry.ring, new_entry)
 
 
-def _end(entry: ChannelMap, words: str, value: float, unit: str, say: Say) -> float:
-    sent = entry.low if words == "first end" else entry.high
-    widgets.label(words, f"{_ENDS_TIP} The control sends {sent:.3g} here.")
+def _end_field(entry: ChannelMap, words: str, value: float, unit: str, say: Say) -> float:
+    """Draw the field for the lens value at an end of a channel; return the changed value."""
+    sent_value = entry.low if words == "first end" else entry.high
+    widgets.label(words, f"{_ENDS_TIP} The control sends {sent_value:.3g} here.")
     if entry.ring is Ring.FOCUS:
-        shown = format_distance(value, unit)
-        return widgets.text_field(f"{words} of focus", shown, value, parse_distance_m, say)
-    parse = partial(widgets.parse_number, low=0.5, high=2000.0, what=entry.ring.words)
+        value_text = format_distance(value, unit)
+        return widgets.text_field(f"{words} of focus", value_text, value, parse_distance_m, say)
+    parse = partial(widgets.parse_number, low=0.5, high=2000.0, quantity=entry.ring.words)
     return widgets.text_field(f"{words} of {entry.ring.words}", f"{value:.4g}", value, parse, say)

@@ -8,12 +8,12 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.base.outside_text import printable
 from heatlens.media.scene.placing import lacks_placing
 from heatlens.media.scene.scene_bounds import object_names
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.session.scenes.scene_commands import SceneCommands
 from heatlens.studio.session.shot.editing import Editing
 from heatlens.studio.ui import probe, texts, widgets
 
-_OWN = "moved by hand"
+_OWN_CAMERA = "moved by hand"
 _CAMERA_TIP = (
     "The camera of the view, with its lens. In the picture, drag with the right button to orbit "
     "what is in focus, with Ctrl to move sideways; Ctrl and the wheel move nearer."
@@ -22,7 +22,7 @@ _CLIP_TIP = (
     "The animation to play. The shot's frames become those in which something moves. The file is "
     "read again."
 )
-_LINES_LEAST = 3  # smallest height of the list of objects
+_MIN_LINES = 3  # smallest height of the list of objects
 _UP_TIP = "The up axis, which the file does not define."
 _UNIT_TIP = "The length of one unit, which the file does not define. The focus scales with it."
 _UNITS = {1.0: "m", 0.01: "cm", 0.001: "mm", 0.3048: "ft", 0.0254: "in"}
@@ -33,19 +33,19 @@ def scene_panel(scenes: SceneCommands, editing: Editing, say: Callable[[str], No
     """Draw the panel in the current window; a scene must be open."""
     scene = scenes.scene
     assert scene is not None
-    _camera(scenes)
-    _clip(scenes)
-    _keys(scenes, editing)
-    _size(scenes, editing)
+    _camera_row(scenes)
+    _clip_row(scenes)
+    _key_row(scenes, editing)
+    _size_row(scenes, editing)
     if lacks_placing(scene):
-        _placing(scenes)
+        _axis_and_unit_rows(scenes)
     imgui.separator_text("Objects")
     names = object_names(scene)
     if imgui.begin_list_box("##objects", ImVec2(-1, _list_height(len(names)))):
         for index, name in enumerate(names):
-            clicked = _object(printable(name), index, name == scenes.selected)
+            is_clicked = _object_row(printable(name), index, name == scenes.selected)
             probe.note(f"object {name}")
-            if clicked:
+            if is_clicked:
                 scenes.selected = name
         imgui.end_list_box()
     with widgets.disabled(scenes.selected is None):
@@ -53,55 +53,58 @@ def scene_panel(scenes: SceneCommands, editing: Editing, say: Callable[[str], No
             scenes.frame_selected()
         imgui.same_line()
         if widgets.button("Focus on it", "focus on object") and scenes.selected is not None:
-            with reported(say):
+            with report_errors(say):
                 scenes.focus_on(scenes.selected)
         imgui.same_line()
         if widgets.button("Mark it", "mark object") and scenes.selected is not None:
-            with reported(say):
-                scenes.mark(scenes.selected)
+            with report_errors(say):
+                scenes.set_mark(scenes.selected)
     imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
 
 
 def _list_height(count: int) -> float:
     """Return the height of the list in screen units: all objects, or as many as fit."""
     line, style = imgui.get_text_line_height_with_spacing(), imgui.get_style()
-    below = imgui.get_frame_height_with_spacing() + line + style.item_spacing.y
-    room = (imgui.get_content_region_avail().y - below) / line
-    lines = max(min(count, room), _LINES_LEAST)
+    height_below = imgui.get_frame_height_with_spacing() + line + style.item_spacing.y
+    fitting_lines = (imgui.get_content_region_avail().y - height_below) / line
+    lines = max(min(count, fitting_lines), _MIN_LINES)
     return float(lines * line + style.frame_padding.y)
 
 
-def _object(name: str, index: int, is_selected: bool) -> bool:
+def _object_row(name: str, index: int, is_selected: bool) -> bool:
     """Draw the name of an object, cut to fit; return True if it was clicked."""
-    room = imgui.get_content_region_avail().x
-    shown = texts.fitted(name, room)
-    clicked, _ = imgui.selectable(f"{shown}##{index}", is_selected)
-    if shown != name and imgui.is_item_hovered():
+    width = imgui.get_content_region_avail().x
+    fitted_name = texts.fit_text(name, width)
+    is_clicked, _ = imgui.selectable(f"{fitted_name}##{index}", is_selected)
+    if fitted_name != name and imgui.is_item_hovered():
         imgui.set_tooltip(name)
-    return bool(clicked)
+    return bool(is_clicked)
 
 
-def _camera(scenes: SceneCommands) -> None:
+def _camera_row(scenes: SceneCommands) -> None:
+    """Draw the choice of the camera; look through the chosen one."""
     scene, framing = scenes.scene, scenes.framing
     assert scene is not None
     names = [camera.name for camera in scene.cameras]
-    own = [_OWN] if framing.track is not None or not names else []
-    now = _OWN if own else framing.camera or names[0]
-    chosen = widgets.choice("camera", now, [*own, *names], _CAMERA_TIP)
-    if chosen not in (now, _OWN):
-        scenes.look_through(chosen)
+    own_name = [_OWN_CAMERA] if framing.track is not None or not names else []
+    current = _OWN_CAMERA if own_name else framing.camera or names[0]
+    chosen_name = widgets.choice("camera", current, [*own_name, *names], _CAMERA_TIP)
+    if chosen_name not in (current, _OWN_CAMERA):
+        scenes.look_through(chosen_name)
 
 
-def _clip(scenes: SceneCommands) -> None:
+def _clip_row(scenes: SceneCommands) -> None:
+    """Draw the choice of the animation clip, if there are several."""
     clips = scenes.clips
     if not clips.names:
         return
-    chosen = widgets.choice("clip", clips.now, list(clips.names), _CLIP_TIP)
-    if chosen != clips.now:
-        clips.choose(chosen)
+    chosen_name = widgets.choice("clip", clips.current_name, list(clips.names), _CLIP_TIP)
+    if chosen_name != clips.current_name:
+        clips.choose(chosen_name)
 
 
-def _keys(scenes: SceneCommands, editing: Editing) -> None:
+def _key_row(scenes: SceneCommands, editing: Editing) -> None:
+    """Draw the buttons for camera keys, and the frames of the keys."""
     keys = scenes.key_frames
     if widgets.button("Set camera key", "set camera key"):
         scenes.set_key()
@@ -110,21 +113,22 @@ def _keys(scenes: SceneCommands, editing: Editing) -> None:
         if widgets.button("Delete key", "delete camera key"):
             scenes.delete_key()
     if len(keys) > 1:
-        texts.grey_text("keys at " + ", ".join(f"{frame:g}" for frame in keys))
+        texts.gray_text("keys at " + ", ".join(f"{frame:g}" for frame in keys))
 
 
-def _size(scenes: SceneCommands, editing: Editing) -> None:
+def _size_row(scenes: SceneCommands, editing: Editing) -> None:
+    """Draw the choice of the size of the picture."""
     framing = scenes.framing
     sizes = {size: f"{size[0]}x{size[1]}" for size in (*_SIZES, framing.size)}
     width, height = widgets.pick("size", framing.size, sizes, "Pixels of the picture")
     if (width, height) != framing.size:
-        changed = replace(framing, width_px=width, height_px=height)
-        editing.do(replace(editing.shot, framing=changed))
+        new_framing = replace(framing, width_px=width, height_px=height)
+        editing.do(replace(editing.shot, framing=new_framing))
 
 
-def _placing(scenes: SceneCommands) -> None:
-    """Draw the choice of up axis and unit, for files that do not say them."""
+def _axis_and_unit_rows(scenes: SceneCommands) -> None:
+    """Draw the choice of up axis and unit, for files that do not define them."""
     framing = scenes.framing
-    up, now_m = widgets.pick_one("up axis", framing.up_axis, _UP_TIP), framing.meters_per_unit
-    words = _UNITS | {now_m: _UNITS.get(now_m, f"{now_m:g} m")}
-    scenes.place(up, widgets.pick("unit", now_m, words, _UNIT_TIP))
+    up_axis, unit_m = widgets.pick_one("up axis", framing.up_axis, _UP_TIP), framing.meters_per_unit
+    words = _UNITS | {unit_m: _UNITS.get(unit_m, f"{unit_m:g} m")}
+    scenes.set_axis_and_unit(up_axis, widgets.pick("unit", unit_m, words, _UNIT_TIP))

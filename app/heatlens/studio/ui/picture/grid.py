@@ -25,64 +25,67 @@ class Tile:
     words     the label under it
     texture   display values; None before there is a picture
     is_proxy  whether the texture is smaller than the plate
-    is_taken  whether its lens is that of the shot
+    is_current_lens  whether its lens is that of the shot
     """
 
     name: str
     words: str
     texture: Texture | None
     is_proxy: bool
-    is_taken: bool
+    is_current_lens: bool
 
 
 def cells(whole: Viewport, count: int) -> list[Viewport]:
     """Return the cells for `count` pictures: the whole viewport, two columns, or 2 x 2."""
-    across, down = (1 if count < 2 else 2), (1 if count < 3 else 2)
+    column_count, row_count = (1 if count < 2 else 2), (1 if count < 3 else 2)
     (x, y), (width, height) = whole.corner, whole.size
     gap, scale = _GAP_EM * imgui.get_font_size(), whole.framebuffer_scale
-    size = (width - gap * (across - 1)) / across, (height - gap * (down - 1)) / down
+    size = (
+        (width - gap * (column_count - 1)) / column_count,
+        (height - gap * (row_count - 1)) / row_count,
+    )
     corners = [
         (
             round((x + column * (size[0] + gap)) * scale) / scale,
             round((y + row * (size[1] + gap)) * scale) / scale,
         )
-        for row in range(down)
-        for column in range(across)
+        for row in range(row_count)
+        for column in range(column_count)
     ]
     return [Viewport(corner, size, scale) for corner in corners[: max(count, 1)]]
 
 
-def cell_at(places: Sequence[Viewport], point: Point) -> int | None:
+def cell_at(viewports: Sequence[Viewport], point: Point) -> int | None:
     """Return the index of the cell at a window position; None outside of all."""
-    for index, place in enumerate(places):
-        (x, y), (width, height) = place.corner, place.size
+    for index, viewport in enumerate(viewports):
+        (x, y), (width, height) = viewport.corner, viewport.size
         if x <= point[0] < x + width and y <= point[1] < y + height:
             return index
     return None
 
 
-def draw_tiles(tiles: Sequence[Tile], places: Sequence[Viewport], hovered: int | None) -> None:
+def draw_tiles(tiles: Sequence[Tile], viewports: Sequence[Viewport], hovered: int | None) -> None:
     """Draw labels and outlines over the pictures, in the current window."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    for index, (tile, place) in enumerate(zip(tiles, places, strict=True)):
-        (x, y), (width, height) = place.corner, place.size
-        low, high = ImVec2(x, y), ImVec2(x + width, y + height)
-        probe.note_at(f"grid {tile.name or 'now'}", (low.x, low.y, high.x, high.y))
-        draw.push_clip_rect(low, high, True)
-        wide = imgui.calc_text_size(tile.words)
-        at = ImVec2(x + 0.9 * em, high.y - wide.y - 0.8 * em)
+    for index, (tile, viewport) in enumerate(zip(tiles, viewports, strict=True)):
+        (x, y), (width, height) = viewport.corner, viewport.size
+        corner, end = ImVec2(x, y), ImVec2(x + width, y + height)
+        probe.note_at(f"grid {tile.name or 'now'}", (corner.x, corner.y, end.x, end.y))
+        draw.push_clip_rect(corner, end, True)
+        text_size = imgui.calc_text_size(tile.words)
+        text_corner = ImVec2(x + 0.9 * em, end.y - text_size.y - 0.8 * em)
         pad = ImVec2(0.4 * em, 0.2 * em)
         box = (
-            ImVec2(at.x - pad.x, at.y - pad.y),
-            ImVec2(at.x + wide.x + pad.x, at.y + wide.y + pad.y),
+            ImVec2(text_corner.x - pad.x, text_corner.y - pad.y),
+            ImVec2(text_corner.x + text_size.x + pad.x, text_corner.y + text_size.y + pad.y),
         )
         draw.add_rect_filled(*box, theme.OVER_PICTURE.shadow, 3.0)
-        draw.add_text(at, theme.OVER_PICTURE.handle, tile.words)
-        if tile.is_taken or index == hovered:
-            color = theme.OVER_PICTURE.accent if tile.is_taken else theme.OVER_PICTURE.handle
+        draw.add_text(text_corner, theme.OVER_PICTURE.handle, tile.words)
+        if tile.is_current_lens or index == hovered:
+            color = theme.OVER_PICTURE.accent if tile.is_current_lens else theme.OVER_PICTURE.handle
             draw.add_rect(
-                ImVec2(low.x + 1, low.y + 1),
-                ImVec2(high.x - 1, high.y - 1),
+                ImVec2(corner.x + 1, corner.y + 1),
+                ImVec2(end.x - 1, end.y - 1),
                 color,
                 0.0,
                 _FRAME_EM * em,

@@ -1,7 +1,7 @@
-"""Detect that Alt or Ctrl alone is held over the picture: it has a meaning of its own there.
+"""Detect that Alt or Ctrl alone is held over the picture, where the key has its own meaning.
 
-Window managers use Alt+Tab and Alt+F4, and Alt opens menus. It therefore counts only after a
-moment, with no other key down, the pointer over the picture, and the keyboard not grabbed.
+Window managers use Alt+Tab and Alt+F4, and Alt opens menus. A held key therefore counts only after
+a moment, with no other key down, the pointer over the picture, and the keyboard not grabbed.
 """
 
 from collections.abc import Callable
@@ -19,39 +19,42 @@ _KEYS = {
 class HeldAlone:
     """The state of the key, updated once a frame."""
 
-    def __init__(self, held: imgui.Key, together: tuple[imgui.Key, ...] = ()) -> None:
-        """Create it for Alt or Ctrl; the keys of `together` may be pressed at the same time.
+    def __init__(self, modifier: imgui.Key, allowed_keys: tuple[imgui.Key, ...] = ()) -> None:
+        """Watch Alt or Ctrl; the keys of `allowed_keys` may be pressed at the same time.
 
         Set `is_keyboard_taken` on systems where a program can grab the keyboard.
         """
         self.is_keyboard_taken: Callable[[], bool] = lambda: False
-        self._mod = int(held)
-        allowed = (*_KEYS[held], *together)
-        self._others = [it for it in _Key if _Key.tab <= it <= _Key.oem102 and it not in allowed]
-        self._is_over = False
+        self._modifier = int(modifier)
+        allowed = (*_KEYS[modifier], *allowed_keys)
+        self._other_keys = [
+            key for key in _Key if _Key.tab <= key <= _Key.oem102 and key not in allowed
+        ]
+        self._counts = False
         self._since_s: float | None = None  # when it was pressed; None if not held, or not alone
-        self._is_spoilt = False  # another key was pressed since; lasts until it is released
+        self._has_other_key = False  # another key was pressed since; lasts until it is released
 
-    def is_over(self, is_hovered: bool) -> bool:
-        """Return True while it counts as held over the picture; call this once a frame."""
+    def update(self, is_hovered: bool) -> bool:
+        """Return True while the key counts as held over the picture; call this once a frame."""
         io = imgui.get_io()
-        if not io.key_mods & self._mod or io.want_text_input:
-            self._since_s, self._is_spoilt, self._is_over = None, False, False
+        if not io.key_mods & self._modifier or io.want_text_input:
+            self._since_s, self._has_other_key, self._counts = None, False, False
             return False
-        self._is_spoilt |= any(imgui.is_key_down(key) for key in self._others)
-        if self._is_spoilt or not is_hovered:
-            self._since_s, self._is_over = None, False
+        self._has_other_key |= any(imgui.is_key_down(key) for key in self._other_keys)
+        if self._has_other_key or not is_hovered:
+            self._since_s, self._counts = None, False
             return False
         if self._since_s is None:
             self._since_s = imgui.get_time()
-        if not self._is_over and imgui.get_time() - self._since_s >= HOLD_S:
-            self._is_spoilt = self.is_keyboard_taken()  # for example by the window list of Alt+Tab
-            self._is_over = not self._is_spoilt
-        return self._is_over
+        if not self._counts and imgui.get_time() - self._since_s >= HOLD_S:
+            # For example by the window list of Alt+Tab.
+            self._has_other_key = self.is_keyboard_taken()
+            self._counts = not self._has_other_key
+        return self._counts
 
     def seconds_until_needed(self) -> float | None:
-        """Return how many seconds the loop may sleep until it counts; None if nothing is due."""
+        """Return the seconds until the held key counts; None if nothing is due."""
         if self._since_s is None:
             return None
-        left_s = self._since_s + HOLD_S - imgui.get_time()
-        return max(left_s, 0.01) if left_s > 0 else None
+        remaining_s = self._since_s + HOLD_S - imgui.get_time()
+        return max(remaining_s, 0.01) if remaining_s > 0 else None

@@ -15,7 +15,7 @@ from heatlens.studio.ui import probe, theme
 def legend_facts(
     optics: Optics, sharp_px: float, limits_px: tuple[float, ...], depth: DepthReport, unit: str
 ) -> LegendFacts:
-    """Return the numbers of a legend, of a lens before the depth of a plate."""
+    """Return the numbers of a legend for the optics of a lens and the depth of a plate."""
     has_distances = not depth.convention.facts.is_coc
     far_m = math.inf if depth.infinite_count else depth.far_m if has_distances else None
     return LegendFacts(
@@ -32,22 +32,24 @@ def legend_facts(
 def draw_legend(legend: Sequence[Entry], viewport: Viewport, is_right: bool = False) -> None:
     """Draw the legend in the lower left corner of the viewport, or the lower right one."""
     em = imgui.get_font_size()
-    row = 1.35 * em
+    row_height = 1.35 * em
     (x, y), height = viewport.corner, viewport.size[1]
     width = max(imgui.calc_text_size(entry.words).x for entry in legend) + 2.4 * em
-    top = y + height - len(legend) * row - 0.9 * em
+    top = y + height - len(legend) * row_height - 0.9 * em
     draw = imgui.get_window_draw_list()
     left = x + viewport.size[0] - width - 0.6 * em if is_right else x + 0.6 * em
-    low = ImVec2(left, top)
-    high = ImVec2(low.x + width, top + len(legend) * row + 0.3 * em)
-    draw.add_rect_filled(low, high, theme.OVER_PICTURE.shadow, 3.0)
-    probe.note_at("legend", (low.x, low.y, high.x, high.y))
-    for i, entry in enumerate(legend):
-        at = ImVec2(low.x + 0.5 * em, top + i * row + 0.3 * em)
-        swatch = ImVec2(at.x + 0.85 * em, at.y + 0.85 * em)
-        color = theme.packed(entry.color)
-        draw.add_rect_filled(at, swatch, color)
-        draw.add_rect(at, swatch, theme.OVER_PICTURE.window_line)
+    corner = ImVec2(left, top)
+    end = ImVec2(corner.x + width, top + len(legend) * row_height + 0.3 * em)
+    draw.add_rect_filled(corner, end, theme.OVER_PICTURE.shadow, 3.0)
+    probe.note_at("legend", (corner.x, corner.y, end.x, end.y))
+    for index, entry in enumerate(legend):
+        swatch_corner = ImVec2(corner.x + 0.5 * em, top + index * row_height + 0.3 * em)
+        swatch_end = ImVec2(swatch_corner.x + 0.85 * em, swatch_corner.y + 0.85 * em)
+        color = theme.pack_color(entry.color)
+        draw.add_rect_filled(swatch_corner, swatch_end, color)
+        draw.add_rect(swatch_corner, swatch_end, theme.OVER_PICTURE.window_line)
         draw.add_text(
-            ImVec2(at.x + 1.3 * em, at.y - 0.1 * em), theme.OVER_PICTURE.handle, entry.words
+            ImVec2(swatch_corner.x + 1.3 * em, swatch_corner.y - 0.1 * em),
+            theme.OVER_PICTURE.handle,
+            entry.words,
         )

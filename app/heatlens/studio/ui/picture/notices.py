@@ -1,7 +1,7 @@
-"""Draw words over the picture: lessons about the gestures, and the notices of a stream.
+"""Draw texts over the picture: lessons about the gestures, and the notices of a stream.
 
-The lessons are shown over the sample pictures of heatlens; the notices say why nothing, or not the
-newest picture, is shown.
+The lessons are shown over the sample pictures of heatlens. The notices explain why no picture, or
+not the newest picture, is shown.
 """
 
 from collections.abc import Sequence
@@ -14,24 +14,31 @@ from heatlens.studio.session.marks.lessons import Lesson, Lessons
 from heatlens.studio.session.messages import window_words
 from heatlens.studio.ui import probe, texts, theme, widgets
 
-_WIDTH_EM, _LEAST_EM = 28.0, 16.0  # usual and least width of the card; without room it is left out
+_WIDTH_EM, _MIN_WIDTH_EM = (
+    28.0,
+    16.0,
+)  # usual and smallest width of the card, which else is not drawn
 _MARGIN_EM = 0.8  # margin to the edges of the picture's window
-_PART_MOST = 1 / 3  # largest share of the height of the picture
+_MAX_SHARE = 1 / 3  # largest share of the height of the picture
 _HIDE = "Hide"
 
 
 def draw_lessons(lessons: Lessons, viewport: Viewport, is_hidden: bool) -> None:
-    """Draw the lessons not yet learnt at the lower left of the picture, if there is room."""
+    """Draw the remaining lessons at the lower left of the picture, if they fit."""
     left = imgui.MouseButton_.left
     lessons.watch(imgui.is_mouse_dragging(left), imgui.is_mouse_down(left))
     em, (x, y), (width, height) = imgui.get_font_size(), viewport.corner, viewport.size
-    card = min(_WIDTH_EM * em, width - 2 * _MARGIN_EM * em)
-    shown = _with_room(lessons.left, card, _PART_MOST * height) if card > _LEAST_EM * em else ()
-    if is_hidden or not shown:
+    card_width = min(_WIDTH_EM * em, width - 2 * _MARGIN_EM * em)
+    shown_lessons = (
+        _fitting_lessons(lessons.remaining, card_width, _MAX_SHARE * height)
+        if card_width > _MIN_WIDTH_EM * em
+        else ()
+    )
+    if is_hidden or not shown_lessons:
         return
-    at = ImVec2(x + _MARGIN_EM * em, y + height - _MARGIN_EM * em)
-    imgui.set_next_window_pos(at, 0, ImVec2(0.0, 1.0))
-    imgui.set_next_window_size(ImVec2(card, 0.0))
+    corner = ImVec2(x + _MARGIN_EM * em, y + height - _MARGIN_EM * em)
+    imgui.set_next_window_pos(corner, 0, ImVec2(0.0, 1.0))
+    imgui.set_next_window_size(ImVec2(card_width, 0.0))
     imgui.set_next_window_bg_alpha(0.86)
     flags = imgui.WindowFlags_
     imgui.begin(
@@ -39,44 +46,47 @@ def draw_lessons(lessons: Lessons, viewport: Viewport, is_hidden: bool) -> None:
         flags.no_decoration | flags.no_move | flags.no_docking | flags.no_saved_settings
         | flags.no_focus_on_appearing | flags.no_nav | flags.always_auto_resize,
     )  # fmt: skip
-    for lesson in shown:
-        imgui.push_text_wrap_pos(_words_end(card))
+    for lesson in shown_lessons:
+        imgui.push_text_wrap_pos(_text_end(card_width))
         imgui.text(str(lesson))
         imgui.pop_text_wrap_pos()
         probe.note(f"lesson {lesson.name}")
-        if lesson is shown[0]:
-            _hide(lessons, card)
+        if lesson is shown_lessons[0]:
+            _hide_button(lessons, card_width)
     imgui.end()
 
 
-def _hide(lessons: Lessons, card: float) -> None:
+def _hide_button(lessons: Lessons, card_width: float) -> None:
     """Draw the button that hides the lessons, at the right of the first one."""
-    imgui.same_line(card - imgui.get_style().window_padding.x - _hide_width())
+    imgui.same_line(card_width - imgui.get_style().window_padding.x - _hide_width())
     if widgets.small_button(_HIDE, "dismiss lessons"):
         lessons.is_dismissed = True
 
 
-def _with_room(left: Sequence[Lesson], card: float, room: float) -> Sequence[Lesson]:
+def _fitting_lessons(
+    lessons: Sequence[Lesson], card_width: float, max_height: float
+) -> Sequence[Lesson]:
     """Return all remaining lessons, or only the next one if a card with all would be too high.
 
     Return none if even that would cover too much of a small picture.
     """
-    for shown in (left, left[:1]):
-        if _height(shown, card) <= room:
-            return shown
+    for some_lessons in (lessons, lessons[:1]):
+        if _card_height(some_lessons, card_width) <= max_height:
+            return some_lessons
     return ()
 
 
-def _height(shown: Sequence[Lesson], card: float) -> float:
-    style, width = imgui.get_style(), _words_end(card) - imgui.get_style().window_padding.x
-    lines = [imgui.calc_text_size(str(lesson), wrap_width=width).y for lesson in shown]
+def _card_height(lessons: Sequence[Lesson], card_width: float) -> float:
+    """Return the height of a card with these lessons, in screen units."""
+    style, width = imgui.get_style(), _text_end(card_width) - imgui.get_style().window_padding.x
+    lines = [imgui.calc_text_size(str(lesson), wrap_width=width).y for lesson in lessons]
     return sum(lines) + max(len(lines) - 1, 0) * style.item_spacing.y + 2 * style.window_padding.y
 
 
-def _words_end(card: float) -> float:
+def _text_end(card_width: float) -> float:
     """Return the x at which the text ends, left of the button."""
     style = imgui.get_style()
-    return card - style.window_padding.x - _hide_width() - style.item_spacing.x
+    return card_width - style.window_padding.x - _hide_width() - style.item_spacing.x
 
 
 def _hide_width() -> float:
@@ -93,18 +103,20 @@ _LINES = (
 
 
 def draw_waiting(stream: StreamSource) -> None:
-    """Draw in the middle of the window what the stream waits for, and what it could not show."""
-    room, em = imgui.get_content_region_avail(), imgui.get_font_size()
-    width = min(_NOTICE_EM * em, room.x - 2 * em)
-    said = window_words(stream.refusal)
+    """Draw the address of the stream and its last refusal in the middle of the window."""
+    free_size, em = imgui.get_content_region_avail(), imgui.get_font_size()
+    width = min(_NOTICE_EM * em, free_size.x - 2 * em)
+    refusal = window_words(stream.refusal)
     lines = [(f"Listening on {stream.address} ...", theme.OVER_PICTURE.dim)]
-    lines += [(said, theme.OVER_PICTURE.told)] if said else []
+    lines += [(refusal, theme.OVER_PICTURE.message)] if refusal else []
     lines += [(line, theme.OVER_PICTURE.dim) for line in _LINES]
     heights = [imgui.calc_text_size(text, False, width).y for text, _ in lines]
-    y = max(0.5 * (room.y - sum(heights) - em * len(lines)), 0.0)
+    y = max(0.5 * (free_size.y - sum(heights) - em * len(lines)), 0.0)
     corner = imgui.get_cursor_pos()
     for (text, color), height in zip(lines, heights, strict=True):
-        _draw_wrapped(text, color, ImVec2(corner.x + 0.5 * (room.x - width), corner.y + y), width)
+        _draw_wrapped(
+            text, color, ImVec2(corner.x + 0.5 * (free_size.x - width), corner.y + y), width
+        )
         y += height + em
 
 
@@ -116,23 +128,24 @@ class StreamNotice:
 
     def draw(self, stream: StreamSource, viewport: Viewport) -> None:
         """Draw the notice over the top of the picture, if there is one."""
-        said = window_words(stream.refusal)
-        if not said or said == self._dismissed:
+        refusal = window_words(stream.refusal)
+        if not refusal or refusal == self._dismissed:
             return
         em, (x, y), width = imgui.get_font_size(), viewport.corner, viewport.size[0]
         imgui.set_cursor_screen_pos(ImVec2(x + 0.5 * em, y + 0.5 * em))
         imgui.push_style_color(imgui.Col_.child_bg, theme.OVER_PICTURE.shadow)
         flags = imgui.ChildFlags_.auto_resize_y | imgui.ChildFlags_.always_use_window_padding
         imgui.begin_child("stream notice", ImVec2(min(_NOTICE_EM * em, width - em), 0.0), flags)
-        texts.colored_text(said, theme.OVER_PICTURE.told)
+        texts.colored_text(refusal, theme.OVER_PICTURE.message)
         if widgets.small_button("Dismiss", "stream notice"):
-            self._dismissed = said
+            self._dismissed = refusal
         imgui.end_child()
         imgui.pop_style_color()
 
 
-def _draw_wrapped(text: str, color: ImVec4, at: ImVec2, width: float) -> None:
-    imgui.set_cursor_pos(at)
-    imgui.push_text_wrap_pos(at.x + width)
+def _draw_wrapped(text: str, color: ImVec4, corner: ImVec2, width: float) -> None:
+    """Draw text in a color, wrapped to a width, at a position in the window."""
+    imgui.set_cursor_pos(corner)
+    imgui.push_text_wrap_pos(corner.x + width)
     texts.colored_text(text, color)
     imgui.pop_text_wrap_pos()

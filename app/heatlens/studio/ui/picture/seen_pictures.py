@@ -8,7 +8,7 @@ from heatlens.core.model.lens.breathing import plate_ratio
 from heatlens.core.model.lens.lens import Lens, measured_text
 from heatlens.core.model.shot.look import Look
 from heatlens.core.model.view.view import Compare, ViewState
-from heatlens.media.plate.overscan_need import room_of
+from heatlens.media.plate.overscan_need import overscan_ratio
 from heatlens.media.plate.plate import Plate
 from heatlens.render.display.picture_pass import Detail
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, picture_of_b
@@ -16,7 +16,7 @@ from heatlens.render.gpu.device import Texture
 from heatlens.render.preview.shown import Shown
 from heatlens.studio.session.desks import PictureDesk
 from heatlens.studio.session.facts import Facts
-from heatlens.studio.session.pictures.compare_sides import grid_names, is_look_b, look_called
+from heatlens.studio.session.pictures.compare_sides import grid_names, is_look_b, look_named
 from heatlens.studio.session.playing.kept_screen import KeptFrame, KeptScreen
 from heatlens.studio.ui.picture.grid import Pictures, Tile
 
@@ -25,47 +25,55 @@ class SeenPictures:
     """Prepares the pictures for each frame of the window; unchanged ones are reused."""
 
     def __init__(
-        self, facts: Facts, desk: PictureDesk, screen: ScreenPictures, kept: KeptScreen
+        self, facts: Facts, desk: PictureDesk, screen: ScreenPictures, kept_screen: KeptScreen
     ) -> None:
         self._facts, self._desk, self._screen = facts, desk, screen
-        self._kept = kept
+        self._kept_screen = kept_screen
 
-    def now(self) -> Pictures | None:
+    def collect(self) -> Pictures | None:
         """Return the pictures to show; None while there are none."""
-        facts, sides, seen = self._facts, self._desk.sides, self._facts.seen
-        if facts.plate is None or seen is None:
+        facts, sides, lens_picture = self._facts, self._desk.sides, self._facts.shown_picture
+        if facts.plate is None or lens_picture is None:
             return None
         self._screen.with_mipmaps = self._desk.view.zoom < MIPMAPS_UNDER
-        plain = self._plain_view()
-        shown = sides.of_a(plain) or seen
-        view = plain.exposed_through(self._lens_of_a(plain, shown))
+        plain_view = self._plain_view()
+        picture_a = sides.picture_of_a(plain_view) or lens_picture
+        view = plain_view.with_transmission(self._lens_of_a(plain_view, picture_a))
         linear_b = self._linear_b(view)
-        windows = self._kept.windows(seen) or facts.windows()
-        a = self._a(shown, view, linear_b)
-        b = self._b(view, plain, linear_b) or a
-        is_of_method = sides.of_method(view) is not None
-        light_a, light_b = self._lights(shown, view, linear_b, windows[0])
+        windows = self._kept_screen.windows(lens_picture) or facts.windows()
+        a = self._texture_a(picture_a, view, linear_b)
+        b = self._texture_b(view, plain_view, linear_b) or a
+        is_of_method = sides.picture_of_b(view) is not None
+        light_a, light_b = self._lights(picture_a, view, linear_b, windows[0])
         return Pictures(
-            *(a, b, self._detail(shown, seen, view), self._overlay(view, seen), *windows),
+            *(
+                a,
+                b,
+                self._detail(picture_a, lens_picture, view),
+                self._overlay(view, lens_picture),
+                *windows,
+            ),
             facts.plate.pixel_aspect_ratio,
             is_proxy=a.size != (windows[0].width, windows[0].height),
             is_b_proxy=is_of_method and b.size != self._desk.renderer.loaded.color.size,
             has_camera=facts.has_camera,
             frame_ratio=self._frame_ratio(facts.plate),
-            is_a_frame=not (view.depth_of_field or isinstance(shown, KeptFrame)),
+            is_a_frame=not (view.depth_of_field or isinstance(picture_a, KeptFrame)),
             is_b_frame=linear_b is self._desk.renderer.loaded.color,
             light_a=light_a,
             light_b=light_b,
-            light_version=(sides.pictures, facts.plate_version),
+            light_version=(sides.outputs, facts.plate_version),
             has_mipmaps=self._screen.with_mipmaps,
-            tiles=self._tiles(plain, a, windows[0].width),
-            names=(plain.a_look or "now", plain.b_look) if is_look_b(plain) else ("A", "B"),
+            tiles=self._grid_tiles(plain_view, a, windows[0].width),
+            names=(plain_view.a_look or "now", plain_view.b_look)
+            if is_look_b(plain_view)
+            else ("A", "B"),
         )
 
     def pinhole(self) -> Texture:
         """Return the picture without a lens, as the screen shows it."""
         loaded, view = self._desk.renderer.loaded, self._facts.view
-        return self._screen.b(loaded.color, loaded, view.exposed_through(self._facts.lens))
+        return self._screen.b(loaded.color, loaded, view.with_transmission(self._facts.lens))
 
     def _plain_view(self) -> ViewState:
         """Return the view, without depth of field while a held key shows the pinhole picture."""
@@ -73,94 +81,103 @@ class SeenPictures:
         return replace(view, depth_of_field=view.depth_of_field and not is_held_off)
 
     def _linear_b(self, view: ViewState) -> Texture:
-        reference, of_method = self._facts.reference, self._desk.sides.of_method(view)
+        """Return the scene-linear texture of B."""
+        reference, method_picture = self._facts.reference, self._desk.sides.picture_of_b(view)
         texture = None if reference is None else reference.texture
-        return picture_of_b(view, self._desk.renderer.loaded, texture, of_method)
+        return picture_of_b(view, self._desk.renderer.loaded, texture, method_picture)
 
-    def _a(self, shown: Shown, view: ViewState, linear_b: Texture) -> Texture:
-        if isinstance(shown, KeptFrame):
-            return self._kept.texture(shown, view)
-        key = self._desk.sides.pictures, shown
-        return self._screen.a(shown, key, self._desk.renderer.loaded, view, linear_b)
+    def _texture_a(self, picture_a: Shown, view: ViewState, linear_b: Texture) -> Texture:
+        """Return A in the colors of the screen; a difference needs the linear B."""
+        if isinstance(picture_a, KeptFrame):
+            return self._kept_screen.texture(picture_a, view)
+        key = self._desk.sides.outputs, picture_a
+        return self._screen.a(picture_a, key, self._desk.renderer.loaded, view, linear_b)
 
-    def _b(self, view: ViewState, plain: ViewState, linear_b: Texture) -> Texture | None:
-        """Return B as the screen shows it; None if it is not shown."""
+    def _texture_b(
+        self, view: ViewState, plain_view: ViewState, linear_b: Texture
+    ) -> Texture | None:
+        """Return B in the colors of the screen; None if B is not shown."""
         if view.compare not in (Compare.WIPE, Compare.FLIP):
             return None
-        view_of_b = plain.exposed_through(self._lens_of_b(plain))
-        of_method = self._desk.sides.of_method(view)
-        return self._screen.b(linear_b, self._desk.renderer.loaded, view_of_b, of_method)
+        view_of_b = plain_view.with_transmission(self._lens_of_b(plain_view))
+        method_picture = self._desk.sides.picture_of_b(view)
+        return self._screen.b(linear_b, self._desk.renderer.loaded, view_of_b, method_picture)
 
-    def _detail(self, shown: Shown, seen: Shown, view: ViewState) -> Detail | None:
+    def _detail(self, picture_a: Shown, lens_picture: Shown, view: ViewState) -> Detail | None:
         """Return the detail of the plate that a smaller picture lacks; None if it lacks none."""
         is_answering, version = self._desk.live.is_answering, self._facts.plate_version
-        is_of_plate = not (is_answering and seen.plate != version)
-        is_apart = view.compare is Compare.DIFFERENCE or isinstance(shown, KeptFrame)
-        if not view.depth_of_field or not is_of_plate or is_apart:
+        is_of_plate = not (is_answering and lens_picture.plate != version)
+        has_no_detail = view.compare is Compare.DIFFERENCE or isinstance(picture_a, KeptFrame)
+        if not view.depth_of_field or not is_of_plate or has_no_detail:
             return None
-        return self._screen.detail(shown, self._desk.renderer.loaded, view)
+        return self._screen.detail(picture_a, self._desk.renderer.loaded, view)
 
     def _lights(
-        self, shown: Shown, view: ViewState, linear_b: Texture, window: Box
+        self, picture_a: Shown, view: ViewState, linear_b: Texture, window: Box
     ) -> tuple[Texture | None, Texture | None]:
         """Return the light of A and of B, each only if it has the size of the plate."""
-        whole = window.width, window.height
-        light = shown.texture if view.depth_of_field else self._desk.renderer.loaded.color
-        is_whole = light.size == whole and not isinstance(shown, KeptFrame)
-        return light if is_whole else None, linear_b if linear_b.size == whole else None
+        plate_size = window.width, window.height
+        light = picture_a.texture if view.depth_of_field else self._desk.renderer.loaded.color
+        is_plate_size = light.size == plate_size and not isinstance(picture_a, KeptFrame)
+        return light if is_plate_size else None, linear_b if linear_b.size == plate_size else None
 
-    def _lens_of_a(self, view: ViewState, shown: Shown) -> Lens:
-        is_look = self._desk.sides.of_a(view) is shown
-        look = look_called(self._facts.shot, view.a_look) if is_look else None
+    def _lens_of_a(self, view: ViewState, picture_a: Shown) -> Lens:
+        """Return the lens of the picture of A: that of its look, else that of the shot."""
+        is_look = self._desk.sides.picture_of_a(view) is picture_a
+        look = look_named(self._facts.shot, view.a_look) if is_look else None
         return self._facts.lens if look is None else look.lens
 
     def _lens_of_b(self, view: ViewState) -> Lens:
-        look = look_called(self._facts.shot, view.b_look) if is_look_b(view) else None
+        look = look_named(self._facts.shot, view.b_look) if is_look_b(view) else None
         return self._facts.lens if look is None else look.lens
 
-    def _overlay(self, view: ViewState, seen: Shown) -> Texture | None:
+    def _overlay(self, view: ViewState, lens_picture: Shown) -> Texture | None:
+        """Return the overlay over the picture; None if none is shown."""
         facts = self._facts
         if not view.has_overlay or not facts.has_lens:
             return None
         shot, frame = facts.seen_shot, facts.frame
         loaded = self._desk.renderer.loaded
-        return self._screen.overlay(loaded, shot, frame, view, self._kept.uploaded(seen))
+        return self._screen.overlay(
+            loaded, shot, frame, view, self._kept_screen.upload(lens_picture)
+        )
 
     def _frame_ratio(self, plate: Plate) -> float:
         """Return the share of a plate's frame in view; 1 for a scene, which is drawn as framed."""
         if self._facts.has_camera:
             return 1.0
-        return plate_ratio(self._facts.lens, room_of(plate))
+        return plate_ratio(self._facts.lens, overscan_ratio(plate))
 
-    def _tiles(self, view: ViewState, a: Texture, width: int) -> tuple[Tile, ...]:
+    def _grid_tiles(self, view: ViewState, a: Texture, width: int) -> tuple[Tile, ...]:
         """Return the pictures of the grid; nothing if the grid is not shown."""
         if view.compare is not Compare.GRID:
             self._screen.keep_tiles(())
             return ()
         names = grid_names(view, self._facts.shot)
         self._screen.keep_tiles(names)
-        looks = [look_called(self._facts.shot, name) for name in names]
+        looks = [look_named(self._facts.shot, name) for name in names]
         return tuple(
-            Tile("", f"now   {self._words(self._facts.lens)}", a, a.width != width, False)
+            Tile("", f"now   {self._lens_words(self._facts.lens)}", a, a.width != width, False)
             if look is None
-            else self._tile(look, view, width)
+            else self._look_tile(look, view, width)
             for look in looks
         )
 
-    def _tile(self, look: Look, view: ViewState, width: int) -> Tile:
+    def _look_tile(self, look: Look, view: ViewState, width: int) -> Tile:
+        """Return the tile of a look; `width` is that of the whole picture in pixels."""
         sides = self._desk.sides
-        shown = sides.of_look(look.name)
-        words = f"{look.name}   {self._words(look.lens)}"
-        is_taken = self._facts.lens == look.lens
-        if shown is None:
+        picture = sides.picture_of_look(look.name)
+        words = f"{look.name}   {self._lens_words(look.lens)}"
+        is_current_lens = self._facts.lens == look.lens
+        if picture is None:
             words += "   rendering ..."
-        elif sides.is_coming(look.name):
+        elif sides.is_unfinished(look.name):
             words += "   preview, rendering ..."
-        if shown is None:
-            return Tile(look.name, printable(words), None, False, is_taken)
-        texture = self._screen.tile(look.name, shown, view.exposed_through(look.lens))
-        return Tile(look.name, printable(words), texture, texture.width != width, is_taken)
+        if picture is None:
+            return Tile(look.name, printable(words), None, False, is_current_lens)
+        texture = self._screen.tile(look.name, picture, view.with_transmission(look.lens))
+        return Tile(look.name, printable(words), texture, texture.width != width, is_current_lens)
 
-    def _words(self, lens: Lens) -> str:
+    def _lens_words(self, lens: Lens) -> str:
         distance = measured_text(lens, lens.focus_distance_m, self._facts.view.unit)
         return f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}  at {distance}"

@@ -14,10 +14,10 @@ from heatlens.core.model.view.view_geometry import (
     Point,
     ViewGeometry,
     Viewport,
+    desqueezed_shape,
     geometry,
-    panned,
-    shown_shape,
-    zoomed,
+    pan_view,
+    zoom_view,
 )
 from heatlens.render.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.render.display.screen_pictures import MIPMAPS_UNDER
@@ -33,8 +33,8 @@ from heatlens.studio.ui.picture.pixel_values import (
 )
 
 _WHEEL_FACTOR = 1.25  # zoom factor of one wheel notch
-_HANDLE_REACH = 0.6  # em to either side of the wipe line in which it can be dragged
-_NEAREST_FROM = 4.0  # zoom from which pixels are drawn as squares, without filtering
+_WIPE_REACH_EM = 0.6  # em to either side of the wipe line in which it can be dragged
+_SQUARES_FROM_ZOOM = 4.0  # zoom from which pixels are drawn as squares, without filtering
 
 
 @dataclass(frozen=True)
@@ -52,27 +52,31 @@ class ViewportResult:
 class ViewportPanel:
     """Draws the pictures and handles mouse gestures on them."""
 
-    def __init__(self, ctx: Device, place: PictureView) -> None:
-        """Create the panel; it keeps position and zoom of the picture in `place`."""
-        self.place = place
+    def __init__(self, ctx: Device, picture_view: PictureView) -> None:
+        """Create the panel; it keeps position and zoom of the picture in `picture_view`."""
+        self.picture_view = picture_view
         self._pass = PicturePass(ctx)
-        self._placed: list[PlacedPicture] = []
+        self._placed_pictures: list[PlacedPicture] = []
         self._placed_in_frame = -1
         self._values = SideValues(ctx)
         self._gesture: str | None = None  # "pan", "wipe" or "focus" while a button is down
         self.cells: list[Viewport] = []  # cells of the grid; without grid the viewport alone
-        self._cell_under: int | None = None  # index of the cell under the pointer
+        self._hovered_cell: int | None = None  # index of the cell under the pointer
 
     def draw(
-        self, pictures: Pictures, view: ViewState, framebuffer_scale: float, below: float = 0.0
+        self,
+        pictures: Pictures,
+        view: ViewState,
+        framebuffer_scale: float,
+        strip_height: float = 0.0,
     ) -> ViewportResult:
         """Fill the current ImGui window with the picture and handle the mouse.
 
-        A strip of the height `below` stays free under the picture.
+        A strip of `strip_height` screen units stays free under the picture.
         """
         corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
-        size = ImVec2(max(size.x, 8.0), max(size.y - below, 8.0))
-        self._split(
+        size = ImVec2(max(size.x, 8.0), max(size.y - strip_height, 8.0))
+        self._split_into_cells(
             Viewport((corner.x, corner.y), (size.x, size.y), framebuffer_scale), pictures.tiles
         )
         buttons = imgui.ButtonFlags_
@@ -82,31 +86,31 @@ class ViewportPanel:
         tile = self._clicked_tile() if pictures.tiles else None
         focus_px = None
         if camera is None:
-            view, focus_px = self._answer_mouse(view, pictures.shape)
-        self.place.geometry = geometry(view, self.place.viewport, pictures.shape)
-        self._draw(pictures, view, corner, size)
-        hovered = None
+            view, focus_px = self._handle_mouse(view, pictures.shape)
+        self.picture_view.geometry = geometry(view, self.picture_view.viewport, pictures.shape)
+        self._draw_over(pictures, view, corner, size)
+        hovered_px = None
         if imgui.is_item_hovered() or imgui.is_item_active():
             mouse = imgui.get_mouse_pos()
-            hovered = self.place.geometry.pixel_at_window((mouse.x, mouse.y))
+            hovered_px = self.picture_view.geometry.pixel_at_window((mouse.x, mouse.y))
         focus_px = None if pictures.tiles else focus_px
-        return ViewportResult(view, hovered, focus_px, camera, _focus_notches(), tile)
+        return ViewportResult(view, hovered_px, focus_px, camera, _focus_notches(), tile)
 
     @property
     def is_focusing(self) -> bool:
         """True while a drag over the picture moves the focus."""
         return self._gesture == "focus"
 
-    def _split(self, whole: Viewport, tiles: tuple[Tile, ...]) -> None:
-        """Divide the viewport among the tiles; `place` is the cell under the pointer."""
-        self.cells = cells(whole, len(tiles))
+    def _split_into_cells(self, whole_viewport: Viewport, tiles: tuple[Tile, ...]) -> None:
+        """Divide the viewport among the tiles; `picture_view` gets the cell under the pointer."""
+        self.cells = cells(whole_viewport, len(tiles))
         mouse = imgui.get_mouse_pos()
-        self._cell_under = cell_at(self.cells, (mouse.x, mouse.y))
-        self.place.viewport = self.cells[self._cell_under or 0]
+        self._hovered_cell = cell_at(self.cells, (mouse.x, mouse.y))
+        self.picture_view.viewport = self.cells[self._hovered_cell or 0]
 
     def _clicked_tile(self) -> int | None:
         is_clicked = imgui.is_item_hovered() and imgui.is_mouse_clicked(imgui.MouseButton_.left)
-        return self._cell_under if is_clicked else None
+        return self._hovered_cell if is_clicked else None
 
     def _camera_drag(self) -> CameraDrag | None:
         """Return the movement of the scene's camera in this frame.
@@ -114,7 +118,7 @@ class ViewportPanel:
         A right drag orbits around the point in focus, Ctrl+right drag moves sideways, and
         Ctrl+wheel dollies.
         """
-        io, height = imgui.get_io(), self.place.viewport.size[1]
+        io, height = imgui.get_io(), self.picture_view.viewport.size[1]
         if io.key_ctrl and io.mouse_wheel and imgui.is_item_hovered():
             return CameraDrag("dolly", down=io.mouse_wheel)
         if not (imgui.is_item_active() and imgui.is_mouse_down(imgui.MouseButton_.right)):
@@ -125,132 +129,149 @@ class ViewportPanel:
     def paint(self, target: Framebuffer, screen_px: tuple[int, int]) -> None:
         """Draw the pictures of this frame; call this before ImGui draws over them."""
         if self._placed_in_frame == imgui.get_frame_count():
-            self._pass.run(self._placed, target, screen_px)
+            self._pass.run(self._placed_pictures, target, screen_px)
 
     def place_alone(self, pictures: Pictures, view: ViewState, size_px: tuple[int, int]) -> None:
         """Place the whole picture without overlays in a target of its own, for `paint`.
 
         A comparison is shown as in the window, but zoom and overlays are ignored.
         """
-        whole = replace(view, zoom=None, center_px=None)
+        fitted_view = replace(view, zoom=None, center_px=None)
         size = float(size_px[0]), float(size_px[1])
         self.cells = cells(Viewport((0.0, 0.0), size), len(pictures.tiles))
-        self.place.viewport = self.cells[0]
-        self.place.geometry = geometry(whole, self.place.viewport, pictures.shape)
-        self._place_pictures(replace(pictures, overlay=None), whole)
+        self.picture_view.viewport = self.cells[0]
+        self.picture_view.geometry = geometry(
+            fitted_view, self.picture_view.viewport, pictures.shape
+        )
+        self._place_pictures(replace(pictures, overlay=None), fitted_view)
 
-    def place_over(self, placed: Iterable[PlacedPicture]) -> None:
+    def place_over(self, pictures: Iterable[PlacedPicture]) -> None:
         """Add pictures over those already placed for `paint`."""
-        self._placed += placed
+        self._placed_pictures += pictures
 
-    def _answer_mouse(
+    def _handle_mouse(
         self, view: ViewState, shape: PictureShape
     ) -> tuple[ViewState, tuple[int, int] | None]:
+        """Handle wheel, pan, wipe and click; return the new view, and the pixel to focus on."""
         io, mouse = imgui.get_io(), imgui.get_mouse_pos()
-        at = (mouse.x, mouse.y)
+        pointer = (mouse.x, mouse.y)
         if imgui.is_item_hovered() and io.mouse_wheel and not io.key_shift:
             factor = _WHEEL_FACTOR**io.mouse_wheel
-            view = zoomed(view, self.place.viewport, shape, factor, at)
+            view = zoom_view(view, self.picture_view.viewport, shape, factor, pointer)
         if not imgui.is_item_active():
             self._gesture = None
             return view, None
-        now = geometry(view, self.place.viewport, shape)
+        current_geometry = geometry(view, self.picture_view.viewport, shape)
         if self._gesture is None:
-            self._gesture = self._gesture_at(view, shape, now, at)
+            self._gesture = self._gesture_at(view, shape, current_geometry, pointer)
         if self._gesture == "pan":
-            by = (io.mouse_delta.x, io.mouse_delta.y)
-            return (panned(view, self.place.viewport, shape, by) if any(by) else view), None
+            movement = (io.mouse_delta.x, io.mouse_delta.y)
+            return (
+                pan_view(view, self.picture_view.viewport, shape, movement)
+                if any(movement)
+                else view
+            ), None
         if self._gesture == "wipe":
-            wipe = now.picture_at_window(at)[0] / shape.width_px
+            wipe = current_geometry.picture_at_window(pointer)[0] / shape.width_px
             return replace(view, wipe=min(max(wipe, 0.0), 1.0)), None
-        return view, now.pixel_at_window(at)
+        return view, current_geometry.pixel_at_window(pointer)
 
     def _gesture_at(
-        self, view: ViewState, shape: PictureShape, now: ViewGeometry, at: Point
+        self, view: ViewState, shape: PictureShape, current_geometry: ViewGeometry, pointer: Point
     ) -> str:
         """Return the gesture that a mouse button begins at a position: pan, wipe or focus."""
         if not imgui.is_mouse_down(imgui.MouseButton_.left):
             return "pan"
-        reach = _HANDLE_REACH * imgui.get_font_size()
-        if view.compare is Compare.WIPE and abs(at[0] - self._wipe_x(view, shape, now)) <= reach:
+        reach = _WIPE_REACH_EM * imgui.get_font_size()
+        if (
+            view.compare is Compare.WIPE
+            and abs(pointer[0] - self._wipe_x(view, shape, current_geometry)) <= reach
+        ):
             return "wipe"
         return "focus"
 
-    def _wipe_x(self, view: ViewState, shape: PictureShape, now: ViewGeometry) -> float:
+    def _wipe_x(
+        self, view: ViewState, shape: PictureShape, current_geometry: ViewGeometry
+    ) -> float:
         """Return the x of the wipe line in screen units, on a whole screen pixel."""
-        scale = self.place.viewport.framebuffer_scale
-        x = now.window_at_picture((view.wipe * shape.width_px, 0.0))[0]
+        scale = self.picture_view.viewport.framebuffer_scale
+        x = current_geometry.window_at_picture((view.wipe * shape.width_px, 0.0))[0]
         return math.floor(x * scale + 0.5) / scale
 
-    def _draw(self, pictures: Pictures, view: ViewState, corner: ImVec2, size: ImVec2) -> None:
+    def _draw_over(self, pictures: Pictures, view: ViewState, corner: ImVec2, size: ImVec2) -> None:
+        """Place the pictures for `paint`, and draw grid, values, wipe and labels over them."""
         draw = imgui.get_window_draw_list()
         end = ImVec2(corner.x + size.x, corner.y + size.y)
         self._place_pictures(pictures, view)
         if imgui.internal.get_current_window().skip_items:  # the window is hidden
-            self._placed = []
+            self._placed_pictures = []
         draw.push_clip_rect(corner, end, True)
-        draw_display_window(self.place, pictures)
+        draw_display_window(self.picture_view, pictures)
         if view.pixel_grid and not pictures.tiles:
-            draw_pixel_grid(self.place, pictures.shape)
+            draw_pixel_grid(self.picture_view, pictures.shape)
         if view.pixel_values:
-            line = self._wipe_x(view, pictures.shape, self.place.geometry)
-            self._values.draw(pictures, view.compare, line, self.place)
+            line = self._wipe_x(view, pictures.shape, self.picture_view.geometry)
+            self._values.draw(pictures, view.compare, line, self.picture_view)
         if view.compare is Compare.WIPE:
-            x = self._wipe_x(view, pictures.shape, self.place.geometry)
-            draw_wipe_handle(x, self.place.viewport, pictures.names)
+            x = self._wipe_x(view, pictures.shape, self.picture_view.geometry)
+            draw_wipe_handle(x, self.picture_view.viewport, pictures.names)
         draw.pop_clip_rect()
         if pictures.tiles:
-            draw_tiles(pictures.tiles, self.cells, self._cell_under)
+            draw_tiles(pictures.tiles, self.cells, self._hovered_cell)
 
     def _place_pictures(self, pictures: Pictures, view: ViewState) -> None:
-        self._placed, self._placed_in_frame = [], imgui.get_frame_count()
-        near = self.place.zoom >= _NEAREST_FROM or (
-            self.place.zoom == 1.0 and shown_shape(view, pictures.shape).pixel_aspect == 1.0
+        """Place A, B or the tiles, as the view compares them, and the overlay."""
+        self._placed_pictures, self._placed_in_frame = [], imgui.get_frame_count()
+        is_nearest = self.picture_view.zoom >= _SQUARES_FROM_ZOOM or (
+            self.picture_view.zoom == 1.0
+            and desqueezed_shape(view, pictures.shape).pixel_aspect == 1.0
         )
-        clip = self._clip()
-        near_b = near and not pictures.is_b_proxy
+        clip = self._clip_box()
+        is_nearest_b = is_nearest and not pictures.is_b_proxy
         if pictures.tiles:
-            self._place_tiles(pictures, view, near)
+            self._place_tiles(pictures, view, is_nearest)
         elif view.compare is Compare.FLIP:
-            self._place(pictures.b, pictures, near_b, clip)
+            self._place(pictures.b, pictures, is_nearest_b, clip)
         elif view.compare is Compare.WIPE:
-            x = self._wipe_x(view, pictures.shape, self.place.geometry)
-            line = round(x * self.place.viewport.framebuffer_scale)
-            self._place_a(pictures, near, replace(clip, x1=min(line, clip.x1)))
+            x = self._wipe_x(view, pictures.shape, self.picture_view.geometry)
+            line = round(x * self.picture_view.viewport.framebuffer_scale)
+            self._place_a(pictures, is_nearest, replace(clip, x1=min(line, clip.x1)))
             right = replace(clip, x0=max(line, clip.x0))
-            self._place(pictures.b, pictures, near_b, right)
+            self._place(pictures.b, pictures, is_nearest_b, right)
             if pictures.is_b_frame:
-                self._show_as_the_lens(pictures, right)
+                self._crop_last_as_lens(pictures, right)
         else:
-            self._place_a(pictures, near, clip)
+            self._place_a(pictures, is_nearest, clip)
         is_covered = view.compare in (Compare.FLIP, Compare.GRID)
         if pictures.overlay is not None and not is_covered:
             self._place_overlay(pictures.overlay, pictures, clip)
 
-    def _place_tiles(self, pictures: Pictures, view: ViewState, near: bool) -> None:
+    def _place_tiles(self, pictures: Pictures, view: ViewState, is_nearest_zoom: bool) -> None:
         """Place each picture of the grid in its cell, all with the same zoom and pan."""
-        before = self.place.viewport, self.place.geometry
+        old_placement = self.picture_view.viewport, self.picture_view.geometry
         for tile, cell in zip(pictures.tiles, self.cells, strict=True):
-            self.place.viewport = cell
-            self.place.geometry = geometry(view, cell, pictures.shape)
+            self.picture_view.viewport = cell
+            self.picture_view.geometry = geometry(view, cell, pictures.shape)
             if tile.texture is not None:
-                is_nearest = near and not tile.is_proxy
-                self._place(tile.texture, pictures, is_nearest, self._clip())
-        self.place.viewport, self.place.geometry = before
+                is_nearest = is_nearest_zoom and not tile.is_proxy
+                self._place(tile.texture, pictures, is_nearest, self._clip_box())
+        self.picture_view.viewport, self.picture_view.geometry = old_placement
 
-    def _clip(self) -> Box:
-        (x, y), (width, height) = self.place.viewport.corner, self.place.viewport.size
-        scale = self.place.viewport.framebuffer_scale
+    def _clip_box(self) -> Box:
+        """Return the screen pixels of the viewport."""
+        (x, y), (width, height) = self.picture_view.viewport.corner, self.picture_view.viewport.size
+        scale = self.picture_view.viewport.framebuffer_scale
         x1, y1 = math.floor((x + width) * scale), math.floor((y + height) * scale)
         return Box(math.ceil(x * scale), math.ceil(y * scale), x1, y1)
 
-    def _place_a(self, pictures: Pictures, near: bool, clip: Box) -> None:
+    def _place_a(self, pictures: Pictures, is_nearest: bool, clip: Box) -> None:
+        """Place A with its detail; crop it if it is the whole plate."""
         detail = pictures.detail
-        self._place(pictures.a, pictures, near and not pictures.is_proxy, clip, detail=detail)
+        self._place(pictures.a, pictures, is_nearest and not pictures.is_proxy, clip, detail=detail)
         if pictures.is_a_frame:
-            self._show_as_the_lens(pictures, clip)
+            self._crop_last_as_lens(pictures, clip)
         if detail is not None:
-            self._set_filter(detail.plate, pictures, near)
+            self._set_filter(detail.plate, pictures, is_nearest)
             self._set_filter(detail.coarse, pictures, False)
 
     def _place(
@@ -262,41 +283,44 @@ class ViewportPanel:
         is_opaque: bool = True,
         detail: Detail | None = None,
     ) -> None:
+        """Place a texture over the data window, for `paint`."""
         self._set_filter(texture, pictures, is_nearest)
         data, display = pictures.data_window, pictures.display_window
-        first = self._screen_at((data.x0 - display.x0, data.y0 - display.y0))
-        last = self._screen_at((data.x1 - display.x0, data.y1 - display.y0))
-        self._placed.append(
+        first = self._screen_point((data.x0 - display.x0, data.y0 - display.y0))
+        last = self._screen_point((data.x1 - display.x0, data.y1 - display.y0))
+        self._placed_pictures.append(
             PlacedPicture(texture, first, last, clip, is_nearest, is_opaque, detail)
         )
 
     def _place_overlay(self, overlay: Texture, pictures: Pictures, clip: Box) -> None:
         """Place an overlay of the whole plate, cropped as the lens shows the plate."""
         self._place(overlay, pictures, True, clip, is_opaque=False)
-        self._show_as_the_lens(pictures, clip)
+        self._crop_last_as_lens(pictures, clip)
 
-    def _show_as_the_lens(self, pictures: Pictures, clip: Box) -> None:
+    def _crop_last_as_lens(self, pictures: Pictures, clip: Box) -> None:
         """Enlarge and crop the picture placed last by `frame_ratio`, as the breathing lens does."""
         if pictures.frame_ratio == 1.0:
             return
-        whole, ratio = self._placed.pop(), pictures.frame_ratio
-        x, y = self._screen_at(pictures.shape.middle_px)
-        (x0, y0), (x1, y1) = whole.first, whole.last
+        last_picture, ratio = self._placed_pictures.pop(), pictures.frame_ratio
+        x, y = self._screen_point(pictures.shape.middle_px)
+        (x0, y0), (x1, y1) = last_picture.first, last_picture.last
         first = x + (x0 - x) / ratio, y + (y0 - y) / ratio
         last = x + (x1 - x) / ratio, y + (y1 - y) / ratio
         clip = clip.intersection(Box(round(x0), round(y0), round(x1), round(y1)))
-        self._placed.append(replace(whole, first=first, last=last, clip=clip))
+        self._placed_pictures.append(replace(last_picture, first=first, last=last, clip=clip))
 
-    def _screen_at(self, point: Point) -> Point:
-        x, y = self.place.geometry.window_at_picture(point)
-        scale = self.place.viewport.framebuffer_scale
+    def _screen_point(self, point: Point) -> Point:
+        """Return where a point of the picture lies, in screen pixels."""
+        x, y = self.picture_view.geometry.window_at_picture(point)
+        scale = self.picture_view.viewport.framebuffer_scale
         return x * scale, y * scale
 
-    def _set_filter(self, texture: Texture, pictures: Pictures, nearest: bool) -> None:
-        texels = self.place.zoom * pictures.data_window.height / texture.height
-        if nearest:
+    def _set_filter(self, texture: Texture, pictures: Pictures, is_nearest: bool) -> None:
+        """Draw texels as squares, or choose mipmaps or linear filtering by their size."""
+        texel_px = self.picture_view.zoom * pictures.data_window.height / texture.height
+        if is_nearest:
             texture.sampling = Sampling.NEAREST
-        elif texels < MIPMAPS_UNDER:
+        elif texel_px < MIPMAPS_UNDER:
             if not pictures.has_mipmaps:
                 texture.build_mipmaps()
             texture.sampling = Sampling.MIPMAPPED

@@ -16,23 +16,26 @@ from heatlens.core.model.marks.marks import DistanceMark
 from heatlens.core.model.shot.lens_parameter import LensParameter
 from heatlens.core.model.shot.shot import Shot
 from heatlens.studio.session.desks import TimeDesk
-from heatlens.studio.session.keys.key_choice import Chosen, KeyId, key_of, moved
-from heatlens.studio.session.keys.key_drag import Places, nearest
+from heatlens.studio.session.keys.key_choice import KeyId, KeySelection, key_of, move_keys
+from heatlens.studio.session.keys.key_drag import KeyPositions, nearest_key
 from heatlens.studio.session.live.pull_recording import RecordingState
 from heatlens.studio.session.time.focus_track import Sample
 from heatlens.studio.ui import probe, theme
 from heatlens.studio.ui.probe import Rect
-from heatlens.studio.ui.timeline.curve_axis import AXES, CurveAxis, raised
-from heatlens.studio.ui.timeline.curve_handles import Heights, curve_handles
-from heatlens.studio.ui.timeline.dope_sheet import draw_keys, hold_keys, stretch_grips
-from heatlens.studio.ui.timeline.recording_row import draw_recorded, recorded_places
+from heatlens.studio.ui.timeline.curve_axis import AXES, CurveAxis, raise_keys
+from heatlens.studio.ui.timeline.curve_handles import Heights, draw_handles
+from heatlens.studio.ui.timeline.dope_sheet import draw_keys, handle_key_drag, stretch_grips
+from heatlens.studio.ui.timeline.recording_row import draw_recorded, recorded_range
 from heatlens.studio.ui.timeline.view import TimelineView, TimeScale
 
-_SAMPLE_PX, _ROOM = 4.0, 0.12
-_GRIP_EM = 1.4  # room at the edges for the grip of the chosen keys
-_ZOOM, _ZOOM_LEAST = 1.25, 0.1  # zoom factor of one notch; smallest range, as a share of the usual
+_SAMPLE_PX, _MARGIN_SHARE = 4.0, 0.12
+_GRIP_MARGIN_EM = 1.4  # space at the edges for the grip of the selected keys
+_ZOOM, _MIN_ZOOM_SHARE = (
+    1.25,
+    0.1,
+)  # zoom factor of one notch; smallest range, as a share of the usual
 _NAME_GAP = 0.5  # em
-_STILL_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
+_MIN_DRAG_PX = 3.0  # a smaller vertical movement of the mouse does not change the value of a key
 Line = Sequence[tuple[float, float]]  # (frame, place on the axis)
 
 
@@ -40,108 +43,122 @@ def curve_editor(
     desk: TimeDesk, view: TimelineView, unit: str, scale: TimeScale, corner: ImVec2, height: float
 ) -> None:
     """Draw the editor at `corner`, its labels left of `scale`, and apply the mouse."""
-    axis = AXES[desk.keys.rows.curve_of]
+    axis = AXES[desk.keys.rows.curve_parameter]
     count = max(int(scale.width / _SAMPLE_PX), 2)
     line = view.line.points(desk.editing.shot, axis, scale.first, scale.last, count)
-    sharp = _sharp(desk, view, scale, count)
+    samples = _focus_samples(desk, view, scale, count)
     is_recording = desk.recording.state is RecordingState.RECORDING
     if (
         view.heights is None or is_recording or not imgui.is_any_item_active()
-    ):  # during a drag the range stays, so that the key stays under the pointer
-        view.heights = view.zoomed or _ends(desk, axis, line, sharp, view.frames_all)
+    ):  # during a drag the range stays, and the key stays under the pointer
+        view.heights = view.zoom_range or _visible_places(
+            desk, axis, line, samples, view.fits_marks
+        )
     heights = Heights(*view.heights, corner.y, height)
-    _draw_ground(unit, axis, scale, heights)
-    _draw_sharp(scale, heights, sharp)
+    _draw_background(unit, axis, scale, heights)
+    _draw_sharp_range(scale, heights, samples)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
         draw_recorded(desk.recording, scale, heights)
     _draw_line(scale, heights, line, theme.colors.accent, 0.12)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
         _draw_marks(desk, scale, heights)
-    curve_handles(desk, axis, scale, heights)
-    places = _places(desk.editing.shot, axis, scale, heights)
+    draw_handles(desk, axis, scale, heights)
+    key_positions = _key_positions(desk.editing.shot, axis, scale, heights)
 
-    def move(shot: Shot, chosen: Chosen, frames: int, up: float) -> tuple[Shot, Chosen]:
-        higher = up / heights.per_place if abs(up) > _STILL_PX else 0.0
-        return moved(raised(shot, chosen, axis, higher), chosen, frames)
+    def move(
+        shot: Shot, selection: KeySelection, frames: int, up: float
+    ) -> tuple[Shot, KeySelection]:
+        place_change = up / heights.px_per_place if abs(up) > _MIN_DRAG_PX else 0.0
+        return move_keys(raise_keys(shot, selection, axis, place_change), selection, frames)
 
     stretch_grips(view.stretch, scale, corner.y, height)
-    hold_keys(view.drag, scale, corner.y, height, places, move)
-    draw_keys(desk, view.drag, scale, places, corner.y, height)
-    _draw_value(desk, view, places, scale, unit)
-    _answer_pointer(view, axis, scale, heights)
+    handle_key_drag(view.drag, scale, corner.y, height, key_positions, move)
+    draw_keys(desk, view.drag, scale, key_positions, corner.y, height)
+    _draw_value(desk, view, key_positions, scale, unit)
+    _handle_pointer(view, axis, scale, heights)
 
 
-def _answer_pointer(
+def _handle_pointer(
     view: TimelineView, axis: CurveAxis, scale: TimeScale, heights: Heights
 ) -> None:
-    """Note that the pointer is over the curve; Alt and the wheel zoom the values there."""
+    """Note whether the pointer is over the curve; zoom the values with Alt and the wheel."""
     io = imgui.get_io()
-    is_here = imgui.is_mouse_hovering_rect(*_corners(scale, heights))
-    view.pointed_at = is_here and imgui.is_window_hovered()
-    if view.pointed_at and io.key_alt and io.mouse_wheel:
-        middle, factor = heights.place_at(io.mouse_pos.y), _ZOOM**-io.mouse_wheel
-        low = max(middle + (heights.low - middle) * factor, axis.least)
-        high = middle + (heights.high - middle) * factor
-        view.zoomed = low, max(high, low + _ZOOM_LEAST * axis.span_least)
+    is_hovered = imgui.is_mouse_hovering_rect(*_corners(scale, heights))
+    view.is_hovered = is_hovered and imgui.is_window_hovered()
+    if view.is_hovered and io.key_alt and io.mouse_wheel:
+        pointer_place, factor = heights.place_at(io.mouse_pos.y), _ZOOM**-io.mouse_wheel
+        low = max(pointer_place + (heights.top_place - pointer_place) * factor, axis.top_place)
+        high = pointer_place + (heights.bottom_place - pointer_place) * factor
+        view.zoom_range = low, max(high, low + _MIN_ZOOM_SHARE * axis.min_span)
 
 
 def _draw_value(
-    desk: TimeDesk, view: TimelineView, places: Places, scale: TimeScale, unit: str
+    desk: TimeDesk, view: TimelineView, key_positions: KeyPositions, scale: TimeScale, unit: str
 ) -> None:
-    """Draw the value beside the key that is dragged or pointed at."""
+    """Draw the value beside the key that is dragged or under the pointer."""
     mouse, em = imgui.get_mouse_pos(), imgui.get_font_size()
-    held = {key: at for key, at in places.items() if key in desk.keys.chosen}
-    is_dragged = view.drag.is_holding and held and view.drag.box_from is None
+    selected_positions = {
+        key: position for key, position in key_positions.items() if key in desk.keys.selection
+    }
+    is_dragged = view.drag.is_dragging and selected_positions and view.drag.box_corner is None
     reach = math.inf if is_dragged else em * imgui.is_window_hovered()
-    key_id = nearest((mouse.x, mouse.y), held if is_dragged else places, reach)
+    key_id = nearest_key(
+        (mouse.x, mouse.y), selected_positions if is_dragged else key_positions, reach
+    )
     key = None if key_id is None else key_of(desk.editing.shot, key_id)
     if key_id is None or not isinstance(key, Key):
         return
-    axis, (x, y) = AXES[desk.keys.rows.curve_of], places[key_id]
-    words = axis.words(key.value, unit)
+    axis, (x, y) = AXES[desk.keys.rows.curve_parameter], key_positions[key_id]
+    words = axis.format_value(key.value, unit)
     width = imgui.calc_text_size(words).x + 0.6 * em
     x += -0.7 * em - width if x + 0.7 * em + width > scale.x + scale.width else 0.7 * em
-    low, high = ImVec2(x, y - 0.6 * em), ImVec2(x + width, y + 0.6 * em)
+    box_corner, box_end = ImVec2(x, y - 0.6 * em), ImVec2(x + width, y + 0.6 * em)
     draw = imgui.get_window_draw_list()
-    draw.add_rect_filled(low, high, theme.colors.mark, 3.0)
+    draw.add_rect_filled(box_corner, box_end, theme.colors.mark, 3.0)
     draw.add_text(ImVec2(x + 0.3 * em, y - 0.5 * em), theme.colors.on_accent, words)
-    probe.note_at("value beside the key", (low.x, low.y, high.x, high.y))
+    probe.note_at("value beside the key", (box_corner.x, box_corner.y, box_end.x, box_end.y))
 
 
-def _sharp(desk: TimeDesk, view: TimelineView, scale: TimeScale, count: int) -> tuple[Sample, ...]:
+def _focus_samples(
+    desk: TimeDesk, view: TimelineView, scale: TimeScale, count: int
+) -> tuple[Sample, ...]:
     """Return the depth of field at `count` times; nothing if another parameter is shown."""
-    if desk.keys.rows.curve_of is not LensParameter.FOCUS_DISTANCE:
+    if desk.keys.rows.curve_parameter is not LensParameter.FOCUS_DISTANCE:
         return ()
     return view.track.samples(desk.editing.shot, scale.first, scale.last, count)
 
 
-def _ends(
-    desk: TimeDesk, axis: CurveAxis, line: Line, sharp: tuple[Sample, ...], frames_all: bool
+def _visible_places(
+    desk: TimeDesk, axis: CurveAxis, line: Line, samples: tuple[Sample, ...], frames_all: bool
 ) -> tuple[float, float]:
     """Return the visible range of places: keys and curve, and the depth of field near them.
 
-    With `frames_all`, or where there are no keys, the marks lie in it too.
+    With `frames_all`, or if there are no keys, the range includes the marks too.
     """
     keys = desk.editing.shot.curves.of(axis.parameter).keys
     places = [place for _, place in line] + [axis.place_of(key.value) for key in keys]
-    places += recorded_places(desk.recording) if sharp else []
-    places += _mark_places(desk) if sharp and (frames_all or not keys) else []
+    places += recorded_range(desk.recording) if samples else []
+    places += _mark_places(desk) if samples and (frames_all or not keys) else []
     low, high = min(places), max(places)
-    band = max((sample.near - sample.focus for sample in sharp), default=0.0)
-    span = high - low + 2 * min(band, high - low + axis.span_least)
-    span = max(span, axis.span_least)
-    middle = (low + high) / 2
-    low = max(middle - span * (0.5 + _ROOM), axis.least)
-    return low, max(middle + span * (0.5 + _ROOM), low + axis.span_least)
+    range_dioptres = max((sample.near - sample.focus for sample in samples), default=0.0)
+    span = high - low + 2 * min(range_dioptres, high - low + axis.min_span)
+    span = max(span, axis.min_span)
+    center = (low + high) / 2
+    low = max(center - span * (0.5 + _MARGIN_SHARE), axis.top_place)
+    return low, max(center + span * (0.5 + _MARGIN_SHARE), low + axis.min_span)
 
 
 def _mark_places(desk: TimeDesk) -> list[float]:
-    places = [1.0 / m.distance_m for m in desk.editing.shot.marks if isinstance(m, DistanceMark)]
+    """Return the distances of all marks at all known frames, as places of the focus axis."""
+    places = [
+        1.0 / mark.distance_m for mark in desk.editing.shot.marks if isinstance(mark, DistanceMark)
+    ]
     lines = [line for track in desk.mark_tracks() for line in track.lines]
     return places + [place for line in lines for _, place in line]
 
 
-def _places(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> Places:
+def _key_positions(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> KeyPositions:
+    """Return the screen positions of the keys of a parameter."""
     return {
         KeyId(axis.parameter, key.frame): (
             scale.x_at(key.frame),
@@ -151,17 +168,20 @@ def _places(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> 
     }
 
 
-def _draw_ground(unit: str, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
+def _draw_background(unit: str, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
+    """Draw the background with the labeled values of the axis."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
     draw.add_rect_filled(corner, end, theme.colors.groove)
     last_y = end.y + em
-    for value in axis.visible_labels(heights.low, heights.high, 1.1 * em / heights.per_place):
+    for value in axis.visible_labels(
+        heights.top_place, heights.bottom_place, 1.1 * em / heights.px_per_place
+    ):
         y = heights.y_at(axis.place_of(value))
         if last_y - y >= 1.1 * em and y <= end.y - 0.5 * em:
-            text = axis.words(value, unit)
-            left = scale.x - 0.5 * em - imgui.calc_text_size(text).x
-            draw.add_text(ImVec2(left, max(y - 0.5 * em, corner.y)), theme.colors.text_dim, text)
+            text = axis.format_value(value, unit)
+            text_x = scale.x - 0.5 * em - imgui.calc_text_size(text).x
+            draw.add_text(ImVec2(text_x, max(y - 0.5 * em, corner.y)), theme.colors.text_dim, text)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.colors.played)
             last_y = y
 
@@ -171,18 +191,18 @@ def _corners(scale: TimeScale, heights: Heights) -> tuple[ImVec2, ImVec2]:
     return ImVec2(scale.x, heights.y), end
 
 
-def _points(
+def _screen_points(
     scale: TimeScale, heights: Heights, places: Iterable[tuple[float, float]]
 ) -> Iterator[ImVec2]:
-    """Return screen positions."""
+    """Return the screen positions of points (frame, place)."""
     return (ImVec2(scale.x_at(frame), heights.line_y(place)) for frame, place in places)
 
 
-def _draw_sharp(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...]) -> None:
+def _draw_sharp_range(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...]) -> None:
     """Draw the depth of field as a band between its limits."""
     draw = imgui.get_window_draw_list()
     draw.push_clip_rect(*_corners(scale, heights), True)
-    smooth, draw.flags = draw.flags, 0  # or each seam between two quads would be drawn twice
+    old_flags, draw.flags = draw.flags, 0  # or each seam between two quads would be drawn twice
     for a, b in pairwise(samples):
         x0, x1 = scale.x_at(a.frame), scale.x_at(b.frame)
         draw.add_quad_filled(
@@ -192,75 +212,80 @@ def _draw_sharp(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...])
             ImVec2(x0, heights.line_y(a.near)),
             theme.colors.in_focus_band,
         )
-    draw.flags = smooth
+    draw.flags = old_flags
     draw.pop_clip_rect()
     for limit in ("far", "near") if samples else ():
-        line = [(s.frame, getattr(s, limit)) for s in samples]
+        line = [(sample.frame, getattr(sample, limit)) for sample in samples]
         _draw_line(scale, heights, line, theme.colors.in_focus, 0.067)
 
 
 def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, em: float) -> None:
+    """Draw a line of points (frame, place), clipped to the editor."""
     draw = imgui.get_window_draw_list()
     draw.push_clip_rect(*_corners(scale, heights), True)
     width = em * imgui.get_font_size()
-    draw.add_polyline([*_points(scale, heights, line)], color, width, 0)
+    draw.add_polyline([*_screen_points(scale, heights, line)], color, width, 0)
     draw.pop_clip_rect()
 
 
 def _draw_marks(desk: TimeDesk, scale: TimeScale, heights: Heights) -> None:
-    """Draw the distances of the marks: fixed ones as lines, others at the frames they are known."""
+    """Draw the distances of the marks: fixed ones as lines, others at the known frames."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
-    names = _Names(corner.y)
+    names = _NameDrawer(corner.y)
     draw.push_clip_rect(corner, end, True)
     lines: list[tuple[str, Line]] = []
     for track in desk.mark_tracks():
-        for earlier in track.lines[:-1]:
-            draw.add_polyline([*_points(scale, heights, earlier)], theme.colors.mark, 0.1 * em, 0)
+        for line_before in track.lines[:-1]:
+            draw.add_polyline(
+                [*_screen_points(scale, heights, line_before)], theme.colors.mark, 0.1 * em, 0
+            )
         lines += [(track.name, line) for line in track.lines[-1:]]
         for bridge in track.bridges:
-            _draw_dashes(_points(scale, heights, bridge), 0.5 * em)
+            _draw_dashes(_screen_points(scale, heights, bridge), 0.5 * em)
     for mark in desk.editing.shot.marks:
         if isinstance(mark, DistanceMark):
             place = 1.0 / mark.distance_m
             lines.append((mark.name, ((scale.first, place), (scale.last, place))))
-    for name, line in sorted(lines, key=lambda it: it[1][-1][1]):
-        draw.add_polyline([*_points(scale, heights, line)], theme.colors.mark, 0.1 * em, 0)
-        x = min(scale.x_at(line[-1][0]), end.x) - _GRIP_EM * em
-        if heights.low <= line[-1][1] <= heights.high:
+    for name, line in sorted(lines, key=lambda named_line: named_line[1][-1][1]):
+        draw.add_polyline([*_screen_points(scale, heights, line)], theme.colors.mark, 0.1 * em, 0)
+        x = min(scale.x_at(line[-1][0]), end.x) - _GRIP_MARGIN_EM * em
+        if heights.top_place <= line[-1][1] <= heights.bottom_place:
             names.draw(name, x, heights.y_at(line[-1][1]), theme.colors.mark)
     draw.pop_clip_rect()
 
 
-def _draw_dashes(ends: Iterable[ImVec2], dash: float) -> None:
-    """Draw a broken line, as for a thing that is hidden."""
+def _draw_dashes(ends: Iterable[ImVec2], dash_px: float) -> None:
+    """Draw a dashed line, for a mark that is hidden between two frames."""
     start, end = ends
-    draw, count = imgui.get_window_draw_list(), max(int(math.dist(start, end) / dash), 1)
-    for at in range(0, count, 2):
-        a, b = (start + (end - start) * (it / count) for it in (at, min(at + 1, count)))
-        draw.add_line(a, b, theme.colors.mark, 0.2 * dash)
+    draw, count = imgui.get_window_draw_list(), max(int(math.dist(start, end) / dash_px), 1)
+    for index in range(0, count, 2):
+        a, b = (
+            start + (end - start) * (number / count) for number in (index, min(index + 1, count))
+        )
+        draw.add_line(a, b, theme.colors.mark, 0.2 * dash_px)
 
 
 @dataclass
-class _Names:
+class _NameDrawer:
     """Draws names of lines above their right ends, but below `top`, and left of other names."""
 
     top: float
-    taken: list[Rect] = field(default_factory=list)
+    name_rects: list[Rect] = field(default_factory=list)
 
-    def draw(self, name: str, end: float, y: float, color: int) -> None:
+    def draw(self, name: str, right_x: float, y: float, color: int) -> None:
         """Draw a name that ends at `end` or left of it, over a line at `y`."""
         em, text = imgui.get_font_size(), printable(name)
         width, y0 = imgui.calc_text_size(text).x, max(y - em, self.top)
-        for left, upper, right, lower in sorted(self.taken, reverse=True):
+        for left, top, right, bottom in sorted(self.name_rects, reverse=True):
             if (
-                upper < y0 + em
-                and y0 < lower
-                and left < end + _NAME_GAP * em
-                and end - width < right
+                top < y0 + em
+                and y0 < bottom
+                and left < right_x + _NAME_GAP * em
+                and right_x - width < right
             ):
-                end = left - _NAME_GAP * em
-        rect = end - width, y0, end, y0 + em
-        self.taken.append(rect)
+                right_x = left - _NAME_GAP * em
+        rect = right_x - width, y0, right_x, y0 + em
+        self.name_rects.append(rect)
         probe.note_at(f"name {name} on the curve", rect)
         imgui.get_window_draw_list().add_text(ImVec2(rect[0], y0), color, text)

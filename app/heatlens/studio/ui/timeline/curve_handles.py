@@ -9,50 +9,50 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.core.model.curves.curve import Curve, Key
 from heatlens.core.model.curves.interpolation import Ease, Interpolation, Scale
 from heatlens.studio.session.desks import TimeDesk
-from heatlens.studio.session.keys.key_choice import checked, frames_of
-from heatlens.studio.session.messages import reported
+from heatlens.studio.session.keys.key_choice import check_shot, frames_of
+from heatlens.studio.session.messages import report_errors
 from heatlens.studio.ui import theme, widgets
 from heatlens.studio.ui.timeline.curve_axis import CurveAxis
 from heatlens.studio.ui.timeline.view import TimeScale
 
-_TIP_EM, _CATCH_EM = 0.36, 0.9  # radius of a tip, and of the circle in which it is caught
-_LEAST_EM = 1.7  # least distance of a tip from its key on the screen, so that both can be caught
+_TIP_EM, _REACH_EM = 0.36, 0.9  # radius of a tip, and of the circle in which it can be clicked
+_MIN_LENGTH_EM = 1.7  # smallest distance of a tip from its key, so that both can be clicked
 
 
 @dataclass(frozen=True)
 class Heights:
-    """Maps places of an axis to the screen: `low` is at the top, `high` at the bottom."""
+    """Maps places of an axis to the screen, from `top_place` to `bottom_place`."""
 
-    low: float
-    high: float
+    top_place: float
+    bottom_place: float
     y: float
     height: float
 
     @property
-    def per_place(self) -> float:
+    def px_per_place(self) -> float:
         """Screen units for one place."""
-        return self.height / (self.high - self.low)
+        return self.height / (self.bottom_place - self.top_place)
 
     def y_at(self, place: float) -> float:
         """Return the y of a place, limited to the height of the editor."""
-        return self.line_y(min(max(place, self.low), self.high))
+        return self.line_y(min(max(place, self.top_place), self.bottom_place))
 
     def line_y(self, place: float) -> float:
         """Return the y of a place, which may lie outside the editor."""
-        return self.y + (place - self.low) * self.per_place
+        return self.y + (place - self.top_place) * self.px_per_place
 
     def place_at(self, y: float) -> float:
         """Return the place at a screen position y."""
-        return self.low + (y - self.y) / self.per_place
+        return self.top_place + (y - self.y) / self.px_per_place
 
 
 @dataclass(frozen=True)
 class Handle:
-    """One of a key's two handles; `segment` is the distance to the next key, in frames."""
+    """One of a key's two handles; `segment_frames` is the distance to the next key."""
 
     key: Key
     is_out: bool
-    segment: float
+    segment_frames: float
 
     @property
     def name(self) -> str:
@@ -64,16 +64,16 @@ class Handle:
         return 1 if self.is_out else -1
 
     def tip(self, scale: Scale) -> tuple[float, float]:
-        """Return the position of its tip: frame, and value on the curve's own scale."""
+        """Return the position of the tip: frame, and value on the curve's own scale."""
         ease = self.key.ease_out if self.is_out else self.key.ease_in
-        frames, rise = ease.handle(self.segment)
-        place = scale.place_of(self.key.value) + self._sign * rise
+        frames, rise = ease.handle(self.segment_frames)
+        place = scale.position_of(self.key.value) + self._sign * rise
         return self.key.frame + self._sign * frames, place
 
-    def pulled_to(self, frame: float, place: float, scale: Scale) -> Key:
-        """Return the key as it is when the tip is dragged to that position."""
-        rise = self._sign * (place - scale.place_of(self.key.value))
-        ease = Ease.of_handle(self._sign * (frame - self.key.frame), rise, self.segment)
+    def with_tip_at(self, frame: float, place: float, scale: Scale) -> Key:
+        """Return the key with its handle changed so that the tip is at that position."""
+        rise = self._sign * (place - scale.position_of(self.key.value))
+        ease = Ease.of_handle(self._sign * (frame - self.key.frame), rise, self.segment_frames)
         if self.is_out:
             return replace(self.key, ease_out=ease)
         return replace(self.key, ease_in=ease)
@@ -92,53 +92,60 @@ def handles_of(curve: Curve, frames: Collection[float]) -> list[Handle]:
     return handles
 
 
-def curve_handles(desk: TimeDesk, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
+def draw_handles(desk: TimeDesk, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
     """Draw the handles of the chosen keys; a dragged tip follows the pointer."""
-    frames = frames_of(desk.keys.chosen, axis.parameter)
+    frames = frames_of(desk.keys.selection, axis.parameter)
     for handle in handles_of(desk.editing.shot.curves.of(axis.parameter), frames):
-        _handle(desk, axis, handle, scale, heights)
+        _draw_handle(desk, axis, handle, scale, heights)
 
 
-def _handle(
+def _draw_handle(
     desk: TimeDesk, axis: CurveAxis, handle: Handle, scale: TimeScale, heights: Heights
 ) -> None:
+    """Draw a handle, and change its key while the tip is dragged."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    reach = _CATCH_EM * em
+    reach = _REACH_EM * em
     curve_scale = desk.editing.shot.curves.of(axis.parameter).scale
     frame, place = handle.tip(curve_scale)
     key = scale.x_at(handle.key.frame), heights.y_at(axis.place_of(handle.key.value))
-    at = scale.x_at(frame), heights.y_at(axis.from_scale(place, curve_scale))
-    tip = ImVec2(*_apart(key, at, _LEAST_EM * em, 1 if handle.is_out else -1))
+    tip_position = scale.x_at(frame), heights.y_at(axis.from_scale(place, curve_scale))
+    tip = ImVec2(*_keep_apart(key, tip_position, _MIN_LENGTH_EM * em, 1 if handle.is_out else -1))
     corner = ImVec2(tip.x - reach, tip.y - reach)
-    widgets.area(handle.name, corner, ImVec2(2 * reach, 2 * reach))
+    widgets.invisible_button(handle.name, corner, ImVec2(2 * reach, 2 * reach))
     if imgui.is_item_activated():
         desk.editing.settle()
-    is_held = imgui.is_item_active()
-    if is_held and imgui.is_mouse_dragging(imgui.MouseButton_.left, 1.0):
+    is_dragged = imgui.is_item_active()
+    if is_dragged and imgui.is_mouse_dragging(imgui.MouseButton_.left, 1.0):
         mouse = imgui.get_mouse_pos()
-        _pull(desk, axis, handle, scale.time_at(mouse.x), heights.place_at(mouse.y))
-    is_lit = is_held or imgui.is_item_hovered()
+        _drag_tip(desk, axis, handle, scale.time_at(mouse.x), heights.place_at(mouse.y))
+    is_bright = is_dragged or imgui.is_item_hovered()
     draw.add_line(ImVec2(*key), tip, theme.colors.mark, 0.067 * em)
-    draw.add_circle_filled(tip, _TIP_EM * em, theme.colors.handle if is_lit else theme.colors.mark)
+    draw.add_circle_filled(
+        tip, _TIP_EM * em, theme.colors.handle if is_bright else theme.colors.mark
+    )
 
 
-def _apart(
-    key: tuple[float, float], at: tuple[float, float], least: float, side: int
+def _keep_apart(
+    key: tuple[float, float], tip: tuple[float, float], min_length: float, side: int
 ) -> tuple[float, float]:
-    """Return where a tip is drawn that lies `at`: in the same direction, not too near its key."""
-    across, down = at[0] - key[0], at[1] - key[1]
+    """Return where to draw a tip: in its direction, at least `min_length` from its key.
+
+    A tip on its key is drawn at its right (`side` 1) or left (-1).
+    """
+    across, down = tip[0] - key[0], tip[1] - key[1]
     length = math.hypot(across, down)
-    if length >= least:
-        return at
+    if length >= min_length:
+        return tip
     if length < 1.0:
-        return key[0] + side * least, key[1]
-    return key[0] + across * least / length, key[1] + down * least / length
+        return key[0] + side * min_length, key[1]
+    return key[0] + across * min_length / length, key[1] + down * min_length / length
 
 
-def _pull(desk: TimeDesk, axis: CurveAxis, handle: Handle, frame: float, place: float) -> None:
+def _drag_tip(desk: TimeDesk, axis: CurveAxis, handle: Handle, frame: float, place: float) -> None:
+    """Change a key so that the tip of its handle is at a frame and a place of the axis."""
     curve = desk.editing.shot.curves.of(axis.parameter)
-    pulled = handle.pulled_to(frame, axis.to_scale(place, curve.scale), curve.scale)
-    with reported(desk.say):
+    new_key = handle.with_tip_at(frame, axis.to_scale(place, curve.scale), curve.scale)
+    with report_errors(desk.say):
         desk.editing.edit(
-            checked(desk.editing.shot.with_curve(axis.parameter, curve.with_key(pulled)))
+            check_shot(desk.editing.shot.with_curve(axis.parameter, curve.with_key(new_key)))
         )

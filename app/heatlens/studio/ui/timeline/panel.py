@@ -22,7 +22,13 @@ from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.timeline.curve_editor import curve_editor
 from heatlens.studio.ui.timeline.dope_sheet import dope_sheet
 from heatlens.studio.ui.timeline.recording_row import recording_row
-from heatlens.studio.ui.timeline.tool_row import Tool, push, tick, tool_row, word
+from heatlens.studio.ui.timeline.tool_row import (
+    Tool,
+    button_tool,
+    checkbox_tool,
+    text_tool,
+    tool_row,
+)
 from heatlens.studio.ui.timeline.transport import combo, transport
 from heatlens.studio.ui.timeline.view import TimelineView, TimeScale
 
@@ -37,71 +43,75 @@ def timeline_panel(desk: TimeDesk, view: TimelineView, unit: str) -> None:
     """Draw the panel in the current window and apply the mouse."""
     transport(desk, view)
     if desk.recording.state is RecordingState.OFF:
-        keys_row(desk, view)
+        key_controls_row(desk, view)
     else:
         recording_row(desk.recording)
     em = imgui.get_font_size()
-    corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
+    corner, free_size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     x = corner.x + NAMES_EM * em
-    width = max(room.x - (NAMES_EM + _EDGE_EM) * em, 4 * em)
-    scale = _scale(desk, view, x, width)
+    width = max(free_size.x - (NAMES_EM + _EDGE_EM) * em, 4 * em)
+    scale = _visible_scale(desk, view, x, width)
     ruler_height = _RULER_EM * em
-    widgets.area("timeline ruler", ImVec2(x, corner.y), ImVec2(width, ruler_height))
+    widgets.invisible_button("timeline ruler", ImVec2(x, corner.y), ImVec2(width, ruler_height))
     if imgui.is_item_active():
-        desk.timeline.go(scale.frame_at(imgui.get_mouse_pos().x))
+        desk.timeline.go_to(scale.frame_at(imgui.get_mouse_pos().x))
     _draw_ruler(desk, view, scale, corner.y, ruler_height)
-    bottom = corner.y + max(room.y, ruler_height)
+    bottom = corner.y + max(free_size.y, ruler_height)
     top = corner.y + ruler_height + 0.15 * em
-    place = scale, ImVec2(corner.x, top), max(bottom - top, 1.0)
+    area = scale, ImVec2(corner.x, top), max(bottom - top, 1.0)
     if desk.keys.rows.shows_curve:
-        curve_editor(desk, view, unit, *place)
+        curve_editor(desk, view, unit, *area)
     else:
-        dope_sheet(desk, view, *place)
+        dope_sheet(desk, view, *area)
     _draw_playhead(desk, scale, corner.y, bottom)
-    _answer_wheel(desk, view, scale)
+    _zoom_and_pan(desk, view, scale)
 
 
-def _scale(desk: TimeDesk, view: TimelineView, x: float, width: float) -> TimeScale:
+def _visible_scale(desk: TimeDesk, view: TimelineView, x: float, width: float) -> TimeScale:
     """Return the scale of the visible frames over `width`."""
-    reach, kept = desk.timeline.reach, view.scale
-    if kept is None:
-        return TimeScale.over(reach.first, reach.last, x, width)
-    scale = TimeScale(kept.first, kept.last, x, max(width, 1.0))
-    return scale.panned(0.0, reach.first - 0.5, reach.last + 0.5)
+    frames, old_scale = desk.timeline.visible_range, view.scale
+    if old_scale is None:
+        return TimeScale.over(frames.first, frames.last, x, width)
+    scale = TimeScale(old_scale.first, old_scale.last, x, max(width, 1.0))
+    return scale.pan(0.0, frames.first - 0.5, frames.last + 0.5)
 
 
-def _answer_wheel(desk: TimeDesk, view: TimelineView, scale: TimeScale) -> None:
-    io, reach = imgui.get_io(), desk.timeline.reach
-    least, most = reach.first - 0.5, reach.last + 0.5
+def _zoom_and_pan(desk: TimeDesk, view: TimelineView, scale: TimeScale) -> None:
+    """Zoom the visible frames with the wheel, or pan them with a middle drag."""
+    io, frames = imgui.get_io(), desk.timeline.visible_range
+    first_time, last_time = frames.first - 0.5, frames.last + 0.5
     if not imgui.is_window_hovered():
         return
     if io.mouse_wheel and not io.key_alt:
-        scale = scale.zoomed(_ZOOM**io.mouse_wheel, io.mouse_pos.x, least, most)
+        scale = scale.zoom(_ZOOM**io.mouse_wheel, io.mouse_pos.x, first_time, last_time)
     elif imgui.is_mouse_dragging(imgui.MouseButton_.middle, 0.0) and io.mouse_delta.x:
-        scale = scale.panned(io.mouse_delta.x, least, most)
+        scale = scale.pan(io.mouse_delta.x, first_time, last_time)
     else:
         return
-    is_all = scale.last - scale.first >= most - least
+    is_all = scale.last - scale.first >= last_time - first_time
     view.scale = None if is_all else scale
 
 
 def _draw_ruler(
     desk: TimeDesk, view: TimelineView, scale: TimeScale, y: float, height: float
 ) -> None:
+    """Draw the ruler: played range, numbers, rendered frames, states and warnings."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    strip = _STRIP_EM * em
-    end_x, strip_y = scale.x + scale.width, y + height - strip
+    strip_height = _STRIP_EM * em
+    end_x, strip_y = scale.x + scale.width, y + height - strip_height
     draw.push_clip_rect(ImVec2(scale.x, y), ImVec2(end_x, y + height), True)
     draw.add_rect_filled(ImVec2(scale.x, y), ImVec2(end_x, y + height), theme.colors.groove)
     _draw_cells(draw, scale, desk.timeline.played, y, strip_y, theme.colors.played)
     for frame in scale.ticks(_NUMBERS_EM * em):
-        at = scale.x_at(frame)
-        draw.add_line(ImVec2(at, strip_y - 0.3 * em), ImVec2(at, strip_y), theme.colors.text_dim)
+        tick_x = scale.x_at(frame)
+        draw.add_line(
+            ImVec2(tick_x, strip_y - 0.3 * em), ImVec2(tick_x, strip_y), theme.colors.text_dim
+        )
         text = str(frame)
-        text_x = scale.words_x(frame, imgui.calc_text_size(text).x)
+        text_x = scale.text_x(frame, imgui.calc_text_size(text).x)
         draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.colors.text_dim, text)
-    for run in desk.pull.progress.runs:
-        _draw_cells(draw, scale, run, strip_y - strip, strip_y - 1.0, theme.colors.rendered)
+    for run in desk.frames_ahead.progress.runs:
+        _draw_cells(draw, scale, run, strip_y - strip_height, strip_y - 1.0, theme.colors.rendered)
     _draw_states(desk, scale, strip_y)
     _draw_warnings(desk, view, scale, y)
     draw.pop_clip_rect()
@@ -114,27 +124,28 @@ def _draw_states(desk: TimeDesk, scale: TimeScale, y: float) -> None:
     if timeline.is_sequence and timeline.frames is not None:
         _draw_cells(draw, scale, timeline.frames, y, end_y, theme.colors.on_disk)
     for run in timeline.runs():
-        _draw_cells(draw, scale, run, y, end_y, _color_of(run.state))
+        _draw_cells(draw, scale, run, y, end_y, _state_color(run.state))
 
 
-def _color_of(state: str) -> int:
+def _state_color(state: str) -> int:
+    """Return the color of frames in a state."""
     colors = theme.colors
-    known = {
+    colors_by_state = {
         "ready": colors.ready,
         "reading": colors.text_dim,
         "queued": colors.queued,
         "damaged": colors.damaged,
     }
-    return known.get(state, colors.groove)
+    return colors_by_state.get(state, colors.groove)
 
 
 def _draw_warnings(desk: TimeDesk, view: TimelineView, scale: TimeScale, y: float) -> None:
     """Mark frames in red whose focus is nearer than the close focus of the lens."""
-    reach = desk.timeline.reach
-    first = max(reach.first, math.floor(scale.first))
-    seen = FrameRange(first, max(first, min(reach.last, math.ceil(scale.last))))
+    frames = desk.timeline.visible_range
+    first = max(frames.first, math.floor(scale.first))
+    visible_frames = FrameRange(first, max(first, min(frames.last, math.ceil(scale.last))))
     draw, end_y = imgui.get_window_draw_list(), y + _STRIP_EM * imgui.get_font_size()
-    for frame in view.track.too_close(desk.editing.shot, seen):
+    for frame in view.track.too_close_frames(desk.editing.shot, visible_frames):
         _draw_cells(draw, scale, FrameRange(frame, frame), y, end_y, theme.colors.damaged)
 
 
@@ -146,23 +157,25 @@ def _draw_cells(
     y1: float,
     color: int,
 ) -> None:
+    """Fill the cells of a range of frames, at least one pixel wide."""
     if frames.last + 0.5 > scale.first and frames.first - 0.5 < scale.last:
         x0, x1 = scale.x_at(frames.first - 0.5), scale.x_at(frames.last + 0.5)
         draw.add_rect_filled(ImVec2(x0, y0), ImVec2(max(x1, x0 + 1.0), y1), color)
 
 
 def _draw_playhead(desk: TimeDesk, scale: TimeScale, y0: float, y1: float) -> None:
+    """Draw the playhead as a line with the number of its frame."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     text = str(desk.editing.frame)
-    half = imgui.calc_text_size(text).x / 2 + 0.3 * em
+    half_width = imgui.calc_text_size(text).x / 2 + 0.3 * em
     x = scale.x_at(desk.editing.frame)
     if not scale.x - 1 <= x <= scale.x + scale.width + 1:
         return
     draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.colors.handle, 0.1 * em)
     draw.add_rect_filled(
-        ImVec2(x - half, y0), ImVec2(x + half, y0 + 1.15 * em), theme.colors.handle, 3.0
+        ImVec2(x - half_width, y0), ImVec2(x + half_width, y0 + 1.15 * em), theme.colors.handle, 3.0
     )
-    draw.add_text(ImVec2(x - half + 0.3 * em, y0 + 0.06 * em), theme.colors.on_accent, text)
+    draw.add_text(ImVec2(x - half_width + 0.3 * em, y0 + 0.06 * em), theme.colors.on_accent, text)
 
 
 _MIXED = "mixed"
@@ -175,58 +188,65 @@ _CURVE_TIP = "Show the selected row as a curve, or all keys in rows (Shift+C)"
 _EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 8.4
 
 
-def keys_row(desk: TimeDesk, view: TimelineView) -> None:
-    """Draw the row; controls of chosen keys are disabled while there are none."""
+def key_controls_row(desk: TimeDesk, view: TimelineView) -> None:
+    """Draw the row of key controls; those for selected keys are disabled without any."""
     em, rows = imgui.get_font_size(), desk.keys.rows
-    keys = [k for one in desk.keys.meant if (k := key_of(desk.editing.shot, one)) is not None]
+    keys = [
+        key
+        for key_id in desk.keys.target_keys
+        if (key := key_of(desk.editing.shot, key_id)) is not None
+    ]
     tools = [
-        push("Set key", "set key", 0, desk.keys.set_here, _SET_TIPS[rows.chosen is CAMERA]),
-        tick("auto key", desk.editing, "auto_key", 1, _AUTO_KEY_TIP),
-        tick("curve", rows, "shows_curve", 1, _CURVE_TIP),
-        Tool(partial(_interpolation, desk, keys), _INTERPOLATION_EM * em, 3),
-        Tool(partial(_ease, desk, keys, "ease out", True), _EASE_EM * em, 4),
-        Tool(partial(_ease, desk, keys, "ease in", False), _EASE_EM * em, 4),
-        word(_selection_note(desk), 5),
+        button_tool(
+            "Set key", "set key", 0, desk.keys.set_here, _SET_TIPS[rows.selected_row is CAMERA]
+        ),
+        checkbox_tool("auto key", desk.editing, "auto_key", 1, _AUTO_KEY_TIP),
+        checkbox_tool("curve", rows, "shows_curve", 1, _CURVE_TIP),
+        Tool(partial(_interpolation_choice, desk, keys), _INTERPOLATION_EM * em, 3),
+        Tool(partial(_ease_field, desk, keys, "ease out", True), _EASE_EM * em, 4),
+        Tool(partial(_ease_field, desk, keys, "ease in", False), _EASE_EM * em, 4),
+        text_tool(_selection_note(desk), 5),
     ]
     if rows.shows_curve:
-        tools.insert(3, Tool(partial(_curve_of, desk, view), _CURVE_OF_EM * em, 2))
+        tools.insert(3, Tool(partial(_curve_choice, desk, view), _CURVE_OF_EM * em, 2))
     tool_row("keys", tools)
 
 
-def _curve_of(desk: TimeDesk, view: TimelineView) -> None:
+def _curve_choice(desk: TimeDesk, view: TimelineView) -> None:
+    """Draw the choice of the parameter whose curve is shown."""
     rows = desk.keys.rows
-    chosen = combo("curve of", rows.curve_of, {it: it.words for it in LensParameter})
-    if chosen is not rows.curve_of:
-        rows.choose(chosen)
+    parameter = combo("curve of", rows.curve_parameter, {row: row.words for row in LensParameter})
+    if parameter is not rows.curve_parameter:
+        rows.select(parameter)
         view.heights = None
 
 
-def _interpolation(desk: TimeDesk, keys: Sequence[Key]) -> None:
+def _interpolation_choice(desk: TimeDesk, keys: Sequence[Key]) -> None:
     """Draw the interpolation after the chosen keys; the camera has only one."""
     kinds = {key.interpolation for key in keys}
-    now = kinds.pop() if len(kinds) == 1 else None
-    words: dict[Interpolation | None, str] = {it: str(it) for it in Interpolation}
+    current = kinds.pop() if len(kinds) == 1 else None
+    words: dict[Interpolation | None, str] = {kind: str(kind) for kind in Interpolation}
     with widgets.disabled(not keys):
-        picked = combo("interpolation", now, words, _MIXED if keys else "")
-    if picked is not None and picked is not now:
-        desk.keys.interpolate(picked)
+        picked_kind = combo("interpolation", current, words, _MIXED if keys else "")
+    if picked_kind is not None and picked_kind is not current:
+        desk.keys.interpolate(picked_kind)
 
 
-def _ease(desk: TimeDesk, keys: Sequence[Key], name: str, is_out: bool) -> None:
+def _ease_field(desk: TimeDesk, keys: Sequence[Key], name: str, is_out: bool) -> None:
     """Draw the length of the handles of the chosen keys on one side."""
     eases = [key.ease_out if is_out else key.ease_in for key in keys]
     percent = eases[0].influence_percent if eases else 0.0
     with widgets.disabled(not keys):
-        changed, new = imgui.drag_float(
+        has_changed, new_percent = imgui.drag_float(
             f"##{name}", percent, 0.5, 0.0, 100.0, f"{name} %.0f %%",
             imgui.SliderFlags_.always_clamp,
         )  # fmt: skip
         probe.note(name)
         texts.tooltip("How far the handle reaches; the segment becomes a Bezier")
-    if changed:
-        desk.keys.ease(new, is_out)
+    if has_changed:
+        desk.keys.ease(new_percent, is_out)
 
 
 def _selection_note(desk: TimeDesk) -> str:
-    count = len(desk.keys.chosen)
-    return f"{count} chosen" if count else "key here" if desk.keys.meant else "no key here"
+    count = len(desk.keys.selection)
+    return f"{count} chosen" if count else "key here" if desk.keys.target_keys else "no key here"

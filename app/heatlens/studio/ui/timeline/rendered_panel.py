@@ -19,14 +19,14 @@ _TIP = (
 
 def rendered_words(desk: TimeDesk) -> str:
     """Return the progress of rendering ahead, as text; "" if no frames are rendered ahead."""
-    pull, playing = desk.pull, bool(desk.timeline.playback.direction)
-    if not pull.wanted:
+    pull, is_playing = desk.frames_ahead, bool(desk.timeline.playback.direction)
+    if not pull.wanted_count:
         return ""
-    done, wanted = len(pull.progress.rendered), pull.wanted
-    shown = "preview: " if playing and not pull.is_alone else ""
-    if done == wanted and wanted == desk.timeline.played.count:
-        return f"all {wanted} frames rendered"
-    return f"{shown}{done} of {wanted} frames rendered"
+    done_count, wanted_count = len(pull.progress.rendered_frames), pull.wanted_count
+    prefix = "preview: " if is_playing and not pull.plays_kept_frames else ""
+    if done_count == wanted_count and wanted_count == desk.timeline.played.count:
+        return f"all {wanted_count} frames rendered"
+    return f"{prefix}{done_count} of {wanted_count} frames rendered"
 
 
 def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
@@ -35,23 +35,25 @@ def rendered_label(desk: TimeDesk, view: TimelineView) -> None:
     if not words:
         return
     em, is_preview = imgui.get_font_size(), words.startswith("preview")
-    count = f"{len(desk.pull.progress.rendered)}/{desk.pull.wanted}"
-    short = f"preview {count}" if is_preview else count
+    count = f"{len(desk.frames_ahead.progress.rendered_frames)}/{desk.frames_ahead.wanted_count}"
+    short_words = f"preview {count}" if is_preview else count
     imgui.same_line()
-    room = imgui.get_content_region_avail().x - em
-    shown = next((it for it in (words, short) if imgui.calc_text_size(it).x < room), "")
-    if not shown:  # another row would push the keys out of the panel, and the blue bar shows it too
+    width = imgui.get_content_region_avail().x - em
+    fitting_words = next(
+        (text for text in (words, short_words) if imgui.calc_text_size(text).x < width), ""
+    )
+    if not fitting_words:  # no second row, which would push the keys out; the blue bar shows it too
         imgui.new_line()
         return
     imgui.push_style_color(imgui.Col_.button, theme.NOTHING)
     imgui.push_style_var(imgui.StyleVar_.frame_border_size, 0.0)
-    with texts.colored(theme.colors.told if is_preview else theme.colors.dim):
-        pressed = widgets.button(f"{shown}###rendered frames", "rendered frames")
+    with texts.colored(theme.colors.message if is_preview else theme.colors.dim):
+        is_pressed = widgets.button(f"{fitting_words}###rendered frames", "rendered frames")
     imgui.pop_style_var()
     imgui.pop_style_color()
     texts.tooltip(_TIP)
-    if pressed:
-        view.open_frames()
+    if is_pressed:
+        view.open_frames_popup()
 
 
 def rendered_popup(desk: TimeDesk, view: TimelineView) -> None:
@@ -64,22 +66,23 @@ def rendered_popup(desk: TimeDesk, view: TimelineView) -> None:
     imgui.set_next_window_size(ImVec2(26 * imgui.get_font_size(), 0))
     if imgui.begin_popup(_POPUP):
         imgui.text("Rendered frames")
-        _facts(desk)
-        _limits(desk)
-        _buttons(desk)
+        _draw_facts(desk)
+        _draw_limits(desk)
+        _draw_buttons(desk)
         imgui.end_popup()
 
 
-def _facts(desk: TimeDesk) -> None:
-    store, (width, height) = desk.pull.store, desk.pull.jobs.size
+def _draw_facts(desk: TimeDesk) -> None:
+    """Draw the progress, the size of a frame, and how much memory and disk is used."""
+    store, (width, height) = desk.frames_ahead.store, desk.frames_ahead.jobs.size
     lines = [rendered_words(desk) or "no frames to play"]
-    if desk.pull.wanted:
-        megabytes = desk.pull.picture_bytes / MEGABYTE
+    if desk.frames_ahead.wanted_count:
+        megabytes = desk.frames_ahead.picture_bytes / MEGABYTE
         lines.append(f"each {width} x {height} pixels, {megabytes:.1f} MB: the size on the screen")
-    lines.append(f"{_used(store.memory.bytes_in_use, store.memory.limit_bytes)} of memory")
+    lines.append(f"{_usage_text(store.memory.bytes_in_use, store.memory.limit_bytes)} of memory")
     if store.disk is not None:
-        used = _used(store.disk.bytes_in_use, store.disk.limit_bytes)
-        lines.append(f"{used} on disk, in {store.disk.folder}")
+        disk_usage = _usage_text(store.disk.bytes_in_use, store.disk.limit_bytes)
+        lines.append(f"{disk_usage} on disk, in {store.disk.folder}")
     if store.problem:
         lines.append(store.problem)
     for line in lines:
@@ -87,37 +90,43 @@ def _facts(desk: TimeDesk) -> None:
     widgets.spacer()
 
 
-def _used(used: int, limit: int) -> str:
-    return f"{used / MEGABYTE:,.0f} of {limit / MEGABYTE:,.0f} MB"
+def _usage_text(used_bytes: int, limit_bytes: int) -> str:
+    return f"{used_bytes / MEGABYTE:,.0f} of {limit_bytes / MEGABYTE:,.0f} MB"
 
 
-def _limits(desk: TimeDesk) -> None:
-    before = desk.pull.kept
+def _draw_limits(desk: TimeDesk) -> None:
+    """Draw the limits of memory and disk, and the switch of rendering ahead; apply changes."""
+    preferences = desk.frames_ahead.preferences
     widgets.label("memory", "Megabytes for rendered frames; empty: a quarter of the free memory")
-    memory = _megabytes("memory for frames", before.memory_mb, "a quarter of what is free", desk)
-    disk = before.disk_mb
-    if desk.pull.store.disk is not None:
+    memory = _megabytes_field(
+        "memory for frames", preferences.memory_mb, "a quarter of what is free", desk
+    )
+    disk = preferences.disk_mb
+    if desk.frames_ahead.store.disk is not None:
         widgets.label("disk", "Megabytes for rendered frames; 0 keeps none on disk")
-        disk = _megabytes("disk for frames", before.disk_mb, "0", desk)
+        disk = _megabytes_field("disk for frames", preferences.disk_mb, "0", desk)
     widgets.label("render")
     words = "frames ahead while idle"
-    if widgets.check(words, before.keep_frames, "render frames ahead") != before.keep_frames:
-        desk.pull.switch()
-    if (memory, disk) != (before.memory_mb, before.disk_mb):
-        desk.pull.resize(memory, disk)
+    if (
+        widgets.check(words, preferences.keep_frames, "render frames ahead")
+        != preferences.keep_frames
+    ):
+        desk.frames_ahead.switch()
+    if (memory, disk) != (preferences.memory_mb, preferences.disk_mb):
+        desk.frames_ahead.resize(memory, disk)
 
 
-def _megabytes(name: str, value: int, hint: str, desk: TimeDesk) -> int:
-    shown = f"{value} MB" if value else ""
-    return widgets.text_field(name, shown, value, _parse_megabytes, desk.say, hint)
+def _megabytes_field(name: str, value: int, hint: str, desk: TimeDesk) -> int:
+    value_text = f"{value} MB" if value else ""
+    return widgets.text_field(name, value_text, value, _parse_megabytes, desk.say, hint)
 
 
 def _parse_megabytes(text: str) -> int:
-    """Parse an amount in MB, or in GB if the text says so; an empty text is 0."""
-    cleaned = text.strip().lower().replace(",", ".").removesuffix("b").strip()
-    times = 1000 if cleaned.endswith("g") else 1
+    """Parse an amount in MB, or in GB if the text has that unit; an empty text is 0."""
+    amount = text.strip().lower().replace(",", ".").removesuffix("b").strip()
+    factor = 1000 if amount.endswith("g") else 1
     try:
-        count = float(cleaned.rstrip("gm").strip() or 0) * times
+        count = float(amount.rstrip("gm").strip() or 0) * factor
     except ValueError:
         raise InputError(f"{text!r} is not an amount of memory. Example: 2000 or 2 GB.") from None
     if not 0 <= count <= MEGABYTES_MOST:
@@ -125,9 +134,10 @@ def _parse_megabytes(text: str) -> int:
     return round(count)
 
 
-def _buttons(desk: TimeDesk) -> None:
+def _draw_buttons(desk: TimeDesk) -> None:
+    """Draw the buttons that clear all frames and close the popup."""
     if widgets.button("Clear", "clear frames"):
-        desk.pull.clear()
+        desk.frames_ahead.clear()
     imgui.same_line()
     if widgets.button("Close", "close rendered frames"):
         imgui.close_current_popup()

@@ -1,4 +1,4 @@
-"""Draw a row of controls on one line; controls without room go into a popup at its end."""
+"""Draw a row of controls on one line; controls that do not fit go into a popup at its end."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ _MORE = "..."
 class Tool:
     """A control of the row.
 
-    draw     draws it, in the row or in the popup
-    width    in screen units
+    draw     draws the control, in the row or in the popup
+    width    the width in screen units
     rank     the controls of the highest rank leave the row first, all of them together
-    gap      space before it, in screen units; None for the usual space
-    is_word  it is text only, and is left out instead of going into the popup
+    gap      space before the control, in screen units; None for the usual space
+    is_word  the control is only text, and is omitted instead of going into the popup
     """
 
     draw: Callable[[], None]
@@ -28,36 +28,39 @@ class Tool:
     is_word: bool = False
 
 
-def ranks_kept(tools: Sequence[Tool], room: float, spacing: float, more: float) -> int:
-    """Return the highest rank that stays in a row of width `room`; the lowest one always stays.
+def highest_fitting_rank(
+    tools: Sequence[Tool], width: float, spacing: float, more_width: float
+) -> int:
+    """Return the highest rank that stays in a row of this width; the lowest one always stays.
 
-    `spacing` is the usual gap, and `more` the width of the button of the popup with its gap.
+    `spacing` is the usual gap, and `more_width` that of the button of the popup with its gap.
     """
     ranks = sorted({tool.rank for tool in tools}, reverse=True)
     for rank in ranks:
-        kept = [tool for tool in tools if tool.rank <= rank]
-        gaps = [spacing if tool.gap is None else tool.gap for tool in kept[1:]]
+        row_tools = [tool for tool in tools if tool.rank <= rank]
+        gaps = [spacing if tool.gap is None else tool.gap for tool in row_tools[1:]]
         has_more = any(tool.rank > rank and not tool.is_word for tool in tools)
-        if sum(tool.width for tool in kept) + sum(gaps) + more * has_more <= room:
+        if sum(tool.width for tool in row_tools) + sum(gaps) + more_width * has_more <= width:
             return rank
     return ranks[-1]
 
 
 def tool_row(name: str, tools: Sequence[Tool]) -> None:
-    """Draw the controls side by side, with a button for those that have no room."""
-    style, room = imgui.get_style(), imgui.get_content_region_avail().x
+    """Draw the controls side by side, with a button for those that do not fit."""
+    style, width = imgui.get_style(), imgui.get_content_region_avail().x
     spacing = style.item_spacing.x
-    button = imgui.calc_text_size(_MORE).x + 2 * style.frame_padding.x
-    rank = ranks_kept(tools, room, spacing, button + spacing)
-    kept = [tool for tool in tools if tool.rank <= rank]
-    left = [tool for tool in tools if tool.rank > rank and not tool.is_word]
-    _draw(kept)
-    if left:
+    button_width = imgui.calc_text_size(_MORE).x + 2 * style.frame_padding.x
+    rank = highest_fitting_rank(tools, width, spacing, button_width + spacing)
+    row_tools = [tool for tool in tools if tool.rank <= rank]
+    popup_tools = [tool for tool in tools if tool.rank > rank and not tool.is_word]
+    _draw_tools(row_tools)
+    if popup_tools:
         imgui.same_line()
-        _more(name, left)
+        _draw_more(name, popup_tools)
 
 
-def _draw(tools: Sequence[Tool]) -> None:
+def _draw_tools(tools: Sequence[Tool]) -> None:
+    """Draw the tools of the row side by side."""
     for index, tool in enumerate(tools):
         if index:
             imgui.same_line(0.0, -1.0 if tool.gap is None else tool.gap)
@@ -65,22 +68,22 @@ def _draw(tools: Sequence[Tool]) -> None:
         tool.draw()
 
 
-def _more(name: str, tools: Sequence[Tool]) -> None:
-    """Draw the button and, while it is open, the popup: a line each, buttons in one line."""
+def _draw_more(name: str, tools: Sequence[Tool]) -> None:
+    """Draw the button and, while it is open, the popup: a line for each tool, buttons in one."""
     popup = f"more of the {name}"
     tip = "More controls that do not fit here"
     if widgets.button(f"{_MORE}##{name}", f"more {name}", tip):
         imgui.open_popup(popup)
     if imgui.begin_popup(popup):
-        for before, tool in zip([None, *tools], tools, strict=False):
-            if before is not None and before.gap is not None and tool.gap is not None:
+        for last_tool, tool in zip([None, *tools], tools, strict=False):
+            if last_tool is not None and last_tool.gap is not None and tool.gap is not None:
                 imgui.same_line(0.0, tool.gap)
             imgui.set_next_item_width(tool.width)
             tool.draw()
         imgui.end_popup()
 
 
-def word(text: str, rank: int, name: str = "", tip: str = "", is_dim: bool = True) -> Tool:
+def text_tool(text: str, rank: int, name: str = "", tip: str = "", is_dim: bool = True) -> Tool:
     """Return a text for the row, known to `probe` by `name` or by its words."""
 
     def draw() -> None:
@@ -92,22 +95,24 @@ def word(text: str, rank: int, name: str = "", tip: str = "", is_dim: bool = Tru
     return Tool(draw, texts.text_width(text), rank, is_word=True)
 
 
-def push(words: str, name: str, rank: int, do: Callable[[], None], tip: str = "") -> Tool:
-    """Return a button for the row, known to `probe` by `name`; pressing it calls `do`."""
+def button_tool(
+    words: str, name: str, rank: int, on_press: Callable[[], None], tip: str = ""
+) -> Tool:
+    """Return a button for the row, known to `probe` by `name`; pressing it calls `on_press`."""
 
     def draw() -> None:
         if widgets.button(words, name, tip):
-            do()
+            on_press()
 
     width = texts.text_width(words) + 2 * imgui.get_style().frame_padding.x
     return Tool(draw, width, rank)
 
 
-def tick(words: str, of: object, field: str, rank: int, tip: str) -> Tool:
-    """Return a checkbox for the row, which sets an attribute `field` of `of`."""
+def checkbox_tool(words: str, owner: object, field: str, rank: int, tip: str) -> Tool:
+    """Return a checkbox for the row, which sets the attribute `field` of `owner`."""
 
     def draw() -> None:
-        setattr(of, field, widgets.check(words, bool(getattr(of, field)), tip=tip))
+        setattr(owner, field, widgets.check(words, bool(getattr(owner, field)), tip=tip))
 
     gap = imgui.get_style().item_inner_spacing.x
     return Tool(draw, imgui.get_frame_height() + gap + texts.text_width(words), rank)

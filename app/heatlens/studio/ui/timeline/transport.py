@@ -14,16 +14,16 @@ from heatlens.studio.session.desks import TimeDesk
 from heatlens.studio.session.time.playback import Ending
 from heatlens.studio.ui import probe, texts, theme, widgets
 from heatlens.studio.ui.timeline.rendered_panel import rendered_label
-from heatlens.studio.ui.timeline.tool_row import Tool, tool_row, word
+from heatlens.studio.ui.timeline.tool_row import Tool, text_tool, tool_row
 from heatlens.studio.ui.timeline.view import TimelineView
 
 Key = TypeVar("Key")
 
 _FIELD_EM, _COMBO_EM, _WIDE_EM, _MISSING_EM = 4.6, 5.6, 7.6, 10.4
 _TIMECODE_EM, _RATE_EM = 6.4, 6.2
-_ICON = 1.15  # width of a button for its height
-_PACES = {True: "every frame", False: "real time"}
-_MISSING: dict[MissingPolicy, str] = {
+_ICON_ASPECT = 1.15  # width of a button divided by its height
+_PACE_NAMES = {True: "every frame", False: "real time"}
+_MISSING_NAMES: dict[MissingPolicy, str] = {
     "hold": "hold missing frames",
     "black": "black for missing frames",
     "stop": "stop at missing frames",
@@ -52,25 +52,28 @@ _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = 
 
 
 def transport(desk: TimeDesk, view: TimelineView) -> None:
-    """Draw the controls in one row; those without room are in a popup at its end."""
+    """Draw the controls in one row; those that do not fit are in a popup at its end."""
     em, frames = imgui.get_font_size(), f"of {desk.timeline.played}"
     tool_row(
         "transport",
         [
-            *_buttons(desk),
+            *_transport_buttons(desk),
             Tool(partial(_frame_field, desk), _FIELD_EM * em, 0),
-            word(frames, 6, tip="Frames to play: I and O set in and out, Shift+I clears them."),
+            text_tool(
+                frames, 6, tip="Frames to play: I and O set in and out, Shift+I clears them."
+            ),
             Tool(partial(_timecode_field, desk), _TIMECODE_EM * em, 5),
             Tool(partial(_rate_field, desk), _RATE_EM * em, 7),
-            *_choices(desk),
+            *_option_tools(desk),
         ],
     )
     rendered_label(desk, view)
 
 
-def _buttons(desk: TimeDesk) -> list[Tool]:
+def _transport_buttons(desk: TimeDesk) -> list[Tool]:
+    """Return the buttons of the row, from the first frame to record."""
     timeline, direction = desk.timeline, desk.timeline.playback.direction
-    does: tuple[tuple[int, str, str, str, Callable[[], None]], ...] = (
+    buttons: tuple[tuple[int, str, str, str, Callable[[], None]], ...] = (
         (2, "first", "first", "First frame (Home)", lambda: timeline.go_to_end(-1)),
         (4, "previous key", "previous key", "Previous key (Up)", lambda: timeline.go_to_key(-1)),
         (1, "back", "back", "Previous frame (Left)", lambda: timeline.step(-1)),
@@ -83,35 +86,37 @@ def _buttons(desk: TimeDesk) -> list[Tool]:
         (2, "last", "last", "Last frame (End)", lambda: timeline.go_to_end(1)),
         (1, "record", "record", _RECORD_TIP, desk.recording.arm),
     )  # fmt: skip
-    width, is_armed = _ICON * imgui.get_frame_height(), desk.recording.state.is_waiting
+    width, is_armed = _ICON_ASPECT * imgui.get_frame_height(), desk.recording.state.is_waiting
 
-    def drawn(name: str, shape: str, tip: str, do: Callable[[], None]) -> None:
-        if _icon(name, shape, tip, is_armed and name == "record"):
-            do()
+    def drawn(name: str, shape: str, tip: str, on_press: Callable[[], None]) -> None:
+        if _icon_button(name, shape, tip, is_armed and name == "record"):
+            on_press()
 
     return [
         Tool(partial(drawn, name, shape, tip, do), width, rank, gap=2.0)
-        for rank, name, shape, tip, do in does
+        for rank, name, shape, tip, do in buttons
     ]
 
 
-def _icon(name: str, shape: str, tip: str, is_on: bool = False) -> bool:
-    side = imgui.get_frame_height()
+def _icon_button(name: str, shape: str, tip: str, is_on: bool = False) -> bool:
+    """Draw a button with a shape; return True if it was pressed."""
+    height = imgui.get_frame_height()
     corner = imgui.get_cursor_screen_pos()
-    with texts.colored(theme.colors.armed if is_on else None, imgui.Col_.button):
-        pressed = imgui.button(f"##{name}", ImVec2(_ICON * side, side))
+    with texts.colored(theme.colors.armed_button if is_on else None, imgui.Col_.button):
+        is_pressed = imgui.button(f"##{name}", ImVec2(_ICON_ASPECT * height, height))
     probe.note(f"transport {name}")
     texts.tooltip(tip)
-    middle = ImVec2(corner.x + 0.5 * _ICON * side, corner.y + side / 2)
-    _draw_shape(shape, middle, 0.26 * side)
-    return bool(pressed)
+    center = ImVec2(corner.x + 0.5 * _ICON_ASPECT * height, corner.y + height / 2)
+    _draw_shape(shape, center, 0.26 * height)
+    return bool(is_pressed)
 
 
-def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
+def _draw_shape(shape: str, center: ImVec2, reach: float) -> None:
+    """Draw the triangles, bars or other shape of a button."""
     draw, color = imgui.get_window_draw_list(), theme.colors.handle
 
     def at(x: float, y: float) -> ImVec2:
-        return ImVec2(middle.x + x * reach, middle.y + y * reach)
+        return ImVec2(center.x + x * reach, center.y + y * reach)
 
     triangles, bars = _SHAPES[shape]
     for base, tip in triangles:
@@ -119,71 +124,74 @@ def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
     for x in bars:
         draw.add_rect_filled(at(x - 0.15, -1), at(x + 0.15, 1), color)
     if shape == "record":
-        draw.add_circle_filled(middle, reach, theme.colors.recorded)
+        draw.add_circle_filled(center, reach, theme.colors.recorded)
     if shape == "stop":
         draw.add_rect_filled(at(-0.8, -0.8), at(0.8, 0.8), theme.colors.handle)
 
 
 def _frame_field(desk: TimeDesk) -> None:
+    """Draw the field of the frame at the playhead; go to a typed frame."""
     frame = desk.editing.frame
-    chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, desk.say)
-    if chosen != frame:
-        desk.timeline.go(chosen)
+    new_frame = widgets.text_field("frame", str(frame), frame, _parse_frame, desk.say)
+    if new_frame != frame:
+        desk.timeline.go_to(new_frame)
 
 
 def _timecode_field(desk: TimeDesk) -> None:
     """Draw the timecode of the frame; typing one sets the timecode of the first frame."""
-    shown, parse = desk.timeline.timecode, desk.timeline.start_timecode
-    chosen = widgets.text_field("timecode", shown, shown, parse, desk.say, "timecode")
+    timecode, parse = desk.timeline.timecode, desk.timeline.start_timecode
+    new_timecode = widgets.text_field("timecode", timecode, timecode, parse, desk.say, "timecode")
     texts.tooltip(_TIMECODE_TIP)
-    if chosen != shown:
-        desk.editing.edit(replace(desk.editing.shot, start_timecode=chosen or None))
+    if new_timecode != timecode:
+        desk.editing.edit(replace(desk.editing.shot, start_timecode=new_timecode or None))
 
 
 def _rate_field(desk: TimeDesk) -> None:
+    """Draw the field of the frames per second."""
     rate = desk.editing.shot.frames_per_second
-    shown = f"{rate:.5g} fps"
-    chosen = widgets.text_field("frames per second", shown, rate, _parse_rate, desk.say)
-    if chosen != rate:
-        desk.editing.edit(replace(desk.editing.shot, frames_per_second=chosen))
+    rate_text = f"{rate:.5g} fps"
+    new_rate = widgets.text_field("frames per second", rate_text, rate, _parse_rate, desk.say)
+    if new_rate != rate:
+        desk.editing.edit(replace(desk.editing.shot, frames_per_second=new_rate))
 
 
-def _choices(desk: TimeDesk) -> list[Tool]:
+def _option_tools(desk: TimeDesk) -> list[Tool]:
+    """Return the choices of ending, pace and, if frames are missing, their substitute."""
     em, cache = imgui.get_font_size(), desk.timeline.cache
     tools = [
-        Tool(partial(_ending, desk), _COMBO_EM * em, 8),
-        Tool(partial(_pace, desk), _WIDE_EM * em, 8),
+        Tool(partial(_ending_choice, desk), _COMBO_EM * em, 8),
+        Tool(partial(_pace_choice, desk), _WIDE_EM * em, 8),
     ]
     if desk.timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
         return tools  # nothing is missing
-    return [*tools, Tool(partial(_missing_frames, desk), _MISSING_EM * em, 8)]
+    return [*tools, Tool(partial(_missing_choice, desk), _MISSING_EM * em, 8)]
 
 
-def _ending(desk: TimeDesk) -> None:
+def _ending_choice(desk: TimeDesk) -> None:
     playback, words = desk.timeline.playback, {ending: str(ending) for ending in Ending}
     playback.ending = combo("ending", playback.ending, words)
 
 
-def _pace(desk: TimeDesk) -> None:
+def _pace_choice(desk: TimeDesk) -> None:
     playback = desk.timeline.playback
-    playback.is_every_frame = combo("pace", playback.is_every_frame, _PACES)
+    playback.is_every_frame = combo("pace", playback.is_every_frame, _PACE_NAMES)
 
 
-def _missing_frames(desk: TimeDesk) -> None:
+def _missing_choice(desk: TimeDesk) -> None:
     timeline = desk.timeline
-    timeline.missing = combo("missing frames", timeline.missing, _MISSING)
+    timeline.missing = combo("missing frames", timeline.missing, _MISSING_NAMES)
 
 
-def combo(name: str, value: Key, words: Mapping[Key, str], other: str = "") -> Key:
-    """Draw a drop-down of `words` without a label, as wide as the next item was set to be.
+def combo(name: str, value: Key, words: Mapping[Key, str], other_text: str = "") -> Key:
+    """Draw a drop-down of `words` without a label, with the width set for the next item.
 
-    `other` is shown for a value without words.
+    `other_text` is shown for a value without words.
     """
-    if imgui.begin_combo(f"##{name}", words.get(value, other)):
+    if imgui.begin_combo(f"##{name}", words.get(value, other_text)):
         for key, text in words.items():
-            picked, _ = imgui.selectable(text, key == value)
+            is_picked, _ = imgui.selectable(text, key == value)
             probe.note(f"{name}: {text}")
-            if picked:
+            if is_picked:
                 value = key
         imgui.end_combo()
     probe.note(name)
@@ -191,6 +199,7 @@ def combo(name: str, value: Key, words: Mapping[Key, str], other: str = "") -> K
 
 
 def _parse_frame(text: str) -> int:
+    """Parse a frame number. Raise InputError if it is none."""
     try:
         frame = int(text)
     except ValueError:
@@ -200,10 +209,11 @@ def _parse_frame(text: str) -> int:
 
 
 def _parse_rate(text: str) -> float:
-    cleaned = text.lower().removesuffix("fps").strip().replace(",", ".")
+    """Parse frames per second, as a number or a fraction. Raise InputError if it is none."""
+    number_text = text.lower().removesuffix("fps").strip().replace(",", ".")
     try:
-        over, _, under = cleaned.partition("/")
-        rate = float(over) / float(under or 1)
+        numerator, _, denominator = number_text.partition("/")
+        rate = float(numerator) / float(denominator or 1)
     except (ValueError, ZeroDivisionError):
         raise InputError(f"{text!r} is not a frame rate. Example: 24 or 24000/1001.") from None
     check_frames_per_second(rate)

@@ -10,7 +10,7 @@ from heatlens.studio.session.keys.key_drag import KeyDrag, KeyStretch
 from heatlens.studio.session.time.focus_track import FocusTrack
 from heatlens.studio.ui.timeline.curve_axis import CurveLine
 
-_FRAMES_LEAST = 4.0  # smallest visible number of frames
+_MIN_FRAMES = 4.0  # smallest visible number of frames
 _STEPS = 1, 2, 5  # times a power of ten: frames between two numbers on the ruler
 
 
@@ -32,52 +32,57 @@ class TimeScale:
         return cls(first - 0.5, last + 0.5, x, max(width, 1.0))
 
     @property
-    def per_frame(self) -> float:
+    def px_per_frame(self) -> float:
         """Screen units per frame."""
         return self.width / (self.last - self.first)
 
     def x_at(self, frame: float) -> float:
         """Return the x position of a time."""
-        return self.x + (frame - self.first) * self.per_frame
+        return self.x + (frame - self.first) * self.px_per_frame
 
     def time_at(self, x: float) -> float:
         """Return the time at a position, which may lie between two frames."""
-        return self.first + (x - self.x) / self.per_frame
+        return self.first + (x - self.x) / self.px_per_frame
 
     def frame_at(self, x: float) -> int:
         """Return the frame in whose cell `x` lies."""
         return math.floor(self.time_at(x) + 0.5)
 
-    def words_x(self, frame: float, width: float) -> float:
-        """Return the x at which a text of `width` begins: centred on its frame if it fits."""
-        at = self.x_at(frame) - width / 2
-        return max(min(at, self.x + self.width - width), self.x)
+    def text_x(self, frame: float, width: float) -> float:
+        """Return the x at which a text of `width` begins: centered on its frame if it fits."""
+        centered_x = self.x_at(frame) - width / 2
+        return max(min(centered_x, self.x + self.width - width), self.x)
 
-    def zoomed(self, factor: float, about_x: float, least: float, most: float) -> "TimeScale":
-        """Return the scale zoomed about the time at `about_x`, within `least` to `most`."""
-        here = self.time_at(about_x)
+    def zoom(
+        self, factor: float, about_x: float, first_time: float, last_time: float
+    ) -> "TimeScale":
+        """Return the scale zoomed about the time at `about_x`, within these two times."""
+        fixed_time = self.time_at(about_x)
         frames = (self.last - self.first) / factor
-        frames = min(max(frames, _FRAMES_LEAST), most - least)
-        first = here - (here - self.first) * frames / (self.last - self.first)
-        return replace(self, first=first, last=first + frames)._within(least, most)
+        frames = min(max(frames, _MIN_FRAMES), last_time - first_time)
+        first = fixed_time - (fixed_time - self.first) * frames / (self.last - self.first)
+        return replace(self, first=first, last=first + frames)._within(first_time, last_time)
 
-    def panned(self, by_x: float, least: float, most: float) -> "TimeScale":
-        """Return the scale moved by so many screen units."""
-        by = -by_x / self.per_frame
-        return replace(self, first=self.first + by, last=self.last + by)._within(least, most)
+    def pan(self, by_x: float, first_time: float, last_time: float) -> "TimeScale":
+        """Return the scale moved by `by_x` screen units, within these two times."""
+        frames_moved = -by_x / self.px_per_frame
+        return replace(
+            self, first=self.first + frames_moved, last=self.last + frames_moved
+        )._within(first_time, last_time)
 
-    def _within(self, least: float, most: float) -> "TimeScale":
+    def _within(self, first_time: float, last_time: float) -> "TimeScale":
+        """Return the scale moved so that it lies within these two times."""
         frames = self.last - self.first
-        first = min(max(self.first, least), max(most - frames, least))
+        first = min(max(self.first, first_time), max(last_time - frames, first_time))
         return replace(self, first=first, last=first + frames)
 
-    def ticks(self, least_apart: float) -> range:
-        """Return the frames that get a number, at least `least_apart` screen units apart."""
+    def ticks(self, min_gap: float) -> range:
+        """Return the frames that get a number, at least `min_gap` screen units apart."""
         step = next(
-            s * 10**power
+            factor * 10**power
             for power in range(10)
-            for s in _STEPS
-            if s * 10**power * self.per_frame >= least_apart or power == 9
+            for factor in _STEPS
+            if factor * 10**power * self.px_per_frame >= min_gap or power == 9
         )
         return range(math.ceil(self.first / step) * step, math.floor(self.last) + 1, step)
 
@@ -90,9 +95,9 @@ class TimelineView:
     stretch       the drag of one end of the chosen keys
     scale         the visible frames; None for all
     heights       the visible range of the curve, as places; None to fit the curve
-    zoomed        the range that the user zoomed to; None to fit keys
-    frames_all    fit marks too, not only keys
-    pointed_at    the curve is under the pointer
+    zoom_range    the range that the user zoomed to; None to fit keys
+    fits_marks    fit marks too, not only keys
+    is_hovered    the curve is under the pointer
     height_before the height of the panel before the curve was shown; None without a curve
     line          the points of the curve
     track         the depth of field along the shot, and the frames that are too close
@@ -106,16 +111,16 @@ class TimelineView:
     line: CurveLine = field(default_factory=CurveLine)
     track: FocusTrack = field(default_factory=FocusTrack)
     opens_frames: bool = False
-    zoomed: tuple[float, float] | None = None
-    frames_all: bool = False
-    pointed_at: bool = False
+    zoom_range: tuple[float, float] | None = None
+    fits_marks: bool = False
+    is_hovered: bool = False
     height_before: float | None = None
 
-    def frame_all(self) -> None:
+    def toggle_fit(self) -> None:
         """Fit keys and marks into the curve editor; a second time, only the keys."""
-        self.frames_all = self.zoomed is not None or not self.frames_all
-        self.zoomed = None
+        self.fits_marks = self.zoom_range is not None or not self.fits_marks
+        self.zoom_range = None
 
-    def open_frames(self) -> None:
+    def open_frames_popup(self) -> None:
         """Open the popup about rendered frames in the next frame."""
         self.opens_frames = True

@@ -27,31 +27,31 @@ from heatlens.render.rendered_frames.frame_key import (
     runs_of,
     shot_key,
 )
-from heatlens.render.rendered_frames.stamp_book import LookedUp, StampBook
+from heatlens.render.rendered_frames.stamp_book import LookUp, StampBook
 from heatlens.render.source.opened import Opened
-from heatlens.render.source.source import StampedFile, stamped
+from heatlens.render.source.source import StampedFile, stamp_files
 from heatlens.studio.session.pictures.picture_view import PictureView
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
 
-_SIZES = 16  # scales are multiples of 1/16, so that a slightly larger window changes nothing
-_EVERY_S = 2.0  # time between two checks of the files
+_SCALE_STEPS = 16  # scales are multiples of 1/16, so that a slightly larger window changes nothing
+_CHECK_EVERY_S = 2.0  # time between two checks of the files
 
 
 @dataclass(frozen=True)
-class MadeOf:
+class PictureInputs:
     """What decides the pictures of all frames, apart from the frame number.
 
     opened   the open source
     files    the files of its frames, as they were last looked up
-    missing  what stands for a frame without a file
-    program  renders the frames, if it is not this one; else empty
+    missing  the substitute for a frame without a file
+    program  the program that renders the frames; empty for this one
     lens, curves, defocus, framing  those parts of the shot
     scale    the scale of the pictures
     """
 
     opened: Opened | None
-    files: LookedUp
+    files: LookUp
     missing: MissingPolicy
     program: tuple[str, ...]
     lens: Lens
@@ -62,52 +62,56 @@ class MadeOf:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class FramesRequest:
     """Everything that decides which frames are still to be rendered.
 
-    made_of  what their pictures are made of
-    order    the frames, in rendering order
-    jobs     how many frames have their jobs; within one `made_of` it only grows
-    stored   the version of the store
+    inputs         what decides their pictures
+    order          the frames, in rendering order
+    job_count      how many frames have their jobs; with the same `inputs` it only grows
+    store_version  the version of the store
     """
 
-    made_of: MadeOf | None
+    inputs: PictureInputs | None
     order: PlayOrder
-    jobs: int
-    stored: int
+    job_count: int
+    store_version: int
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How many of the wanted frames are rendered, as far as their keys are known.
+    """How many of the requested frames are rendered, as far as their keys are known.
 
-    wanted    what this was counted for; None if no frames are wanted
-    jobs      the jobs of all wanted frames, in rendering order
-    missing   those that are not rendered
-    rendered  the numbers of the frames that are
-    keys      the keys of all jobs
+    request          the request that was counted; None without one
+    jobs             the jobs of all requested frames, in rendering order
+    missing_jobs     the jobs of frames that are not rendered
+    rendered_frames  the numbers of the frames that are rendered
+    keys             the keys of all jobs
     """
 
-    wanted: Wanted | None = None
+    request: FramesRequest | None = None
     jobs: tuple[FrameJob, ...] = ()
-    missing: tuple[FrameJob, ...] = ()
-    rendered: frozenset[int] = frozenset()
+    missing_jobs: tuple[FrameJob, ...] = ()
+    rendered_frames: frozenset[int] = frozenset()
     keys: frozenset[str] = frozenset()
 
     @cached_property
     def runs(self) -> tuple[FrameRange, ...]:
         """The rendered frames as ranges, in order."""
-        return runs_of(self.rendered)
+        return runs_of(self.rendered_frames)
 
 
-def progress_of(wanted: Wanted, jobs: tuple[FrameJob, ...], stored: Container[str]) -> Progress:
-    """Return the progress of these jobs, if the pictures with the keys `stored` are there."""
-    missing = tuple(job for job in jobs if job.key not in stored)
-    rendered = frozenset(job.frame for job in jobs if job.key in stored)
-    return Progress(wanted, jobs, missing, rendered, frozenset(job.key for job in jobs))
+def progress_of(
+    request: FramesRequest, jobs: tuple[FrameJob, ...], stored_keys: Container[str]
+) -> Progress:
+    """Return the progress of these jobs; `stored_keys` are the keys of stored pictures."""
+    missing_jobs = tuple(job for job in jobs if job.key not in stored_keys)
+    rendered_frames = frozenset(job.frame for job in jobs if job.key in stored_keys)
+    return Progress(
+        request, jobs, missing_jobs, rendered_frames, frozenset(job.key for job in jobs)
+    )
 
 
-class PullJobs(Commands):
+class AheadJobs(Commands):
     """The job of each frame, made on request and valid until shot, files or size change."""
 
     def __init__(
@@ -122,56 +126,63 @@ class PullJobs(Commands):
         self._view = view
         self._clock = time.perf_counter
         self._stamps = StampBook(self._wake)
-        self.made_of: MadeOf | None = None  # of which the jobs below are
+        self.inputs: PictureInputs | None = None  # what the jobs below were made for
         self._jobs: dict[int, FrameJob | None] = {}
         self._shot, self._shot_key = self._editing.shot, ""
-        self._maker: tuple[str, ...] = ()
-        self.program: tuple[str, ...] = ()  # that renders all frames, if it is not this one
+        self._machine_key: tuple[str, ...] = ()
+        self.program: tuple[str, ...] = ()  # the program that renders; empty for this one
         self._sequence: Sequence | None = None  # as it was at the last call of `update`
-        self._look_at = -math.inf
+        self._next_check_s = -math.inf
 
     def update(self, frames: Iterable[int]) -> None:
         """Forget jobs that are out of date; `frames` are those that will be requested."""
-        self._look(frames)
+        self._check_files(frames)
         shot = self._editing.shot
-        source = self._source.opened, self._stamps.looked_up, self._timeline.missing, self.program
-        made_of = MadeOf(*source, shot.lens, shot.curves, shot.defocus, shot.framing, self._scale)
-        if made_of != self.made_of:
-            self.made_of, self._jobs = made_of, {}
-            self._begin(shot)
+        source = self._source.opened, self._stamps.latest, self._timeline.missing, self.program
+        inputs = PictureInputs(
+            *source, shot.lens, shot.curves, shot.defocus, shot.framing, self._scale
+        )
+        if inputs != self.inputs:
+            self.inputs, self._jobs = inputs, {}
+            self._prepare_keys(shot)
 
-    def _look(self, frames: Iterable[int]) -> None:
+    def _check_files(self, frames: Iterable[int]) -> None:
         """Check the files of these frames at intervals, and at once if the frames change."""
         opened, missing = self._source.opened, self._timeline.missing
-        made_of = self.made_of
-        if made_of is None or (opened, missing) != (made_of.opened, made_of.missing):
+        inputs = self.inputs
+        if inputs is None or (opened, missing) != (inputs.opened, inputs.missing):
             self._sequence = None
             self._stamps.forget()
-            self._look_at = -math.inf
+            self._next_check_s = -math.inf
         if opened is None or opened.cache is None:
             return
-        self._compare(opened.cache.sequence)
-        if self._clock() >= self._look_at:
-            self._look_at = self._clock() + _EVERY_S
-            self._stamps.look(frames, lambda frame: opened.files_at(frame, missing))
+        self._forget_replaced_files(opened.cache.sequence)
+        if self._clock() >= self._next_check_s:
+            self._next_check_s = self._clock() + _CHECK_EVERY_S
+            self._stamps.start_look_up(frames, lambda frame: opened.files_at(frame, missing))
 
-    def _compare(self, sequence: Sequence) -> None:
+    def _forget_replaced_files(self, sequence: Sequence) -> None:
         """Forget the files of frames that appeared or disappeared, and of those that they replace.
 
         The replaced frames have no file of their own.
         """
-        before, self._sequence = self._sequence, sequence
-        if before is not None and before is not sequence and before.present != sequence.present:
-            self._stamps.keep(set(before.present) & set(sequence.present))
-            self._look_at = -math.inf
+        old_sequence, self._sequence = self._sequence, sequence
+        if (
+            old_sequence is not None
+            and old_sequence is not sequence
+            and old_sequence.present != sequence.present
+        ):
+            self._stamps.keep_only(set(old_sequence.present) & set(sequence.present))
+            self._next_check_s = -math.inf
 
-    def _begin(self, shot: Shot) -> None:
-        self._maker = self._maker or maker_of(self._renderer)
+    def _prepare_keys(self, shot: Shot) -> None:
+        """Compute the shot to render and the part of the keys that all frames share."""
+        self._machine_key = self._machine_key or maker_of(self._renderer)
         opened = self._source.opened
-        self._shot = self._source.feed.sized(shot, self._scale)
+        self._shot = self._source.feed.scale_shot(shot, self._scale)
         is_read = opened is not None and opened.cache is not None
         options = opened.options if opened is not None and is_read else shot.plate_options
-        self._shot_key = shot_key(self.program or self._maker, options, self._shot.defocus)
+        self._shot_key = shot_key(self.program or self._machine_key, options, self._shot.defocus)
 
     @property
     def driver(self) -> tuple[str, str, SolverName]:
@@ -183,7 +194,7 @@ class PullJobs(Commands):
     def _scale(self) -> float:
         """The scale of kept pictures: about the size of a whole picture on the screen."""
         zoom = fit_zoom(self._view.viewport, self._source.picture_shape(self._editing.shot))
-        return min(max(math.ceil(zoom * _SIZES - 0.25), 1), _SIZES) / _SIZES
+        return min(max(math.ceil(zoom * _SCALE_STEPS - 0.25), 1), _SCALE_STEPS) / _SCALE_STEPS
 
     @property
     def size(self) -> tuple[int, int]:
@@ -196,34 +207,35 @@ class PullJobs(Commands):
 
     def make(self, frames: Iterable[int], seconds: float) -> bool:
         """Make the jobs of these frames, as many as fit into `seconds`; return False if not all."""
-        end = self._clock() + seconds
+        end_s = self._clock() + seconds
         for frame in frames:
             if frame not in self._jobs:
                 try:
-                    self._jobs[frame] = self._made(frame)
+                    self._jobs[frame] = self._make_job(frame)
                 except _NotYetError:
                     pass
-                if self._clock() > end:
+                if self._clock() > end_s:
                     return False
         return True
 
-    def made(self, frames: Iterable[int]) -> tuple[FrameJob, ...]:
+    def ready_jobs(self, frames: Iterable[int]) -> tuple[FrameJob, ...]:
         """Return the jobs of these frames that are made already."""
         jobs = (self._jobs.get(frame) for frame in frames)
         return tuple(job for job in jobs if job is not None)
 
     @property
     def count(self) -> int:
-        """How many frames have been looked at, the ones without a job included."""
+        """How many frames have been tried, including those without a job."""
         return len(self._jobs)
 
-    def of(self, frame: int) -> FrameJob | None:
+    def job_of(self, frame: int) -> FrameJob | None:
         """Return the job of a frame; None if there is none or it is not made yet."""
         if frame not in self._jobs:
             self.make((frame,), 1.0)
         return self._jobs.get(frame)
 
-    def _made(self, frame: int) -> FrameJob | None:
+    def _make_job(self, frame: int) -> FrameJob | None:
+        """Return the job of a frame; None if it has no valid lens or no file."""
         opened, files = self._source.opened, self._files(frame)
         try:
             lens = self._shot.lens_at(frame)
@@ -234,25 +246,27 @@ class PullJobs(Commands):
             return None  # no file, which is reported where the frame is shown
         name = os.path.abspath(files[0].path) if files else opened.text
         source = KeySource(name, (*opened.stamps, *(file.stamp for file in files)))
-        plate = PlateFile(files, opened.settled, opened.read) if files else None
-        key, again = frame_key(self._shot_key, source, lens, view), opened.again
+        plate = PlateFile(files, opened.settled_options, opened.read) if files else None
+        key, again = frame_key(self._shot_key, source, lens, view), opened.render_source
         return FrameJob(key, self._shot, frame, plate, again, opened.stamps)
 
-    def whole(self, shot: Shot, frame: int) -> Callable[[], FrameJob] | None:
+    def whole_picture_job(self, shot: Shot, frame: int) -> Callable[[], FrameJob] | None:
         """Return a function that makes the job of a whole picture, and may wait for a disk.
 
         Return None if the source cannot be rendered again.
         """
         opened, missing = self._source.opened, self._timeline.missing
-        if opened is None or opened.again is None:
+        if opened is None or opened.render_source is None:
             return None
 
         def make() -> FrameJob:
-            files = stamped(opened.files_at(frame, missing))
-            if not (files or opened.stamps or self._renderer.has_many_views):
+            frame_files = stamp_files(opened.files_at(frame, missing))
+            if not (frame_files or opened.stamps or self._renderer.has_many_views):
                 raise InputError(f"Frame {frame} has no file.")
-            plate = PlateFile(files, opened.settled, opened.read) if files else None
-            return FrameJob("", shot, frame, plate, opened.again, opened.stamps)
+            plate = (
+                PlateFile(frame_files, opened.settled_options, opened.read) if frame_files else None
+            )
+            return FrameJob("", shot, frame, plate, opened.render_source, opened.stamps)
 
         return make
 
@@ -266,7 +280,7 @@ class PullJobs(Commands):
             return ()
         files = self._stamps.files(frame)
         if files is None and not self._stamps.is_empty:  # another frame may have the same files
-            files = self._stamps.stamped(opened.files_at(frame, missing))
+            files = self._stamps.stamped_files(opened.files_at(frame, missing))
         if files is None:
             raise _NotYetError
         return files

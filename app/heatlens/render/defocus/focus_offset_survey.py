@@ -1,9 +1,9 @@
-"""Count the depths of a picture as a lens that leans blurs them."""
+"""Count the depths of a picture as a lens with a tilted focus plane blurs them."""
 
 import numpy as np
 
 from heatlens.core.model.boxes import Box
-from heatlens.core.model.focus.coc import CocLine, Lean
+from heatlens.core.model.focus.coc import CocLine, FocusOffset
 from heatlens.core.model.value_bins import BINS, ValueBins, bin_step
 from heatlens.render.defocus.listed_fragments import (
     FragmentBuffers,
@@ -14,49 +14,58 @@ from heatlens.render.defocus.listed_fragments import (
 from heatlens.render.gpu.device import Device, Texture
 from heatlens.render.gpu.program import pixel_groups
 
-_KEPT = 4  # results that are kept, since the focus moves more often than the tilt
+_CACHED_RESULTS = 4  # results in the cache, because the focus moves more often than the tilt
 
 
-class LeanSurvey:
+class FocusOffsetSurvey:
     """Moves the bins of a picture by the dioptres that a tilt or a split adds at each pixel."""
 
     def __init__(self, ctx: Device) -> None:
         self._ctx = ctx
         self._program: ListProgram | None = None
-        self._found: dict[tuple[ValueBins, Lean], ValueBins] = {}
+        self._cached_bins: dict[tuple[ValueBins, FocusOffset], ValueBins] = {}
 
     def bins(
         self,
         depth: Texture,
         fragments: FragmentBuffers | None,
         bins: ValueBins,
-        lean: Lean,
+        focus_offset: FocusOffset,
     ) -> ValueBins:
-        """Return the bins of a picture's dioptres less those of `lean`; `bins` are without."""
-        if lean.is_level:
-            return bins
-        key = bins, lean
-        if key not in self._found:
-            kept = list(self._found.items())[1 - _KEPT :]
-            self._found = {**dict(kept), key: self._counted(depth, fragments, bins, lean)}
-        return self._found[key]
+        """Return the bins of a picture's dioptres less what `focus_offset` adds at each.
 
-    def _counted(
+        `bins` are those of the same picture without a tilt.
+        """
+        if focus_offset.is_level:
+            return bins
+        key = bins, focus_offset
+        if key not in self._cached_bins:
+            recent = list(self._cached_bins.items())[1 - _CACHED_RESULTS :]
+            self._cached_bins = {
+                **dict(recent),
+                key: self._count_bins(depth, fragments, bins, focus_offset),
+            }
+        return self._cached_bins[key]
+
+    def _count_bins(
         self,
         depth: Texture,
         fragments: FragmentBuffers | None,
         bins: ValueBins,
-        lean: Lean,
+        focus_offset: FocusOffset,
     ) -> ValueBins:
-        least, most = lean.ends(Box(0, 0, *depth.size))
+        """Count the tilted dioptres of all pixels and fragments on the GPU, and wait for it."""
+        least, most = focus_offset.dioptre_limits(Box(0, 0, *depth.size))
         low, high = bins.low - most, bins.high - least
-        line = CocLine(0.0, 1.0, lean)
+        line = CocLine(0.0, 1.0, focus_offset)
         lists = None if fragments is None else ListedFragments(fragments, line)
-        uniforms = line.lean_uniforms if lists is None else lists.uniforms
+        uniforms = line.focus_offset_uniforms if lists is None else lists.uniforms
         per_step = 1.0 / max(bin_step(low, high), 1e-30)
         counts = self._ctx.buffer(reserve=4 * BINS)
         counts.clear()
-        self._program = self._program or ListProgram(self._ctx, "defocus/lean_bins.comp.glsl")
+        self._program = self._program or ListProgram(
+            self._ctx, "defocus/focus_offset_bins.comp.glsl"
+        )
         self._program.version(lists is not None).dispatch(
             pixel_groups(depth.size),
             textures={"depth_tx": depth},

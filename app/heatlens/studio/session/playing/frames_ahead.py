@@ -9,7 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 from heatlens.core.base.errors import HeatlensError
-from heatlens.core.base.faults import faults_reported
+from heatlens.core.base.faults import report_faults
 from heatlens.render.preview.shown import Shown
 from heatlens.render.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.render.rendered_frames.frame_key import NO_ORDER, PlayOrder
@@ -17,60 +17,67 @@ from heatlens.render.rendered_frames.frame_store import MEGABYTE, FrameStore, me
 from heatlens.render.rendered_frames.kept_pictures import DiskStore, MemoryStore
 from heatlens.studio.session.messages import Worker
 from heatlens.studio.session.pictures.picture_view import PictureView
+from heatlens.studio.session.playing.ahead_jobs import (
+    AheadJobs,
+    FramesRequest,
+    Progress,
+    progress_of,
+)
 from heatlens.studio.session.playing.cluster_frames import ClusterFrames
-from heatlens.studio.session.playing.pull_jobs import Progress, PullJobs, Wanted, progress_of
-from heatlens.studio.session.settings.preferences import Remembered
+from heatlens.studio.session.settings.preferences import PreferenceValues
 from heatlens.studio.session.shared import Commands, Shared
 from heatlens.studio.session.time.timeline import Timeline
 
 _SLICE_S = 0.02  # longest work before the loop handles input again
 _REST_S = 0.3  # pause after user input before frames are rendered
 _KEYS_S = 0.004  # time to compute the keys of frames, before the loop handles input again
-_FRAMES_MOST = 4000  # largest number of frames to keep track of
+_MAX_FRAMES = 4000  # largest number of frames to keep track of
 _AHEAD = 24  # frames read from disk ahead of the playhead
 _PIXEL_BYTES = 8  # four half floats
 
 
-def store_of(now: Remembered, folder: Path | None, wake: Callable[[], None]) -> FrameStore:
+def store_of(
+    preferences: PreferenceValues, folder: Path | None, wake: Callable[[], None]
+) -> FrameStore:
     """Return a store with the user's limits; without a folder it keeps frames in memory only."""
-    memory = MemoryStore(memory_bytes_of(now.memory_mb))
-    disk = None if folder is None else DiskStore(folder, now.disk_mb * MEGABYTE)
+    memory = MemoryStore(memory_bytes_of(preferences.memory_mb))
+    disk = None if folder is None else DiskStore(folder, preferences.disk_mb * MEGABYTE)
     return FrameStore(memory, disk, wake)
 
 
 class ScreenWork:
-    """What the interface does with kept frames; the base does nothing, for want of a window."""
+    """What the interface does with kept frames; the base does nothing, because it has no window."""
 
     @property
     def has_work(self) -> bool:
         """Return True while a frame in memory is not yet converted for the screen."""
         return False
 
-    def shown(self) -> Shown | None:
+    def frame_at_playhead(self) -> Shown | None:
         """Return the kept picture of the frame at the playhead; None if there is none."""
         return None
 
     def prepare(self) -> None:
         """Convert one more frame for the screen."""
 
-    def begin(self) -> None:
+    def forget_frames(self) -> None:
         """Forget all frames, because another source was opened or they were cleared."""
 
 
-class RenderedPull(Commands, Worker):
+class FramesAhead(Commands, Worker):
     """Renders and keeps the played frames, as many as the limits allow."""
 
     def __init__(
         self,
         shared: Shared,
-        jobs: PullJobs,
+        jobs: AheadJobs,
         store: FrameStore,
         timeline: Timeline,
         view: PictureView,
         is_busy: Callable[[], bool],
         is_turning: Callable[[], bool],
     ) -> None:
-        """Create it; `is_busy` returns True while more urgent work is waiting.
+        """Create it; `is_busy` returns True while more urgent work waits.
 
         `is_turning` returns True while a lens ring is being turned, which counts as user input.
         """
@@ -86,9 +93,9 @@ class RenderedPull(Commands, Worker):
         self._order = NO_ORDER
         self.progress = Progress()
         self.is_counting = False  # keys of frames are still to be computed
-        self._refused: set[str] = set()  # keys of frames that cannot be rendered
-        self._made: set[str] = set()  # keys computed since the last user input
-        self._rests_at = 0.0
+        self._refused_keys: set[str] = set()  # keys of frames that cannot be rendered
+        self._made_keys: set[str] = set()  # keys computed since the last user input
+        self._rest_from_s = 0.0
 
     # State
 
@@ -96,33 +103,33 @@ class RenderedPull(Commands, Worker):
     def is_on(self) -> bool:
         """Return True if there are frames to be played, and they are to be kept."""
         source = self._source
-        if not self._preferences.now.keep_frames or source.plate is None or source.once_only:
+        if not self._preferences.values.keep_frames or source.plate is None or source.once_only:
             return False
         return self._view.is_drawn and self._timeline.played.count > 1  # the size is known
 
     @property
-    def wanted(self) -> int:
+    def wanted_count(self) -> int:
         """The number of frames to render: all played ones, or as many as the limits allow."""
         return len(self._order.frames)
 
-    def has(self, frame: int) -> bool:
+    def is_rendered(self, frame: int) -> bool:
         """Return True if the frame has been rendered, in memory or on disk."""
-        job = self.jobs.of(frame) if self.is_on else None
-        return job is not None and job.key in self.store.known()
+        job = self.jobs.job_of(frame) if self.is_on else None
+        return job is not None and job.key in self.store.known_keys()
 
-    def is_at_hand(self, frame: int) -> bool:
+    def is_in_memory(self, frame: int) -> bool:
         """Return True if the frame's picture is in memory."""
-        job = self.jobs.of(frame) if self.is_on else None
+        job = self.jobs.job_of(frame) if self.is_on else None
         return job is not None and self.store.memory.get(job.key) is not None
 
     @property
-    def is_alone(self) -> bool:
+    def plays_kept_frames(self) -> bool:
         """True while kept frames play, so that the live picture is not needed."""
         return (
             bool(self._timeline.playback.direction)
             and self._view.is_lens_alone
             and self._editing.performance is None
-            and self.has(self._editing.frame)
+            and self.is_rendered(self._editing.frame)
         )
 
     # Called by the session
@@ -130,26 +137,29 @@ class RenderedPull(Commands, Worker):
     def poll(self) -> None:
         """Update after changes and read frames that are needed next; call this once a frame."""
         if self._is_turning():
-            self.touched()
+            self.note_input()
         self.cluster.poll(self.is_on)
         if not self.is_on:
             self._order, self.progress, self.is_counting = NO_ORDER, Progress(), False
-            self.cluster.keep(())
+            self.cluster.keep_only(())
             return
-        self._put_in_order()
+        self._order_frames()
         self.jobs.update(self._order.frames)
-        self._count()
-        self._share()
-        self._fetch()
+        self._update_progress()
+        self._exchange_with_cluster()
+        self._read_ahead()
 
-    def _put_in_order(self) -> None:
+    def _order_frames(self) -> None:
         """Sort the frames into rendering order, except during playback."""
         timeline = self._timeline
-        most = min(_FRAMES_MOST, max(1, self.store.capacity(self.picture_bytes)))
-        order = PlayOrder(self._editing.frame, timeline.direction, timeline.played, most)
-        now, is_playing = self._order, bool(timeline.playback.direction)
-        is_kept = is_playing and (order.played, order.most) == (now.played, now.most)
-        if order != now and not is_kept:
+        max_count = min(_MAX_FRAMES, max(1, self.store.capacity(self.picture_bytes)))
+        order = PlayOrder(self._editing.frame, timeline.direction, timeline.played, max_count)
+        old_order, is_playing = self._order, bool(timeline.playback.direction)
+        is_kept = is_playing and (order.played, order.frames_max) == (
+            old_order.played,
+            old_order.frames_max,
+        )
+        if order != old_order and not is_kept:
             self._order = order
 
     @property
@@ -158,150 +168,159 @@ class RenderedPull(Commands, Worker):
         width, height = self.jobs.size
         return width * height * _PIXEL_BYTES
 
-    # After each change of a drag all frames have new keys. Computed at once they took 50 to 150 ms
-    # in the demo, so they are made for a few milliseconds a turn, and the rest follows while
-    # nothing else is to do. What is known so far is counted meanwhile: the blue line under the
-    # ruler grows instead of waiting for the last key.
-    def _count(self) -> None:
+    # After each change of a drag all frames have new keys. Computing all of them takes 50 to 150 ms
+    # in the demo, so keys are computed for a few milliseconds at a time while nothing else is to
+    # do. The known ones are counted meanwhile, and the blue line under the ruler grows.
+    def _update_progress(self) -> None:
         """Update which frames are rendered and which are not, as far as their keys are known."""
         jobs, order = self.jobs, self._order
         self.is_counting = not jobs.make(order.frames, _KEYS_S)
-        wanted = Wanted(jobs.made_of, order, jobs.count, self.store.version)
-        if wanted != self.progress.wanted:
-            self.progress = progress_of(wanted, jobs.made(order.frames), self.store.known())
+        request = FramesRequest(jobs.inputs, order, jobs.count, self.store.version)
+        if request != self.progress.request:
+            self.progress = progress_of(
+                request, jobs.ready_jobs(order.frames), self.store.known_keys()
+            )
 
-    # A change of the shot changes the keys, so workers are told to recall frames under the old ones
-    # at once, even while the user does not rest. A list of wishes takes the place of the last one,
-    # so it is sent only at rest.
-    def _share(self) -> None:
-        """Take frames that workers have rendered; once the user rests, ask for the missing ones."""
-        rests = self._clock() >= self._rests_at
+    # A change of the shot changes the keys, so frames with the old keys are canceled at once, even
+    # while the user does not rest. A new request replaces the last one, so it is sent only at rest.
+    def _exchange_with_cluster(self) -> None:
+        """Store frames that workers have rendered; once the user rests, request missing ones."""
+        is_resting = self._clock() >= self._rest_from_s
         if self.is_counting:
-            if not rests:
-                self.cluster.keep(())
+            if not is_resting:
+                self.cluster.keep_only(())
             return
         progress = self.progress
-        for key in self.cluster.arrived(progress.keys):
-            self._made.add(key)
+        for key in self.cluster.store_arrived(progress.keys):
+            self._made_keys.add(key)
             self.frames_made += 1
-        if rests:
-            self.cluster.ask(self._unknown(progress.missing), progress.wanted)
+        if is_resting:
+            self.cluster.request_frames(self._untried_jobs(progress.missing_jobs), progress.request)
         else:
-            self.cluster.keep(progress.keys)
+            self.cluster.keep_only(progress.keys)
 
-    def _fetch(self) -> None:
+    def _read_ahead(self) -> None:
         """Read the frames that are played next into memory."""
         timeline = self._timeline
         direction = timeline.playback.direction
-        most = self.store.memory.limit_bytes // (2 * self.picture_bytes)
-        most = min(_AHEAD if direction else 2, most)
+        max_count = self.store.memory.limit_bytes // (2 * self.picture_bytes)
+        max_count = min(_AHEAD if direction else 2, max_count)
         direction = direction or timeline.direction
-        ahead = PlayOrder(self._editing.frame, direction, timeline.played, most)
-        jobs = (self.jobs.of(frame) for frame in ahead.frames)
+        ahead = PlayOrder(self._editing.frame, direction, timeline.played, max_count)
+        jobs = (self.jobs.job_of(frame) for frame in ahead.frames)
         self.store.fetch([job.key for job in jobs if job is not None])
 
-    def touched(self) -> None:
+    def note_input(self) -> None:
         """Note user input, after which rendering ahead pauses."""
-        self._rests_at = self._clock() + _REST_S
-        self._made.clear()
+        self._rest_from_s = self._clock() + _REST_S
+        self._made_keys.clear()
 
     def seconds_until_needed(self) -> float | None:
         """Return the seconds until a frame can be rendered; None if there is none to render."""
-        if not self.has_work and (not self.is_on or self.cluster.has_asked(self.progress.wanted)):
+        if not self.has_work and (
+            not self.is_on or self.cluster.has_requested(self.progress.request)
+        ):
             return None
-        return max(0.0, self._rests_at - self._clock())
+        return max(0.0, self._rest_from_s - self._clock())
 
     @property
     def has_work(self) -> bool:
         """Return True if there is a frame to render once the user rests."""
         if self._timeline.playback.direction or self._is_busy() or not self.is_on:
             return False
-        if self._next() is None:
+        if self._next_job() is None:
             return self.is_counting or self.screen.has_work
         is_reading = self._filler is not None and self._filler.is_reading
-        return not is_reading and self.store.has_room
+        return not is_reading and self.store.can_take_picture
 
-    def _next(self, after: int = 0) -> FrameJob | None:
-        """Return the next frame to render, or the one after `after`."""
+    def _next_job(self, skip_count: int = 0) -> FrameJob | None:
+        """Return the next frame to render on this machine, after skipping `skip_count` frames."""
         return next(
-            islice(self._unknown(self.cluster.left(self.progress.missing)), after, None), None
+            islice(
+                self._untried_jobs(self.cluster.local_jobs(self.progress.missing_jobs)),
+                skip_count,
+                None,
+            ),
+            None,
         )
 
-    def _unknown(self, jobs: Iterable[FrameJob]) -> Iterator[FrameJob]:
-        known = self._refused | self._made
-        return (job for job in jobs if job.key not in known)
+    def _untried_jobs(self, jobs: Iterable[FrameJob]) -> Iterator[FrameJob]:
+        """Return the jobs that were neither rendered nor refused since the last user input."""
+        tried_keys = self._refused_keys | self._made_keys
+        return (job for job in jobs if job.key not in tried_keys)
 
     def work(self) -> None:
         """Continue with the next frame for one slice, if the user rests.
 
         Errors are not raised here; they are reported when the frame is shown.
         """
-        self._count()
-        job = self._next()
+        self._update_progress()
+        job = self._next_job()
         if self.is_counting:
             return
         if job is None:
-            self._let_go()
+            self._free_memory()
             self.screen.prepare()
-        elif self.has_work and self._clock() >= self._rests_at:
-            self._work(job)
+        elif self.has_work and self._clock() >= self._rest_from_s:
+            self._render_slice(job)
 
     # A frame that raises is refused until another source is opened: it would fail again in each
-    # slice, and keep the frames behind it from being rendered. Why it fails is said when it is
+    # slice, and the frames after it would not be rendered. The error is reported when the frame is
     # shown, where the user can act on it.
-    def _work(self, job: FrameJob) -> None:
+    def _render_slice(self, job: FrameJob) -> None:
+        """Render a frame for one slice, and store it once it is complete."""
         try:
-            with faults_reported("A frame could not be rendered ahead"):
-                picture = self._ready_filler().work(job, self._next(1), _SLICE_S)
+            with report_faults("A frame could not be rendered ahead"):
+                picture = self._prepare_filler().work(job, self._next_job(1), _SLICE_S)
         except HeatlensError:
-            self._refused.add(job.key)
+            self._refused_keys.add(job.key)
             return
         if picture is not None:
-            self._made.add(job.key)
+            self._made_keys.add(job.key)
             self.store.put(job.key, picture)
             self.frames_made += 1
 
-    def _ready_filler(self) -> FrameFiller:
+    def _prepare_filler(self) -> FrameFiller:
         """Return the filler, loaded with the scene if one is open."""
-        main = self._source.picture.renderer
+        main_renderer = self._source.picture.renderer
         if self._filler is None:
-            self._filler = FrameFiller(main.beside(), self._wake)
-        if main.scene is not self._filler.renderer.scene:
-            self._filler.let_go()
-            if main.has_many_views:
-                self._filler.renderer.load_scene_of(main)
+            self._filler = FrameFiller(main_renderer.make_sibling(), self._wake)
+        if main_renderer.scene is not self._filler.renderer.scene:
+            self._filler.unload()
+            if main_renderer.has_many_views:
+                self._filler.renderer.load_scene_of(main_renderer)
         return self._filler
 
-    def _let_go(self) -> None:
+    def _free_memory(self) -> None:
         """Free the GPU memory while there is nothing to render."""
         if self._filler is not None:
-            self._filler.let_go()
+            self._filler.unload()
 
-    def begin(self) -> None:
+    def restart(self) -> None:
         """Discard unfinished work, because another source was opened."""
-        self._let_go()
-        self._refused.clear()
-        self._made.clear()
-        self.cluster.begin()
-        self.screen.begin()
+        self._free_memory()
+        self._refused_keys.clear()
+        self._made_keys.clear()
+        self.cluster.forget_failures()
+        self.screen.forget_frames()
 
     # Commands
 
     def clear(self) -> None:
         """Delete all kept frames, of this shot and of all others."""
         self.store.clear()
-        self.screen.begin()
-        self._made.clear()
-        self._refused.clear()
+        self.screen.forget_frames()
+        self._made_keys.clear()
+        self._refused_keys.clear()
 
     @property
-    def kept(self) -> Remembered:
+    def preferences(self) -> PreferenceValues:
         """The preferences, which have the limits of kept frames."""
-        return self._preferences.now
+        return self._preferences.values
 
     def switch(self) -> None:
         """Switch rendering ahead on or off."""
-        self._preferences.change(keep_frames=not self._preferences.now.keep_frames)
+        self._preferences.change(keep_frames=not self._preferences.values.keep_frames)
 
     def resize(self, memory_mb: int, disk_mb: int) -> None:
         """Set the limits for kept frames in MB."""

@@ -1,5 +1,5 @@
-// Counts the surfaces in each of DEPTH_BINS even bins of dioptres, less those by which the focus is nearer at
-// their pixel: seen so, a lens that leans blurs like a level one.
+// Counts the surfaces in each of DEPTH_BINS even bins of dioptres, less the focus offset at their pixel: with
+// these dioptres, a lens with a tilted focus plane blurs like one without a tilt.
 //
 // Inputs
 //   depth_tx    planar metres
@@ -7,7 +7,7 @@
 // Output
 //   count_buf   zeros before the pass
 
-#include "lib/lean.lib.glsl"
+#include "lib/focus_offset.lib.glsl"
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
@@ -26,7 +26,7 @@ void count(float dioptres) {
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, textureSize(depth_tx, 0)))) return;
-    count(1.0 / texelFetch(depth_tx, at, 0).r + lean_at(at));
+    count(1.0 / texelFetch(depth_tx, at, 0).r + focus_offset_at(at));
 #ifdef LISTS
     List list = list_at(at);
     for (uint i = list.first; i < list.end; ++i) count(fragment_of(i).coc);
