@@ -27,6 +27,7 @@ from heatlens.media.scene.scene_bounds import object_depth_m, track_of
 DepthAt = Callable[[int, int], float]  # metres at a pixel of the frame whose size is kept
 
 _STILL_M = 1e-9
+_POSSIBLE_FOCUS_LENGTHS = 2.0  # a focus this many focal lengths away is always possible
 _SIZE_ERROR_MOST = 0.002  # largest error of the size between keys of the camera
 
 
@@ -53,7 +54,11 @@ class KeptSize:
         focus would come to lie behind the camera, and LensError for an impossible lens.
         """
         factor = focal_length_mm / self.shot.lens_at(self.frame).focal_length_mm
-        lens = replace(self.shot.lens, focal_length_mm=self.shot.lens.focal_length_mm * factor)
+        lens = self.shot.lens
+        base_length_mm = lens.focal_length_mm * factor
+        # The focus moves with the camera in the end; until then the lens only has to be possible.
+        far_m = max(lens.focus_distance_m, _POSSIBLE_FOCUS_LENGTHS * base_length_mm / 1e3)
+        lens = replace(lens, focal_length_mm=base_length_mm, focus_distance_m=far_m)
         scaled_shot = _scale_keys(replace(self.shot, lens=lens), factor)
         return self._move_camera(scaled_shot, lambda frame: factor * self.depth_m(frame))
 
@@ -140,7 +145,9 @@ class KeptSize:
         marks = tuple(self._move_mark(mark, step_m, shot) for mark in shot.marks)
         shot = replace(shot, framing=framing, marks=marks)
         return (
-            _bring_focus_nearer(shot, step_m) if is_still else self._follow_focus(shot, forward_m)
+            _bring_focus_nearer(shot, step_m, self.shot.lens.focus_distance_m)
+            if is_still
+            else self._follow_focus(shot, forward_m)
         )
 
     def _move_mark(self, mark: Mark, step_m: float, shot: Shot) -> Mark:
@@ -194,13 +201,13 @@ def _scale_keys(shot: Shot, factor: float) -> Shot:
     return shot.with_curve(LensParameter.FOCAL_LENGTH, replace(curve, keys=keys))
 
 
-def _bring_focus_nearer(shot: Shot, step_m: float) -> Shot:
-    """Return the shot with a focus that is nearer by `step_m` at every frame."""
+def _bring_focus_nearer(shot: Shot, step_m: float, focus_m: float) -> Shot:
+    """Return the shot with a focus nearer by `step_m` at every frame; `focus_m`: without keys."""
     what, curve = "what is in focus", shot.curves.focus_distance_m
     keys = tuple(replace(key, value=_remaining_m(key.value, step_m, what)) for key in curve.keys)
     shot = shot.with_curve(LensParameter.FOCUS_DISTANCE, replace(curve, keys=keys))
     if not keys:
-        remaining_m = _remaining_m(shot.lens.focus_distance_m, step_m, what)
+        remaining_m = _remaining_m(focus_m, step_m, what)
         shot = replace(shot, lens=replace(shot.lens, focus_distance_m=remaining_m))
     for frame in shot.key_frames:
         shot.lens_at(frame)
