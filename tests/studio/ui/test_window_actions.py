@@ -170,9 +170,12 @@ def test_palette_runs_the_typed_action(gui):
 
 @pytest.mark.parametrize(
     ("words", "name"),
-    [("wip", "Wipe"), ("plane", "Plane in focus"), ("1:1", "1:1"), ("UNDO", "Undo")],
+    [
+        *(("wip", "Wipe"), ("plane in", "Plane in focus"), ("1:1", "1:1"), ("UNDO", "Undo")),
+        *(("dof", "Depth of field"), ("clean plate", "Add a picture behind...")),
+    ],
 )
-def test_matches_finds_an_action_by_few_letters(words, name):
+def test_matches_finds_a_command_by_few_letters_or_a_synonym(words, name):
     assert next(action for action in ALL_ACTIONS if matches(action, words)).name == name
 
 

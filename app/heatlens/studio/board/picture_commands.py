@@ -1,6 +1,7 @@
 """List the commands on the picture: what is shown of it, overlays, guides and comparison."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 
 from heatlens.core.model.shot.settings import Method, barred_methods
@@ -37,7 +38,8 @@ def _switch(
 def _view(session: Session) -> Iterator[Command]:
     view, switch = session.pictures.commands, partial(_switch, session)
     ruler = view.ruler
-    yield from in_group("View", "blur", switch("depth_of_field", "Depth of field", "D", ""))
+    blur = switch("depth_of_field", "Depth of field", "D", "")
+    yield from in_group("View", "blur", replace(blur, synonyms=("DoF", "bokeh", "blur")))
     yield from in_group(
         *("View", "zoom"),
         remote_command("Fit", view.fit, "F"),

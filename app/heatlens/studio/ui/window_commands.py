@@ -1,6 +1,7 @@
 """List the commands on the window itself, and those that first ask for a value in a dialog."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 
 from imgui_bundle import imgui
@@ -29,7 +30,10 @@ def _file(ui: UiState) -> Iterator[Command]:
         *("File", "open"),
         dialog("Open...", "open", "Ctrl+O", _FIRST_TO_OPEN),
         dialog("Open reference...", "reference", "Ctrl+Shift+O", _FIRST_TO_OPEN),
-        dialog("Add a picture behind...", "behind", before=_FIRST_TO_OPEN),
+        replace(
+            dialog("Add a picture behind...", "behind", before=_FIRST_TO_OPEN),
+            synonyms=("clean plate", "background"),
+        ),
     )
     yield from in_group(
         *("File", "shot"),
